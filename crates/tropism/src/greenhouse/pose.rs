@@ -1,0 +1,82 @@
+//! What can be seen of a bean at one moment: the boundary between its biology and its picture.
+
+use super::view::Place;
+use crate::math;
+
+/// A cross-section of the stem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// Centre, in cm.
+    pub at: Place,
+    /// Radius, in cm.
+    pub radius: f64,
+}
+
+/// One of the pair of primary leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leaf {
+    /// Where the petiole leaves the stem, in cm.
+    pub base: Place,
+    /// Unit vector from the base along petiole and midrib.
+    pub along: Place,
+    /// Unit vector across the blade, at right angles to `along`.
+    pub across: Place,
+    /// Length of petiole and blade together, in cm.
+    pub length: f64,
+}
+
+/// A bean as it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// Hours since the seedling was 4 cm tall.
+    pub age_h: f64,
+    /// Stem from the base to the apex.
+    pub stem: Vec<Node>,
+    /// Unit vector in which the apex points.
+    pub heading: Place,
+    /// The primary leaves.
+    pub leaves: [Leaf; 2],
+    /// How far the primary leaves have spread: 0 folded along the apex, 1 open.
+    pub spread: f64,
+}
+
+impl Pose {
+    /// The shoot apex, in cm.
+    ///
+    /// # Panics
+    /// If the stem has no nodes.
+    #[must_use]
+    pub fn apex(&self) -> Place {
+        self.stem.last().expect("a stem has nodes").at
+    }
+}
+
+impl Leaf {
+    /// Share of the length that is petiole.
+    pub const PETIOLE: f64 = 0.25;
+    /// Width of the blade as a share of its length.
+    pub const WIDTH: f64 = 0.75;
+
+    /// A place on the leaf: `u` from 0 at the base to 1 at the blade's end, `v` across in cm.
+    #[must_use]
+    pub fn place(&self, u: f64, v: f64) -> Place {
+        core::array::from_fn(|axis| {
+            self.base[axis] + u * self.length * self.along[axis] + v * self.across[axis]
+        })
+    }
+
+    /// The edge of the heart-shaped blade, in cm, from where the petiole meets it, around, and back: 2 x `half` places.
+    #[must_use]
+    pub fn outline(&self, half: usize) -> Vec<Place> {
+        let blade = 1.0 - Self::PETIOLE;
+        let edge = |side: f64, step: usize| {
+            let turn = core::f64::consts::PI * step as f64 / half as f64;
+            // Widest at a third of the blade, two lobes behind the petiole's end, a point in front.
+            let reach = 0.5 - 0.5 * math::cos(turn);
+            let lobe = -0.08 * math::sin(turn) * (1.0 - reach) * (1.0 - reach) * 4.0;
+            let width = 0.5 * Self::WIDTH * math::sin(turn) * (1.25 - 0.5 * reach);
+            self.place(Self::PETIOLE + blade * (reach + lobe), side * width * blade * self.length)
+        };
+        (0..half).map(|step| edge(1.0, step)).chain((1..=half).rev().map(|step| edge(-1.0, step))).collect()
+    }
+}

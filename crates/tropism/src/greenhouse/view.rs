@@ -1,0 +1,73 @@
+//! Where the camera of the paper stands, and what it projects where (section 2.1).
+
+use crate::geometry::{Pixel, Point};
+
+/// A place in the tent, in cm: x to the right, y up from the soil, z towards the camera; the root is the origin.
+pub type Place = [f64; 3];
+
+/// The camera's place: 32 cm above the floor (20 cm above the soil), 74 cm in front of the pot's axis.
+pub const CAMERA: Place = [0.0, 20.0, 74.0];
+
+/// The lamps' places: on the back wall 8 cm behind the plant, 30 cm above the soil, 35 cm to each side; left first.
+pub const LAMPS: [Place; 2] = [[-35.0, 30.0, -8.0], [35.0, 30.0, -8.0]];
+
+/// The back wall's z, in cm.
+pub const WALL: f64 = -8.0;
+
+/// Where the ray from the camera through `place` meets the plane of the pot's axis (z = 0), in cm.
+///
+/// This is what a detector sees that scales photographs to centimetres at the pot's axis.
+///
+/// ```
+/// use tropism::greenhouse::view::project;
+/// let seen = project([0.0, 10.0, 0.0]);
+/// assert_eq!((seen.x, seen.y), (0.0, 10.0));
+/// ```
+#[must_use]
+pub fn project(place: Place) -> Point {
+    let nearer = CAMERA[2] / (CAMERA[2] - place[2]);
+    Point::new(CAMERA[0] + (place[0] - CAMERA[0]) * nearer, CAMERA[1] + (place[1] - CAMERA[1]) * nearer)
+}
+
+/// How a photograph of some size maps the plane of the pot's axis to pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Pixels per cm in the plane of the pot's axis.
+    pub px_per_cm: f64,
+}
+
+impl Frame {
+    /// Width of the plane of the pot's axis that a photograph shows, in cm.
+    ///
+    /// The paper does not give the lens. The Raspberry Pi camera module of 2013 (54 degrees wide) shows 74 cm at a
+    /// distance of 74 cm: tip, pot and both lamps are in the picture, as in Fig. 2.
+    pub const WIDTH_CM: f64 = 74.0;
+
+    /// A photograph of `width` x `height` pixels, [`Self::WIDTH_CM`] wide.
+    #[must_use]
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { width, height, px_per_cm: f64::from(width) / Self::WIDTH_CM }
+    }
+
+    /// The pixel that shows a point of the plane of the pot's axis. The picture's centre is at a height of 20 cm.
+    #[must_use]
+    pub fn pixel(&self, point: Point) -> Pixel {
+        Pixel::new(
+            (f64::from(self.width) - 1.0) / 2.0 + (point.x - CAMERA[0]) * self.px_per_cm,
+            (f64::from(self.height) - 1.0) / 2.0 - (point.y - CAMERA[1]) * self.px_per_cm,
+        )
+    }
+
+    /// The point of the plane of the pot's axis that a pixel shows: the inverse of [`Self::pixel`].
+    #[must_use]
+    pub fn point(&self, pixel: Pixel) -> Point {
+        Point::new(
+            CAMERA[0] + (pixel.x - (f64::from(self.width) - 1.0) / 2.0) / self.px_per_cm,
+            CAMERA[1] - (pixel.y - (f64::from(self.height) - 1.0) / 2.0) / self.px_per_cm,
+        )
+    }
+}

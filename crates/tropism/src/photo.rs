@@ -1,0 +1,176 @@
+//! A photograph: the bytes as the camera gave them, and the picture in them.
+
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+/// The largest picture that is decoded, in pixels: a bound on memory when the bytes are foreign.
+pub const MAX_PIXELS: usize = 64 << 20;
+
+/// A photograph as the camera gave it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Photo {
+    /// Name of the file it came from or will be kept in.
+    pub name: String,
+    /// JPEG or PNG.
+    pub bytes: Vec<u8>,
+    /// Seconds since the start of the experiment.
+    pub time_s: f64,
+}
+
+/// A decoded picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Red, green and blue of each pixel, row by row from the top left: `3 * width * height` bytes.
+    pub rgb: Vec<u8>,
+}
+
+impl Image {
+    /// Red, green and blue at column `x`, row `y`.
+    ///
+    /// # Panics
+    /// Outside the picture.
+    #[must_use]
+    pub fn at(&self, x: usize, y: usize) -> [u8; 3] {
+        let start = 3 * (y * self.width + x);
+        [self.rgb[start], self.rgb[start + 1], self.rgb[start + 2]]
+    }
+}
+
+/// Why bytes are not a picture.
+#[derive(Debug, thiserror::Error)]
+pub enum PhotoError {
+    /// No bytes at all.
+    #[error("the file is empty")]
+    Empty,
+    /// Neither JPEG nor PNG.
+    #[error("found a file that starts with {0:02x?}, wanted a JPEG or PNG picture")]
+    Foreign(Vec<u8>),
+    /// Cut short or damaged.
+    #[error("found a damaged picture ({0}), wanted a whole one")]
+    Damaged(String),
+    /// More pixels than [`MAX_PIXELS`].
+    #[error("found {width} x {height} pixels, wanted at most {MAX_PIXELS} in all")]
+    TooLarge {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+}
+
+impl Photo {
+    /// Decodes the picture, strictly: half a file is an error, not a grey half.
+    ///
+    /// # Errors
+    /// [`PhotoError`] says what the bytes are instead.
+    pub fn decode(&self) -> Result<Image, PhotoError> {
+        match self.bytes.as_slice() {
+            [] => Err(PhotoError::Empty),
+            [0xff, 0xd8, ..] => decode_jpeg(&self.bytes),
+            [0x89, b'P', b'N', b'G', ..] => decode_png(&self.bytes),
+            other => Err(PhotoError::Foreign(other.iter().take(4).copied().collect())),
+        }
+    }
+}
+
+fn bounded(width: usize, height: usize) -> Result<(), PhotoError> {
+    match width.checked_mul(height) {
+        Some(0) => Err(PhotoError::Damaged("no pixels".to_owned())),
+        Some(pixels) if pixels <= MAX_PIXELS => Ok(()),
+        _ => Err(PhotoError::TooLarge { width, height }),
+    }
+}
+
+fn decode_jpeg(bytes: &[u8]) -> Result<Image, PhotoError> {
+    // A decoder fills in what is missing at the end without a word, even in strict mode: demand the end marker first.
+    // Some cameras pad the file with zeros after it.
+    let end = bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+    if !bytes[..end].ends_with(&[0xff, 0xd9]) {
+        return Err(PhotoError::Damaged(format!("no end marker after {} bytes", bytes.len())));
+    }
+    let options = DecoderOptions::default()
+        .set_strict_mode(true)
+        .set_max_width(1 << 16)
+        .set_max_height(1 << 16)
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let damaged = |error: &dyn std::fmt::Debug| PhotoError::Damaged(format!("{error:?}").replace('\n', " "));
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&bytes[..end]), options);
+    decoder.decode_headers().map_err(|error| damaged(&error))?;
+    let (width, height) = decoder.dimensions().ok_or_else(|| PhotoError::Damaged("no size".to_owned()))?;
+    bounded(width, height)?;
+    let rgb = decoder.decode().map_err(|error| damaged(&error))?;
+    if rgb.len() != 3 * width * height {
+        return Err(PhotoError::Damaged(format!("{} bytes for {width} x {height} pixels", rgb.len())));
+    }
+    Ok(Image { width, height, rgb })
+}
+
+fn decode_png(bytes: &[u8]) -> Result<Image, PhotoError> {
+    let damaged = |error: png::DecodingError| PhotoError::Damaged(error.to_string());
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().map_err(damaged)?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    bounded(width, height)?;
+    let size = reader.output_buffer_size().ok_or(PhotoError::TooLarge { width, height })?;
+    let mut buffer = vec![0; size];
+    let frame = reader.next_frame(&mut buffer).map_err(damaged)?;
+    let samples = frame.color_type.samples();
+    let rgb = buffer[..samples * width * height]
+        .chunks_exact(samples)
+        .flat_map(|pixel| if samples < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] })
+        .collect();
+    Ok(Image { width, height, rgb })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jpeg(width: u16, height: u16) -> Vec<u8> {
+        let rgb: Vec<u8> =
+            (0..3 * usize::from(width) * usize::from(height)).map(|i| (i % 251) as u8).collect();
+        let mut bytes = Vec::new();
+        jpeg_encoder::Encoder::new(&mut bytes, 90)
+            .encode(&rgb, width, height, jpeg_encoder::ColorType::Rgb)
+            .unwrap();
+        bytes
+    }
+
+    fn decode(bytes: Vec<u8>) -> Result<Image, PhotoError> {
+        Photo { name: "test".to_owned(), bytes, time_s: 0.0 }.decode()
+    }
+
+    #[test]
+    fn a_whole_file_decodes_and_every_cut_one_is_refused() {
+        let whole = jpeg(48, 32);
+        let image = decode(whole.clone()).unwrap();
+        assert_eq!((image.width, image.height, image.rgb.len()), (48, 32, 3 * 48 * 32));
+        for length in 0..whole.len() {
+            assert!(decode(whole[..length].to_vec()).is_err(), "{length} of {} bytes", whole.len());
+        }
+    }
+
+    #[test]
+    fn foreign_bytes_are_named() {
+        assert!(matches!(decode(Vec::new()), Err(PhotoError::Empty)));
+        let error = decode(b"GIF89a".to_vec()).unwrap_err().to_string();
+        assert!(error.contains("47") && error.contains("wanted a JPEG or PNG"), "{error}");
+    }
+
+    #[test]
+    fn grey_png_decodes() {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.write_header().unwrap().write_image_data(&[10, 200]).unwrap();
+        let image = decode(bytes).unwrap();
+        assert_eq!((image.at(0, 0), image.at(1, 0)), ([10; 3], [200; 3]));
+    }
+}

@@ -1,0 +1,308 @@
+//! The path of a tip over an experiment: one row a step, the same for measured and simulated plants.
+//!
+//! A track of N lights has N + 1 observations: the light of a row is lit from that row's observation to the next, and
+//! the last row's light is `dark`.
+
+use std::io::{Read, Write};
+
+use crate::geometry::Point;
+use crate::light::{self, Light};
+use crate::observation::Quality;
+
+/// Minutes between two steps (section 2.2.1).
+pub const PERIOD_MIN: f64 = 5.0;
+
+/// One step of a track.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// Step, from 0.
+    pub step: u32,
+    /// Seconds since the start.
+    pub time_s: f64,
+    /// Tip, in cm.
+    pub tip: Point,
+    /// The lamp lit from this step to the next; `None` is dark.
+    pub light: Option<Light>,
+    /// How the tip came about.
+    pub quality: Quality,
+}
+
+/// A column beside the required ones, kept as text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Header, with the unit in it.
+    pub name: String,
+    /// One value a sample.
+    pub values: Vec<String>,
+}
+
+/// The path of a tip.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Track {
+    /// Steps in order.
+    pub samples: Vec<Sample>,
+    /// Further columns, such as `frame` and `tip_x_px`.
+    pub columns: Vec<Column>,
+}
+
+/// Why bytes are not a track.
+#[derive(Debug, thiserror::Error)]
+pub enum TrackError {
+    /// A required column is missing.
+    #[error("found columns {found}, wanted {wanted:?} among them")]
+    Header {
+        /// The header as it stands.
+        found: String,
+        /// The missing column.
+        wanted: &'static str,
+    },
+    /// A value that cannot be one.
+    #[error("line {line}: found {column} {found:?}, wanted {wanted}")]
+    Value {
+        /// Line of the file, the header being line 1.
+        line: u64,
+        /// Column.
+        column: &'static str,
+        /// The text that stands there.
+        found: String,
+        /// What should stand there.
+        wanted: &'static str,
+    },
+    /// No rows.
+    #[error("found no rows, wanted at least one step")]
+    Empty,
+    /// Not CSV at all.
+    #[error("found a broken table: {0}")]
+    Csv(#[from] csv::Error),
+}
+
+const REQUIRED: [&str; 6] = ["step", "time_s", "tip_x_cm", "tip_y_cm", "light", "quality"];
+
+impl Track {
+    /// The same experiment in a mirror: x changes sign, left and right change places (section 2.2.3).
+    ///
+    /// Columns beside the required ones are left out: what they mean in a mirror is not known here.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let samples = self
+            .samples
+            .iter()
+            .map(|sample| Sample {
+                tip: sample.tip.mirrored(),
+                light: sample.light.map(Light::mirrored),
+                ..sample.clone()
+            })
+            .collect();
+        Self { samples, columns: Vec::new() }
+    }
+
+    /// Pairs of samples one step apart, with the light that was lit between them.
+    ///
+    /// Left out are pairs with a gap between them, pairs in the dark, and pairs of which either tip was held: a held
+    /// value is no measurement.
+    pub fn shifts(&self) -> impl Iterator<Item = (Point, Point, Light)> {
+        self.samples.windows(2).filter_map(|pair| {
+            let (before, after) = (&pair[0], &pair[1]);
+            let is_measured = before.quality != Quality::Held && after.quality != Quality::Held;
+            let is_next = after.step == before.step.wrapping_add(1);
+            before.light.filter(|_| is_measured && is_next).map(|light| (before.tip, after.tip, light))
+        })
+    }
+
+    /// The values of a further column, as numbers; `None` where the column is missing, NaN where a value is no number.
+    #[must_use]
+    pub fn numbers(&self, column: &str) -> Option<Vec<f64>> {
+        let column = self.columns.iter().find(|candidate| candidate.name == column)?;
+        Some(column.values.iter().map(|value| value.parse().unwrap_or(f64::NAN)).collect())
+    }
+
+    /// Adds a column of numbers with `decimals` places.
+    pub fn add_numbers(&mut self, name: &str, decimals: usize, values: impl IntoIterator<Item = f64>) {
+        let values = values.into_iter().map(|value| format!("{value:.decimals$}")).collect();
+        self.columns.push(Column { name: name.to_owned(), values });
+    }
+
+    /// Writes CSV: `step,time_s,tip_x_cm,tip_y_cm,light,quality`, then the further columns. Lengths have five places
+    /// (a tenth of a micrometre).
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write_csv(&self, out: impl Write) -> Result<(), csv::Error> {
+        let mut table = csv::Writer::from_writer(out);
+        table.write_record(
+            REQUIRED.into_iter().chain(self.columns.iter().map(|column| column.name.as_str())),
+        )?;
+        for (row, sample) in self.samples.iter().enumerate() {
+            let required = [
+                sample.step.to_string(),
+                sample.time_s.to_string(),
+                format!("{:.5}", sample.tip.x),
+                format!("{:.5}", sample.tip.y),
+                light::name(sample.light).to_owned(),
+                sample.quality.to_string(),
+            ];
+            let further = self.columns.iter().map(|column| column.values[row].clone());
+            table.write_record(required.into_iter().chain(further))?;
+        }
+        table.flush()?;
+        Ok(())
+    }
+
+    /// Reads CSV with a header; `tip_x_cm`, `tip_y_cm` and `light` are required.
+    ///
+    /// Where `step`, `time_s` or `quality` are missing, rows are numbered from 0, five minutes apart, and measured.
+    ///
+    /// # Errors
+    /// [`TrackError`] names the line and the column.
+    pub fn read_csv(input: impl Read) -> Result<Self, TrackError> {
+        let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(input);
+        let header = table.headers()?.clone();
+        let find = |name: &str| header.iter().position(|column| column == name);
+        let need = |name: &'static str| {
+            let found = header.iter().collect::<Vec<_>>().join(",").chars().take(200).collect();
+            find(name).ok_or(TrackError::Header { found, wanted: name })
+        };
+        let (x, y, lit) = (need("tip_x_cm")?, need("tip_y_cm")?, need("light")?);
+        let (step, time, quality) = (find("step"), find("time_s"), find("quality"));
+        let further: Vec<usize> = (0..header.len()).filter(|&at| !REQUIRED.contains(&&header[at])).collect();
+        let mut track = Self {
+            samples: Vec::new(),
+            columns: further
+                .iter()
+                .map(|&at| Column { name: header[at].to_owned(), values: Vec::new() })
+                .collect(),
+        };
+        for record in table.records() {
+            let record = record?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let number =
+                |at: usize, column, wanted| {
+                    record[at].parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| {
+                        TrackError::Value { line, column, found: record[at].to_owned(), wanted }
+                    })
+                };
+            let tip = Point::new(
+                number(x, "tip_x_cm", "a finite number of cm")?,
+                number(y, "tip_y_cm", "a finite number of cm")?,
+            );
+            let row = track.samples.len();
+            let number_of_step = match step {
+                None => row as u32,
+                Some(at) => record[at].parse().map_err(|_| TrackError::Value {
+                    line,
+                    column: "step",
+                    found: record[at].to_owned(),
+                    wanted: "a whole number",
+                })?,
+            };
+            if track.samples.last().is_some_and(|last: &Sample| last.step >= number_of_step) {
+                return Err(TrackError::Value {
+                    line,
+                    column: "step",
+                    found: number_of_step.to_string(),
+                    wanted: "a step after the row above",
+                });
+            }
+            track.samples.push(Sample {
+                step: number_of_step,
+                time_s: match time {
+                    None => f64::from(number_of_step) * PERIOD_MIN * 60.0,
+                    Some(at) => number(at, "time_s", "a finite number of seconds")?,
+                },
+                tip,
+                light: light::parse(&record[lit]).map_err(|_| TrackError::Value {
+                    line,
+                    column: "light",
+                    found: record[lit].to_owned(),
+                    wanted: "left, right or dark",
+                })?,
+                quality: match quality {
+                    None => Quality::Measured,
+                    Some(at) => record[at].parse().map_err(|_| TrackError::Value {
+                        line,
+                        column: "quality",
+                        found: record[at].to_owned(),
+                        wanted: "measured, held or simulated",
+                    })?,
+                },
+            });
+            for (column, &at) in track.columns.iter_mut().zip(&further) {
+                column.values.push(record[at].to_owned());
+            }
+        }
+        if track.samples.is_empty() { Err(TrackError::Empty) } else { Ok(track) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn any_track() -> impl Strategy<Value = Track> {
+        let sample = (-3_000_000..3_000_000, -10_000..3_000_000, 0..3_usize, 0..3_usize);
+        prop::collection::vec(sample, 1..20).prop_map(|rows| {
+            let samples = rows.into_iter().enumerate().map(|(step, (x, y, light, quality))| Sample {
+                step: step as u32,
+                time_s: step as f64 * 300.0,
+                tip: Point::new(f64::from(x) / 1e5, f64::from(y) / 1e5),
+                light: [Some(Light::Left), Some(Light::Right), None][light],
+                quality: [Quality::Measured, Quality::Held, Quality::Simulated][quality],
+            });
+            Track { samples: samples.collect(), columns: Vec::new() }
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn csv_comes_back(mut track in any_track()) {
+            track.add_numbers("length_cm", 3, vec![1.5; track.samples.len()]);
+            let mut bytes = Vec::new();
+            track.write_csv(&mut bytes).unwrap();
+            prop_assert_eq!(Track::read_csv(bytes.as_slice()).unwrap(), track);
+        }
+
+        #[test]
+        fn a_mirror_of_a_mirror_is_the_track(track in any_track()) {
+            prop_assert_eq!(track.mirrored().mirrored(), track);
+        }
+
+        #[test]
+        fn any_bytes_are_a_track_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            let _ = Track::read_csv(bytes.as_slice());
+        }
+    }
+
+    fn error(text: &str) -> String {
+        Track::read_csv(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn errors_name_the_place() {
+        assert!(error("").contains("tip_x_cm"));
+        assert!(error("tip_x_cm,light\n1,left\n").contains("wanted \"tip_y_cm\""));
+        assert!(error("tip_x_cm,tip_y_cm,light\n").contains("no rows"));
+        let nan = error("tip_x_cm,tip_y_cm,light\n0,4,left\n0,NaN,left\n");
+        assert!(nan.contains("line 3") && nan.contains("tip_y_cm \"NaN\""), "{nan}");
+        assert!(error("tip_x_cm,tip_y_cm,light\n0,4,up\n").contains("wanted left, right or dark"));
+        assert!(
+            error("step,tip_x_cm,tip_y_cm,light\n3,0,4,left\n3,0,4,left\n").contains("after the row above")
+        );
+    }
+
+    #[test]
+    fn three_columns_are_enough() {
+        let track = Track::read_csv("light,tip_y_cm,tip_x_cm\nleft,4,0\ndark,4.5,-1\n".as_bytes()).unwrap();
+        assert_eq!(track.samples[1].tip, Point::new(-1.0, 4.5));
+        assert_eq!(track.samples[1].time_s, 300.0);
+        assert_eq!(track.shifts().count(), 1);
+    }
+
+    #[test]
+    fn held_tips_gaps_and_darkness_give_no_shift() {
+        let text = "step,tip_x_cm,tip_y_cm,light,quality\n0,0,4,left,measured\n1,0,4,left,held\n2,0,4,dark,measured\n\
+                    3,0,4,right,measured\n5,0,4,right,measured\n6,0,4,dark,measured\n";
+        let track = Track::read_csv(text.as_bytes()).unwrap();
+        assert_eq!(track.shifts().count(), 1);
+    }
+}
