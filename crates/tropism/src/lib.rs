@@ -11,4 +11,6 @@ pub mod observation;
 pub mod photo;
 pub mod track;
 
+pub mod vision;
+
 pub mod greenhouse;

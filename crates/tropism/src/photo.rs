@@ -40,6 +40,22 @@ impl Image {
         let start = 3 * (y * self.width + x);
         [self.rgb[start], self.rgb[start + 1], self.rgb[start + 2]]
     }
+
+    /// The picture as a JPEG file of `quality` 1 to 100.
+    ///
+    /// # Errors
+    /// [`PhotoError::TooLarge`] beyond 65 535 columns or rows; [`PhotoError::Damaged`] for a picture without pixels.
+    pub fn to_jpeg(&self, quality: u8) -> Result<Vec<u8>, PhotoError> {
+        let too_large = PhotoError::TooLarge { width: self.width, height: self.height };
+        let (Ok(width), Ok(height)) = (u16::try_from(self.width), u16::try_from(self.height)) else {
+            return Err(too_large);
+        };
+        let mut bytes = Vec::new();
+        jpeg_encoder::Encoder::new(&mut bytes, quality.clamp(1, 100))
+            .encode(&self.rgb, width, height, jpeg_encoder::ColorType::Rgb)
+            .map_err(|error| PhotoError::Damaged(error.to_string()))?;
+        Ok(bytes)
+    }
 }
 
 /// Why bytes are not a picture.
@@ -134,13 +150,9 @@ mod tests {
     use super::*;
 
     fn jpeg(width: u16, height: u16) -> Vec<u8> {
-        let rgb: Vec<u8> =
-            (0..3 * usize::from(width) * usize::from(height)).map(|i| (i % 251) as u8).collect();
-        let mut bytes = Vec::new();
-        jpeg_encoder::Encoder::new(&mut bytes, 90)
-            .encode(&rgb, width, height, jpeg_encoder::ColorType::Rgb)
-            .unwrap();
-        bytes
+        let (width, height) = (usize::from(width), usize::from(height));
+        let rgb = (0..3 * width * height).map(|i| (i % 251) as u8).collect();
+        Image { width, height, rgb }.to_jpeg(90).unwrap()
     }
 
     fn decode(bytes: Vec<u8>) -> Result<Image, PhotoError> {

@@ -1,0 +1,111 @@
+//! Where the root is in a picture, and how many pixels make a centimetre.
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Pixel, Point};
+use crate::vision::VisionError;
+
+/// How the pictures of one camera map to the plane of the stem ("stored in cm and scaled to the dimensions of the
+/// experiment setup", section 2.2.2).
+///
+/// ```
+/// use tropism::geometry::{Pixel, Point};
+/// use tropism::vision::Calibration;
+/// let calibration = Calibration { base: Pixel::new(320.0, 400.0), px_per_cm: 10.0, width: 640, height: 480 };
+/// assert_eq!(calibration.point(Pixel::new(340.0, 370.0)), Point::new(2.0, 3.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// The root: where the stem leaves the soil. It is (0, 0) cm.
+    pub base: Pixel,
+    /// Pixels per cm in the plane of the stem.
+    pub px_per_cm: f64,
+    /// Columns of the pictures that it holds for.
+    pub width: usize,
+    /// Rows of the pictures that it holds for.
+    pub height: usize,
+}
+
+impl Calibration {
+    /// Checks that every value can be one.
+    ///
+    /// # Errors
+    /// [`VisionError::Value`] names the key. The root may lie outside the picture.
+    pub fn check(&self) -> Result<(), VisionError> {
+        let value = |key, found: String, wanted| Err(VisionError::Value { key, found, wanted });
+        if !(self.px_per_cm.is_finite() && self.px_per_cm > 0.0) {
+            return value("px_per_cm", self.px_per_cm.to_string(), "a number above 0");
+        }
+        if !(self.base.x.is_finite() && self.base.y.is_finite()) {
+            return value("base", format!("({}, {})", self.base.x, self.base.y), "finite pixels");
+        }
+        if self.width == 0 || self.height == 0 {
+            return value("width, height", format!("{} x {}", self.width, self.height), "at least 1 x 1");
+        }
+        Ok(())
+    }
+
+    /// The point of the plane of the stem that a pixel shows, in cm.
+    #[must_use]
+    pub fn point(&self, pixel: Pixel) -> Point {
+        Point::new((pixel.x - self.base.x) / self.px_per_cm, (self.base.y - pixel.y) / self.px_per_cm)
+    }
+
+    /// The pixel that shows a point of the plane of the stem.
+    #[must_use]
+    pub fn pixel(&self, point: Point) -> Pixel {
+        Pixel::new(self.base.x + point.x * self.px_per_cm, self.base.y - point.y * self.px_per_cm)
+    }
+
+    /// Checks that it holds for a picture of `width` x `height`.
+    ///
+    /// # Errors
+    /// [`VisionError::Size`] with both sizes.
+    pub fn fits(&self, width: usize, height: usize) -> Result<(), VisionError> {
+        if (width, height) == (self.width, self.height) {
+            return Ok(());
+        }
+        Err(VisionError::Size { width, height, wanted_width: self.width, wanted_height: self.height })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn calibration() -> Calibration {
+        Calibration { base: Pixel::new(360.0, 336.0), px_per_cm: 11.0, width: 720, height: 480 }
+    }
+
+    proptest! {
+        #[test]
+        fn pixel_undoes_point(x in -1e3..1e3, y in -1e3..1e3) {
+            let there = calibration().pixel(calibration().point(Pixel::new(x, y)));
+            prop_assert!((there.x - x).abs() < 1e-9 && (there.y - y).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn up_in_the_world_is_up_in_the_picture() {
+        assert_eq!(calibration().point(Pixel::new(371.0, 314.0)), Point::new(1.0, 2.0));
+    }
+
+    #[test]
+    fn errors_name_key_and_size() {
+        let error = |calibration: Calibration| calibration.check().unwrap_err().to_string();
+        assert!(error(Calibration { px_per_cm: 0.0, ..calibration() }).contains("px_per_cm = 0"));
+        assert!(error(Calibration { base: Pixel::new(f64::NAN, 0.0), ..calibration() }).contains("base"));
+        assert!(error(Calibration { width: 0, ..calibration() }).contains("0 x 480"));
+        let size = calibration().fits(10, 20).unwrap_err().to_string();
+        assert!(size.contains("10 x 20") && size.contains("720 x 480"), "{size}");
+    }
+
+    #[test]
+    fn unknown_keys_are_refused() {
+        let text = "px_per_cm = 11.0\nwidth = 720\nheight = 480\nbase = { x = 360.0, y = 336.0 }\n";
+        assert_eq!(toml::from_str::<Calibration>(text).unwrap(), calibration());
+        assert!(toml::from_str::<Calibration>(&format!("scale = 1\n{text}")).is_err());
+    }
+}

@@ -1,0 +1,243 @@
+//! From a photograph to the pixels that show plant (section 2.2.2).
+//!
+//! In: a picture and a crop. Out: its grey values, smoothed and sampled, and the level above which a pixel is plant. The
+//! one idea: a plant is bright before dark cloth, so what counts as bright is read from each picture, never fixed.
+
+use crate::geometry::{Pixel, Region};
+use crate::photo::Image;
+
+/// Weights of red, green and blue in the desaturated picture (Rec. 601, as OpenCV has them).
+const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
+
+/// Grey values of a crop at the sampling resolution, 0 to 255.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plane {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Values, row by row from the top left.
+    pub values: Vec<f32>,
+    /// The photograph's column and row that the first value was sampled at.
+    pub origin: (usize, usize),
+    /// Pixels of the photograph from one sample to the next.
+    pub step: usize,
+}
+
+impl Plane {
+    /// The place in the photograph of column `x`, row `y` of this plane; fractions lie between samples.
+    #[must_use]
+    pub fn pixel(&self, x: f64, y: f64) -> Pixel {
+        let step = self.step as f64;
+        Pixel::new(self.origin.0 as f64 + x * step, self.origin.1 as f64 + y * step)
+    }
+
+    /// The column and row of this plane that hold a place in the photograph, fractions between samples.
+    #[must_use]
+    pub fn place(&self, pixel: Pixel) -> (f64, f64) {
+        let step = self.step as f64;
+        ((pixel.x - self.origin.0 as f64) / step, (pixel.y - self.origin.1 as f64) / step)
+    }
+
+    /// One row.
+    #[must_use]
+    pub fn row(&self, y: usize) -> &[f32] {
+        &self.values[y * self.width..][..self.width]
+    }
+}
+
+/// The rows of `values` that a Gaussian of deviation `sigma` weighs, to three deviations; the weights sum to 1.
+fn gaussian(sigma: f64) -> Vec<f32> {
+    let radius = (3.0 * sigma).ceil() as i32;
+    let bell = |i: i32| crate::math::exp(-0.5 * (f64::from(i) / sigma) * (f64::from(i) / sigma));
+    let weights: Vec<f64> = (-radius..=radius).map(|i| if sigma > 0.0 { bell(i) } else { 1.0 }).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter().map(|weight| (weight / sum) as f32).collect()
+}
+
+/// Smooths the picture with a Gaussian of deviation `sigma` pixels, samples every `step`-th pixel of `crop` and
+/// desaturates.
+///
+/// The paper filters the whole picture in colour and crops last; all of these steps are linear, so the cheap order used
+/// here (desaturate, crop, filter where a sample is taken) gives the same values. Beyond the picture's edge its
+/// outermost pixels are repeated.
+///
+/// # Panics
+/// If `crop` does not lie inside the picture or `step` is 0.
+#[must_use]
+pub fn sample(image: &Image, crop: Region, sigma: f64, step: usize) -> Plane {
+    assert!(
+        crop.fits(image.width, image.height) && step > 0,
+        "{crop:?} in {} x {}",
+        image.width,
+        image.height
+    );
+    let weights = gaussian(sigma);
+    let radius = weights.len() / 2;
+    let offset = step / 2;
+    let (width, height) = (crop.width.div_ceil(step), crop.height.div_ceil(step));
+    let column = |i: usize| (crop.x + i * step + offset).min(crop.x + crop.width - 1);
+    let line = |j: usize| (crop.y + j * step + offset).min(crop.y + crop.height - 1);
+
+    // Each row that a sample needs: grey, padded at both ends, smoothed along the row at the sampled columns.
+    let first = (crop.y + offset.min(crop.height - 1)).saturating_sub(radius);
+    let last = (line(height - 1) + radius).min(image.height - 1);
+    let left = crop.x.saturating_sub(radius);
+    let right = (crop.x + crop.width + radius).min(image.width);
+    let pad = crop.x + crop.width + 2 * radius - right;
+    let mut grey = vec![0.0; radius + (right - left) + pad];
+    let mut smoothed = Vec::with_capacity((last - first + 1) * width);
+    for y in first..=last {
+        let start = 3 * y * image.width;
+        let rgb = &image.rgb[start + 3 * left..start + 3 * right];
+        // grey[i] is column crop.x - radius + i.
+        let lead = left + radius - crop.x;
+        for (value, pixel) in grey[lead..].iter_mut().zip(rgb.chunks_exact(3)) {
+            *value =
+                LUMA[0] * f32::from(pixel[0]) + LUMA[1] * f32::from(pixel[1]) + LUMA[2] * f32::from(pixel[2]);
+        }
+        let (front, back) = (grey[lead], grey[lead + right - left - 1]);
+        grey[..lead].fill(front);
+        grey[lead + right - left..].fill(back);
+        smoothed.extend((0..width).map(|i| {
+            let from = &grey[column(i) - crop.x..][..weights.len()];
+            from.iter().zip(&weights).map(|(value, weight)| value * weight).sum::<f32>()
+        }));
+    }
+
+    let mut values = vec![0.0; width * height];
+    for (j, out) in values.chunks_exact_mut(width).enumerate() {
+        for (k, weight) in weights.iter().enumerate() {
+            let y = (line(j) + k).saturating_sub(radius).clamp(first, last);
+            let from = &smoothed[(y - first) * width..][..width];
+            for (value, sample) in out.iter_mut().zip(from) {
+                *value += weight * sample;
+            }
+        }
+    }
+    Plane { width, height, values, origin: (column(0), line(0)), step }
+}
+
+/// How bright background and plant are in one crop, in grey values of 0 to 255.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Levels {
+    /// The median: a plant fills the smaller part of a crop.
+    pub background: f32,
+    /// One deviation of the background, from its darker half alone, which no plant disturbs; at least half a grey value.
+    pub spread: f32,
+    /// The level that the brightest few pixels reach.
+    pub bright: f32,
+}
+
+impl Levels {
+    /// Reads the levels from a plane; `count` pixels reach `bright`.
+    #[must_use]
+    pub fn of(plane: &Plane, count: usize) -> Self {
+        const BINS_PER_GREY: f32 = 8.0;
+        let mut histogram = vec![0_usize; 256 * BINS_PER_GREY as usize];
+        let last = histogram.len() - 1;
+        for value in &plane.values {
+            histogram[((value * BINS_PER_GREY) as usize).min(last)] += 1;
+        }
+        let quantile = |rank: usize| {
+            let mut below = 0;
+            let is_reached = |count: &usize| {
+                below += count;
+                below > rank
+            };
+            let bin = histogram.iter().position(is_reached).unwrap_or(last);
+            (bin as f32 + 0.5) / BINS_PER_GREY
+        };
+        let pixels = plane.values.len();
+        let background = quantile(pixels / 2);
+        let spread = (background - quantile((pixels as f64 * 0.158_655) as usize)).max(0.5);
+        Self { background, spread, bright: quantile(pixels.saturating_sub(count.max(1))) }
+    }
+
+    /// How many deviations of the background the brightest pixels stand above it.
+    #[must_use]
+    pub fn contrast(&self) -> f64 {
+        f64::from((self.bright - self.background) / self.spread)
+    }
+
+    /// The level `share` of the way from background to bright.
+    #[must_use]
+    pub fn threshold(&self, share: f64) -> f32 {
+        self.background + share as f32 * (self.bright - self.background)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn picture(width: usize, height: usize) -> Image {
+        let rgb = (0..3 * width * height).map(|i| (i * 7919 % 256) as u8).collect();
+        Image { width, height, rgb }
+    }
+
+    /// The paper's order, in the plainest way: desaturate and filter the whole picture, then sample, then crop.
+    fn literal(image: &Image, crop: Region, sigma: f64, step: usize) -> Vec<f64> {
+        let grey = |x: i64, y: i64| {
+            let at = |v: i64, size: usize| v.clamp(0, size as i64 - 1) as usize;
+            let [r, g, b] = image.at(at(x, image.width), at(y, image.height)).map(f64::from);
+            0.299 * r + 0.587 * g + 0.114 * b
+        };
+        let weights: Vec<f64> = gaussian(sigma).into_iter().map(f64::from).collect();
+        let radius = (weights.len() / 2) as i64;
+        let mut values = Vec::new();
+        for j in 0..crop.height.div_ceil(step) {
+            for i in 0..crop.width.div_ceil(step) {
+                let x = (crop.x + i * step + step / 2).min(crop.x + crop.width - 1) as i64;
+                let y = (crop.y + j * step + step / 2).min(crop.y + crop.height - 1) as i64;
+                let mut sum = 0.0;
+                for (k, wy) in (-radius..=radius).zip(&weights) {
+                    for (l, wx) in (-radius..=radius).zip(&weights) {
+                        sum += wx * wy * grey(x + l, y + k);
+                    }
+                }
+                values.push(sum);
+            }
+        }
+        values
+    }
+
+    proptest! {
+        #[test]
+        fn the_cheap_order_gives_the_values_of_the_papers_order(
+            (width, height) in (1..24_usize, 1..24_usize), corner in (0.0..1.0, 0.0..1.0), far in (0.0..1.0, 0.0..1.0),
+            sigma in 0.0..2.0, step in 1..5_usize,
+        ) {
+            let image = picture(width, height);
+            let (x, y) = ((corner.0 * width as f64) as usize, (corner.1 * height as f64) as usize);
+            let crop = Region {
+                x, y,
+                width: 1 + (far.0 * (width - x) as f64) as usize % (width - x),
+                height: 1 + (far.1 * (height - y) as f64) as usize % (height - y),
+            };
+            let plane = sample(&image, crop, sigma, step);
+            for (found, wanted) in plane.values.iter().zip(literal(&image, crop, sigma, step)) {
+                prop_assert!((f64::from(*found) - wanted).abs() < 1e-2, "{found} {wanted}");
+            }
+        }
+    }
+
+    #[test]
+    fn levels_tell_plant_from_background() {
+        let mut values: Vec<f32> = (0..10_000).map(|i| 20.0 + (i % 11) as f32).collect();
+        values[5_000..5_040].fill(200.0);
+        let plane = Plane { width: 100, height: 100, values, origin: (0, 0), step: 1 };
+        let levels = Levels::of(&plane, 20);
+        assert!((levels.background - 25.0).abs() < 0.2 && (levels.bright - 200.0).abs() < 0.2, "{levels:?}");
+        assert!((levels.threshold(0.5) - 112.5).abs() < 0.2);
+        assert!(levels.contrast() > 30.0 && Levels::of(&plane, 50).contrast() < 3.0);
+    }
+
+    #[test]
+    fn a_place_and_its_pixel_are_one() {
+        let plane = sample(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, 0.5, 4);
+        assert_eq!(plane.origin, (10, 7));
+        assert_eq!(plane.place(plane.pixel(2.5, 3.0)), (2.5, 3.0));
+    }
+}

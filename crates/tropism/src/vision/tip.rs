@@ -1,0 +1,150 @@
+//! The highest point of the plant: "the highest sampled position on the plant is assumed to be the plant tip"
+//! (section 2.2.2).
+
+use crate::geometry::Pixel;
+use crate::vision::segment::Plane;
+
+/// The highest sample above `threshold`, word for word: the middle of the longest run of such samples in the topmost
+/// row that has one.
+#[must_use]
+pub fn highest(plane: &Plane, threshold: f32) -> Option<Pixel> {
+    (0..plane.height).find_map(|y| {
+        let (left, right) = longest_run(plane.row(y).iter().map(|&value| value > threshold))?;
+        Some(plane.pixel((left + right) as f64 / 2.0, y as f64))
+    })
+}
+
+/// The longest run of `true`, first and last place; the first of equals.
+fn longest_run(places: impl Iterator<Item = bool>) -> Option<(usize, usize)> {
+    let (mut best, mut start) = (None, None);
+    for (x, is_plant) in places.enumerate() {
+        start = if is_plant { start.or(Some(x)) } else { None };
+        if let Some(left) = start
+            && best.is_none_or(|(first, last)| x - left > last - first)
+        {
+            best = Some((left, x));
+        }
+    }
+    best
+}
+
+/// The highest point of one connected part of the plane, between samples: where the upper edge of its topmost row
+/// crosses `threshold`.
+///
+/// `part` says which samples belong to the part. The run of the topmost row gives x, weighted by what its samples
+/// exceed the threshold by; linear interpolation between the run and the row above gives y.
+#[must_use]
+pub fn edge(plane: &Plane, part: impl Fn(usize) -> bool, threshold: f32) -> Option<Pixel> {
+    let is_plant = |x: usize, y: usize| {
+        let at = y * plane.width + x;
+        plane.values[at] > threshold && part(at)
+    };
+    let (y, (left, right)) =
+        (0..plane.height).find_map(|y| Some((y, longest_run((0..plane.width).map(|x| is_plant(x, y)))?)))?;
+    let row = &plane.row(y)[left..=right];
+    let (mut weight, mut moment) = (0.0, 0.0);
+    for (i, value) in row.iter().enumerate() {
+        let excess = f64::from(value - threshold);
+        weight += excess;
+        moment += excess * (left + i) as f64;
+    }
+    let x = moment / weight;
+    // Half of the sample at the crossing is plant: the crossing is the edge.
+    let column = (x.round() as usize).clamp(left, right);
+    let inside = row[column - left];
+    let outside = if y == 0 { inside } else { plane.row(y - 1)[column] };
+    let rise = if outside < threshold { f64::from((inside - threshold) / (inside - outside)) } else { 0.0 };
+    Some(plane.pixel(x, y as f64 - rise))
+}
+
+/// The parts of a plane whose samples exceed a threshold and hang together, corner to corner included.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// For each sample the number of its part, from 1; 0 is background.
+    pub labels: Vec<u32>,
+    /// Each part, number 1 first.
+    pub parts: Vec<Part>,
+}
+
+/// One connected part of a plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// Samples.
+    pub area: usize,
+    /// The brightest of its samples.
+    pub peak: f32,
+    /// The square of the least distance from a sample to the anchor, in samples.
+    pub distance: f64,
+}
+
+impl Parts {
+    /// Finds the parts above `threshold`; `anchor` is the place (column, row) that distances are measured to.
+    #[must_use]
+    pub fn of(plane: &Plane, threshold: f32, anchor: (f64, f64)) -> Self {
+        let mut labels = vec![0; plane.values.len()];
+        let mut parts = Vec::new();
+        let mut stack = Vec::new();
+        for seed in 0..labels.len() {
+            if labels[seed] != 0 || plane.values[seed] <= threshold {
+                continue;
+            }
+            let label = parts.len() as u32 + 1;
+            let mut part = Part { area: 0, peak: threshold, distance: f64::INFINITY };
+            labels[seed] = label;
+            stack.push(seed);
+            while let Some(at) = stack.pop() {
+                let (x, y) = (at % plane.width, at / plane.width);
+                let (dx, dy) = (x as f64 - anchor.0, y as f64 - anchor.1);
+                part.area += 1;
+                part.peak = part.peak.max(plane.values[at]);
+                part.distance = part.distance.min(dx * dx + dy * dy);
+                for row in y.saturating_sub(1)..(y + 2).min(plane.height) {
+                    for column in x.saturating_sub(1)..(x + 2).min(plane.width) {
+                        let next = row * plane.width + column;
+                        if labels[next] == 0 && plane.values[next] > threshold {
+                            labels[next] = label;
+                            stack.push(next);
+                        }
+                    }
+                }
+            }
+            parts.push(part);
+        }
+        Self { labels, parts }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(rows: &[&str]) -> Plane {
+        let values = rows.iter().flat_map(|row| row.bytes().map(|b| f32::from(b - b'0') * 10.0)).collect();
+        Plane { width: rows[0].len(), height: rows.len(), values, origin: (100, 50), step: 2 }
+    }
+
+    #[test]
+    fn the_highest_row_wins_and_its_longest_run() {
+        let plane = plane(&["0000000", "0700990", "0700990", "0700000"]);
+        assert_eq!(highest(&plane, 50.0), Some(Pixel::new(109.0, 52.0)));
+        assert_eq!(highest(&plane, 95.0), None);
+    }
+
+    #[test]
+    fn the_edge_lies_between_samples() {
+        let plane = plane(&["00000", "00800", "00800"]);
+        assert_eq!(edge(&plane, |_| true, 40.0), Some(Pixel::new(104.0, 51.0)));
+        assert_eq!(edge(&plane, |_| true, 20.0).map(|tip| tip.y), Some(50.5));
+        assert_eq!(edge(&plane, |at| at > 9, 40.0).map(|tip| tip.y), Some(54.0));
+    }
+
+    #[test]
+    fn parts_hang_together_by_corners_and_know_their_distance() {
+        let found = Parts::of(&plane(&["90009", "09000", "00000", "00099"]), 50.0, (4.0, 3.0));
+        let areas: Vec<usize> = found.parts.iter().map(|part| part.area).collect();
+        assert_eq!(areas, [2, 1, 2]);
+        let distances: Vec<f64> = found.parts.iter().map(|part| part.distance).collect();
+        assert_eq!(distances, [13.0, 9.0, 0.0]);
+        assert_eq!(found.labels[..5], [1, 0, 0, 0, 2]);
+    }
+}
