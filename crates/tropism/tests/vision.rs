@@ -54,7 +54,7 @@ const BEAN_BASE: Pixel = Pixel::new(362.0, 336.0);
 #[test]
 fn the_real_bean_is_seen_on_every_photograph() {
     let Some(folder) = real("flora-robotica") else { return };
-    for mode in [Mode::Paper] {
+    for mode in [Mode::Paper, Mode::Robust] {
         let config = VisionConfig { mode, crop: Some(BEAN), ..VisionConfig::default() };
         let mut misses = Vec::new();
         for frame in 0..94 {

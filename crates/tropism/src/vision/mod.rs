@@ -7,8 +7,11 @@
 //! what hangs together with the stem's base and places the tip between pixels.
 
 pub mod calibration;
+pub mod colour;
 pub mod hold;
 pub mod lit;
+pub mod parts;
+pub mod robust;
 pub mod segment;
 pub mod stem;
 pub mod tip;
@@ -23,7 +26,7 @@ pub use calibration::Calibration;
 pub use lit::lit;
 
 use hold::{Hold, HoldConfig};
-use segment::{Levels, Plane};
+use segment::Levels;
 use stem::StemConfig;
 
 /// How a picture is read.
@@ -182,31 +185,19 @@ pub fn look(image: &Image, config: &VisionConfig) -> Option<Sighting> {
 pub fn look_from(image: &Image, base: Option<Pixel>, config: &VisionConfig) -> Option<Sighting> {
     config.check(image.width, image.height).ok()?;
     let crop = config.region(image.width, image.height);
+    if config.mode == Mode::Robust {
+        return robust::look(image, crop, base, config);
+    }
     let step = config.step(image.width);
-    let plane = segment::sample(image, crop, config.sigma * step as f64, step);
+    let plane = segment::sample(image, crop, segment::LUMA, config.sigma * step as f64, step);
     let levels = Levels::of(&plane, config.bright_samples);
     let contrast = levels.contrast();
     if contrast < config.contrast {
         return None;
     }
-    let tip = match config.mode {
-        Mode::Paper => tip::highest(&plane, levels.threshold(config.threshold))?,
-        Mode::Robust => anchored(&plane, &levels, base, config)?,
-    };
+    let tip = tip::highest(&plane, levels.threshold(config.threshold))?;
     let stem = config.stem.map(|stem| stem::medians(image, crop, &stem)).filter(|stem| stem.len() > 1);
     Some(Sighting { tip, stem, contrast })
-}
-
-/// The highest point of the largest bright part of the plane.
-fn anchored(plane: &Plane, levels: &Levels, base: Option<Pixel>, config: &VisionConfig) -> Option<Pixel> {
-    let bottom = plane.height as f64 - 1.0;
-    let anchor = base.map_or(((plane.width as f64 - 1.0) / 2.0, bottom), |base| plane.place(base));
-    let strong = levels.threshold(config.threshold);
-    let found = tip::Parts::of(plane, strong, anchor);
-    let (label, _) = (1..).zip(&found.parts).max_by(|(_, one), (_, other)| {
-        one.area.cmp(&other.area).then(other.distance.total_cmp(&one.distance))
-    })?;
-    tip::edge(plane, |at| found.labels[at] == label, strong)
 }
 
 /// What became of one photograph.
@@ -321,7 +312,7 @@ impl Eye {
 /// Whether a picture is black but for noise: its brightest parts exceed its median by fewer than five deviations.
 fn is_dark(image: &Image) -> bool {
     let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-    let plane = segment::sample(image, whole, 0.0, (image.width / 256).max(1));
+    let plane = segment::sample(image, whole, segment::LUMA, 0.0, (image.width / 256).max(1));
     let levels = Levels::of(&plane, plane.values.len() / 1_000);
     levels.contrast() < 5.0
 }

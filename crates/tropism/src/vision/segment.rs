@@ -1,15 +1,15 @@
 //! From a photograph to the pixels that show plant (section 2.2.2).
 //!
-//! In: a picture and a crop. Out: its grey values, smoothed and sampled, and the level above which a pixel is plant. The
+//! In: a picture and a crop. Out: its values, smoothed and sampled, and the levels of background and plant in them. The
 //! one idea: a plant is bright before dark cloth, so what counts as bright is read from each picture, never fixed.
 
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
 
 /// Weights of red, green and blue in the desaturated picture (Rec. 601, as OpenCV has them).
-const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
+pub const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
 
-/// Grey values of a crop at the sampling resolution, 0 to 255.
+/// One value for each sample of a crop: grey from 0 to 255, or whatever weights of red, green and blue make of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
     /// Columns.
@@ -55,17 +55,17 @@ fn gaussian(sigma: f64) -> Vec<f32> {
     weights.iter().map(|weight| (weight / sum) as f32).collect()
 }
 
-/// Smooths the picture with a Gaussian of deviation `sigma` pixels, samples every `step`-th pixel of `crop` and
-/// desaturates.
+/// Smooths the picture with a Gaussian of deviation `sigma` pixels, samples every `step`-th pixel of `crop` and takes
+/// the sum of red, green and blue with these weights: [`LUMA`] desaturates.
 ///
 /// The paper filters the whole picture in colour and crops last; all of these steps are linear, so the cheap order used
-/// here (desaturate, crop, filter where a sample is taken) gives the same values. Beyond the picture's edge its
-/// outermost pixels are repeated.
+/// here (weigh, crop, filter where a sample is taken) gives the same values. Beyond the picture's edge its outermost
+/// pixels are repeated.
 ///
 /// # Panics
 /// If `crop` does not lie inside the picture or `step` is 0.
 #[must_use]
-pub fn sample(image: &Image, crop: Region, sigma: f64, step: usize) -> Plane {
+pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
     assert!(
         crop.fits(image.width, image.height) && step > 0,
         "{crop:?} in {} x {}",
@@ -93,8 +93,9 @@ pub fn sample(image: &Image, crop: Region, sigma: f64, step: usize) -> Plane {
         // grey[i] is column crop.x - radius + i.
         let lead = left + radius - crop.x;
         for (value, pixel) in grey[lead..].iter_mut().zip(rgb.chunks_exact(3)) {
-            *value =
-                LUMA[0] * f32::from(pixel[0]) + LUMA[1] * f32::from(pixel[1]) + LUMA[2] * f32::from(pixel[2]);
+            *value = channels[0] * f32::from(pixel[0])
+                + channels[1] * f32::from(pixel[1])
+                + channels[2] * f32::from(pixel[2]);
         }
         let (front, back) = (grey[lead], grey[lead + right - left - 1]);
         grey[..lead].fill(front);
@@ -216,7 +217,7 @@ mod tests {
                 width: 1 + (far.0 * (width - x) as f64) as usize % (width - x),
                 height: 1 + (far.1 * (height - y) as f64) as usize % (height - y),
             };
-            let plane = sample(&image, crop, sigma, step);
+            let plane = sample(&image, crop, LUMA, sigma, step);
             for (found, wanted) in plane.values.iter().zip(literal(&image, crop, sigma, step)) {
                 prop_assert!((f64::from(*found) - wanted).abs() < 1e-2, "{found} {wanted}");
             }
@@ -236,7 +237,7 @@ mod tests {
 
     #[test]
     fn a_place_and_its_pixel_are_one() {
-        let plane = sample(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, 0.5, 4);
+        let plane = sample(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, LUMA, 0.5, 4);
         assert_eq!(plane.origin, (10, 7));
         assert_eq!(plane.place(plane.pixel(2.5, 3.0)), (2.5, 3.0));
     }

@@ -57,63 +57,6 @@ pub fn edge(plane: &Plane, part: impl Fn(usize) -> bool, threshold: f32) -> Opti
     Some(plane.pixel(x, y as f64 - rise))
 }
 
-/// The parts of a plane whose samples exceed a threshold and hang together, corner to corner included.
-#[derive(Clone, Debug)]
-pub struct Parts {
-    /// For each sample the number of its part, from 1; 0 is background.
-    pub labels: Vec<u32>,
-    /// Each part, number 1 first.
-    pub parts: Vec<Part>,
-}
-
-/// One connected part of a plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Part {
-    /// Samples.
-    pub area: usize,
-    /// The brightest of its samples.
-    pub peak: f32,
-    /// The square of the least distance from a sample to the anchor, in samples.
-    pub distance: f64,
-}
-
-impl Parts {
-    /// Finds the parts above `threshold`; `anchor` is the place (column, row) that distances are measured to.
-    #[must_use]
-    pub fn of(plane: &Plane, threshold: f32, anchor: (f64, f64)) -> Self {
-        let mut labels = vec![0; plane.values.len()];
-        let mut parts = Vec::new();
-        let mut stack = Vec::new();
-        for seed in 0..labels.len() {
-            if labels[seed] != 0 || plane.values[seed] <= threshold {
-                continue;
-            }
-            let label = parts.len() as u32 + 1;
-            let mut part = Part { area: 0, peak: threshold, distance: f64::INFINITY };
-            labels[seed] = label;
-            stack.push(seed);
-            while let Some(at) = stack.pop() {
-                let (x, y) = (at % plane.width, at / plane.width);
-                let (dx, dy) = (x as f64 - anchor.0, y as f64 - anchor.1);
-                part.area += 1;
-                part.peak = part.peak.max(plane.values[at]);
-                part.distance = part.distance.min(dx * dx + dy * dy);
-                for row in y.saturating_sub(1)..(y + 2).min(plane.height) {
-                    for column in x.saturating_sub(1)..(x + 2).min(plane.width) {
-                        let next = row * plane.width + column;
-                        if labels[next] == 0 && plane.values[next] > threshold {
-                            labels[next] = label;
-                            stack.push(next);
-                        }
-                    }
-                }
-            }
-            parts.push(part);
-        }
-        Self { labels, parts }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -136,15 +79,5 @@ mod tests {
         assert_eq!(edge(&plane, |_| true, 40.0), Some(Pixel::new(104.0, 51.0)));
         assert_eq!(edge(&plane, |_| true, 20.0).map(|tip| tip.y), Some(50.5));
         assert_eq!(edge(&plane, |at| at > 9, 40.0).map(|tip| tip.y), Some(54.0));
-    }
-
-    #[test]
-    fn parts_hang_together_by_corners_and_know_their_distance() {
-        let found = Parts::of(&plane(&["90009", "09000", "00000", "00099"]), 50.0, (4.0, 3.0));
-        let areas: Vec<usize> = found.parts.iter().map(|part| part.area).collect();
-        assert_eq!(areas, [2, 1, 2]);
-        let distances: Vec<f64> = found.parts.iter().map(|part| part.distance).collect();
-        assert_eq!(distances, [13.0, 9.0, 0.0]);
-        assert_eq!(found.labels[..5], [1, 0, 0, 0, 2]);
     }
 }
