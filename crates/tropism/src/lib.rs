@@ -14,3 +14,5 @@ pub mod track;
 pub mod vision;
 
 pub mod greenhouse;
+
+pub mod report;

@@ -1,0 +1,164 @@
+//! Figures and tables of an experiment, beside the paper's.
+//!
+//! In come tracks, photographs and numbers; out comes [`Figure`]s (SVG text or JPEG bytes) and one [`Page`] of HTML that
+//! needs nothing beside it. Everything here is a pure function of its arguments: the same data give the same bytes.
+//! Colours are CSS classes, so that a figure is legible on light ground, on dark ground and in print.
+//!
+//! # References
+//! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 8, doi:10.1109/SASO.2016.8.
+
+mod composite;
+mod evolution;
+mod page;
+mod plot;
+mod shifts;
+mod speed;
+mod trajectories;
+
+pub use composite::{Composite, composite};
+pub use evolution::{fitness_boxes, fitness_run};
+pub use page::{NumberRow, Page, Table};
+pub use shifts::shift_maps;
+pub use speed::speed;
+pub use trajectories::{directions, steering, trajectories};
+
+/// What kind of plants results come from: every caption and every page says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plants {
+    /// Plants that grew.
+    Real,
+    /// Virtual beans in the virtual tent.
+    Virtual,
+    /// The tip-motion model made from real plants.
+    ModelOfReal,
+    /// The tip-motion model made from virtual plants.
+    ModelOfVirtual,
+}
+
+impl Plants {
+    /// Whether virtual plants stand anywhere behind the results.
+    #[must_use]
+    pub const fn is_virtual(self) -> bool {
+        matches!(self, Self::Virtual | Self::ModelOfVirtual)
+    }
+
+    /// The sentence that ends a caption.
+    #[must_use]
+    pub const fn sentence(self) -> &'static str {
+        match self {
+            Self::Real => "The plants are real.",
+            Self::Virtual => "The plants are virtual.",
+            Self::ModelOfReal => "In simulation: a model of real plants.",
+            Self::ModelOfVirtual => "In simulation: a model of virtual plants.",
+        }
+    }
+}
+
+/// A numbered figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// The paper's number, such as `4a`.
+    pub number: &'static str,
+    /// A few words.
+    pub title: String,
+    /// What it shows, and whether the plants are real or virtual.
+    pub caption: String,
+    /// What is drawn.
+    pub body: Body,
+}
+
+/// What a figure is drawn with.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Body {
+    /// One `<svg>` whose colours are the classes of the page's style sheet.
+    Svg(String),
+    /// JPEG pictures, side by side.
+    Jpegs(Vec<Vec<u8>>),
+}
+
+impl Figure {
+    /// The figure as files of its own, names and bytes: `figure-4a.svg` with its style sheet in it, or
+    /// `figure-2-1.jpg` and so on.
+    #[must_use]
+    pub fn files(&self) -> Vec<(String, Vec<u8>)> {
+        let number = self.number;
+        match &self.body {
+            Body::Svg(svg) => {
+                let (head, rest) = svg.split_once('>').unwrap_or((svg, ""));
+                let style = plot::style();
+                let file = format!(
+                    "{} xmlns=\"http://www.w3.org/2000/svg\"><style>{style}</style>{rest}\n",
+                    head.trim_end()
+                );
+                vec![(format!("figure-{number}.svg"), file.into_bytes())]
+            }
+            Body::Jpegs(jpegs) => (1..)
+                .zip(jpegs)
+                .map(|(index, jpeg)| (format!("figure-{number}-{index}.jpg"), jpeg.clone()))
+                .collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod testing;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use crate::track::Track;
+
+    fn all(tracks: &[Track], runs: &[Vec<f64>]) -> Vec<Figure> {
+        let empty = Track::default();
+        let first = tracks.first().unwrap_or(&empty);
+        let best = runs.first().map_or(&[][..], Vec::as_slice);
+        let targets = [Point::new(3.0, 6.0)];
+        let mut figures = vec![
+            composite(&[], Plants::Real),
+            speed(tracks, Plants::Real),
+            trajectories(tracks, Plants::Real),
+            directions(tracks, Plants::Real),
+            fitness_boxes(runs, Plants::ModelOfReal),
+            fitness_run(best, best, Plants::ModelOfReal),
+            steering("8", "Reality", first, &targets, -3.25, Plants::Real),
+            steering("8", "Reality", first, &[], 0.0, Plants::Real),
+        ];
+        figures.extend(shift_maps(tracks, Plants::Real));
+        figures
+    }
+
+    #[test]
+    fn degenerate_data_still_make_figures() {
+        let one = testing::track(&[(0.0, 4.0, '-')]);
+        let still = testing::track(&[(0.0, 4.0, 'l'); 5]);
+        let huge = testing::track(&[(-1e300, 4.0, 'l'), (1e300, 1e-300, 'r'), (0.0, -1e300, 'r')]);
+        let cases: [(&[Track], &[Vec<f64>]); 6] = [
+            (&[], &[]),
+            (&[Track::default()], &[vec![]]),
+            (&[one], &[vec![1.0]]),
+            (&[still], &[vec![0.0, 0.0], vec![1.0]]),
+            (&[huge], &[vec![-1e300, 1e300]]),
+            (&testing::swings(9, 40), &[vec![f64::NAN, f64::INFINITY, 3.0]]),
+        ];
+        for (tracks, runs) in cases {
+            for figure in all(tracks, runs) {
+                if let Body::Svg(svg) = &figure.body {
+                    testing::assert_well_formed(svg);
+                    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{}: {svg}", figure.number);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn captions_say_what_the_plants_are() {
+        let tracks = testing::swings(2, 20);
+        for figure in shift_maps(&tracks, Plants::Virtual).iter().chain(&[speed(&tracks, Plants::Virtual)]) {
+            assert!(figure.caption.ends_with("The plants are virtual."));
+        }
+        for figure in all(&tracks, &[vec![1.0]]) {
+            assert!(figure.caption.contains("real"), "{}", figure.caption);
+        }
+    }
+}
