@@ -1,0 +1,233 @@
+//! What the plant is to do, and how well it did: targets and eq. (9).
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Point;
+use crate::track::Track;
+
+/// Targets that the tip is to visit, from the lowest to the highest (section 2.3.1).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Task {
+    /// Tip of the seedling at the start of a simulated experiment, in cm. Paper: (0, 4).
+    pub start: Point,
+    /// Targets in ascending height, in cm. Paper: (3, 6), (-5, 9), (-1, 13.5).
+    pub targets: Vec<Point>,
+    /// Height of the tip at which the experiment ends, in cm. Paper: 13.8.
+    pub end_height_cm: f64,
+    /// Steps after which the experiment ends although the tip is lower. The paper names no limit; its longest experiment
+    /// is 1000 steps.
+    pub max_steps: u32,
+}
+
+impl Default for Task {
+    fn default() -> Self {
+        Self {
+            start: Point::new(0.0, 4.0),
+            targets: vec![Point::new(3.0, 6.0), Point::new(-5.0, 9.0), Point::new(-1.0, 13.5)],
+            end_height_cm: 13.8,
+            max_steps: 1000,
+        }
+    }
+}
+
+/// A task that cannot be.
+#[derive(Debug, PartialEq, thiserror::Error)]
+#[error("found {key} = {found}, wanted {wanted}")]
+pub struct TaskError {
+    /// Which setting.
+    pub key: String,
+    /// Its value.
+    pub found: String,
+    /// What it should be.
+    pub wanted: &'static str,
+}
+
+/// Where the tip was when it first reached a target's height.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Crossing {
+    /// Step of the observation.
+    pub step: u32,
+    /// Distance between tip and target, in cm.
+    pub distance_cm: f64,
+}
+
+impl Task {
+    /// No targets: grow for `steps` steps whatever the height, as in the open-loop experiments (section 2.2.1).
+    #[must_use]
+    pub fn open_loop(steps: u32) -> Self {
+        Self { targets: Vec::new(), end_height_cm: f64::INFINITY, max_steps: steps, ..Self::default() }
+    }
+
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`TaskError`] names the key, its value and what was wanted.
+    pub fn check(&self) -> Result<(), TaskError> {
+        let error = |key: &str, found: String, wanted| Err(TaskError { key: key.to_owned(), found, wanted });
+        if !self.start.is_finite() || self.start.y <= 0.0 {
+            return error(
+                "start",
+                format!("{:?}", <[f64; 2]>::from(self.start)),
+                "[x, y] in cm with y above 0",
+            );
+        }
+        for (index, target) in self.targets.iter().enumerate() {
+            let below = index.checked_sub(1).map_or(self.start.y, |below| self.targets[below].y);
+            if !target.is_finite() || target.y <= below {
+                let found = format!("{:?}", <[f64; 2]>::from(*target));
+                return error(&format!("targets[{index}]"), found, "a target higher than the one before it");
+            }
+        }
+        let highest = self.targets.last().map_or(self.start.y, |target| target.y);
+        if self.end_height_cm.is_nan() || self.end_height_cm < highest {
+            return error("end_height_cm", self.end_height_cm.to_string(), "at least the highest target");
+        }
+        if self.max_steps == 0 || self.max_steps > 1_000_000 {
+            return error("max_steps", self.max_steps.to_string(), "1 to 1000000");
+        }
+        Ok(())
+    }
+
+    /// Whether an experiment is over when the tip stands at `tip` at `step`.
+    #[must_use]
+    pub fn is_over(&self, step: u32, tip: Point) -> bool {
+        tip.y >= self.end_height_cm || step >= self.max_steps
+    }
+
+    /// The discrete fitness f of one step from `before` to `after`, in cm, eq. (9): movement towards the next target
+    /// counts, movement away from it counts against. `floor` is the height of the tip at the start, y*_0.
+    #[must_use]
+    pub fn step_fitness(&self, floor: f64, before: Point, after: Point) -> f64 {
+        if after.y < floor {
+            return 0.0;
+        }
+        let Some(target) = self.targets.iter().find(|target| after.y < target.y) else { return 0.0 };
+        let shift = after.x - before.x;
+        if after.x < target.x {
+            shift
+        } else if after.x > target.x {
+            -shift
+        } else {
+            shift.abs()
+        }
+    }
+
+    /// The fitness F of a track, in cm, eq. (9).
+    ///
+    /// A tip that goes straight to each target gets all there is, 15 for the paper's task:
+    ///
+    /// ```
+    /// use tropism::task::Task;
+    /// use tropism::track::Track;
+    /// let straight = "tip_x_cm,tip_y_cm,light\n0,4,right\n3,5.9,left\n-5,8.9,right\n-1,13.4,dark\n";
+    /// let track = Track::read_csv(straight.as_bytes())?;
+    /// assert_eq!(Task::default().fitness(&track), 15.0);
+    /// assert_eq!(Task::default().best(), 15.0);
+    /// # Ok::<(), tropism::track::TrackError>(())
+    /// ```
+    #[must_use]
+    pub fn fitness(&self, track: &Track) -> f64 {
+        let floor = track.samples.first().map_or(self.start.y, |first| first.tip.y);
+        track.samples.windows(2).map(|pair| self.step_fitness(floor, pair[0].tip, pair[1].tip)).sum()
+    }
+
+    /// The best fitness there can be, in cm: the way in x that the tip needs to visit all targets (section 2.3.2).
+    #[must_use]
+    pub fn best(&self) -> f64 {
+        let stops: Vec<f64> =
+            core::iter::once(self.start.x).chain(self.targets.iter().map(|target| target.x)).collect();
+        stops.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
+    }
+
+    /// For each target, where the tip was when it first reached the target's height; `None` if it never did.
+    #[must_use]
+    pub fn crossings(&self, track: &Track) -> Vec<Option<Crossing>> {
+        let crossing = |target: &Point| {
+            let sample = track.samples.iter().find(|sample| sample.tip.y >= target.y)?;
+            Some(Crossing { step: sample.step, distance_cm: sample.tip.distance(*target) })
+        };
+        self.targets.iter().map(crossing).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Light;
+    use crate::observation::Quality;
+    use crate::track::Sample;
+    use proptest::prelude::*;
+
+    fn track(tips: &[(f64, f64)]) -> Track {
+        let samples = tips.iter().enumerate().map(|(step, &(x, y))| Sample {
+            step: step as u32,
+            time_s: 0.0,
+            tip: Point::new(x, y),
+            light: Some(Light::Left),
+            quality: Quality::Simulated,
+        });
+        Track { samples: samples.collect(), columns: Vec::new() }
+    }
+
+    #[test]
+    fn crossing_a_target_costs_the_whole_step() {
+        let task = Task::default();
+        // From 2.9 over the target at 3 to 3.1: eq. (9) asks where the tip is after the step.
+        assert!((task.fitness(&track(&[(2.9, 5.0), (3.1, 5.1)])) + 0.2).abs() < 1e-12);
+        // A step that ends exactly on the target counts, whichever way it came.
+        assert!((task.fitness(&track(&[(3.2, 5.0), (3.0, 5.1)])) - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn steps_below_the_start_and_above_the_last_target_do_not_count() {
+        let task = Task::default();
+        assert_eq!(task.fitness(&track(&[(0.0, 4.0), (1.0, 3.9)])), 0.0);
+        assert_eq!(task.fitness(&track(&[(0.0, 13.5), (1.0, 13.6)])), 0.0);
+        assert_eq!(task.fitness(&track(&[(0.0, 5.9), (1.0, 6.0)])), -1.0);
+    }
+
+    #[test]
+    fn crossings_tell_step_and_distance() {
+        let crossings = Task::default().crossings(&track(&[(0.0, 4.0), (3.0, 6.0), (0.0, 9.0)]));
+        assert_eq!(crossings[0], Some(Crossing { step: 1, distance_cm: 0.0 }));
+        assert_eq!(crossings[1], Some(Crossing { step: 2, distance_cm: 5.0 }));
+        assert_eq!(crossings[2], None);
+    }
+
+    #[test]
+    fn a_file_with_mistakes_is_refused() {
+        Task::default().check().unwrap();
+        Task::open_loop(1000).check().unwrap();
+        let swapped = Task { targets: vec![Point::new(1.0, 9.0), Point::new(1.0, 6.0)], ..Task::default() };
+        assert!(swapped.check().unwrap_err().to_string().contains("targets[1] = [1.0, 6.0]"));
+        let low = Task { end_height_cm: 10.0, ..Task::default() };
+        assert!(low.check().unwrap_err().to_string().contains("end_height_cm"));
+        let buried = Task { start: Point::new(0.0, -1.0), ..Task::default() };
+        assert!(buried.check().is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn a_mirrored_track_has_the_fitness_of_the_mirrored_task(
+            tips in prop::collection::vec((-10.0..10.0, 3.0..15.0), 2..40),
+        ) {
+            let task = Task::default();
+            let image = Task {
+                targets: task.targets.iter().map(|target| target.mirrored()).collect(),
+                ..Task::default()
+            };
+            let track = track(&tips);
+            prop_assert_eq!(task.fitness(&track), image.fitness(&track.mirrored()));
+        }
+
+        #[test]
+        fn no_rising_track_beats_the_best(xs in prop::collection::vec(-10.0..10.0, 30)) {
+            // Rising from the start, as a growing plant does: each height is passed once.
+            let tips: Vec<(f64, f64)> = std::iter::once((0.0, 4.0))
+                .chain(xs.iter().enumerate().map(|(step, &x)| (x, 4.3 + 0.3 * step as f64)))
+                .collect();
+            prop_assert!(Task::default().fitness(&track(&tips)) <= Task::default().best() + 1e-9);
+        }
+    }
+}
