@@ -1,0 +1,77 @@
+//! One loop for three worlds: a model, the virtual tent and a real tent.
+//!
+//! A world can be observed and stepped; [`run`] closes the loop of observation and light and writes down a [`Track`].
+//! That a simulated and a measured plant both become a track, scored by one fitness, is the paper's reality gap as a
+//! type.
+
+use std::ops::ControlFlow;
+
+use crate::control::Controller;
+use crate::light::Light;
+use crate::observation::Observation;
+use crate::task::Task;
+use crate::track::{PERIOD_MIN, Sample, Track};
+
+/// A world with one plant and two lamps.
+pub trait Environment {
+    /// Why the world cannot be observed or stepped.
+    type Error;
+
+    /// What is seen of the plant now.
+    ///
+    /// # Errors
+    /// If the plant was never seen, or the world is broken.
+    fn observe(&mut self) -> Result<Observation, Self::Error>;
+
+    /// Lights one lamp for one step. In a tent this returns when the lamp is lit; the step's five minutes pass before
+    /// the next observation.
+    ///
+    /// # Errors
+    /// If the lamp cannot be lit.
+    fn step(&mut self, light: Light) -> Result<(), Self::Error>;
+
+    /// Minutes between observations.
+    fn period_min(&self) -> f64 {
+        PERIOD_MIN
+    }
+}
+
+/// Runs `controller` in `world` until `task` is over, or `watch` breaks off.
+///
+/// `watch` sees each sample as it is complete: tip and the light decided for it. The track of N steps has N + 1 samples,
+/// the last one dark. A broken-off track ends with the sample at which `watch` broke off.
+///
+/// # Errors
+/// Those of the world.
+pub fn run<W: Environment>(
+    world: &mut W,
+    controller: &mut (impl Controller + ?Sized),
+    task: &Task,
+    watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
+) -> Result<Track, W::Error> {
+    let mut track = Track::default();
+    for step in 0.. {
+        let seen = world.observe()?;
+        let is_over = task.is_over(step, seen.tip);
+        let light = (!is_over).then(|| controller.decide(&seen));
+        let sample = Sample {
+            step,
+            time_s: f64::from(step) * world.period_min() * 60.0,
+            tip: seen.tip,
+            light,
+            quality: seen.quality,
+        };
+        let flow = watch(&sample);
+        track.samples.push(sample);
+        match light {
+            Some(light) if flow.is_continue() => world.step(light)?,
+            _ => break,
+        }
+    }
+    Ok(track)
+}
+
+/// A `watch` for [`run`] that lets every step pass.
+pub fn unwatched(_sample: &Sample) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
