@@ -230,6 +230,23 @@ impl Class {
     }
 }
 
+impl std::fmt::Display for Class {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl std::str::FromStr for Class {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Self, String> {
+        [Self::Ok, Self::Corrupt, Self::Foreign, Self::Dark, Self::NoPlant]
+            .into_iter()
+            .find(|class| class.name() == word)
+            .ok_or_else(|| format!("found class {word:?}, wanted ok, corrupt, foreign, dark or noplant"))
+    }
+}
+
 /// What an [`Eye`] makes of one photograph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {

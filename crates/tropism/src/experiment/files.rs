@@ -1,0 +1,235 @@
+//! Files in and out, with errors that name the file.
+
+use std::error::Error;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+
+use crate::photo::Photo;
+use crate::track::Track;
+
+/// A file that could not be read or written, or does not hold what it should.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The disk said no.
+    #[error("{path}: cannot {action}: {source}")]
+    Disk {
+        /// What was tried.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The content is not what it should be.
+    #[error("{path}: {problem}")]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What was found, and what was wanted.
+        problem: String,
+    },
+}
+
+fn disk(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> FileError {
+    move |source| FileError::Disk { action, path: path.to_owned(), source }
+}
+
+fn content(path: &Path) -> impl FnOnce(&dyn Error) -> FileError {
+    move |error| FileError::Content {
+        path: path.to_owned(),
+        problem: error.to_string().trim_end().to_owned(),
+    }
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn read(path: &Path) -> Result<Vec<u8>, FileError> {
+    fs::read(path).map_err(disk("read", path))
+}
+
+/// The text of a file.
+///
+/// # Errors
+/// [`FileError`]; text that is not UTF-8 is an error.
+pub fn read_text(path: &Path) -> Result<String, FileError> {
+    String::from_utf8(read(path)?).map_err(|error| content(path)(&error))
+}
+
+/// What `parse` makes of the text of a file.
+///
+/// # Errors
+/// [`FileError`] with the message of `parse` and the name of the file.
+pub fn read_as<T, E: Error>(path: &Path, parse: impl FnOnce(&str) -> Result<T, E>) -> Result<T, FileError> {
+    parse(&read_text(path)?).map_err(|error| content(path)(&error))
+}
+
+/// A TOML file.
+///
+/// # Errors
+/// [`FileError`]; a misspelt key is shown with its line.
+pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
+    read_as(path, |text| toml::from_str(text))
+}
+
+/// A track.
+///
+/// # Errors
+/// [`FileError`].
+pub fn read_track(path: &Path) -> Result<Track, FileError> {
+    Track::read_csv(read(path)?.as_slice()).map_err(|error| content(path)(&error))
+}
+
+/// A photograph.
+///
+/// # Errors
+/// [`FileError`] if the file cannot be read; whether it holds a picture shows when it is decoded.
+pub fn read_photo(path: &Path, time_s: f64) -> Result<Photo, FileError> {
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    Ok(Photo { name, bytes: read(path)?, time_s })
+}
+
+/// The SHA-256 of `bytes`, in hexadecimal.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Makes a folder and those above it.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn make_folder(path: &Path) -> Result<(), FileError> {
+    fs::create_dir_all(path).map_err(disk("make the folder", path))
+}
+
+/// Writes a file whole or not at all: under another name first, then renamed. What was there before stays until then.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    write_with(path, bytes, false)
+}
+
+/// [`write`], and with `is_synced` the file and its folder are on the disk when it returns, whatever happens to the power.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn write_with(path: &Path, bytes: &[u8], is_synced: bool) -> Result<(), FileError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let result = (|| {
+        let mut file = fs::File::create(&part)?;
+        file.write_all(bytes)?;
+        if is_synced {
+            file.sync_all()?;
+        }
+        fs::rename(&part, path)?;
+        if is_synced {
+            fs::File::open(folder)?.sync_all()?;
+        }
+        Ok(())
+    })();
+    result.map_err(|source| {
+        let _ = fs::remove_file(&part);
+        FileError::Disk { action: "write", path: path.to_owned(), source }
+    })
+}
+
+/// Writes a track as CSV.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn write_track(path: &Path, track: &Track) -> Result<(), FileError> {
+    let mut bytes = Vec::new();
+    track.write_csv(&mut bytes).map_err(|error| content(path)(&error))?;
+    write(path, &bytes)
+}
+
+/// The photographs that `paths` name: files as they are, and of folders all JPEG and PNG files in them. In the order of
+/// the numbers and words in their names: `frame9.jpg` stands before `frame10.jpg`.
+///
+/// # Errors
+/// [`FileError`] if a path does not exist or a folder holds no photograph.
+pub fn photographs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FileError> {
+    let mut found = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            fs::metadata(path).map_err(disk("read", path))?;
+            found.push(path.clone());
+            continue;
+        }
+        let before = found.len();
+        for entry in fs::read_dir(path).map_err(disk("read", path))? {
+            let entry = entry.map_err(disk("read", path))?.path();
+            let extension = entry.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+            if matches!(extension.as_deref(), Some("jpg" | "jpeg" | "png")) {
+                found.push(entry);
+            }
+        }
+        if found.len() == before {
+            let problem = "found no .jpg, .jpeg or .png file, wanted photographs".to_owned();
+            return Err(FileError::Content { path: path.clone(), problem });
+        }
+        found[before..]
+            .sort_by_cached_key(|path| natural(&path.file_name().unwrap_or_default().to_string_lossy()));
+    }
+    Ok(found)
+}
+
+/// A name cut into words and numbers, to be ordered as a person would.
+fn natural(name: &str) -> Vec<(String, u128, String)> {
+    let mut parts = Vec::new();
+    let mut rest = name;
+    while !rest.is_empty() {
+        let word = rest.find(|letter: char| letter.is_ascii_digit()).unwrap_or(rest.len());
+        let (text, after) = rest.split_at(word);
+        let digits = after.find(|letter: char| !letter.is_ascii_digit()).unwrap_or(after.len());
+        let (number, after) = after.split_at(digits);
+        parts.push((text.to_lowercase(), number.parse().unwrap_or(u128::MAX), number.to_owned()));
+        rest = after;
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_ordered_by_their_numbers() {
+        let mut names = ["frame10.jpg", "frame9.jpg", "Frame1.jpg", "a.jpg", "frame009.jpg"];
+        names.sort_by_cached_key(|name| natural(name));
+        assert_eq!(names, ["a.jpg", "Frame1.jpg", "frame009.jpg", "frame9.jpg", "frame10.jpg"]);
+    }
+
+    #[test]
+    fn a_failed_write_leaves_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write(&path, b"before").unwrap();
+        // The name of the part is taken by a folder: the write cannot begin.
+        fs::create_dir(folder.path().join("a.txt.part")).unwrap();
+        let error = write(&path, b"after").unwrap_err().to_string();
+        assert!(error.contains("a.txt: cannot write"), "{error}");
+        assert_eq!(read(&path).unwrap(), b"before");
+    }
+
+    #[test]
+    fn errors_name_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = photographs(&[folder.path().to_owned()]).unwrap_err().to_string();
+        assert!(error.contains("wanted photographs"), "{error}");
+        let absent = folder.path().join("absent.csv");
+        assert!(read_track(&absent).unwrap_err().to_string().contains("absent.csv: cannot read"));
+        write(&absent, b"x,y\n").unwrap();
+        assert!(read_track(&absent).unwrap_err().to_string().contains("wanted \"tip_x_cm\""));
+    }
+}

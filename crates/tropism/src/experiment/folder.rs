@@ -1,0 +1,178 @@
+//! The folder of a run.
+
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use super::files::{self, FileError};
+use super::journal::{Durability, Journal, JournalError, Row};
+use crate::observation::Quality;
+use crate::track::{Column, Track};
+
+/// An open run folder. Only one program at a time has it.
+#[derive(Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+    journal: Journal,
+    durability: Durability,
+    _lock: File,
+}
+
+/// Why a run folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// A file in it.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Its journal.
+    #[error("{path}: {source}")]
+    Journal {
+        /// The journal.
+        path: PathBuf,
+        /// What is wrong.
+        source: JournalError,
+    },
+    /// A run is there already.
+    #[error("{path}: found a run here already, wanted a new folder (or --resume to go on with it)")]
+    Taken {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The run there was started otherwise.
+    #[error(
+        "{path}: found a run that was started with other settings ({found:?}), wanted {wanted:?}; use another folder"
+    )]
+    OtherRun {
+        /// Its configuration.
+        path: PathBuf,
+        /// The first line that differs, there.
+        found: String,
+        /// The same line as asked for now.
+        wanted: String,
+    },
+    /// Another program has it.
+    #[error("{path}: found the run in use by another program, wanted it free")]
+    InUse {
+        /// The folder.
+        path: PathBuf,
+    },
+}
+
+impl RunFolder {
+    /// Makes the run folder at `path`, or with `is_resumed` opens the one that is there if its configuration is `run`.
+    ///
+    /// `run` is the text of `run.toml`: all that decides the run's outcome.
+    ///
+    /// # Errors
+    /// [`FolderError`]. Nothing that was there is changed.
+    pub fn open(
+        path: &Path,
+        run: &str,
+        durability: Durability,
+        is_resumed: bool,
+    ) -> Result<Self, FolderError> {
+        let config = path.join("run.toml");
+        let is_there = config.exists();
+        if is_there && !is_resumed {
+            return Err(FolderError::Taken { path: path.to_owned() });
+        }
+        files::make_folder(&path.join("photographs"))?;
+        let lock = lock(path)?;
+        if is_there {
+            let there = files::read_text(&config)?;
+            if there != run {
+                let (found, wanted) = first_difference(&there, run);
+                return Err(FolderError::OtherRun { path: config, found, wanted });
+            }
+        } else {
+            files::write(&config, run.as_bytes())?;
+        }
+        let file = path.join("journal.sqlite");
+        let journal =
+            Journal::open(&file, durability).map_err(|source| FolderError::Journal { path: file, source })?;
+        Ok(Self { path: path.to_owned(), journal, durability, _lock: lock })
+    }
+
+    /// Where the folder is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The journal.
+    #[must_use]
+    pub const fn journal(&self) -> &Journal {
+        &self.journal
+    }
+
+    /// Keeps a photograph: it is whole in its place, or not there at all.
+    ///
+    /// # Errors
+    /// [`FileError::Disk`].
+    pub fn keep_photo(&self, name: &str, bytes: &[u8]) -> Result<(), FileError> {
+        files::write_with(
+            &self.path.join("photographs").join(name),
+            bytes,
+            self.durability == Durability::Full,
+        )
+    }
+
+    /// All recorded steps.
+    ///
+    /// # Errors
+    /// [`FolderError::Journal`].
+    pub fn rows(&self) -> Result<Vec<Row>, FolderError> {
+        self.journal
+            .rows()
+            .map_err(|source| FolderError::Journal { path: self.path.join("journal.sqlite"), source })
+    }
+
+    /// Writes `track.csv`: `track` with the photograph of each step and the place of the tip in it.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn write_track(&self, track: &Track) -> Result<(), FolderError> {
+        let rows = self.rows()?;
+        let rows = &rows[..track.samples.len().min(rows.len())];
+        let mut track = track.clone();
+        let text = |name: &str, value: &dyn Fn(&Row) -> String| Column {
+            name: name.to_owned(),
+            values: rows.iter().map(value).collect(),
+        };
+        // A held tip is not in this photograph: it has no place there.
+        let place = |row: &Row, axis: usize| {
+            let is_measured =
+                row.seen.observation.as_ref().is_some_and(|seen| seen.quality == Quality::Measured);
+            let pixel = row.seen.pixel.filter(|_| is_measured);
+            pixel.map_or_else(String::new, |pixel| format!("{:.2}", [pixel.x, pixel.y][axis]))
+        };
+        track.columns = vec![
+            text("frame", &|row| row.photo.clone()),
+            text("tip_x_px", &|row| place(row, 0)),
+            text("tip_y_px", &|row| place(row, 1)),
+            text("class", &|row| row.seen.class.to_string()),
+        ];
+        Ok(files::write_track(&self.path.join("track.csv"), &track)?)
+    }
+}
+
+fn lock(path: &Path) -> Result<File, FolderError> {
+    let name = path.join("run.lock");
+    let disk = |source| FileError::Disk { action: "lock", path: name.clone(), source };
+    let file = File::create(&name).map_err(disk)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(FolderError::InUse { path: path.to_owned() }),
+        Err(TryLockError::Error(source)) => Err(disk(source).into()),
+    }
+}
+
+fn first_difference(there: &str, here: &str) -> (String, String) {
+    let end = "the end of the file";
+    let (mut there, mut here) = (there.lines(), here.lines());
+    loop {
+        match (there.next(), here.next()) {
+            (Some(a), Some(b)) if a == b => {}
+            (a, b) => return (a.unwrap_or(end).to_owned(), b.unwrap_or(end).to_owned()),
+        }
+    }
+}

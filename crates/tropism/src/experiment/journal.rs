@@ -1,0 +1,250 @@
+//! The journal of a run: SQLite, one row a step.
+
+use std::path::Path;
+
+use rusqlite::{Connection, OptionalExtension, params};
+
+use crate::geometry::{Pixel, Point};
+use crate::light::{self, Light};
+use crate::observation::{Observation, Quality};
+use crate::vision::{Class, Seen};
+
+/// What a power cut may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Durability {
+    /// Nothing: every step is on the disk before the next begins. For real plants.
+    Full,
+    /// The steps of the last seconds; a killed program costs nothing. For virtual plants at full speed.
+    Fast,
+}
+
+/// One step as it was recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Step, from 0.
+    pub step: u32,
+    /// Seconds since the start.
+    pub time_s: f64,
+    /// File of the photograph in `photographs/`.
+    pub photo: String,
+    /// Its size, in bytes.
+    pub photo_bytes: u64,
+    /// Its SHA-256, in hexadecimal.
+    pub photo_sha256: String,
+    /// What was seen.
+    pub seen: Seen,
+    /// The light decided upon; `None` before the decision, and at the last step of a run.
+    pub decided: Option<Light>,
+    /// Whether the lamp was then lit.
+    pub is_done: bool,
+}
+
+/// Why a journal cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// SQLite's own error.
+    #[error(transparent)]
+    Sqlite(#[from] rusqlite::Error),
+    /// A damaged file.
+    #[error("found a damaged journal ({0}), wanted one that SQLite's quick_check passes")]
+    Damaged(String),
+    /// A value that cannot be one.
+    #[error("step {step}: found {column} {found:?}, wanted {wanted}")]
+    Value {
+        /// Row.
+        step: u32,
+        /// Column.
+        column: &'static str,
+        /// What stands there.
+        found: String,
+        /// What should stand there.
+        wanted: &'static str,
+    },
+    /// A schema that this version does not know.
+    #[error("found journal schema {0}, wanted {SCHEMA}")]
+    Schema(i64),
+}
+
+const SCHEMA: i64 = 1;
+
+/// An open journal.
+#[derive(Debug)]
+pub struct Journal {
+    db: Connection,
+}
+
+impl Journal {
+    /// Opens the journal at `path`, or makes one.
+    ///
+    /// # Errors
+    /// [`JournalError`] if the file is no journal, damaged, or of another schema.
+    pub fn open(path: &Path, durability: Durability) -> Result<Self, JournalError> {
+        let db = Connection::open(path)?;
+        db.pragma_update(None, "journal_mode", "WAL")?;
+        // FULL syncs the log at every commit; OFF leaves that to the system, which a killed program does not disturb.
+        db.pragma_update(None, "synchronous", if durability == Durability::Full { "FULL" } else { "OFF" })?;
+        let check: String = db.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
+        if check != "ok" {
+            return Err(JournalError::Damaged(check));
+        }
+        let schema: i64 = db.query_row("PRAGMA user_version", [], |row| row.get(0))?;
+        match schema {
+            SCHEMA => {}
+            0 => db.execute_batch(&format!(
+                "BEGIN;
+                 CREATE TABLE steps (
+                     step INTEGER PRIMARY KEY, time_s REAL NOT NULL,
+                     photo TEXT NOT NULL, photo_bytes INTEGER NOT NULL, photo_sha256 TEXT NOT NULL,
+                     tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
+                     quality TEXT, class TEXT NOT NULL,
+                     decided TEXT, done INTEGER NOT NULL DEFAULT 0);
+                 CREATE TABLE start (unix_s REAL NOT NULL);
+                 PRAGMA user_version = {SCHEMA};
+                 COMMIT;"
+            ))?,
+            other => return Err(JournalError::Schema(other)),
+        }
+        Ok(Self { db })
+    }
+
+    /// When the experiment began, in seconds since 1970: `now` if this is its beginning.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn start(&self, now: f64) -> Result<f64, JournalError> {
+        self.db.execute("INSERT INTO start SELECT ? WHERE NOT EXISTS (SELECT * FROM start)", [now])?;
+        Ok(self.db.query_row("SELECT unix_s FROM start", [], |row| row.get(0))?)
+    }
+
+    /// Writes down a photograph that is safe on the disk, and what was seen in it.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn saw(&self, row: &Row) -> Result<(), JournalError> {
+        let tip = row.seen.observation.as_ref();
+        self.db
+            .prepare_cached(
+                "INSERT OR REPLACE INTO steps (step, time_s, photo, photo_bytes, photo_sha256,
+                     tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class)
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            )?
+            .execute(params![
+                row.step,
+                row.time_s,
+                row.photo,
+                row.photo_bytes as i64,
+                row.photo_sha256,
+                tip.map(|seen| seen.tip.x),
+                tip.map(|seen| seen.tip.y),
+                row.seen.pixel.map(|pixel| pixel.x),
+                row.seen.pixel.map(|pixel| pixel.y),
+                tip.map(|seen| seen.quality.name()),
+                row.seen.class.to_string(),
+            ])?;
+        Ok(())
+    }
+
+    /// Writes down the decision of a step, before it is acted upon.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn decided(&self, step: u32, light: Light) -> Result<(), JournalError> {
+        self.db
+            .prepare_cached("UPDATE steps SET decided = ? WHERE step = ?")?
+            .execute(params![light.name(), step])?;
+        Ok(())
+    }
+
+    /// Writes down that the decision of a step was acted upon.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn done(&self, step: u32) -> Result<(), JournalError> {
+        self.db.prepare_cached("UPDATE steps SET done = 1 WHERE step = ?")?.execute([step])?;
+        Ok(())
+    }
+
+    /// All steps in order. They are numbered from 0 without a gap.
+    ///
+    /// # Errors
+    /// [`JournalError`] names the step and the column that cannot be read.
+    pub fn rows(&self) -> Result<Vec<Row>, JournalError> {
+        let mut statement = self.db.prepare(
+            "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px,
+                    quality, class, decided, done FROM steps ORDER BY step",
+        )?;
+        let mut found = statement.query([])?;
+        let mut rows = Vec::new();
+        while let Some(row) = found.next()? {
+            let step: u32 = row.get(0)?;
+            if step as usize != rows.len() {
+                let found = step.to_string();
+                return Err(JournalError::Value {
+                    step,
+                    column: "step",
+                    found,
+                    wanted: "the step after the one above",
+                });
+            }
+            rows.push(Row {
+                step,
+                time_s: row.get(1)?,
+                photo: row.get(2)?,
+                photo_bytes: row.get::<_, i64>(3)? as u64,
+                photo_sha256: row.get(4)?,
+                seen: seen(step, row)?,
+                decided: match row.get::<_, Option<String>>(11)? {
+                    None => None,
+                    Some(word) => light::parse(&word).map_err(|_| JournalError::Value {
+                        step,
+                        column: "decided",
+                        found: word,
+                        wanted: "left or right",
+                    })?,
+                },
+                is_done: row.get(12)?,
+            });
+        }
+        Ok(rows)
+    }
+
+    /// How many steps are recorded.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn count(&self) -> Result<u32, JournalError> {
+        let last: Option<u32> =
+            self.db.query_row("SELECT max(step) FROM steps", [], |row| row.get(0)).optional()?.flatten();
+        Ok(last.map_or(0, |last| last + 1))
+    }
+}
+
+fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<Seen, JournalError> {
+    let point = |x, y| -> Result<Option<[f64; 2]>, rusqlite::Error> {
+        Ok(row.get::<_, Option<f64>>(x)?.zip(row.get::<_, Option<f64>>(y)?).map(|(x, y)| [x, y]))
+    };
+    let quality: Option<String> = row.get(9)?;
+    let quality: Option<Quality> = match quality {
+        None => None,
+        Some(word) => Some(word.parse().map_err(|_| JournalError::Value {
+            step,
+            column: "quality",
+            found: word,
+            wanted: "measured, held or simulated",
+        })?),
+    };
+    let class: String = row.get(10)?;
+    let class: Class = class.parse().map_err(|_| JournalError::Value {
+        step,
+        column: "class",
+        found: class,
+        wanted: "a class of photograph",
+    })?;
+    let observation = point(5, 6)?.zip(quality).map(|(tip, quality)| Observation {
+        tip: Point::from(tip),
+        stem: None,
+        quality,
+    });
+    Ok(Seen { observation, pixel: point(7, 8)?.map(|[x, y]| Pixel::new(x, y)), class })
+}

@@ -1,0 +1,15 @@
+//! What is kept of an experiment: the only module that touches the disk.
+//!
+//! A run folder holds `run.toml` (configuration, seed and version), `journal.sqlite` (one row a step), `photographs/`,
+//! and `track.csv` when the run is over. [`Recorded`] wraps a rig so that the loop itself need not know: it writes down
+//! each step in the order photograph, decision, action, and after an interruption it plays the journal back to the
+//! controller before the loop goes on.
+
+pub mod files;
+mod folder;
+mod journal;
+mod recorded;
+
+pub use folder::{FolderError, RunFolder};
+pub use journal::{Durability, Journal, JournalError, Row};
+pub use recorded::{RecordError, Recorded};
