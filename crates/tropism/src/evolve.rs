@@ -1,0 +1,233 @@
+//! Evolution of controllers on a model (section 2.3.2), the paper's random baseline (section 3.1), and the choice of the
+//! controller that meets reality.
+//!
+//! A model and a task go in, champions come out. Runs share nothing, and every evaluation's luck is named by run,
+//! generation, individual and episode: neither threads nor interruptions change a result.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism_neat::{Config, Generation, Genome, Neat, NeatError, random_genome};
+
+use crate::control::network::{INPUTS, NetworkController, OUTPUTS};
+use crate::plant::PlantModel;
+use crate::random::{self, Draws, Purpose};
+use crate::simulation::fitness_of;
+use crate::task::Task;
+
+/// How controllers are evolved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EvolutionConfig {
+    /// Independent runs. Paper: 20 (section 3.1).
+    pub runs: u32,
+    /// Generations of a run. Paper: 2000.
+    pub generations: u32,
+    /// Simulated plants that each genome steers; its fitness is their mean. Paper: 1, as far as it says.
+    pub episodes: u32,
+    /// NEAT's parameters. Paper: Table 1.
+    pub neat: Config,
+}
+
+impl Default for EvolutionConfig {
+    fn default() -> Self {
+        Self { runs: 20, generations: 2000, episodes: 1, neat: Config::paper() }
+    }
+}
+
+/// An evolution that cannot be.
+#[derive(Debug, thiserror::Error)]
+pub enum EvolutionError {
+    /// A number out of its range.
+    #[error("found {key} = {found}, wanted {wanted}")]
+    Setting {
+        /// Which.
+        key: &'static str,
+        /// Its value.
+        found: u32,
+        /// Its range.
+        wanted: &'static str,
+    },
+    /// NEAT's own.
+    #[error(transparent)]
+    Neat(#[from] NeatError),
+}
+
+impl EvolutionConfig {
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`EvolutionError`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), EvolutionError> {
+        let within = |key, found, most, wanted| {
+            if (1..=most).contains(&found) {
+                Ok(())
+            } else {
+                Err(EvolutionError::Setting { key, found, wanted })
+            }
+        };
+        within("runs", self.runs, 10_000, "1 to 10000")?;
+        within("generations", self.generations, 10_000_000, "1 to 10000000")?;
+        within("episodes", self.episodes, 10_000, "1 to 10000")?;
+        self.neat.check().map_err(NeatError::from)?;
+        Ok(())
+    }
+}
+
+/// One evolutionary run: all that is needed to go on with it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Seed of this run.
+    pub seed: u64,
+    /// Episodes of each evaluation.
+    pub episodes: u32,
+    /// The state of NEAT.
+    pub neat: Neat,
+    /// What came out of each generation so far.
+    pub history: Vec<Generation>,
+}
+
+impl Run {
+    /// Run number `index` of an evolution with `seed`.
+    ///
+    /// # Errors
+    /// [`NeatError`] if NEAT's parameters are out of range.
+    pub fn new(config: &EvolutionConfig, seed: u64, index: u32) -> Result<Self, NeatError> {
+        let seed = random::derive(seed, Purpose::Run, u64::from(index));
+        let neat = Neat::new(config.neat.clone(), INPUTS, OUTPUTS, seed)?;
+        Ok(Self { seed, episodes: config.episodes, neat, history: Vec::new() })
+    }
+
+    /// Evaluates the present population on `model` and breeds the next.
+    pub fn advance<M: PlantModel>(&mut self, model: &M, task: &Task) -> &Generation {
+        let generation = self.neat.generation();
+        let scores: Vec<f64> = self
+            .neat
+            .ask()
+            .iter()
+            .enumerate()
+            .map(|(individual, genome)| {
+                let episode = |episode| {
+                    Draws::new(self.seed, Purpose::Growth, [generation, individual as u32, episode])
+                };
+                mean_fitness(model, task, genome, (0..self.episodes).map(episode))
+            })
+            .collect();
+        self.history.push(self.neat.tell(&scores).expect("as many finite scores as genomes"));
+        &self.history[self.history.len() - 1]
+    }
+
+    /// The best genome so far and its fitness; `None` before the first generation.
+    #[must_use]
+    pub fn champion(&self) -> Option<(&Genome, f64)> {
+        self.neat.champion().map(|champion| (&champion.genome, champion.fitness))
+    }
+}
+
+/// Mean fitness of a genome over `episodes`, each with a network at rest.
+fn mean_fitness<M: PlantModel>(
+    model: &M,
+    task: &Task,
+    genome: &Genome,
+    episodes: impl ExactSizeIterator<Item = Draws>,
+) -> f64 {
+    let count = episodes.len() as f64;
+    let mut sum = 0.0;
+    for draws in episodes {
+        let mut controller = NetworkController::new(genome).expect("evolved for two inputs and one output");
+        sum += fitness_of(model, &mut controller, task, draws);
+    }
+    sum / count
+}
+
+/// What random controllers achieve (section 3.1).
+#[derive(Clone, Debug, Serialize)]
+pub struct Baseline {
+    /// How many were tried.
+    pub count: u64,
+    /// Best fitness, in cm.
+    pub best: f64,
+    /// Median fitness, in cm.
+    pub median: f64,
+    /// The best one.
+    #[serde(skip)]
+    pub champion: Genome,
+}
+
+/// Tries `count` networks as NEAT's initial population makes them, on all threads.
+///
+/// `tick` is told how many more were tried; it returns `false` to break off, and then there is no result.
+///
+/// # Panics
+/// If `count` is 0.
+pub fn baseline<M: PlantModel>(
+    model: &M,
+    task: &Task,
+    neat: &Config,
+    seed: u64,
+    count: u64,
+    tick: impl Fn(u64) -> bool + Sync,
+) -> Option<Baseline> {
+    const CHUNK: u64 = 1000;
+    assert!(count > 0, "at least one controller");
+    let chunks: Option<Vec<Vec<f64>>> = (0..count.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let indices = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+            let scores: Vec<f64> = indices
+                .map(|index| {
+                    let genome = random_genome(neat, INPUTS, OUTPUTS, seed, index);
+                    let name = [(index >> 32) as u32, index as u32, 0];
+                    mean_fitness(model, task, &genome, [Draws::new(seed, Purpose::Growth, name)].into_iter())
+                })
+                .collect();
+            tick(scores.len() as u64).then_some(scores)
+        })
+        .collect();
+    let mut scores = chunks?.concat();
+    let best =
+        (0..scores.len()).fold(0, |best, index| if scores[index] > scores[best] { index } else { best });
+    let (index, fitness) = (best as u64, scores[best]);
+    scores.sort_unstable_by(f64::total_cmp);
+    let middle = scores.len() / 2;
+    let median =
+        if scores.len() % 2 == 1 { scores[middle] } else { 0.5 * (scores[middle - 1] + scores[middle]) };
+    Some(Baseline {
+        count,
+        best: fitness,
+        median,
+        champion: random_genome(neat, INPUTS, OUTPUTS, seed, index),
+    })
+}
+
+/// How a controller does on plants of the model that it did not evolve on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// Mean fitness, in cm.
+    pub mean: f64,
+    /// Standard deviation of the fitness, in cm.
+    pub sd: f64,
+    /// Plants.
+    pub plants: u32,
+}
+
+/// Tries a genome on `plants` fresh plants of the model, the same ones for every genome under one `seed`.
+///
+/// The champion of an evolution is the genome with the highest mean here: luck in growth, which the best fitness of a
+/// single evaluation selects for, is averaged out, and reality is not looked at.
+///
+/// # Panics
+/// If the genome is not a controller, or `plants` is 0.
+#[must_use]
+pub fn trial<M: PlantModel>(model: &M, task: &Task, genome: &Genome, seed: u64, plants: u32) -> Trial {
+    assert!(plants > 0, "at least one plant");
+    let scores: Vec<f64> = (0..plants)
+        .map(|plant| {
+            mean_fitness(model, task, genome, [Draws::new(seed, Purpose::Trial, [plant, 0, 0])].into_iter())
+        })
+        .collect();
+    let mean = scores.iter().sum::<f64>() / f64::from(plants);
+    let variance =
+        scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / f64::from((plants - 1).max(1));
+    Trial { mean, sd: variance.sqrt(), plants }
+}
