@@ -1,12 +1,13 @@
 //! Figures and tables of an experiment, beside the paper's.
 //!
-//! In come tracks, photographs and numbers; out comes [`Figure`]s (SVG text or JPEG bytes) and one [`Page`] of HTML that
+//! In come tracks, photographs and numbers; out come [`Figure`]s (SVG text or JPEG bytes) and one [`Page`] of HTML that
 //! needs nothing beside it. Everything here is a pure function of its arguments: the same data give the same bytes.
 //! Colours are CSS classes, so that a figure is legible on light ground, on dark ground and in print.
 //!
 //! # References
 //! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 8, doi:10.1109/SASO.2016.8.
 
+mod colour;
 mod composite;
 mod evolution;
 mod page;
@@ -85,7 +86,7 @@ impl Figure {
         match &self.body {
             Body::Svg(svg) => {
                 let (head, rest) = svg.split_once('>').unwrap_or((svg, ""));
-                let style = plot::style();
+                let style = colour::style();
                 let file = format!(
                     "{} xmlns=\"http://www.w3.org/2000/svg\"><style>{style}</style>{rest}\n",
                     head.trim_end()

@@ -4,7 +4,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Body, Figure, Plants, plot};
+use super::{Body, Figure, Plants, colour};
 
 /// A number of the paper with ours beside it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -63,7 +63,7 @@ impl Page {
     /// The whole page: style, figures and pictures inside, no script, nothing fetched.
     #[must_use]
     pub fn html(&self) -> String {
-        let style = format!("{}{}", plot::style(), include_str!("page.css"));
+        let style = format!("{}{}", colour::style(), include_str!("page.css"));
         html! {
             (DOCTYPE)
             html lang="en" {
@@ -135,16 +135,16 @@ impl Page {
                 h2 { "Beside the paper" }
                 div.scroll {
                     table.numbers {
-                        thead {
-                            tr { th scope="col" { "" } th scope="col" { "Paper" } th scope="col" { "Here" } th scope="col" { "" } }
-                        }
+                        thead { tr { td {} th scope="col" { "Paper" } th scope="col" { "Here" } } }
                         tbody {
                             @for row in &self.numbers {
                                 tr {
-                                    th scope="row" { (row.what) }
+                                    th scope="row" {
+                                        (row.what)
+                                        @if !row.note.is_empty() { span.note { (row.note) } }
+                                    }
                                     td.number { (or_dash(&row.paper)) }
                                     td.number.ours { (or_dash(&row.ours)) }
-                                    td.note { (row.note) }
                                 }
                             }
                         }
@@ -211,7 +211,7 @@ fn drawn(figure: &Figure) -> Markup {
             @match &figure.body {
                 Body::Svg(svg) => div.drawing role="img" aria-label=(title) { (PreEscaped(svg)) },
                 Body::Jpegs(jpegs) if jpegs.is_empty() => p.none { "No photographs." },
-                Body::Jpegs(jpegs) => div.strip {
+                Body::Jpegs(jpegs) => div.strip style={ "--columns:" (jpegs.len().min(6)) } {
                     @for (index, jpeg) in jpegs.iter().enumerate() {
                         span {
                             img alt={ (title) ", " (index + 1) }
@@ -282,7 +282,7 @@ mod tests {
     use crate::report::{self, Composite, testing};
 
     fn page(plants: Plants) -> Page {
-        let tracks = testing::swings(6, 200);
+        let tracks = testing::swings(6, 1000);
         let fitness: Vec<f64> = (0..100).map(|generation| f64::from(generation) / 8.0).collect();
         let photograph = Image { width: 60, height: 40, rgb: vec![30; 3 * 60 * 40] };
         let experiment: Composite = [photograph].into_iter().collect();

@@ -1,14 +1,12 @@
 //! Plots as SVG text.
 //!
 //! In come numbers, out comes one `<svg>`. Every colour is a CSS class and never a value, so that the same text is
-//! legible on a light page, on a dark one and in print; continuous colours are cut into [`LEVELS`] classes, which also
-//! lets all marks of one colour share one path. Coordinates are rounded to a tenth of a pixel.
+//! legible on a light page, on a dark one and in print; all marks of one colour share one path. Coordinates are rounded to a tenth of a pixel.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Colours of a ramp: an odd number, so that a diverging one has a middle.
-pub(super) const LEVELS: usize = 17;
+use super::colour::{LEVELS, Ramp};
 
 /// Room for the labels left of the panel and below it, in pixels.
 const MARGIN_LEFT: f64 = 50.0;
@@ -74,92 +72,6 @@ pub(super) fn nice_step(span: f64) -> f64 {
         power /= 10.0;
     }
     [0.2, 0.5, 1.0].into_iter().map(|share| share * power).find(|step| step * 8.0 >= span).unwrap_or(power)
-}
-
-/// A ramp of colours.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Ramp {
-    /// From little to much.
-    Sequential,
-    /// From negative over nothing to positive.
-    Diverging,
-}
-
-impl Ramp {
-    const BOTH: [Self; 2] = [Self::Sequential, Self::Diverging];
-
-    const fn letter(self) -> char {
-        match self {
-            Self::Sequential => 's',
-            Self::Diverging => 'd',
-        }
-    }
-
-    fn class(self, level: usize) -> String {
-        format!("{}{level}", self.letter())
-    }
-
-    /// The level of `share` in `0..=1`; what lies outside takes the end.
-    pub(super) fn level(share: f64) -> usize {
-        (share * (LEVELS - 1) as f64).round().clamp(0.0, (LEVELS - 1) as f64) as usize
-    }
-
-    /// Anchors from low to high, on light ground and on dark. The sequential ramp grows away from the ground; the middle
-    /// of the diverging one stands off it, for the ground itself means no data.
-    const fn anchors(self, is_dark: bool) -> &'static [[u8; 3]] {
-        match (self, is_dark) {
-            (Self::Sequential, false) => {
-                &[[239, 221, 204], [240, 162, 124], [201, 74, 104], [105, 30, 118], [29, 14, 66]]
-            }
-            (Self::Sequential, true) => {
-                &[[58, 48, 84], [116, 54, 126], [204, 80, 112], [245, 152, 106], [252, 240, 190]]
-            }
-            (Self::Diverging, false) => &[
-                [10, 47, 98],
-                [36, 105, 190],
-                [140, 184, 230],
-                [226, 222, 214],
-                [243, 186, 116],
-                [205, 107, 16],
-                [110, 50, 2],
-            ],
-            (Self::Diverging, true) => &[
-                [190, 222, 255],
-                [92, 160, 240],
-                [40, 86, 146],
-                [58, 61, 66],
-                [138, 88, 30],
-                [236, 152, 56],
-                [255, 222, 170],
-            ],
-        }
-    }
-
-    fn colour(self, level: usize, is_dark: bool) -> String {
-        let anchors = self.anchors(is_dark);
-        let place = level as f64 / (LEVELS - 1) as f64 * (anchors.len() - 1) as f64;
-        let low = (place.floor() as usize).min(anchors.len() - 2);
-        let share = place - low as f64;
-        let channel = |channel: usize| {
-            let (from, to) = (f64::from(anchors[low][channel]), f64::from(anchors[low + 1][channel]));
-            (from + share * (to - from)).round() as u8
-        };
-        format!("#{:02x}{:02x}{:02x}", channel(0), channel(1), channel(2))
-    }
-}
-
-/// The style sheet of every figure.
-pub(super) fn style() -> String {
-    let rules = |is_dark| {
-        Ramp::BOTH
-            .into_iter()
-            .flat_map(|ramp| (0..LEVELS).map(move |level| (ramp.class(level), ramp.colour(level, is_dark))))
-            .map(|(class, colour)| format!(".figure .{class}{{color:{colour}}}"))
-            .collect::<String>()
-    };
-    let (light, dark) = (rules(false), rules(true));
-    let sheet = include_str!("figure.css");
-    format!("{sheet}{light}\n@media screen and (prefers-color-scheme:dark){{{dark}}}\n")
 }
 
 /// Path data in tenths of a pixel, each step relative to the last.
@@ -283,6 +195,11 @@ impl Plot {
     /// Right edge of the panel.
     pub(super) const fn edge(&self) -> f64 {
         MARGIN_LEFT + self.width
+    }
+
+    /// Top of the panel.
+    pub(super) const fn head(&self) -> f64 {
+        self.top
     }
 
     /// Bottom of the panel.
@@ -475,13 +392,5 @@ mod tests {
         let mut path = Path::default();
         path.line(&[(1.0, 2.04), (3.5, 1.0), (0.0, 0.0)]);
         assert_eq!(path.data, "M1 2l2.5-1l-3.5-1");
-    }
-
-    #[test]
-    fn the_ramps_end_at_their_anchors() {
-        assert_eq!(Ramp::Sequential.colour(0, false), "#efddcc");
-        assert_eq!(Ramp::Diverging.colour(8, true), "#3a3d42");
-        assert_eq!(Ramp::Diverging.colour(16, false), "#6e3202");
-        assert_eq!([-1.0, 0.0, 0.5, 7.0, f64::NAN].map(Ramp::level), [0, 0, 8, 16, 0]);
     }
 }

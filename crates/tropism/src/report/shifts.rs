@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::plot::{Axis, Plot, Ramp, number};
+use super::colour::Ramp;
+use super::plot::{Axis, Plot, number};
 use super::trajectories::{axes, tips};
 use super::{Body, Figure, Plants};
 use crate::geometry::Point;
@@ -105,11 +106,11 @@ fn map(x: Axis, y: Axis, direction: Direction, means: &BTreeMap<Cell, f64>) -> S
     plot.dashes(Ramp::Diverging, (size, size), marks.into_iter());
     let ticks = [-1.0, -0.25, 0.0, 0.25, 1.0].map(|share| {
         let sign = if share > 0.0 { "+" } else { "" };
-        (stretched(share), format!("{sign}{} cm", number(share * limit)))
+        (stretched(share), format!("{sign}{}", number(share * limit)))
     });
     plot.colour_bar(
         Ramp::Diverging,
-        direction.name(),
+        &format!("{} (cm)", direction.name()),
         &ticks.each_ref().map(|(share, words)| (*share, words.as_str())),
     );
     plot.finish()

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::plot::{Axis, Plot, Ramp, number};
+use super::colour::Ramp;
+use super::plot::{Axis, Plot, number};
 use super::{Body, Figure, Plants};
 use crate::light::Light;
 use crate::observation::Quality;
@@ -42,11 +43,7 @@ pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
         })
         .collect();
     plot.dashes(Ramp::Sequential, (width, 9.0), marks.into_iter());
-    plot.colour_bar(
-        Ramp::Sequential,
-        "|\u{394}x|",
-        &[(0.0, "0 cm"), (0.5, "0.25 cm"), (1.0, "\u{2265} 0.5 cm")],
-    );
+    plot.colour_bar(Ramp::Sequential, "|\u{394}x| (cm)", &[(0.0, "0"), (0.5, "0.25"), (1.0, "\u{2265} 0.5")]);
     Figure {
         number: "3",
         title: "How fast the tip swings".to_owned(),

@@ -28,7 +28,7 @@ pub(super) fn swings(count: usize, steps: usize) -> Vec<Track> {
         let mut x = 0.0;
         let rows: Vec<(f64, f64, char)> = (0..=steps)
             .map(|step| {
-                let is_left = (step / 20 + plant) % 2 == 0;
+                let is_left = (step / 20 + plant).is_multiple_of(2);
                 let row =
                     (x, 4.0 + (0.08 + 0.02 * plant as f64) * step as f64, if is_left { 'l' } else { 'r' });
                 let goal = if is_left { -6.0 } else { 5.0 };

@@ -7,7 +7,7 @@ use crate::light::{self, Light};
 use crate::track::{Sample, Track};
 
 /// Vectors of Figure 4b are at least so long, in cm: shorter steps are joined.
-const SHORTEST: f64 = 0.3;
+const SHORTEST: f64 = 0.5;
 
 /// Axes in cm: at least the paper's ends, further where a point lies outside.
 pub(super) fn axes<'a>(
@@ -29,28 +29,25 @@ pub(super) fn tips(tracks: &[Track]) -> impl Iterator<Item = &Point> + Clone {
 #[must_use]
 pub fn trajectories(tracks: &[Track], plants: Plants) -> Figure {
     let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
-    let mut plot = Plot::centimetres(x, y, 360.0, 52.0, 28.0);
+    let mut plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);
     for (index, track) in tracks.iter().enumerate() {
         plot.line(&colour(index), track.samples.iter().map(|sample| (sample.tip.x, sample.tip.y)));
     }
     for (index, height, label) in final_heights(&plot, tracks) {
+        let (class, edge) = (colour(index), plot.edge());
         let mut tick = Path::default();
-        let edge = plot.edge();
-        tick.line(&[(edge - 6.0, height), (edge + 6.0, height), (edge + 14.0, label)]);
-        plot.path(&colour(index), &tick);
-        plot.text(
-            &format!("mark {}", colour(index)),
-            (edge + 18.0, label + 4.0),
-            "start",
-            &(index + 1).to_string(),
-        );
+        tick.line(&[(edge - 6.0, height), (edge + 4.0, height), (edge + 12.0, label)]);
+        plot.path(&class, &tick);
+        plot.text(&format!("mark {class}"), (edge + 16.0, label + 4.0), "start", &(index + 1).to_string());
+        let last = tracks[index].samples.last().map_or(0.0, |sample| sample.tip.y);
+        plot.text("tick", (edge + 32.0, label + 4.0), "start", &format!("{last:.1}"));
     }
-    plot.text("tick", (plot.edge() + 45.0, 15.0), "end", "final height");
     Figure {
         number: "4a",
         title: "Paths of the tip".to_owned(),
         caption: format!(
-            "Each experiment in its own colour, numbered as in Figure 2 at the height where it ended. Not mirrored. {}",
+            "Each experiment in its own colour; at the right-hand side its number, as in Figure 2, and the height in cm \
+             where it ended. Not mirrored. {}",
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
@@ -61,9 +58,10 @@ fn colour(index: usize) -> String {
     format!("e{}", index % 6)
 }
 
-/// Index, last height and height of its label in pixels, of each track that has samples; labels stand clear of each other.
+/// Index, last height and height of its label in pixels, of each track that has samples; labels stand clear of each
+/// other as far as there is room.
 fn final_heights(plot: &Plot, tracks: &[Track]) -> Vec<(usize, f64, f64)> {
-    const CLEAR: f64 = 13.0;
+    let clear = 14.0_f64.min((plot.foot() - plot.head()) / tracks.len() as f64);
     let last = |(index, track): (usize, &Track)| {
         track.samples.last().map(|sample| (index, plot.place(sample.tip.x, sample.tip.y).1))
     };
@@ -71,25 +69,23 @@ fn final_heights(plot: &Plot, tracks: &[Track]) -> Vec<(usize, f64, f64)> {
     heights.sort_by(|a, b| a.1.total_cmp(&b.1));
     let mut labels: Vec<f64> = Vec::new();
     for (_, height) in &heights {
-        labels.push(labels.last().map_or(*height, |above| height.max(above + CLEAR)));
+        labels.push(labels.last().map_or(*height, |above| height.max(above + clear)));
     }
     // Pushed apart downwards only, they would sink: half of the way back up keeps them about their ticks.
     let sunk = labels.iter().zip(&heights).map(|(label, (_, height))| label - height).fold(0.0, f64::max);
-    heights
-        .into_iter()
-        .zip(labels)
-        .map(|((index, height), label)| (index, height, label - sunk / 2.0))
-        .collect()
+    let room = labels.first().map_or(0.0, |first| first - plot.head());
+    let lift = (sunk / 2.0).min(room);
+    heights.into_iter().zip(labels).map(|((index, height), label)| (index, height, label - lift)).collect()
 }
 
 /// Figure 4b: where the tip was heading, coloured by the lamp that was lit.
 ///
-/// A vector is a needle, broad where the tip was and sharp where it went. Steps shorter than 0.3 cm are joined while the
+/// A vector is a needle, broad where the tip was and sharp where it went. Steps shorter than 0.5 cm are joined while the
 /// same lamp stays lit.
 #[must_use]
 pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
     let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
-    let mut plot = Plot::centimetres(x, y, 360.0, 52.0, 28.0);
+    let mut plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);
     for light in Light::BOTH {
         let mut needles = Path::default();
         for (from, to) in tracks.iter().flat_map(|track| vectors(track, light)) {
@@ -102,7 +98,7 @@ pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
         number: "4b",
         title: "Directions of the tip".to_owned(),
         caption: format!(
-            "Needles point where the tip went while the left or the right lamp was lit; steps shorter than 0.3 cm are \
+            "Needles point where the tip went while the left or the right lamp was lit; steps shorter than 0.5 cm are \
              joined. Not mirrored. {}",
             plants.sentence()
         ),
@@ -110,16 +106,17 @@ pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
     }
 }
 
-/// From where to where the tip went under `light`, in pieces of [`SHORTEST`] and more.
+/// From where to where the tip went under `light`: in pieces of [`SHORTEST`], the last before a switch as short as it is.
 fn vectors(track: &Track, light: Light) -> Vec<(Point, Point)> {
     let mut vectors = Vec::new();
     let mut start: Option<Point> = None;
     for sample in &track.samples {
-        if let Some(from) = start.filter(|from| from.distance(sample.tip) >= SHORTEST) {
+        let is_lit = sample.light == Some(light);
+        if let Some(from) = start.filter(|from| !is_lit || from.distance(sample.tip) >= SHORTEST) {
             vectors.push((from, sample.tip));
             start = None;
         }
-        start = start.or(Some(sample.tip)).filter(|_| sample.light == Some(light));
+        start = start.or(Some(sample.tip)).filter(|_| is_lit);
     }
     vectors
 }
@@ -127,7 +124,7 @@ fn vectors(track: &Track, light: Light) -> Vec<(Point, Point)> {
 fn needle(path: &mut Path, from: Place, to: Place) {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length = (dx * dx + dy * dy).sqrt().max(1e-9);
-    let (side_x, side_y) = (-1.3 * dy / length, 1.3 * dx / length);
+    let (side_x, side_y) = (-1.4 * dy / length, 1.4 * dx / length);
     path.start((from.0 + side_x, from.1 + side_y));
     path.draw(to);
     path.draw((from.0 - side_x, from.1 - side_y));
@@ -167,16 +164,16 @@ pub fn steering(
         cross.line(&[(x - 5.0, y - 5.0), (x + 5.0, y + 5.0)]);
         cross.line(&[(x - 5.0, y + 5.0), (x + 5.0, y - 5.0)]);
         plot.path("bold target", &cross);
-        plot.text("mark target", (x, y - 10.0), "middle", &(index + 1).to_string());
+        plot.text("mark halo target", (x, y - 10.0), "middle", &(index + 1).to_string());
     }
-    plot.legend(&[("left", "left light on"), ("right", "right light on"), ("target", "target")]);
+    plot.legend(&[("left", "left light on"), ("right", "right light on")]);
     let steps = track.samples.len().saturating_sub(1);
     Figure {
         number,
         title: format!("{title}, fitness {} cm", super::plot::number(fitness)),
         caption: format!(
-            "The path of the tip from the circle upwards, {steps} steps, coloured by the lamp that the controller lit. \
-             {}",
+            "The path of the tip in {steps} steps from the circle, coloured by the lamp that the controller lit. Crosses \
+             are the targets in their order, on the heights at which they count. {}",
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
@@ -219,12 +216,12 @@ mod tests {
 
     #[test]
     fn vectors_join_short_steps_but_never_two_lights() {
-        let rows = [(0.0, 4.0, 'l'), (-0.2, 4.0, 'l'), (-0.4, 4.0, 'l'), (-0.5, 4.0, 'r'), (0.5, 4.0, '-')];
+        let rows = [(0.0, 4.0, 'l'), (-0.3, 4.0, 'l'), (-0.6, 4.0, 'l'), (-0.7, 4.0, 'r'), (0.5, 4.0, '-')];
         let track = testing::track(&rows);
         let ends =
             |light| vectors(&track, light).into_iter().map(|(from, to)| (from.x, to.x)).collect::<Vec<_>>();
-        assert_eq!(ends(Light::Left), [(0.0, -0.4)]);
-        assert_eq!(ends(Light::Right), [(-0.5, 0.5)]);
+        assert_eq!(ends(Light::Left), [(0.0, -0.6), (-0.6, -0.7)]);
+        assert_eq!(ends(Light::Right), [(-0.7, 0.5)]);
     }
 
     #[test]
@@ -241,9 +238,9 @@ mod tests {
     fn labels_of_final_heights_stand_clear() {
         let tracks: Vec<Track> = (0..6).map(|_| testing::track(&[(0.0, 20.0, '-')])).collect();
         let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(&tracks));
-        let plot = Plot::centimetres(x, y, 360.0, 52.0, 28.0);
+        let plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);
         let labels = final_heights(&plot, &tracks);
         assert_eq!(labels.len(), 6);
-        assert!(labels.windows(2).all(|pair| pair[1].2 - pair[0].2 >= 13.0));
+        assert!(labels.windows(2).all(|pair| pair[1].2 - pair[0].2 >= 13.9));
     }
 }

@@ -1,0 +1,106 @@
+//! Colours that stand for numbers, as classes of the figures' style sheet.
+//!
+//! A ramp is cut into [`LEVELS`] classes with one colour on light ground and another on dark.
+
+/// Colours of a ramp: an odd number, so that a diverging one has a middle.
+pub(super) const LEVELS: usize = 17;
+
+/// A ramp of colours.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Ramp {
+    /// From little to much.
+    Sequential,
+    /// From negative over nothing to positive.
+    Diverging,
+}
+
+impl Ramp {
+    const BOTH: [Self; 2] = [Self::Sequential, Self::Diverging];
+
+    const fn letter(self) -> char {
+        match self {
+            Self::Sequential => 's',
+            Self::Diverging => 'd',
+        }
+    }
+
+    /// The class of `level`, below [`LEVELS`].
+    pub(super) fn class(self, level: usize) -> String {
+        format!("{}{level}", self.letter())
+    }
+
+    /// The level of `share` in `0..=1`; what lies outside takes the end.
+    pub(super) fn level(share: f64) -> usize {
+        (share * (LEVELS - 1) as f64).round().clamp(0.0, (LEVELS - 1) as f64) as usize
+    }
+
+    /// Anchors from low to high, on light ground and on dark. The sequential ramp grows away from the ground; the middle
+    /// of the diverging one stands off it, for the ground itself means no data.
+    const fn anchors(self, is_dark: bool) -> &'static [[u8; 3]] {
+        match (self, is_dark) {
+            (Self::Sequential, false) => {
+                &[[239, 221, 204], [240, 162, 124], [201, 74, 104], [105, 30, 118], [29, 14, 66]]
+            }
+            (Self::Sequential, true) => {
+                &[[58, 48, 84], [116, 54, 126], [204, 80, 112], [245, 152, 106], [252, 240, 190]]
+            }
+            (Self::Diverging, false) => &[
+                [10, 47, 98],
+                [36, 105, 190],
+                [140, 184, 230],
+                [226, 222, 214],
+                [243, 186, 116],
+                [205, 107, 16],
+                [110, 50, 2],
+            ],
+            (Self::Diverging, true) => &[
+                [200, 226, 255],
+                [100, 166, 244],
+                [48, 100, 172],
+                [62, 65, 70],
+                [160, 100, 34],
+                [240, 158, 62],
+                [255, 226, 180],
+            ],
+        }
+    }
+
+    fn colour(self, level: usize, is_dark: bool) -> String {
+        let anchors = self.anchors(is_dark);
+        let place = level as f64 / (LEVELS - 1) as f64 * (anchors.len() - 1) as f64;
+        let low = (place.floor() as usize).min(anchors.len() - 2);
+        let share = place - low as f64;
+        let channel = |channel: usize| {
+            let (from, to) = (f64::from(anchors[low][channel]), f64::from(anchors[low + 1][channel]));
+            (from + share * (to - from)).round() as u8
+        };
+        format!("#{:02x}{:02x}{:02x}", channel(0), channel(1), channel(2))
+    }
+}
+
+/// The style sheet of every figure.
+pub(super) fn style() -> String {
+    let rules = |is_dark| {
+        Ramp::BOTH
+            .into_iter()
+            .flat_map(|ramp| (0..LEVELS).map(move |level| (ramp.class(level), ramp.colour(level, is_dark))))
+            .map(|(class, colour)| format!(".figure .{class}{{color:{colour}}}"))
+            .collect::<String>()
+    };
+    let (light, dark) = (rules(false), rules(true));
+    let sheet = include_str!("figure.css");
+    format!("{sheet}{light}\n@media screen and (prefers-color-scheme:dark){{{dark}}}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ramps_end_at_their_anchors() {
+        assert_eq!(Ramp::Sequential.colour(0, false), "#efddcc");
+        assert_eq!(Ramp::Diverging.colour(8, true), "#3e4146");
+        assert_eq!(Ramp::Diverging.colour(16, false), "#6e3202");
+        assert_eq!([-1.0, 0.0, 0.5, 7.0, f64::NAN].map(Ramp::level), [0, 0, 8, 16, 0]);
+    }
+}
