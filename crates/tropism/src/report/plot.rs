@@ -258,6 +258,12 @@ impl Plot {
         self.path(class, &path);
     }
 
+    /// A line across the panel at the height of `y`.
+    pub(super) fn across(&mut self, class: &str, y: f64) {
+        let (from, to) = (self.x.from, self.x.to);
+        self.line(class, [(from, y), (to, y)].into_iter());
+    }
+
     /// A disc of `radius` pixels.
     pub(super) fn disc(&mut self, class: &str, place: Place, radius: f64) {
         let (x, y, radius) = (rounded(place.0), rounded(place.1), rounded(radius));

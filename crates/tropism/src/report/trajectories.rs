@@ -146,10 +146,7 @@ pub fn steering(
     let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
     for target in targets {
-        let (_, y) = plot.place(target.x, target.y);
-        let mut height = Path::default();
-        height.line(&[(plot.place(target.x, target.y).0, y), (plot.edge(), y)]);
-        plot.path("grid dotted", &height);
+        plot.across("grid dotted", target.y);
     }
     for run in runs(&track.samples) {
         let class = format!("bold {}", light::name(run[0].light));
