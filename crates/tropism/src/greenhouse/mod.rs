@@ -4,4 +4,7 @@
 //! tip-motion model: what passes between them is photographs. Every result from it is virtual and must be labelled so.
 
 pub mod pose;
+pub mod render;
+pub mod scene;
+mod vector;
 pub mod view;

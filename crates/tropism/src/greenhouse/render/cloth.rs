@@ -1,0 +1,146 @@
+//! The black cloth of the back wall: hanging folds, wrinkles and a few sharp creases, as slopes over the wall.
+
+use crate::greenhouse::scene::Scene;
+use crate::greenhouse::view::{CAMERA, WALL};
+use crate::math;
+use crate::random::{Purpose, stream, uniform};
+
+/// Spacing of the grid on which the cloth is computed, in cm.
+const SPACING: f64 = 0.125;
+
+/// Slopes of the cloth over the wall, computed once on a grid and interpolated.
+#[derive(Clone, Debug)]
+pub(super) struct Cloth {
+    left: f64,
+    bottom: f64,
+    columns: usize,
+    rows: usize,
+    /// dz/dx and dz/dy at each grid point, and the cloth's brightness around 1.
+    grid: Vec<[f32; 3]>,
+}
+
+impl Cloth {
+    pub(super) fn new(scene: &Scene, seed: u64) -> Self {
+        let frame = scene.frame();
+        let further = (CAMERA[2] - WALL) / CAMERA[2];
+        let half_width = f64::from(frame.width) / frame.px_per_cm / 2.0 * further + 1.0;
+        let half_height = f64::from(frame.height) / frame.px_per_cm / 2.0 * further + 1.0;
+        let (left, bottom) = (CAMERA[0] - half_width, CAMERA[1] - half_height);
+        let columns = (2.0 * half_width / SPACING) as usize + 2;
+        let rows = (2.0 * half_height / SPACING) as usize + 2;
+        let texture = Texture { seed };
+        let mut height = vec![0.0; columns * rows];
+        for row in 0..rows {
+            for column in 0..columns {
+                let (x, y) = (left + column as f64 * SPACING, bottom + row as f64 * SPACING);
+                height[row * columns + column] = texture.height(x, y);
+            }
+        }
+        let mut cloth = Self { left, bottom, columns, rows, grid: Vec::new() };
+        cloth.crease(&mut height, seed);
+        let slope = |ahead: usize, behind: usize| scene.folds * (height[ahead] - height[behind]) / SPACING;
+        cloth.grid = (0..columns * rows)
+            .map(|at| {
+                let (row, column) = (at / columns, at % columns);
+                let (x, y) = (left + column as f64 * SPACING, bottom + row as f64 * SPACING);
+                let east = row * columns + (column + 1).min(columns - 1);
+                let north = (row + 1).min(rows - 1) * columns + column;
+                [slope(east, at) as f32, slope(north, at) as f32, texture.brightness(x, y) as f32]
+            })
+            .collect();
+        cloth
+    }
+
+    /// A dozen sharp creases from folding, long and mostly upright.
+    fn crease(&self, height: &mut [f64], seed: u64) {
+        let mut rng = stream(seed, Purpose::Scene, 1);
+        for _ in 0..14 {
+            let mut draw = |low: f64, high: f64| low + (high - low) * uniform(&mut rng);
+            let start =
+                [draw(self.left, -self.left), draw(self.bottom, self.bottom + self.rows as f64 * SPACING)];
+            let (turn, long) = (draw(0.9, 2.2), draw(5.0, 22.0));
+            let (deep, wide) = (draw(-0.10, 0.10), draw(0.14, 0.35));
+            let bow = draw(-0.02, 0.02);
+            let (along_x, along_y) = (math::cos(turn), math::sin(turn));
+            let reach = |centre: f64, from: f64, count: usize| {
+                let low = ((centre - long - from) / SPACING).max(0.0) as usize;
+                let high = ((centre + long - from) / SPACING).max(0.0) as usize;
+                low.min(count)..high.min(count)
+            };
+            for row in reach(start[1], self.bottom, self.rows) {
+                for column in reach(start[0], self.left, self.columns) {
+                    let x = self.left + column as f64 * SPACING - start[0];
+                    let y = self.bottom + row as f64 * SPACING - start[1];
+                    let s = (x * along_x + y * along_y) / long;
+                    let off = -x * along_y + y * along_x + bow * s * s * long * long;
+                    if s.abs() < 1.0 && off.abs() < 3.0 * wide {
+                        let taper = (1.0 - s * s) * (1.0 - s * s);
+                        height[row * self.columns + column] +=
+                            deep * taper * math::exp(-off * off / (wide * wide));
+                    }
+                }
+            }
+        }
+    }
+
+    /// dz/dx, dz/dy and brightness of the cloth at (x, y) of the wall, in cm.
+    pub(super) fn at(&self, x: f64, y: f64) -> [f64; 3] {
+        let place = |value: f64, from: f64, count: usize| {
+            let steps = ((value - from) / SPACING).clamp(0.0, count as f64 - 1.001);
+            (steps as usize, steps - steps.floor())
+        };
+        let (column, across) = place(x, self.left, self.columns);
+        let (row, up) = place(y, self.bottom, self.rows);
+        let at = row * self.columns + column;
+        let corner = |index: usize, part: usize| f64::from(self.grid[index][part]);
+        core::array::from_fn(|part| {
+            let low = corner(at, part) * (1.0 - across) + corner(at + 1, part) * across;
+            let high = corner(at + self.columns, part) * (1.0 - across)
+                + corner(at + self.columns + 1, part) * across;
+            low * (1.0 - up) + high * up
+        })
+    }
+}
+
+/// Smooth noise on the plane, from a hash of its lattice.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Texture {
+    pub(super) seed: u64,
+}
+
+impl Texture {
+    /// Smooth noise from -1 to 1 with features about 1 across; `layer` picks one of many.
+    pub(super) fn noise(self, layer: u64, x: f64, y: f64) -> f64 {
+        let (column, row) = (x.floor(), y.floor());
+        let (u, v) = (x - column, y - row);
+        let (u, v) = (u * u * u * (u * (u * 6.0 - 15.0) + 10.0), v * v * v * (v * (v * 6.0 - 15.0) + 10.0));
+        let corner = |i: f64, j: f64| self.lattice(layer, (column + i) as i64, (row + j) as i64);
+        let low = corner(0.0, 0.0) * (1.0 - u) + corner(1.0, 0.0) * u;
+        let high = corner(0.0, 1.0) * (1.0 - u) + corner(1.0, 1.0) * u;
+        low * (1.0 - v) + high * v
+    }
+
+    fn lattice(self, layer: u64, column: i64, row: i64) -> f64 {
+        let mut word = self.seed ^ layer.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        for part in [column as u64, row as u64] {
+            word = (word ^ part).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            word ^= word >> 29;
+        }
+        (word >> 40) as f64 / f64::from(1 << 23) - 1.0
+    }
+
+    /// Height of the cloth in front of the wall, in cm: drapes that hang, wrinkles that slant, and a fine crumple.
+    fn height(self, x: f64, y: f64) -> f64 {
+        let sway = 2.5 * self.noise(1, 0.06 * y, 0.04 * x);
+        let drape = 1.1 * self.noise(2, 0.095 * (x + sway), 0.014 * y);
+        let pleat = 0.32 * self.noise(3, 0.27 * (x + sway), 0.035 * y);
+        let slant = 0.16 * self.noise(4, 0.33 * (0.80 * x + 0.60 * y), 0.07 * (0.80 * y - 0.60 * x));
+        let counter = 0.12 * self.noise(5, 0.38 * (0.85 * x - 0.52 * y), 0.08 * (0.85 * y + 0.52 * x));
+        let crumple = 0.030 * self.noise(6, 1.1 * x, 0.5 * y) + 0.010 * self.noise(7, 2.3 * x, 1.9 * y);
+        drape + pleat + slant + counter + crumple
+    }
+
+    fn brightness(self, x: f64, y: f64) -> f64 {
+        1.0 + 0.18 * self.noise(8, 0.08 * x, 0.05 * y) + 0.05 * self.noise(9, 3.1 * x, 3.1 * y)
+    }
+}

@@ -1,0 +1,259 @@
+//! Photographs of the virtual tent: a pose and the state of the lights go in, a picture comes out.
+//!
+//! While a plant grows, only the plant moves. So the tent is drawn once for each state of the lights, and a photograph
+//! costs a copy of it, the plant's few square centimetres, a stretch of noise, and the JPEG.
+
+mod backdrop;
+mod body;
+mod cloth;
+mod paint;
+mod sensor;
+mod tone;
+mod truth;
+
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
+
+use self::backdrop::Tent;
+use self::body::Body;
+use self::paint::Canvas;
+use self::sensor::{Blur, Noise};
+use self::tone::Tone;
+pub use self::truth::{Truth, truth};
+use super::pose::Pose;
+use super::scene::{Lighting, Scene};
+use super::view::Frame;
+use crate::light::Light;
+use crate::photo::Image;
+
+/// A camera in front of a virtual tent.
+#[derive(Clone, Debug)]
+pub struct Renderer {
+    scene: Scene,
+    tent: Tent,
+    tone: Tone,
+    blur: Blur,
+    noise: Noise,
+    /// The tent without a plant, for each state of the lights once it was asked for: dark, left, right; without and
+    /// with flash.
+    backdrops: [Option<Vec<u8>>; 6],
+}
+
+impl Renderer {
+    /// A camera in front of the tent that `seed` furnishes: the folds of its cloth, and the sensor's noise.
+    ///
+    /// The scene must have passed [`Scene::check`].
+    #[must_use]
+    pub fn new(scene: &Scene, seed: u64) -> Self {
+        Self {
+            tent: Tent::new(scene, seed),
+            tone: Tone::new(),
+            blur: Blur::new(scene.blur * scene.frame().px_per_cm),
+            noise: Noise::new(seed, scene.noise, scene.width as usize),
+            backdrops: Default::default(),
+            scene: scene.clone(),
+        }
+    }
+
+    /// How the photographs map the plane of the pot's axis to pixels.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        self.scene.frame()
+    }
+
+    /// The picture of `pose` with one lamp `lit` or none, taken with or without the flash.
+    ///
+    /// The same picture for the same arguments, whatever was drawn before; `frame_index` picks the noise.
+    #[must_use]
+    pub fn draw(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Image {
+        let lighting = Lighting::new(&self.scene, lit, flash);
+        let mut rgb = self.backdrop(&lighting, flash).to_vec();
+        let (frame, width) = (self.frame(), self.scene.width as usize);
+        let margin = self.blur.reach() as i64 + 1;
+        if let Some(mut canvas) = Canvas::paint(&Body::new(pose), frame, margin, &lighting, &self.tone) {
+            let columns = canvas.pixmap.width() as usize;
+            self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
+            lay_over(&mut rgb, width, &canvas);
+        }
+        self.noise.add(&mut rgb, width, frame_index);
+        Image { width, height: self.scene.height as usize, rgb }
+    }
+
+    /// The same picture as [`Self::draw`] gives, as the bytes of a JPEG file.
+    #[must_use]
+    pub fn photograph(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Vec<u8> {
+        encode(&self.draw(pose, lit, flash, frame_index), self.scene.jpeg_quality)
+    }
+
+    fn backdrop(&mut self, lighting: &Lighting, flash: bool) -> &[u8] {
+        let state = 2 * lighting.lit().map_or(0, |light| 1 + light as usize) + usize::from(flash);
+        let Self { scene, tent, tone, blur, backdrops, .. } = self;
+        backdrops[state].get_or_insert_with(|| {
+            let mut rgb = tent.photograph(scene, lighting, tone);
+            blur.apply(&mut rgb, scene.width as usize, 3);
+            rgb
+        })
+    }
+}
+
+/// The canvas over the photograph that it is a part of.
+fn lay_over(rgb: &mut [u8], width: usize, canvas: &Canvas<'_>) {
+    let columns = canvas.pixmap.width() as usize;
+    for (y, line) in canvas.pixmap.data().chunks_exact(4 * columns).enumerate() {
+        let start = 3 * ((canvas.corner[1] as usize + y) * width + canvas.corner[0] as usize);
+        for (below, above) in rgb[start..start + 3 * columns].chunks_exact_mut(3).zip(line.chunks_exact(4)) {
+            if above[3] > 0 {
+                for band in 0..3 {
+                    let through = u16::from(below[band]) * (255 - u16::from(above[3]));
+                    below[band] = above[band].saturating_add(((through + 127) / 255) as u8);
+                }
+            }
+        }
+    }
+}
+
+/// The bytes of a JPEG file, colour at half resolution as cameras write it.
+///
+/// # Panics
+/// If the picture has a side of 0 or above 65 535.
+#[must_use]
+pub fn encode(image: &Image, quality: u8) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(image.rgb.len() / 12);
+    let mut encoder = Encoder::new(&mut bytes, quality);
+    encoder.set_sampling_factor(SamplingFactor::F_2_2);
+    let side = |length: usize| u16::try_from(length).expect("a side of at most 65 535 pixels");
+    encoder
+        .encode(&image.rgb, side(image.width), side(image.height), ColorType::Rgb)
+        .expect("a picture that has pixels is written to memory");
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::greenhouse::pose::{Leaf, Node};
+    use crate::math;
+    use crate::photo::Photo;
+
+    /// A stem of constant curvature that ends `bend` rad off the vertical, with leaves that start 1 cm below its apex.
+    fn bean(length: f64, bend: f64, spread: f64) -> Pose {
+        let segments = 40;
+        let mut stem = vec![Node { at: [0.0; 3], radius: 0.17 }];
+        let heading = |share: f64| [math::sin(bend * share), math::cos(bend * share), 0.0];
+        for segment in 0..segments {
+            let share = (f64::from(segment) + 0.5) / f64::from(segments);
+            let step = heading(share).map(|part| part * length / f64::from(segments));
+            let last = stem[segment as usize].at;
+            stem.push(Node {
+                at: core::array::from_fn(|axis| last[axis] + step[axis]),
+                radius: 0.17 - 0.06 * share,
+            });
+        }
+        let leaf = |sign: f64| Leaf {
+            base: stem[(stem.len() - 1).saturating_sub((f64::from(segments) / length) as usize)].at,
+            along: if spread > 0.5 { [0.8 * sign, 0.1, 0.59 * sign] } else { heading(1.0) },
+            across: if spread > 0.5 { [0.59 * sign, 0.0, -0.8 * sign] } else { [0.0, 0.0, 1.0] },
+            length: if spread > 0.5 { 3.5 } else { 0.8 },
+        };
+        Pose { age_h: 30.0, heading: heading(1.0), leaves: [leaf(1.0), leaf(-1.0)], spread, stem }
+    }
+
+    fn luma([red, green, blue]: [u8; 3]) -> f64 {
+        0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue)
+    }
+
+    /// The first row, from the top, of the region between the lamps and above the pot that holds a pixel brighter than
+    /// `bright`, and the column of the brightest pixel in it.
+    fn highest(image: &Image, frame: Frame, bright: f64) -> Option<(usize, usize)> {
+        let edge = frame.pixel(crate::geometry::Point::new(20.0, 2.5));
+        let columns = (image.width - 1 - edge.x as usize)..edge.x as usize;
+        (0..edge.y as usize).find_map(|y| {
+            let brightest =
+                columns.clone().max_by(|&a, &b| luma(image.at(a, y)).total_cmp(&luma(image.at(b, y))))?;
+            (luma(image.at(brightest, y)) > bright).then_some((brightest, y))
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn the_highest_bright_pixel_is_the_true_top(
+            length in 4.0..26.0_f64, bend in -1.1..1.1_f64, open in any::<bool>(), right in any::<bool>(),
+        ) {
+            let pose = bean(length, bend, if open { 1.0 } else { 0.0 });
+            let mut renderer = Renderer::new(&Scene::default(), 3);
+            let lit = if right { Light::Right } else { Light::Left };
+            let image = renderer.draw(&pose, Some(lit), true, 0);
+            let frame = renderer.frame();
+            let top = frame.pixel(truth(&pose, frame).top);
+            let (_, y) = highest(&image, frame, 90.0).expect("the plant is bright");
+            prop_assert!((y as f64 - top.y).abs() < 1.5, "row {y}, true {}", top.y);
+        }
+
+        #[test]
+        fn a_picture_does_not_depend_on_what_was_drawn_before(first in 0..1000_u64, second in 0..1000_u64) {
+            let scene = Scene { width: 160, height: 120, ..Scene::default() };
+            let pose = bean(9.0, 0.3, 0.0);
+            let mut renderer = Renderer::new(&scene, 5);
+            let alone = Renderer::new(&scene, 5).draw(&pose, Some(Light::Left), true, second);
+            let _ = renderer.draw(&bean(12.0, -0.3, 1.0), Some(Light::Right), true, first);
+            let _ = renderer.draw(&pose, None, false, first);
+            prop_assert_eq!(renderer.draw(&pose, Some(Light::Left), true, second), alone);
+        }
+    }
+
+    #[test]
+    fn only_the_plant_is_bright_between_the_lamps() {
+        let empty = Pose { age_h: 100.0, ..bean(1.0, 0.0, 0.0) };
+        for lit in [None, Some(Light::Left), Some(Light::Right)] {
+            let mut renderer = Renderer::new(&Scene::default(), 11);
+            let image = renderer.draw(&empty, lit, true, 0);
+            assert_eq!(highest(&image, renderer.frame(), 80.0), None, "{lit:?}");
+        }
+    }
+
+    #[test]
+    fn the_lit_lamp_is_the_brightest_thing_and_without_lights_it_is_dark() {
+        let mut renderer = Renderer::new(&Scene::default(), 2);
+        let pose = bean(10.0, 0.0, 0.0);
+        for light in Light::BOTH {
+            let image = renderer.draw(&pose, Some(light), true, 0);
+            let frame = renderer.frame();
+            let at = |light: Light| {
+                let pixel = frame.pixel(crate::geometry::Point::new(31.6 * light.sign(), 29.0));
+                luma(image.at(pixel.x as usize, pixel.y as usize))
+            };
+            assert!(at(light) > 250.0 && at(light.mirrored()) < 180.0, "{light}");
+        }
+        let dark = renderer.draw(&pose, None, false, 0);
+        assert!(dark.rgb.iter().all(|&byte| byte < 30));
+    }
+
+    #[test]
+    fn noise_differs_between_photographs_and_the_file_decodes_to_the_picture() {
+        let mut renderer = Renderer::new(&Scene::default(), 4);
+        let pose = bean(10.0, 0.4, 1.0);
+        let image = renderer.draw(&pose, Some(Light::Left), true, 7);
+        assert_ne!(image, renderer.draw(&pose, Some(Light::Left), true, 8));
+        let bytes = renderer.photograph(&pose, Some(Light::Left), true, 7);
+        let decoded = Photo { name: "0007.jpg".to_owned(), bytes, time_s: 0.0 }.decode().unwrap();
+        let off = |(&a, &b): (&u8, &u8)| f64::from(a.abs_diff(b));
+        let mean = image.rgb.iter().zip(&decoded.rgb).map(off).sum::<f64>() / image.rgb.len() as f64;
+        assert!(mean < 3.0, "{mean}");
+    }
+
+    #[test]
+    fn a_plant_outside_the_picture_leaves_the_tent_as_it_is() {
+        let mut renderer = Renderer::new(&Scene::default(), 4);
+        let mut away = bean(10.0, 0.0, 0.0);
+        let shift = |at: &mut crate::greenhouse::view::Place| at[0] += 500.0;
+        away.stem.iter_mut().for_each(|node| shift(&mut node.at));
+        away.leaves.iter_mut().for_each(|leaf| shift(&mut leaf.base));
+        let mut further = away.clone();
+        further.stem.iter_mut().for_each(|node| shift(&mut node.at));
+        further.leaves.iter_mut().for_each(|leaf| shift(&mut leaf.base));
+        assert_eq!(renderer.draw(&away, None, true, 0), renderer.draw(&further, None, true, 0));
+    }
+}

@@ -1,0 +1,288 @@
+//! Paints the plant's body as the camera sees it, over the tent.
+
+use tiny_skia::{
+    Color, FillRule, GradientStop, LinearGradient, Paint, Path, PathBuilder, Pixmap, Point, Shader,
+    SpreadMode, Stroke, Transform,
+};
+
+use super::body::{Blade, Body, Oval, nearness, ribbon};
+use super::tone::Tone;
+use crate::geometry;
+use crate::greenhouse::pose::Node;
+use crate::greenhouse::scene::{Lighting, Rgb};
+use crate::greenhouse::vector::{dot, minus, plus, scaled, unit};
+use crate::greenhouse::view::{CAMERA, Frame, Place, project};
+
+const STEM: Rgb = [0.50, 0.66, 0.15];
+const STEM_BASE: Rgb = [0.50, 0.60, 0.26];
+const BUD: Rgb = [0.56, 0.68, 0.12];
+const COTYLEDON: Rgb = [0.60, 0.62, 0.14];
+const WITHERED: Rgb = [0.30, 0.20, 0.07];
+const LEAF: Rgb = [0.20, 0.42, 0.075];
+const THROUGH_LEAF: Rgb = [0.30, 0.50, 0.05];
+const RIB: Rgb = [0.42, 0.60, 0.20];
+
+/// How much light creeps around and through stems: they are thin and full of water.
+const THIN: f64 = 1.2;
+
+/// A part of the photograph on which the plant is painted.
+pub(super) struct Canvas<'a> {
+    pub(super) pixmap: Pixmap,
+    /// Column and row of the photograph at the canvas's corner.
+    pub(super) corner: [i64; 2],
+    frame: Frame,
+    lighting: &'a Lighting,
+    tone: &'a Tone,
+}
+
+impl<'a> Canvas<'a> {
+    /// The plant on a canvas that just holds it and `margin` pixels around it; `None` if it is out of the picture.
+    pub(super) fn paint(
+        body: &Body,
+        frame: Frame,
+        margin: i64,
+        lighting: &'a Lighting,
+        tone: &'a Tone,
+    ) -> Option<Self> {
+        let ([left, top], [right, bottom]) = bounds(body, frame)?;
+        let low = |value: f64, size: u32| (value.floor() as i64 - margin).clamp(0, i64::from(size));
+        let high = |value: f64, size: u32| (value.ceil() as i64 + 1 + margin).clamp(0, i64::from(size));
+        let corner = [low(left, frame.width), low(top, frame.height)];
+        let width = high(right, frame.width) - corner[0];
+        let height = high(bottom, frame.height) - corner[1];
+        let pixmap = Pixmap::new(width as u32, height as u32)?;
+        let mut canvas = Self { pixmap, corner, frame, lighting, tone };
+        canvas.body(body);
+        Some(canvas)
+    }
+
+    fn body(&mut self, body: &Body) {
+        let behind = |leaf: &&Blade| leaf.centre()[2] < leaf.petiole[0].at[2];
+        let stem_z = body.bud.centre[2];
+        for leaf in body.leaves.iter().filter(behind) {
+            self.leaf(leaf);
+        }
+        let colour = |share: f64| -> Rgb {
+            core::array::from_fn(|band| STEM_BASE[band] + share * (STEM[band] - STEM_BASE[band]))
+        };
+        let withered: Rgb =
+            core::array::from_fn(|band| COTYLEDON[band] + body.withered * (WITHERED[band] - COTYLEDON[band]));
+        for oval in body.cotyledons.iter().filter(|oval| oval.centre[2] < stem_z) {
+            self.oval(oval, withered);
+        }
+        self.ribbon(&body.stem, colour);
+        if body.hook.len() > 1 {
+            self.ribbon(&body.hook, |_| BUD);
+        }
+        self.oval(&body.bud, BUD);
+        for oval in body.cotyledons.iter().filter(|oval| oval.centre[2] >= stem_z) {
+            self.oval(oval, withered);
+        }
+        for leaf in body.leaves.iter().filter(|leaf| !behind(leaf)) {
+            self.leaf(leaf);
+        }
+    }
+
+    /// A stem or petiole, coloured by how far along it is, 0 to 1: lit from above and from the lamp's side.
+    fn ribbon(&mut self, nodes: &[Node], colour: impl Fn(f64) -> Rgb) {
+        let sideways = |node: usize, sign: f64| {
+            let (from, to) = (node.saturating_sub(1), (node + 1).min(nodes.len() - 1));
+            let along = unit(minus(nodes[to].at, nodes[from].at), [0.0, 1.0, 0.0]);
+            // To the right of the ribbon as it runs, and a little towards the camera.
+            unit([sign * along[1], -sign * along[0], 0.6], [0.0, 0.0, 1.0])
+        };
+        // Strips from edge to edge: a round stem has a side that faces the light.
+        for (part, sign) in [([-1.0, 1.0], 0.0), ([-1.0, -0.25], 1.0), ([0.25, 1.0], -1.0)] {
+            let Some(path) = self.path(&ribbon(nodes, self.frame, part)) else { continue };
+            let light = |node: usize| {
+                let share = node as f64 / (nodes.len() - 1).max(1) as f64;
+                let normal = if sign == 0.0 { [0.0, 0.25, 0.97] } else { sideways(node, -sign) };
+                let light = self.lighting.at(nodes[node].at, normal, if sign == 0.0 { THIN } else { 0.45 });
+                let colour = colour(share);
+                core::array::from_fn(|band| light[band] * colour[band])
+            };
+            let shader = self.upright(nodes, light, if sign == 0.0 { 255 } else { 150 });
+            self.fill(&path, shader);
+        }
+    }
+
+    /// A gradient that follows the light from the ribbon's lower end to its upper end.
+    fn upright(&self, nodes: &[Node], light: impl Fn(usize) -> Rgb, alpha: u8) -> Shader<'static> {
+        let y = |node: usize| self.place(project(nodes[node].at))[1];
+        let last = nodes.len() - 1;
+        let (mut lowest, mut highest) = (0, last);
+        for node in 0..=last {
+            lowest = if y(node) > y(lowest) { node } else { lowest };
+            highest = if y(node) < y(highest) { node } else { highest };
+        }
+        let span = y(lowest) - y(highest);
+        let steps = 8;
+        let stops = (0..=steps)
+            .map(|step| {
+                let share = step as f64 / f64::from(steps);
+                let node = (lowest as f64 + share * (highest as f64 - lowest as f64)).round() as usize;
+                let height = (y(lowest) - y(node)) / span.max(1e-9);
+                (height, self.colour(light(node), alpha))
+            })
+            .scan(0.0_f64, |reached, (height, colour)| {
+                *reached = reached.max(height.clamp(0.0, 1.0));
+                Some(GradientStop::new(*reached as f32, colour))
+            })
+            .collect();
+        let start = Point::from_xy(0.0, y(lowest) as f32);
+        let end = Point::from_xy(0.0, y(highest) as f32);
+        LinearGradient::new(start, end, stops, SpreadMode::Pad, Transform::identity())
+            .unwrap_or(Shader::SolidColor(self.colour(light(highest), alpha)))
+    }
+
+    fn oval(&mut self, oval: &Oval, colour: Rgb) {
+        let outline: Vec<[f64; 2]> = oval.outline(24).into_iter().map(|point| self.pixel(point)).collect();
+        let Some(path) = self.path(&outline) else { return };
+        let lit = |normal: Place| {
+            let light = self.lighting.at(oval.centre, normal, 0.8);
+            self.colour(core::array::from_fn(|band| light[band] * colour[band]), 255)
+        };
+        let bounds = path.bounds();
+        let stops = vec![
+            GradientStop::new(0.0, lit([0.0, 0.9, 0.436])),
+            GradientStop::new(0.55, lit([0.0, 0.2, 0.98])),
+            GradientStop::new(1.0, lit([0.0, -0.75, 0.66])),
+        ];
+        let (x, top, bottom) = (bounds.left(), bounds.top(), bounds.bottom());
+        let shader = LinearGradient::new(
+            Point::from_xy(x, top),
+            Point::from_xy(x, bottom),
+            stops,
+            SpreadMode::Pad,
+            Transform::identity(),
+        );
+        self.fill(&path, shader.unwrap_or(Shader::SolidColor(lit([0.0, 0.0, 1.0]))));
+    }
+
+    fn leaf(&mut self, leaf: &Blade) {
+        self.ribbon(&leaf.petiole, |_| STEM);
+        for (half, normal) in leaf.halves.iter().zip(leaf.normals) {
+            let outline: Vec<[f64; 2]> = half.iter().map(|&place| self.pixel(project(place))).collect();
+            let Some(path) = self.path(&outline) else { continue };
+            let shader = self.blade_shader(leaf, normal);
+            self.fill(&path, shader);
+        }
+        self.veins(leaf);
+    }
+
+    fn blade_light(&self, at: Place, normal: Place, colour: Rgb, through: Rgb) -> Rgb {
+        let above = dot(minus(CAMERA, at), normal) > 0.0;
+        let light = self.lighting.at(at, normal, 0.25);
+        let shade = if above { colour } else { through };
+        core::array::from_fn(|band| light[band] * shade[band])
+    }
+
+    fn blade_shader(&self, leaf: &Blade, normal: Place) -> Shader<'static> {
+        let [from, to] = leaf.midrib.map(|place| self.place(project(place)).map(|value| value as f32));
+        let stop = |share: f64| {
+            let at = plus(leaf.midrib[0], scaled(minus(leaf.midrib[1], leaf.midrib[0]), share));
+            // A blade bends down towards its end.
+            let bent = unit(
+                plus(normal, scaled(minus(leaf.midrib[1], leaf.midrib[0]), 0.12 * (share - 0.3))),
+                normal,
+            );
+            GradientStop::new(share as f32, self.colour(self.blade_light(at, bent, LEAF, THROUGH_LEAF), 255))
+        };
+        LinearGradient::new(
+            Point::from_xy(from[0], from[1]),
+            Point::from_xy(to[0], to[1]),
+            vec![stop(0.0), stop(0.5), stop(1.0)],
+            SpreadMode::Pad,
+            Transform::identity(),
+        )
+        .unwrap_or(Shader::SolidColor(
+            self.colour(self.blade_light(leaf.centre(), normal, LEAF, THROUGH_LEAF), 255),
+        ))
+    }
+
+    /// The midrib and four pairs of veins that run forward from it.
+    fn veins(&mut self, leaf: &Blade) {
+        let [from, to] = leaf.midrib;
+        let along = |share: f64| plus(from, scaled(minus(to, from), share));
+        let light = self.blade_light(leaf.centre(), unit(leaf.normals[0], [0.0, 1.0, 0.0]), RIB, RIB);
+        let wide = 0.05 * nearness(leaf.centre()) * self.frame.px_per_cm;
+        let midrib = [self.pixel(project(from)), self.pixel(project(to))];
+        self.line(&midrib, wide, self.colour(light, 230));
+        for half in &leaf.halves {
+            for vein in 0..4 {
+                let start = along([0.02, 0.16, 0.36, 0.58][vein]);
+                let reach = half[half.len() * [5, 9, 12, 15][vein] / 21];
+                let end = plus(start, scaled(minus(reach, start), 0.92));
+                let vein = [self.pixel(project(start)), self.pixel(project(end))];
+                self.line(&vein, 0.5 * wide, self.colour(light, 110));
+            }
+        }
+    }
+
+    fn line(&mut self, places: &[[f64; 2]; 2], wide: f64, colour: Color) {
+        let mut builder = PathBuilder::new();
+        let [from, to] = places.map(|[x, y]| self.onto([x, y]));
+        builder.move_to(from[0] as f32, from[1] as f32);
+        builder.line_to(to[0] as f32, to[1] as f32);
+        let Some(path) = builder.finish() else { return };
+        let paint = Paint { shader: Shader::SolidColor(colour), anti_alias: true, ..Paint::default() };
+        let stroke = Stroke { width: wide as f32, ..Stroke::default() };
+        self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+    }
+
+    fn fill(&mut self, path: &Path, shader: Shader<'_>) {
+        let paint = Paint { shader, anti_alias: true, ..Paint::default() };
+        self.pixmap.fill_path(path, &paint, FillRule::Winding, Transform::identity(), None);
+    }
+
+    fn path(&self, outline: &[[f64; 2]]) -> Option<Path> {
+        let mut builder = PathBuilder::new();
+        for (index, &pixel) in outline.iter().enumerate() {
+            let [x, y] = self.onto(pixel).map(|value| value as f32);
+            if index == 0 { builder.move_to(x, y) } else { builder.line_to(x, y) }
+        }
+        builder.close();
+        builder.finish()
+    }
+
+    fn colour(&self, light: Rgb, alpha: u8) -> Color {
+        let [red, green, blue] = self.tone.rgb(light);
+        Color::from_rgba8(red, green, blue, alpha)
+    }
+
+    fn pixel(&self, point: geometry::Point) -> [f64; 2] {
+        let pixel = self.frame.pixel(point);
+        [pixel.x, pixel.y]
+    }
+
+    /// A place in the photograph on the canvas, where pixels' centres lie at halves.
+    fn onto(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [x - self.corner[0] as f64 + 0.5, y - self.corner[1] as f64 + 0.5]
+    }
+
+    fn place(&self, point: geometry::Point) -> [f64; 2] {
+        self.onto(self.pixel(point))
+    }
+}
+
+/// The rectangle of the photograph, in pixels, that holds the plant; `None` if they do not meet.
+fn bounds(body: &Body, frame: Frame) -> Option<([f64; 2], [f64; 2])> {
+    let ribbons = [&body.stem, &body.hook, &body.leaves[0].petiole, &body.leaves[1].petiole];
+    let discs = ribbons.into_iter().flatten().map(|node| (project(node.at), node.radius * nearness(node.at)));
+    let ovals = body.cotyledons.iter().chain([&body.bud]).flat_map(|oval| oval.outline(24));
+    let blades = body.leaves.iter().flat_map(|leaf| leaf.halves.iter().flatten().copied().map(project));
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for (point, radius) in discs.chain(ovals.chain(blades).map(|point| (point, 0.0))) {
+        let pixel = frame.pixel(point);
+        for (axis, value) in [pixel.x, pixel.y].into_iter().enumerate() {
+            low[axis] = low[axis].min(value - radius * frame.px_per_cm);
+            high[axis] = high[axis].max(value + radius * frame.px_per_cm);
+        }
+    }
+    let meet = low[0] < f64::from(frame.width)
+        && low[1] < f64::from(frame.height)
+        && high[0] > 0.0
+        && high[1] > 0.0
+        && low.iter().chain(&high).all(|value| value.is_finite());
+    meet.then_some((low, high))
+}

@@ -1,0 +1,44 @@
+//! What is true of a photograph: written beside it for tests, never read by vision.
+
+use serde::{Deserialize, Serialize};
+
+use super::body::{Body, midline};
+use crate::geometry::{Point, Polyline};
+use crate::greenhouse::pose::Pose;
+use crate::greenhouse::view::{Frame, project};
+
+/// What is true of the plant in a photograph, in cm of the plane of the pot's axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// The highest point of stem, leaves and cotyledons as the camera sees them.
+    pub top: Point,
+    /// The shoot apex.
+    pub apex: Point,
+    /// The middle of the stem from the base to the apex, about a millimetre apart.
+    pub midline: Polyline,
+    /// The edges of the primary leaves' blades.
+    pub leaves: [Polyline; 2],
+    /// Pixels per cm in the plane of the pot's axis.
+    pub px_per_cm: f64,
+}
+
+/// What is true of the photograph of `pose` that `frame` maps to pixels.
+///
+/// # Panics
+/// If the stem has no nodes.
+#[must_use]
+pub fn truth(pose: &Pose, frame: Frame) -> Truth {
+    let body = Body::new(pose);
+    let edge = |which: usize| {
+        let [one, other] = &body.leaves[which].halves;
+        Polyline(one.iter().chain(other.iter().rev()).map(|&place| project(place)).collect())
+    };
+    Truth {
+        top: body.top(),
+        apex: project(pose.apex()),
+        midline: Polyline(midline(&body.stem)),
+        leaves: [edge(0), edge(1)],
+        px_per_cm: frame.px_per_cm,
+    }
+}

@@ -1,0 +1,216 @@
+//! What stands where in the tent and how it looks: sizes, colours, light; and the photograph's settings.
+//!
+//! Light is counted in linear units: 1 is what the flash gives to the plant at a height of 20 cm. Each source adds to
+//! the others, so that a photograph is a sum over sources before the camera's curve is laid over it.
+
+use serde::{Deserialize, Serialize};
+
+use super::vector::{dot, length, minus, scaled};
+use super::view::{Frame, LAMPS, Place, WALL};
+use crate::light::Light;
+use crate::math;
+
+/// The flash: a warm bulb above the pot, 68 cm above the soil (section 2.1).
+pub const FLASH: Place = [0.0, 68.0, 0.0];
+
+/// Radius of the pot's mouth, in cm (section 2.1: 15 cm across).
+pub const POT_RADIUS: f64 = 7.5;
+
+/// Height of the pot below the soil's surface, in cm (section 2.1).
+pub const POT_DEPTH: f64 = 12.0;
+
+/// Radius of the cylinder around which each lamp's strip of 144 pixels is coiled, in cm.
+pub const LAMP_RADIUS: f64 = 3.2;
+
+/// Height of that cylinder, in cm.
+pub const LAMP_HEIGHT: f64 = 10.0;
+
+/// Red, green and blue as linear light, 0 to 1 where nothing is clipped.
+pub type Rgb = [f64; 3];
+
+/// The tint of the flash as the camera balances it: a bulb of 2700 K (section 2.1).
+const FLASH_TINT: Rgb = [1.0, 0.90, 0.74];
+
+/// The tint of a lamp with all three diodes on (630, 530 and 475 nm), as the camera balances it.
+const LAMP_TINT: Rgb = [0.40, 0.72, 1.25];
+
+/// Share of the flash that reaches everything after many bounces.
+const BOUNCE: f64 = 0.35;
+
+/// The scene's settings; `Default` is the paper's tent (section 2.1) at a size at which a photograph costs little.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scene {
+    /// Columns of the photograph, 64 to 8192.
+    pub width: u32,
+    /// Rows of the photograph, 48 to 8192.
+    pub height: u32,
+    /// JPEG quality, 1 to 100.
+    pub jpeg_quality: u8,
+    /// Standard deviation of the sensor's noise in grey levels of 0 to 255, 0 to 20.
+    pub noise: f64,
+    /// Standard deviation of the lens's blur at the plane of the pot's axis, in cm, 0 to 0.5.
+    pub blur: f64,
+    /// Strength of the halo around the lit lamp, 0 to 4.
+    pub glow: f64,
+    /// Factor on all light, 0.01 to 10.
+    pub exposure: f64,
+    /// Brightness of the flash, 0 to 4.
+    pub flash: f64,
+    /// Brightness of a lit lamp at 35 cm, as a share of the flash at the plant, 0 to 4.
+    pub lamp: f64,
+    /// Depth of the folds in the black cloth, 0 (taut) to 3.
+    pub folds: f64,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            width: 648,
+            height: 486,
+            jpeg_quality: 90,
+            noise: 1.6,
+            blur: 0.055,
+            glow: 1.0,
+            exposure: 1.0,
+            flash: 1.0,
+            lamp: 0.12,
+            folds: 1.0,
+        }
+    }
+}
+
+/// A setting of the scene that makes no photograph.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("found scene.{key} = {value}, wanted {low} to {high}")]
+pub struct SceneError {
+    /// The setting's name.
+    pub key: &'static str,
+    /// What it is.
+    pub value: f64,
+    /// Least allowed.
+    pub low: f64,
+    /// Greatest allowed.
+    pub high: f64,
+}
+
+impl Scene {
+    /// Whether every setting lies in its range.
+    ///
+    /// # Errors
+    /// [`SceneError`] names the first that does not.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let ranges = [
+            ("width", f64::from(self.width), 64.0, 8192.0),
+            ("height", f64::from(self.height), 48.0, 8192.0),
+            ("jpeg_quality", f64::from(self.jpeg_quality), 1.0, 100.0),
+            ("noise", self.noise, 0.0, 20.0),
+            ("blur", self.blur, 0.0, 0.5),
+            ("glow", self.glow, 0.0, 4.0),
+            ("exposure", self.exposure, 0.01, 10.0),
+            ("flash", self.flash, 0.0, 4.0),
+            ("lamp", self.lamp, 0.0, 4.0),
+            ("folds", self.folds, 0.0, 3.0),
+        ];
+        match ranges.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
+            Some((key, value, low, high)) => Err(SceneError { key, value, low, high }),
+            None => Ok(()),
+        }
+    }
+
+    /// How this scene's photographs map the plane of the pot's axis to pixels.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        Frame::new(self.width, self.height)
+    }
+}
+
+/// Which lights are on, and how bright.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lighting {
+    flash: f64,
+    lamp: f64,
+    glow: f64,
+    lit: Option<Light>,
+}
+
+impl Lighting {
+    pub(super) fn new(scene: &Scene, lit: Option<Light>, flash: bool) -> Self {
+        Self {
+            flash: if flash { scene.flash * scene.exposure } else { 0.0 },
+            lamp: scene.lamp * scene.exposure,
+            glow: scene.glow,
+            lit,
+        }
+    }
+
+    /// Light on a surface at `place` that faces `normal` (a unit vector). `wrap` is 0 for a matt surface and grows with
+    /// how much light creeps around and through it, as it does in a thin stem.
+    pub(super) fn at(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
+        let lambert = |cosine: f64| ((cosine + wrap) / (1.0 + wrap)).max(0.0);
+        let to_flash = minus(FLASH, place);
+        let far = length(to_flash);
+        let direct = (48.0 / far) * (48.0 / far) * lambert(dot(to_flash, normal) / far);
+        let flash = self.flash * (BOUNCE + (1.0 - BOUNCE) * direct);
+        let lamp = self.lit.map_or(0.0, |light| {
+            let to_lamp = minus(bulb(light), place);
+            let far = length(to_lamp).max(LAMP_RADIUS);
+            self.lamp * (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far)
+        });
+        core::array::from_fn(|band| flash * FLASH_TINT[band] + lamp * LAMP_TINT[band])
+    }
+
+    /// The veil that the lit lamp's glow lays over the picture `far` cm from its coil, in the plane of the pot's axis:
+    /// a steep core, which clips, and a faint wide skirt, as scatter in a cheap lens gives.
+    pub(super) fn veil(&self, far: f64) -> Rgb {
+        let falloff = 22.0 * math::exp(-far / 1.75) + 0.05 * math::exp(-far / 6.0);
+        scaled(LAMP_TINT, self.lamp * self.glow / 0.12 * falloff)
+    }
+
+    pub(super) fn lit(&self) -> Option<Light> {
+        self.lit
+    }
+}
+
+/// Where a lamp's light comes from: the front of its coil.
+pub(super) fn bulb(light: Light) -> Place {
+    let [x, y, _] = LAMPS[if light == Light::Left { 0 } else { 1 }];
+    [x, y, WALL + LAMP_RADIUS]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_tent_passes_and_bad_settings_are_named() {
+        Scene::default().check().unwrap();
+        for (text, named) in [
+            ("blur = nan", "scene.blur = NaN"),
+            ("width = 7", "scene.width = 7, wanted 64 to 8192"),
+            ("noise = -1.0", "scene.noise = -1"),
+        ] {
+            let scene: Scene = toml::from_str(text).unwrap();
+            let error = scene.check().unwrap_err().to_string();
+            assert!(error.contains(named), "{error}");
+        }
+        assert!(toml::from_str::<Scene>("widht = 640").unwrap_err().to_string().contains("widht"));
+    }
+
+    #[test]
+    fn light_falls_off_and_adds_up() {
+        let scene = Scene::default();
+        let up = [0.0, 1.0, 0.0];
+        let low = Lighting::new(&scene, None, true).at([0.0, 2.0, 0.0], up, 0.0);
+        let high = Lighting::new(&scene, None, true).at([0.0, 25.0, 0.0], up, 0.0);
+        assert!(high[1] > 1.4 * low[1], "{high:?} {low:?}");
+        let place = [3.0, 15.0, 0.0];
+        let lamp = Lighting::new(&scene, Some(Light::Right), false).at(place, [1.0, 0.0, 0.0], 0.0);
+        let flash = Lighting::new(&scene, None, true).at(place, [1.0, 0.0, 0.0], 0.0);
+        let both = Lighting::new(&scene, Some(Light::Right), true).at(place, [1.0, 0.0, 0.0], 0.0);
+        for band in 0..3 {
+            assert!((lamp[band] + flash[band] - both[band]).abs() < 1e-12);
+        }
+        assert!(lamp[2] > lamp[0]);
+    }
+}
