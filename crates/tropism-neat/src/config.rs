@@ -103,6 +103,10 @@ pub struct Config {
     pub split_recurrent: bool,
     /// Whether links from a neuron to itself may be split (`SplitLoopedRecurrent`; true).
     pub split_looped_recurrent: bool,
+    /// Whether links only ever lead to greater depth, so that networks can be run by
+    /// [`activate_feed_forward`](crate::Network::activate_feed_forward) without any delay; `recurrent_prob` is then without
+    /// effect. (Not in MultiNEAT, where two neurons of equal depth may be linked both ways.)
+    pub feed_forward: bool,
     /// One more than the random picks that adding a neuron or a link may take (`LinkTries`; 32).
     pub link_tries: u32,
     /// Probability that an added link is recurrent (`RecurrentProb`; 0.25).
@@ -176,6 +180,7 @@ impl Config {
             mutate_rem_neuron_prob: 0.0,
             split_recurrent: true,
             split_looped_recurrent: true,
+            feed_forward: false,
             link_tries: 32,
             recurrent_prob: 0.25,
             recurrent_loop_prob: 0.25,

@@ -90,3 +90,91 @@ fn pair_up<'a, T>(moms: &'a [T], dads: &'a [T], key: impl Fn(&T) -> u32, mut vis
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Config;
+    use crate::testing::{dice, genome, grown};
+
+    const MULTIPOINT: Mating = Mating { averages: false, keeps_all: false };
+    const AVERAGING: Mating = Mating { averages: true, keeps_all: false };
+
+    fn child(mom: (&Genome, f64), dad: (&Genome, f64), mating: &Mating, seed: u64) -> Genome {
+        // Over something quite different, of which nothing may be left.
+        let mut child = genome(3, 2, &[], &[(1, 5, 1.0)]);
+        crossover(mom, dad, mating, &mut dice(seed), &mut child);
+        child
+    }
+
+    fn innovations(genome: &Genome) -> Vec<u32> {
+        genome.links.iter().map(|link| link.innovation).collect()
+    }
+
+    #[test]
+    fn matching_links_come_from_either_parent_or_are_averaged() {
+        let parent = |weight| genome(1, 1, &[], &[(1, 3, weight), (2, 3, weight)]);
+        let (mom, dad) = (parent(1.0), parent(2.0));
+        let of_dad = (0..4000)
+            .flat_map(|seed| child((&mom, 9.0), (&dad, 1.0), &MULTIPOINT, seed).links)
+            .filter(|link| link.weight == 2.0)
+            .count();
+        assert!((of_dad as f64 / 8000.0 - 0.5).abs() < 0.03, "{of_dad} of 8000, whatever the fitness");
+        let averaged = child((&mom, 9.0), (&dad, 1.0), &AVERAGING, 1);
+        assert!(averaged.links.iter().all(|link| link.weight == 1.5));
+    }
+
+    #[test]
+    fn at_equal_fitness_fewer_links_win_and_then_a_coin() {
+        let small = genome(1, 1, &[], &[(1, 3, 1.0)]);
+        let large = genome(1, 1, &[], &[(1, 3, 1.0), (2, 3, 1.0)]);
+        for seed in 0..20 {
+            assert_eq!(child((&small, 1.0), (&large, 1.0), &MULTIPOINT, seed), small);
+            assert_eq!(child((&large, -1.0), (&small, -1.0), &MULTIPOINT, seed), small);
+        }
+        let mut other = genome(1, 1, &[], &[(1, 3, 1.0), (3, 3, 1.0)]);
+        other.links[1].innovation = 3;
+        let of_other =
+            (0..1000).filter(|&seed| child((&large, 1.0), (&other, 1.0), &MULTIPOINT, seed) == other).count();
+        assert!((450..550).contains(&of_other), "{of_other} of 1000");
+    }
+
+    proptest! {
+        #[test]
+        fn a_child_of_twins_is_a_twin(seed in 0_u64..500, averages: bool, keeps_all: bool) {
+            let twin = grown(&Config::paper(), seed, 40).pop().unwrap();
+            let mating = Mating { averages, keeps_all };
+            prop_assert_eq!(child((&twin, 1.0), (&twin, 1.0), &mating, seed), twin);
+        }
+
+        #[test]
+        fn a_child_has_exactly_its_fitter_parents_links(seed in 0_u64..500, fitter in 0_usize..80, other in 0_usize..80) {
+            let kin = grown(&Config::paper(), seed, 80);
+            let (fitter, other) = (&kin[fitter], &kin[other]);
+            for mating in [MULTIPOINT, AVERAGING] {
+                let as_mom = child((fitter, 2.0), (other, 1.0), &mating, seed);
+                let as_dad = child((other, -2.0), (fitter, -1.0), &mating, seed);
+                for child in [as_mom, as_dad] {
+                    prop_assert!(child.check().is_ok());
+                    prop_assert!(!child.has_dead_ends());
+                    prop_assert_eq!(innovations(&child), innovations(fitter));
+                    prop_assert_eq!(&child.neurons, &fitter.neurons);
+                }
+            }
+        }
+
+        #[test]
+        fn between_species_a_child_has_the_links_of_both(seed in 0_u64..500, mom in 0_usize..80, dad in 0_usize..80) {
+            let kin = grown(&Config::paper(), seed, 80);
+            let mating = Mating { averages: false, keeps_all: true };
+            let child = child((&kin[mom], 2.0), (&kin[dad], 1.0), &mating, seed);
+            let mut both = [innovations(&kin[mom]), innovations(&kin[dad])].concat();
+            both.sort_unstable();
+            both.dedup();
+            prop_assert_eq!(innovations(&child), both);
+            prop_assert!(child.check().is_ok());
+        }
+    }
+}

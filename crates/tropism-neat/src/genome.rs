@@ -455,3 +455,130 @@ pub enum GenomeError {
         to: u32,
     },
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::testing::{genome, grown};
+
+    #[test]
+    fn the_seed_links_x_y_and_bias_to_the_output_with_weight_zero() {
+        let seed = Genome::seed(&Config::paper(), 2, 1);
+        let links: Vec<_> = seed.links().iter().map(|l| (l.innovation, l.from, l.to, l.weight)).collect();
+        assert_eq!(links, [(1, 1, 4, 0.0), (2, 2, 4, 0.0), (3, 3, 4, 0.0)]);
+        let kinds: Vec<_> = seed.neurons().iter().map(|n| n.kind).collect();
+        assert_eq!(kinds, [NeuronKind::Input, NeuronKind::Input, NeuronKind::Bias, NeuronKind::Output]);
+        assert_eq!(seed.check().map_err(|e| e.to_string()), Ok(()));
+    }
+
+    #[test]
+    fn initial_weights_are_triangular_and_not_scaled_by_the_replacement_power() {
+        let config = Config::paper();
+        let genomes = (0..20_000).map(|index| Genome::random(&config, 2, 1, 3, index));
+        let weights: Vec<f64> = genomes.flat_map(|g| g.links.into_iter().map(|link| link.weight)).collect();
+        assert!(weights.iter().all(|w| w.abs() < 1.0));
+        let deviation = (weights.iter().map(|w| w * w).sum::<f64>() / weights.len() as f64).sqrt();
+        assert!((deviation - 0.408).abs() < 0.005, "{deviation}");
+    }
+
+    #[test]
+    fn dead_ends_are_found() {
+        let is_dead =
+            |hidden: &[(u32, f64)], links: &[(u32, u32, f64)]| genome(1, 1, hidden, links).has_dead_ends();
+        assert!(!is_dead(&[(4, 0.5)], &[(1, 4, 1.0), (4, 3, 1.0), (2, 3, 1.0)]));
+        assert!(is_dead(&[(4, 0.5)], &[(1, 3, 1.0), (4, 3, 1.0)]), "nothing enters");
+        assert!(is_dead(&[(4, 0.5)], &[(1, 3, 1.0), (2, 4, 1.0), (4, 3, 1.0)]), "only the bias enters");
+        assert!(is_dead(&[(4, 0.5)], &[(1, 3, 1.0), (4, 4, 1.0), (4, 3, 1.0)]), "only itself enters");
+        assert!(is_dead(&[(4, 0.5)], &[(1, 3, 1.0), (1, 4, 1.0)]), "nothing leaves");
+        assert!(is_dead(&[(4, 0.5)], &[(1, 3, 1.0), (1, 4, 1.0), (4, 4, 1.0)]), "only a loop leaves");
+        assert!(is_dead(&[], &[(3, 3, 1.0)]), "an output with one link in and one out");
+        assert!(is_dead(&[], &[]), "an only output without a link");
+        assert!(!is_dead(&[], &[(1, 3, 1.0), (3, 3, 1.0)]));
+    }
+
+    fn refusal(change: impl FnOnce(&mut Genome)) -> String {
+        let mut genome = genome(2, 1, &[(5, 0.5)], &[(1, 5, 1.0), (5, 4, 1.0), (2, 4, -2.0)]);
+        change(&mut genome);
+        Genome::from_json(&genome.to_json()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_wrong_gene_is_refused_by_name() {
+        let table = [
+            (refusal(|g| g.links[1].from = 9), "link 2 joins neuron 9, which the genome does not have"),
+            (refusal(|g| g.links[1].to = 0), "link 2 joins neuron 0, which the genome does not have"),
+            (refusal(|g| g.links[1].to = 3), "link 2 enters neuron 3: wanted an output or a hidden neuron"),
+            (
+                refusal(|g| g.links[1].innovation = 1),
+                "innovation 1 after 1: wanted ascending numbers from 1, each once",
+            ),
+            (
+                refusal(|g| g.links[2].from = 5),
+                "two links lead from neuron 5 to neuron 4: wanted at most one",
+            ),
+            (refusal(|g| g.links[0].weight = 1e308), "link 1 has weight 1"),
+            (refusal(|g| g.neurons[4].id = 4), "neuron id 4 after 4: wanted inputs"),
+            (refusal(|g| g.neurons.swap(0, 1)), "neuron id 2 after 0: wanted inputs"),
+            (refusal(|g| g.neurons[4].id = u32::MAX), "neuron id 4294967295 after 4: wanted inputs"),
+            (refusal(|g| g.neurons[4].kind = NeuronKind::Input), "neuron 5 is Input: wanted Hidden"),
+            (refusal(|g| g.neurons[4].depth = 1.5), "neuron 5 has depth 1.5: wanted 0"),
+            (refusal(|g| g.neurons[4].a = -1e7), "neuron 5 has slope or shift -10000000: wanted"),
+            (refusal(|g| g.inputs = 0), "0 inputs and 1 outputs: wanted at least 1 of each"),
+            (refusal(|g| g.inputs = usize::MAX), "inputs and 1 outputs: wanted at least 1 of each"),
+            (refusal(|g| g.outputs = 5), "5 neurons: wanted at least 8, for inputs, bias and outputs"),
+        ];
+        for (found, wanted) in table {
+            assert!(found.contains(wanted), "found: {found}\nwanted: {wanted}");
+        }
+    }
+
+    #[test]
+    fn files_that_are_not_genomes_are_refused() {
+        let json = genome(2, 1, &[], &[(1, 4, 1.0)]).to_json();
+        let refusal = |json: &str| Genome::from_json(json).unwrap_err().to_string();
+        assert!(refusal("").starts_with("not a genome file: EOF"));
+        assert!(refusal(&json[..json.len() / 2]).starts_with("not a genome file: EOF"));
+        assert!(
+            refusal(&json.replace("\"weight\":1.0", "\"weight\":null"))
+                .starts_with("not a genome file: invalid type")
+        );
+        assert!(refusal(&json.replace("\"weight\":1.0", "\"weight\":1e999")).contains("out of range"));
+        assert!(refusal(&json.replace("\"weight\"", "\"wait\"")).contains("unknown field `wait`"));
+        let other = json.replace("tropism.genome/1", "tropism.genome/9");
+        assert_eq!(refusal(&other), "schema is \"tropism.genome/9\": wanted \"tropism.genome/1\"");
+    }
+
+    #[test]
+    fn the_file_is_readable_and_has_one_gene_a_line() {
+        let json = genome(2, 1, &[], &[(1, 4, 1.5)]).to_json();
+        assert!(
+            json.starts_with("{\n  \"schema\": \"tropism.genome/1\",\n  \"inputs\": 2,\n  \"outputs\": 1,\n"),
+            "{json}"
+        );
+        let link = r#"    {"innovation":1,"from":1,"to":4,"weight":1.5,"recurrent":false}"#;
+        assert!(json.lines().any(|line| line == link), "{json}");
+    }
+
+    proptest! {
+        #[test]
+        fn a_genome_comes_back_from_json_to_the_bit(seed in 0_u64..1000) {
+            let genome = grown(&Config::paper(), seed, 60).pop().unwrap();
+            prop_assert_eq!(&Genome::from_json(&genome.to_json()).unwrap(), &genome);
+            let through_serde: Genome = serde_json::from_str(&serde_json::to_string(&genome).unwrap()).unwrap();
+            prop_assert_eq!(through_serde, genome);
+        }
+
+        #[test]
+        fn whatever_is_read_is_sound_or_refused(place in 0_usize..2000, byte in 32_u8..127) {
+            let mut json = grown(&Config::paper(), 1, 20).pop().unwrap().to_json().into_bytes();
+            let place = place % json.len();
+            json[place] = byte;
+            if let Ok(genome) = Genome::from_json(&String::from_utf8(json).unwrap()) {
+                prop_assert!(genome.check().is_ok());
+                crate::Network::new(&genome).activate(&vec![1.0; genome.inputs()]);
+            }
+        }
+    }
+}

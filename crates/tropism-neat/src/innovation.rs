@@ -7,7 +7,8 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use serde::{Deserialize, Serialize};
 
-use crate::Genome;
+use crate::genome::NUMBER_LIMIT;
+use crate::{Genome, Link};
 
 /// A link that has been numbered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,8 +55,7 @@ pub(crate) struct Records {
 impl Innovations {
     /// The record at the start of a run, with the links of its seed genome.
     pub(crate) fn new(seed: &Genome) -> Self {
-        let record =
-            |link: &crate::Link| LinkRecord { innovation: link.innovation, from: link.from, to: link.to };
+        let record = |link: &Link| LinkRecord { innovation: link.innovation, from: link.from, to: link.to };
         Records {
             next_innovation: seed.links.last().map_or(1, |link| link.innovation + 1),
             next_neuron: seed.neurons.last().map_or(1, |neuron| neuron.id + 1),
@@ -93,6 +93,44 @@ impl Innovations {
         let split = Split { from, to, neuron, inward, outward };
         self.records.splits.push(split);
         split
+    }
+}
+
+impl Innovations {
+    /// Whether a neuron of this id can be in a genome of the run.
+    pub(crate) fn has_numbered(&self, neuron: u32) -> bool {
+        neuron < self.records.next_neuron
+    }
+
+    /// Whether a link bears the number that the run gave it.
+    pub(crate) fn knows_link(&self, link: &Link) -> bool {
+        self.links.get(&(link.from, link.to)) == Some(&link.innovation)
+    }
+
+    /// Whether the lists go together; the first contradiction if they do not.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let Records { next_innovation, next_neuron, links, splits } = &self.records;
+        if *next_innovation >= NUMBER_LIMIT || *next_neuron >= NUMBER_LIMIT {
+            return Err("a counter of innovations is too large".into());
+        }
+        if let Some(link) = links.iter().find(|link| link.innovation >= *next_innovation) {
+            return Err(format!("recorded link {} is above the last number given", link.innovation));
+        }
+        // An index holds one entry for each pair, so a doubled pair makes it shorter than the list.
+        if self.links.len() != links.len() || !links.is_sorted_by(|a, b| a.innovation < b.innovation) {
+            return Err("a link is recorded twice".into());
+        }
+        let is_sound = |split: &&Split| {
+            split.neuron < *next_neuron
+                && self.links.get(&(split.from, split.neuron)) == Some(&split.inward)
+                && self.links.get(&(split.neuron, split.to)) == Some(&split.outward)
+        };
+        match splits.iter().find(|split| !is_sound(split)) {
+            Some(split) => {
+                Err(format!("the split that made neuron {} does not match its links", split.neuron))
+            }
+            None => Ok(()),
+        }
     }
 }
 

@@ -12,6 +12,7 @@
 //! 10(2), 2002, [doi:10.1162/106365602320169811](https://doi.org/10.1162/106365602320169811).
 
 mod activation;
+mod checkpoint;
 mod config;
 mod crossover;
 mod genome;
@@ -22,14 +23,19 @@ mod network;
 mod random;
 mod random_search;
 mod reproduce;
+mod run;
 mod species;
 mod stats;
+#[cfg(test)]
+mod testing;
 
 pub use activation::Activation;
+pub use checkpoint::CheckpointError;
 pub use config::{Config, ConfigError};
 pub use genome::{Genome, GenomeError, Link, Neuron, NeuronKind, SIZE_LIMIT, WEIGHT_LIMIT};
 pub use neat::{Champion, Neat, NeatError, SCORE_LIMIT};
 pub use network::Network;
 pub use random_search::random_genome;
+pub use run::{Trial, evolve};
 pub use species::Species;
 pub use stats::Generation;

@@ -5,6 +5,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::checkpoint::CheckpointError;
 use crate::genome::check_shape;
 use crate::innovation::Innovations;
 use crate::random::{Dice, Purpose};
@@ -34,27 +35,28 @@ pub const SCORE_LIMIT: f64 = 1e150;
 /// # Ok::<(), tropism_neat::NeatError>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub struct Neat {
-    config: Config,
-    inputs: usize,
-    outputs: usize,
-    seed: u64,
-    generation: u32,
-    evaluations: u64,
-    population: Vec<Genome>,
-    ids: Vec<u64>,
-    next_id: u64,
-    species: Vec<Species>,
-    next_species: u32,
-    innovations: Innovations,
-    threshold: f64,
+    pub(crate) config: Config,
+    pub(crate) inputs: usize,
+    pub(crate) outputs: usize,
+    pub(crate) seed: u64,
+    pub(crate) generation: u32,
+    pub(crate) evaluations: u64,
+    pub(crate) population: Vec<Genome>,
+    /// Who is who: copies that fill up a generation share a number.
+    pub(crate) ids: Vec<u64>,
+    pub(crate) next_id: u64,
+    pub(crate) species: Vec<Species>,
+    pub(crate) next_species: u32,
+    pub(crate) innovations: Innovations,
+    pub(crate) threshold: f64,
     /// Best fitness so far as selection saw it, at least 0.
-    record: f64,
-    champion: Option<Champion>,
+    pub(crate) record: f64,
+    pub(crate) champion: Option<Champion>,
     /// Genomes of the generation before, which the next one is written over.
     #[serde(skip)]
-    nursery: Vec<Genome>,
+    pub(crate) nursery: Vec<Genome>,
 }
 
 /// The best individual of a run so far.
@@ -293,6 +295,9 @@ impl Neat {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NeatError {
+    /// A saved run cannot be used.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// A parameter cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),

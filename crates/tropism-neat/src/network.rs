@@ -3,6 +3,8 @@
 //! Every link reads what its source held *before* the step, so a path through h hidden neurons delays a signal by h steps,
 //! and recurrent links need no special care. The state stays until it is flushed.
 
+use std::ops::Range;
+
 use crate::{Activation, Genome};
 
 /// A network that can be run.
@@ -18,35 +20,70 @@ use crate::{Activation, Genome};
 pub struct Network {
     inputs: usize,
     outputs: usize,
-    links: Vec<Wire>,
-    neurons: Vec<(Activation, f64, f64)>,
+    /// Outputs and hidden neurons, in order of depth.
+    units: Vec<Unit>,
+    /// Links, grouped by the unit that they enter.
+    wires: Vec<Wire>,
     state: Vec<f64>,
-    sums: Vec<f64>,
+    previous: Vec<f64>,
 }
 
-/// A link between places in the state.
+/// A neuron that computes.
+#[derive(Clone, Debug)]
+struct Unit {
+    place: usize,
+    wires: Range<usize>,
+    activation: Activation,
+    a: f64,
+    b: f64,
+}
+
+/// A link into a unit.
 #[derive(Clone, Copy, Debug)]
 struct Wire {
     from: usize,
-    to: usize,
     weight: f64,
+    /// Whether it leads to greater depth.
+    is_forward: bool,
 }
 
 impl Network {
     /// The network of `genome`, with all activations 0.
     #[must_use]
     pub fn new(genome: &Genome) -> Self {
+        let neurons = genome.neurons();
         let place = |id| genome.position(id).expect("a genome's links join its own neurons");
-        let wire =
-            |link: &crate::Link| Wire { from: place(link.from), to: place(link.to), weight: link.weight };
-        let count = genome.neurons().len();
+        let mut places: Vec<usize> = (genome.inputs() + 1..neurons.len()).collect();
+        places.sort_by(|&a, &b| neurons[a].depth.total_cmp(&neurons[b].depth));
+        let mut rank = vec![0; neurons.len()];
+        for (index, &place) in places.iter().enumerate() {
+            rank[place] = index;
+        }
+        let mut wires: Vec<(usize, Wire)> = genome
+            .links()
+            .iter()
+            .map(|link| {
+                let (from, to) = (place(link.from), place(link.to));
+                let is_forward = neurons[from].depth < neurons[to].depth;
+                (rank[to], Wire { from, weight: link.weight, is_forward })
+            })
+            .collect();
+        // Stable: within a unit, sums run in the order of the genes.
+        wires.sort_by_key(|&(unit, _)| unit);
+        let mut end = 0;
+        let unit = |(index, place): (usize, usize)| {
+            let start = end;
+            end += wires[start..].iter().take_while(|wire| wire.0 == index).count();
+            let neuron = &neurons[place];
+            Unit { place, wires: start..end, activation: neuron.activation, a: neuron.a, b: neuron.b }
+        };
         Self {
             inputs: genome.inputs(),
             outputs: genome.outputs(),
-            links: genome.links().iter().map(wire).collect(),
-            neurons: genome.neurons().iter().map(|neuron| (neuron.activation, neuron.a, neuron.b)).collect(),
-            state: vec![0.0; count],
-            sums: vec![0.0; count],
+            units: places.into_iter().enumerate().map(unit).collect(),
+            wires: wires.iter().map(|wire| wire.1).collect(),
+            state: vec![0.0; neurons.len()],
+            previous: vec![0.0; neurons.len()],
         }
     }
 
@@ -56,17 +93,43 @@ impl Network {
     ///
     /// If there are not as many values as the genome has inputs.
     pub fn activate(&mut self, inputs: &[f64]) -> &[f64] {
+        self.sense(inputs);
+        for unit in &self.units {
+            let sum = self.wires[unit.wires.clone()]
+                .iter()
+                .fold(0.0, |sum, w| sum + self.previous[w.from] * w.weight);
+            self.state[unit.place] = unit.activation.of(sum, unit.a, unit.b);
+        }
+        self.output()
+    }
+
+    /// Sets the inputs (and the bias to 1), advances every other neuron in order of depth, and returns the outputs.
+    ///
+    /// A link to greater depth reads what its source holds by now, so that a signal runs all the way within one call; any
+    /// other link reads what its source held before the call. In networks evolved with
+    /// [`Config::feed_forward`](crate::Config::feed_forward) there are no other links, and the outputs depend on these
+    /// inputs alone.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many values as the genome has inputs.
+    pub fn activate_feed_forward(&mut self, inputs: &[f64]) -> &[f64] {
+        self.sense(inputs);
+        for unit in &self.units {
+            let sum = self.wires[unit.wires.clone()].iter().fold(0.0, |sum, w| {
+                let source = if w.is_forward { &self.state } else { &self.previous };
+                sum + source[w.from] * w.weight
+            });
+            self.state[unit.place] = unit.activation.of(sum, unit.a, unit.b);
+        }
+        self.output()
+    }
+
+    fn sense(&mut self, inputs: &[f64]) {
         assert_eq!(inputs.len(), self.inputs, "one value for each input");
         self.state[..self.inputs].copy_from_slice(inputs);
         self.state[self.inputs] = 1.0;
-        self.sums.fill(0.0);
-        for link in &self.links {
-            self.sums[link.to] += self.state[link.from] * link.weight;
-        }
-        for (index, &(activation, a, b)) in self.neurons.iter().enumerate().skip(self.inputs + 1) {
-            self.state[index] = activation.of(self.sums[index], a, b);
-        }
-        self.output()
+        self.previous.copy_from_slice(&self.state);
     }
 
     /// The outputs as they stand.
@@ -84,5 +147,66 @@ impl Network {
     #[must_use]
     pub fn state(&self) -> &[f64] {
         &self.state
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{self, genome};
+
+    #[test]
+    fn a_hidden_neuron_delays_a_signal_by_one_step() {
+        // x -> hidden -> output, all linear.
+        let mut network = Network::new(&genome(1, 1, &[(4, 0.5)], &[(1, 4, 2.0), (4, 3, 3.0)]));
+        assert_eq!(network.activate(&[1.0]), [0.0]);
+        assert_eq!(network.activate(&[0.0]), [6.0]);
+        assert_eq!(network.activate(&[0.0]), [0.0]);
+    }
+
+    #[test]
+    fn state_is_kept_until_it_is_flushed() {
+        // The output adds its input to itself.
+        let mut network = Network::new(&genome(1, 1, &[], &[(1, 3, 1.0), (3, 3, 1.0)]));
+        assert_eq!(network.activate(&[1.0]), [1.0]);
+        assert_eq!(network.activate(&[1.0]), [2.0]);
+        assert_eq!(network.state(), [1.0, 1.0, 2.0]);
+        network.flush();
+        assert_eq!(network.state(), [0.0; 3]);
+        assert_eq!(network.activate(&[1.0]), [1.0]);
+    }
+
+    #[test]
+    fn the_bias_is_always_one() {
+        let mut network = Network::new(&genome(1, 1, &[], &[(2, 3, 0.25)]));
+        assert_eq!(network.activate(&[7.0]), [0.25]);
+    }
+
+    #[test]
+    fn feed_forward_runs_through_in_one_call() {
+        let mut network =
+            Network::new(&genome(1, 1, &[(4, 0.5), (5, 0.25)], &[(1, 5, 2.0), (5, 4, 3.0), (4, 3, 5.0)]));
+        assert_eq!(network.activate_feed_forward(&[1.0]), [30.0]);
+        assert_eq!(network.activate_feed_forward(&[0.0]), [0.0]);
+    }
+
+    #[test]
+    fn in_a_feed_forward_call_a_recurrent_link_brings_the_call_before() {
+        let mut network = Network::new(&genome(1, 1, &[(4, 0.5)], &[(1, 4, 1.0), (4, 3, 1.0), (3, 4, 10.0)]));
+        assert_eq!(network.activate_feed_forward(&[1.0]), [1.0]);
+        assert_eq!(network.activate_feed_forward(&[2.0]), [12.0]);
+    }
+
+    #[test]
+    fn feed_forward_agrees_with_as_many_steps_as_the_network_is_deep() {
+        let config = crate::Config { feed_forward: true, ..testing::sigmoids() };
+        for grown in testing::grown(&config, 1, 200).iter().step_by(20) {
+            let (mut at_once, mut stepwise) = (Network::new(grown), Network::new(grown));
+            let inputs = [0.3, -1.7];
+            for _ in 0..grown.neurons().len() {
+                stepwise.activate(&inputs);
+            }
+            assert_eq!(at_once.activate_feed_forward(&inputs), stepwise.output());
+        }
     }
 }

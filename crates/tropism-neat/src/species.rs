@@ -195,3 +195,152 @@ pub(crate) fn distance(a: &Genome, b: &Genome, config: &Config, limit: f64) -> f
     let mean_difference = if matching == 0 { 0.0 } else { difference / f64::from(matching) };
     excess_coeff * excess + disjoint_coeff * f64::from(disjoint) + config.weight_diff_coeff * mean_difference
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::testing::{genome, grown};
+
+    fn weighted(weights: &[f64]) -> Genome {
+        let links: Vec<_> = (3..).zip(weights).map(|(to, &weight)| (1, to, weight)).collect();
+        genome(1, 9, &[], &links)
+    }
+
+    /// The distance without a limit.
+    fn full(a: &Genome, b: &Genome, config: &Config) -> f64 {
+        distance(a, b, config, f64::INFINITY)
+    }
+
+    #[test]
+    fn distance_counts_unmatched_links_and_half_the_mean_weight_difference() {
+        let config = Config::paper();
+        let mut gap = weighted(&[1.0, 2.0, 3.0]);
+        gap.links.remove(1);
+        // Link 2 is disjoint, link 4 excess, links 1 and 3 match with differences 0 and 1.
+        let other = weighted(&[1.0, 2.0, 4.0, 5.0]);
+        assert_eq!(full(&gap, &other, &config), 1.0 + 1.0 + 0.5 * 0.5);
+        assert_eq!(full(&other, &gap, &config), 2.25);
+        let weighed = Config { excess_coeff: 10.0, disjoint_coeff: 3.0, weight_diff_coeff: 2.0, ..config };
+        assert_eq!(full(&gap, &other, &weighed), 10.0 + 3.0 + 2.0 * 0.5);
+    }
+
+    #[test]
+    fn size_only_counts_when_asked_to() {
+        let (small, large) = (weighted(&[0.0; 2]), weighted(&[0.0; 8]));
+        assert_eq!(full(&small, &large, &Config::paper()), 6.0);
+        let normalized = Config { normalize_genome_size: true, ..Config::paper() };
+        assert_eq!(full(&small, &large, &normalized), 6.0 / 8.0);
+    }
+
+    #[test]
+    fn genomes_without_links_are_of_one_species() {
+        assert!(is_compatible(&weighted(&[]), &weighted(&[]), &Config::paper(), 0.2));
+    }
+
+    #[test]
+    fn the_first_compatible_species_takes_a_genome_and_a_stranger_founds_one() {
+        let (config, mut species, mut next_id) = (Config::paper(), Vec::new(), 7);
+        let genomes = [weighted(&[0.0]), weighted(&[0.0; 9]), weighted(&[0.0; 3]), weighted(&[0.0; 4])];
+        for (index, genome) in (0..).zip(&genomes) {
+            settle(&mut species, genome, index, &config, 5.0, &mut next_id);
+        }
+        // The last is within 5 of both.
+        let found: Vec<_> = species.iter().map(|s| (s.id, s.members.clone())).collect();
+        assert_eq!(found, [(7, vec![0, 2, 3]), (8, vec![1])]);
+        assert_eq!(next_id, 9);
+    }
+
+    /// A species with these best fitness and members.
+    fn species(best: f64, members: &[u32]) -> Species {
+        Species { best, leads: false, members: members.to_vec(), ..Species::found(1, weighted(&[0.0]), 0) }
+    }
+
+    #[test]
+    fn species_are_ranked_by_the_best_before_this_generation() {
+        let mut all = [species(1.0, &[0, 1]), species(2.0, &[2])];
+        rank(&mut all, &[5.0, 9.0, 0.0]);
+        assert_eq!(all.iter().map(|s| s.members.clone()).collect::<Vec<_>>(), [vec![2], vec![1, 0]]);
+    }
+
+    #[test]
+    fn the_record_holder_takes_the_lead_and_the_last_old_leader_is_young_again() {
+        let aged = |best, leads| Species { age: 5, stagnation: 3, leads, ..species(best, &[0]) };
+        let mut all = [aged(4.0, false), aged(4.0, false), aged(2.0, true), aged(0.0, true)];
+        grow_older(&mut all, 4.0);
+        assert_eq!(all.each_ref().map(|s| s.leads), [true, false, false, false]);
+        // The last leading one was a newborn: to the true old leader nothing happens.
+        assert_eq!(all.each_ref().map(|s| (s.age, s.stagnation)), [(6, 4), (6, 4), (6, 4), (0, 0)]);
+        grow_older(&mut all, 4.0);
+        assert_eq!(all.each_ref().map(|s| s.age), [7, 7, 7, 1]);
+        grow_older(&mut all, 4.5);
+        assert!(all.iter().all(|s| !s.leads), "the record holder has died out");
+    }
+
+    fn offspring(species: &mut [Species], fitness: &[f64]) -> Vec<usize> {
+        allot(species, fitness, &Config { population: 10, ..Config::paper() })
+    }
+
+    #[test]
+    fn offspring_follow_the_mean_fitness_of_a_species() {
+        let mut all = [species(0.0, &[0]), species(0.0, &[1, 2, 3])];
+        assert_eq!(offspring(&mut all, &[3.0, 6.0, 1.0, 2.0]), [5, 5]);
+        assert_eq!([all[0].best, all[1].best], [3.0, 6.0]);
+    }
+
+    #[test]
+    fn fitness_that_is_not_positive_counts_a_ten_thousandth() {
+        let mut all = [species(0.0, &[0]), species(0.0, &[1]), species(0.0, &[2])];
+        assert_eq!(offspring(&mut all, &[-50.0, 0.0, 1e-4]), [3, 3, 3]);
+        assert!(all.iter().all(|s| s.best == 1e-4 && s.stagnation == 0));
+    }
+
+    #[test]
+    fn young_old_and_stagnant_species_are_weighed() {
+        let config =
+            Config { population: 100, young_age_fitness_boost: 3.0, old_age_penalty: 0.5, ..Config::paper() };
+        let one = |age, stagnation, leads| Species { age, stagnation, leads, ..species(9.0, &[0]) };
+        let share = |mut s: Species| s.share(1.0, &config);
+        assert_eq!(share(one(14, 0, false)), 3.0);
+        assert_eq!(share(one(15, 0, false)), 1.0);
+        assert_eq!(share(one(30, 0, false)), 1.0);
+        assert_eq!(share(one(31, 0, false)), 0.5);
+        assert_eq!(share(one(20, 50, false)), 1.0);
+        assert_eq!(share(one(20, 51, false)), 1e-7);
+        assert_eq!(share(one(20, 51, true)), 1.0);
+    }
+
+    #[test]
+    fn rounding_lets_the_population_drift_upwards() {
+        // Eight equal species for twelve places: 1.5 each, rounded to 2.
+        let mut all: Vec<_> = (0..8).map(|n| species(0.0, &[n])).collect();
+        let given = allot(&mut all, &[1.0; 8], &Config { population: 12, ..Config::paper() });
+        assert_eq!(given.iter().sum::<usize>(), 16);
+    }
+
+    #[test]
+    fn the_threshold_moves_by_steps_and_has_a_floor() {
+        let next = |threshold, species| next_threshold(threshold, species, &Config::paper());
+        assert_eq!(next(5.0, 4), 5.0 - 0.3);
+        assert_eq!(next(5.0, 5), 5.0);
+        assert_eq!(next(5.0, 25), 5.0);
+        assert_eq!(next(5.0, 26), 5.0 + 0.3);
+        assert_eq!(next(0.4, 1), 0.2);
+        let fixed = Config { dynamic_compatibility: false, ..Config::paper() };
+        assert_eq!(next_threshold(5.0, 1, &fixed), 5.0);
+    }
+
+    proptest! {
+        #[test]
+        fn a_limit_never_changes_who_is_compatible(seed in 0_u64..300, a in 0_usize..80, b in 0_usize..80, limit in 0.0..20.0) {
+            let kin = grown(&Config::paper(), seed, 80);
+            for normalize_genome_size in [false, true] {
+                let config = Config { normalize_genome_size, ..Config::paper() };
+                let exact = full(&kin[a], &kin[b], &config);
+                prop_assert_eq!(exact <= limit, is_compatible(&kin[a], &kin[b], &config, limit));
+                prop_assert_eq!(exact, full(&kin[b], &kin[a], &config));
+            }
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! Runs of NEAT from outside: the laws of a generation, saving and going on, and what is refused.
+
+use tropism_neat::{
+    Activation, CheckpointError, Config, Generation, Genome, Neat, NeatError, Network, Trial, evolve,
+    random_genome,
+};
+
+/// A score without meaning but with a gradient: how nearly the network answers like a wave of its input.
+fn wave(genome: &Genome) -> f64 {
+    let mut network = Network::new(genome);
+    let answer = |network: &mut Network, step: i32| {
+        network.activate(&[f64::from(step % 7) - 3.0, f64::from(step) / 30.0])[0]
+    };
+    let wanted = |step: i32| f64::from(u8::from(step % 7 > 3) ^ u8::from(step > 20));
+    let misses = (0..60).filter(|&step| answer(&mut network, step) != wanted(step)).count();
+    60.0 - misses as f64
+}
+
+fn generations(neat: &mut Neat, count: u32) -> Vec<Generation> {
+    let next = |_| {
+        let scores: Vec<f64> = neat.ask().iter().map(wave).collect();
+        neat.tell(&scores).unwrap()
+    };
+    (0..count).map(next).collect()
+}
+
+#[test]
+fn an_initial_population_is_one_species_of_random_genomes() {
+    let config = Config::paper();
+    let neat = Neat::new(config.clone(), 2, 1, 5).unwrap();
+    assert_eq!(neat.ask().len(), 50);
+    assert_eq!(neat.species().len(), 1);
+    for (index, genome) in (0..).zip(neat.ask()) {
+        assert_eq!(genome, &random_genome(&config, 2, 1, 5, index));
+    }
+}
+
+#[test]
+fn the_threshold_falls_while_species_are_few_and_rises_while_they_are_many() {
+    for seed in 0..8 {
+        let mut neat = Neat::new(Config::paper(), 2, 1, seed).unwrap();
+        let path = generations(&mut neat, 30);
+        assert_eq!((path[0].threshold, path[0].species), (5.0, 1));
+        for pair in path.windows(2) {
+            let wanted = match pair[0].species {
+                0..5 => (pair[0].threshold - 0.3).max(0.2),
+                5..=25 => pair[0].threshold,
+                _ => pair[0].threshold + 0.3,
+            };
+            assert_eq!(pair[1].threshold, wanted, "generation {}", pair[1].generation);
+        }
+        // From 5.0 by 0.3 a generation: five species are there long before the floor of 0.2 is.
+        let first = path.iter().find(|generation| generation.species >= 5).unwrap();
+        assert!((5..=16).contains(&first.generation), "{first:?}");
+        assert!((0.8..3.5).contains(&first.threshold), "{first:?}");
+    }
+}
+
+#[test]
+fn the_population_drifts_from_fifty_by_a_few_and_species_settle_between_the_bounds() {
+    let mut species = Vec::new();
+    for seed in 0..4 {
+        let mut neat = Neat::new(Config::paper(), 2, 1, seed).unwrap();
+        let path = generations(&mut neat, 300);
+        let largest = path.iter().map(|generation| generation.population).max().unwrap();
+        assert!(path.iter().all(|generation| generation.population >= 50));
+        assert!((51..=60).contains(&largest), "{largest}");
+        let evaluations: usize = path.iter().map(|generation| generation.population).sum();
+        assert_eq!(neat.evaluations(), evaluations as u64);
+        species.extend(path[100..].iter().map(|generation| generation.species));
+    }
+    species.sort_unstable();
+    let median = species[species.len() / 2];
+    assert!((8..=26).contains(&median), "{median}");
+}
+
+#[test]
+fn the_best_score_never_falls_and_is_the_champions() {
+    let mut neat = Neat::new(Config::paper(), 2, 1, 3).unwrap();
+    let path = generations(&mut neat, 150);
+    assert!(path.windows(2).all(|pair| pair[0].best_ever <= pair[1].best_ever));
+    // The elite is copied unchanged and the task has no chance in it.
+    assert!(path.windows(2).all(|pair| pair[0].best <= pair[1].best));
+    let champion = neat.champion().unwrap();
+    assert_eq!(champion.fitness, path[149].best_ever);
+    assert_eq!(wave(&champion.genome), champion.fitness);
+    assert_eq!(path[champion.generation as usize].best, champion.fitness);
+    assert!(path[149].best > path[0].best);
+}
+
+#[test]
+fn networks_grow_unless_size_is_controlled() {
+    let links = |config: &Config| {
+        let last = |seed| {
+            let mut neat = Neat::new(config.clone(), 2, 1, seed).unwrap();
+            let path = generations(&mut neat, 300);
+            assert_eq!(path[0].links_mean, 3.0);
+            path[299].links_mean
+        };
+        (0..4).map(last).sum::<f64>() / 4.0
+    };
+    let free = links(&Config::paper());
+    let pruned = links(&Config { mutate_rem_link_prob: 0.05, ..Config::paper() });
+    let priced = links(&Config { complexity_penalty: 2.0, ..Config::paper() });
+    assert!((10.0..40.0).contains(&free), "{free}");
+    assert!(pruned < 0.7 * free && priced < 0.7 * free, "{free} free, {pruned} pruned, {priced} priced");
+}
+
+#[test]
+fn one_seed_gives_one_run_and_another_seed_another() {
+    let run = |seed| {
+        let mut neat = Neat::new(Config::ball_keeper(), 2, 1, seed).unwrap();
+        (generations(&mut neat, 60), neat.to_json())
+    };
+    assert_eq!(run(1), run(1));
+    assert_ne!(run(1).0, run(2).0);
+}
+
+#[test]
+fn threads_do_not_matter() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let score = |genome: &Genome, _: Trial| wave(genome);
+        let runs = pool.install(|| evolve(&Config::paper(), (2, 1), 0..4, 20, score, |_, _| false).unwrap());
+        let json: Vec<_> = runs.iter().map(Neat::to_json).collect();
+        (json, pool.install(|| runs[0].evaluate(score)))
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn runs_stop_when_they_are_solved() {
+    let score = |_: &Genome, trial: Trial| f64::from(trial.generation) + trial.seed as f64;
+    let runs =
+        evolve(&Config::paper(), (1, 1), 0..3, 50, score, |_, generation| generation.best >= 5.0).unwrap();
+    assert_eq!(runs.iter().map(Neat::generation).collect::<Vec<_>>(), [6, 5, 4]);
+}
+
+#[test]
+fn a_saved_run_goes_on_to_the_same_bits() {
+    let mut neat = Neat::new(Config::paper(), 2, 1, 8).unwrap();
+    generations(&mut neat, 40);
+    let json = neat.to_json();
+    let mut again = Neat::from_json(&json).unwrap();
+    assert_eq!(again.to_json(), json);
+    assert_eq!(generations(&mut neat, 40), generations(&mut again, 40));
+    assert_eq!(neat.to_json(), again.to_json());
+    let through_serde: Neat = serde_json::from_str(&serde_json::to_string(&neat).unwrap()).unwrap();
+    assert_eq!(through_serde.to_json(), neat.to_json());
+}
+
+#[test]
+fn all_presets_and_options_run() {
+    let removing = Config { mutate_rem_link_prob: 0.1, mutate_rem_neuron_prob: 0.1, ..Config::paper() };
+    let eager = Config { interspecies_crossover_rate: 0.5, mutate_add_neuron_prob: 0.3, ..Config::paper() };
+    let normalized = Config { normalize_genome_size: true, compat_threshold: 1.0, ..Config::paper() };
+    let feed_forward = Config { feed_forward: true, hidden_activation: Activation::Tanh, ..Config::paper() };
+    for config in [Config::ball_keeper(), removing, eager, normalized, feed_forward] {
+        let mut neat = Neat::new(config, 2, 1, 1).unwrap();
+        generations(&mut neat, 60);
+        assert!(neat.ask().iter().all(|genome| genome.check().is_ok()));
+        assert!(Neat::from_json(&neat.to_json()).is_ok());
+    }
+}
+
+#[test]
+fn the_smallest_population_lives() {
+    let mut neat = Neat::new(Config { population: 2, ..Config::paper() }, 2, 1, 1).unwrap();
+    generations(&mut neat, 100);
+    assert!((2..=4).contains(&neat.ask().len()));
+}
+
+#[test]
+fn equal_negative_and_huge_scores_are_all_legal() {
+    for score in [0.0, -1e150, 1e150, 1e-300] {
+        let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
+        for _ in 0..80 {
+            let report = neat.tell(&vec![score; neat.ask().len()]).unwrap();
+            assert!(report.population <= 75, "{report:?}");
+            assert_eq!((report.best, report.median), (score, score));
+        }
+    }
+}
+
+#[test]
+fn wrong_scores_are_refused_by_place_and_value_and_change_nothing() {
+    let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
+    let before = neat.to_json();
+    let mut scores = vec![1.0; 50];
+    for (score, wanted) in
+        [(f64::NAN, "score 7 is NaN"), (f64::INFINITY, "score 7 is inf"), (-1e200, "score 7 is -1000")]
+    {
+        scores[7] = score;
+        let error = neat.tell(&scores).unwrap_err();
+        assert!(error.to_string().starts_with(wanted), "{error}");
+    }
+    let error = neat.tell(&[1.0; 49]).unwrap_err().to_string();
+    assert_eq!(error, "49 scores: wanted 50, one for each individual");
+    assert_eq!(neat.to_json(), before);
+}
+
+#[test]
+fn impossible_runs_are_refused() {
+    let refusal = |config, inputs, outputs| Neat::new(config, inputs, outputs, 1).unwrap_err().to_string();
+    assert_eq!(
+        refusal(Config { population: 1, ..Config::paper() }, 2, 1),
+        "`population` is 1: wanted 2 to 1000000"
+    );
+    assert!(refusal(Config::paper(), 0, 1).starts_with("0 inputs and 1 outputs: wanted at least 1 of each"));
+    assert!(refusal(Config::paper(), 1, 0).starts_with("1 inputs and 0 outputs"));
+    assert!(
+        refusal(Config::paper(), usize::MAX, usize::MAX).contains("wanted at least 1 of each and at most")
+    );
+    let error = Neat::new(Config { max_weight: f64::NAN, ..Config::paper() }, 2, 1, 1).unwrap_err();
+    assert!(matches!(error, NeatError::Config(_)));
+}
+
+#[test]
+fn broken_checkpoints_are_refused() {
+    let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
+    generations(&mut neat, 30);
+    let json = neat.to_json();
+    let refusal = |json: &str| Neat::from_json(json).unwrap_err().to_string();
+    let with = |path: &str, value: serde_json::Value| {
+        let mut tree: serde_json::Value = serde_json::from_str(&json).unwrap();
+        *tree.pointer_mut(path).unwrap() = value;
+        refusal(&tree.to_string())
+    };
+    assert!(refusal(&json[..json.len() - 100]).starts_with("not a saved run: EOF"));
+    assert_eq!(
+        with("/schema", "tropism.neat/0".into()),
+        "schema is \"tropism.neat/0\": wanted \"tropism.neat/1\""
+    );
+    assert_eq!(with("/run/config/population", 1.into()), "`population` is 1: wanted 2 to 1000000");
+    let contradiction = |what: &str| format!("the saved run contradicts itself: {what}");
+    let table = [
+        (with("/run/config/population", 500.into()), "the population is too small"),
+        (with("/run/ids/0", u64::MAX.into()), "an individual's id is above the last one given"),
+        (
+            with("/run/species/0/members/0", 1_000_000.into()),
+            "not every individual is a member of exactly one species",
+        ),
+        (with("/run/innovations/links/0/from", 2.into()), "a link is recorded twice"),
+        (
+            with("/run/innovations/splits/0/neuron", 4.into()),
+            "the split that made neuron 4 does not match its links",
+        ),
+        (
+            with("/run/innovations/next_innovation", 3.into()),
+            "recorded link 3 is above the last number given",
+        ),
+        (with("/run/threshold", (-1).into()), "the threshold is out of range"),
+        (with("/run/outputs", 2.into()), "an individual's shape is not the run's"),
+    ];
+    for (found, wanted) in table {
+        assert_eq!(found, contradiction(wanted));
+    }
+    let error = Neat::from_json("{\"schema\": \"tropism.neat/1\", \"run\": {}}").unwrap_err();
+    assert!(matches!(error, CheckpointError::Json(_)));
+}
