@@ -3,6 +3,7 @@
 //! A mechanistic bean grows and bends in 3-D under two lamps and is photographed. It shares no code and no data with the
 //! tip-motion model: what passes between them is photographs. Every result from it is virtual and must be labelled so.
 
+pub mod fault;
 pub mod pose;
 pub mod render;
 pub mod scene;

@@ -5,13 +5,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::vector::{dot, length, minus, scaled};
+use super::vector::{dot, length, minus, plus, scaled};
 use super::view::{Frame, LAMPS, Place, WALL};
 use crate::light::Light;
 use crate::math;
 
 /// The flash: a warm bulb above the pot, 68 cm above the soil (section 2.1).
 pub const FLASH: Place = [0.0, 68.0, 0.0];
+
+/// How wide the flash shines with its shade, in cm: close to it, its light falls off more slowly than from a point.
+const FLASH_REACH: f64 = 20.0;
 
 /// Radius of the pot's mouth, in cm (section 2.1: 15 cm across).
 pub const POT_RADIUS: f64 = 7.5;
@@ -29,10 +32,10 @@ pub const LAMP_HEIGHT: f64 = 10.0;
 pub type Rgb = [f64; 3];
 
 /// The tint of the flash as the camera balances it: a bulb of 2700 K (section 2.1).
-const FLASH_TINT: Rgb = [1.0, 0.90, 0.74];
+const FLASH_TINT: Rgb = [1.0, 0.89, 0.70];
 
 /// The tint of a lamp with all three diodes on (630, 530 and 475 nm), as the camera balances it.
-const LAMP_TINT: Rgb = [0.40, 0.72, 1.25];
+const LAMP_TINT: Rgb = [0.13, 0.52, 1.45];
 
 /// Share of the flash that reaches everything after many bounces.
 const BOUNCE: f64 = 0.35;
@@ -70,11 +73,11 @@ impl Default for Scene {
             height: 486,
             jpeg_quality: 90,
             noise: 1.6,
-            blur: 0.055,
+            blur: 0.04,
             glow: 1.0,
             exposure: 1.0,
             flash: 1.0,
-            lamp: 0.12,
+            lamp: 0.22,
             folds: 1.0,
         }
     }
@@ -147,29 +150,49 @@ impl Lighting {
     /// Light on a surface at `place` that faces `normal` (a unit vector). `wrap` is 0 for a matt surface and grows with
     /// how much light creeps around and through it, as it does in a thin stem.
     pub(super) fn at(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
-        let lambert = |cosine: f64| ((cosine + wrap) / (1.0 + wrap)).max(0.0);
+        let direct = plus(self.by_flash(place, normal, wrap), self.by_lamp(place, normal, wrap));
+        plus(self.bounced(), direct)
+    }
+
+    /// The flash's light after many bounces: the same everywhere.
+    pub(super) fn bounced(&self) -> Rgb {
+        scaled(FLASH_TINT, self.flash * BOUNCE)
+    }
+
+    /// The light on a surface straight from the flash.
+    pub(super) fn by_flash(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
         let to_flash = minus(FLASH, place);
         let far = length(to_flash);
-        let direct = (48.0 / far) * (48.0 / far) * lambert(dot(to_flash, normal) / far);
-        let flash = self.flash * (BOUNCE + (1.0 - BOUNCE) * direct);
-        let lamp = self.lit.map_or(0.0, |light| {
-            let to_lamp = minus(bulb(light), place);
-            let far = length(to_lamp).max(LAMP_RADIUS);
-            self.lamp * (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far)
-        });
-        core::array::from_fn(|band| flash * FLASH_TINT[band] + lamp * LAMP_TINT[band])
+        let spread = FLASH_REACH * FLASH_REACH;
+        let direct =
+            (48.0 * 48.0 + spread) / (far * far + spread) * lambert(dot(to_flash, normal) / far, wrap);
+        scaled(FLASH_TINT, self.flash * (1.0 - BOUNCE) * direct)
+    }
+
+    /// The light on a surface straight from the lit lamp.
+    pub(super) fn by_lamp(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
+        let Some(light) = self.lit else { return [0.0; 3] };
+        let to_lamp = minus(bulb(light), place);
+        let far = length(to_lamp).max(LAMP_RADIUS);
+        let direct = (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far, wrap);
+        scaled(LAMP_TINT, self.lamp * direct)
     }
 
     /// The veil that the lit lamp's glow lays over the picture `far` cm from its coil, in the plane of the pot's axis:
     /// a steep core, which clips, and a faint wide skirt, as scatter in a cheap lens gives.
     pub(super) fn veil(&self, far: f64) -> Rgb {
-        let falloff = 22.0 * math::exp(-far / 1.75) + 0.05 * math::exp(-far / 6.0);
-        scaled(LAMP_TINT, self.lamp * self.glow / 0.12 * falloff)
+        let falloff = 9.0 * math::exp(-far / 1.3) + 0.10 * math::exp(-far / 4.5);
+        scaled(LAMP_TINT, self.lamp * self.glow / 0.20 * falloff)
     }
 
     pub(super) fn lit(&self) -> Option<Light> {
         self.lit
     }
+}
+
+/// Share of a beam that a surface catches at `cosine` of its slant.
+fn lambert(cosine: f64, wrap: f64) -> f64 {
+    ((cosine + wrap) / (1.0 + wrap)).max(0.0)
 }
 
 /// Where a lamp's light comes from: the front of its coil.

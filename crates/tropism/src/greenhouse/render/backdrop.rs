@@ -11,11 +11,17 @@ use crate::greenhouse::view::{CAMERA, LAMPS, Place, WALL, project};
 use crate::light::Light;
 use crate::math;
 
-const CLOTH: Rgb = [0.036, 0.033, 0.036];
-const LINER: Rgb = [0.030, 0.026, 0.026];
-const POT: Rgb = [0.36, 0.35, 0.37];
-const LAMP: Rgb = [0.22, 0.22, 0.22];
-const COIL: Rgb = [0.42, 0.42, 0.40];
+/// Black cloth is a dull red-brown to a sensor: its dye lets the longest waves go.
+const CLOTH: Rgb = [0.062, 0.037, 0.040];
+const LINER: Rgb = [0.062, 0.042, 0.046];
+const POT: Rgb = [0.62, 0.60, 0.64];
+const LAMP: Rgb = [0.10, 0.10, 0.10];
+const COIL: Rgb = [0.26, 0.26, 0.26];
+const DIODE: Rgb = [0.52, 0.52, 0.48];
+const CABLE: Rgb = [0.035, 0.035, 0.04];
+
+/// Share of the bounced light that gets between the folds of the cloth.
+const BETWEEN: f64 = 0.36;
 
 /// How far the pot's cloth liner hangs over its rim, in cm.
 const HEM: f64 = 1.0;
@@ -32,8 +38,15 @@ struct Hit {
     at: Place,
     normal: Place,
     colour: Rgb,
-    /// The lamp that was met, if one was.
-    lamp: Option<Light>,
+    what: Thing,
+}
+
+/// What a ray meets, as far as its light differs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Thing {
+    Wall,
+    Pot,
+    Coil(Light),
 }
 
 impl Tent {
@@ -71,16 +84,28 @@ impl Tent {
     fn light(&self, point: Point, lighting: &Lighting) -> Rgb {
         let along = minus([point.x, point.y, 0.0], CAMERA);
         let hit = self.meet(along);
-        let shine = if hit.lamp.is_some() && hit.lamp == lighting.lit() {
-            [4.0; 3]
-        } else {
-            let light = lighting.at(hit.at, hit.normal, 0.0);
-            core::array::from_fn(|band| light[band] * hit.colour[band])
+        let light = match hit.what {
+            Thing::Coil(light) if lighting.lit() == Some(light) => [40.0; 3],
+            Thing::Wall => self.on_wall(&hit, lighting),
+            Thing::Coil(_) => lighting.at(hit.at, hit.normal, 0.2),
+            Thing::Pot => lighting.at(hit.at, hit.normal, 0.3),
         };
+        let shine = core::array::from_fn(|band| light[band] * hit.colour[band]);
         let veil = lighting.lit().map_or([0.0; 3], |light| lighting.veil(from_coil(point, light)));
         // A wide lens darkens towards its corners.
         let slant = CAMERA[2] / length(along);
         plus(scaled(shine, slant * slant), veil)
+    }
+
+    /// The light on the cloth. Half of a lamp's coil faces the cloth from close by, so that it gets more of the lamp than
+    /// its distance from the lamp's middle tells.
+    fn on_wall(&self, hit: &Hit, lighting: &Lighting) -> Rgb {
+        let near = lighting.lit().map_or(0.0, |light| 9.0 / length(minus(hit.at, lamp(light))).max(4.0));
+        let lamp = lighting.by_lamp(hit.at, hit.normal, 0.1);
+        plus(
+            plus(scaled(lighting.bounced(), BETWEEN), lighting.by_flash(hit.at, hit.normal, 0.0)),
+            scaled(lamp, 2.6 * (1.0 + near * near * near * near)),
+        )
     }
 
     /// The nearest thing along a ray from the camera. The things do not overlap as the camera sees them, apart from the
@@ -99,19 +124,32 @@ impl Tent {
 
     fn meet_wall(&self, along: Place) -> Hit {
         let at = on_ray(along, (WALL - CAMERA[2]) / along[2]);
+        if let Some(across) = Light::BOTH.into_iter().find_map(|light| on_cable(at, light)) {
+            let normal = [across, 0.0, (1.0 - across * across).sqrt()];
+            return Hit { at, normal, colour: CABLE, what: Thing::Pot };
+        }
         let [slope_x, slope_y, brightness] = self.cloth.at(at[0], at[1]);
         let normal = unit([-slope_x, -slope_y, 1.0], [0.0, 0.0, 1.0]);
-        Hit { at, normal, colour: scaled(CLOTH, brightness), lamp: None }
+        Hit { at, normal, colour: scaled(CLOTH, brightness), what: Thing::Wall }
     }
 
     fn meet_pot(&self, along: Place) -> Option<Hit> {
         let hem = |at: Place| HEM + 0.25 * self.texture.noise(20, 0.9 * at[0], 0.0);
-        if let Some((at, normal)) = meet_cone(along, POT_RADIUS + 0.25, 0.0)
-            && (-hem(at)..=0.3 * self.texture.noise(21, 0.5 * at[0], 3.0) + 0.1).contains(&at[1])
+        let lip = |at: Place| 0.25 + 0.2 * self.texture.noise(21, 0.5 * at[0], 0.3 * at[2]);
+        let cone = |radius, narrowing, side| meet_cone(along, radius, narrowing, side);
+        let crumpled = |(at, normal): (Place, Place)| {
+            let crumple = self.texture.noise(22, 1.3 * at[0], 0.8 * at[1] + at[2]);
+            Hit {
+                at,
+                normal: unit(plus(normal, [crumple, 0.5, 0.0]), normal),
+                colour: LINER,
+                what: Thing::Pot,
+            }
+        };
+        if let Some(hem) =
+            cone(POT_RADIUS + 0.25, 0.0, -1.0).filter(|(at, _)| (-hem(*at)..=lip(*at)).contains(&at[1]))
         {
-            let crumple = 0.5 * self.texture.noise(22, 1.7 * at[0], 0.8 * at[1]);
-            let normal = unit(plus(normal, [crumple, 0.35 + 0.8 * crumple, 0.0]), normal);
-            return Some(Hit { at, normal, colour: LINER, lamp: None });
+            return Some(crumpled(hem));
         }
         if along[1] < 0.0 {
             let at = on_ray(along, -CAMERA[1] / along[1]);
@@ -120,41 +158,47 @@ impl Tent {
                 return Some(self.liner(at, far));
             }
         }
+        if let Some((at, normal)) =
+            cone(POT_RADIUS + 0.25, 0.0, 1.0).filter(|(at, _)| (0.0..=lip(*at)).contains(&at[1]))
+        {
+            return Some(crumpled((at, scaled(normal, -1.0))));
+        }
         // The rim stands a little proud of the wall below it.
-        let (at, normal, under) = meet_cone(along, POT_RADIUS - 0.1, 0.0)
+        let (at, normal, under) = cone(POT_RADIUS - 0.1, 0.0, -1.0)
             .filter(|(at, _)| (-3.0..=0.0).contains(&at[1]))
             .map(|(at, normal)| (at, normal, hem(at)))
             .or_else(|| {
-                let (at, normal) = meet_cone(along, POT_RADIUS - 0.45, 0.14)?;
+                let (at, normal) = cone(POT_RADIUS - 0.45, 0.14, -1.0)?;
                 (-POT_DEPTH..=-3.0).contains(&at[1]).then_some((at, normal, 3.0))
             })?;
         // What hangs over a surface keeps the flash off it.
         let shade = ((-at[1] - under) / 0.8).clamp(0.0, 1.0);
-        let ring = if (-3.35..-3.0).contains(&at[1]) { 1.25 } else { 1.0 };
-        Some(Hit { at, normal, colour: scaled(POT, (0.45 + 0.55 * shade) * ring), lamp: None })
+        Some(Hit { at, normal, colour: scaled(POT, 0.45 + 0.55 * shade), what: Thing::Pot })
     }
 
-    /// The cloth that covers the soil, in folds that run to the stem, and dips within the rim.
+    /// The cloth that covers the soil, in folds that run to the stem, and rises to the rim.
     fn liner(&self, at: Place, far: f64) -> Hit {
         let turn = math::atan2(at[2], at[0]);
-        let (around, inward) = (2.2 * turn, 0.5 * far);
-        let fold = |a: f64, b: f64| {
-            self.texture.noise(23, around + a, inward + b)
-                + 0.5 * self.texture.noise(24, 2.3 * (around + a), 1.7 * (inward + b))
+        let height = |turn: f64, far: f64| {
+            let (x, z) = (far * math::cos(turn), far * math::sin(turn));
+            // Folds run outwards from the stem, broader where they are farther out.
+            let swirl = turn + 0.5 * self.texture.noise(25, 0.3 * x, 0.3 * z);
+            let ray = |layer: u64, count: f64| {
+                self.texture.noise(layer, count * math::cos(swirl), count * math::sin(swirl) + 0.12 * far)
+            };
+            far / POT_RADIUS * (0.75 * ray(23, 2.2) + 0.40 * ray(24, 4.5))
         };
-        let (slope_around, slope_inward) = (fold(0.1, 0.0) - fold(0.0, 0.0), fold(0.0, 0.1) - fold(0.0, 0.0));
+        let step = 0.05;
+        let here = height(turn, far);
+        let around = (height(turn + step / far.max(0.5), far) - here) / step;
+        let outward = (height(turn, far + step) - here) / step;
         let tangent = [-math::sin(turn), 0.0, math::cos(turn)];
         let radial = [math::cos(turn), 0.0, math::sin(turn)];
-        let dip = if far > 5.2 { -0.5 } else { 0.0 };
-        let lean = plus(scaled(tangent, 2.6 * slope_around), scaled(radial, 2.6 * slope_inward + dip));
-        let deep = ((far - 6.9) / 0.5).clamp(0.0, 1.0);
-        let shade = if far < 5.2 { 0.75 } else { 0.55 + 0.45 * deep };
-        Hit {
-            at,
-            normal: unit(plus(lean, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]),
-            colour: scaled(LINER, shade),
-            lamp: None,
-        }
+        let rising = ((far - 5.5) / 2.0).clamp(0.0, 1.0);
+        let slope = plus(scaled(tangent, -around), scaled(radial, -outward - 0.6 * rising));
+        // Hollows are darker than ridges.
+        let colour = scaled(LINER, (0.70 + 1.1 * here).clamp(0.15, 1.4));
+        Hit { at, normal: unit(plus(slope, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]), colour, what: Thing::Pot }
     }
 }
 
@@ -163,15 +207,16 @@ fn on_ray(along: Place, far: f64) -> Place {
     plus(CAMERA, scaled(along, far))
 }
 
-/// The front of an upright cone around the pot's axis: radius at y = 0, and what it narrows by per cm downwards.
-fn meet_cone(along: Place, radius: f64, narrowing: f64) -> Option<(Place, Place)> {
+/// An upright cone around the pot's axis, met from the front (`side` -1) or from within at the back (1): its radius at
+/// y = 0, and what it narrows by per cm downwards. The normal points outwards.
+fn meet_cone(along: Place, radius: f64, narrowing: f64, side: f64) -> Option<(Place, Place)> {
     let [ox, oy, oz] = CAMERA;
     let [dx, dy, dz] = along;
     let wide = radius + narrowing * oy;
     let a = dx * dx + dz * dz - narrowing * narrowing * dy * dy;
     let b = ox * dx + oz * dz - narrowing * wide * dy;
     let c = ox * ox + oz * oz - wide * wide;
-    let at = on_ray(along, first_root(a, b, c)?);
+    let at = on_ray(along, root(a, b, c, side)?);
     let normal = unit([at[0], -narrowing * (radius + narrowing * at[1]), at[2]], [0.0, 0.0, 1.0]);
     Some((at, normal))
 }
@@ -181,26 +226,43 @@ fn meet_lamp(along: Place, light: Light) -> Option<Hit> {
     let [ox, _, oz] = minus(CAMERA, centre);
     let [dx, _, dz] = along;
     let far =
-        first_root(dx * dx + dz * dz, ox * dx + oz * dz, ox * ox + oz * oz - LAMP_RADIUS * LAMP_RADIUS)?;
+        root(dx * dx + dz * dz, ox * dx + oz * dz, ox * ox + oz * oz - LAMP_RADIUS * LAMP_RADIUS, -1.0)?;
     let at = on_ray(along, far);
     let up = at[1] - centre[1];
     if up.abs() > LAMP_HEIGHT / 2.0 {
         return None;
     }
     let normal = unit([at[0] - centre[0], 0.0, at[2] - centre[2]], [0.0, 0.0, 1.0]);
-    // The strip is coiled in turns of 1.2 cm; a collar closes the cylinder below.
+    // The strip of 144 diodes a metre is coiled in turns of 1.2 cm; a collar closes the cylinder below.
     let turn = math::atan2(normal[0], normal[2]) / core::f64::consts::TAU;
-    let phase = up / 1.2 + turn;
-    let wound = phase - phase.floor() < 0.75;
-    let collar = up < -LAMP_HEIGHT / 2.0 + 1.4;
-    let colour = if collar || wound { COIL } else { LAMP };
-    Some(Hit { at, normal, colour, lamp: (!collar).then_some(light) })
+    let part = |value: f64| value - value.floor();
+    let phase = part(up / 1.2 + turn);
+    let diode = part(turn * core::f64::consts::TAU * LAMP_RADIUS * 1.44);
+    let colour = if up < 1.2 - LAMP_HEIGHT / 2.0 {
+        COIL
+    } else if phase > 0.8 {
+        LAMP
+    } else if (0.2..0.6).contains(&phase) && diode < 0.6 {
+        DIODE
+    } else {
+        COIL
+    };
+    Some(Hit { at, normal, colour, what: Thing::Coil(light) })
 }
 
-/// The smaller root of `a t² + 2 b t + c = 0`.
-fn first_root(a: f64, b: f64, c: f64) -> Option<f64> {
+/// How far across a lamp's cable a place of the wall lies, from -1 to 1, if it lies on it: up from the lamp, in a bow.
+fn on_cable(at: Place, light: Light) -> Option<f64> {
+    let [x, y, _] = lamp(light);
+    let above = at[1] - y - 0.4 * LAMP_HEIGHT;
+    let bow = x - light.sign() * (0.10 * above + 0.018 * above * above);
+    let across = (at[0] - bow) / 0.35;
+    (above > 0.0 && across.abs() < 1.0).then_some(across)
+}
+
+/// The smaller (`side` -1) or greater (1) root of `a t² + 2 b t + c = 0` with a positive `a`.
+fn root(a: f64, b: f64, c: f64, side: f64) -> Option<f64> {
     let under = b * b - a * c;
-    (under >= 0.0).then(|| (-b - under.sqrt()) / a)
+    (under >= 0.0).then(|| (-b + side * under.sqrt()) / a)
 }
 
 fn lamp(light: Light) -> Place {

@@ -159,9 +159,9 @@ fn cotyledons(stem: &[Node], side: Place, age_h: f64, withered: f64) -> Vec<Oval
         .map(|sign| {
             let out = scaled(side, sign);
             let axis = plus(scaled(out, math::cos(raised)), scaled(along, math::sin(raised)));
-            let half = 0.62 * size;
+            let half = 0.75 * size;
             let near = plus(pair[0].at, scaled(out, 0.5 * pair[0].radius));
-            Oval { centre: plus(near, scaled(axis, half)), half: scaled(axis, half), wide: 0.34 * size }
+            Oval { centre: plus(near, scaled(axis, half)), half: scaled(axis, half), wide: 0.40 * size }
         })
         .to_vec()
 }
@@ -256,7 +256,7 @@ pub(super) fn ribbon(nodes: &[Node], frame: Frame, part: [f64; 2]) -> Vec<[f64; 
         let [nx, ny] = across(index);
         (1..8).filter(move |_| whole).map(move |step| {
             let turn = core::f64::consts::PI * f64::from(step) / 8.0;
-            let (c, s) = (from * math::cos(turn), -from * math::sin(turn));
+            let (c, s) = (from * math::cos(turn), from * math::sin(turn));
             // Around the end, from one edge to the other, away from the ribbon.
             [x + radius * (c * nx + s * ny), y + radius * (c * ny - s * nx)]
         })

@@ -51,16 +51,16 @@ impl Cloth {
         cloth
     }
 
-    /// A dozen sharp creases from folding, long and mostly upright.
+    /// Sharp creases from folding, long and mostly upright.
     fn crease(&self, height: &mut [f64], seed: u64) {
         let mut rng = stream(seed, Purpose::Scene, 1);
-        for _ in 0..14 {
+        for _ in 0..22 {
             let mut draw = |low: f64, high: f64| low + (high - low) * uniform(&mut rng);
             let start =
                 [draw(self.left, -self.left), draw(self.bottom, self.bottom + self.rows as f64 * SPACING)];
             let (turn, long) = (draw(0.9, 2.2), draw(5.0, 22.0));
-            let (deep, wide) = (draw(-0.10, 0.10), draw(0.14, 0.35));
-            let bow = draw(-0.02, 0.02);
+            let (deep, wide) = (draw(-0.09, 0.09), draw(0.12, 0.26));
+            let bow = draw(-0.012, 0.012);
             let (along_x, along_y) = (math::cos(turn), math::sin(turn));
             let reach = |centre: f64, from: f64, count: usize| {
                 let low = ((centre - long - from) / SPACING).max(0.0) as usize;
@@ -132,11 +132,11 @@ impl Texture {
     /// Height of the cloth in front of the wall, in cm: drapes that hang, wrinkles that slant, and a fine crumple.
     fn height(self, x: f64, y: f64) -> f64 {
         let sway = 2.5 * self.noise(1, 0.06 * y, 0.04 * x);
-        let drape = 1.1 * self.noise(2, 0.095 * (x + sway), 0.014 * y);
-        let pleat = 0.32 * self.noise(3, 0.27 * (x + sway), 0.035 * y);
-        let slant = 0.16 * self.noise(4, 0.33 * (0.80 * x + 0.60 * y), 0.07 * (0.80 * y - 0.60 * x));
+        let drape = 1.9 * self.noise(2, 0.095 * (x + sway), 0.014 * y);
+        let pleat = 0.40 * self.noise(3, 0.30 * (x + sway), 0.025 * y);
+        let slant = 0.17 * self.noise(4, 0.33 * (0.80 * x + 0.60 * y), 0.07 * (0.80 * y - 0.60 * x));
         let counter = 0.12 * self.noise(5, 0.38 * (0.85 * x - 0.52 * y), 0.08 * (0.85 * y + 0.52 * x));
-        let crumple = 0.030 * self.noise(6, 1.1 * x, 0.5 * y) + 0.010 * self.noise(7, 2.3 * x, 1.9 * y);
+        let crumple = 0.035 * self.noise(6, 1.1 * x, 0.5 * y) + 0.010 * self.noise(7, 2.3 * x, 1.9 * y);
         drape + pleat + slant + counter + crumple
     }
 

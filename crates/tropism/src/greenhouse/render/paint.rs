@@ -13,14 +13,14 @@ use crate::greenhouse::scene::{Lighting, Rgb};
 use crate::greenhouse::vector::{dot, minus, plus, scaled, unit};
 use crate::greenhouse::view::{CAMERA, Frame, Place, project};
 
-const STEM: Rgb = [0.50, 0.66, 0.15];
-const STEM_BASE: Rgb = [0.50, 0.60, 0.26];
-const BUD: Rgb = [0.56, 0.68, 0.12];
-const COTYLEDON: Rgb = [0.60, 0.62, 0.14];
+const STEM: Rgb = [0.64, 0.79, 0.17];
+const STEM_BASE: Rgb = [0.66, 0.76, 0.34];
+const BUD: Rgb = [0.66, 0.78, 0.14];
+const COTYLEDON: Rgb = [0.66, 0.66, 0.15];
 const WITHERED: Rgb = [0.30, 0.20, 0.07];
-const LEAF: Rgb = [0.20, 0.42, 0.075];
-const THROUGH_LEAF: Rgb = [0.30, 0.50, 0.05];
-const RIB: Rgb = [0.42, 0.60, 0.20];
+const LEAF: Rgb = [0.28, 0.53, 0.10];
+const THROUGH_LEAF: Rgb = [0.36, 0.58, 0.06];
+const RIB: Rgb = [0.56, 0.78, 0.28];
 
 /// How much light creeps around and through stems: they are thin and full of water.
 const THIN: f64 = 1.2;
@@ -89,15 +89,15 @@ impl<'a> Canvas<'a> {
             let (from, to) = (node.saturating_sub(1), (node + 1).min(nodes.len() - 1));
             let along = unit(minus(nodes[to].at, nodes[from].at), [0.0, 1.0, 0.0]);
             // To the right of the ribbon as it runs, and a little towards the camera.
-            unit([sign * along[1], -sign * along[0], 0.6], [0.0, 0.0, 1.0])
+            unit([sign * along[1], -sign * along[0], 0.5], [0.0, 0.0, 1.0])
         };
         // Strips from edge to edge: a round stem has a side that faces the light.
-        for (part, sign) in [([-1.0, 1.0], 0.0), ([-1.0, -0.25], 1.0), ([0.25, 1.0], -1.0)] {
+        for (part, sign) in [([-1.0, 1.0], 0.0), ([-1.0, -0.3], 1.0), ([0.3, 1.0], -1.0)] {
             let Some(path) = self.path(&ribbon(nodes, self.frame, part)) else { continue };
             let light = |node: usize| {
                 let share = node as f64 / (nodes.len() - 1).max(1) as f64;
-                let normal = if sign == 0.0 { [0.0, 0.25, 0.97] } else { sideways(node, -sign) };
-                let light = self.lighting.at(nodes[node].at, normal, if sign == 0.0 { THIN } else { 0.45 });
+                let normal = if sign == 0.0 { [0.0, 0.60, 0.80] } else { sideways(node, -sign) };
+                let light = self.lighting.at(nodes[node].at, normal, if sign == 0.0 { THIN } else { 0.3 });
                 let colour = colour(share);
                 core::array::from_fn(|band| light[band] * colour[band])
             };

@@ -1,0 +1,344 @@
+//! What goes wrong in a real tent, by name and by rate, so that software can be tried on it before a plant depends on it.
+//!
+//! Rates and a seed go in; for each photograph it is decided, by seed and number alone, which faults it suffers.
+
+mod spoil;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::pose::Pose;
+use super::render::{Renderer, truth};
+use crate::light::Light;
+use crate::random::{Purpose, derive, stream, uniform};
+
+/// What can go wrong with a photograph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fault {
+    /// The lit lamp has failed: neither plant nor camera gets its light.
+    LampFails,
+    /// The flash was not lit.
+    MissedFlash,
+    /// A leaf hangs in front of the tip.
+    LeafAcross,
+    /// The camera was pushed aside; somebody sets it right an hour later.
+    Nudged,
+    /// A lamp is mirrored in the lens, over the tip.
+    Glare,
+    /// A fly sits on the lens.
+    Fly,
+    /// Water condenses on the lens.
+    Condensation,
+    /// The file was cut short.
+    HalfWritten,
+    /// The camera handed out its last photograph once more.
+    Repeated,
+    /// There is no photograph at all.
+    Dropped,
+}
+
+impl Fault {
+    /// Every fault, in the order in which they act on a photograph.
+    pub const ALL: [Self; 10] = [
+        Self::LampFails,
+        Self::MissedFlash,
+        Self::LeafAcross,
+        Self::Nudged,
+        Self::Glare,
+        Self::Fly,
+        Self::Condensation,
+        Self::HalfWritten,
+        Self::Repeated,
+        Self::Dropped,
+    ];
+
+    /// How many photographs in a row suffer from one such fault.
+    #[must_use]
+    pub const fn lasts(self) -> u64 {
+        match self {
+            Self::Nudged => 12,
+            Self::Condensation => 8,
+            Self::LampFails => 6,
+            Self::Glare => 3,
+            Self::LeafAcross | Self::Fly => 2,
+            Self::MissedFlash | Self::HalfWritten | Self::Repeated | Self::Dropped => 1,
+        }
+    }
+}
+
+/// How often each fault begins: a probability per photograph, 0 to 1; nothing goes wrong by default.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Faults {
+    /// Rate of [`Fault::LampFails`].
+    pub lamp_fails: f64,
+    /// Rate of [`Fault::MissedFlash`].
+    pub missed_flash: f64,
+    /// Rate of [`Fault::LeafAcross`].
+    pub leaf_across: f64,
+    /// Rate of [`Fault::Nudged`].
+    pub nudged: f64,
+    /// Rate of [`Fault::Glare`].
+    pub glare: f64,
+    /// Rate of [`Fault::Fly`].
+    pub fly: f64,
+    /// Rate of [`Fault::Condensation`].
+    pub condensation: f64,
+    /// Rate of [`Fault::HalfWritten`].
+    pub half_written: f64,
+    /// Rate of [`Fault::Repeated`].
+    pub repeated: f64,
+    /// Rate of [`Fault::Dropped`].
+    pub dropped: f64,
+}
+
+/// A rate that is no probability.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("found faults.{key} = {value}, wanted a probability per photograph, 0 to 1")]
+pub struct FaultsError {
+    /// The fault's key.
+    pub key: &'static str,
+    /// Its rate.
+    pub value: f64,
+}
+
+/// A fault that a photograph suffers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Happening {
+    /// What goes wrong.
+    pub fault: Fault,
+    /// Photographs since it began, 0 for the first.
+    pub age: u64,
+    /// Whatever chance decides about it (where, how much) comes from here: the same as long as it lasts.
+    pub seed: u64,
+}
+
+impl Happening {
+    fn draws(&self) -> ChaCha8Rng {
+        stream(self.seed, Purpose::Scene, 0)
+    }
+}
+
+impl Faults {
+    fn rates(&self) -> [(&'static str, Fault, f64); 10] {
+        [
+            ("lamp_fails", Fault::LampFails, self.lamp_fails),
+            ("missed_flash", Fault::MissedFlash, self.missed_flash),
+            ("leaf_across", Fault::LeafAcross, self.leaf_across),
+            ("nudged", Fault::Nudged, self.nudged),
+            ("glare", Fault::Glare, self.glare),
+            ("fly", Fault::Fly, self.fly),
+            ("condensation", Fault::Condensation, self.condensation),
+            ("half_written", Fault::HalfWritten, self.half_written),
+            ("repeated", Fault::Repeated, self.repeated),
+            ("dropped", Fault::Dropped, self.dropped),
+        ]
+    }
+
+    /// Whether every rate is a probability.
+    ///
+    /// # Errors
+    /// [`FaultsError`] names the first that is not.
+    pub fn check(&self) -> Result<(), FaultsError> {
+        match self.rates().into_iter().find(|(_, _, rate)| !(0.0..=1.0).contains(rate)) {
+            Some((key, _, value)) => Err(FaultsError { key, value }),
+            None => Ok(()),
+        }
+    }
+
+    /// What photograph number `frame` suffers under `seed`, in the order of [`Fault::ALL`], each fault at most once.
+    ///
+    /// ```
+    /// use tropism::greenhouse::fault::{Fault, Faults};
+    /// let faults = Faults { dropped: 1.0, ..Faults::default() };
+    /// assert_eq!(faults.at(1, 0)[0].fault, Fault::Dropped);
+    /// assert!(Faults::default().at(1, 0).is_empty());
+    /// ```
+    #[must_use]
+    pub fn at(&self, seed: u64, frame: u64) -> Vec<Happening> {
+        // A seed of its own, so that faults do not follow the folds of the cloth.
+        let seed = derive(seed, Purpose::Scene, u64::MAX);
+        let began = |fault: Fault, rate: f64, frame: u64| {
+            let mut rng = stream(seed, Purpose::Events, 16 * frame + fault as u64);
+            (uniform(&mut rng) < rate).then(|| rng.random())
+        };
+        self.rates()
+            .into_iter()
+            .filter(|&(_, _, rate)| rate > 0.0)
+            .filter_map(|(_, fault, rate)| {
+                // The youngest counts: a camera that is pushed again stands where it was pushed last.
+                (0..fault.lasts().min(frame + 1)).find_map(|age| {
+                    began(fault, rate, frame - age).map(|seed| Happening { fault, age, seed })
+                })
+            })
+            .collect()
+    }
+}
+
+/// Whether one of `happenings` is `fault`.
+#[must_use]
+pub fn suffers(happenings: &[Happening], fault: Fault) -> bool {
+    happenings.iter().any(|happening| happening.fault == fault)
+}
+
+/// The bytes that a camera with these faults writes, or `None` if it writes none. `last` is what it wrote before.
+///
+/// A lamp that fails gives no light to the plant either: whoever grows the plant asks [`suffers`] as well.
+#[must_use]
+pub fn photograph(
+    renderer: &mut Renderer,
+    happenings: &[Happening],
+    pose: &Pose,
+    lit: Option<Light>,
+    frame_index: u64,
+    last: Option<&[u8]>,
+) -> Option<Vec<u8>> {
+    if suffers(happenings, Fault::Dropped) {
+        return None;
+    }
+    if let Some(last) = last.filter(|_| suffers(happenings, Fault::Repeated)) {
+        return Some(last.to_vec());
+    }
+    let lit = lit.filter(|_| !suffers(happenings, Fault::LampFails));
+    let flash = !suffers(happenings, Fault::MissedFlash);
+    let mut pose = pose.clone();
+    for happening in happenings.iter().filter(|happening| happening.fault == Fault::LeafAcross) {
+        spoil::leaf_across(&mut pose, &mut happening.draws());
+    }
+    let mut image = renderer.draw(&pose, lit, flash, frame_index);
+    let frame = renderer.frame();
+    let top = frame.pixel(truth(&pose, frame).top);
+    for happening in happenings {
+        let rng = &mut happening.draws();
+        match happening.fault {
+            Fault::Nudged => spoil::nudged(&mut image, frame.px_per_cm, rng),
+            Fault::Glare => spoil::glare(&mut image, top, frame.px_per_cm, rng),
+            Fault::Fly => spoil::fly(&mut image, top, frame.px_per_cm, rng),
+            Fault::Condensation => {
+                // It comes, and clears up.
+                let ripe = (happening.age + 1).min(Fault::Condensation.lasts() - happening.age);
+                spoil::condensation(&mut image, frame.px_per_cm, (ripe as f64 / 4.0).min(1.0));
+            }
+            _ => {}
+        }
+    }
+    let mut bytes = renderer.develop(&image);
+    for happening in happenings.iter().filter(|happening| happening.fault == Fault::HalfWritten) {
+        let share = 0.2 + 0.7 * uniform(&mut happening.draws());
+        bytes.truncate((share * bytes.len() as f64) as usize);
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::greenhouse::pose::{Leaf, Node};
+    use crate::greenhouse::scene::Scene;
+    use crate::photo::{Image, Photo};
+
+    fn bean() -> Pose {
+        let stem =
+            (0..=20).map(|node| Node { at: [0.0, 0.7 * f64::from(node), 0.0], radius: 0.14 }).collect();
+        let leaf = |sign| Leaf {
+            base: [0.0, 13.0, 0.0],
+            along: [0.8 * sign, 0.0, 0.6],
+            across: [0.6 * sign, 0.0, -0.8],
+            length: 3.0,
+        };
+        Pose { age_h: 30.0, stem, heading: [0.0, 1.0, 0.0], leaves: [leaf(1.0), leaf(-1.0)], spread: 1.0 }
+    }
+
+    fn of(fault: Fault, age: u64) -> Vec<Happening> {
+        vec![Happening { fault, age, seed: 5 }]
+    }
+
+    fn taken(happenings: &[Happening]) -> Option<Vec<u8>> {
+        let mut renderer = Renderer::new(&Scene { width: 324, height: 243, ..Scene::default() }, 1);
+        photograph(&mut renderer, happenings, &bean(), Some(Light::Left), 3, Some(b"the one before"))
+    }
+
+    fn picture(happenings: &[Happening]) -> Image {
+        let bytes = taken(happenings).unwrap();
+        Photo { name: String::new(), bytes, time_s: 0.0 }.decode().unwrap()
+    }
+
+    fn mean(image: &Image) -> f64 {
+        image.rgb.iter().map(|&byte| f64::from(byte)).sum::<f64>() / image.rgb.len() as f64
+    }
+
+    proptest! {
+        #[test]
+        fn a_fault_lasts_and_keeps_its_seed(seed in any::<u64>(), frame in 0..100_000_u64) {
+            let faults = Faults { nudged: 0.02, glare: 0.1, dropped: 0.3, ..Faults::default() };
+            let now = faults.at(seed, frame);
+            prop_assert_eq!(&now, &faults.at(seed, frame));
+            for happening in now.iter().filter(|happening| happening.age > 0) {
+                let before = faults.at(seed, frame - 1);
+                let younger = Happening { age: happening.age - 1, ..*happening };
+                prop_assert!(before.contains(&younger), "{before:?} then {happening:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn faults_come_at_their_rate() {
+        let faults = Faults { missed_flash: 0.05, half_written: 0.2, ..Faults::default() };
+        let count = |fault| (0..4000).filter(|&frame| suffers(&faults.at(9, frame), fault)).count();
+        assert!((150..250).contains(&count(Fault::MissedFlash)), "{}", count(Fault::MissedFlash));
+        assert!((700..900).contains(&count(Fault::HalfWritten)), "{}", count(Fault::HalfWritten));
+        assert_eq!(count(Fault::Fly), 0);
+    }
+
+    #[test]
+    fn rates_that_are_no_probabilities_are_named() {
+        let faults: Faults = toml::from_str("glare = 1.5").unwrap();
+        assert!(faults.check().unwrap_err().to_string().contains("faults.glare = 1.5"));
+        assert!(toml::from_str::<Faults>("gremlin = 0.1").unwrap_err().to_string().contains("gremlin"));
+    }
+
+    #[test]
+    fn files_go_missing_stay_old_or_are_cut_short() {
+        assert_eq!(taken(&of(Fault::Dropped, 0)), None);
+        assert_eq!(taken(&of(Fault::Repeated, 0)).unwrap(), b"the one before");
+        let bytes = taken(&of(Fault::HalfWritten, 0)).unwrap();
+        assert!(bytes.len() > 100 && bytes.len() < taken(&[]).unwrap().len());
+        assert!(Photo { name: String::new(), bytes, time_s: 0.0 }.decode().is_err());
+    }
+
+    #[test]
+    fn lights_that_fail_leave_the_tent_darker() {
+        let plain = mean(&picture(&[]));
+        let no_lamp = mean(&picture(&of(Fault::LampFails, 0)));
+        let no_flash = mean(&picture(&of(Fault::MissedFlash, 0)));
+        let neither = mean(&picture(&[of(Fault::LampFails, 0), of(Fault::MissedFlash, 0)].concat()));
+        assert!(no_lamp < 0.9 * plain && no_flash < 0.8 * plain && neither < 0.3 * plain);
+    }
+
+    #[test]
+    fn what_is_in_the_way_changes_the_picture_as_it_should() {
+        let plain = picture(&[]);
+        let top = {
+            let frame = Scene { width: 324, height: 243, ..Scene::default() }.frame();
+            frame.pixel(truth(&bean(), frame).top)
+        };
+        let at_tip = |image: &Image| image.at(top.x as usize + 3, top.y as usize + 2);
+        assert!(at_tip(&picture(&of(Fault::Glare, 0)))[2] > at_tip(&plain)[2] + 60);
+        assert!(at_tip(&picture(&of(Fault::LeafAcross, 0)))[1] > at_tip(&plain)[1] + 30);
+        assert!(mean(&picture(&of(Fault::Fly, 0))) < mean(&plain));
+        // Condensation takes the plant's contrast away: most in the middle of it.
+        let contrast = |image: &Image| {
+            let row = top.y as usize + 30;
+            (130..194).map(|x| image.at(x, row)[1]).max().unwrap_or(0)
+        };
+        let misty = contrast(&picture(&of(Fault::Condensation, 4)));
+        assert!(misty < contrast(&picture(&of(Fault::Condensation, 0))) && misty + 40 < contrast(&plain));
+        let nudged = picture(&of(Fault::Nudged, 3));
+        assert_ne!(nudged, plain);
+        assert_eq!(nudged, picture(&of(Fault::Nudged, 11)));
+    }
+}
