@@ -3,9 +3,11 @@
 //! A mechanistic bean grows and bends in 3-D under two lamps and is photographed. It shares no code and no data with the
 //! tip-motion model: what passes between them is photographs. Every result from it is virtual and must be labelled so.
 
-pub mod fault;
-pub mod pose;
-pub mod render;
-pub mod scene;
-mod vector;
 pub mod view;
+mod vector;
+pub mod pose;
+pub mod bean;
+pub mod detector;
+pub mod scene;
+pub mod render;
+pub mod fault;

@@ -1,0 +1,267 @@
+//! A bean that grows, circles, bends to light and against gravity, sags, pauses, and unfolds leaves.
+//!
+//! In: the lamps' power and the time. Out: what can be seen of the plant ([`Pose`]). The idea: a growing, bending rod in
+//! three dimensions, whose curvature changes at every point by
+//!
+//! `dk/dt = motility (nu light + beta gravity - gamma k + nutation + bias) + noise`
+//!
+//! where light and gravity are projected on the stem's own cross-section. It is a stand-in for a plant: its parameters are
+//! partly published and partly tuned ([`Species`]), and results from it are virtual. It shares nothing with the tip-motion
+//! model, which is built from its photographs.
+//!
+//! Sign conventions: x to the right, y up, z towards the camera.
+
+mod chance;
+mod rod;
+mod species;
+
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
+
+pub use chance::Pause;
+pub use species::{
+    Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Species, SpeciesError, Spread, Stem,
+    Tropism,
+};
+
+use super::pose::{Leaf, Node, Pose};
+use super::view::Place;
+use crate::math;
+use chance::{Chance, Factors};
+use rod::{Drive, Rod};
+
+/// Longest time over which everything but the rod itself is held constant, in min.
+const TICK_MIN: f64 = 5.0;
+/// Elongation of a seedling before it slows, over the rate at which it levels off.
+const EARLY_GROWTH: f64 = 1.13;
+/// Share of elongation that a seedling still lacks, and the time in which it comes, in h.
+const SEEDLING: (f64, f64) = (0.4, 8.0);
+/// Time in which the motile zone lengthens, in h.
+const ZONE_GROWTH_H: f64 = 4.0;
+/// Leaf length at the start as a share, the delay of its growth after unfolding, and that growth's time, in h.
+const LEAF: (f64, f64, f64) = (0.18, 14.0, 5.0);
+/// Delay of the leaves' spreading after they begin to unfold, and the time it takes, in h.
+const SPREADING: (f64, f64) = (3.0, 1.0);
+/// The blade's angle to the horizontal about which it swings, in rad.
+const LEAF_ANGLE: f64 = -0.35;
+
+/// A living bean.
+///
+/// ```
+/// use tropism::greenhouse::bean::{Bean, Species};
+/// let mut bean = Bean::new(Species::default().draw(1, 1.0), 1);
+/// for _ in 0..72 {
+///     bean.advance([0.0, 1.0], 5.0); // six hours of light from the right
+/// }
+/// assert!(bean.apex()[0] > 0.0 && bean.length() > 4.0);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Bean {
+    plant: Individual,
+    rod: Rod,
+    age_h: f64,
+    /// Phase of nutation, in rad.
+    phase: f64,
+    /// Age at which the leaves begin to unfold, in h; never without events.
+    unfold_h: f64,
+    chance: Option<Chance>,
+    substep_s: f64,
+}
+
+impl Bean {
+    /// The sub-step unless [`Self::with_substep`] says otherwise, in s.
+    pub const SUBSTEP_S: f64 = 15.0;
+
+    /// A seedling; `seed` is that of its events, fluctuation and noise.
+    #[must_use]
+    pub fn new(individual: Individual, seed: u64) -> Self {
+        let mut chance = Chance::new(&individual, seed);
+        let phase = chance.phase();
+        let unfold_h = individual.leaves.unfold_h;
+        Self { phase, unfold_h, chance: Some(chance), ..Self::quiet(individual) }
+    }
+
+    /// A seedling without noise and without events: nothing fluctuates, it never pauses, and its leaves stay folded.
+    #[must_use]
+    pub fn quiet(individual: Individual) -> Self {
+        Self {
+            rod: Rod::seedling(&individual),
+            plant: individual,
+            age_h: 0.0,
+            phase: 0.0,
+            unfold_h: f64::INFINITY,
+            chance: None,
+            substep_s: Self::SUBSTEP_S,
+        }
+    }
+
+    /// The same bean, computed with another sub-step, in s.
+    ///
+    /// # Panics
+    /// Unless `seconds` is between 0.1 and 60: longer ones are not accurate.
+    #[must_use]
+    pub fn with_substep(self, seconds: f64) -> Self {
+        assert!((0.1..=60.0).contains(&seconds), "found a sub-step of {seconds} s, wanted 0.1 to 60 s");
+        Self { substep_s: seconds, ..self }
+    }
+
+    /// Lives on for `minutes` under the lamps: the power of the left and of the right one, 0 to 1.
+    ///
+    /// 1 is 6 umol/m^2/s of blue light at 35 cm; less blue light, or another colour, is less.
+    pub fn advance(&mut self, lamps: [f64; 2], minutes: f64) {
+        let ticks = (minutes / TICK_MIN).ceil().max(1.0);
+        for _ in 0..ticks as u32 {
+            self.tick(lamps, minutes / ticks / 60.0);
+        }
+    }
+
+    fn tick(&mut self, lamps: [f64; 2], tick_h: f64) {
+        let plant = &self.plant;
+        let substeps = (tick_h * 3600.0 / self.substep_s - 1e-9).ceil().max(1.0);
+        let factors = match &mut self.chance {
+            Some(chance) => chance.factors(plant, self.age_h, tick_h),
+            None => Factors { motility: 1.0, growth: 1.0 },
+        };
+        let zone = self.zone();
+        let drive = Drive {
+            dt: tick_h / substeps,
+            lamps: lamps.map(|power| power.clamp(0.0, 1.0)),
+            growth: self.elongation() * factors.growth,
+            gain: self.maturity() * factors.motility,
+            zone,
+            straightening: (plant.tropism.light + plant.tropism.gravity) * zone / plant.tropism.balance,
+            leaf_mass: self.leaf_mass(),
+        };
+        self.rod.begin(plant, &drive);
+        if let Some(chance) = &mut self.chance {
+            self.rod.disturb(|| chance.curvature(plant, tick_h));
+            self.phase += chance.wander(plant, tick_h);
+        }
+        let speed = TAU / plant.nutation.period_h;
+        for _ in 0..substeps as u32 {
+            self.rod.step(plant, &drive, turning(plant, self.phase, speed));
+            self.phase += speed * drive.dt;
+        }
+        self.phase %= TAU;
+        self.age_h += tick_h;
+    }
+
+    /// Age, in h since the seedling had its first length.
+    #[must_use]
+    pub fn age_h(&self) -> f64 {
+        self.age_h
+    }
+
+    /// Length along the stem, in cm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.rod.length.iter().sum()
+    }
+
+    /// The shoot apex, in cm.
+    #[must_use]
+    pub fn apex(&self) -> Place {
+        self.rod.sections().last().expect("a rod has sections").at
+    }
+
+    /// The largest curvature along the stem, in 1/cm.
+    #[must_use]
+    pub fn peak_curvature(&self) -> f64 {
+        self.rod.curvatures().fold(0.0, f64::max)
+    }
+
+    /// The individual that this bean is.
+    #[must_use]
+    pub fn individual(&self) -> &Individual {
+        &self.plant
+    }
+
+    /// Its pauses, past and under way; those to come as far as they are fixed.
+    #[must_use]
+    pub fn pauses(&self) -> &[Pause] {
+        self.chance.as_ref().map_or(&[], Chance::pauses)
+    }
+
+    /// What can be seen of it.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        let sections = self.rod.sections();
+        let [lower, upper] = [&sections[self.rod.leaf()], &sections[self.rod.leaf() + 1]];
+        let base = core::array::from_fn(|axis| 0.5 * (lower.at[axis] + upper.at[axis]));
+        let heading = sections.last().expect("a rod has sections").along;
+        let spread = math::logistic((self.age_h - self.unfold_h - SPREADING.0) / SPREADING.1);
+        let azimuth = self.plant.leaves.azimuth;
+        let stem = sections
+            .iter()
+            .map(|section| Node { at: section.at, radius: rod::radius(&self.plant, section.below) })
+            .collect();
+        Pose {
+            age_h: self.age_h,
+            stem,
+            heading,
+            leaves: [azimuth, azimuth + PI].map(|azimuth| self.leaf(base, upper.along, azimuth, spread)),
+            spread,
+        }
+    }
+
+    fn leaf(&self, base: Place, stem: Place, azimuth: f64, spread: f64) -> Leaf {
+        let leaves = &self.plant.leaves;
+        let swing = leaves.swing * math::sin(TAU * self.age_h / leaves.swing_period_h + leaves.swing_phase);
+        let angle = (LEAF_ANGLE + swing).clamp(-FRAC_PI_2, FRAC_PI_2);
+        let (level, up) = (math::cos(angle), math::sin(angle));
+        let (x, z) = (math::cos(azimuth), math::sin(azimuth));
+        let open = [level * x, up, level * z];
+        let along = unit(core::array::from_fn(|axis| (1.0 - spread) * stem[axis] + spread * open[axis]));
+        let sideways = [-z, 0.0, x];
+        let part: f64 = (0..3).map(|axis| sideways[axis] * along[axis]).sum();
+        let across = unit(core::array::from_fn(|axis| sideways[axis] - part * along[axis]));
+        Leaf { base, along, across, length: leaves.length * self.leaf_share() }
+    }
+
+    /// Length of the leaves over their full length.
+    fn leaf_share(&self) -> f64 {
+        let (least, delay_h, time_h) = LEAF;
+        least + (1.0 - least) * math::logistic((self.age_h - self.unfold_h - delay_h) / time_h)
+    }
+
+    /// Mass of the leaf pair, in g.
+    fn leaf_mass(&self) -> f64 {
+        2.0 * self.plant.leaves.mass_g * self.leaf_share() * self.leaf_share()
+    }
+
+    /// Elongation at this age, in cm/h.
+    fn elongation(&self) -> f64 {
+        let growth = &self.plant.growth;
+        let (lack, time_h) = SEEDLING;
+        let young = 1.0 - lack * math::exp(-self.age_h / time_h);
+        let old = math::logistic((growth.slows_h - self.age_h) / growth.slowing_h);
+        60.0 / TICK_MIN * growth.rate * (growth.late + (EARLY_GROWTH - growth.late) * young * old)
+    }
+
+    /// Motility left at this age, as a share.
+    fn maturity(&self) -> f64 {
+        let motility = &self.plant.motility;
+        let left = math::logistic((motility.mature_h - self.age_h) / motility.maturing_h);
+        motility.late + (1.0 - motility.late) * left
+    }
+
+    /// Length of the motile zone at this age, in cm.
+    fn zone(&self) -> f64 {
+        let motility = &self.plant.motility;
+        let grown = math::logistic((self.age_h - motility.zone_h) / ZONE_GROWTH_H);
+        motility.zone_young + (motility.zone - motility.zone_young) * grown
+    }
+}
+
+/// Nutation's part in the change of curvature towards d1 and d2 at a phase, in 1/cm/h.
+fn turning(plant: &Individual, phase: f64, speed: f64) -> [f64; 2] {
+    let nutation = &plant.nutation;
+    let (major, minor) = (math::cos(phase), nutation.roundness * nutation.hand * math::sin(phase));
+    let (cos, sin) = (math::cos(nutation.azimuth), math::sin(nutation.azimuth));
+    let amplitude = nutation.curvature * speed;
+    [amplitude * (cos * major - sin * minor), amplitude * (sin * major + cos * minor)]
+}
+
+fn unit(vector: Place) -> Place {
+    let length = vector.iter().map(|axis| axis * axis).sum::<f64>().sqrt();
+    if length > 0.0 { vector.map(|axis| axis / length) } else { [0.0, 1.0, 0.0] }
+}

@@ -1,0 +1,130 @@
+//! The virtual bean against its reference run, its symmetries, and the acceptance table.
+
+use std::path::PathBuf;
+
+use proptest::prelude::*;
+use tropism::greenhouse::bean::{Bean, Individual, Species};
+
+/// The lamps of an open-loop experiment: they change every six hours, right first.
+fn alternating(step: u32) -> [f64; 2] {
+    if (step / 72).is_multiple_of(2) { [0.0, 1.0] } else { [1.0, 0.0] }
+}
+
+fn data(path: &str) -> Option<PathBuf> {
+    let Some(folder) = std::env::var_os("TROPISM_DATA") else {
+        println!("skipped: TROPISM_DATA names no folder with {path}");
+        return None;
+    };
+    Some(PathBuf::from(folder).join(path))
+}
+
+#[test]
+fn a_quiet_bean_follows_the_reference_run() {
+    let Some(path) = data("virtual-bean/golden_quiet.csv") else { return };
+    let mut table = csv::Reader::from_path(path).unwrap();
+    let mut bean = Bean::quiet(Species::default().average());
+    let mut step = 0;
+    for record in table.deserialize::<Vec<f64>>() {
+        let row = record.unwrap();
+        while f64::from(step) < row[0] {
+            bean.advance(alternating(step), 5.0);
+            step += 1;
+        }
+        assert!((bean.length() - row[1]).abs() < 1e-5, "step {step}: length {}", bean.length());
+        let apex = bean.apex();
+        for axis in 0..3 {
+            assert!((apex[axis] - row[2 + axis]).abs() < 1e-5, "step {step}: {apex:?} against {row:?}");
+        }
+        let stem = bean.pose().stem;
+        assert_eq!(stem.len() - 1, row[8] as usize, "step {step}: segments");
+        let middle = stem[(stem.len() - 1) / 2].at;
+        for axis in 0..3 {
+            assert!((middle[axis] - row[9 + axis]).abs() < 1e-5, "step {step}: {middle:?} against {row:?}");
+        }
+    }
+    assert_eq!(step, 1000);
+}
+
+#[test]
+fn a_shorter_substep_hardly_moves_the_apex() {
+    let mut bean = Bean::quiet(Species::default().average());
+    let mut twin = bean.clone().with_substep(7.5);
+    let mut squares = 0.0;
+    for step in 0..1000 {
+        bean.advance(alternating(step), 5.0);
+        twin.advance(alternating(step), 5.0);
+        squares += distance(bean.apex(), twin.apex()).powi(2);
+    }
+    let rms = (squares / 1000.0).sqrt();
+    assert!(rms < 0.05, "{rms} cm");
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Every place of a pose: stem and leaf edges.
+fn places(bean: &Bean) -> Vec<[f64; 3]> {
+    let pose = bean.pose();
+    let leaves = pose.leaves.iter().flat_map(|leaf| leaf.outline(8));
+    pose.stem.iter().map(|node| node.at).chain(leaves).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn a_mirrored_bean_under_mirrored_lamps_is_the_mirror_image(
+        seed in any::<u64>(), powers in prop::collection::vec((0.0..1.0, 0.0..1.0), 1..40),
+    ) {
+        let individual = Species::default().draw(seed, 1.0);
+        let mut bean = Bean::quiet(individual.clone());
+        let mut twin = Bean::quiet(individual.mirrored());
+        for (left, right) in powers {
+            bean.advance([left, right], 30.0);
+            twin.advance([right, left], 30.0);
+            let ([x, y, z], image) = (bean.apex(), twin.apex());
+            prop_assert!(distance([-x, y, z], image) < 1e-7, "{:?} and {image:?}", [x, y, z]);
+        }
+    }
+
+    #[test]
+    fn any_bean_stays_a_bean(
+        seed in any::<u64>(), scale in 0.0..2.0,
+        lights in prop::collection::vec((0.0..=1.0, 0.0..=1.0, 5.0..600.0), 1..12),
+    ) {
+        let mut bean = Bean::new(Species::default().draw(seed, scale), seed);
+        let mut length = bean.length();
+        for (left, right, minutes) in lights {
+            bean.advance([left, right], minutes);
+            prop_assert!(bean.length() > length && bean.length() < 200.0, "{}", bean.length());
+            length = bean.length();
+            prop_assert!(places(&bean).iter().flatten().all(|axis| axis.abs() < length + 20.0));
+        }
+        let pose = bean.pose();
+        let along: f64 = pose.stem.windows(2).map(|pair| distance(pair[0].at, pair[1].at)).sum();
+        prop_assert!((along - length).abs() < 1e-9 * length);
+        prop_assert!(pose.stem.iter().all(|node| node.radius > 0.0));
+    }
+}
+
+#[test]
+fn one_seed_is_one_plant() {
+    let grow = |seed| {
+        let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
+        for step in 0..150 {
+            bean.advance(alternating(step), 5.0);
+        }
+        bean.pose()
+    };
+    assert_eq!(grow(5), grow(5));
+    assert_ne!(grow(5), grow(6));
+    let here = grow(7);
+    let there = std::thread::spawn(move || grow(7)).join().unwrap();
+    assert_eq!(here, there);
+}
+
+#[test]
+fn a_typical_bean_is_an_individual() {
+    assert_eq!(Species::default().average(), Individual::default());
+}
