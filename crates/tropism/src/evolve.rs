@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism_neat::{Config, Generation, Genome, Neat, NeatError, random_genome};
 
+use crate::control::Controller;
 use crate::control::network::{INPUTS, NetworkController, OUTPUTS};
 use crate::plant::PlantModel;
 use crate::random::{self, Draws, Purpose};
@@ -211,20 +212,25 @@ pub struct Trial {
     pub plants: u32,
 }
 
-/// Tries a genome on `plants` fresh plants of the model, the same ones for every genome under one `seed`.
+/// Tries a controller on `plants` fresh plants of the model, the same ones for every controller under one `seed`.
+/// `build` makes the controller anew, at rest, for each of them.
 ///
 /// The champion of an evolution is the genome with the highest mean here: luck in growth, which the best fitness of a
 /// single evaluation selects for, is averaged out, and reality is not looked at.
 ///
 /// # Panics
-/// If the genome is not a controller, or `plants` is 0.
+/// If `plants` is 0.
 #[must_use]
-pub fn trial<M: PlantModel>(model: &M, task: &Task, genome: &Genome, seed: u64, plants: u32) -> Trial {
+pub fn trial<M: PlantModel, C: Controller>(
+    model: &M,
+    task: &Task,
+    build: impl Fn() -> C,
+    seed: u64,
+    plants: u32,
+) -> Trial {
     assert!(plants > 0, "at least one plant");
     let scores: Vec<f64> = (0..plants)
-        .map(|plant| {
-            mean_fitness(model, task, genome, [Draws::new(seed, Purpose::Trial, [plant, 0, 0])].into_iter())
-        })
+        .map(|plant| fitness_of(model, &mut build(), task, Draws::new(seed, Purpose::Trial, [plant, 0, 0])))
         .collect();
     let mean = scores.iter().sum::<f64>() / f64::from(plants);
     let variance =

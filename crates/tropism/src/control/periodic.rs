@@ -27,7 +27,7 @@ impl Periodic {
 
 impl Controller for Periodic {
     fn decide(&mut self, _seen: &Observation) -> Light {
-        let is_first = self.step / self.period % 2 == 0;
+        let is_first = (self.step / self.period).is_multiple_of(2);
         self.step += 1;
         if is_first { self.first } else { self.first.mirrored() }
     }

@@ -11,3 +11,5 @@ pub mod detector;
 pub mod scene;
 pub mod render;
 pub mod fault;
+pub mod specimen;
+pub mod tent;

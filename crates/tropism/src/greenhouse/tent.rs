@@ -1,0 +1,180 @@
+//! The virtual tent as a rig: one bean, one camera, two lamps, a flash and a clock that jumps.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::bean::{Bean, Species};
+use super::render::{Renderer, Truth, truth};
+use super::scene::Scene;
+use super::view::Frame;
+use crate::geometry::{Point, Region};
+use crate::light::Light;
+use crate::photo::Photo;
+use crate::rig::{Camera, Clock, Flash, Lamps, RigError};
+use crate::vision::{Calibration, Eye, VisionConfig, VisionError};
+
+/// A virtual tent and the plant in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Greenhouse {
+    /// Individual variation: 0 for the average bean, 1 as between real plants, 2 for twice that.
+    pub scale: f64,
+    /// The kind of plant.
+    pub bean: Species,
+    /// The tent and its camera.
+    pub scene: Scene,
+}
+
+impl Default for Greenhouse {
+    fn default() -> Self {
+        Self { scale: 1.0, bean: Species::default(), scene: Scene::default() }
+    }
+}
+
+/// How far to the side and how high a bean can reach within the picture and between the lamps, in cm.
+const GROWS_TO: Point = Point::new(24.0, 40.0);
+
+/// Where the plant begins to be looked for, in cm: above the rim and the soil.
+const ABOVE_SOIL: f64 = 0.6;
+
+struct Tent {
+    bean: Bean,
+    renderer: Renderer,
+    lit: Option<Light>,
+    has_flash: bool,
+    now_min: f64,
+    truths: Vec<Truth>,
+}
+
+impl Tent {
+    fn advance_to(&mut self, minutes: f64) {
+        if minutes > self.now_min {
+            let power = |light| if self.lit == Some(light) { 1.0 } else { 0.0 };
+            self.bean.advance(Light::BOTH.map(power), minutes - self.now_min);
+            self.now_min = minutes;
+        }
+    }
+
+    fn note_truth(&mut self) {
+        self.truths.push(truth(&self.bean.pose(), self.renderer.frame()));
+    }
+}
+
+/// A hand on the virtual tent: camera, lamps, flash and clock are all the same tent.
+#[derive(Clone)]
+pub struct Device(Rc<RefCell<Tent>>);
+
+impl Greenhouse {
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// A line that names the key, its value and its range.
+    pub fn check(&self) -> Result<(), String> {
+        if !(0.0..=2.0).contains(&self.scale) {
+            return Err(format!("found greenhouse.scale = {}, wanted 0 to 2", self.scale));
+        }
+        self.bean.check().map_err(|error| format!("greenhouse.bean: {error}"))?;
+        self.scene.check().map_err(|error| format!("greenhouse.scene: {error}"))
+    }
+
+    /// How this tent's photographs map to centimetres.
+    #[must_use]
+    pub fn calibration(&self) -> Calibration {
+        let frame = Frame::new(self.scene.width, self.scene.height);
+        Calibration {
+            base: frame.pixel(Point::new(0.0, 0.0)),
+            px_per_cm: frame.px_per_cm,
+            width: self.scene.width as usize,
+            height: self.scene.height as usize,
+        }
+    }
+
+    /// The part of the photographs in which the plant may be: above the pot, between the lamps.
+    #[must_use]
+    pub fn crop(&self) -> Region {
+        let calibration = self.calibration();
+        let corner = |x, y| calibration.pixel(Point::new(x, y));
+        let (top, bottom) = (corner(-GROWS_TO.x, GROWS_TO.y), corner(GROWS_TO.x, ABOVE_SOIL));
+        let whole = |value: f64, most: usize| (value.max(0.0) as usize).min(most);
+        let (x, y) = (whole(top.x, calibration.width), whole(top.y, calibration.height));
+        Region {
+            x,
+            y,
+            width: whole(bottom.x, calibration.width) - x,
+            height: whole(bottom.y, calibration.height) - y,
+        }
+    }
+
+    /// The tent with the plant of `seed`: a hand on it, and an eye for its photographs. Where `vision` has no crop it is
+    /// given [`Self::crop`].
+    ///
+    /// # Errors
+    /// [`VisionError`] if `vision` is out of range for this tent's photographs.
+    pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, Eye), VisionError> {
+        let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
+        let tent = Tent {
+            bean: Bean::new(self.bean.draw(seed, self.scale), seed),
+            renderer: Renderer::new(&self.scene, seed),
+            lit: None,
+            has_flash: false,
+            now_min: 0.0,
+            truths: Vec::new(),
+        };
+        Ok((Device(Rc::new(RefCell::new(tent))), Eye::new(self.calibration(), vision)?))
+    }
+}
+
+impl Device {
+    /// What was true at each photograph so far, as CSV with one row a step. Never read by vision.
+    #[must_use]
+    pub fn truth_csv(&self) -> Vec<u8> {
+        let mut text = "step,top_x_cm,top_y_cm,apex_x_cm,apex_y_cm\n".to_owned();
+        for (step, truth) in self.0.borrow().truths.iter().enumerate() {
+            let Truth { top, apex, .. } = truth;
+            text += &format!("{step},{:.4},{:.4},{:.4},{:.4}\n", top.x, top.y, apex.x, apex.y);
+        }
+        text.into_bytes()
+    }
+}
+
+impl Camera for Device {
+    fn photograph(&mut self) -> Result<Photo, RigError> {
+        let mut tent = self.0.borrow_mut();
+        tent.note_truth();
+        let tent = &mut *tent;
+        // The frame's noise is named by its time, so a resumed run takes the photograph that it would have taken.
+        let frame = tent.now_min.round() as u64;
+        let bytes = tent.renderer.photograph(&tent.bean.pose(), tent.lit, tent.has_flash, frame);
+        Ok(Photo { name: String::new(), bytes, time_s: tent.now_min * 60.0 })
+    }
+}
+
+impl Lamps for Device {
+    fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        self.0.borrow_mut().lit = light;
+        Ok(())
+    }
+}
+
+impl Flash for Device {
+    fn flash(&mut self, is_on: bool) -> Result<(), RigError> {
+        self.0.borrow_mut().has_flash = is_on;
+        Ok(())
+    }
+}
+
+impl Clock for Device {
+    fn wait_until(&mut self, since_start: Duration) {
+        self.0.borrow_mut().advance_to(since_start.as_secs_f64() / 60.0);
+    }
+
+    fn relive(&mut self, light: Light, until: Duration) {
+        let mut tent = self.0.borrow_mut();
+        tent.note_truth();
+        tent.lit = Some(light);
+        tent.advance_to(until.as_secs_f64() / 60.0);
+    }
+}
