@@ -11,13 +11,17 @@
 //!
 //! Sign conventions: x to the right, y up, z towards the camera.
 
+pub mod acceptance;
 mod chance;
+pub mod experiments;
+mod grow;
 mod rod;
 mod species;
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub use chance::Pause;
+pub use grow::{grow, lamps};
 pub use species::{
     Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Species, SpeciesError, Spread, Stem,
     Tropism,
@@ -143,6 +147,11 @@ impl Bean {
         }
         self.phase %= TAU;
         self.age_h += tick_h;
+    }
+
+    /// Leans the base by `radians` further towards positive x, as when the pot is tipped.
+    pub fn tip_over(&mut self, radians: f64) {
+        self.rod.lean(radians);
     }
 
     /// Age, in h since the seedling had its first length.

@@ -206,6 +206,13 @@ impl Rod {
         }
     }
 
+    /// Leans the base by `radians` towards positive x.
+    pub(super) fn lean(&mut self, radians: f64) {
+        let Turn([w, x, y, z]) = self.base;
+        let (cos, sin) = (math::cos(0.5 * radians), math::sin(0.5 * radians));
+        self.base = Turn([w * cos - y * sin, x * cos + z * sin, y * cos + w * sin, z * cos - x * sin]);
+    }
+
     pub(super) fn segments(&self) -> usize {
         self.length.len()
     }
@@ -340,12 +347,12 @@ impl Rod {
         let exponent = 0.5 * (plant.tropism.light_exponent - 1.0);
         let (power, before) = (&mut work.power[..n], &mut work.power_before[..n]);
         let response = &mut work.response[..n];
-        let mut change: f64 = if work.is_stale { 1.0 } else { 0.0 };
+        let mut change: f64 = if work.is_stale { 1.0 } else { -1.0 };
         for i in 0..n {
             power[i] = ex[i] * ex[i] + ey[i] * ey[i] + ez[i] * ez[i];
             change = change.max((power[i] - before[i]).abs() - GENTLE * before[i]);
         }
-        let is_gentle = change <= 0.0;
+        let is_gentle = change < 0.0;
         let second = 0.5 * (exponent - 1.0);
         let third = (exponent - 2.0) / 3.0;
         let fourth = (exponent - 3.0) / 4.0;

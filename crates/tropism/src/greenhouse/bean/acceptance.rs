@@ -1,0 +1,286 @@
+//! Whether virtual beans behave as the paper's six did, as far as the paper and the literature say.
+//!
+//! In: tracks of open-loop experiments, or a species. Out: [`Row`]s, each a statistic with the range that is accepted. The
+//! idea: the ranges are facts that were published, widened by what is not known; a species is tuned until they hold, so they
+//! are its calibration and say nothing about what was not looked at.
+//!
+//! Statistics of an experiment are taken per set of six plants, as the paper had six, and the median over sets is compared.
+
+use super::experiments::{self, Response};
+use super::grow::TRUTH;
+use super::{Bean, Species};
+use crate::geometry::Point;
+use crate::light::Light;
+use crate::track::{PERIOD_MIN, Track};
+
+/// Plants in a set: the paper's six open-loop experiments.
+pub const SET: usize = 6;
+
+/// Steps between two changes of the light in the open-loop experiments: six hours.
+pub const PERIOD: u32 = 72;
+
+/// Early, middle and late steps: the paper's plants are slow, fast, and slow again (Fig. 3).
+const PHASES: [core::ops::Range<usize>; 3] = [0..300, 300..800, 800..1000];
+
+/// A motion that goes on for so many steps is sustained.
+const SUSTAINED: usize = 3;
+
+/// One statistic with its range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Number of the statistic; some have two rows.
+    pub number: u32,
+    /// What was measured, with its unit.
+    pub statistic: &'static str,
+    /// The value.
+    pub value: f64,
+    /// The least and the most that is accepted.
+    pub range: [f64; 2],
+}
+
+impl Row {
+    /// Whether the value lies in the range.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        (self.range[0]..=self.range[1]).contains(&self.value)
+    }
+}
+
+/// The light of the open-loop experiments: it changes every six hours, right first.
+#[must_use]
+pub const fn alternating(step: u32) -> Light {
+    if (step / PERIOD).is_multiple_of(2) { Light::Right } else { Light::Left }
+}
+
+/// What the statistics need of one plant.
+struct Plant {
+    tips: Vec<Point>,
+    /// Motion of the tip, in cm, at every step.
+    dx: Vec<f64>,
+    dy: Vec<f64>,
+    /// Motion in x towards the lamp that is lit, and the steps at which the light changed.
+    towards: Vec<f64>,
+    changes: Vec<usize>,
+    length: Vec<f64>,
+    /// Speed of the apex, in mm/min.
+    speed: Vec<f64>,
+    curvature: Vec<f64>,
+}
+
+impl Plant {
+    fn new(track: &Track) -> Self {
+        let [x, y, z, length, curvature] = TRUTH.map(|name| track.numbers(name).unwrap_or_default());
+        let apex: Vec<[f64; 3]> = x.iter().zip(&y).zip(&z).map(|((&x, &y), &z)| [x, y, z]).collect();
+        let speed = |pair: &[[f64; 3]]| {
+            let square: f64 = (0..3).map(|axis| (pair[1][axis] - pair[0][axis]).powi(2)).sum();
+            square.sqrt() * 10.0 / PERIOD_MIN
+        };
+        let pairs = || track.samples.windows(2);
+        let dx: Vec<f64> = pairs().map(|pair| pair[1].tip.x - pair[0].tip.x).collect();
+        let sign = |light: Option<Light>| light.map_or(0.0, Light::sign);
+        Self {
+            tips: track.samples.iter().map(|sample| sample.tip).collect(),
+            dy: pairs().map(|pair| pair[1].tip.y - pair[0].tip.y).collect(),
+            towards: dx.iter().zip(&track.samples).map(|(dx, sample)| dx * sign(sample.light)).collect(),
+            changes: (1..dx.len())
+                .filter(|&step| track.samples[step].light != track.samples[step - 1].light)
+                .collect(),
+            dx,
+            length,
+            speed: apex.windows(2).map(speed).collect(),
+            curvature,
+        }
+    }
+
+    fn final_height(&self) -> f64 {
+        self.tips.last().map_or(f64::NAN, |tip| tip.y)
+    }
+
+    /// Growth to step 700, in cm a step.
+    fn growth(&self) -> Vec<f64> {
+        self.length.windows(2).take(700).map(|pair| pair[1] - pair[0]).collect()
+    }
+
+    /// The fastest apex while the stem is longer than 20 cm, in mm/min.
+    fn fastest(&self) -> f64 {
+        let long = self.speed.iter().zip(&self.length).filter(|(_, length)| **length > 20.0);
+        long.map(|(speed, _)| *speed).fold(0.0, f64::max)
+    }
+
+    /// Share of middle steps at which the tip moves that take it towards the light.
+    fn share_towards(&self) -> f64 {
+        let moves = self.towards[PHASES[1].clone()].iter().filter(|dx| **dx != 0.0);
+        mean(moves.map(|dx| if *dx > 0.0 { 1.0 } else { 0.0 }))
+    }
+
+    /// Mean time from a change of the light to sustained motion towards it, over the middle steps, in min.
+    fn delay(&self) -> f64 {
+        let delay = |&change: &usize| {
+            let end = (change + PERIOD as usize).min(self.towards.len());
+            let moving = self.towards[change..end]
+                .windows(SUSTAINED)
+                .position(|steps| steps.iter().all(|&step| step > 0.0));
+            moving.unwrap_or(end - change) as f64 * PERIOD_MIN
+        };
+        mean(self.changes.iter().filter(|change| PHASES[1].contains(change)).map(delay))
+    }
+}
+
+/// |dx| of all plants of a set in a phase.
+fn pooled(set: &[Plant], phase: usize) -> Vec<f64> {
+    set.iter().flat_map(|plant| plant.dx[PHASES[phase].clone()].iter().map(|dx| dx.abs())).collect()
+}
+
+/// The value that only one in a thousand exceeds.
+fn rare<'a>(moves: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
+    quantile(moves.flatten().map(|moved| moved.abs()).collect(), 0.999)
+}
+
+/// Rows 1 to 13, 16 and 19, from open-loop tracks of 1000 steps in sets of six, as [`super::grow`] makes them.
+///
+/// A rest of fewer than six tracks is left out.
+///
+/// # Panics
+/// If a track is shorter than 1000 steps.
+#[must_use]
+pub fn population(tracks: &[Track]) -> Vec<Row> {
+    let plants: Vec<Plant> = tracks.iter().map(Plant::new).collect();
+    assert!(plants.iter().all(|plant| plant.dx.len() >= PHASES[2].end), "tracks of 1000 steps");
+    let sets = |statistic: fn(&[Plant]) -> f64| median(plants.chunks_exact(SET).map(statistic).collect());
+    let each = |statistic: fn(&Plant) -> f64| {
+        let of_set = |set: &[Plant]| median(set.iter().map(statistic).collect());
+        median(plants.chunks_exact(SET).map(of_set).collect())
+    };
+    let widest = sets(|set| set.iter().flat_map(|p| &p.tips).map(|tip| tip.x.abs()).fold(0.0, f64::max));
+    let highest = sets(|set| set.iter().flat_map(|p| &p.tips).map(|tip| tip.y).fold(0.0, f64::max));
+    let variety = sets(|set| deviation(set.iter().map(Plant::final_height).collect()));
+    let over_early = sets(|set| mean(pooled(set, 1)) / mean(pooled(set, 0)));
+    let over_late = sets(|set| mean(pooled(set, 1)) / mean(pooled(set, 2)));
+    let fastest = sets(|set| set.iter().map(Plant::fastest).fold(0.0, f64::max));
+    let off_centre = mean(plants.iter().map(|plant| mean(plant.tips.iter().map(|tip| tip.x))));
+    let rare_dx = sets(|set| rare(set.iter().map(|plant| &plant.dx)));
+    let rare_dy = sets(|set| rare(set.iter().map(|plant| &plant.dy)));
+    let most_curved = each(|plant| quantile(plant.curvature.clone(), 0.99));
+    let any = f64::INFINITY;
+    [
+        (1, "largest |x| of six, cm", widest, [11.0, 17.0]),
+        (2, "largest y of six, cm", highest, [24.0, 34.0]),
+        (2, "final y, cm", each(Plant::final_height), [20.0, 28.0]),
+        (3, "sd of final y within six, cm", variety, [1.5, 6.0]),
+        (4, "growth to step 700, cm a step", each(|plant| mean(plant.growth())), [0.025, 0.034]),
+        (4, "its sd, cm a step", each(|plant| deviation(plant.growth())), [0.006, 0.015]),
+        (5, "mean |dx| to step 300, cm", sets(|set| mean(pooled(set, 0))), [0.05, 0.13]),
+        (6, "mean |dx| from 300 to 800, cm", sets(|set| mean(pooled(set, 1))), [0.20, 0.35]),
+        (7, "mean |dx|, middle over early", over_early, [2.0, any]),
+        (7, "mean |dx|, middle over late", over_late, [1.4, any]),
+        (8, "95 % of |dx| from 300 to 800, cm", sets(|set| quantile(pooled(set, 1), 0.95)), [0.5, 1.1]),
+        (9, "99.9 % of |dx|, cm", rare_dx, [1.4, 2.6]),
+        (10, "99.9 % of |dy|, cm", rare_dy, [0.6, 1.3]),
+        (11, "fastest apex above 20 cm of six, mm/min", fastest, [3.3, 6.0]),
+        (12, "share of middle steps towards the light", each(Plant::share_towards), [0.65, 0.85]),
+        (13, "delay to sustained motion, min", each(Plant::delay), [5.0, 45.0]),
+        (16, "99 % of peak curvature, 1/cm", most_curved, [0.12, 0.25]),
+        (16, "median peak curvature, 1/cm", each(|plant| median(plant.curvature.clone())), [0.06, 0.15]),
+        (19, "mean x of all plants, cm", off_centre, [-1.0, 1.0]),
+    ]
+    .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
+    .into()
+}
+
+/// Rows 14, 15, 17, 18, 24 and 25, from experiments on the species' typical plant.
+#[must_use]
+pub fn single(species: &Species) -> Vec<Row> {
+    let plant = species.average();
+    let circling = experiments::circumnutation(&plant, 20.0, 10.0);
+    let step = experiments::phototropic_step(&plant, 10.0, 14.0);
+    let long_step = experiments::phototropic_step(&plant, 20.0, 14.0);
+    let either = |of: fn(&Response) -> f64| of(&step).max(of(&long_step));
+    [
+        (14, "period of circumnutation at 20 cm, min", circling.period_min, [80.0, 125.0]),
+        (15, "its amplitude at the apex, cm", circling.amplitude, [0.3, 3.0]),
+        (17, "lag after light from one side at 10 cm, min", step.lag_min(), [10.0, 45.0]),
+        (17, "fastest turning, degrees an hour", step.fastest_deg_h(), [15.0, 90.0]),
+        (17, "set point, degrees", step.set_point_deg(), [35.0, 60.0]),
+        (18, "swings beyond 15 degrees, at 10 or 20 cm", either(|step| step.swings() as f64), [0.0, 2.0]),
+        (18, "time to stay within 15 degrees, h", either(Response::settled_h), [0.0, 12.0]),
+        (24, "rms change of the apex at half the sub-step, cm", halved(species), [0.0, 0.05]),
+        (25, "distance of two plants of one seed, cm", twice(species), [0.0, 0.0]),
+    ]
+    .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
+    .into()
+}
+
+/// How far the apex moves when the sub-step is halved: root mean square over 1000 steps without noise, in cm.
+fn halved(species: &Species) -> f64 {
+    let mut bean = Bean::quiet(species.average());
+    let mut twin = bean.clone().with_substep(0.5 * Bean::SUBSTEP_S);
+    let mut squares = 0.0;
+    for step in 0..1000 {
+        let lamps = super::lamps(Some(alternating(step)));
+        bean.advance(lamps, PERIOD_MIN);
+        twin.advance(lamps, PERIOD_MIN);
+        squares += square(&bean, &twin);
+    }
+    (squares / 1000.0).sqrt()
+}
+
+/// How far apart two plants of one seed are after a day, in cm.
+fn twice(species: &Species) -> f64 {
+    let grown = || {
+        let mut bean = Bean::new(species.draw(1, 1.0), 1);
+        (0..288).for_each(|step| bean.advance(super::lamps(Some(alternating(step))), PERIOD_MIN));
+        bean
+    };
+    square(&grown(), &grown()).sqrt()
+}
+
+fn square(bean: &Bean, twin: &Bean) -> f64 {
+    bean.apex().iter().zip(twin.apex()).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) = values.into_iter().fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+    sum / f64::from(count)
+}
+
+/// Standard deviation of a sample.
+fn deviation(values: Vec<f64>) -> f64 {
+    let centre = mean(values.iter().copied());
+    (values.iter().map(|value| (value - centre).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
+}
+
+fn median(values: Vec<f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// The value below which a share of all lies, between two of them by linear interpolation; NaN of none.
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
+    let place = share * last as f64;
+    let below = place.floor() as usize;
+    values[below] + (place - place.floor()) * (values[(below + 1).min(last)] - values[below])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_lie_between_values() {
+        let values = vec![4.0, 1.0, 3.0, 2.0];
+        assert_eq!(median(values.clone()), 2.5);
+        assert_eq!(quantile(values.clone(), 0.0), 1.0);
+        assert_eq!(quantile(values.clone(), 1.0), 4.0);
+        assert!((deviation(values) - (5.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!(median(Vec::new()).is_nan());
+    }
+
+    #[test]
+    fn a_row_holds_within_its_range() {
+        let row = Row { number: 1, statistic: "a length, cm", value: 2.0, range: [1.0, 2.0] };
+        assert!(row.holds());
+        assert!(!Row { value: 2.1, ..row.clone() }.holds());
+        assert!(!Row { value: f64::NAN, ..row }.holds());
+    }
+}
