@@ -4,11 +4,18 @@
 
 use std::path::{Path, PathBuf};
 
-use tropism::geometry::{Pixel, Region};
+use proptest::prelude::*;
+use tropism::geometry::{Pixel, Point, Region};
 use tropism::light;
 use tropism::math;
+use tropism::observation::Quality;
 use tropism::photo::{Image, Photo};
-use tropism::vision::{Mode, VisionConfig, lit, look_from};
+use tropism::random::{self, Purpose};
+use tropism::vision::{
+    Calibration, Class, Eye, Mode, Sighting, VisionConfig, VisionError, lit, look, look_from,
+};
+
+const MODES: [Mode; 2] = [Mode::Paper, Mode::Robust];
 
 /// A folder of real photographs, or `None` with a line that says why the test is skipped.
 fn real(folder: &str) -> Option<PathBuf> {
@@ -24,55 +31,102 @@ fn open(path: &Path) -> Image {
     Photo { name: path.display().to_string(), bytes, time_s: 0.0 }.decode().unwrap()
 }
 
-/// The rows of a table, each as a look-up by column.
-fn rows(path: &Path) -> Vec<impl Fn(&str) -> String + use<>> {
+/// A row of a table: the values by column.
+struct Row {
+    header: csv::StringRecord,
+    record: csv::StringRecord,
+}
+
+impl Row {
+    fn text(&self, column: &str) -> &str {
+        let at = self.header.iter().position(|name| name == column);
+        &self.record[at.unwrap_or_else(|| panic!("no column {column}"))]
+    }
+
+    fn number(&self, column: &str) -> f64 {
+        self.text(column).parse().unwrap()
+    }
+
+    fn place(&self, name: &str) -> Pixel {
+        Pixel::new(self.number(&format!("{name}x_px")), self.number(&format!("{name}y_px")))
+    }
+}
+
+fn rows(path: &Path) -> Vec<Row> {
     let mut table = csv::Reader::from_path(path).unwrap();
     let header = table.headers().unwrap().clone();
-    table
-        .records()
-        .map(|record| {
-            let (record, header) = (record.unwrap(), header.clone());
-            move |column: &str| {
-                let at = header.iter().position(|name| name == column);
-                record[at.unwrap_or_else(|| panic!("no column {column}"))].to_owned()
-            }
-        })
-        .collect()
+    table.records().map(|record| Row { header: header.clone(), record: record.unwrap() }).collect()
+}
+
+fn distance(one: Pixel, other: Pixel) -> f64 {
+    math::hypot(one.x - other.x, one.y - other.y)
 }
 
 /// How far a tip is from a marked one whose top is flat: anywhere along it is as good.
-fn miss(tip: Pixel, row: &impl Fn(&str) -> String) -> f64 {
-    let number = |column: &str| row(column).parse::<f64>().unwrap();
-    let x = tip.x.clamp(number("top_flat_x_min_px"), number("top_flat_x_max_px"));
-    math::hypot(tip.x - x, tip.y - number("top_y_px"))
+fn miss(tip: Pixel, row: &Row) -> f64 {
+    let x = tip.x.clamp(row.number("top_flat_x_min_px"), row.number("top_flat_x_max_px"));
+    distance(tip, Pixel::new(x, row.number("top_y_px")))
 }
 
-/// Above the liner's rear edge, between the cloth's folds.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn worst(values: &[f64]) -> f64 {
+    values.iter().copied().fold(0.0, f64::max)
+}
+
+/// Around the bean, down to the near edge of the pot's liner.
 const BEAN: Region = Region { x: 290, y: 150, width: 150, height: 186 };
 const BEAN_BASE: Pixel = Pixel::new(362.0, 336.0);
+
+fn bean(mode: Mode) -> VisionConfig {
+    VisionConfig { mode, crop: Some(BEAN), ..VisionConfig::default() }
+}
 
 #[test]
 fn the_real_bean_is_seen_on_every_photograph() {
     let Some(folder) = real("flora-robotica") else { return };
-    for mode in [Mode::Paper, Mode::Robust] {
-        let config = VisionConfig { mode, crop: Some(BEAN), ..VisionConfig::default() };
-        let mut misses = Vec::new();
+    for mode in MODES {
         for frame in 0..94 {
             let image = open(&folder.join(format!("{frame:04}.jpg")));
-            assert!(look_from(&image, Some(BEAN_BASE), &config).is_some(), "{mode:?}, frame {frame}");
+            assert!(look_from(&image, Some(BEAN_BASE), &bean(mode)).is_some(), "{mode:?}, frame {frame}");
         }
+        let mut misses = Vec::new();
         for row in rows(&folder.with_file_name("annotations").join("flora-robotica.csv")) {
-            let image = open(&folder.join(row("file")));
-            let tip = look_from(&image, Some(BEAN_BASE), &config).unwrap().tip;
-            misses.push(miss(tip, &row));
+            let image = open(&folder.join(row.text("file")));
+            misses.push(miss(look_from(&image, Some(BEAN_BASE), &bean(mode)).unwrap().tip, &row));
         }
-        let worst = misses.iter().copied().fold(0.0, f64::max);
-        println!(
-            "{mode:?}: mean {:.2} px, worst {worst:.2} px",
-            misses.iter().sum::<f64>() / misses.len() as f64
-        );
-        assert!(worst <= 4.0, "{mode:?}: {misses:?}");
+        println!("{mode:?}: top, median {:.2} px, worst {:.2}", median(misses.clone()), worst(&misses));
+        assert!(worst(&misses) <= 4.0, "{mode:?}: {misses:.1?}");
     }
+}
+
+#[test]
+fn the_real_beans_stem_is_followed() {
+    let Some(folder) = real("flora-robotica") else { return };
+    let annotations = folder.with_file_name("annotations");
+    let stems = rows(&annotations.join("flora-robotica-stem.csv"));
+    let (mut ends, mut sides) = (Vec::new(), Vec::new());
+    for row in rows(&annotations.join("flora-robotica.csv")) {
+        let image = open(&folder.join(row.text("file")));
+        let Sighting { stem, apex, .. } = look_from(&image, Some(BEAN_BASE), &bean(Mode::Robust)).unwrap();
+        ends.push(distance(apex.unwrap(), row.place("apex_")));
+        let stem = stem.unwrap();
+        for mark in &stems {
+            let is_seen = mark.number("hidden_by_leaf") == 0.0 && mark.text("kind") != "apex";
+            if mark.number("frame") == row.number("frame") && is_seen {
+                let place = mark.place("");
+                sides.push(stem.iter().map(|&at| distance(at, place)).fold(f64::INFINITY, f64::min));
+            }
+        }
+    }
+    let near = ends.iter().filter(|&&end| end <= 6.0).count();
+    println!("stem end within 6 px on {near} of {}, stem {:.2} px", ends.len(), median(sides.clone()));
+    // On one photograph the hook is closed and its leaf hides where it ends.
+    assert!(near >= 20, "{ends:.1?}");
+    assert!(median(sides.clone()) <= 1.0, "{sides:.1?}");
 }
 
 #[test]
@@ -81,8 +135,8 @@ fn the_lit_lamp_is_read_from_every_photograph() {
     let marked = rows(&folder.join("light.csv"));
     assert_eq!(marked.len(), 94);
     for row in marked {
-        let image = open(&folder.join(row("frame") + ".jpg"));
-        assert_eq!(light::name(lit(&image, None)), row("light"), "frame {}", row("frame"));
+        let image = open(&folder.join(row.text("frame").to_owned() + ".jpg"));
+        assert_eq!(light::name(lit(&image, None)), row.text("light"), "frame {}", row.text("frame"));
     }
 }
 
@@ -96,23 +150,268 @@ const SUNFLOWERS: [(Region, Pixel); 3] = [
 #[test]
 fn three_sunflowers_are_seen_by_day_and_night() {
     let Some(folder) = real("sunflower-timelapse") else { return };
-    for mode in [Mode::Paper, Mode::Robust] {
-        for (plant, (crop, base)) in (1..).zip(SUNFLOWERS) {
-            let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
-            let mut misses = Vec::new();
-            for row in rows(&folder.join("frames.csv")) {
-                let image = open(&folder.join(row("file")));
-                assert!(look_from(&image, Some(base), &config).is_some(), "{mode:?} {plant} {}", row("file"));
+    let frames = rows(&folder.join("frames.csv"));
+    assert_eq!(frames.len(), 100);
+    let marks = rows(&folder.with_file_name("annotations").join("sunflower-timelapse.csv"));
+    let mut ends = Vec::new();
+    for mode in MODES {
+        let mut misses = Vec::new();
+        for row in &frames {
+            let image = open(&folder.join(row.text("file")));
+            for (plant, (crop, base)) in (1..).zip(SUNFLOWERS) {
+                let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
+                let seen = look_from(&image, Some(base), &config);
+                let seen = seen.unwrap_or_else(|| panic!("{mode:?}, plant {plant}, {}", row.text("file")));
+                let is_marked = |mark: &&Row| {
+                    mark.text("file") == row.text("file") && mark.number("plant") == f64::from(plant)
+                };
+                if let Some(mark) = marks.iter().find(is_marked) {
+                    misses.push(miss(seen.tip, mark));
+                    if let Some(apex) = seen.apex.filter(|_| mark.number("node_hidden") == 0.0) {
+                        ends.push(distance(apex, mark.place("node_")));
+                    }
+                }
             }
-            let marks = folder.with_file_name("annotations").join("sunflower-timelapse.csv");
-            for row in rows(&marks).iter().filter(|row| row("plant") == plant.to_string()) {
-                let image = open(&folder.join(row("file")));
-                let tip = look_from(&image, Some(base), &config).unwrap().tip;
-                misses.push(miss(tip, row));
+        }
+        println!("{mode:?}: top, median {:.2} px, worst {:.2}", median(misses.clone()), worst(&misses));
+        assert_eq!(misses.len(), 30);
+        assert!(worst(&misses) <= 5.0, "{mode:?}: {misses:.1?}");
+    }
+    let near = ends.iter().filter(|&&end| end <= 10.0).count();
+    println!("stem end, median {:.1} px, within 10 px on {near} of {}", median(ends.clone()), ends.len());
+    // Where a leaf hangs against the stem, the stem's end is not found.
+    assert!(median(ends.clone()) <= 6.0 && near + 4 >= ends.len(), "{ends:.1?}");
+}
+
+/// A drawn photograph: a stem 3 pixels wide from the base to the tip before dark cloth with folds and noise, as JPEG.
+#[derive(Debug)]
+struct Drawing {
+    base: Pixel,
+    tip: Pixel,
+    exposure: f64,
+    seed: u64,
+}
+
+impl Drawing {
+    const SIZE: (usize, usize) = (216, 162);
+
+    /// A stem that leaves the soil upright and leans over to the tip.
+    fn middle(&self, share: f64) -> Pixel {
+        let (dx, dy) = (self.tip.x - self.base.x, self.tip.y - self.base.y);
+        Pixel::new(self.base.x + share * share * dx, self.base.y + share * dy)
+    }
+
+    fn photo(&self) -> Photo {
+        let (width, height) = Self::SIZE;
+        let mut rng = random::stream(self.seed, Purpose::Camera, 0);
+        let middles: Vec<Pixel> = (0..=400).map(|i| self.middle(f64::from(i) / 400.0)).collect();
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for y in 0..height {
+            for x in 0..width {
+                let away = middles.iter().map(|&at| distance(at, Pixel::new(x as f64, y as f64)));
+                let plant = (2.0 - away.fold(f64::INFINITY, f64::min)).clamp(0.0, 1.0);
+                let fold = 6.0 * math::sin(x as f64 / 9.0);
+                for (stem, cloth) in [(190.0, 26.0), (205.0, 22.0), (70.0, 24.0)] {
+                    let level = cloth + fold + plant * (stem - cloth - fold);
+                    let level = self.exposure * level + 1.5 * random::normal(&mut rng);
+                    rgb.push(level.round().clamp(0.0, 255.0) as u8);
+                }
             }
-            let worst = misses.iter().copied().fold(0.0, f64::max);
-            println!("{mode:?} plant {plant}: worst {worst:.2} px {misses:.1?}");
-            assert!(worst <= 5.0, "{mode:?}, plant {plant}: {misses:?}");
+        }
+        photo(Image { width, height, rgb }.to_jpeg(90).unwrap())
+    }
+
+    /// The highest point of the drawn stem: its middle's end and half its width.
+    fn top(&self) -> Pixel {
+        Pixel::new(self.tip.x, self.tip.y - 1.5)
+    }
+}
+
+fn photo(bytes: Vec<u8>) -> Photo {
+    Photo { name: "drawn.jpg".to_owned(), bytes, time_s: 0.0 }
+}
+
+fn drawing() -> impl Strategy<Value = Drawing> {
+    (80.0..136.0, -60.0..60.0, 20.0..120.0, 0.25..1.0, any::<u64>()).prop_map(
+        |(x, lean, rise, exposure, seed)| {
+            let base = Pixel::new(x, 150.0);
+            Drawing { base, tip: Pixel::new(x + lean, base.y - rise), exposure, seed }
+        },
+    )
+}
+
+const CROP: Region = Region { x: 4, y: 4, width: 208, height: 146 };
+
+fn eye(base: Pixel, mode: Mode) -> Eye {
+    let calibration = Calibration { base, px_per_cm: 8.0, width: Drawing::SIZE.0, height: Drawing::SIZE.1 };
+    Eye::new(calibration, VisionConfig { mode, crop: Some(CROP), ..VisionConfig::default() }).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_drawn_tip_is_found_again(drawing in drawing()) {
+        for (mode, most) in MODES.into_iter().zip([2.5, 1.5]) {
+            let eye = eye(drawing.base, mode);
+            let image = drawing.photo().decode().unwrap();
+            let seen = eye.judge(Ok(&image)).unwrap();
+            // A stem that leans far has its highest point a little behind its end.
+            let miss = distance(seen.tip, drawing.top());
+            prop_assert!(miss <= most, "{mode:?}: {:?}, wanted {:?}, missed by {miss}", seen.tip, drawing.top());
         }
     }
+
+    #[test]
+    fn a_drawn_stem_is_found_again(drawing in drawing()) {
+        let image = drawing.photo().decode().unwrap();
+        let seen = eye(drawing.base, Mode::Robust).judge(Ok(&image)).unwrap();
+        let stem = seen.stem.unwrap();
+        let misses: Vec<f64> = (0..=20)
+            .map(|i| {
+                let middle = drawing.middle(f64::from(i) / 20.0);
+                stem.iter().map(|&at| distance(at, middle)).fold(f64::INFINITY, f64::min)
+            })
+            .collect();
+        prop_assert!(worst(&misses) <= 2.0, "{misses:.2?}");
+        prop_assert!(distance(seen.apex.unwrap(), drawing.tip) <= 3.0);
+    }
+
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn noise_alone_is_no_plant(seed in any::<u64>(), level in 0.0..200.0, noise in 0.0..12.0) {
+        let mut rng = random::stream(seed, Purpose::Camera, 1);
+        let grey = || f64::clamp(level + noise * random::normal(&mut rng), 0.0, 255.0) as u8;
+        let image = Image { width: 90, height: 70, rgb: std::iter::repeat_with(grey).take(3 * 90 * 70).collect() };
+        for mode in MODES {
+            prop_assert_eq!(look(&image, &VisionConfig { mode, ..VisionConfig::default() }), None);
+        }
+    }
+
+    #[test]
+    fn any_picture_and_any_settings_are_seen_or_not(
+        (width, height) in (1..40_usize, 1..40_usize), seed in any::<u64>(), columns in 1..50_usize, sigma in 0.0..9.0,
+        base in (-1e3..1e3, -1e3..1e3), is_blotched in any::<bool>(),
+    ) {
+        let mut rng = random::stream(seed, Purpose::Camera, 2);
+        let blotch = if is_blotched { 7 } else { 1 };
+        let spots: Vec<u8> = (0..3 * width * height).map(|_| (256.0 * random::uniform(&mut rng)) as u8).collect();
+        let rgb = (0..3 * width * height).map(|i| spots[i / 3 / blotch * 3]).collect();
+        let image = Image { width, height, rgb };
+        for mode in MODES {
+            let config = VisionConfig {
+                mode, sampling_columns: columns, sigma, bright_samples: 2, contrast: 0.0, ..VisionConfig::default()
+            };
+            if let Some(seen) = look_from(&image, Some(Pixel::new(base.0, base.1)), &config) {
+                let Pixel { x, y } = seen.tip;
+                prop_assert!((-1.0..=width as f64).contains(&x) && (-50.0..=height as f64).contains(&y), "{seen:?}");
+            }
+        }
+    }
+}
+
+fn flat(level: u8, width: usize, height: usize) -> Image {
+    Image { width, height, rgb: vec![level; 3 * width * height] }
+}
+
+#[test]
+fn pictures_without_a_plant_show_none() {
+    for mode in MODES {
+        let config = VisionConfig { mode, ..VisionConfig::default() };
+        for level in [0, 128, 255] {
+            assert_eq!(look(&flat(level, 80, 60), &config), None);
+            assert_eq!(look(&flat(level, 1, 1), &config), None);
+        }
+        let outside = VisionConfig { crop: Some(Region { x: 70, y: 0, width: 20, height: 20 }), ..config };
+        assert_eq!(look(&flat(9, 80, 60), &outside), None);
+    }
+}
+
+#[test]
+fn an_eye_says_what_cannot_be() {
+    let calibration = Calibration { base: Pixel::new(40.0, 60.0), px_per_cm: 8.0, width: 80, height: 60 };
+    let error = |calibration, config| Eye::new(calibration, config).unwrap_err();
+    let crop = Some(Region { x: 70, y: 0, width: 20, height: 20 });
+    let outside = error(calibration, VisionConfig { crop, ..VisionConfig::default() });
+    assert!(matches!(outside, VisionError::Region { width: 80, height: 60, .. }), "{outside}");
+    let scale = error(Calibration { px_per_cm: f64::NAN, ..calibration }, VisionConfig::default());
+    assert!(scale.to_string().contains("px_per_cm = NaN"), "{scale}");
+    let share = error(calibration, VisionConfig { threshold: 1.0, ..VisionConfig::default() });
+    assert!(share.to_string().contains("threshold = 1, wanted"), "{share}");
+    assert!(toml::from_str::<VisionConfig>("mode = \"paper\"\nsigmaa = 1").is_err());
+    let text =
+        "mode = \"paper\"\ncrop = { x = 1, y = 2, width = 3, height = 4 }\n[gates]\nvalue = \"luma\"\n";
+    assert_eq!(toml::from_str::<VisionConfig>(text).unwrap().mode, Mode::Paper);
+}
+
+#[test]
+fn an_eye_holds_what_it_saw_and_says_why() {
+    let drawing =
+        Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(124.0, 70.0), exposure: 1.0, seed: 1 };
+    let good = drawing.photo();
+    let cut = photo(good.bytes[..good.bytes.len() / 2].to_vec());
+    let (width, height) = Drawing::SIZE;
+    let picture = |image: Image| photo(image.to_jpeg(90).unwrap());
+    let faults = [
+        (cut, Class::Corrupt),
+        (photo(Vec::new()), Class::Corrupt),
+        (picture(flat(30, width, height + 1)), Class::Foreign),
+        (picture(flat(0, width, height)), Class::Dark),
+    ];
+    for mode in MODES {
+        let mut eye = eye(drawing.base, mode);
+        for (fault, class) in &faults {
+            let seen = eye.observe(fault);
+            assert_eq!((seen.observation, seen.pixel, seen.class), (None, None, *class));
+        }
+        let sight = eye.observe(&good);
+        let observation = sight.observation.unwrap();
+        assert_eq!((sight.class, observation.quality), (Class::Ok, Quality::Measured));
+        assert!(observation.tip.distance(Point::new(2.0, 81.5 / 8.0)) < 0.2, "{observation:?}");
+        assert_eq!(eye.calibration().point(sight.pixel.unwrap()), observation.tip);
+        for (fault, class) in &faults {
+            let seen = eye.observe(fault);
+            let held = seen.observation.unwrap();
+            assert_eq!((seen.pixel, seen.class, held.quality), (None, *class, Quality::Held));
+            assert_eq!((held.tip, &held.stem), (observation.tip, &observation.stem));
+        }
+    }
+}
+
+#[test]
+fn an_eye_gives_ten_points_and_goes_on_where_it_was_cut_off() {
+    let drawing =
+        Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(84.0, 60.0), exposure: 0.5, seed: 2 };
+    let mut eye = eye(drawing.base, Mode::Robust);
+    let stem = eye.observe(&drawing.photo()).observation.unwrap().stem.unwrap();
+    assert_eq!(stem.0.len(), 10);
+    assert!(stem.0[0].distance(Point::default()) < 0.2, "{stem:?}");
+    assert!(stem.0[9].distance(Point::new(-3.0, 11.25)) < 0.4, "{stem:?}");
+
+    let last = Point::new(1.0, 2.0);
+    eye.resume(Some(last));
+    let held = eye.observe(&photo(Vec::new())).observation.unwrap();
+    assert_eq!((held.tip, held.quality), (last, Quality::Held));
+}
+
+#[test]
+fn a_leaf_that_falls_and_a_lamp_do_not_fool_the_robust_eye() {
+    let drawing =
+        Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(124.0, 70.0), exposure: 1.0, seed: 3 };
+    let mut image = drawing.photo().decode().unwrap();
+    for (left, top, colour) in [(60, 20, [190, 205, 70]), (150, 10, [250, 250, 255])] {
+        for y in top..top + 12 {
+            for x in left..left + 15 {
+                image.rgb[3 * (y * image.width + x)..][..3].copy_from_slice(&colour);
+            }
+        }
+    }
+    let seen = eye(drawing.base, Mode::Robust).judge(Ok(&image)).unwrap();
+    assert!(distance(seen.tip, drawing.top()) < 1.5, "{seen:?}");
+    let fooled = eye(drawing.base, Mode::Paper).judge(Ok(&image)).unwrap();
+    assert!(fooled.tip.y < 12.0, "the paper's highest bright sample: {fooled:?}");
 }

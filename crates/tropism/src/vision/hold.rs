@@ -55,12 +55,13 @@ pub struct Hold {
 
 impl Hold {
     /// The stem of this step: the one seen, or "a duplicate of timestep t - 1" where eq. (11) says so or none was seen;
-    /// and whether it is a duplicate.
-    pub fn settle(&mut self, seen: Option<Polyline>, config: &HoldConfig) -> (Option<Polyline>, bool) {
-        let is_released = config.release.is_some_and(|steps| self.held >= steps);
-        let believed = seen.filter(|now| {
-            is_released || self.last.as_ref().is_none_or(|before| !config.is_error(now, before))
-        });
+    /// and whether it is a duplicate. Without a `rule` every stem that is seen is believed.
+    pub fn settle(&mut self, seen: Option<Polyline>, rule: Option<&HoldConfig>) -> (Option<Polyline>, bool) {
+        let is_released = rule.and_then(|rule| rule.release).is_some_and(|steps| self.held >= steps);
+        let is_error =
+            |now: &Polyline, before: &Polyline| rule.is_some_and(|rule| rule.is_error(now, before));
+        let believed =
+            seen.filter(|now| is_released || self.last.as_ref().is_none_or(|before| !is_error(now, before)));
         let is_duplicate = believed.is_none();
         self.held = if is_duplicate { self.held.saturating_add(1) } else { 0 };
         self.last = believed.or_else(|| self.last.take());
@@ -95,14 +96,15 @@ mod tests {
         let (mut paper, mut released) = (Hold::default(), Hold::default());
         let (never, twice) =
             (HoldConfig::default(), HoldConfig { release: Some(2), ..HoldConfig::default() });
-        assert_eq!(paper.settle(None, &never), (None, true));
-        assert_eq!(paper.settle(Some(good.clone()), &never), (Some(good.clone()), false));
-        released.settle(Some(good.clone()), &twice);
+        assert_eq!(paper.settle(None, Some(&never)), (None, true));
+        assert_eq!(paper.settle(Some(good.clone()), Some(&never)), (Some(good.clone()), false));
+        released.settle(Some(good.clone()), Some(&twice));
         for _ in 0..2 {
-            assert_eq!(paper.settle(Some(jump.clone()), &never), (Some(good.clone()), true));
-            assert_eq!(released.settle(Some(jump.clone()), &twice), (Some(good.clone()), true));
+            assert_eq!(paper.settle(Some(jump.clone()), Some(&never)), (Some(good.clone()), true));
+            assert_eq!(released.settle(Some(jump.clone()), Some(&twice)), (Some(good.clone()), true));
         }
-        assert_eq!(paper.settle(Some(jump.clone()), &never).0, Some(good));
-        assert_eq!(released.settle(Some(jump.clone()), &twice), (Some(jump), false));
+        assert_eq!(paper.settle(Some(jump.clone()), Some(&never)).0, Some(good));
+        assert_eq!(released.settle(Some(jump.clone()), Some(&twice)), (Some(jump.clone()), false));
+        assert_eq!(paper.settle(Some(jump.clone()), None), (Some(jump), false));
     }
 }

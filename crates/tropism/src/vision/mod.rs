@@ -10,6 +10,8 @@ pub mod calibration;
 pub mod colour;
 pub mod hold;
 pub mod lit;
+pub mod midline;
+pub mod overlay;
 pub mod parts;
 pub mod robust;
 pub mod segment;
@@ -61,9 +63,11 @@ pub struct VisionConfig {
     pub bright_samples: usize,
     /// Deviations of the background that the brightest samples must exceed it by, or no plant is seen.
     pub contrast: f64,
-    /// The ten-point stem of eq. (10), in mode `paper`; `None` leaves it out.
-    pub stem: Option<StemConfig>,
-    /// The history rule of eq. (11) for that stem.
+    /// Whether the stem is looked for too: by eqs. (10) and (11) in mode `paper`, as the plant's midline in `robust`.
+    pub stem: bool,
+    /// The gates of eq. (10), in mode `paper`.
+    pub gates: StemConfig,
+    /// The history rule of eq. (11), in mode `paper`.
     pub hold: HoldConfig,
 }
 
@@ -77,7 +81,8 @@ impl Default for VisionConfig {
             threshold: 0.5,
             bright_samples: 20,
             contrast: 6.0,
-            stem: None,
+            stem: true,
+            gates: StemConfig::default(),
             hold: HoldConfig::default(),
         }
     }
@@ -156,7 +161,11 @@ impl VisionConfig {
 pub struct Sighting {
     /// The highest point of the plant: the paper's tip.
     pub tip: Pixel,
-    /// The stem from the base up, where it was asked for and is in view.
+    /// The end of the stem, where leaves begin or a second limb parts from it: the last point of the midline, in mode
+    /// `robust`.
+    pub apex: Option<Pixel>,
+    /// The stem from the base up, where it was asked for and is in view: one point a row in mode `paper`, the midline
+    /// in `robust`.
     pub stem: Option<Vec<Pixel>>,
     /// How many deviations of the background the brightest of the plant exceeds it by.
     pub contrast: f64,
@@ -196,13 +205,13 @@ pub fn look_from(image: &Image, base: Option<Pixel>, config: &VisionConfig) -> O
         return None;
     }
     let tip = tip::highest(&plane, levels.threshold(config.threshold))?;
-    let stem = config.stem.map(|stem| stem::medians(image, crop, &stem)).filter(|stem| stem.len() > 1);
-    Some(Sighting { tip, stem, contrast })
+    let stem = config.stem.then(|| stem::medians(image, crop, &config.gates)).filter(|stem| stem.len() > 1);
+    Some(Sighting { tip, apex: None, stem, contrast })
 }
 
 /// What became of one photograph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Class {
     /// A plant is seen.
     Ok,
@@ -225,7 +234,7 @@ impl Class {
             Self::Corrupt => "corrupt",
             Self::Foreign => "foreign",
             Self::Dark => "dark",
-            Self::NoPlant => "noplant",
+            Self::NoPlant => "no_plant",
         }
     }
 }
@@ -243,7 +252,7 @@ impl std::str::FromStr for Class {
         [Self::Ok, Self::Corrupt, Self::Foreign, Self::Dark, Self::NoPlant]
             .into_iter()
             .find(|class| class.name() == word)
-            .ok_or_else(|| format!("found class {word:?}, wanted ok, corrupt, foreign, dark or noplant"))
+            .ok_or_else(|| format!("found class {word:?}, wanted ok, corrupt, foreign, dark or no_plant"))
     }
 }
 
@@ -317,7 +326,8 @@ impl Eye {
         let seen_stem = sighting.as_ref().and_then(|sighting| sighting.stem.as_deref()).map(|pixels| {
             Polyline(pixels.iter().map(|&pixel| self.calibration.point(pixel)).collect()).equidistant(10)
         });
-        let (stem, _) = self.stems.settle(seen_stem, &self.config.hold);
+        let rule = (self.config.mode == Mode::Paper).then_some(&self.config.hold);
+        let (stem, _) = self.stems.settle(seen_stem, rule);
         let pixel = sighting.map(|sighting| sighting.tip);
         let quality = if pixel.is_some() { Quality::Measured } else { Quality::Held };
         self.last = pixel.map(|pixel| self.calibration.point(pixel)).or(self.last);

@@ -38,6 +38,11 @@ impl Parts {
         let mut labels = vec![0; plane.len()];
         let mut parts = Vec::new();
         let mut stack = Vec::new();
+        let around = |x: usize, y: usize, reach: usize| {
+            let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+            let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
+            rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+        };
         for seed in 0..plane.len() {
             if labels[seed] != 0 || plane[seed] == Belief::No {
                 continue;
@@ -51,14 +56,12 @@ impl Parts {
                 let (dx, dy) = (x as f64 - anchor.0, y as f64 - anchor.1);
                 sure += usize::from(plane[at] == Belief::Sure);
                 square = square.min(dx * dx + dy * dy);
-                for row in y.saturating_sub(reach)..(y + reach + 1).min(height) {
-                    for next in
-                        row * width + x.saturating_sub(reach)..row * width + (x + reach + 1).min(width)
-                    {
-                        if labels[next] == 0 && plane[next] != Belief::No {
-                            labels[next] = label;
-                            stack.push(next);
-                        }
+                // All around an inner sample there is one of the part that is nearer to whatever lies farther out.
+                let is_inner = around(x, y, 1).all(|next| plane[next] != Belief::No);
+                for next in around(x, y, if is_inner { 1 } else { reach }) {
+                    if labels[next] == 0 && plane[next] != Belief::No {
+                        labels[next] = label;
+                        stack.push(next);
                     }
                 }
             }

@@ -1,7 +1,7 @@
 //! The plant that stands at the base, told from what is around it by a colour learned from the picture itself.
 //!
-//! In: a picture, a crop, and where the stem leaves the soil. Out: the plant's highest point, between samples. The one
-//! idea: what is bright and nearest to the base is plant; its colour tells the rest of the plant from pot, cloth and
+//! In: a picture, a crop, and where the stem leaves the soil. Out: the plant's highest point, between samples, and its midline.
+//! The one idea: what is bright and nearest to the base is plant; its colour tells the rest of the plant from pot, cloth and
 //! glare; and only what hangs together with the base counts.
 
 use crate::geometry::{Pixel, Region};
@@ -9,7 +9,7 @@ use crate::photo::Image;
 use crate::vision::colour::{Colours, Discriminant};
 use crate::vision::parts::{Belief, Parts};
 use crate::vision::segment::{self, LUMA, Levels, Plane};
-use crate::vision::{Sighting, VisionConfig, tip};
+use crate::vision::{Sighting, VisionConfig, midline, tip};
 
 /// Samples that may be missing between two parts of one plant, plus one: a shadow, or a saturated rim that has lost its
 /// colour.
@@ -75,7 +75,26 @@ pub(super) fn look(
         return None;
     }
     let tip = tip::edge(&plant, |at| parts.labels[at] == chosen, config.threshold as f32)?;
-    Some(Sighting { tip, stem: None, contrast: colour.separation })
+    let stem =
+        if config.stem { midline(&plant, |at| parts.labels[at] == chosen, base, anchor, tip) } else { None };
+    let apex = stem.as_ref().and_then(|stem| stem.last().copied());
+    Some(Sighting { tip, apex, stem, contrast: colour.separation })
+}
+
+/// The midline in the photograph, from the base up, where one is known: straight to where the crop cuts the foot off.
+fn midline(
+    plant: &Plane,
+    is_part: impl Fn(usize) -> bool,
+    base: Option<Pixel>,
+    anchor: (f64, f64),
+    tip: Pixel,
+) -> Option<Vec<Pixel>> {
+    let line = midline::trace(plant, is_part, anchor, plant.place(tip), REACH)?;
+    let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plant.pixel(x, y)).collect();
+    if let Some(base) = base.filter(|base| base.y > stem[0].y + plant.step as f64) {
+        stem.insert(0, base);
+    }
+    Some(stem)
 }
 
 /// Where the plant should begin within the crop.

@@ -74,49 +74,54 @@ pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step:
     );
     let weights = gaussian(sigma);
     let radius = weights.len() / 2;
-    let offset = step / 2;
-    let (width, height) = (crop.width.div_ceil(step), crop.height.div_ceil(step));
-    let column = |i: usize| (crop.x + i * step + offset).min(crop.x + crop.width - 1);
-    let line = |j: usize| (crop.y + j * step + offset).min(crop.y + crop.height - 1);
+    // Samples stand in the middle of the squares that they stand for.
+    let (across, down) = ((step / 2).min(crop.width - 1), (step / 2).min(crop.height - 1));
+    let width = (crop.width - 1 - across) / step + 1;
+    let height = (crop.height - 1 - down) / step + 1;
+    let line = |j: usize| crop.y + down + j * step;
 
-    // Each row that a sample needs: grey, padded at both ends, smoothed along the row at the sampled columns.
-    let first = (crop.y + offset.min(crop.height - 1)).saturating_sub(radius);
-    let last = (line(height - 1) + radius).min(image.height - 1);
-    let left = crop.x.saturating_sub(radius);
-    let right = (crop.x + crop.width + radius).min(image.width);
-    let pad = crop.x + crop.width + 2 * radius - right;
-    let mut grey = vec![0.0; radius + (right - left) + pad];
-    let mut smoothed = Vec::with_capacity((last - first + 1) * width);
-    for y in first..=last {
+    // Every row that a sample needs, weighed, from `radius` columns left of the crop to as many right of it.
+    let (top, bottom) = (line(0).saturating_sub(radius), (line(height - 1) + radius).min(image.height - 1));
+    let (left, right) = (crop.x.saturating_sub(radius), (crop.x + crop.width + radius).min(image.width));
+    let lead = left + radius - crop.x;
+    let padded = crop.width + 2 * radius;
+    let mut weighed = vec![0.0; padded * (bottom - top + 1)];
+    for (y, row) in (top..).zip(weighed.chunks_exact_mut(padded)) {
         let start = 3 * y * image.width;
         let rgb = &image.rgb[start + 3 * left..start + 3 * right];
-        // grey[i] is column crop.x - radius + i.
-        let lead = left + radius - crop.x;
-        for (value, pixel) in grey[lead..].iter_mut().zip(rgb.chunks_exact(3)) {
+        for (value, pixel) in row[lead..].iter_mut().zip(rgb.chunks_exact(3)) {
             *value = channels[0] * f32::from(pixel[0])
                 + channels[1] * f32::from(pixel[1])
                 + channels[2] * f32::from(pixel[2]);
         }
-        let (front, back) = (grey[lead], grey[lead + right - left - 1]);
-        grey[..lead].fill(front);
-        grey[lead + right - left..].fill(back);
-        smoothed.extend((0..width).map(|i| {
-            let from = &grey[column(i) - crop.x..][..weights.len()];
-            from.iter().zip(&weights).map(|(value, weight)| value * weight).sum::<f32>()
-        }));
+        let end = lead + right - left;
+        let (first, last) = (row[lead], row[end - 1]);
+        row[..lead].fill(first);
+        row[end..].fill(last);
     }
 
+    // Down the columns first, where neighbours lie side by side in memory, then along the one row that is left.
     let mut values = vec![0.0; width * height];
+    let mut smooth = vec![0.0; padded];
     for (j, out) in values.chunks_exact_mut(width).enumerate() {
+        smooth.fill(0.0);
         for (k, weight) in weights.iter().enumerate() {
-            let y = (line(j) + k).saturating_sub(radius).clamp(first, last);
-            let from = &smoothed[(y - first) * width..][..width];
-            for (value, sample) in out.iter_mut().zip(from) {
-                *value += weight * sample;
+            let y = (line(j) + k).saturating_sub(radius).clamp(top, bottom);
+            let row = &weighed[(y - top) * padded..][..padded];
+            smooth.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+        }
+        if step == 1 {
+            for (k, weight) in weights.iter().enumerate() {
+                out.iter_mut().zip(&smooth[k..]).for_each(|(sum, value)| *sum += weight * value);
+            }
+        } else {
+            for (i, sum) in out.iter_mut().enumerate() {
+                let from = &smooth[across + i * step..][..weights.len()];
+                *sum = from.iter().zip(&weights).map(|(value, weight)| value * weight).sum();
             }
         }
     }
-    Plane { width, height, values, origin: (column(0), line(0)), step }
+    Plane { width, height, values, origin: (crop.x + across, line(0)), step }
 }
 
 /// How bright background and plant are in one crop, in grey values of 0 to 255.
@@ -188,10 +193,10 @@ mod tests {
         let weights: Vec<f64> = gaussian(sigma).into_iter().map(f64::from).collect();
         let radius = (weights.len() / 2) as i64;
         let mut values = Vec::new();
-        for j in 0..crop.height.div_ceil(step) {
-            for i in 0..crop.width.div_ceil(step) {
-                let x = (crop.x + i * step + step / 2).min(crop.x + crop.width - 1) as i64;
-                let y = (crop.y + j * step + step / 2).min(crop.y + crop.height - 1) as i64;
+        let offset = |size: usize| (step / 2).min(size - 1);
+        for y in (crop.y + offset(crop.height)..crop.y + crop.height).step_by(step) {
+            for x in (crop.x + offset(crop.width)..crop.x + crop.width).step_by(step) {
+                let (x, y) = (x as i64, y as i64);
                 let mut sum = 0.0;
                 for (k, wy) in (-radius..=radius).zip(&weights) {
                     for (l, wx) in (-radius..=radius).zip(&weights) {
@@ -218,6 +223,7 @@ mod tests {
                 height: 1 + (far.1 * (height - y) as f64) as usize % (height - y),
             };
             let plane = sample(&image, crop, LUMA, sigma, step);
+            prop_assert_eq!(plane.values.len(), literal(&image, crop, sigma, step).len());
             for (found, wanted) in plane.values.iter().zip(literal(&image, crop, sigma, step)) {
                 prop_assert!((f64::from(*found) - wanted).abs() < 1e-2, "{found} {wanted}");
             }

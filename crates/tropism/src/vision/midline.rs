@@ -1,0 +1,477 @@
+//! The middle of the stem, from the base to where it ends.
+//!
+//! In: a plane that is 0 on background and 1 on plant, the part of it that is one plant, and the plant's highest point.
+//! Out: the line through the middle of its stem. The one idea: the cheapest way through the plant from its base to its
+//! top keeps to the middle; the stem ends where this way meets a second long limb, or becomes as broad as a leaf.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::math;
+use crate::vision::segment::Plane;
+
+/// A place in a plane: column and row, with fractions.
+pub type Place = (f64, f64);
+
+/// A limb that leaves the way is a leaf when it reaches this many stem widths from it.
+const LIMB: f64 = 4.0;
+
+/// The same where the way itself ends in a leaf: leaves come in pairs. A leaf is at least as long as this, too.
+const PAIRED: f64 = 2.0;
+
+/// A limb that leaves the way is a leaf when it reaches this share of the way's length from it.
+const LIMB_SHARE: f64 = 0.12;
+
+/// What is broader than this many stem widths is a leaf, where it is long enough.
+const BROAD: f64 = 1.8;
+
+/// A limb touches the stem below its fork when its two ways meet the stem this many stem widths apart.
+const TOUCHING: f64 = 3.0;
+
+/// The cost of a step on a gap in the plant, where one in the middle of a thick stem costs 8.
+const GAP: u32 = 800;
+
+/// The least value that counts: a step costs as much more as the square of the value is less, so that the way keeps to
+/// the bright stem where a dim leaf hangs across.
+const FAINT: f64 = 0.25;
+
+/// The line through the middle of the stem of one part of a plane, from near `base` up, about a sample between points.
+///
+/// `is_part` says which samples are the plant, `top` is its highest point, and gaps of up to `reach` - 1 samples are
+/// crossed. The last point is where the stem ends: `None` where there is no way from base to top.
+#[must_use]
+pub fn trace(
+    plane: &Plane,
+    is_part: impl Fn(usize) -> bool,
+    base: Place,
+    top: Place,
+    reach: usize,
+) -> Option<Vec<Place>> {
+    let window = Window::around(plane, is_part, reach)?;
+    let (start, goal) = (window.nearest(base)?, window.nearest(top)?);
+    let up = window.ways(start);
+    let way = up.to(goal).filter(|way| way.len() > 1)?;
+    let rough: Vec<Place> = way.iter().map(|&at| window.place(at)).collect();
+    let mut line = resampled(&smoothed(&smoothed(&rough, 2), 2), 1.0);
+    let mut widths = Vec::new();
+    for _ in 0..2 {
+        let profiles: Vec<Profile> = (0..line.len()).map(|i| Profile::across(plane, &line, i)).collect();
+        widths = profiles.iter().map(|profile| profile.width).collect();
+        let broad = BROAD * stem_width(&widths);
+        let shifts =
+            bridged(profiles.iter().map(|profile| (profile.width <= broad).then_some(profile.shift)));
+        let moved: Vec<Place> = line
+            .iter()
+            .zip(&profiles)
+            .zip(&shifts)
+            .map(|((at, profile), shift)| (at.0 + shift * profile.normal.0, at.1 + shift * profile.normal.1))
+            .collect();
+        line = smoothed(&moved, 2);
+    }
+    let width = stem_width(&widths);
+    let leaf = broadening(&widths, width);
+    let limb = if leaf.is_some() { PAIRED } else { LIMB };
+    let down = window.ways(goal);
+    let fork = window.fork(&way, &up, &down, width, (limb * width).max(LIMB_SHARE * way.len() as f64));
+    let fork = fork.map(|at| {
+        let (x, y) = window.place(way[at]);
+        let distance = |i: &usize| math::hypot(line[*i].0 - x, line[*i].1 - y);
+        (0..line.len()).min_by(|one, other| distance(one).total_cmp(&distance(other))).unwrap_or(line.len())
+    });
+    let end = fork.or(leaf).unwrap_or(line.len());
+    line.truncate((end + 1).max(2));
+    Some(resampled(&line, 1.0))
+}
+
+/// The median width of the lower half of the way, which is stem.
+fn stem_width(widths: &[f64]) -> f64 {
+    let mut lower: Vec<f64> = widths[..widths.len().div_ceil(2)].to_vec();
+    lower.sort_by(f64::total_cmp);
+    lower.get(lower.len() / 2).copied().unwrap_or(1.0).clamp(1.0, 1e6)
+}
+
+/// Where the way becomes a leaf for good: the first point from which on all are broad, but for the rounded end; `None`
+/// where it does not.
+fn broadening(widths: &[f64], stem: f64) -> Option<usize> {
+    let end = widths.len().saturating_sub(stem.ceil() as usize);
+    let thin = widths[..end].iter().rposition(|&width| width <= BROAD * stem);
+    let start = thin.map_or(0, |last| last + 1);
+    // A hook is broad too, but short.
+    (end.saturating_sub(start) as f64 > PAIRED * stem).then_some(start)
+}
+
+/// What lies across the line at one of its points.
+struct Profile {
+    /// Unit vector across.
+    normal: Place,
+    /// How far along `normal` the middle of the plant is.
+    shift: f64,
+    /// How broad the plant is.
+    width: f64,
+}
+
+impl Profile {
+    /// How far to both sides a stem's edge is looked for, in samples.
+    const SIDE: f64 = 24.0;
+
+    fn across(plane: &Plane, line: &[Place], i: usize) -> Self {
+        let (from, to) = (line[i.saturating_sub(3)], line[(i + 3).min(line.len() - 1)]);
+        let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
+        let normal = ((from.1 - to.1) / length, (to.0 - from.0) / length);
+        let at = |offset: f64| value(plane, (line[i].0 + offset * normal.0, line[i].1 + offset * normal.1));
+        let half = 0.5 * at(0.0).max(at(-1.0)).max(at(1.0)).clamp(0.1, 1.0);
+        let edge = |side: f64| {
+            let (mut offset, mut inside) = (0.0, at(0.0));
+            while offset < Self::SIDE {
+                let outside = at(side * (offset + 0.5));
+                if outside < half && inside >= half {
+                    return offset + 0.5 * (inside - half) / (inside - outside);
+                }
+                offset += 0.5;
+                inside = outside;
+            }
+            Self::SIDE
+        };
+        let (one, other) = (edge(1.0), edge(-1.0));
+        Self { normal, shift: (one - other) / 2.0, width: one + other }
+    }
+}
+
+/// The plane's value at a place between samples; the outermost samples reach on for ever.
+fn value(plane: &Plane, (x, y): Place) -> f64 {
+    let x = x.clamp(0.0, plane.width as f64 - 1.0);
+    let y = y.clamp(0.0, plane.height as f64 - 1.0);
+    let (left, top) = (x as usize, y as usize);
+    let (right, bottom) = ((left + 1).min(plane.width - 1), (top + 1).min(plane.height - 1));
+    let (across, down) = (x - left as f64, y - top as f64);
+    let at = |x: usize, y: usize| f64::from(plane.values[y * plane.width + x]);
+    let upper = at(left, top) + across * (at(right, top) - at(left, top));
+    let lower = at(left, bottom) + across * (at(right, bottom) - at(left, bottom));
+    upper + down * (lower - upper)
+}
+
+/// The values with gaps filled in a straight line between their neighbours; beyond the first and last, theirs.
+fn bridged(values: impl Iterator<Item = Option<f64>>) -> Vec<f64> {
+    let values: Vec<Option<f64>> = values.collect();
+    let known: Vec<(usize, f64)> =
+        values.iter().enumerate().filter_map(|(i, value)| Some((i, (*value)?))).collect();
+    (0..values.len())
+        .map(|i| {
+            let next = known.partition_point(|&(at, _)| at < i);
+            match (next.checked_sub(1).and_then(|before| known.get(before)), known.get(next)) {
+                (Some(&(a, low)), Some(&(b, high))) => low + (high - low) * (i - a) as f64 / (b - a) as f64,
+                (Some(&(_, value)), None) | (None, Some(&(_, value))) => value,
+                (None, None) => 0.0,
+            }
+        })
+        .collect()
+}
+
+/// Each point moved to the mean of those up to `radius` before and after it; the ends stay.
+fn smoothed(line: &[Place], radius: usize) -> Vec<Place> {
+    (0..line.len())
+        .map(|i| {
+            let radius = radius.min(i).min(line.len() - 1 - i);
+            let near = &line[i - radius..=i + radius];
+            let sum = near.iter().fold((0.0, 0.0), |sum, at| (sum.0 + at.0, sum.1 + at.1));
+            (sum.0 / near.len() as f64, sum.1 / near.len() as f64)
+        })
+        .collect()
+}
+
+/// The same line with points about `spacing` apart, both ends kept.
+fn resampled(line: &[Place], spacing: f64) -> Vec<Place> {
+    let mut lengths = vec![0.0];
+    for pair in line.windows(2) {
+        let last = lengths[lengths.len() - 1];
+        lengths.push(last + math::hypot(pair[1].0 - pair[0].0, pair[1].1 - pair[0].1));
+    }
+    let length = lengths[lengths.len() - 1];
+    let count = (length / spacing).round().max(1.0) as usize;
+    (0..=count)
+        .map(|i| {
+            let along = length * i as f64 / count as f64;
+            let next = lengths.partition_point(|&at| at < along).clamp(1, line.len() - 1);
+            let (from, to) = (line[next - 1], line[next]);
+            let share = (along - lengths[next - 1]) / (lengths[next] - lengths[next - 1]).max(1e-12);
+            (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
+        })
+        .collect()
+}
+
+/// The smallest rectangle around one part of a plane, with a margin.
+struct Window {
+    origin: (usize, usize),
+    width: usize,
+    is_part: Vec<bool>,
+    /// What a step onto each sample costs; `None` where there is no way.
+    step: Vec<Option<u32>>,
+}
+
+impl Window {
+    fn around(plane: &Plane, is_part: impl Fn(usize) -> bool, reach: usize) -> Option<Self> {
+        let (mut left, mut right, mut top, mut bottom) = (usize::MAX, 0, usize::MAX, 0);
+        for y in 0..plane.height {
+            for x in (0..plane.width).filter(|&x| is_part(y * plane.width + x)) {
+                (left, right, top, bottom) = (left.min(x), right.max(x), top.min(y), bottom.max(y));
+            }
+        }
+        if left > right {
+            return None;
+        }
+        let origin = (left.saturating_sub(reach), top.saturating_sub(reach));
+        let width = (right + reach).min(plane.width - 1) - origin.0 + 1;
+        let height = (bottom + reach).min(plane.height - 1) - origin.1 + 1;
+        let is_part: Vec<bool> = (0..width * height)
+            .map(|at| is_part((origin.1 + at / width) * plane.width + origin.0 + at % width))
+            .collect();
+        let depth = depth(&is_part, width);
+        let step = (0..is_part.len())
+            .map(|at| {
+                let from = (origin.1 + at / width) * plane.width + origin.0 + at % width;
+                let value = f64::from(plane.values[from]).clamp(FAINT, 1.0);
+                match () {
+                    () if is_part[at] => {
+                        Some(((8 + 288 / (depth[at] * depth[at])) as f64 / (value * value)) as u32)
+                    }
+                    () if depth[at] < 3 * reach as u32 => Some(GAP),
+                    () => None,
+                }
+            })
+            .collect();
+        Some(Self { origin, width, is_part, step })
+    }
+
+    fn place(&self, at: usize) -> Place {
+        ((self.origin.0 + at % self.width) as f64, (self.origin.1 + at / self.width) as f64)
+    }
+
+    /// The sample of the part that is nearest to a place.
+    fn nearest(&self, place: Place) -> Option<usize> {
+        let square = |at: usize| {
+            let (x, y) = self.place(at);
+            (x - place.0) * (x - place.0) + (y - place.1) * (y - place.1)
+        };
+        let part = (0..self.is_part.len()).filter(|&at| self.is_part[at]);
+        part.min_by(|&one, &other| square(one).total_cmp(&square(other)))
+    }
+
+    /// The samples around one, and whether they lie across a corner.
+    fn around_sample(&self, at: usize) -> impl Iterator<Item = (usize, bool)> {
+        let (x, y) = (at % self.width, at / self.width);
+        let (width, height) = (self.width, self.is_part.len() / self.width);
+        (y.saturating_sub(1)..(y + 2).min(height)).flat_map(move |row| {
+            (x.saturating_sub(1)..(x + 2).min(width))
+                .map(move |column| (row * width + column, row != y && column != x))
+        })
+    }
+
+    fn ways(&self, start: usize) -> Ways {
+        let mut costs = vec![u32::MAX; self.is_part.len()];
+        let mut before = vec![None; self.is_part.len()];
+        let mut open = BinaryHeap::from([Reverse((0, start))]);
+        costs[start] = 0;
+        before[start] = Some(start);
+        while let Some(Reverse((cost, at))) = open.pop() {
+            if cost > costs[at] {
+                continue;
+            }
+            for (next, is_diagonal) in self.around_sample(at) {
+                let Some(step) = self.step[next] else { continue };
+                let reached = cost + step * if is_diagonal { 7 } else { 5 };
+                if reached < costs[next] {
+                    costs[next] = reached;
+                    before[next] = Some(at);
+                    open.push(Reverse((reached, next)));
+                }
+            }
+        }
+        Ways { before }
+    }
+
+    /// The place along the way at which the first limb leaves it that reaches at least `least` samples from it.
+    ///
+    /// `up` and `down` are the ways from the way's two ends. Going back from a limb's end, the one meets the stem a
+    /// little below the fork, the other a little above. Where they meet it far from each other the limb hangs down and
+    /// touches the stem below: the upper place is the fork.
+    fn fork(&self, way: &[usize], up: &Ways, down: &Ways, stem: f64, least: f64) -> Option<usize> {
+        let (nearest, distance) = self.away(way);
+        let mut ends = vec![None; way.len()];
+        for at in (0..self.is_part.len()).filter(|&at| f64::from(distance[at]) >= least) {
+            let end = &mut ends[nearest[at]];
+            if end.is_none_or(|farthest: usize| distance[at] > distance[farthest]) {
+                *end = Some(at);
+            }
+        }
+        let is_near = |at: usize, far: f64| nearest[at] < way.len() && f64::from(distance[at]) <= far;
+        let fork = |end: usize| {
+            // Where a limb's middle is half a stem's width away from the stem's, the two meet about as far on.
+            let below = nearest[up.back(end, |at| is_near(at, 0.5 * stem))?] + (0.75 * stem) as usize;
+            // The way down cuts the corner by up to a stem's width.
+            let above = nearest[down.back(end, |at| is_near(at, stem))?];
+            let fork = if above as f64 - below as f64 > TOUCHING * stem { above } else { below };
+            // What lies beyond the way's end is the end's own.
+            Some(fork).filter(|&fork| fork as f64 + stem < way.len() as f64)
+        };
+        ends.into_iter().flatten().filter_map(fork).min()
+    }
+
+    /// For each sample of the part the place along the way that is nearest, walking on the part, and how far it is.
+    fn away(&self, way: &[usize]) -> (Vec<usize>, Vec<u32>) {
+        let mut nearest = vec![usize::MAX; self.is_part.len()];
+        let mut distance = vec![0; self.is_part.len()];
+        for (i, &at) in way.iter().enumerate() {
+            nearest[at] = i;
+        }
+        let mut ring: Vec<usize> = way.to_vec();
+        while !ring.is_empty() {
+            let mut next_ring = Vec::new();
+            for at in ring {
+                for (next, _) in self.around_sample(at) {
+                    if self.is_part[next] && nearest[next] == usize::MAX {
+                        nearest[next] = nearest[at];
+                        distance[next] = distance[at] + 1;
+                        next_ring.push(next);
+                    }
+                }
+            }
+            ring = next_ring;
+        }
+        (nearest, distance)
+    }
+}
+
+/// The cheapest ways from one sample to all others.
+struct Ways {
+    /// For each sample the one before it, and the start for itself; `None` where no way leads.
+    before: Vec<Option<usize>>,
+}
+
+impl Ways {
+    /// The way to `goal`, from the start; `None` where no way leads.
+    fn to(&self, goal: usize) -> Option<Vec<usize>> {
+        let mut way = vec![goal];
+        while self.before[way[way.len() - 1]]? != way[way.len() - 1] {
+            way.extend(self.before[way[way.len() - 1]]);
+        }
+        way.reverse();
+        Some(way)
+    }
+
+    /// The first sample on the way back from `at` that is `wanted`; `None` where none is.
+    fn back(&self, mut at: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
+        while !wanted(at) {
+            at = self.before[at].filter(|&before| before != at)?;
+        }
+        Some(at)
+    }
+}
+
+/// Three times the way (four across a corner) to the nearest sample of the other kind; what lies outside is of neither.
+fn depth(is_part: &[bool], width: usize) -> Vec<u32> {
+    let height = is_part.len() / width;
+    let mut depth = vec![u32::from(u16::MAX); is_part.len()];
+    let relax = |depth: &mut Vec<u32>, at: usize, other: usize, step: u32| {
+        let from = if is_part[other] == is_part[at] { depth[other] } else { 0 };
+        depth[at] = depth[at].min(from + step);
+    };
+    for at in 0..is_part.len() {
+        let (x, y) = (at % width, at / width);
+        if x > 0 {
+            relax(&mut depth, at, at - 1, 3);
+        }
+        if y > 0 {
+            relax(&mut depth, at, at - width, 3);
+            if x > 0 {
+                relax(&mut depth, at, at - width - 1, 4);
+            }
+            if x + 1 < width {
+                relax(&mut depth, at, at - width + 1, 4);
+            }
+        }
+    }
+    for at in (0..is_part.len()).rev() {
+        let (x, y) = (at % width, at / width);
+        if x + 1 < width {
+            relax(&mut depth, at, at + 1, 3);
+        }
+        if y + 1 < height {
+            relax(&mut depth, at, at + width, 3);
+            if x + 1 < width {
+                relax(&mut depth, at, at + width + 1, 4);
+            }
+            if x > 0 {
+                relax(&mut depth, at, at + width - 1, 4);
+            }
+        }
+    }
+    depth
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plane whose value falls from 1 to 0 over one sample at `radius` from the nearest of `limbs`.
+    fn plane(limbs: &[(Place, Place, f64)]) -> Plane {
+        let (width, height) = (80, 90);
+        let away = |at: Place, from: Place, to: Place| {
+            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+            let share = ((at.0 - from.0) * dx + (at.1 - from.1) * dy) / (dx * dx + dy * dy);
+            let share = share.clamp(0.0, 1.0);
+            math::hypot(at.0 - from.0 - share * dx, at.1 - from.1 - share * dy)
+        };
+        let values = (0..width * height)
+            .map(|i| {
+                let at = ((i % width) as f64, (i / width) as f64);
+                let near = limbs.iter().map(|&(from, to, radius)| radius + 0.5 - away(at, from, to));
+                near.fold(0.0, f64::max).min(1.0) as f32
+            })
+            .collect();
+        Plane { width, height, values, origin: (0, 0), step: 1 }
+    }
+
+    fn traced(plane: &Plane, base: Place, top: Place) -> Vec<Place> {
+        trace(plane, |at| plane.values[at] > 0.5, base, top, 3).unwrap()
+    }
+
+    #[test]
+    fn a_leaning_stem_is_followed_to_its_top() {
+        let (base, top) = ((30.0, 89.0), (50.0, 12.0));
+        let line = traced(&plane(&[(base, top, 2.3)]), base, (50.0, 10.0));
+        for at in &line[4..line.len() - 4] {
+            let x = 30.0 + (89.0 - at.1) * 20.0 / 77.0;
+            assert!((at.0 - x).abs() < 0.15, "{at:?}, wanted x = {x}");
+        }
+        let last = line[line.len() - 1];
+        assert!(math::hypot(last.0 - top.0, last.1 - top.1) < 3.0, "{last:?}");
+    }
+
+    #[test]
+    fn the_stem_ends_where_two_leaves_part() {
+        let fork = (40.0, 40.0);
+        let leaves = [(fork, (62.0, 20.0), 2.0), (fork, (15.0, 30.0), 2.0)];
+        let stem = [((40.0, 89.0), fork, 2.0)];
+        let line = traced(&plane(&[&stem[..], &leaves].concat()), (40.0, 89.0), (62.0, 18.0));
+        let last = line[line.len() - 1];
+        assert!(math::hypot(last.0 - fork.0, last.1 - fork.1) < 3.0, "{last:?}");
+    }
+
+    #[test]
+    fn the_stem_ends_where_a_leaf_begins() {
+        let line = traced(
+            &plane(&[((40.0, 89.0), (40.0, 45.0), 2.0), ((40.0, 34.0), (40.0, 18.0), 9.0)]),
+            (40.0, 89.0),
+            (40.0, 8.0),
+        );
+        assert!((line[line.len() - 1].1 - 43.0).abs() < 3.0, "{:?}", line.last());
+    }
+
+    #[test]
+    fn gaps_are_crossed_and_what_is_not_there_is_none() {
+        let broken = plane(&[((40.0, 89.0), (40.0, 52.0), 2.0), ((40.0, 45.0), (40.0, 10.0), 2.0)]);
+        assert!(traced(&broken, (40.0, 89.0), (40.0, 8.0)).len() > 70);
+        assert_eq!(trace(&broken, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
+        assert_eq!(trace(&broken, |at| at == 7, (0.0, 0.0), (0.0, 0.0), 3), None);
+    }
+}
