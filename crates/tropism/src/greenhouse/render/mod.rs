@@ -6,12 +6,11 @@
 mod backdrop;
 mod body;
 mod cloth;
+mod jpeg;
 mod paint;
 mod sensor;
 mod tone;
 mod truth;
-
-use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 
 use self::backdrop::Tent;
 use self::body::Body;
@@ -36,6 +35,8 @@ pub struct Renderer {
     /// The tent without a plant, for each state of the lights once it was asked for: dark, left, right; without and
     /// with flash.
     backdrops: [Option<Vec<u8>>; 6],
+    /// Memory for the next photograph: fetching it anew costs more than filling it.
+    sheet: Vec<u8>,
 }
 
 impl Renderer {
@@ -50,6 +51,7 @@ impl Renderer {
             blur: Blur::new(scene.blur * scene.frame().px_per_cm),
             noise: Noise::new(seed, scene.noise, scene.width as usize),
             backdrops: Default::default(),
+            sheet: Vec::new(),
             scene: scene.clone(),
         }
     }
@@ -65,24 +67,37 @@ impl Renderer {
     /// The same picture for the same arguments, whatever was drawn before; `frame_index` picks the noise.
     #[must_use]
     pub fn draw(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Image {
-        let lighting = Lighting::new(&self.scene, lit, flash);
-        let mut rgb = self.backdrop(&lighting, flash).to_vec();
-        let (frame, width) = (self.frame(), self.scene.width as usize);
-        let margin = self.blur.reach() as i64 + 1;
-        if let Some(mut canvas) = Canvas::paint(&Body::new(pose), frame, margin, &lighting, &self.tone) {
-            let columns = canvas.pixmap.width() as usize;
-            self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
-            lay_over(&mut rgb, width, &canvas);
-        }
-        self.noise.add(&mut rgb, width, frame_index);
-        Image { width, height: self.scene.height as usize, rgb }
+        let mut rgb = Vec::new();
+        self.expose(&mut rgb, pose, Lighting::new(&self.scene, lit, flash), flash, frame_index);
+        self.picture(rgb)
     }
 
     /// The same picture as [`Self::draw`] gives, as the bytes of a JPEG file.
     #[must_use]
     pub fn photograph(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Vec<u8> {
-        let image = self.draw(pose, lit, flash, frame_index);
-        self.develop(&image)
+        let mut rgb = std::mem::take(&mut self.sheet);
+        self.expose(&mut rgb, pose, Lighting::new(&self.scene, lit, flash), flash, frame_index);
+        let image = self.picture(rgb);
+        let bytes = self.develop(&image);
+        self.sheet = image.rgb;
+        bytes
+    }
+
+    fn picture(&self, rgb: Vec<u8>) -> Image {
+        Image { width: self.scene.width as usize, height: self.scene.height as usize, rgb }
+    }
+
+    fn expose(&mut self, rgb: &mut Vec<u8>, pose: &Pose, lighting: Lighting, flash: bool, frame_index: u64) {
+        rgb.clear();
+        rgb.extend_from_slice(self.backdrop(&lighting, flash));
+        let (frame, width) = (self.frame(), self.scene.width as usize);
+        let margin = self.blur.reach() as i64 + 1;
+        if let Some(mut canvas) = Canvas::paint(&Body::new(pose), frame, margin, &lighting, &self.tone) {
+            let columns = canvas.pixmap.width() as usize;
+            self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
+            lay_over(rgb, width, &canvas);
+        }
+        self.noise.add(rgb, width, frame_index);
     }
 
     /// A picture as the bytes of a JPEG file, of the scene's quality and with colour at half resolution, as cameras
@@ -92,14 +107,7 @@ impl Renderer {
     /// If the picture has a side of 0 or above 65 535.
     #[must_use]
     pub fn develop(&self, image: &Image) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(image.rgb.len() / 12);
-        let mut encoder = Encoder::new(&mut bytes, self.scene.jpeg_quality);
-        encoder.set_sampling_factor(SamplingFactor::F_2_2);
-        let side = |length: usize| u16::try_from(length).expect("a side of at most 65 535 pixels");
-        encoder
-            .encode(&image.rgb, side(image.width), side(image.height), ColorType::Rgb)
-            .expect("a picture that has pixels is written to memory");
-        bytes
+        jpeg::encode(image, self.scene.jpeg_quality)
     }
 
     fn backdrop(&mut self, lighting: &Lighting, flash: bool) -> &[u8] {

@@ -13,9 +13,9 @@ use crate::greenhouse::scene::{Lighting, Rgb};
 use crate::greenhouse::vector::{dot, minus, plus, scaled, unit};
 use crate::greenhouse::view::{CAMERA, Frame, Place, project};
 
-const STEM: Rgb = [0.64, 0.79, 0.17];
-const STEM_BASE: Rgb = [0.66, 0.76, 0.34];
-const BUD: Rgb = [0.66, 0.78, 0.14];
+const STEM: Rgb = [0.72, 0.92, 0.20];
+const STEM_BASE: Rgb = [0.78, 0.94, 0.42];
+const BUD: Rgb = [0.74, 0.90, 0.17];
 const COTYLEDON: Rgb = [0.66, 0.66, 0.15];
 const WITHERED: Rgb = [0.30, 0.20, 0.07];
 const LEAF: Rgb = [0.28, 0.53, 0.10];
@@ -71,9 +71,7 @@ impl<'a> Canvas<'a> {
             self.oval(oval, withered);
         }
         self.ribbon(&body.stem, colour);
-        if body.hook.len() > 1 {
-            self.ribbon(&body.hook, |_| BUD);
-        }
+        self.ribbon(&body.hook, |_| BUD);
         self.oval(&body.bud, BUD);
         for oval in body.cotyledons.iter().filter(|oval| oval.centre[2] >= stem_z) {
             self.oval(oval, withered);
@@ -85,14 +83,21 @@ impl<'a> Canvas<'a> {
 
     /// A stem or petiole, coloured by how far along it is, 0 to 1: lit from above and from the lamp's side.
     fn ribbon(&mut self, nodes: &[Node], colour: impl Fn(f64) -> Rgb) {
+        if nodes.is_empty() {
+            return;
+        }
         let sideways = |node: usize, sign: f64| {
             let (from, to) = (node.saturating_sub(1), (node + 1).min(nodes.len() - 1));
             let along = unit(minus(nodes[to].at, nodes[from].at), [0.0, 1.0, 0.0]);
             // To the right of the ribbon as it runs, and a little towards the camera.
             unit([sign * along[1], -sign * along[0], 0.5], [0.0, 0.0, 1.0])
         };
-        // Strips from edge to edge: a round stem has a side that faces the light.
-        for (part, sign) in [([-1.0, 1.0], 0.0), ([-1.0, -0.3], 1.0), ([0.3, 1.0], -1.0)] {
+        // The whole, then a strip along each edge, for a round stem has a side that faces the light: not on what is too
+        // thin to show its sides.
+        let strips = [([-1.0, 1.0], 0.0), ([-1.0, -0.3], 1.0), ([0.3, 1.0], -1.0)];
+        let thin = nodes[0].radius * self.frame.px_per_cm < 0.9;
+        for (part, sign) in if thin { &strips[..1] } else { &strips } {
+            let (part, sign) = (*part, *sign);
             let Some(path) = self.path(&ribbon(nodes, self.frame, part)) else { continue };
             let light = |node: usize| {
                 let share = node as f64 / (nodes.len() - 1).max(1) as f64;
@@ -106,33 +111,17 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// A gradient that follows the light from the ribbon's lower end to its upper end.
+    /// Shades a ribbon from the light at its lowest place to that at its highest.
     fn upright(&self, nodes: &[Node], light: impl Fn(usize) -> Rgb, alpha: u8) -> Shader<'static> {
-        let y = |node: usize| self.place(project(nodes[node].at))[1];
-        let last = nodes.len() - 1;
-        let (mut lowest, mut highest) = (0, last);
-        for node in 0..=last {
-            lowest = if y(node) > y(lowest) { node } else { lowest };
-            highest = if y(node) < y(highest) { node } else { highest };
+        let y = |node: usize| project(nodes[node].at).y;
+        let (mut lowest, mut highest) = (0, 0);
+        for node in 0..nodes.len() {
+            lowest = if y(node) < y(lowest) { node } else { lowest };
+            highest = if y(node) > y(highest) { node } else { highest };
         }
-        let span = y(lowest) - y(highest);
-        let steps = 8;
-        let stops = (0..=steps)
-            .map(|step| {
-                let share = step as f64 / f64::from(steps);
-                let node = (lowest as f64 + share * (highest as f64 - lowest as f64)).round() as usize;
-                let height = (y(lowest) - y(node)) / span.max(1e-9);
-                (height, self.colour(light(node), alpha))
-            })
-            .scan(0.0_f64, |reached, (height, colour)| {
-                *reached = reached.max(height.clamp(0.0, 1.0));
-                Some(GradientStop::new(*reached as f32, colour))
-            })
-            .collect();
-        let start = Point::from_xy(0.0, y(lowest) as f32);
-        let end = Point::from_xy(0.0, y(highest) as f32);
-        LinearGradient::new(start, end, stops, SpreadMode::Pad, Transform::identity())
-            .unwrap_or(Shader::SolidColor(self.colour(light(highest), alpha)))
+        let end = |node: usize| (self.place(project(nodes[node].at)), self.colour(light(node), alpha));
+        let ((from, below), (to, above)) = (end(lowest), end(highest));
+        blend([from, [from[0], to[1]]], [below, above])
     }
 
     fn oval(&mut self, oval: &Oval, colour: Rgb) {
@@ -143,20 +132,8 @@ impl<'a> Canvas<'a> {
             self.colour(core::array::from_fn(|band| light[band] * colour[band]), 255)
         };
         let bounds = path.bounds();
-        let stops = vec![
-            GradientStop::new(0.0, lit([0.0, 0.9, 0.436])),
-            GradientStop::new(0.55, lit([0.0, 0.2, 0.98])),
-            GradientStop::new(1.0, lit([0.0, -0.75, 0.66])),
-        ];
-        let (x, top, bottom) = (bounds.left(), bounds.top(), bounds.bottom());
-        let shader = LinearGradient::new(
-            Point::from_xy(x, top),
-            Point::from_xy(x, bottom),
-            stops,
-            SpreadMode::Pad,
-            Transform::identity(),
-        );
-        self.fill(&path, shader.unwrap_or(Shader::SolidColor(lit([0.0, 0.0, 1.0]))));
+        let ends = [bounds.top(), bounds.bottom()].map(|y| [0.0, f64::from(y)]);
+        self.fill(&path, blend(ends, [lit([0.0, 0.8, 0.6]), lit([0.0, -0.6, 0.8])]));
     }
 
     fn leaf(&mut self, leaf: &Blade) {
@@ -178,26 +155,14 @@ impl<'a> Canvas<'a> {
     }
 
     fn blade_shader(&self, leaf: &Blade, normal: Place) -> Shader<'static> {
-        let [from, to] = leaf.midrib.map(|place| self.place(project(place)).map(|value| value as f32));
-        let stop = |share: f64| {
-            let at = plus(leaf.midrib[0], scaled(minus(leaf.midrib[1], leaf.midrib[0]), share));
+        let ahead = minus(leaf.midrib[1], leaf.midrib[0]);
+        let end = |place: Place, bend: f64| {
             // A blade bends down towards its end.
-            let bent = unit(
-                plus(normal, scaled(minus(leaf.midrib[1], leaf.midrib[0]), 0.12 * (share - 0.3))),
-                normal,
-            );
-            GradientStop::new(share as f32, self.colour(self.blade_light(at, bent, LEAF, THROUGH_LEAF), 255))
+            let bent = unit(plus(normal, scaled(ahead, bend)), normal);
+            self.colour(self.blade_light(place, bent, LEAF, THROUGH_LEAF), 255)
         };
-        LinearGradient::new(
-            Point::from_xy(from[0], from[1]),
-            Point::from_xy(to[0], to[1]),
-            vec![stop(0.0), stop(0.5), stop(1.0)],
-            SpreadMode::Pad,
-            Transform::identity(),
-        )
-        .unwrap_or(Shader::SolidColor(
-            self.colour(self.blade_light(leaf.centre(), normal, LEAF, THROUGH_LEAF), 255),
-        ))
+        let colours = [end(leaf.midrib[0], -0.04), end(leaf.midrib[1], 0.08)];
+        blend(leaf.midrib.map(|place| self.place(project(place))), colours)
     }
 
     /// The midrib and four pairs of veins that run forward from it.
@@ -263,6 +228,14 @@ impl<'a> Canvas<'a> {
     fn place(&self, point: geometry::Point) -> [f64; 2] {
         self.onto(self.pixel(point))
     }
+}
+
+/// A gradient between two colours at two places of the canvas; two, for more would cost more than the rest of the plant.
+fn blend(ends: [[f64; 2]; 2], colours: [Color; 2]) -> Shader<'static> {
+    let [start, end] = ends.map(|[x, y]| Point::from_xy(x as f32, y as f32));
+    let stops = vec![GradientStop::new(0.0, colours[0]), GradientStop::new(1.0, colours[1])];
+    LinearGradient::new(start, end, stops, SpreadMode::Pad, Transform::identity())
+        .unwrap_or(Shader::SolidColor(colours[1]))
 }
 
 /// The rectangle of the photograph, in pixels, that holds the plant; `None` if they do not meet.

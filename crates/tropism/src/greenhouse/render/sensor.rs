@@ -63,12 +63,17 @@ impl Blur {
     }
 
     fn weigh<'a>(&self, sums: &mut [u16], out: &mut [u8], line: impl Fn(isize) -> &'a [u8]) {
+        // Half, for rounding; the weights' sum of 256 leaves room for it below 65 536.
         sums.fill(128);
-        for (far, &weight) in self.weights.iter().enumerate() {
-            for offset in if far == 0 { vec![0] } else { vec![-(far as isize), far as isize] } {
-                for (sum, &byte) in sums.iter_mut().zip(line(offset)) {
-                    *sum = sum.wrapping_add(weight * u16::from(byte));
-                }
+        let mut add = |weight: u16, line: &[u8]| {
+            for (sum, &byte) in sums.iter_mut().zip(line) {
+                *sum += weight * u16::from(byte);
+            }
+        };
+        for (far, &weight) in (0_isize..).zip(&self.weights) {
+            add(weight, line(far));
+            if far > 0 {
+                add(weight, line(-far));
             }
         }
         for (byte, &sum) in out.iter_mut().zip(sums.iter()) {
