@@ -26,6 +26,7 @@ mod reproduce;
 mod run;
 mod species;
 mod stats;
+mod step_network;
 #[cfg(test)]
 mod testing;
 
@@ -39,3 +40,4 @@ pub use random_search::random_genome;
 pub use run::{Trial, evolve};
 pub use species::Species;
 pub use stats::Generation;
+pub use step_network::StepNetwork;

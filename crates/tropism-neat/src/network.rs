@@ -1,7 +1,9 @@
 //! The network that a genome describes, run one synchronous step at a time.
 //!
 //! Every link reads what its source held *before* the step, so a path through h hidden neurons delays a signal by h steps,
-//! and recurrent links need no special care. The state stays until it is flushed.
+//! and recurrent links need no special care. The state stays until it is flushed. What a neuron's inputs bring and what
+//! everything else brings are summed apart, so that a network which keeps the second sum while nothing changes
+//! ([`StepNetwork`](crate::StepNetwork)) gets the same bits.
 
 use std::ops::Range;
 
@@ -32,6 +34,9 @@ pub struct Network {
 #[derive(Clone, Debug)]
 struct Unit {
     place: usize,
+    /// Links from inputs, in their order.
+    sensors: Range<usize>,
+    /// All other links, in the order of the genes.
     wires: Range<usize>,
     activation: Activation,
     a: f64,
@@ -68,14 +73,24 @@ impl Network {
                 (rank[to], Wire { from, weight: link.weight, is_forward })
             })
             .collect();
-        // Stable: within a unit, sums run in the order of the genes.
-        wires.sort_by_key(|&(unit, _)| unit);
+        // Stable: within a unit, the inputs in their order, then the rest in the order of the genes.
+        let inputs = genome.inputs();
+        wires.sort_by_key(|&(unit, wire)| (unit, wire.from.min(inputs)));
         let mut end = 0;
         let unit = |(index, place): (usize, usize)| {
             let start = end;
-            end += wires[start..].iter().take_while(|wire| wire.0 == index).count();
+            let own = wires[start..].iter().take_while(|wire| wire.0 == index);
+            let sensors = start..start + own.clone().take_while(|wire| wire.1.from < inputs).count();
+            end += own.count();
             let neuron = &neurons[place];
-            Unit { place, wires: start..end, activation: neuron.activation, a: neuron.a, b: neuron.b }
+            Unit {
+                place,
+                wires: sensors.end..end,
+                sensors,
+                activation: neuron.activation,
+                a: neuron.a,
+                b: neuron.b,
+            }
         };
         Self {
             inputs: genome.inputs(),
@@ -95,9 +110,10 @@ impl Network {
     pub fn activate(&mut self, inputs: &[f64]) -> &[f64] {
         self.sense(inputs);
         for unit in &self.units {
-            let sum = self.wires[unit.wires.clone()]
-                .iter()
-                .fold(0.0, |sum, w| sum + self.previous[w.from] * w.weight);
+            let bring = |wires: &Range<usize>| {
+                self.wires[wires.clone()].iter().fold(0.0, |sum, w| sum + self.previous[w.from] * w.weight)
+            };
+            let sum = bring(&unit.sensors) + bring(&unit.wires);
             self.state[unit.place] = unit.activation.of(sum, unit.a, unit.b);
         }
         self.output()
@@ -116,10 +132,13 @@ impl Network {
     pub fn activate_feed_forward(&mut self, inputs: &[f64]) -> &[f64] {
         self.sense(inputs);
         for unit in &self.units {
-            let sum = self.wires[unit.wires.clone()].iter().fold(0.0, |sum, w| {
-                let source = if w.is_forward { &self.state } else { &self.previous };
-                sum + source[w.from] * w.weight
-            });
+            let bring = |wires: &Range<usize>| {
+                self.wires[wires.clone()].iter().fold(0.0, |sum, w| {
+                    let source = if w.is_forward { &self.state } else { &self.previous };
+                    sum + source[w.from] * w.weight
+                })
+            };
+            let sum = bring(&unit.sensors) + bring(&unit.wires);
             self.state[unit.place] = unit.activation.of(sum, unit.a, unit.b);
         }
         self.output()
