@@ -99,7 +99,8 @@ fn paths_in_the_architecture_exist() {
     let text = fs::read_to_string(workspace.join("ARCHITECTURE.md")).unwrap();
     let mut named = 0;
     for word in text.split('`').skip(1).step_by(2) {
-        let is_path = word.contains('/') && !word.contains(' ') && !word.contains("::") && !word.contains('<');
+        let is_path =
+            word.contains('/') && !word.contains(' ') && !word.contains("::") && !word.contains('<');
         if is_path {
             assert!(workspace.join(word).exists(), "ARCHITECTURE.md names {word}, which does not exist");
             named += 1;

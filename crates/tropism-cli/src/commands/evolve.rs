@@ -1,0 +1,341 @@
+//! `tropism evolve`: controllers for a model.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, ensure};
+use clap::{Args, ValueEnum};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism::control::network::NetworkController;
+use tropism::evolve::{self, EvolutionConfig, Run, Trial};
+use tropism::experiment::files;
+use tropism::plant::tip::TipModel;
+use tropism::task::Task;
+use tropism_neat::{Config, Genome};
+
+use crate::options::{SeedOption, TaskOption, load_model_for};
+use crate::shell::{Interrupted, Progress, Shell, cpu_seconds};
+
+/// Simulated plants on which the champions of all runs are compared.
+pub(crate) const TRIAL_PLANTS: u32 = 200;
+
+/// How much work a kill may cost.
+const CHECKPOINT: Duration = Duration::from_secs(60);
+
+/// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
+///
+/// Each run ends with a champion. The one that goes on to reality, champion.json, is the run's champion with the highest
+/// mean fitness over 200 simulated plants that none of them evolved on. Ctrl-C saves; --resume goes on to the same bits.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  tropism evolve --model model.json --out evolution --runs 4 --generations 500"
+)]
+pub(crate) struct Evolve {
+    /// Tip-motion model, from `tropism fit`
+    #[arg(long, value_name = "model.json")]
+    model: PathBuf,
+
+    /// Folder to make
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    #[command(flatten)]
+    task: TaskOption,
+
+    /// Independent runs
+    #[arg(long, default_value_t = 20, value_name = "N")]
+    runs: u32,
+
+    /// Generations of a run
+    #[arg(long, default_value_t = 2000, value_name = "N")]
+    generations: u32,
+
+    /// Population; that of the preset (50) by default
+    #[arg(long, value_name = "N")]
+    population: Option<usize>,
+
+    /// Parameters of NEAT: Table 1 with MultiNEAT's defaults, or with those of its ball-keeper example
+    #[arg(long, value_enum, default_value = "paper")]
+    preset: Preset,
+
+    /// Simulated plants that each genome steers for its fitness
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    episodes: u32,
+
+    /// Go on with the evolution in DIR where it stopped
+    #[arg(long)]
+    resume: bool,
+
+    #[command(flatten)]
+    seed: SeedOption,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Preset {
+    Paper,
+    BallKeeper,
+}
+
+/// All that decides an evolution's outcome: the text of `evolution.toml`.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct EvolutionPlan {
+    schema: String,
+    version: String,
+    pub(crate) seed: u64,
+    /// The model, by its check sum.
+    model_sha256: String,
+    trial_plants: u32,
+    task: Task,
+    evolution: EvolutionConfig,
+}
+
+/// How one run ended.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct RunOutcome {
+    pub(crate) seed: u64,
+    pub(crate) best_fitness: f64,
+    pub(crate) generations: u32,
+    pub(crate) evaluations: u64,
+    /// Its champion on fresh simulated plants.
+    pub(crate) trial: Trial,
+    pub(crate) links: usize,
+}
+
+/// How an evolution ended: `summary.json`.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct Outcome {
+    pub(crate) runs: Vec<RunOutcome>,
+    pub(crate) evaluations: u64,
+    /// Run whose champion is `champion.json`, from 0.
+    pub(crate) champion: usize,
+    pub(crate) cpu_seconds: f64,
+    pub(crate) wall_seconds: f64,
+}
+
+/// What is known of a running evolution, for its progress line.
+struct Live {
+    best: Vec<f64>,
+}
+
+impl EvolutionPlan {
+    pub(crate) fn new(
+        model: &TipModel,
+        task: &Task,
+        config: EvolutionConfig,
+        trial_plants: u32,
+        seed: u64,
+    ) -> Self {
+        Self {
+            schema: "tropism.evolution/1".to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seed,
+            model_sha256: files::sha256(model.to_json().as_bytes()),
+            trial_plants,
+            task: task.clone(),
+            evolution: config,
+        }
+    }
+
+    /// Evolves in `out`, on all threads, and writes champions, history and summary there.
+    pub(crate) fn execute(
+        &self,
+        model: &TipModel,
+        out: &Path,
+        is_resumed: bool,
+        progress: &Progress,
+    ) -> Result<Option<Outcome>> {
+        let (started, cpu) = (Instant::now(), cpu_seconds());
+        self.evolution.check()?;
+        self.claim(out, is_resumed)?;
+        let live = Mutex::new(Live { best: vec![f64::NEG_INFINITY; self.evolution.runs as usize] });
+        let runs: Vec<Option<Run>> = (0..self.evolution.runs)
+            .into_par_iter()
+            .map(|index| self.advance(index, model, out, progress, &live))
+            .collect::<Result<_>>()?;
+        let Some(runs) = runs.into_iter().collect::<Option<Vec<Run>>>() else { return Ok(None) };
+        let outcomes: Vec<RunOutcome> =
+            runs.par_iter().map(|run| self.outcome(run, model)).collect::<Result<_>>()?;
+        let best = (0..runs.len()).fold(0, |best, index| {
+            if outcomes[index].trial.mean > outcomes[best].trial.mean { index } else { best }
+        });
+        for (index, run) in runs.iter().enumerate() {
+            let name = format!("run-{index:02}.json");
+            files::write(&out.join("champions").join(name), champion(run)?.to_json().as_bytes())?;
+        }
+        files::write(&out.join("champion.json"), champion(&runs[best])?.to_json().as_bytes())?;
+        files::write(&out.join("history.csv"), history(&runs).as_bytes())?;
+        let outcome = Outcome {
+            evaluations: outcomes.iter().map(|run| run.evaluations).sum(),
+            runs: outcomes,
+            champion: best,
+            cpu_seconds: cpu_seconds() - cpu,
+            wall_seconds: started.elapsed().as_secs_f64(),
+        };
+        files::write(&out.join("summary.json"), serde_json::to_string_pretty(&outcome)?.as_bytes())?;
+        Ok(Some(outcome))
+    }
+
+    fn claim(&self, out: &Path, is_resumed: bool) -> Result<()> {
+        let (file, text) = (out.join("evolution.toml"), toml::to_string(self)?);
+        if file.exists() {
+            ensure!(
+                is_resumed,
+                "{}: found an evolution here already, wanted a new folder (or --resume)",
+                out.display()
+            );
+            let there = files::read_text(&file)?;
+            ensure!(
+                there == text,
+                "{}: found an evolution of other settings or another model, wanted the same; use another folder",
+                file.display()
+            );
+        }
+        files::make_folder(&out.join("champions"))?;
+        Ok(files::write(&file, text.as_bytes())?)
+    }
+
+    /// Advances run `index` to its last generation, from its checkpoint if there is one. `None` if it was interrupted.
+    fn advance(
+        &self,
+        index: u32,
+        model: &TipModel,
+        out: &Path,
+        progress: &Progress,
+        live: &Mutex<Live>,
+    ) -> Result<Option<Run>> {
+        let file = out.join(format!("run-{index:02}.json"));
+        let mut run = match file.exists() {
+            true => files::read_as(&file, |text| serde_json::from_str(text))?,
+            false => Run::new(&self.evolution, self.seed, index)?,
+        };
+        progress.skip(run.history.len() as u64);
+        let mut saved = Instant::now();
+        while (run.history.len() as u32) < self.evolution.generations {
+            if Shell::is_interrupted() {
+                save(&run, &file)?;
+                return Ok(None);
+            }
+            let best = run.advance(model, &self.task).best_ever;
+            progress.add(1);
+            if let Ok(mut live) = live.lock() {
+                live.best[index as usize] = best;
+                progress.say(live.message());
+            }
+            if saved.elapsed() > CHECKPOINT {
+                save(&run, &file)?;
+                saved = Instant::now();
+            }
+        }
+        save(&run, &file)?;
+        Ok(Some(run))
+    }
+
+    fn outcome(&self, run: &Run, model: &TipModel) -> Result<RunOutcome> {
+        let genome = champion(run)?;
+        let controller = NetworkController::new(genome)?;
+        Ok(RunOutcome {
+            seed: run.seed,
+            best_fitness: run.champion().map_or(0.0, |(_, fitness)| fitness),
+            generations: run.neat.generation(),
+            evaluations: run.neat.evaluations(),
+            trial: evolve::trial(model, &self.task, || controller.clone(), self.seed, self.trial_plants),
+            links: genome.links().len(),
+        })
+    }
+}
+
+impl Live {
+    fn message(&self) -> String {
+        let mut begun: Vec<f64> = self.best.iter().copied().filter(|best| best.is_finite()).collect();
+        begun.sort_by(f64::total_cmp);
+        let best = begun.last().copied().unwrap_or_default();
+        let median = begun.get(begun.len() / 2).copied().unwrap_or_default();
+        format!("best {best:.2}, median of {} runs {median:.2} cm", begun.len())
+    }
+}
+
+fn champion(run: &Run) -> Result<&Genome> {
+    Ok(run.champion().context("a run of at least one generation has a champion")?.0)
+}
+
+fn save(run: &Run, file: &Path) -> Result<()> {
+    Ok(files::write(file, serde_json::to_string(run)?.as_bytes())?)
+}
+
+/// One row a generation and run.
+fn history(runs: &[Run]) -> String {
+    let mut text =
+        "run,generation,best,mean,median,best_ever,species,population,links_mean,threshold\n".to_owned();
+    for (index, run) in runs.iter().enumerate() {
+        for generation in &run.history {
+            let _ = writeln!(
+                text,
+                "{index},{},{},{},{},{},{},{},{},{}",
+                generation.generation,
+                generation.best,
+                generation.mean,
+                generation.median,
+                generation.best_ever,
+                generation.species,
+                generation.population,
+                generation.links_mean,
+                generation.threshold
+            );
+        }
+    }
+    text
+}
+
+impl Evolve {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let task = self.task.load()?;
+        let model = load_model_for(&self.model, &task)?;
+        let mut neat = match self.preset {
+            Preset::Paper => Config::paper(),
+            Preset::BallKeeper => Config::ball_keeper(),
+        };
+        neat.population = self.population.unwrap_or(neat.population);
+        let config =
+            EvolutionConfig { runs: self.runs, generations: self.generations, episodes: self.episodes, neat };
+        let plan = EvolutionPlan::new(&model, &task, config, TRIAL_PLANTS, self.seed.seed);
+        let progress = shell.progress("evolve", u64::from(self.runs) * u64::from(self.generations));
+        let outcome = plan.execute(&model, &self.out, self.resume, &progress)?;
+        drop(progress);
+        let Some(outcome) = outcome else {
+            let out = self.out.display();
+            return Err(Interrupted(format!("{out} is saved; the same command with --resume goes on")).into());
+        };
+        shell.result(&self.text(&outcome, &task), &outcome)
+    }
+
+    fn text(&self, outcome: &Outcome, task: &Task) -> String {
+        let mut best: Vec<f64> = outcome.runs.iter().map(|run| run.best_fitness).collect();
+        best.sort_by(f64::total_cmp);
+        let chosen = &outcome.runs[outcome.champion];
+        let champion = self.out.join("champion.json");
+        format!(
+            "{} runs, {} evaluations, {:.1} s ({:.1} s of processor time)\n\
+             best fitness of a run: {:.2} to {:.2} cm, median {:.2} (best possible {:.2})\n\
+             champion: run {}, {:.2} cm (sd {:.2}) over {} fresh simulated plants, {} links\n\
+             wrote {}\nnext: tropism run --rig greenhouse --controller {} --out steered",
+            outcome.runs.len(),
+            outcome.evaluations,
+            outcome.wall_seconds,
+            outcome.cpu_seconds,
+            best[0],
+            best[best.len() - 1],
+            best[best.len() / 2],
+            task.best(),
+            outcome.champion,
+            chosen.trial.mean,
+            chosen.trial.sd,
+            chosen.trial.plants,
+            chosen.links,
+            champion.display(),
+            champion.display(),
+        )
+    }
+}

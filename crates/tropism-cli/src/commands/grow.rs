@@ -1,0 +1,202 @@
+//! `tropism grow`: virtual beans without photographs.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use rayon::prelude::*;
+use serde::Serialize;
+use tropism::environment;
+use tropism::experiment::files;
+use tropism::greenhouse::bean::{Species, acceptance, grow};
+use tropism::greenhouse::specimen::Specimen;
+use tropism::random::{self, Purpose};
+use tropism::task::Task;
+use tropism::track::{Sample, Track};
+
+use crate::controller::{ControllerName, LoadedController};
+use crate::options::{SeedOption, TaskOption};
+use crate::shell::{Interrupted, Shell};
+
+/// Grow virtual beans without photographs, for statistics
+///
+/// The tip is the highest point as the paper's detector would place it: projected, leaves included, on its grid and with
+/// its noise. Where the shoot apex truly is stands in further columns.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  tropism grow --plants 60 --steps 1000 --controller periodic:6h --out beans"
+)]
+pub(crate) struct Grow {
+    /// Virtual beans, each an individual
+    #[arg(long, default_value_t = 6, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    plants: u32,
+
+    /// Steps of five minutes at most; 1000 (83.3 hours) by default for a periodic controller
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    steps: Option<u32>,
+
+    /// periodic[:6h], chase, or the file of an evolved network
+    #[arg(long, default_value = "periodic:6h", value_name = "CONTROLLER")]
+    controller: ControllerName,
+
+    /// Folder to make, with a track a plant
+    #[arg(long, value_name = "DIR", required_unless_present = "check")]
+    out: Option<PathBuf>,
+
+    /// Hold 60 open-loop beans against what is published instead: each statistic with its range
+    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "scale", "task"])]
+    check: bool,
+
+    /// Individual variation: 0 for average beans, 1 as between real plants, up to 2
+    #[arg(long, default_value_t = 1.0, value_name = "X")]
+    scale: f64,
+
+    #[command(flatten)]
+    task: TaskOption,
+
+    #[command(flatten)]
+    seed: SeedOption,
+}
+
+#[derive(Serialize)]
+struct Outcome {
+    is_virtual: bool,
+    plants: u32,
+    out: PathBuf,
+    /// Fitness of each plant, where there is a task.
+    fitness: Option<Vec<f64>>,
+    mean_fitness: Option<f64>,
+    mean_final_height_cm: f64,
+    tracks: Vec<PathBuf>,
+}
+
+/// A statistic with its range.
+#[derive(Serialize)]
+struct Checked {
+    number: u32,
+    statistic: &'static str,
+    value: f64,
+    least: f64,
+    most: Option<f64>,
+    holds: bool,
+}
+
+/// Beans of a check: ten sets of six.
+const CHECKED: u32 = 60;
+
+/// Steps of the paper's open-loop experiments.
+const OPEN_LOOP_STEPS: u32 = 1000;
+
+impl Grow {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let Some(out) = &self.out else { return self.check(shell) };
+        ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
+        let controller = self.controller.load()?;
+        let is_open_loop = controller.is_open_loop() && self.task.task.is_none();
+        let mut task = if is_open_loop { Task::open_loop(OPEN_LOOP_STEPS) } else { self.task.load()? };
+        task.max_steps = self.steps.unwrap_or(task.max_steps);
+        files::make_folder(out)?;
+        let progress = shell.progress("grow", self.plants.into());
+        let (species, task) = (Species::default(), &task);
+        let plants: Vec<Option<(PathBuf, Track)>> = (0..self.plants)
+            .into_par_iter()
+            .map(|plant| {
+                let grown = self.grow(&species, &controller, task, plant);
+                progress.add(1);
+                let Some(track) = grown else { return Ok(None) };
+                let path = out.join(format!("plant-{:04}.csv", plant + 1));
+                files::write_track(&path, &track)?;
+                Ok(Some((path, track)))
+            })
+            .collect::<Result<_>>()?;
+        drop(progress);
+        let Some(plants) = plants.into_iter().collect::<Option<Vec<_>>>() else {
+            return Err(Interrupted("some tracks were not written".to_owned()).into());
+        };
+        let count = plants.len() as f64;
+        let fitness: Option<Vec<f64>> =
+            (!is_open_loop).then(|| plants.iter().map(|(_, track)| task.fitness(track)).collect());
+        let heights = plants.iter().map(|(_, track)| track.samples[track.samples.len() - 1].tip.y);
+        let outcome = Outcome {
+            is_virtual: true,
+            plants: self.plants,
+            out: out.clone(),
+            mean_fitness: fitness.as_ref().map(|fitness| fitness.iter().sum::<f64>() / count),
+            fitness,
+            mean_final_height_cm: heights.sum::<f64>() / count,
+            tracks: plants.into_iter().map(|(path, _)| path).collect(),
+        };
+        let mut text = format!(
+            "{} virtual beans, {:.1} cm high in the end on average\n",
+            self.plants, outcome.mean_final_height_cm
+        );
+        if let Some(mean) = outcome.mean_fitness {
+            text += &format!("fitness {mean:.2} cm of at most {:.2} on average\n", task.best());
+        }
+        text += &format!("wrote {0}\nnext: tropism fit {0}/*.csv --out model.json", out.display());
+        shell.result(&text, &outcome)
+    }
+
+    /// Prints each statistic of the species with its range.
+    fn check(&self, shell: &Shell) -> Result<()> {
+        let species = Species::default();
+        let progress = shell.progress("grow", CHECKED.into());
+        let tracks: Vec<Track> = (0..CHECKED)
+            .into_par_iter()
+            .map(|plant| {
+                let seed = random::derive(self.seed.seed, Purpose::Plant, plant.into());
+                let track =
+                    grow(&species, seed, 1.0, OPEN_LOOP_STEPS, |step, _| Some(acceptance::alternating(step)));
+                progress.add(1);
+                track
+            })
+            .collect();
+        drop(progress);
+        let rows: Vec<Checked> = acceptance::population(&tracks)
+            .into_iter()
+            .chain(acceptance::single(&species))
+            .map(|row| Checked {
+                number: row.number,
+                statistic: row.statistic,
+                value: row.value,
+                least: row.range[0],
+                most: row.range[1].is_finite().then_some(row.range[1]),
+                holds: row.holds(),
+            })
+            .collect();
+        let missed = rows.iter().filter(|row| !row.holds).count();
+        let line = |row: &Checked| {
+            let range = match row.most {
+                Some(most) => format!("{} to {most}", row.least),
+                None => format!("above {}", row.least),
+            };
+            let mark = if row.holds { "ok" } else { "MISSED" };
+            format!("{:>2}  {:<48} {:>9.3}  {range:<14} {mark}", row.number, row.statistic, row.value)
+        };
+        let mut lines: Vec<String> = rows.iter().map(line).collect();
+        lines.push(format!("{} of {} hold, over {CHECKED} virtual beans", rows.len() - missed, rows.len()));
+        shell.result(&lines.join("\n"), &rows)?;
+        ensure!(missed == 0, "found {missed} statistics outside their range, wanted none");
+        Ok(())
+    }
+
+    fn grow(
+        &self,
+        species: &Species,
+        controller: &LoadedController,
+        task: &Task,
+        plant: u32,
+    ) -> Option<Track> {
+        let seed = random::derive(self.seed.seed, Purpose::Plant, plant.into());
+        let mut specimen = Specimen::new(species, seed, self.scale);
+        let mut is_whole = true;
+        let mut watch = |_: &Sample| {
+            is_whole = !Shell::is_interrupted();
+            if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let Ok(mut track) = environment::run(&mut specimen, &mut *controller.build(task), task, &mut watch);
+        specimen.add_truth(&mut track);
+        is_whole.then_some(track)
+    }
+}

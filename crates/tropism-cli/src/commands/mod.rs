@@ -1,0 +1,50 @@
+//! One file a command.
+
+mod baseline;
+mod evolve;
+mod fit;
+mod grow;
+mod report;
+pub(crate) mod run;
+mod score;
+mod simulate;
+mod study;
+mod track;
+
+use anyhow::Result;
+use clap::Subcommand;
+
+use crate::shell::Shell;
+
+/// What to do.
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    Study(study::Study),
+    Run(run::Run),
+    Track(track::Track),
+    Fit(fit::Fit),
+    Evolve(evolve::Evolve),
+    Baseline(baseline::Baseline),
+    Simulate(simulate::Simulate),
+    Score(score::Score),
+    Grow(grow::Grow),
+    Report(report::Report),
+}
+
+impl Command {
+    /// Does it.
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        match self {
+            Self::Study(study) => study.execute(shell),
+            Self::Run(run) => run.execute(shell),
+            Self::Track(track) => track.execute(shell),
+            Self::Fit(fit) => fit.execute(shell),
+            Self::Evolve(evolve) => evolve.execute(shell),
+            Self::Baseline(baseline) => baseline.execute(shell),
+            Self::Simulate(simulate) => simulate.execute(shell),
+            Self::Score(score) => score.execute(shell),
+            Self::Grow(grow) => grow.execute(shell),
+            Self::Report(report) => report.execute(shell),
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! `tropism run`: the loop of photograph, decision and lamp, into a run folder.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use anyhow::{Context, Result};
+use clap::Args;
+use serde::{Deserialize, Serialize};
+use tropism::environment;
+use tropism::experiment::{Recorded, RunFolder, files};
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::observation::Quality;
+use tropism::task::Task;
+use tropism::track::{Sample, Track};
+use tropism::vision::VisionConfig;
+use tropism_rig::file::RigFile;
+
+use crate::controller::{ControllerName, LoadedController};
+use crate::options::{SeedOption, TaskOption};
+use crate::shell::{Interrupted, Shell};
+
+/// Steps of the paper's open-loop experiments: 83.3 hours.
+const OPEN_LOOP_STEPS: u32 = 1000;
+
+/// Run an experiment: a photograph every five minutes, a decision, a lamp
+///
+/// In the virtual tent (`--rig greenhouse`) five minutes pass in milliseconds, and the plant is virtual. A run that was
+/// broken off, by Ctrl-C or a kill, goes on with --resume and ends as it would have ended.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    tropism run --rig greenhouse --controller periodic:6h --out tent/1 --seed 1\n  \
+    tropism run --rig greenhouse --controller evolution/champion.json --out steered\n  \
+    tropism run --rig rigs/command.toml --controller evolution/champion.json --out bean --resume")]
+pub(crate) struct Run {
+    /// `greenhouse`, the virtual tent, or a rig file
+    #[arg(long, value_name = "greenhouse|RIG.toml")]
+    rig: PathBuf,
+
+    /// periodic[:6h], chase, or the file of an evolved network
+    #[arg(long, value_name = "CONTROLLER")]
+    controller: ControllerName,
+
+    /// Run folder to make
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    #[command(flatten)]
+    task: TaskOption,
+
+    /// Steps at most; 1000 (83.3 hours) by default for a periodic controller
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    steps: Option<u32>,
+
+    /// Go on with the run in DIR where it stopped
+    #[arg(long)]
+    resume: bool,
+
+    #[command(flatten)]
+    seed: SeedOption,
+}
+
+/// All that decides a run's outcome: the text of `run.toml`.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct RunPlan {
+    schema: String,
+    version: String,
+    /// Whether the plant is virtual.
+    pub(crate) is_virtual: bool,
+    pub(crate) seed: u64,
+    /// Words for people.
+    pub(crate) controller: String,
+    /// The whole network, so that the run can be resumed and understood without other files.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    network: Option<String>,
+    pub(crate) task: Task,
+    rig: RigFile,
+}
+
+impl RunPlan {
+    /// A run of `controller` in `rig`.
+    pub(crate) fn new(rig: RigFile, controller: &LoadedController, task: Task, seed: u64) -> Self {
+        Self {
+            schema: "tropism.run/1".to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            is_virtual: rig.is_virtual(),
+            seed,
+            controller: controller.name(),
+            network: match controller {
+                LoadedController::Network(genome) => Some(genome.to_json()),
+                _ => None,
+            },
+            task,
+            rig,
+        }
+    }
+
+    /// The plan of a run folder.
+    pub(crate) fn read(folder: &Path) -> Result<Self> {
+        Ok(files::read_toml(&folder.join("run.toml"))?)
+    }
+
+    /// Runs it in `out`, or with `is_resumed` goes on there. `watch` sees every sample, recorded ones included, and may
+    /// break off; then the track so far is complete in the folder's journal and `None` is returned.
+    pub(crate) fn execute(
+        &self,
+        controller: &LoadedController,
+        out: &Path,
+        is_resumed: bool,
+        watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
+    ) -> Result<Option<Track>> {
+        let folder = RunFolder::open(out, &toml::to_string(self)?, self.rig.durability(), is_resumed)?;
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
+        let start = if self.is_virtual {
+            now
+        } else {
+            folder.journal().start(now).with_context(|| out.join("journal.sqlite").display().to_string())?
+        };
+        let open = self.rig.open(self.seed, UNIX_EPOCH + Duration::from_secs_f64(start))?;
+        let mut recorded = Recorded::new(open.rig, folder)?;
+        let mut is_over = true;
+        let mut watch = |sample: &Sample| {
+            let flow = watch(sample);
+            is_over &= flow.is_continue() || sample.light.is_none();
+            flow
+        };
+        let track =
+            environment::run(&mut recorded, &mut *controller.build(&self.task), &self.task, &mut watch)?;
+        if !is_over {
+            return Ok(None);
+        }
+        if let Some(device) = &open.truth {
+            files::write(&out.join("truth.csv"), &device.truth_csv())?;
+        }
+        if let Some(calibration) = self.rig.calibration() {
+            files::write(&out.join("calibration.toml"), toml::to_string(&calibration)?.as_bytes())?;
+        }
+        recorded.folder().write_track(&track)?;
+        Ok(Some(track))
+    }
+}
+
+#[derive(Serialize)]
+struct Outcome {
+    run: PathBuf,
+    is_virtual: bool,
+    steps: usize,
+    held: usize,
+    fitness: Option<f64>,
+    track: PathBuf,
+}
+
+impl Run {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let controller = self.controller.load()?;
+        let rig = if self.rig == Path::new("greenhouse") {
+            RigFile::greenhouse(Greenhouse::default(), VisionConfig::default())
+        } else {
+            let rig: RigFile = files::read_toml(&self.rig)?;
+            rig.check().with_context(|| self.rig.display().to_string())?;
+            rig
+        };
+        let is_open_loop = controller.is_open_loop() && self.task.task.is_none();
+        let mut task = if is_open_loop { Task::open_loop(OPEN_LOOP_STEPS) } else { self.task.load()? };
+        task.max_steps = self.steps.unwrap_or(task.max_steps);
+        let plan = RunPlan::new(rig, &controller, task, self.seed.seed);
+        if plan.is_virtual {
+            shell.note("a virtual plant in a virtual tent");
+        }
+        let progress = shell.progress("run", u64::from(plan.task.max_steps));
+        let mut watch = |sample: &Sample| {
+            progress.add(1);
+            progress.say(format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y));
+            if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let track = plan.execute(&controller, &self.out, self.resume, &mut watch)?;
+        drop(progress);
+        let Some(track) = track else {
+            let out = self.out.display();
+            return Err(Interrupted(format!("{out} is saved; the same command with --resume goes on")).into());
+        };
+        let file = self.out.join("track.csv");
+        let held = track.samples.iter().filter(|sample| sample.quality == Quality::Held).count();
+        let outcome = Outcome {
+            run: self.out.clone(),
+            is_virtual: plan.is_virtual,
+            steps: track.samples.len() - 1,
+            held,
+            fitness: (!is_open_loop).then(|| plan.task.fitness(&track)),
+            track: file.clone(),
+        };
+        let last = track.samples[track.samples.len() - 1].tip;
+        let kind = if plan.is_virtual { "virtual plant" } else { "plant" };
+        let mut text = format!(
+            "{} steps of a {kind}, {held} photographs without it; tip at {:.1}, {:.1} cm\n",
+            outcome.steps, last.x, last.y
+        );
+        if let Some(fitness) = outcome.fitness {
+            text += &format!("fitness {fitness:.2} cm of at most {:.2}\n", plan.task.best());
+        }
+        text += &format!("wrote {}\nnext: ", file.display());
+        text += &if is_open_loop {
+            format!("tropism fit {} --out model.json", file.display())
+        } else {
+            format!("tropism report {} --out report.html", self.out.display())
+        };
+        shell.result(&text, &outcome)
+    }
+}

@@ -1,0 +1,102 @@
+//! `tropism simulate`: a controller on the model.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use serde::Serialize;
+use tropism::experiment::files;
+use tropism::random::{Draws, Purpose};
+use tropism::simulation::simulate;
+
+use crate::controller::ControllerName;
+use crate::options::{SeedOption, TaskOption, load_model_for};
+use crate::shell::Shell;
+
+/// Let a controller steer simulated plants of a model
+///
+/// Writes the track of the first episode; the fitness is that of all of them.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  tropism simulate --model model.json --controller evolution/champion.json --out track.csv"
+)]
+pub(crate) struct Simulate {
+    /// Tip-motion model, from `tropism fit`
+    #[arg(long, value_name = "model.json")]
+    model: PathBuf,
+
+    /// periodic[:6h], chase, or the file of an evolved network
+    #[arg(long, value_name = "CONTROLLER")]
+    controller: ControllerName,
+
+    /// Plants to steer, each with its own luck in growth
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    episodes: u32,
+
+    /// Where the track of the first plant goes
+    #[arg(long, value_name = "track.csv")]
+    out: PathBuf,
+
+    #[command(flatten)]
+    task: TaskOption,
+
+    #[command(flatten)]
+    seed: SeedOption,
+}
+
+#[derive(Serialize)]
+struct Outcome {
+    track: PathBuf,
+    episodes: u32,
+    mean_fitness: f64,
+    sd_fitness: f64,
+    best: f64,
+    steps_without_data: f64,
+}
+
+impl Simulate {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let task = self.task.load()?;
+        let model = load_model_for(&self.model, &task)?;
+        let controller = self.controller.load()?;
+        let (mut scores, mut steps, mut blind, mut first) = (Vec::new(), 0, 0, None);
+        for episode in 0..self.episodes {
+            let draws = Draws::new(self.seed.seed, Purpose::Trial, [episode, 0, 0]);
+            let track = simulate(&model, &mut *controller.build(&task), &task, draws);
+            scores.push(task.fitness(&track));
+            for sample in &track.samples {
+                let Some(light) = sample.light else { continue };
+                steps += 1;
+                blind += usize::from(model.mean_shift(sample.tip, light).is_none());
+            }
+            first.get_or_insert(track);
+            if Shell::is_interrupted() {
+                return Err(crate::shell::Interrupted("nothing was written".to_owned()).into());
+            }
+        }
+        let count = scores.len() as f64;
+        let mean = scores.iter().sum::<f64>() / count;
+        let variance =
+            scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        files::write_track(&self.out, &first.expect("at least one episode"))?;
+        let outcome = Outcome {
+            track: self.out.clone(),
+            episodes: self.episodes,
+            mean_fitness: mean,
+            sd_fitness: variance.sqrt(),
+            best: task.best(),
+            steps_without_data: blind as f64 / f64::from(steps.max(1)),
+        };
+        let text = format!(
+            "fitness {:.2} cm of at most {:.2} (sd {:.2}, {} simulated plants); {:.1} % of steps where the model has no data\n\
+             wrote {}",
+            mean,
+            task.best(),
+            outcome.sd_fitness,
+            self.episodes,
+            100.0 * outcome.steps_without_data,
+            self.out.display(),
+        );
+        shell.result(&text, &outcome)
+    }
+}

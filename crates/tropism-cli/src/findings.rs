@@ -1,0 +1,147 @@
+//! What lies in the folders of runs, evolutions and studies, and the report made of it.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use rayon::prelude::*;
+use serde::Deserialize;
+use tropism::experiment::files;
+use tropism::report::{self, Composite, Figure, Plants};
+use tropism::track::Track;
+
+use crate::commands::run::RunPlan;
+
+/// Photographs of a run that are laid over each other in Figure 2, at most.
+const COMPOSED: usize = 60;
+
+/// A run folder that is over.
+pub(crate) struct RunFound {
+    pub(crate) path: PathBuf,
+    pub(crate) plan: RunPlan,
+    pub(crate) track: Track,
+}
+
+/// The history of an evolution, a list a run.
+pub(crate) struct History {
+    /// Best fitness of each generation.
+    pub(crate) best: Vec<Vec<f64>>,
+    /// Mean fitness of each generation.
+    pub(crate) mean: Vec<Vec<f64>>,
+    /// Best fitness so far.
+    pub(crate) best_ever: Vec<Vec<f64>>,
+}
+
+#[derive(Deserialize)]
+struct Row {
+    run: usize,
+    best: f64,
+    mean: f64,
+    best_ever: f64,
+}
+
+impl RunFound {
+    /// The run in `path`.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let plan = RunPlan::read(path)?;
+        let file = path.join("track.csv");
+        if !file.exists() {
+            bail!(
+                "{}: found a run that is not over, wanted its track.csv; go on with it by --resume",
+                path.display()
+            );
+        }
+        Ok(Self { path: path.to_owned(), plan, track: files::read_track(&file)? })
+    }
+
+    /// The numbered runs in `path`: `1`, `2` and so on.
+    pub(crate) fn read_numbered(path: &Path) -> Result<Vec<Self>> {
+        let numbered = (1..).map(|number: u32| path.join(number.to_string()));
+        numbered.take_while(|path| path.join("run.toml").exists()).map(|path| Self::read(&path)).collect()
+    }
+
+    /// What kind of plant it is.
+    pub(crate) const fn plants(&self) -> Plants {
+        if self.plan.is_virtual { Plants::Virtual } else { Plants::Real }
+    }
+
+    fn composite(&self) -> Result<Composite> {
+        let photographs = files::photographs(&[self.path.join("photographs")])?;
+        let mut composite = Composite::default();
+        for path in photographs.iter().step_by(photographs.len().div_ceil(COMPOSED)) {
+            // A damaged photograph adds nothing to the picture.
+            if let Ok(image) = files::read_photo(path, 0.0)?.decode() {
+                composite.add(&image);
+            }
+        }
+        Ok(composite)
+    }
+}
+
+impl History {
+    /// Reads `history.csv` of an evolution.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let mut history = Self { best: Vec::new(), mean: Vec::new(), best_ever: Vec::new() };
+        let bytes = files::read(path)?;
+        for row in csv::Reader::from_reader(bytes.as_slice()).deserialize() {
+            let Row { run, best, mean, best_ever } =
+                row.map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
+            for (list, value) in
+                [(&mut history.best, best), (&mut history.mean, mean), (&mut history.best_ever, best_ever)]
+            {
+                if list.len() <= run && run < 100_000 {
+                    list.resize(run + 1, Vec::new());
+                }
+                if let Some(list) = list.get_mut(run) {
+                    list.push(value);
+                }
+            }
+        }
+        Ok(history)
+    }
+
+    /// Generation, from 1, at which the median of the best fitness so far first comes within `share` of its last value.
+    pub(crate) fn saturation(&self, share: f64) -> Option<usize> {
+        let generations = self.best_ever.iter().map(Vec::len).min()?;
+        let median = |generation: usize| {
+            let mut best: Vec<f64> = self.best_ever.iter().map(|run| run[generation]).collect();
+            best.sort_by(f64::total_cmp);
+            0.5 * (best[(best.len() - 1) / 2] + best[best.len() / 2])
+        };
+        let last = median(generations.checked_sub(1)?);
+        (0..generations)
+            .find(|&generation| median(generation) >= share * last)
+            .map(|generation| generation + 1)
+    }
+}
+
+/// Figures 2 to 5: what open-loop experiments show.
+pub(crate) fn open_loop_figures(runs: &[RunFound]) -> Result<Vec<Figure>> {
+    let Some(first) = runs.first() else { return Ok(Vec::new()) };
+    let plants = first.plants();
+    let composites = runs.par_iter().map(RunFound::composite).collect::<Result<Vec<_>>>()?;
+    let tracks: Vec<Track> = runs.iter().map(|run| run.track.clone()).collect();
+    let mut figures = vec![
+        report::composite(&composites, plants),
+        report::speed(&tracks, plants),
+        report::trajectories(&tracks, plants),
+        report::directions(&tracks, plants),
+    ];
+    figures.extend(report::shift_maps(&tracks, plants));
+    Ok(figures)
+}
+
+/// Figures 6a and 6b: how fitness rose.
+pub(crate) fn evolution_figures(history: &History, plants: Plants) -> Vec<Figure> {
+    let mut figures = vec![report::fitness_boxes(&history.best_ever, plants)];
+    if let (Some(best), Some(mean)) = (history.best.first(), history.mean.first()) {
+        figures.push(report::fitness_run(best, mean, plants));
+    }
+    figures
+}
+
+/// Figure 8: a steered plant.
+pub(crate) fn steered_figure(run: &RunFound) -> Figure {
+    let task = &run.plan.task;
+    let title = format!("Steered by {}", run.plan.controller);
+    report::steering("8", &title, &run.track, &task.targets, task.fitness(&run.track), run.plants())
+}

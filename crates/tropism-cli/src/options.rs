@@ -1,0 +1,90 @@
+//! Options that several commands share, and how they are spelt.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use tropism::experiment::files;
+use tropism::geometry::Region;
+use tropism::light::Light;
+use tropism::plant::tip::TipModel;
+use tropism::task::Task;
+
+/// Which task.
+#[derive(Args, Clone)]
+pub(crate) struct TaskOption {
+    /// Task file (start, targets, end_height_cm, max_steps); the paper's three targets by default
+    #[arg(long, value_name = "TASK.toml")]
+    pub(crate) task: Option<PathBuf>,
+}
+
+impl TaskOption {
+    /// The task of the file, or the paper's.
+    pub(crate) fn load(&self) -> Result<Task> {
+        let Some(path) = &self.task else { return Ok(Task::default()) };
+        let task: Task = files::read_toml(path)?;
+        task.check().with_context(|| path.display().to_string())?;
+        Ok(task)
+    }
+}
+
+/// Where chance begins.
+#[derive(Args, Clone, Copy)]
+pub(crate) struct SeedOption {
+    /// Seed of all chance: the same seed gives the same result
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub(crate) seed: u64,
+}
+
+/// The model of a file.
+pub(crate) fn load_model(path: &Path) -> Result<TipModel> {
+    Ok(files::read_as(path, TipModel::from_json)?)
+}
+
+/// The model of a file, on which plants are to start where `task` says.
+pub(crate) fn load_model_for(path: &Path, task: &Task) -> Result<TipModel> {
+    let model = load_model(path)?;
+    let has_data = Light::BOTH.iter().any(|&light| model.mean_shift(task.start, light).is_some());
+    ensure!(
+        has_data,
+        "{}: found no data around the seedling at {:.1}, {:.1} cm, wanted some; let a task file (--task) start where the \
+         model has data",
+        path.display(),
+        task.start.x,
+        task.start.y
+    );
+    Ok(model)
+}
+
+/// `X,Y,W,H` in pixels.
+pub(crate) fn parse_region(text: &str) -> Result<Region, String> {
+    let wanted = "wanted X,Y,WIDTH,HEIGHT in whole pixels, such as 250,150,200,185";
+    let numbers: Vec<usize> =
+        text.split(',').map(|part| part.trim().parse().map_err(|_| wanted)).collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [x, y, width, height] if width > 0 && height > 0 => Ok(Region { x, y, width, height }),
+        _ => Err(wanted.to_owned()),
+    }
+}
+
+/// Two numbers with a comma between them.
+pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
+    let wanted = "wanted two numbers with a comma between them, such as 364,336";
+    let (first, second) = text.split_once(',').ok_or(wanted)?;
+    let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
+    Ok([number(first)?, number(second)?])
+}
+
+/// A time such as `6h`, `90m` or `2d`, in minutes.
+pub(crate) fn parse_minutes(text: &str) -> Result<f64, String> {
+    let wanted = || format!("found {text:?}, wanted a time such as 6h, 90m or 2d");
+    let unit = text.chars().last().ok_or_else(wanted)?;
+    let minutes = match unit {
+        'm' => 1.0,
+        'h' => 60.0,
+        'd' => 24.0 * 60.0,
+        _ => return Err(wanted()),
+    };
+    let number: f64 = text[..text.len() - 1].parse().map_err(|_| wanted())?;
+    if number > 0.0 && number.is_finite() { Ok(number * minutes) } else { Err(wanted()) }
+}

@@ -1,0 +1,121 @@
+//! The terminal: results on stdout, all else on stderr.
+
+use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// The user pressed Ctrl-C; what was done so far is saved.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted: {0}")]
+pub(crate) struct Interrupted(pub(crate) String);
+
+/// How a command speaks.
+pub(crate) struct Shell {
+    is_json: bool,
+    is_quiet: bool,
+    is_terminal: bool,
+}
+
+impl Shell {
+    /// Listens for Ctrl-C, too: the first asks for an orderly end, the second ends at once.
+    pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
+        let handler = || {
+            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
+            }
+        };
+        // Without a handler Ctrl-C ends the program, and what is on the disk can be resumed all the same.
+        let _ = ctrlc::set_handler(handler);
+        Self { is_json, is_quiet, is_terminal: std::io::stderr().is_terminal() }
+    }
+
+    /// Whether the user asked for an end.
+    pub(crate) fn is_interrupted() -> bool {
+        INTERRUPTED.load(Ordering::SeqCst)
+    }
+
+    /// A line for people, on stderr.
+    pub(crate) fn note(&self, line: &str) {
+        if !self.is_quiet {
+            eprintln!("{line}");
+        }
+    }
+
+    /// The result: text for people or one JSON object for scripts, on stdout.
+    pub(crate) fn result(&self, text: &str, json: &impl Serialize) -> anyhow::Result<()> {
+        let mut out = std::io::stdout().lock();
+        let written = if self.is_json {
+            writeln!(out, "{}", serde_json::to_string(json)?)
+        } else {
+            writeln!(out, "{text}")
+        };
+        match written {
+            // Whoever reads has read enough (`tropism … | head`).
+            Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+            other => Ok(other?),
+        }
+    }
+
+    /// A progress line with the time left. Where stderr is no terminal it is a line at the beginning and one at the end.
+    pub(crate) fn progress(&self, what: &str, total: u64) -> Progress {
+        let is_shown = !self.is_quiet && self.is_terminal;
+        let target =
+            if is_shown { ProgressDrawTarget::stderr_with_hz(8) } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(total), target);
+        let style = "{prefix:<22} {bar:24} {percent:>3} %  {elapsed} so far, {eta} left  {msg}";
+        bar.set_style(ProgressStyle::with_template(style).expect("a valid template").progress_chars("=> "));
+        bar.set_prefix(what.to_owned());
+        if is_shown {
+            bar.enable_steady_tick(Duration::from_millis(500));
+        } else if !self.is_quiet {
+            eprintln!("{what} ...");
+        }
+        let has_lines = !self.is_quiet && !self.is_terminal;
+        Progress { bar, what: what.to_owned(), started: Instant::now(), has_lines }
+    }
+}
+
+/// A running progress line. Ends when dropped.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    what: String,
+    started: Instant,
+    has_lines: bool,
+}
+
+impl Progress {
+    /// So much more is done.
+    pub(crate) fn add(&self, count: u64) {
+        self.bar.inc(count);
+    }
+
+    /// So much was done before: it does not count for the time left.
+    pub(crate) fn skip(&self, count: u64) {
+        self.bar.inc(count);
+        self.bar.reset_eta();
+    }
+
+    /// What is known now.
+    pub(crate) fn say(&self, message: String) {
+        self.bar.set_message(message);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+        if self.has_lines {
+            eprintln!("{} ... {:.1} s", self.what, self.started.elapsed().as_secs_f64());
+        }
+    }
+}
+
+/// Processor time of this program so far, all threads together, in seconds.
+pub(crate) fn cpu_seconds() -> f64 {
+    cpu_time::ProcessTime::try_now().map_or(0.0, |now| now.as_duration().as_secs_f64())
+}

@@ -1,0 +1,208 @@
+//! What a user may get wrong: one clear line, exit code 1 or 2, no panic, and what was there stays.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use tempfile::TempDir;
+
+const TRACK: &str = "step,time_s,tip_x_cm,tip_y_cm,light,quality\n0,0,0,4,left,measured\n1,300,-0.1,4.03,right,measured\n\
+                     2,600,0,4.06,right,measured\n3,900,0.1,4.1,dark,measured\n";
+
+/// A folder with a good track, model, controller and photograph in it.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    put("track.csv", TRACK);
+    put("empty", "");
+    put("header.csv", "x,y\n1,2\n");
+    put("nan.csv", &TRACK.replace("-0.1", "NaN"));
+    put("infinite.csv", &TRACK.replace("-0.1", "inf"));
+    put("truncated.csv", &TRACK[..TRACK.len() - 20]);
+    put("rows.csv", "tip_x_cm,tip_y_cm,light\n");
+    put("dark.csv", "tip_x_cm,tip_y_cm,light\n0,4,dark\n0,4,dark\n");
+    put("bad.toml", "targts = [[1.0, 5.0]]\n");
+    put("swapped.toml", "targets = [[1.0, 9.0], [1.0, 5.0]]\n");
+    put("nan.toml", "targets = [[nan, 9.0]]\n");
+    put("photo.jpg", "no photograph");
+    put("nothing.toml", "");
+    fs::create_dir(folder.path().join("photos")).unwrap();
+    let result = tropism(folder.path(), &["fit", "track.csv", "--out", "model.json"]);
+    assert_eq!(result.0, 0, "{}", result.1);
+    let text = fs::read_to_string(folder.path().join("model.json")).unwrap();
+    put("half.json", &text[..text.len() / 2]);
+    put("other.json", &text.replace("model/1", "model/7"));
+    folder
+}
+
+fn tropism(folder: &Path, words: &[&str]) -> (i32, String) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(folder).args(words).output().unwrap();
+    (output.status.code().unwrap_or(-1), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// Runs a command that must fail with a message that holds all of `wanted`.
+#[track_caller]
+fn fails(folder: &TempDir, words: &[&str], wanted: &[&str]) {
+    let (code, message) = tropism(folder.path(), words);
+    assert!(code == 1 || code == 2, "{words:?}: exit code {code}: {message}");
+    assert!(!message.contains("panicked"), "{words:?}: {message}");
+    for part in wanted {
+        assert!(message.contains(part), "{words:?}: {message:?} lacks {part:?}");
+    }
+    if code == 1 {
+        let errors = message.lines().filter(|line| line.starts_with("error: ")).count();
+        assert_eq!(errors, 1, "{words:?}: {message}");
+    }
+}
+
+#[test]
+fn tracks() {
+    let folder = folder();
+    for (file, wanted) in [
+        ("absent.csv", "absent.csv: cannot read"),
+        ("empty", "tip_x_cm"),
+        ("header.csv", "wanted \"tip_x_cm\""),
+        ("nan.csv", "line 3: found tip_x_cm \"NaN\""),
+        ("infinite.csv", "line 3"),
+        ("truncated.csv", "truncated.csv"),
+        ("rows.csv", "no rows"),
+        ("photo.jpg", "photo.jpg"),
+        ("photos", "photos: cannot read"),
+    ] {
+        fails(&folder, &["fit", file, "--out", "out.json"], &[wanted]);
+        fails(&folder, &["score", file], &[wanted]);
+    }
+    fails(&folder, &["fit", "dark.csv", "--out", "out.json"], &["no usable step"]);
+    assert!(!folder.path().join("out.json").exists());
+}
+
+#[test]
+fn earlier_output_stays() {
+    let folder = folder();
+    let before = fs::read(folder.path().join("model.json")).unwrap();
+    fails(&folder, &["fit", "track.csv", "nan.csv", "--out", "model.json"], &["nan.csv"]);
+    fails(&folder, &["fit", "track.csv", "--window", "-1,1", "--out", "model.json"], &["window"]);
+    assert_eq!(fs::read(folder.path().join("model.json")).unwrap(), before);
+    fs::create_dir(folder.path().join("taken")).unwrap();
+    fails(&folder, &["fit", "track.csv", "--out", "taken"], &["taken: cannot write"]);
+    fails(
+        &folder,
+        &["fit", "track.csv", "--out", "no/such/folder/model.json"],
+        &["no/such/folder/model.json: cannot write"],
+    );
+}
+
+#[test]
+fn models() {
+    let folder = folder();
+    for (model, wanted) in [
+        ("absent.json", "absent.json: cannot read"),
+        ("empty", "empty: found no model"),
+        ("half.json", "half.json: found no model"),
+        ("other.json", "wanted \"tropism.model/1\""),
+        ("track.csv", "track.csv: found no model"),
+    ] {
+        fails(&folder, &["baseline", "--model", model, "--count", "10"], &[wanted]);
+        fails(&folder, &["evolve", "--model", model, "--out", "e", "--generations", "1"], &[wanted]);
+        fails(&folder, &["simulate", "--model", model, "--controller", "chase", "--out", "t.csv"], &[wanted]);
+    }
+    assert!(!folder.path().join("e").exists());
+}
+
+#[test]
+fn a_model_without_data_where_the_plant_is_says_so() {
+    let folder = folder();
+    fs::write(folder.path().join("high.csv"), TRACK.replace(",4", ",40")).unwrap();
+    assert_eq!(tropism(folder.path(), &["fit", "high.csv", "--out", "high.json"]).0, 0);
+    let words = ["--model", "high.json", "--controller", "chase", "--out", "t.csv"];
+    fails(&folder, &[&["simulate"], &words[..]].concat(), &["no data", "0.0, 4.0"]);
+    fails(&folder, &["evolve", "--model", "high.json", "--out", "e"], &["no data"]);
+    fails(&folder, &["baseline", "--model", "high.json", "--count", "10"], &["no data"]);
+}
+
+#[test]
+fn controllers() {
+    let folder = folder();
+    let xor = tropism_neat::Neat::new(tropism_neat::Config::paper(), 3, 2, 1).unwrap();
+    fs::write(folder.path().join("shape.json"), xor.ask()[0].to_json()).unwrap();
+    for (controller, wanted) in [
+        ("absent.json", "absent.json: cannot read"),
+        ("empty", "empty"),
+        ("half.json", "half.json"),
+        ("shape.json", "3 inputs and 2 outputs"),
+    ] {
+        fails(
+            &folder,
+            &["simulate", "--model", "model.json", "--controller", controller, "--out", "t.csv"],
+            &[wanted],
+        );
+        fails(&folder, &["run", "--rig", "greenhouse", "--controller", controller, "--out", "r"], &[wanted]);
+        fails(&folder, &["grow", "--controller", controller, "--out", "g"], &[wanted]);
+    }
+    fails(
+        &folder,
+        &["run", "--rig", "greenhouse", "--controller", "periodic:soon", "--out", "r"],
+        &["wanted a time"],
+    );
+    assert!(!folder.path().join("r").exists() && !folder.path().join("g").exists());
+}
+
+#[test]
+fn tasks_rigs_and_studies() {
+    let folder = folder();
+    fails(&folder, &["score", "track.csv", "--task", "bad.toml"], &["bad.toml", "targts", "targets"]);
+    fails(&folder, &["score", "track.csv", "--task", "swapped.toml"], &["swapped.toml", "targets[1]"]);
+    fails(&folder, &["score", "track.csv", "--task", "nan.toml"], &["targets[0]"]);
+    fails(&folder, &["study", "bad.toml"], &["bad.toml", "targts"]);
+    fails(&folder, &["study", "absent.toml"], &["absent.toml: cannot read"]);
+    fs::write(folder.path().join("zero.toml"), "experiments = 0\n").unwrap();
+    fails(&folder, &["study", "zero.toml"], &["experiments = 0"]);
+    let run = |rig| ["run", "--rig", rig, "--controller", "chase", "--out", "r"];
+    fails(&folder, &run("absent.toml"), &["absent.toml: cannot read"]);
+    fails(&folder, &run("bad.toml"), &["bad.toml", "targts"]);
+    fails(&folder, &run("nothing.toml"), &["nothing.toml", "camera, lamps, calibration"]);
+    fs::write(folder.path().join("scale.toml"), "[greenhouse]\nscale = 3.0\n").unwrap();
+    fails(&folder, &run("scale.toml"), &["greenhouse.scale = 3"]);
+    assert!(!folder.path().join("r").exists());
+}
+
+#[test]
+fn photographs() {
+    let folder = folder();
+    fails(&folder, &["track", "absent", "--out", "t.csv"], &["absent: cannot read"]);
+    fails(&folder, &["track", "photos", "--out", "t.csv"], &["photos: found no .jpg"]);
+    fails(&folder, &["track", "photo.jpg", "--out", "t.csv"], &["photo.jpg", "wanted a JPEG or PNG"]);
+    fails(&folder, &["track", "photo.jpg", "--roi", "1,2,3", "--out", "t.csv"], &["wanted X,Y,WIDTH,HEIGHT"]);
+    assert!(!folder.path().join("t.csv").exists());
+}
+
+#[test]
+fn folders_that_are_taken() {
+    let folder = folder();
+    let run = ["run", "--rig", "greenhouse", "--controller", "periodic", "--steps", "2", "--out", "r"];
+    assert_eq!(tropism(folder.path(), &run).0, 0);
+    fails(&folder, &run, &["r: found a run here already", "--resume"]);
+    let other = [&run[..], &["--resume", "--seed", "9"]].concat();
+    fails(&folder, &other, &["run.toml", "other settings", "seed = 1"]);
+    let evolve = ["evolve", "--model", "model.json", "--runs", "1", "--generations", "2", "--out", "e"];
+    assert_eq!(tropism(folder.path(), &evolve).0, 0);
+    fails(&folder, &evolve, &["e: found an evolution here already"]);
+    fs::write(folder.path().join("e/run-00.json"), "{").unwrap();
+    fails(&folder, &[&evolve[..], &["--resume"]].concat(), &["run-00.json"]);
+    fails(&folder, &["report", "photos", "--out", "report.html"], &["photos: found no run.toml"]);
+}
+
+#[test]
+fn numbers_out_of_range() {
+    let folder = folder();
+    let evolve = |option, value| vec!["evolve", "--model", "model.json", "--out", "e", option, value];
+    fails(&folder, &evolve("--runs", "0"), &["runs"]);
+    fails(&folder, &evolve("--generations", "0"), &["generations"]);
+    fails(&folder, &evolve("--population", "0"), &["population"]);
+    fails(&folder, &evolve("--episodes", "0"), &["episodes"]);
+    fails(&folder, &["baseline", "--model", "model.json", "--count", "0"], &["--count"]);
+    fails(&folder, &["grow", "--scale", "7", "--out", "g"], &["--scale 7"]);
+    fails(&folder, &["grow", "--plants", "0", "--out", "g"], &["--plants"]);
+    assert!(!folder.path().join("e").exists() && !folder.path().join("g").exists());
+}

@@ -1,0 +1,148 @@
+//! The main job, end to end at small scale: photographs to report, the same bits whatever the threads and interruptions.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const SMALL: &str = r"
+experiments = 2
+steps = 320
+switch_steps = 40
+random_controllers = 300
+trial_plants = 20
+reality_plants = 2
+
+[task]
+targets = [[1.0, 5.0], [-1.0, 7.0]]
+end_height_cm = 8.0
+max_steps = 300
+
+[evolution]
+runs = 2
+generations = 40
+";
+
+fn study(folder: &Path, more: &[&str]) -> Command {
+    let file = folder.join("small.toml");
+    fs::write(&file, SMALL).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+    command.arg("study").arg(file).arg("--out").arg(folder.join("study")).arg("--quiet").args(more);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn run(folder: &Path, more: &[&str]) -> serde_json::Value {
+    let output = study(folder, &[&["--json"], more].concat()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Every file of a study whose bytes the seed decides.
+fn decided(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    collect(&folder.join("study"), &mut found);
+    let of_chance = |path: &Path| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        // Times, paths and databases' own headers differ from run to run.
+        !["seconds.json", "summary.json", "numbers.json", "report.html", "run.lock"].contains(&name.as_str())
+            && !name.starts_with("journal.sqlite")
+    };
+    found.retain(|path| of_chance(path));
+    found.sort();
+    let base = folder.join("study");
+    found
+        .into_iter()
+        .map(|path| (path.strip_prefix(&base).unwrap().to_owned(), fs::read(&path).unwrap()))
+        .collect()
+}
+
+fn collect(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() { collect(&path, found) } else { found.push(path) }
+    }
+}
+
+fn assert_same(one: &Path, other: &Path) {
+    let (one, other) = (decided(one), decided(other));
+    let names = |files: &[(PathBuf, Vec<u8>)]| files.iter().map(|(path, _)| path.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&one), names(&other));
+    assert!(one.len() > 1000, "{} files", one.len());
+    for ((path, bytes), (_, others)) in one.iter().zip(&other) {
+        assert!(bytes == others, "{} differs", path.display());
+    }
+}
+
+#[test]
+fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
+    let [one, two, killed] = [(); 3].map(|()| tempfile::tempdir().unwrap());
+    let mut numbers = run(one.path(), &["--threads", "1"]);
+    let mut others = run(two.path(), &["--threads", "2"]);
+    for numbers in [&mut numbers, &mut others] {
+        numbers["report"] = serde_json::Value::Null;
+    }
+    assert_eq!(numbers, others);
+    assert_same(one.path(), two.path());
+
+    // Killed again and again, without a chance to save, at moments of no meaning.
+    let mut kills = 0;
+    let mut patience = Duration::from_millis(700);
+    loop {
+        let more: &[&str] = if kills == 0 { &[] } else { &["--resume"] };
+        let mut child = study(killed.path(), more).spawn().unwrap();
+        let started = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break Some(status);
+            }
+            if started.elapsed() > patience {
+                break None;
+            }
+            std::thread::sleep(Duration::from_millis(3));
+        };
+        if let Some(status) = status {
+            let mut complaint = String::new();
+            std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut complaint).unwrap();
+            assert!(status.success(), "{complaint}");
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+        // Longer each time, so that a slow machine gets through.
+        patience = patience.mul_f64(1.35);
+    }
+    assert!(kills > 1, "killed {kills} times");
+    assert_same(one.path(), killed.path());
+
+    report_is_whole(one.path(), &numbers);
+}
+
+fn report_is_whole(folder: &Path, numbers: &serde_json::Value) {
+    let report = fs::read_to_string(folder.join("study/report.html")).unwrap();
+    for figure in ["2", "3", "4a", "4b", "5a", "5b", "5c", "5d", "6a", "6b", "7a", "7b", "7c", "7d", "8"] {
+        assert!(report.contains(&format!("id=\"figure-{figure}\"")), "figure {figure}");
+    }
+    assert!(report.contains("Virtual plants"));
+    assert!(report.contains(&format!("{:.2}", numbers["best_evolved"].as_f64().unwrap())));
+    // Evolution is worth its name: the champion beats a controller that sees nothing, in the model and on fresh beans.
+    let number = |name: &str| numbers[name].as_f64().unwrap();
+    assert!(number("champion_mean_in_model") > number("periodic_mean_in_model"));
+    assert!(number("champion_mean_in_model") >= number("random_mean_in_model"));
+    let reality = |name: &str| numbers[name]["mean"].as_f64().unwrap();
+    assert!(reality("reality_champion") > reality("reality_periodic"));
+
+    // The report can be made again from the folder, with the figures as files.
+    let again = Command::new(env!("CARGO_BIN_EXE_tropism"))
+        .arg("report")
+        .arg(folder.join("study"))
+        .arg("--out")
+        .arg(folder.join("again.html"))
+        .arg("--figures")
+        .arg(folder.join("figures"))
+        .output()
+        .unwrap();
+    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+    assert!(fs::read_to_string(folder.join("figures/figure-4a.svg")).unwrap().starts_with("<svg"));
+}
