@@ -196,7 +196,9 @@ impl<const INPUTS: usize> Chunk<INPUTS> {
             }
         }
         let units = sums.iter().zip(&self.rest).zip(&self.threshold).enumerate();
-        units.fold(0, |fired, (unit, ((sum, rest), threshold))| fired | u8::from(sum + rest > *threshold) << unit)
+        units.fold(0, |fired, (unit, ((sum, rest), threshold))| {
+            fired | u8::from(sum + rest > *threshold) << unit
+        })
     }
 }
 

@@ -6,13 +6,15 @@
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism_neat::{Config, Generation, Genome, Neat, NeatError, random_genome};
+use tropism_neat::{Config, Generation, Genome, Neat, NeatError, StepNetwork, random_genome};
 
 use crate::control::Controller;
 use crate::control::network::{INPUTS, NetworkController, OUTPUTS};
 use crate::plant::PlantModel;
+use crate::plant::tip::TipModel;
 use crate::random::{self, Draws, Purpose};
 use crate::simulation::fitness_of;
+use crate::simulation::lanes::{Episode, fitness_of_all};
 use crate::task::Task;
 
 /// How controllers are evolved.
@@ -100,20 +102,21 @@ impl Run {
     }
 
     /// Evaluates the present population on `model` and breeds the next.
-    pub fn advance<M: PlantModel>(&mut self, model: &M, task: &Task) -> &Generation {
+    pub fn advance(&mut self, model: &TipModel, task: &Task) -> &Generation {
         let generation = self.neat.generation();
-        let scores: Vec<f64> = self
-            .neat
-            .ask()
-            .iter()
-            .enumerate()
-            .map(|(individual, genome)| {
-                let episode = |episode| {
-                    Draws::new(self.seed, Purpose::Growth, [generation, individual as u32, episode])
-                };
-                mean_fitness(model, task, genome, (0..self.episodes).map(episode))
+        let draws = |individual: usize, episode| {
+            Draws::new(self.seed, Purpose::Growth, [generation, individual as u32, episode])
+        };
+        let genomes = self.neat.ask().iter().enumerate();
+        let episodes = genomes
+            .flat_map(|(individual, genome)| {
+                (0..self.episodes).map(move |episode| (genome, draws(individual, episode)))
             })
             .collect();
+        let fitness = evaluate(model, task, episodes);
+        let count = self.episodes as usize;
+        let scores: Vec<f64> =
+            fitness.chunks_exact(count).map(|own| own.iter().sum::<f64>() / count as f64).collect();
         self.history.push(self.neat.tell(&scores).expect("as many finite scores as genomes"));
         &self.history[self.history.len() - 1]
     }
@@ -125,20 +128,24 @@ impl Run {
     }
 }
 
-/// Mean fitness of a genome over `episodes`, each with a network at rest.
-fn mean_fitness<M: PlantModel>(
-    model: &M,
-    task: &Task,
-    genome: &Genome,
-    episodes: impl ExactSizeIterator<Item = Draws>,
-) -> f64 {
-    let count = episodes.len() as f64;
-    let mut sum = 0.0;
-    for draws in episodes {
-        let mut controller = NetworkController::new(genome).expect("evolved for two inputs and one output");
-        sum += fitness_of(model, &mut controller, task, draws);
+/// The fitness of each genome on one plant with its luck, a network at rest each time: many at once where the genomes are
+/// step networks, one by one where they are not.
+fn evaluate(model: &TipModel, task: &Task, episodes: Vec<(&Genome, Draws)>) -> Vec<f64> {
+    let flat: Option<Vec<Episode>> = episodes
+        .iter()
+        .map(|&(genome, draws)| Some(Episode { network: StepNetwork::new(genome)?, draws }))
+        .collect();
+    match flat {
+        Some(flat) => fitness_of_all(model, task, flat),
+        None => episodes
+            .into_iter()
+            .map(|(genome, draws)| {
+                let mut controller =
+                    NetworkController::new(genome).expect("evolved for two inputs and one output");
+                fitness_of(model, &mut controller, task, draws)
+            })
+            .collect(),
     }
-    sum / count
 }
 
 /// What random controllers achieve (section 3.1).
@@ -161,8 +168,8 @@ pub struct Baseline {
 ///
 /// # Panics
 /// If `count` is 0.
-pub fn baseline<M: PlantModel>(
-    model: &M,
+pub fn baseline(
+    model: &TipModel,
     task: &Task,
     neat: &Config,
     seed: u64,
@@ -175,13 +182,11 @@ pub fn baseline<M: PlantModel>(
         .into_par_iter()
         .map(|chunk| {
             let indices = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-            let scores: Vec<f64> = indices
-                .map(|index| {
-                    let genome = random_genome(neat, INPUTS, OUTPUTS, seed, index);
-                    let name = [(index >> 32) as u32, index as u32, 0];
-                    mean_fitness(model, task, &genome, [Draws::new(seed, Purpose::Growth, name)].into_iter())
-                })
-                .collect();
+            let genomes: Vec<Genome> =
+                indices.clone().map(|index| random_genome(neat, INPUTS, OUTPUTS, seed, index)).collect();
+            let name =
+                |index: u64| Draws::new(seed, Purpose::Growth, [(index >> 32) as u32, index as u32, 0]);
+            let scores = evaluate(model, task, genomes.iter().zip(indices.map(name)).collect());
             tick(scores.len() as u64).then_some(scores)
         })
         .collect();
@@ -201,7 +206,7 @@ pub fn baseline<M: PlantModel>(
     })
 }
 
-/// How a controller does on plants of the model that it did not evolve on.
+/// How a controller does on simulated plants that it did not evolve on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// Mean fitness, in cm.
@@ -212,28 +217,34 @@ pub struct Trial {
     pub plants: u32,
 }
 
-/// Tries a controller on `plants` fresh plants of the model, the same ones for every controller under one `seed`.
+/// Tries a controller on `plants` fresh plants of each of `models`, the same ones for every controller under one `seed`.
 /// `build` makes the controller anew, at rest, for each of them.
 ///
-/// The champion of an evolution is the genome with the highest mean here: luck in growth, which the best fitness of a
-/// single evaluation selects for, is averaged out, and reality is not looked at.
+/// On the model that it evolved on, this averages out the luck in growth for which the best fitness of a single
+/// evaluation selects. On [a model of each plant](crate::plant::tip::TipModel::of_each_plant) it is the transfer to
+/// expect: the pooled model is an average plant that moves more regularly than any of those it was made of, and a
+/// controller that only suits the average is found out, before it meets a plant.
 ///
 /// # Panics
-/// If `plants` is 0.
+/// If there are no models or no plants.
 #[must_use]
 pub fn trial<M: PlantModel, C: Controller>(
-    model: &M,
+    models: &[M],
     task: &Task,
     build: impl Fn() -> C,
     seed: u64,
     plants: u32,
 ) -> Trial {
-    assert!(plants > 0, "at least one plant");
-    let scores: Vec<f64> = (0..plants)
-        .map(|plant| fitness_of(model, &mut build(), task, Draws::new(seed, Purpose::Trial, [plant, 0, 0])))
+    assert!(plants > 0 && !models.is_empty(), "at least one plant of one model");
+    let scores: Vec<f64> = (0..)
+        .zip(models)
+        .flat_map(|(number, model)| (0..plants).map(move |plant| (number, model, plant)))
+        .map(|(number, model, plant)| {
+            fitness_of(model, &mut build(), task, Draws::new(seed, Purpose::Trial, [plant, number, 0]))
+        })
         .collect();
-    let mean = scores.iter().sum::<f64>() / f64::from(plants);
-    let variance =
-        scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / f64::from((plants - 1).max(1));
-    Trial { mean, sd: variance.sqrt(), plants }
+    let count = scores.len() as f64;
+    let mean = scores.iter().sum::<f64>() / count;
+    let variance = scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    Trial { mean, sd: variance.sqrt(), plants: scores.len() as u32 }
 }

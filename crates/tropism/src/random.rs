@@ -95,18 +95,29 @@ impl Draws {
         Self { key: [seed as u32, (seed >> 32) as u32], episode: [first, second, tagged] }
     }
 
+    /// Draws that come from one turn of the generator.
+    pub const STRIDE: usize = 8;
+
     /// The standard normal draw of `step`.
     #[must_use]
     pub fn normal(&self, step: u32) -> f64 {
+        let ranks = self.ranks(step / Self::STRIDE as u32);
+        f64::from(NORMALS[usize::from(ranks[step as usize % Self::STRIDE])])
+    }
+
+    /// The draws of the steps from `stride * STRIDE`, as places in [`NORMALS`].
+    #[must_use]
+    #[inline]
+    pub fn ranks(&self, stride: u32) -> [u16; Self::STRIDE] {
         let [first, second, third] = self.episode;
-        let words = philox([step / 8, first, second, third], self.key);
-        let half = words[(step as usize % 8) / 2] >> (16 * (step % 2));
-        f64::from(NORMALS[(half & 0xffff) as usize >> 4])
+        let words = philox([stride, first, second, third], self.key);
+        core::array::from_fn(|draw| ((words[draw / 2] >> (16 * (draw % 2))) as u16) >> 4)
     }
 }
 
 /// Ten rounds of Philox4x32: 128 random bits for a counter and a key.
 #[must_use]
+#[inline]
 pub const fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
     let mut round = 0;
     while round < 10 {

@@ -27,8 +27,9 @@ const CHECKPOINT: Duration = Duration::from_secs(60);
 
 /// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
 ///
-/// Each run ends with a champion. The one that goes on to reality, champion.json, is the run's champion with the highest
-/// mean fitness over 200 simulated plants that none of them evolved on. Ctrl-C saves; --resume goes on to the same bits.
+/// Each run ends with a champion. The one that goes on to reality, champion.json, is the one with the highest fitness to
+/// expect on a fresh plant: its mean over models that were each made of a single plant. Ctrl-C saves; --resume goes on to
+/// the same bits.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  tropism evolve --model model.json --out evolution --runs 4 --generations 500"
@@ -99,8 +100,10 @@ pub(crate) struct RunOutcome {
     pub(crate) best_fitness: f64,
     pub(crate) generations: u32,
     pub(crate) evaluations: u64,
-    /// Its champion on fresh simulated plants.
+    /// Its champion on fresh plants of the model.
     pub(crate) trial: Trial,
+    /// Its champion on models of single plants: what to expect on a plant that nobody met.
+    pub(crate) transfer: Trial,
     pub(crate) links: usize,
 }
 
@@ -156,10 +159,11 @@ impl EvolutionPlan {
             .map(|index| self.advance(index, model, out, progress, &live))
             .collect::<Result<_>>()?;
         let Some(runs) = runs.into_iter().collect::<Option<Vec<Run>>>() else { return Ok(None) };
+        let plants = model.of_each_plant()?;
         let outcomes: Vec<RunOutcome> =
-            runs.par_iter().map(|run| self.outcome(run, model)).collect::<Result<_>>()?;
+            runs.par_iter().map(|run| self.outcome(run, model, &plants)).collect::<Result<_>>()?;
         let best = (0..runs.len()).fold(0, |best, index| {
-            if outcomes[index].trial.mean > outcomes[best].trial.mean { index } else { best }
+            if outcomes[index].transfer.mean > outcomes[best].transfer.mean { index } else { best }
         });
         for (index, run) in runs.iter().enumerate() {
             let name = format!("run-{index:02}.json");
@@ -233,7 +237,7 @@ impl EvolutionPlan {
         Ok(Some(run))
     }
 
-    fn outcome(&self, run: &Run, model: &TipModel) -> Result<RunOutcome> {
+    fn outcome(&self, run: &Run, model: &TipModel, plants: &[TipModel]) -> Result<RunOutcome> {
         let genome = champion(run)?;
         let controller = NetworkController::new(genome)?;
         Ok(RunOutcome {
@@ -241,9 +245,16 @@ impl EvolutionPlan {
             best_fitness: run.champion().map_or(0.0, |(_, fitness)| fitness),
             generations: run.neat.generation(),
             evaluations: run.neat.evaluations(),
-            trial: evolve::trial(model, &self.task, || controller.clone(), self.seed, self.trial_plants),
+            trial: self.trial(std::slice::from_ref(model), &controller),
+            transfer: self.trial(plants, &controller),
             links: genome.links().len(),
         })
+    }
+}
+
+impl EvolutionPlan {
+    fn trial(&self, models: &[TipModel], controller: &NetworkController) -> Trial {
+        evolve::trial(models, &self.task, || controller.clone(), self.seed, self.trial_plants)
     }
 }
 
@@ -319,7 +330,7 @@ impl Evolve {
         format!(
             "{} runs, {} evaluations, {:.1} s ({:.1} s of processor time)\n\
              best fitness of a run: {:.2} to {:.2} cm, median {:.2} (best possible {:.2})\n\
-             champion: run {}, {:.2} cm (sd {:.2}) over {} fresh simulated plants, {} links\n\
+             champion: run {}, {} links, {:.2} cm over fresh plants of the model; to expect on a real one: {:.2} cm (sd {:.2})\n\
              wrote {}\nnext: tropism run --rig greenhouse --controller {} --out steered",
             outcome.runs.len(),
             outcome.evaluations,
@@ -330,10 +341,10 @@ impl Evolve {
             best[best.len() / 2],
             task.best(),
             outcome.champion,
-            chosen.trial.mean,
-            chosen.trial.sd,
-            chosen.trial.plants,
             chosen.links,
+            chosen.trial.mean,
+            chosen.transfer.mean,
+            chosen.transfer.sd,
             champion.display(),
             champion.display(),
         )

@@ -122,6 +122,7 @@ struct Numbers {
     best_possible: f64,
     best_evolved: f64,
     champion_mean_in_model: f64,
+    champion_expected_in_reality: f64,
     saturation_generation: Option<usize>,
     best_random: f64,
     median_random: f64,
@@ -422,7 +423,7 @@ impl Found {
     fn trial(&self, controller: &LoadedController) -> Trial {
         let task = &self.plan.task;
         let build = || controller.build(task);
-        evolve::trial(&self.model, task, build, self.plan.seed, self.plan.trial_plants)
+        evolve::trial(std::slice::from_ref(&self.model), task, build, self.plan.seed, self.plan.trial_plants)
     }
 
     fn numbers(&self, report: PathBuf) -> Numbers {
@@ -436,6 +437,7 @@ impl Found {
             best_possible: self.plan.task.best(),
             best_evolved,
             champion_mean_in_model: champion.trial.mean,
+            champion_expected_in_reality: champion.transfer.mean,
             saturation_generation: self.history.saturation(0.98),
             best_random: self.random.best,
             median_random: self.random.median,
@@ -491,8 +493,8 @@ impl Found {
         figures.extend(findings::evolution_figures(&self.history, Plants::ModelOfVirtual));
         let mut order: Vec<usize> = (0..self.champions.len()).collect();
         order.sort_by(|&a, &b| self.evolved.runs[b].trial.mean.total_cmp(&self.evolved.runs[a].trial.mean));
-        let (best, worst) = (order[0], order[order.len() - 1]);
-        let second = *order.get(1).unwrap_or(&best);
+        let (best, worst) = (self.evolved.champion, order[order.len() - 1]);
+        let second = order.iter().copied().find(|&run| run != best).unwrap_or(best);
         for (number, title, run) in [
             ("7a", "In simulation: the chosen champion", best),
             ("7b", "In simulation: the champion of another run", second),
@@ -546,16 +548,17 @@ impl Found {
         format!(
             "{} virtual beans were photographed every five minutes while lamps to their left and right changed every \
              {:.1} hours. The photographs gave the paths of their tips, the paths a model of how a tip moves, and \
-             evolution on that model networks that decide which lamp is lit. The champion was chosen by its mean fitness \
-             over {} simulated plants that it did not evolve on, before it met a bean; it then steered {} beans that \
-             neither the model nor evolution had met, through photographs alone.\n\nIn the model it scores {:.2} cm of \
-             {:.2} possible, on the fresh beans {:.2} cm.",
+             evolution on that model networks that decide which lamp is lit. The champion was chosen before it met a \
+             bean: by its mean fitness over models that were each made of a single plant, which is also what was to be \
+             expected of it. It then steered {} beans that neither the model nor evolution had met, through photographs \
+             alone.\n\nIn the model it scores {:.2} cm of {:.2} possible; on the fresh beans {:.2} cm were expected and \
+             {:.2} cm were reached.",
             self.open_loop.len(),
             f64::from(self.plan.switch_steps) * PERIOD_MIN / 60.0,
-            self.plan.trial_plants,
             numbers.reality_champion.plants,
             numbers.champion_mean_in_model,
             numbers.best_possible,
+            numbers.champion_expected_in_reality,
             numbers.reality_champion.mean
         )
     }
@@ -620,7 +623,13 @@ impl Numbers {
                 "The champion's mean in the model (cm)",
                 "",
                 format!("{:.2}", self.champion_mean_in_model),
-                "Over fresh simulated plants; the champion is chosen by it.",
+                "Over fresh simulated plants.",
+            ),
+            row(
+                "Expected in reality, said before (cm)",
+                "",
+                format!("{:.2}", self.champion_expected_in_reality),
+                "Mean over models of single plants; the champion is chosen by it.",
             ),
             row(
                 "Generation at which the median saturates",

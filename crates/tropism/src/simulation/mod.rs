@@ -1,7 +1,9 @@
 //! A world that is a model: a controller meets simulated plants here, by the thousand while it evolves.
 //!
 //! [`Simulation`] is an [`Environment`] like a tent, so [`run`] writes its track; [`fitness_of`] is the same loop without
-//! the track, for evolution.
+//! the track, and [`lanes`] is that for many plants at once, for evolution.
+
+pub mod lanes;
 
 use std::convert::Infallible;
 

@@ -1,0 +1,331 @@
+//! Many simulated plants at once: the fast twin of [`fitness_of`](super::fitness_of), and the same bits.
+//!
+//! A step of one plant is a chain of a look-up, a division and a square root, and the processor waits for each. Here as
+//! many plants as there are lanes take the same step side by side, in arrays of single numbers, and the compiler makes
+//! vectors of them. A plant that is done leaves its lane to the next one; lanes are refilled every eight steps, when new
+//! luck is drawn.
+
+use tropism_neat::StepNetwork;
+
+use crate::plant::PlantModel;
+use crate::plant::tip::{Sprout, Table, TipModel};
+use crate::random::{Draws, NORMALS};
+use crate::task::Task;
+
+/// Plants that are stepped side by side.
+const LANES: usize = 32;
+
+/// Steps for which luck is drawn at once.
+const STRIDE: usize = Draws::STRIDE;
+
+/// A controller and the luck in growth of the plant that it steers.
+#[derive(Clone, Debug)]
+pub struct Episode {
+    /// The controller, at rest.
+    pub network: StepNetwork<2>,
+    /// The plant's luck.
+    pub draws: Draws,
+}
+
+/// The fitness of each episode's controller on `model`, eq. (9), in order: for each, what
+/// [`fitness_of`](super::fitness_of) says, to the bit.
+#[must_use]
+pub fn fitness_of_all(model: &TipModel, task: &Task, episodes: Vec<Episode>) -> Vec<f64> {
+    let course = Course::new(model, task);
+    let mut fitness = vec![0.0; episodes.len()];
+    let mut queue = episodes.into_iter().enumerate();
+    let mut lanes = Lanes::new();
+    loop {
+        let mut is_idle = true;
+        for lane in 0..LANES {
+            if !lanes.is_done(lane) {
+                is_idle = false;
+                continue;
+            }
+            if let Some((episode, _)) = lanes.episodes[lane].take() {
+                fitness[episode] = lanes.fitness[lane];
+            }
+            if let Some((number, episode)) = queue.next() {
+                lanes.seat(lane, number, episode, &course);
+                is_idle = false;
+            }
+        }
+        if is_idle {
+            return fitness;
+        }
+        lanes.draw();
+        for step in 0..STRIDE {
+            lanes.decide();
+            dispatch::advance(&mut lanes, &course, step);
+        }
+    }
+}
+
+/// Model and task as the lanes need them.
+struct Course<'m> {
+    table: &'m Table,
+    seedling: Sprout,
+    growth: [f32; 2],
+    /// Of each target: bounds of x and y such that comparing single with double precision is comparing with these.
+    targets: Vec<Bounds>,
+    end: f32,
+    max_steps: u32,
+}
+
+/// A target in single precision.
+#[derive(Clone, Copy)]
+struct Bounds {
+    /// `x < target.x` is `x < below`.
+    below: f32,
+    /// `x > target.x` is `x > above`.
+    above: f32,
+    /// `y < target.y` is `y < height`.
+    height: f32,
+}
+
+impl<'m> Course<'m> {
+    fn new(model: &'m TipModel, task: &Task) -> Self {
+        let bounds = |target: &crate::geometry::Point| Bounds {
+            below: ceiling(target.x),
+            above: -ceiling(-target.x),
+            height: ceiling(target.y),
+        };
+        Self {
+            table: model.table(),
+            seedling: model.seedling(task.start),
+            growth: [model.growth(0.0), model.config().growth.sd as f32],
+            targets: task.targets.iter().map(bounds).collect(),
+            end: ceiling(task.end_height_cm),
+            max_steps: task.max_steps,
+        }
+    }
+}
+
+/// The least single-precision number that is not below `value`.
+fn ceiling(value: f64) -> f32 {
+    let near = value as f32;
+    if f64::from(near) < value { near.next_up() } else { near }
+}
+
+struct Lanes {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    length: [f32; LANES],
+    fitness: [f64; LANES],
+    /// Steps that are left before the task's last.
+    left: [u32; LANES],
+    /// All ones while the plant's experiment goes on, else 0.
+    is_alive: [u32; LANES],
+    /// The light: 1 for right.
+    light: [u32; LANES],
+    /// Weights of x, y and bias, and threshold, of controllers that are a single neuron.
+    linear: [[f64; LANES]; 4],
+    is_linear: [bool; LANES],
+    /// Number and controller of the episode in each lane.
+    episodes: [Option<(usize, Episode)>; LANES],
+    /// Steps since the episode began, in strides.
+    stride: [u32; LANES],
+    luck: [[f32; LANES]; STRIDE],
+}
+
+impl Lanes {
+    fn new() -> Self {
+        Self {
+            x: [0.0; LANES],
+            y: [1.0; LANES],
+            length: [1.0; LANES],
+            fitness: [0.0; LANES],
+            left: [0; LANES],
+            is_alive: [0; LANES],
+            light: [0; LANES],
+            linear: [[0.0; LANES]; 4],
+            is_linear: [true; LANES],
+            episodes: [const { None }; LANES],
+            stride: [0; LANES],
+            luck: [[0.0; LANES]; STRIDE],
+        }
+    }
+
+    const fn is_done(&self, lane: usize) -> bool {
+        self.is_alive[lane] == 0
+    }
+
+    fn seat(&mut self, lane: usize, number: usize, episode: Episode, course: &Course<'_>) {
+        let Sprout { x, y, length } = course.seedling;
+        (self.x[lane], self.y[lane], self.length[lane]) = (x, y, length);
+        self.fitness[lane] = 0.0;
+        self.left[lane] = course.max_steps;
+        self.is_alive[lane] = if y >= course.end || course.max_steps == 0 { 0 } else { !0 };
+        self.stride[lane] = 0;
+        let linear = episode.network.linear();
+        self.is_linear[lane] = linear.is_some();
+        let ([of_x, of_y], bias, threshold) = linear.unwrap_or(([0.0; 2], 0.0, 0.0));
+        for (row, value) in self.linear.iter_mut().zip([of_x, of_y, bias, threshold]) {
+            row[lane] = value;
+        }
+        self.episodes[lane] = Some((number, episode));
+    }
+
+    /// Draws the luck of the next steps.
+    fn draw(&mut self) {
+        let normals: &[f32; 4096] = NORMALS.first_chunk().expect("4096 values");
+        for lane in 0..LANES {
+            if let (false, Some((_, episode))) = (self.is_done(lane), &self.episodes[lane]) {
+                let ranks = episode.draws.ranks(self.stride[lane]);
+                for (luck, rank) in self.luck.iter_mut().zip(ranks) {
+                    luck[lane] = normals[usize::from(rank) & 4095];
+                }
+                self.stride[lane] += 1;
+            }
+        }
+    }
+
+    /// Lets every controller decide.
+    #[inline]
+    fn decide(&mut self) {
+        let [of_x, of_y, bias, threshold] = &self.linear;
+        for lane in 0..LANES {
+            let sensed = f64::from(self.x[lane]) * of_x[lane] + f64::from(self.y[lane]) * of_y[lane];
+            self.light[lane] = u32::from(sensed + bias[lane] > threshold[lane]);
+        }
+        for lane in 0..LANES {
+            if !self.is_linear[lane] && self.is_alive[lane] != 0 {
+                let (x, y) = (f64::from(self.x[lane]), f64::from(self.y[lane]));
+                if let Some((_, episode)) = &mut self.episodes[lane] {
+                    self.light[lane] = u32::from(episode.network.activate([x, y]));
+                }
+            }
+        }
+    }
+
+    /// One step of every plant, eqs. (4)-(8), and of its fitness, eq. (9).
+    #[inline(always)]
+    fn advance(&mut self, course: &Course<'_>, step: usize) {
+        let shift = self.shifts(course.table);
+        let [mean, sd] = course.growth;
+        let floor = course.seedling.y;
+        for lane in 0..LANES {
+            let (x, y, length) = (self.x[lane], self.y[lane], self.length[lane]);
+            let after = Sprout { x, y, length }.turned(shift[lane], mean + sd * self.luck[step][lane]);
+            let moved = f64::from(after.x) - f64::from(x);
+            let mut gain = 0.0;
+            for target in course.targets.iter().rev() {
+                let towards = if after.x < target.below {
+                    moved
+                } else if after.x > target.above {
+                    -moved
+                } else {
+                    moved.abs()
+                };
+                gain = if after.y < target.height { towards } else { gain };
+            }
+            gain = if after.y < floor { 0.0 } else { gain };
+            let is_alive = self.is_alive[lane] != 0;
+            self.x[lane] = if is_alive { after.x } else { x };
+            self.y[lane] = if is_alive { after.y } else { y };
+            self.length[lane] = if is_alive { after.length } else { length };
+            self.fitness[lane] += if is_alive { gain } else { 0.0 };
+            self.left[lane] -= u32::from(is_alive);
+            let goes_on = is_alive & (after.y < course.end) & (self.left[lane] > 0);
+            self.is_alive[lane] = if goes_on { !0 } else { 0 };
+        }
+    }
+
+    /// The mean shift at the node nearest to each tip.
+    #[inline(always)]
+    fn shifts(&self, table: &Table) -> [f32; LANES] {
+        let mut places = [0; LANES];
+        for lane in 0..LANES {
+            places[lane] = 2 * table.node(self.x[lane], self.y[lane]) as u32 + self.light[lane];
+        }
+        places.map(|place| table.shifts[place as usize])
+    }
+}
+
+/// The widest vectors that this processor has, chosen when the program runs. All give the same bits: nothing is fused or
+/// summed in another order.
+mod dispatch {
+    use super::{Course, Lanes};
+
+    /// [`Lanes::advance`].
+    pub(super) fn advance(lanes: &mut Lanes, course: &Course<'_>, step: usize) {
+        lanes.advance(course, step);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fitness_of;
+    use super::*;
+    use crate::control::network::NetworkController;
+    use crate::plant::tip::TipModelConfig;
+    use crate::random::{self, Purpose};
+    use crate::track::Track;
+    use tropism_neat::{Config, Genome, Neat};
+
+    fn model() -> TipModel {
+        let mut rng = random::stream(5, Purpose::Growth, 0);
+        let mut text = "tip_x_cm,tip_y_cm,light\n".to_owned();
+        let (mut x, mut y) = (0.0_f64, 4.0);
+        for step in 0..3000 {
+            let right = step / 70 % 2 == 0;
+            text += &format!("{x:.4},{y:.4},{}\n", if right { "right" } else { "left" });
+            x += (if right { 0.12 } else { -0.12 }) - 0.01 * x + 0.05 * random::normal(&mut rng);
+            y = 4.0 + f64::from(step % 1000) * 0.012 - 0.02 * x.abs();
+        }
+        TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], TipModelConfig::default()).unwrap()
+    }
+
+    /// Genomes from seeds to networks of over a hundred links.
+    fn genomes(count: usize) -> Vec<Genome> {
+        let mut genomes = Vec::new();
+        for seed in 0.. {
+            let config = Config { mutate_add_neuron_prob: 0.2, mutate_add_link_prob: 0.4, ..Config::paper() };
+            let mut neat = Neat::new(config, 2, 1, seed).unwrap();
+            for _ in 0..150 {
+                genomes.extend_from_slice(neat.ask());
+                let scores: Vec<f64> = neat.ask().iter().map(|genome| genome.links().len() as f64).collect();
+                neat.tell(&scores).unwrap();
+                if genomes.len() >= count {
+                    genomes.truncate(count);
+                    return genomes;
+                }
+            }
+        }
+        unreachable!()
+    }
+
+    #[test]
+    fn ten_thousand_genomes_of_all_sizes_have_the_fitness_of_the_plain_path_to_the_bit() {
+        let (model, genomes) = (model(), genomes(10_000));
+        assert!(genomes.iter().map(|genome| genome.links().len()).max().unwrap() > 80);
+        let draws = |episode: usize| Draws::new(9, Purpose::Trial, [episode as u32, 0, 0]);
+        for (task, part) in [
+            (Task::default(), &genomes[..]),
+            (Task { max_steps: 37, ..Task::default() }, &genomes[..300]),
+            (Task { end_height_cm: 60.0, max_steps: 123, ..Task::default() }, &genomes[5000..5300]),
+            (Task { targets: Vec::new(), ..Task::default() }, &genomes[9000..9100]),
+        ] {
+            let episode = |(number, genome)| Episode {
+                network: StepNetwork::new(genome).unwrap(),
+                draws: draws(number),
+            };
+            let fast = fitness_of_all(&model, &task, part.iter().enumerate().map(episode).collect());
+            for (number, genome) in part.iter().enumerate() {
+                let mut plain = NetworkController::new(genome).unwrap();
+                let exact = fitness_of(&model, &mut plain, &task, draws(number));
+                assert_eq!(
+                    fast[number].to_bits(),
+                    exact.to_bits(),
+                    "genome {number}: {} {exact}",
+                    fast[number]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn no_episodes_are_no_work() {
+        assert!(fitness_of_all(&model(), &Task::default(), Vec::new()).is_empty());
+    }
+}
