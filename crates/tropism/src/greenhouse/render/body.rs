@@ -67,7 +67,7 @@ impl Body {
             [.., last, end] => unit(minus(end.at, last.at), pose.heading),
             _ => pose.heading,
         };
-        let bud = Oval { centre: plus(end, scaled(heading, 0.12)), half: scaled(heading, 0.30), wide: 0.14 };
+        let bud = Oval { centre: minus(end, scaled(heading, 0.12)), half: scaled(heading, 0.26), wide: 0.14 };
         let withered = ((pose.age_h - COTYLEDONS[0]) / (COTYLEDONS[1] - COTYLEDONS[0])).clamp(0.0, 1.0);
         let cotyledons =
             if withered < 1.0 { cotyledons(&stem, side, pose.age_h, withered) } else { Vec::new() };
@@ -127,9 +127,9 @@ fn hook(pose: &Pose, side: Place) -> Vec<Node> {
     let mut at = end.at;
     let mut nodes = vec![*end];
     for step in 1..=steps {
-        let turn = 1.9 * closed * f64::from(step) / f64::from(steps);
+        let turn = 2.4 * closed * f64::from(step) / f64::from(steps);
         let along = plus(scaled(pose.heading, math::cos(turn)), scaled(side, math::sin(turn)));
-        at = plus(at, scaled(along, 0.55 * closed / f64::from(steps)));
+        at = plus(at, scaled(along, 0.42 * closed / f64::from(steps)));
         nodes.push(Node { at, radius: end.radius });
     }
     nodes
