@@ -40,7 +40,7 @@ pub fn detect(pose: &Pose, rng: &mut impl Rng) -> Point {
 #[must_use]
 pub fn highest(pose: &Pose) -> Point {
     let mut top = Row::default();
-    for (i, pair) in pose.stem.windows(2).enumerate() {
+    for (i, pair) in pose.stem.windows(2).enumerate().rev() {
         let (lower, upper) = (pair[0].at, pair[1].at);
         // An arch rises above its chord by an eighth of its length at most.
         let reach = pair[0].radius.max(pair[1].radius) + 0.125 * distance(lower, upper);
@@ -56,7 +56,9 @@ pub fn highest(pose: &Pose) -> Point {
         }
     }
     for leaf in &pose.leaves {
-        if view::project(leaf.base).y + 1.5 * leaf.length > top.height() {
+        // The blade ends at the leaf's length and is no wider than half of it on either side.
+        let reach = leaf.length * (leaf.along[1].max(0.0) + 0.5 * leaf.across[1].abs() + 0.1);
+        if view::project(leaf.base).y + 1.3 * reach > top.height() {
             leaf.outline(LEAF_EDGE).into_iter().for_each(|place| top.add(place, 0.0));
         }
     }
@@ -77,6 +79,9 @@ impl Row {
 
     fn add(&mut self, place: Place, radius: f64) {
         let seen = view::project(place);
+        if seen.y + radius < self.height() {
+            return;
+        }
         let row = ((seen.y + radius) / GRID).floor();
         let column = (seen.x / GRID).round();
         match &mut self.span {
@@ -84,7 +89,6 @@ impl Row {
                 *least = least.min(column);
                 *most = most.max(column);
             }
-            Some(_) if row < self.row => {}
             _ => *self = Self { row, span: Some([column, column]) },
         }
     }
@@ -107,4 +111,60 @@ fn spline([a, b, c, d]: [Place; 4], share: f64) -> Place {
             (0.5 * (c - a), a - 2.5 * b + 2.0 * c - 0.5 * d, 0.5 * (d - a) + 1.5 * (b - c));
         b + share * (linear + share * (square + share * cube))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::greenhouse::bean::{Bean, Species};
+    use crate::greenhouse::pose::{Leaf, Node};
+
+    /// A stem of radius 0.1 cm through `places`, and leaves of `length` that point up from `base`.
+    fn pose(places: &[Place], base: Place, length: f64) -> Pose {
+        let leaf = Leaf { base, along: [0.0, 1.0, 0.0], across: [1.0, 0.0, 0.0], length };
+        Pose {
+            age_h: 0.0,
+            stem: places.iter().map(|&at| Node { at, radius: 0.1 }).collect(),
+            heading: [0.0, 1.0, 0.0],
+            leaves: [leaf, leaf],
+            spread: 1.0,
+        }
+    }
+
+    #[test]
+    fn the_tip_of_an_upright_stem_is_its_end() {
+        let tip = highest(&pose(&[[0.0; 3], [0.0, 5.0, 0.0], [0.0, 10.0, 0.0]], [0.0; 3], 0.0));
+        assert!(tip.distance(Point::new(0.0, 10.1)) < GRID, "{tip:?}");
+    }
+
+    #[test]
+    fn the_tip_of_an_arch_is_its_top() {
+        let arch: Vec<Place> = (0..=20)
+            .map(|i| f64::from(i) / 20.0 * core::f64::consts::PI)
+            .map(|turn| [5.0 - 5.0 * crate::math::cos(turn), 5.0 + 5.0 * crate::math::sin(turn), 0.0])
+            .collect();
+        let tip = highest(&pose(&arch, [0.0; 3], 0.0));
+        assert!(tip.distance(Point::new(5.0, 10.1)) < 0.15, "{tip:?}");
+    }
+
+    #[test]
+    fn leaves_count_where_they_rise_above_the_stem() {
+        let stem = [[0.0; 3], [0.0, 5.0, 0.0], [0.0, 10.0, 0.0]];
+        assert!(highest(&pose(&stem, [0.0, 8.0, 0.0], 1.5)).y < 10.2);
+        let tip = highest(&pose(&stem, [0.0, 8.0, 0.0], 4.0));
+        assert!((tip.y - 12.0).abs() < 0.2, "{tip:?}");
+    }
+
+    #[test]
+    fn no_place_is_missed() {
+        let mut bean = Bean::new(Species::default().draw(2, 1.0), 2);
+        for step in 0..120 {
+            bean.advance([f64::from(step % 2), f64::from(step / 40 % 2)], 30.0);
+            let pose = bean.pose();
+            let stem = pose.stem.iter().map(|node| view::project(node.at).y + node.radius);
+            let leaves = pose.leaves.iter().flat_map(|leaf| leaf.outline(LEAF_EDGE));
+            let top = stem.chain(leaves.map(|place| view::project(place).y)).fold(0.0, f64::max);
+            assert!(highest(&pose).y > top - GRID, "step {step}");
+        }
+    }
 }

@@ -62,6 +62,14 @@ impl Response {
         self.degrees.iter().map(|degrees| sign * (degrees - set_point)).fold(0.0, f64::max)
     }
 
+    /// Time until the angle has fallen to 1/e of its first value, in h; infinite if it never does.
+    #[must_use]
+    pub fn decay_h(&self) -> f64 {
+        let rest = self.degrees[0].abs() / core::f64::consts::E;
+        let fallen = self.degrees.iter().position(|degrees| degrees.abs() <= rest);
+        fallen.map_or(f64::INFINITY, |reading| self.hours(reading))
+    }
+
     /// How often the apex left its set point by more than 15 degrees once it had reached it.
     #[must_use]
     pub fn swings(&self) -> usize {
@@ -100,6 +108,20 @@ pub fn light_pulse(individual: &Individual, length: f64, minutes: f64, hours: f6
 pub fn gravitropic_step(individual: &Individual, length: f64, degrees: f64, hours: f64) -> Response {
     let mut bean = upright(&still(individual), length);
     bean.tip_over(degrees * TAU / 360.0);
+    respond(bean, |_| [0.0, 0.0], hours)
+}
+
+/// The plant bends under the right lamp for `bending_h`, and then straightens in the dark on a clinostat, for `hours`.
+///
+/// A clinostat turns the plant so that gravity has no direction for it; its weight is left as it is.
+#[must_use]
+pub fn straightening(individual: &Individual, length: f64, bending_h: f64, hours: f64) -> Response {
+    let mut bean = upright(&still(individual), length);
+    bean.advance([0.0, 1.0], bending_h * 60.0);
+    let tropism = &mut bean.plant.tropism;
+    // Straightening is measured by both sensitivities: the balance makes up for the one that goes.
+    tropism.balance *= tropism.light / (tropism.light + tropism.gravity);
+    tropism.gravity = 0.0;
     respond(bean, |_| [0.0, 0.0], hours)
 }
 
@@ -194,6 +216,13 @@ mod tests {
         let response = gravitropic_step(&Individual::default(), 10.0, 60.0, 12.0);
         assert!((response.degrees[0] - 60.0).abs() < 3.0, "{}", response.degrees[0]);
         assert!(response.degrees.last().unwrap().abs() < 30.0);
+    }
+
+    #[test]
+    fn a_bent_plant_straightens_within_hours() {
+        let response = straightening(&Individual::default(), 10.0, 6.0, 24.0);
+        assert!(response.degrees[0] > 30.0, "{}", response.degrees[0]);
+        assert!((1.0..10.0).contains(&response.decay_h()), "{} h", response.decay_h());
     }
 
     #[test]

@@ -44,7 +44,8 @@ pub fn grow(
     let mut track = Track::default();
     let mut truth: [Vec<f64>; 5] = Default::default();
     for step in 0..=steps {
-        let tip = detector::detect(&bean.pose(), &mut noise);
+        let pose = bean.pose();
+        let tip = detector::detect(&pose, &mut noise);
         let light = if step < steps { light(step, tip) } else { None };
         track.samples.push(Sample {
             step,
@@ -53,7 +54,7 @@ pub fn grow(
             light,
             quality: Quality::Simulated,
         });
-        let [x, y, z] = bean.apex();
+        let [x, y, z] = pose.apex();
         for (column, value) in truth.iter_mut().zip([x, y, z, bean.length(), bean.peak_curvature()]) {
             column.push(value);
         }

@@ -111,7 +111,15 @@ impl Bean {
     /// Lives on for `minutes` under the lamps: the power of the left and of the right one, 0 to 1.
     ///
     /// 1 is 6 umol/m^2/s of blue light at 35 cm; less blue light, or another colour, is less.
+    ///
+    /// # Panics
+    /// If a power is not between 0 and 1, or the time is negative or not finite.
     pub fn advance(&mut self, lamps: [f64; 2], minutes: f64) {
+        assert!(
+            lamps.iter().all(|power| (0.0..=1.0).contains(power)),
+            "found lamps {lamps:?}, wanted 0 to 1"
+        );
+        assert!(minutes >= 0.0 && minutes.is_finite(), "found {minutes} min, wanted 0 or more");
         let ticks = (minutes / TICK_MIN).ceil().max(1.0);
         for _ in 0..ticks as u32 {
             self.tick(lamps, minutes / ticks / 60.0);
@@ -128,7 +136,7 @@ impl Bean {
         let zone = self.zone();
         let drive = Drive {
             dt: tick_h / substeps,
-            lamps: lamps.map(|power| power.clamp(0.0, 1.0)),
+            lamps,
             growth: self.elongation() * factors.growth,
             gain: self.maturity() * factors.motility,
             zone,
@@ -140,11 +148,15 @@ impl Bean {
             self.rod.disturb(|| chance.curvature(plant, tick_h));
             self.phase += chance.wander(plant, tick_h);
         }
-        let speed = TAU / plant.nutation.period_h;
+        let (speed, circle) = (TAU / plant.nutation.period_h, circle(plant));
+        let [mut cos, mut sin] = [math::cos(self.phase), math::sin(self.phase)];
+        let [cos_step, sin_step] = [math::cos(speed * drive.dt), math::sin(speed * drive.dt)];
         for _ in 0..substeps as u32 {
-            self.rod.step(plant, &drive, turning(plant, self.phase, speed));
-            self.phase += speed * drive.dt;
+            let turning = circle.map(|[major, minor]| major * cos + minor * sin);
+            self.rod.step(plant, &drive, turning);
+            [cos, sin] = [cos * cos_step - sin * sin_step, sin * cos_step + cos * sin_step];
         }
+        self.phase += speed * tick_h;
         self.phase %= TAU;
         self.age_h += tick_h;
     }
@@ -163,19 +175,21 @@ impl Bean {
     /// Length along the stem, in cm.
     #[must_use]
     pub fn length(&self) -> f64 {
-        self.rod.length.iter().sum()
+        self.rod.length()
     }
 
     /// The shoot apex, in cm.
     #[must_use]
     pub fn apex(&self) -> Place {
-        self.rod.sections().last().expect("a rod has sections").at
+        let mut apex = [0.0; 3];
+        self.rod.walk(|section| apex = section.at);
+        apex
     }
 
     /// The largest curvature along the stem, in 1/cm.
     #[must_use]
     pub fn peak_curvature(&self) -> f64 {
-        self.rod.curvatures().fold(0.0, f64::max)
+        self.rod.peak_curvature()
     }
 
     /// The individual that this bean is.
@@ -193,7 +207,8 @@ impl Bean {
     /// What can be seen of it.
     #[must_use]
     pub fn pose(&self) -> Pose {
-        let sections = self.rod.sections();
+        let mut sections = Vec::with_capacity(64);
+        self.rod.walk(|section| sections.push(section));
         let [lower, upper] = [&sections[self.rod.leaf()], &sections[self.rod.leaf() + 1]];
         let base = core::array::from_fn(|axis| 0.5 * (lower.at[axis] + upper.at[axis]));
         let heading = sections.last().expect("a rod has sections").along;
@@ -261,13 +276,14 @@ impl Bean {
     }
 }
 
-/// Nutation's part in the change of curvature towards d1 and d2 at a phase, in 1/cm/h.
-fn turning(plant: &Individual, phase: f64, speed: f64) -> [f64; 2] {
+/// Nutation's part in the change of curvature, in 1/cm/h: towards d1 and towards d2, with the cosine and with the sine of
+/// its phase.
+fn circle(plant: &Individual) -> [[f64; 2]; 2] {
     let nutation = &plant.nutation;
-    let (major, minor) = (math::cos(phase), nutation.roundness * nutation.hand * math::sin(phase));
-    let (cos, sin) = (math::cos(nutation.azimuth), math::sin(nutation.azimuth));
-    let amplitude = nutation.curvature * speed;
-    [amplitude * (cos * major - sin * minor), amplitude * (sin * major + cos * minor)]
+    let major = nutation.curvature * TAU / nutation.period_h;
+    let minor = major * nutation.roundness * nutation.hand;
+    let [cos, sin] = [math::cos(nutation.azimuth), math::sin(nutation.azimuth)];
+    [[cos * major, -sin * minor], [sin * major, cos * minor]]
 }
 
 fn unit(vector: Place) -> Place {

@@ -394,8 +394,8 @@ impl Default for Spread {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("found {key} = {value}, wanted {wanted}")]
 pub struct SpeciesError {
-    /// The key, as it stands in the file.
-    pub key: &'static str,
+    /// The key, with the tables that it stands in.
+    pub key: String,
     /// Its value.
     pub value: f64,
     /// The range.
@@ -475,7 +475,9 @@ impl Species {
     /// # Errors
     /// [`SpeciesError`] names the first key that is not, its value, and the range.
     pub fn check(&self) -> Result<(), SpeciesError> {
-        self.typical.check()?;
+        self.typical
+            .check()
+            .map_err(|error| SpeciesError { key: format!("typical.{}", error.key), ..error })?;
         self.spread.check()
     }
 }
@@ -487,7 +489,11 @@ fn log_normal(rng: &mut impl Rng, variation: f64) -> f64 {
 }
 
 fn within(key: &'static str, value: f64, is_within: bool, wanted: &'static str) -> Result<(), SpeciesError> {
-    if value.is_finite() && is_within { Ok(()) } else { Err(SpeciesError { key, value, wanted }) }
+    if value.is_finite() && is_within {
+        Ok(())
+    } else {
+        Err(SpeciesError { key: key.to_owned(), value, wanted })
+    }
 }
 
 fn positive(key: &'static str, value: f64, most: f64, wanted: &'static str) -> Result<(), SpeciesError> {
@@ -671,7 +677,7 @@ mod tests {
         assert_eq!(species.check(), Ok(()));
         species.typical.stem.radius_apex = -1.0;
         let error = species.check().unwrap_err().to_string();
-        assert_eq!(error, "found stem.radius_apex = -1, wanted a radius between 0.01 and 2 cm");
+        assert_eq!(error, "found typical.stem.radius_apex = -1, wanted a radius between 0.01 and 2 cm");
         species.typical.stem.radius_apex = f64::NAN;
         assert!(species.check().is_err());
     }
