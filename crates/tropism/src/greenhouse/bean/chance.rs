@@ -4,7 +4,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::species::{Fluctuation, Individual};
+use super::{Fluctuation, Individual};
 use crate::math;
 use crate::random::{self, Purpose};
 

@@ -13,19 +13,20 @@
 
 pub mod acceptance;
 mod chance;
+mod check;
 pub mod experiments;
 mod grow;
+mod individual;
 mod rod;
 mod species;
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub use chance::Pause;
+pub use check::SpeciesError;
 pub use grow::{grow, lamps};
-pub use species::{
-    Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Species, SpeciesError, Spread, Stem,
-    Tropism,
-};
+pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
+pub use species::{Species, Spread};
 
 use super::pose::{Leaf, Node, Pose};
 use super::view::Place;

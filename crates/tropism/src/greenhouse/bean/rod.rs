@@ -12,7 +12,7 @@
 
 use core::f64::consts::PI;
 
-use super::species::Individual;
+use super::Individual;
 use crate::greenhouse::view::{LAMPS, Place, WALL};
 use crate::math;
 

@@ -1,0 +1,199 @@
+//! Which values a plant can have: the guard between a file and a bean.
+
+use super::{Individual, Species, Spread};
+
+/// A value that no plant can have.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("found {key} = {value}, wanted {wanted}")]
+pub struct SpeciesError {
+    /// The key, with the tables that it stands in.
+    pub key: String,
+    /// Its value.
+    pub value: f64,
+    /// The range.
+    pub wanted: &'static str,
+}
+
+impl Species {
+    /// Whether every value is one that a plant can have.
+    ///
+    /// # Errors
+    /// [`SpeciesError`] names the first key that is not, its value, and the range.
+    pub fn check(&self) -> Result<(), SpeciesError> {
+        self.typical
+            .check()
+            .map_err(|error| SpeciesError { key: format!("typical.{}", error.key), ..error })?;
+        self.spread.check()
+    }
+}
+
+fn within(key: &'static str, value: f64, is_within: bool, wanted: &'static str) -> Result<(), SpeciesError> {
+    if value.is_finite() && is_within {
+        Ok(())
+    } else {
+        Err(SpeciesError { key: key.to_owned(), value, wanted })
+    }
+}
+
+fn positive(key: &'static str, value: f64, most: f64, wanted: &'static str) -> Result<(), SpeciesError> {
+    within(key, value, value > 0.0 && value <= most, wanted)
+}
+
+fn share(key: &'static str, value: f64) -> Result<(), SpeciesError> {
+    within(key, value, (0.0..=1.0).contains(&value), "a share between 0 and 1")
+}
+
+impl Individual {
+    fn check(&self) -> Result<(), SpeciesError> {
+        const CM: &str = "more than 0 and at most 100 cm";
+        const HOURS: &str = "more than 0 and at most 10000 h";
+        const RATE: &str = "between 0 and 10 rad/cm/h";
+        const TILT: &str = "between -1.5 and 1.5";
+        let Self { growth, motility, tropism, nutation, stem, leaves, pauses, fluctuation } = self;
+        for (key, value) in [
+            ("growth.start", growth.start),
+            ("growth.zone", growth.zone),
+            ("motility.zone_young", motility.zone_young),
+            ("motility.zone", motility.zone),
+            ("motility.edge", motility.edge),
+            ("stem.modulus_length", stem.modulus_length),
+            ("leaves.length", leaves.length),
+        ] {
+            positive(key, value, 100.0, CM)?;
+        }
+        for (key, value) in [
+            ("growth.slows_h", growth.slows_h),
+            ("growth.slowing_h", growth.slowing_h),
+            ("motility.zone_h", motility.zone_h),
+            ("motility.mature_h", motility.mature_h),
+            ("motility.maturing_h", motility.maturing_h),
+            ("nutation.period_h", nutation.period_h),
+            ("leaves.unfold_h", leaves.unfold_h),
+            ("leaves.swing_period_h", leaves.swing_period_h),
+            ("pauses.unfolding_h", pauses.unfolding_h),
+            ("pauses.trifoliate_h", pauses.trifoliate_h),
+            ("fluctuation.motility_h", fluctuation.motility_h),
+            ("fluctuation.growth_h", fluctuation.growth_h),
+        ] {
+            positive(key, value, 1e4, HOURS)?;
+        }
+        for (key, value) in [
+            ("tropism.light_memory_h", tropism.light_memory_h),
+            ("tropism.gravity_memory_h", tropism.gravity_memory_h),
+            ("stem.lag_h", stem.lag_h),
+        ] {
+            within(key, value, (0.005..=100.0).contains(&value), "between 0.005 h (18 s) and 100 h")?;
+        }
+        for (key, value) in [
+            ("growth.late", growth.late),
+            ("motility.late", motility.late),
+            ("tropism.apical", tropism.apical),
+            ("nutation.roundness", nutation.roundness),
+            ("pauses.motility", pauses.motility),
+        ] {
+            share(key, value)?;
+        }
+        for (key, value) in [("stem.radius_apex", stem.radius_apex), ("stem.radius_base", stem.radius_base)] {
+            within(key, value, (0.01..=2.0).contains(&value), "a radius between 0.01 and 2 cm")?;
+        }
+        for (key, value) in
+            [("stem.modulus_mpa", stem.modulus_mpa), ("stem.modulus_mature_mpa", stem.modulus_mature_mpa)]
+        {
+            within(key, value, (1.0..=1e5).contains(&value), "between 1 and 100000 MPa")?;
+        }
+        for (key, value) in [("stem.tip_g", stem.tip_g), ("leaves.mass_g", leaves.mass_g)] {
+            within(key, value, (0.0..=50.0).contains(&value), "between 0 and 50 g")?;
+        }
+        for (key, value) in [("tropism.light", tropism.light), ("tropism.gravity", tropism.gravity)] {
+            within(key, value, (0.0..=10.0).contains(&value), RATE)?;
+        }
+        for (key, value) in [
+            ("tropism.bias_x", tropism.bias_x),
+            ("tropism.bias_z", tropism.bias_z),
+            ("stem.tilt_x", stem.tilt_x),
+            ("stem.tilt_z", stem.tilt_z),
+            ("leaves.swing", leaves.swing),
+        ] {
+            within(key, value, value.abs() <= 1.5, TILT)?;
+        }
+        for (key, value) in [
+            ("nutation.azimuth", nutation.azimuth),
+            ("leaves.azimuth", leaves.azimuth),
+            ("leaves.swing_phase", leaves.swing_phase),
+        ] {
+            within(key, value, value.abs() <= 10.0, "an angle between -10 and 10 rad")?;
+        }
+        for (key, value) in [
+            ("fluctuation.motility", fluctuation.motility),
+            ("fluctuation.growth", fluctuation.growth),
+            ("fluctuation.curvature", fluctuation.curvature),
+            ("fluctuation.phase", fluctuation.phase),
+            ("nutation.curvature", nutation.curvature),
+            ("pauses.episodes_per_h", pauses.episodes_per_h),
+        ] {
+            within(key, value, (0.0..=2.0).contains(&value), "between 0 and 2")?;
+        }
+        within("growth.rate", growth.rate, (0.0..=1.0).contains(&growth.rate), "0 to 1 cm per step")?;
+        let exponent = tropism.light_exponent;
+        within("tropism.light_exponent", exponent, (0.0..=2.0).contains(&exponent), "between 0 and 2")?;
+        positive("tropism.balance", tropism.balance, 100.0, "more than 0 and at most 100")?;
+        within("nutation.hand", nutation.hand, nutation.hand.abs() == 1.0, "1 or -1")
+    }
+}
+
+impl Spread {
+    fn check(&self) -> Result<(), SpeciesError> {
+        for (key, value) in [
+            ("spread.growth_rate", self.growth_rate),
+            ("spread.growth_zone", self.growth_zone),
+            ("spread.growth_slows_h", self.growth_slows_h),
+            ("spread.motility_zone_young", self.motility_zone_young),
+            ("spread.motility_zone", self.motility_zone),
+            ("spread.motility_zone_h", self.motility_zone_h),
+            ("spread.motility_mature_h", self.motility_mature_h),
+            ("spread.motility_maturing_h", self.motility_maturing_h),
+            ("spread.tropism_light", self.tropism_light),
+            ("spread.tropism_light_memory_h", self.tropism_light_memory_h),
+            ("spread.tropism_gravity", self.tropism_gravity),
+            ("spread.tropism_gravity_memory_h", self.tropism_gravity_memory_h),
+            ("spread.tropism_balance", self.tropism_balance),
+            ("spread.tropism_bias_x", self.tropism_bias_x),
+            ("spread.tropism_bias_z", self.tropism_bias_z),
+            ("spread.nutation_period_h", self.nutation_period_h),
+            ("spread.nutation_curvature", self.nutation_curvature),
+            ("spread.nutation_roundness", self.nutation_roundness[0]),
+            ("spread.nutation_roundness", self.nutation_roundness[1]),
+            ("spread.nutation_other_hand", self.nutation_other_hand),
+            ("spread.stem_tilt", self.stem_tilt),
+            ("spread.stem_modulus", self.stem_modulus),
+            ("spread.stem_radius", self.stem_radius),
+            ("spread.stem_tip_g", self.stem_tip_g),
+            ("spread.leaves_length", self.leaves_length),
+            ("spread.leaves_mass_g", self.leaves_mass_g),
+            ("spread.leaves_unfold_h", self.leaves_unfold_h),
+            ("spread.leaves_swing_period_h", self.leaves_swing_period_h),
+            ("spread.leaves_swing", self.leaves_swing),
+            ("spread.pauses_unfolding_h", self.pauses_unfolding_h),
+            ("spread.pauses_trifoliate_h", self.pauses_trifoliate_h),
+        ] {
+            share(key, value)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn check_names_key_value_and_range() {
+        let mut species = Species::default();
+        assert_eq!(species.check(), Ok(()));
+        species.typical.stem.radius_apex = -1.0;
+        let error = species.check().unwrap_err().to_string();
+        assert_eq!(error, "found typical.stem.radius_apex = -1, wanted a radius between 0.01 and 2 cm");
+        species.typical.stem.radius_apex = f64::NAN;
+        assert!(species.check().is_err());
+    }
+}
