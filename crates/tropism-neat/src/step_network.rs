@@ -2,11 +2,13 @@
 //!
 //! A step neuron is 0 or 1 and seldom changes: between two changes, all that its links bring to their targets is
 //! constant. So the sum of each neuron's links from other neurons and the bias is kept, and computed anew only when one of
-//! its sources has changed. What remains of a step is two products and a comparison per neuron, however many links there
-//! are.
+//! its sources has changed. What remains of a step is a few products and a comparison for each neuron that sees an input,
+//! however many links there are.
 //!
 //! The decisions are those of [`Network`](crate::Network) to the bit: both add what the inputs bring and what everything
 //! else brings apart, each in a fixed order, and then the two.
+
+use std::ops::Range;
 
 use crate::{Activation, Genome};
 
@@ -24,29 +26,43 @@ const WIDTH: usize = 8;
 /// ```
 #[derive(Clone, Debug)]
 pub struct StepNetwork<const INPUTS: usize> {
-    /// Per chunk of units: weights from each input, sums of all other links, thresholds.
-    chunks: Vec<Chunk<INPUTS>>,
-    /// Units, the output being unit 0.
-    units: usize,
+    /// Units that see an input: they may change at every step.
+    sensing: Vec<Chunk<INPUTS>>,
+    /// All units, the sensing ones first.
+    units: Vec<Unit>,
+    /// The unit that is the output.
+    output: usize,
     /// Links from units and the bias, in the order of the genes, grouped by the unit that they enter.
     wires: Vec<Wire>,
-    /// For each unit, where its wires begin; one more at the end.
-    entries: Vec<u32>,
-    /// Units that each unit leads to, and where each unit's begin.
+    /// Units that each unit leads to, grouped by unit.
     targets: Vec<u32>,
-    exits: Vec<u32>,
-    /// Units whose sums are out of date, each once.
+    /// Units whose sum is out of date, each once.
     stale: Vec<u32>,
-    is_stale: Vec<bool>,
+    /// Units that see no input and whose sum changed after the last step: they fire in the next.
+    due: Vec<u32>,
 }
 
 #[derive(Clone, Debug)]
 struct Chunk<const INPUTS: usize> {
     weights: [[f64; WIDTH]; INPUTS],
+    /// What all other links bring.
     rest: [f64; WIDTH],
     threshold: [f64; WIDTH],
     /// One bit a unit: whether it is 1.
     fired: u8,
+}
+
+#[derive(Clone, Debug)]
+struct Unit {
+    /// Its wires and targets.
+    wires: Range<u32>,
+    targets: Range<u32>,
+    threshold: f64,
+    /// What links from units and the bias bring: of a unit that sees no input, its whole sum.
+    sum: f64,
+    /// Whether it is 1.
+    is_one: bool,
+    is_stale: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -74,20 +90,15 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
         let place = |id| genome.position(id).expect("a genome's links join its own neurons");
         let links: Vec<(usize, usize, f64)> =
             genome.links().iter().map(|link| (place(link.from), place(link.to), link.weight)).collect();
-        let unit_of = units(neurons.len(), output, &links);
-        let units = unit_of.iter().flatten().count();
-        let mut network = Self::at_rest(units);
-        for (place, unit) in unit_of.iter().enumerate() {
-            if let Some(unit) = *unit {
-                network.chunks[unit / WIDTH].threshold[unit % WIDTH] = 0.5 + neurons[place].b;
-            }
-        }
-        let mut wires: Vec<(usize, Wire)> = Vec::new();
-        let mut targets: Vec<(usize, usize)> = Vec::new();
+        let unit_of = units(neurons.len(), output, INPUTS, &links);
+        let count = unit_of.iter().flatten().count();
+        let mut wires: Vec<(usize, Wire)> = Vec::with_capacity(links.len());
+        let mut targets: Vec<(usize, usize)> = Vec::with_capacity(links.len());
+        let mut weights: Vec<(usize, usize, f64)> = Vec::new();
         for &(from, to, weight) in &links {
             let Some(unit) = unit_of[to] else { continue };
             if from < INPUTS {
-                network.chunks[unit / WIDTH].weights[from][unit % WIDTH] = weight;
+                weights.push((unit, from, weight));
             } else if from == INPUTS {
                 wires.push((unit, Wire { from: BIAS, weight }));
             } else if let Some(source) = unit_of[from] {
@@ -98,94 +109,141 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
         // Stable: within a unit, sums run in the order of the genes.
         wires.sort_by_key(|&(unit, _)| unit);
         targets.sort_unstable();
-        network.entries = starts(units, wires.iter().map(|wire| wire.0));
-        network.exits = starts(units, targets.iter().map(|target| target.0));
-        network.wires = wires.into_iter().map(|wire| wire.1).collect();
-        network.targets = targets.into_iter().map(|target| target.1 as u32).collect();
+        let sensing = weights.iter().map(|weight| weight.0 + 1).max().unwrap_or(0);
+        let mut chunks = vec![Chunk::still(); sensing.div_ceil(WIDTH)];
+        for (unit, input, weight) in weights {
+            chunks[unit / WIDTH].weights[input][unit % WIDTH] = weight;
+        }
+        let (entries, exits) = (ranges(count, &wires), ranges(count, &targets));
+        let mut units = Vec::with_capacity(count);
+        for (wires, targets) in entries.into_iter().zip(exits) {
+            units.push(Unit { wires, targets, threshold: 0.0, sum: 0.0, is_one: false, is_stale: false });
+        }
+        for (place, unit) in unit_of.iter().enumerate() {
+            if let Some(unit) = *unit {
+                units[unit].threshold = 0.5 + neurons[place].b;
+                if let Some(chunk) = chunks.get_mut(unit / WIDTH).filter(|_| unit < sensing) {
+                    chunk.threshold[unit % WIDTH] = units[unit].threshold;
+                }
+            }
+        }
+        let mut network = Self {
+            sensing: chunks,
+            units,
+            output: unit_of[output].expect("the output leads to itself"),
+            wires: wires.into_iter().map(|wire| wire.1).collect(),
+            targets: targets.into_iter().map(|target| target.1 as u32).collect(),
+            stale: Vec::with_capacity(count),
+            due: Vec::with_capacity(count),
+        };
         network.flush();
         Some(network)
     }
 
-    fn at_rest(units: usize) -> Self {
-        let chunk = Chunk {
-            weights: [[0.0; WIDTH]; INPUTS],
-            rest: [0.0; WIDTH],
-            threshold: [f64::INFINITY; WIDTH],
-            fired: 0,
-        };
-        Self {
-            chunks: vec![chunk; units.div_ceil(WIDTH)],
-            units,
-            wires: Vec::new(),
-            entries: Vec::new(),
-            targets: Vec::new(),
-            exits: Vec::new(),
-            stale: Vec::with_capacity(units),
-            is_stale: vec![false; units],
-        }
-    }
-
     /// Sets every activation to 0, as in a new network.
     pub fn flush(&mut self) {
-        for chunk in &mut self.chunks {
+        for chunk in &mut self.sensing {
             chunk.fired = 0;
         }
         self.stale.clear();
-        self.is_stale.fill(false);
-        for unit in 0..self.units {
-            self.settle(unit);
+        self.due.clear();
+        for unit in 0..self.units.len() {
+            self.units[unit].is_one = false;
+            self.mark(unit as u32);
         }
+        self.settle();
     }
 
-    /// If the output depends on the inputs and the bias alone: the weights of the inputs, and the bias's. It is 1 where
-    /// `(sum of weight * input) + bias > threshold`.
+    /// If the output depends on the inputs and the bias alone: the weights of the inputs, the bias's, and the threshold.
+    /// It is 1 where `(sum of weight * input) + bias > threshold`.
     #[must_use]
     pub fn linear(&self) -> Option<([f64; INPUTS], f64, f64)> {
-        let chunk = self.chunks.first().filter(|_| self.units == 1 && self.targets.is_empty())?;
-        Some((chunk.weights.map(|weights| weights[0]), chunk.rest[0], chunk.threshold[0]))
+        let only = self.units.first().filter(|_| self.units.len() == 1 && self.targets.is_empty())?;
+        let weights =
+            self.sensing.first().map_or([0.0; INPUTS], |chunk| chunk.weights.map(|weights| weights[0]));
+        Some((weights, only.sum, only.threshold))
     }
 
     /// One synchronous step: inputs in, whether the output is 1 out.
+    #[inline]
     pub fn activate(&mut self, inputs: [f64; INPUTS]) -> bool {
-        for at in 0..self.chunks.len() {
-            let chunk = &mut self.chunks[at];
+        for at in 0..self.sensing.len() {
+            let chunk = &mut self.sensing[at];
             let fired = chunk.fire(inputs);
             let mut changed = fired ^ chunk.fired;
             chunk.fired = fired;
             while changed != 0 {
-                let unit = at * WIDTH + changed.trailing_zeros() as usize;
+                let bit = changed.trailing_zeros() as usize;
                 changed &= changed - 1;
-                for target in self.exits[unit]..self.exits[unit + 1] {
-                    let target = self.targets[target as usize];
-                    if !std::mem::replace(&mut self.is_stale[target as usize], true) {
-                        self.stale.push(target);
-                    }
-                }
+                self.set(at * WIDTH + bit, fired >> bit & 1 == 1);
             }
         }
-        // Only now, when all have fired: a step reads what the sources were before it.
-        while let Some(unit) = self.stale.pop() {
-            self.is_stale[unit as usize] = false;
-            self.settle(unit as usize);
+        // Those that fell due after the last step; none can fall due before all have fired.
+        for index in 0..self.due.len() {
+            let unit = self.due[index] as usize;
+            let is_one = self.units[unit].sum > self.units[unit].threshold;
+            if is_one != self.units[unit].is_one {
+                self.set(unit, is_one);
+            }
         }
-        self.chunks[0].fired & 1 == 1
+        self.due.clear();
+        // Only now, when all have fired: a step reads what the sources were before it.
+        if !self.stale.is_empty() {
+            self.settle();
+        }
+        self.units[self.output].is_one
     }
 
-    /// Brings the sum of a unit's links from units and the bias up to date.
-    fn settle(&mut self, unit: usize) {
-        let mut sum = 0.0;
-        for wire in &self.wires[self.entries[unit] as usize..self.entries[unit + 1] as usize] {
-            let is_one = wire.from == BIAS
-                || self.chunks[wire.from as usize / WIDTH].fired >> (wire.from % WIDTH as u32) & 1 == 1;
-            if is_one {
-                sum += wire.weight;
+    fn set(&mut self, unit: usize, is_one: bool) {
+        self.units[unit].is_one = is_one;
+        for target in self.units[unit].targets.clone() {
+            self.mark(self.targets[target as usize]);
+        }
+    }
+
+    fn mark(&mut self, unit: u32) {
+        if !std::mem::replace(&mut self.units[unit as usize].is_stale, true) {
+            self.stale.push(unit);
+        }
+    }
+
+    /// Brings the sums of stale units up to date.
+    fn settle(&mut self) {
+        while let Some(at) = self.stale.pop() {
+            let unit = at as usize;
+            let wires = self.units[unit].wires.clone();
+            let mut sum = 0.0;
+            for wire in &self.wires[wires.start as usize..wires.end as usize] {
+                if wire.from == BIAS || self.units[wire.from as usize].is_one {
+                    sum += wire.weight;
+                }
+            }
+            self.units[unit].is_stale = false;
+            self.units[unit].sum = sum;
+            match self.sensing.get_mut(unit / WIDTH) {
+                Some(chunk) if chunk.is_sensing(unit % WIDTH) => chunk.rest[unit % WIDTH] = sum,
+                _ => self.due.push(at),
             }
         }
-        self.chunks[unit / WIDTH].rest[unit % WIDTH] = sum;
     }
 }
 
 impl<const INPUTS: usize> Chunk<INPUTS> {
+    /// Units that never fire.
+    const fn still() -> Self {
+        Self {
+            weights: [[0.0; WIDTH]; INPUTS],
+            rest: [0.0; WIDTH],
+            threshold: [f64::INFINITY; WIDTH],
+            fired: 0,
+        }
+    }
+
+    /// Whether a unit belongs to this chunk, which may be filled up with none.
+    const fn is_sensing(&self, unit: usize) -> bool {
+        self.threshold[unit] < f64::INFINITY
+    }
+
     /// Which units are 1 for these inputs, one bit each.
     #[inline]
     fn fire(&self, inputs: [f64; INPUTS]) -> u8 {
@@ -202,38 +260,47 @@ impl<const INPUTS: usize> Chunk<INPUTS> {
     }
 }
 
-/// The number of each neuron that leads to the output, the output itself being 0.
-fn units(neurons: usize, output: usize, links: &[(usize, usize, f64)]) -> Vec<Option<usize>> {
+/// The number of each neuron that leads to the output, those that see an input first.
+fn units(neurons: usize, output: usize, inputs: usize, links: &[(usize, usize, f64)]) -> Vec<Option<usize>> {
+    let mut sources: Vec<(usize, usize)> =
+        links.iter().filter(|link| link.0 >= output).map(|&(from, to, _)| (to, from)).collect();
+    sources.sort_unstable();
     let mut leads = vec![false; neurons];
     leads[output] = true;
     let mut found = vec![output];
     while let Some(to) = found.pop() {
-        for &(from, _, _) in links.iter().filter(|link| link.1 == to && link.0 > output) {
+        let first = sources.partition_point(|source| source.0 < to);
+        for &(_, from) in sources[first..].iter().take_while(|source| source.0 == to) {
             if !std::mem::replace(&mut leads[from], true) {
                 found.push(from);
             }
         }
     }
+    let mut senses = vec![false; neurons];
+    for link in links.iter().filter(|link| link.0 < inputs) {
+        senses[link.1] = true;
+    }
+    let mut unit_of = vec![None; neurons];
     let mut next = 0;
-    let number = |(place, leads): (usize, bool)| {
-        (place >= output && leads).then(|| {
+    for is_first in [true, false] {
+        for place in (output..neurons).filter(|&place| leads[place] && senses[place] == is_first) {
+            unit_of[place] = Some(next);
             next += 1;
-            next - 1
-        })
-    };
-    leads.into_iter().enumerate().map(number).collect()
+        }
+    }
+    unit_of
 }
 
-/// Where each unit's entries begin in a list sorted by unit, and the end.
-fn starts(units: usize, sorted: impl Iterator<Item = usize>) -> Vec<u32> {
-    let mut starts = vec![0; units + 1];
-    for unit in sorted {
-        starts[unit + 1] += 1;
-    }
-    for unit in 0..units {
-        starts[unit + 1] += starts[unit];
-    }
-    starts
+/// Where each unit's entries stand in a list sorted by unit.
+fn ranges<T>(units: usize, sorted: &[(usize, T)]) -> Vec<Range<u32>> {
+    let mut end = 0;
+    (0..units)
+        .map(|unit| {
+            let start = end;
+            end += sorted[start..].iter().take_while(|entry| entry.0 == unit).count();
+            start as u32..end as u32
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -213,9 +213,7 @@ impl TipModel {
     /// The node nearest to `tip`: where the model looks when the tip is there.
     #[must_use]
     pub fn nearest_node(&self, tip: Point) -> Point {
-        let place = |value: f64| {
-            f64::from((value as f32 * self.table.nodes_per_cm).round_ties_even()) * self.config.grid_cm
-        };
+        let place = |value: f64| f64::from(self.table.nearest(value as f32)) * self.config.grid_cm;
         Point::new(place(tip.x), place(tip.y))
     }
 
@@ -441,50 +439,63 @@ impl Table {
         table
     }
 
-    /// Gives each empty node the shift of the nearest node of the same light that has data: rings of growing size.
+    /// Gives each empty node the shift of the nearest node of the same light that has data; of several, of the one with
+    /// the least row, then the least column.
     fn fill_from_nearest(&mut self) {
-        let filled: Vec<f32> = (0..self.shifts.len())
-            .map(|at| if self.has_data[at] { self.shifts[at] } else { self.nearest(at) })
-            .collect();
-        self.shifts = filled;
-    }
-
-    fn nearest(&self, at: usize) -> f32 {
         let (columns, rows) = (self.columns as usize, self.rows as usize);
-        let (light, node) = (at % 2, at / 2);
-        let (row, column) = (node / columns, node % columns);
-        let mut best = (usize::MAX, 0.0);
-        for distance in 0..columns.max(rows) {
-            if distance * distance > best.0 {
-                break;
-            }
-            for y in row.saturating_sub(distance)..=(row + distance).min(rows - 1) {
-                // The first and last row of the ring are whole, of the others only the ends belong to it.
-                let is_edge = y.abs_diff(row) == distance;
-                let step = if is_edge { 1 } else { (2 * distance).max(1) };
-                let first = column as i64 - distance as i64;
-                for x in (first..=first + 2 * distance as i64).step_by(step) {
-                    let Some(x) = usize::try_from(x).ok().filter(|&x| x < columns) else { continue };
-                    let candidate = 2 * (y * columns + x) + light;
-                    let squared = x.abs_diff(column).pow(2) + y.abs_diff(row).pow(2);
-                    if self.has_data[candidate] && squared < best.0 {
-                        best = (squared, self.shifts[candidate]);
-                    }
-                }
+        for light in 0..2 {
+            let has_data = |row: usize, column: usize| self.has_data[2 * (row * columns + column) + light];
+            // The nearest column with data in each row, of two the left one.
+            let nearest_in_row: Vec<Option<usize>> = (0..rows * columns)
+                .map(|node| {
+                    let (row, column) = (node / columns, node % columns);
+                    (0..columns).find_map(|distance| {
+                        let left = column.checked_sub(distance).filter(|&left| has_data(row, left));
+                        let right =
+                            Some(column + distance).filter(|&right| right < columns && has_data(row, right));
+                        left.or(right)
+                    })
+                })
+                .collect();
+            let filled: Vec<f32> = (0..rows * columns)
+                .map(|node| {
+                    let (row, column) = (node / columns, node % columns);
+                    let distance = |other: usize| -> Option<(usize, usize)> {
+                        let found = nearest_in_row[other * columns + column]?;
+                        Some((
+                            other.abs_diff(row).pow(2) + found.abs_diff(column).pow(2),
+                            other * columns + found,
+                        ))
+                    };
+                    let nearest = (0..rows).filter_map(distance).min();
+                    nearest.map_or(0.0, |(_, found)| self.shifts[2 * found + light])
+                })
+                .collect();
+            for (node, shift) in filled.into_iter().enumerate() {
+                self.shifts[2 * node + light] = shift;
             }
         }
-        best.1
     }
 
     /// The nearest node, or the one past the last for all that is beyond the grid.
     #[inline]
     pub(crate) fn node(&self, x: f32, y: f32) -> usize {
-        // Halves go to the even node, which is the same in a mirror.
-        let column = (x * self.nodes_per_cm).round_ties_even() as i32;
-        let row = (y * self.nodes_per_cm).round_ties_even() as i32;
-        let (column, row) = (column.wrapping_sub(self.left), row.wrapping_sub(self.bottom));
+        let (column, row) =
+            (self.nearest(x).wrapping_sub(self.left), self.nearest(y).wrapping_sub(self.bottom));
         let is_inside = (column as u32) < (self.columns as u32) && (row as u32) < (self.rows as u32);
         if is_inside { (row * self.columns + column) as usize } else { (self.rows * self.columns) as usize }
+    }
+
+    /// The number of the column or row that is nearest to a coordinate. Halves go to the even one, which is the same in
+    /// a mirror.
+    ///
+    /// Adding 1.5 x 2^23 leaves no room for a fraction, and the bits of the sum count up from there: `round_ties_even` and
+    /// a conversion, on any processor and in any vector.
+    #[inline]
+    fn nearest(&self, coordinate: f32) -> i32 {
+        const NO_FRACTION: f32 = 12_582_912.0;
+        let node = (coordinate * self.nodes_per_cm).max(-4e6).min(4e6);
+        ((node + NO_FRACTION).to_bits() as i32).wrapping_sub(NO_FRACTION.to_bits() as i32)
     }
 
     /// The shift at a node.
@@ -594,6 +605,18 @@ mod tests {
             filled += 1;
         }
         assert!(filled > 100, "{filled}");
+    }
+
+    #[test]
+    fn the_nearest_node_is_the_rounded_coordinate() {
+        let table = model(TipModelConfig::default()).table;
+        for step in -40_000..40_000 {
+            let coordinate = step as f32 * 0.000_83;
+            assert_eq!(table.nearest(coordinate), (coordinate * table.nodes_per_cm).round_ties_even() as i32);
+        }
+        for beyond in [f32::NAN, f32::INFINITY, -1e30] {
+            assert_eq!(table.node(beyond, 5.0), (table.rows * table.columns) as usize);
+        }
     }
 
     #[test]

@@ -54,10 +54,7 @@ pub fn fitness_of_all(model: &TipModel, task: &Task, episodes: Vec<Episode>) -> 
             return fitness;
         }
         lanes.draw();
-        for step in 0..STRIDE {
-            lanes.decide();
-            dispatch::advance(&mut lanes, &course, step);
-        }
+        dispatch::stride(&mut lanes, &course);
     }
 }
 
@@ -180,8 +177,17 @@ impl Lanes {
         }
     }
 
+    /// As many steps as luck was drawn for.
+    #[inline(always)]
+    fn stride(&mut self, course: &Course<'_>) {
+        for step in 0..STRIDE {
+            self.decide();
+            self.advance(course, step);
+        }
+    }
+
     /// Lets every controller decide.
-    #[inline]
+    #[inline(always)]
     fn decide(&mut self) {
         let [of_x, of_y, bias, threshold] = &self.linear;
         for lane in 0..LANES {
@@ -244,12 +250,43 @@ impl Lanes {
 
 /// The widest vectors that this processor has, chosen when the program runs. All give the same bits: nothing is fused or
 /// summed in another order.
+#[allow(
+    unsafe_code,
+    reason = "calling a function that is compiled for a processor which was found to be here"
+)]
 mod dispatch {
     use super::{Course, Lanes};
 
-    /// [`Lanes::advance`].
-    pub(super) fn advance(lanes: &mut Lanes, course: &Course<'_>, step: usize) {
-        lanes.advance(course, step);
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
+    fn stride_avx512(lanes: &mut Lanes, course: &Course<'_>) {
+        lanes.stride(course);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn stride_avx2(lanes: &mut Lanes, course: &Course<'_>) {
+        lanes.stride(course);
+    }
+
+    /// [`Lanes::stride`].
+    pub(super) fn stride(lanes: &mut Lanes, course: &Course<'_>) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let has_avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512bw");
+            if has_avx512 {
+                // SAFETY: the processor has the features that the function is compiled for.
+                return unsafe { stride_avx512(lanes, course) };
+            }
+            if is_x86_feature_detected!("avx2") {
+                // SAFETY: as above.
+                return unsafe { stride_avx2(lanes, course) };
+            }
+        }
+        lanes.stride(course);
     }
 }
 
