@@ -446,15 +446,22 @@ impl Table {
         for light in 0..2 {
             let has_data = |row: usize, column: usize| self.has_data[2 * (row * columns + column) + light];
             // The nearest column with data in each row, of two the left one.
-            let nearest_in_row: Vec<Option<usize>> = (0..rows * columns)
-                .map(|node| {
-                    let (row, column) = (node / columns, node % columns);
-                    (0..columns).find_map(|distance| {
-                        let left = column.checked_sub(distance).filter(|&left| has_data(row, left));
-                        let right =
-                            Some(column + distance).filter(|&right| right < columns && has_data(row, right));
-                        left.or(right)
-                    })
+            let nearest_in_row: Vec<Option<usize>> = (0..rows)
+                .flat_map(|row| {
+                    let mut last = None;
+                    let mut left = vec![None; columns];
+                    for (column, left) in left.iter_mut().enumerate() {
+                        last = if has_data(row, column) { Some(column) } else { last };
+                        *left = last;
+                    }
+                    let mut next = None;
+                    for column in (0..columns).rev() {
+                        next = if has_data(row, column) { Some(column) } else { next };
+                        let is_nearer =
+                            |right: usize| left[column].is_none_or(|left| right - column < column - left);
+                        left[column] = next.filter(|&right| is_nearer(right)).or(left[column]);
+                    }
+                    left
                 })
                 .collect();
             let filled: Vec<f32> = (0..rows * columns)
@@ -467,7 +474,16 @@ impl Table {
                             other * columns + found,
                         ))
                     };
-                    let nearest = (0..rows).filter_map(distance).min();
+                    // Rows from here outwards, until even their nearest column is farther than what was found.
+                    let mut nearest = distance(row);
+                    for away in 1..rows {
+                        if nearest.is_some_and(|(squared, _)| away * away > squared) {
+                            break;
+                        }
+                        let above = row.checked_sub(away).and_then(distance);
+                        let below = Some(row + away).filter(|&below| below < rows).and_then(distance);
+                        nearest = [nearest, above, below].into_iter().flatten().min();
+                    }
                     nearest.map_or(0.0, |(_, found)| self.shifts[2 * found + light])
                 })
                 .collect();

@@ -204,37 +204,53 @@ impl Lanes {
         }
     }
 
-    /// One step of every plant, eqs. (4)-(8), and of its fitness, eq. (9).
+    /// One step of every plant, eqs. (4)-(8), and of its fitness, eq. (9). Each loop is one that becomes vectors.
     #[inline(always)]
     fn advance(&mut self, course: &Course<'_>, step: usize) {
         let shift = self.shifts(course.table);
         let [mean, sd] = course.growth;
-        let floor = course.seedling.y;
+        let (mut x, mut y, mut length) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
-            let (x, y, length) = (self.x[lane], self.y[lane], self.length[lane]);
-            let after = Sprout { x, y, length }.turned(shift[lane], mean + sd * self.luck[step][lane]);
-            let moved = f64::from(after.x) - f64::from(x);
-            let mut gain = 0.0;
-            for target in course.targets.iter().rev() {
-                let towards = if after.x < target.below {
-                    moved
-                } else if after.x > target.above {
-                    -moved
-                } else {
-                    moved.abs()
-                };
-                gain = if after.y < target.height { towards } else { gain };
-            }
-            gain = if after.y < floor { 0.0 } else { gain };
-            let is_alive = self.is_alive[lane] != 0;
-            self.x[lane] = if is_alive { after.x } else { x };
-            self.y[lane] = if is_alive { after.y } else { y };
-            self.length[lane] = if is_alive { after.length } else { length };
-            self.fitness[lane] += if is_alive { gain } else { 0.0 };
-            self.left[lane] -= u32::from(is_alive);
-            let goes_on = is_alive & (after.y < course.end) & (self.left[lane] > 0);
-            self.is_alive[lane] = if goes_on { !0 } else { 0 };
+            let before = Sprout { x: self.x[lane], y: self.y[lane], length: self.length[lane] };
+            let after = before.turned(shift[lane], mean + sd * self.luck[step][lane]);
+            (x[lane], y[lane], length[lane]) = (after.x, after.y, after.length);
         }
+        let gain = self.gains(course, &x, &y);
+        for lane in 0..LANES {
+            // Adding 0 to a sum that began with 0 changes no bit of it.
+            self.fitness[lane] += if self.is_alive[lane] != 0 { gain[lane] } else { 0.0 };
+        }
+        for lane in 0..LANES {
+            let is_alive = self.is_alive[lane] != 0;
+            self.x[lane] = if is_alive { x[lane] } else { self.x[lane] };
+            self.y[lane] = if is_alive { y[lane] } else { self.y[lane] };
+            self.length[lane] = if is_alive { length[lane] } else { self.length[lane] };
+            self.left[lane] = self.left[lane].wrapping_sub(self.is_alive[lane] & 1);
+            let goes_on = (self.y[lane] < course.end) & (self.left[lane] > 0);
+            self.is_alive[lane] &= if goes_on { !0 } else { 0 };
+        }
+    }
+
+    /// The discrete fitness of the step to `x` and `y`, eq. (9).
+    #[inline(always)]
+    fn gains(&self, course: &Course<'_>, x: &[f32; LANES], y: &[f32; LANES]) -> [f64; LANES] {
+        // 1 towards the next target, -1 away from it, 2 for the target itself, and 0 where no target counts.
+        let mut sense = [0.0_f32; LANES];
+        for target in course.targets.iter().rev() {
+            for lane in 0..LANES {
+                let not_right = if x[lane] < target.below { 1.0 } else { 2.0 };
+                let side = if x[lane] > target.above { -1.0 } else { not_right };
+                sense[lane] = if y[lane] < target.height { side } else { sense[lane] };
+            }
+        }
+        let mut gain = [0.0; LANES];
+        for lane in 0..LANES {
+            let counts = if y[lane] < course.seedling.y { 0.0 } else { sense[lane] };
+            let moved = f64::from(x[lane]) - f64::from(self.x[lane]);
+            let towards = if counts == 2.0 { moved.abs() } else { moved * f64::from(counts) };
+            gain[lane] = towards;
+        }
+        gain
     }
 
     /// The mean shift at the node nearest to each tip.
@@ -244,7 +260,11 @@ impl Lanes {
         for lane in 0..LANES {
             places[lane] = 2 * table.node(self.x[lane], self.y[lane]) as u32 + self.light[lane];
         }
-        places.map(|place| table.shifts[place as usize])
+        let mut shifts = [0.0; LANES];
+        for lane in 0..LANES {
+            shifts[lane] = table.shifts[places[lane] as usize];
+        }
+        shifts
     }
 }
 
