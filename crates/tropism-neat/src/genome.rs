@@ -151,8 +151,9 @@ impl Genome {
         &self.links
     }
 
-    /// Place of the neuron `id` in [`neurons`](Self::neurons).
-    pub(crate) fn position(&self, id: u32) -> Option<usize> {
+    /// Place of the neuron `id` in [`neurons`](Self::neurons), if there is one.
+    #[must_use]
+    pub fn position(&self, id: u32) -> Option<usize> {
         // All but the hidden neurons are numbered from 1 without a gap.
         let fixed = self.inputs + 1 + self.outputs;
         let index = id.wrapping_sub(1) as usize;
@@ -170,13 +171,14 @@ impl Genome {
     /// The id of a hidden neuron that no neuron but the bias and itself feeds, or that feeds none but itself.
     pub(crate) fn dead_hidden(&self) -> Option<u32> {
         let bias = self.inputs as u32 + 1;
-        let hidden =
-            self.neurons.iter().filter(|neuron| neuron.kind == NeuronKind::Hidden).map(|neuron| neuron.id);
-        hidden.into_iter().find(|&id| {
-            let mut others = self.links.iter().filter(|link| link.from != link.to);
-            let is_fed = others.clone().any(|link| link.to == id && link.from != bias);
-            !is_fed || !others.any(|link| link.from == id)
-        })
+        let (mut is_fed, mut feeds) = (vec![false; self.neurons.len()], vec![false; self.neurons.len()]);
+        let place = |id| self.position(id).expect("a genome's links join its own neurons");
+        for link in self.links.iter().filter(|link| link.from != link.to) {
+            is_fed[place(link.to)] |= link.from != bias;
+            feeds[place(link.from)] = true;
+        }
+        let mut hidden = self.inputs + 1 + self.outputs..self.neurons.len();
+        hidden.find(|&place| !is_fed[place] || !feeds[place]).map(|place| self.neurons[place].id)
     }
 
     /// Whether some neuron leads nowhere: a dead hidden neuron, an output with exactly one link in and one out, or an only

@@ -249,7 +249,7 @@ mod tests {
         let config = Config { weight_mutation_max_power: 0.5, ..config.clone() };
         let mut dice = dice(1);
         let mut all = Vec::new();
-        for _ in 0..60_000 / count {
+        for _ in 0..600_000 / count {
             let mut genome = fan(count, 6.0);
             assert!(change_weights(&mut genome, &config, &mut dice));
             all.extend(genome.links.iter().enumerate().filter(|&(place, _)| which(place)).map(

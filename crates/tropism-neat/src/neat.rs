@@ -10,7 +10,7 @@ use crate::genome::check_shape;
 use crate::innovation::Innovations;
 use crate::random::{Dice, Purpose};
 use crate::reproduce::Parents;
-use crate::species::{self, Species};
+use crate::species::{self, Settlement, Species};
 use crate::stats::{self, Generation};
 use crate::{Config, ConfigError, Genome, GenomeError};
 
@@ -103,15 +103,10 @@ impl Neat {
             nursery: Vec::new(),
             config,
         };
+        let mut settlement =
+            Settlement::new(&mut neat.species, &neat.config, neat.threshold, &mut neat.next_species);
         for (index, genome) in (0..).zip(&neat.population) {
-            species::settle(
-                &mut neat.species,
-                genome,
-                index,
-                &neat.config,
-                neat.threshold,
-                &mut neat.next_species,
-            );
+            settlement.settle(genome, index);
         }
         Ok(neat)
     }
@@ -200,6 +195,8 @@ impl Neat {
             fitness,
             species: &members,
         };
+        let mut settlement =
+            Settlement::new(&mut self.species, &self.config, self.threshold, &mut self.next_species);
         let mut born = 0;
         for (home, &offspring) in offspring.iter().enumerate() {
             let elite = parents.elite(home, offspring);
@@ -216,15 +213,7 @@ impl Neat {
                         parents.breed(home, &mut self.innovations, &mut dice, child);
                     }
                 }
-                let index = born as u32;
-                species::settle(
-                    &mut self.species,
-                    child,
-                    index,
-                    &self.config,
-                    self.threshold,
-                    &mut self.next_species,
-                );
+                settlement.settle(child, born as u32);
                 born += 1;
             }
         }

@@ -58,47 +58,53 @@ impl Network {
     pub fn new(genome: &Genome) -> Self {
         let neurons = genome.neurons();
         let place = |id| genome.position(id).expect("a genome's links join its own neurons");
+        let ends: Vec<_> = genome.links().iter().map(|link| (place(link.from), place(link.to))).collect();
+        let mut entering = vec![0; neurons.len()];
+        for &(_, to) in &ends {
+            entering[to] += 1;
+        }
         let mut places: Vec<usize> = (genome.inputs() + 1..neurons.len()).collect();
         places.sort_by(|&a, &b| neurons[a].depth.total_cmp(&neurons[b].depth));
-        let mut rank = vec![0; neurons.len()];
-        for (index, &place) in places.iter().enumerate() {
-            rank[place] = index;
-        }
-        let mut wires: Vec<(usize, Wire)> = genome
-            .links()
-            .iter()
-            .map(|link| {
-                let (from, to) = (place(link.from), place(link.to));
-                let is_forward = neurons[from].depth < neurons[to].depth;
-                (rank[to], Wire { from, weight: link.weight, is_forward })
-            })
-            .collect();
-        // Stable: within a unit, the inputs in their order, then the rest in the order of the genes.
-        let inputs = genome.inputs();
-        wires.sort_by_key(|&(unit, wire)| (unit, wire.from.min(inputs)));
-        let mut end = 0;
-        let unit = |(index, place): (usize, usize)| {
+        // Where the next wire into each neuron goes.
+        let (mut next, mut end) = (entering.clone(), 0);
+        let unit = |place: usize| {
             let start = end;
-            let own = wires[start..].iter().take_while(|wire| wire.0 == index);
-            let sensors = start..start + own.clone().take_while(|wire| wire.1.from < inputs).count();
-            end += own.count();
+            end += entering[place];
+            next[place] = start;
             let neuron = &neurons[place];
             Unit {
                 place,
-                wires: sensors.end..end,
-                sensors,
+                sensors: start..start,
+                wires: start..end,
                 activation: neuron.activation,
                 a: neuron.a,
                 b: neuron.b,
             }
         };
+        let mut units: Vec<Unit> = places.into_iter().map(unit).collect();
+        let mut wires = vec![Wire { from: 0, weight: 0.0, is_forward: false }; ends.len()];
+        for (link, (from, to)) in genome.links().iter().zip(ends) {
+            let is_forward = neurons[from].depth < neurons[to].depth;
+            wires[next[to]] = Wire { from, weight: link.weight, is_forward };
+            next[to] += 1;
+        }
+        // Within a unit, the inputs in their order, then the rest in the order of the genes.
+        let inputs = genome.inputs();
+        for unit in &mut units {
+            let own = &mut wires[unit.wires.clone()];
+            own.sort_by_key(|wire| wire.from.min(inputs));
+            let middle = unit.wires.start + own.partition_point(|wire| wire.from < inputs);
+            unit.sensors = unit.wires.start..middle;
+            unit.wires.start = middle;
+        }
+        let state = vec![0.0; neurons.len()];
         Self {
             inputs: genome.inputs(),
             outputs: genome.outputs(),
-            units: places.into_iter().enumerate().map(unit).collect(),
-            wires: wires.iter().map(|wire| wire.1).collect(),
-            state: vec![0.0; neurons.len()],
-            previous: vec![0.0; neurons.len()],
+            units,
+            wires,
+            previous: state.clone(),
+            state,
         }
     }
 

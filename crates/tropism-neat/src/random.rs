@@ -16,7 +16,11 @@ pub(crate) enum Purpose {
 }
 
 /// One stream of random draws.
-pub(crate) struct Dice(ChaCha8Rng);
+pub(crate) struct Dice {
+    stream: ChaCha8Rng,
+    /// Bits left over for coins, above a highest one that marks their end.
+    coins: u32,
+}
 
 impl Dice {
     /// The stream of `seed` for `purpose`, number `index`.
@@ -26,13 +30,13 @@ impl Dice {
         key[8..16].copy_from_slice(&(purpose as u64).to_le_bytes());
         let mut stream = ChaCha8Rng::from_seed(key);
         stream.set_stream(index);
-        Self(stream)
+        Self { stream, coins: 1 }
     }
 
     /// A uniform draw from `[0, 1)`, in steps of 2^-32.
     #[inline]
     pub(crate) fn uniform(&mut self) -> f64 {
-        f64::from(self.0.next_u32()) * (1.0 / 4_294_967_296.0)
+        f64::from(self.stream.next_u32()) * (1.0 / 4_294_967_296.0)
     }
 
     /// The difference of two uniform draws: triangular on `(-1, 1)`, standard deviation 0.408.
@@ -47,16 +51,21 @@ impl Dice {
         self.uniform() < p
     }
 
-    /// True half of the time.
+    /// True half of the time. A word of the stream is good for 31 coins.
     #[inline]
     pub(crate) fn coin(&mut self) -> bool {
-        self.0.next_u32() >> 31 == 1
+        if self.coins == 1 {
+            self.coins = self.stream.next_u32() | 1 << 31;
+        }
+        let heads = self.coins & 1 == 1;
+        self.coins >>= 1;
+        heads
     }
 
     /// A uniform whole number below `n` (at most 2^32 minus 1; the bias is below `n` in 2^32).
     #[inline]
     pub(crate) fn below(&mut self, n: usize) -> usize {
-        ((u64::from(self.0.next_u32()) * n as u64) >> 32) as usize
+        ((u64::from(self.stream.next_u32()) * n as u64) >> 32) as usize
     }
 
     /// An index drawn in proportion to `weights` (not negative); `None` when all of them are zero.
@@ -81,7 +90,7 @@ mod tests {
 
     #[test]
     fn streams_differ_by_seed_purpose_and_index() {
-        let draw = |seed, purpose, index| Dice::new(seed, purpose, index).0.next_u64();
+        let draw = |seed, purpose, index| Dice::new(seed, purpose, index).stream.next_u64();
         let first = draw(1, Purpose::Birth, 0);
         assert_eq!(first, draw(1, Purpose::Birth, 0));
         assert_ne!(first, draw(2, Purpose::Birth, 0));
@@ -102,6 +111,16 @@ mod tests {
         // Of a triangle on (-1, 1), three quarters lie within a half of the middle; of a uniform draw, one half would.
         let central = draws.iter().filter(|s| s.abs() < 0.5).count() as f64 / n;
         assert!((central - 0.75).abs() < 0.01, "{central}");
+    }
+
+    #[test]
+    fn coins_are_fair_and_do_not_follow_each_other() {
+        let mut dice = Dice::new(1, Purpose::Birth, 0);
+        let coins: Vec<bool> = (0..100_000).map(|_| dice.coin()).collect();
+        let share = |n: usize| n as f64 / coins.len() as f64;
+        let heads = share(coins.iter().filter(|&&coin| coin).count());
+        let repeats = share(coins.windows(2).filter(|pair| pair[0] == pair[1]).count());
+        assert!((heads - 0.5).abs() < 0.005 && (repeats - 0.5).abs() < 0.005, "{heads}, {repeats}");
     }
 
     #[test]

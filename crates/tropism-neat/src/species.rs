@@ -60,21 +60,66 @@ impl Species {
     }
 }
 
-/// Puts a genome, number `index` of its population, into the first species that it is compatible with, or founds one.
-pub(crate) fn settle(
-    species: &mut Vec<Species>,
-    genome: &Genome,
-    index: u32,
-    config: &Config,
+/// The species of a generation as its children join them, each of them known by the sketch of its representative.
+pub(crate) struct Settlement<'a> {
+    species: &'a mut Vec<Species>,
+    sketches: Vec<Sketch>,
+    config: &'a Config,
     threshold: f64,
-    next_id: &mut u32,
-) {
-    match species.iter_mut().find(|s| is_compatible(genome, &s.representative, config, threshold)) {
-        Some(home) => home.members.push(index),
-        None => {
-            species.push(Species::found(*next_id, genome.clone(), index));
-            *next_id += 1;
+    next_id: &'a mut u32,
+}
+
+impl<'a> Settlement<'a> {
+    /// The given species, to be joined by what lies within `threshold`; new ones are numbered from `next_id`.
+    pub(crate) fn new(
+        species: &'a mut Vec<Species>,
+        config: &'a Config,
+        threshold: f64,
+        next_id: &'a mut u32,
+    ) -> Self {
+        let sketches = species.iter().map(|s| Sketch::of(&s.representative)).collect();
+        Self { species, sketches, config, threshold, next_id }
+    }
+
+    /// Puts a genome, number `index` of its population, into the first species that it is compatible with, or founds one.
+    pub(crate) fn settle(&mut self, genome: &Genome, index: u32) {
+        let sketch = Sketch::of(genome);
+        // No genome has fewer than that many unmatched links to the representative, at no more than this distance each.
+        let size = if self.config.normalize_genome_size { f64::INFINITY } else { 1.0 };
+        let least = self.config.excess_coeff.min(self.config.disjoint_coeff) / size;
+        let is_far = |other: &Sketch| f64::from(sketch.unmatched(other)) * least > self.threshold;
+        let home = self.species.iter_mut().zip(&self.sketches).find(|(s, other)| {
+            !is_far(other) && is_compatible(genome, &s.representative, self.config, self.threshold)
+        });
+        if let Some((home, _)) = home {
+            home.members.push(index);
+        } else {
+            self.species.push(Species::found(*self.next_id, genome.clone(), index));
+            self.sketches.push(sketch);
+            *self.next_id += 1;
         }
+    }
+}
+
+/// Parities of how many links of a genome fall into each of 256 classes of innovation numbers.
+///
+/// Every link that only one of two genomes has changes one parity, so at least as many links are unmatched as parities
+/// differ. That tells most strangers apart without a look at their genes.
+#[derive(Clone, Copy)]
+struct Sketch([u64; 4]);
+
+impl Sketch {
+    fn of(genome: &Genome) -> Self {
+        let mut parities = [0; 4];
+        for link in &genome.links {
+            parities[(link.innovation >> 6 & 3) as usize] ^= 1 << (link.innovation & 63);
+        }
+        Self(parities)
+    }
+
+    /// The least number of links that only one of the two genomes has.
+    fn unmatched(&self, other: &Self) -> u32 {
+        self.0.iter().zip(&other.0).map(|(a, b)| (a ^ b).count_ones()).sum()
     }
 }
 
@@ -243,8 +288,9 @@ mod tests {
     fn the_first_compatible_species_takes_a_genome_and_a_stranger_founds_one() {
         let (config, mut species, mut next_id) = (Config::paper(), Vec::new(), 7);
         let genomes = [weighted(&[0.0]), weighted(&[0.0; 9]), weighted(&[0.0; 3]), weighted(&[0.0; 4])];
+        let mut settlement = Settlement::new(&mut species, &config, 5.0, &mut next_id);
         for (index, genome) in (0..).zip(&genomes) {
-            settle(&mut species, genome, index, &config, 5.0, &mut next_id);
+            settlement.settle(genome, index);
         }
         // The last is within 5 of both.
         let found: Vec<_> = species.iter().map(|s| (s.id, s.members.clone())).collect();
@@ -340,6 +386,8 @@ mod tests {
                 let exact = full(&kin[a], &kin[b], &config);
                 prop_assert_eq!(exact <= limit, is_compatible(&kin[a], &kin[b], &config, limit));
                 prop_assert_eq!(exact, full(&kin[b], &kin[a], &config));
+                let least = f64::from(Sketch::of(&kin[a]).unmatched(&Sketch::of(&kin[b])));
+                prop_assert!(normalize_genome_size || least <= exact, "{least} > {exact}");
             }
         }
     }
