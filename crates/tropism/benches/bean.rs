@@ -1,7 +1,7 @@
 //! What a bean costs: 1000 steps of five minutes without photographs.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tropism::greenhouse::bean::{Bean, Species, acceptance, grow, lamps};
+use tropism::greenhouse::bean::{Bean, Species, acceptance, lamps};
 
 fn bean(criterion: &mut Criterion) {
     let species = Species::default();
@@ -15,7 +15,7 @@ fn bean(criterion: &mut Criterion) {
         });
     });
     criterion.bench_function("bean, 1000 steps, tracked", |bencher| {
-        bencher.iter(|| grow(&species, 1, 1.0, 1000, |step, _| Some(acceptance::alternating(step))));
+        bencher.iter(|| acceptance::experiment(&species, 1));
     });
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use proptest::prelude::*;
-use tropism::greenhouse::bean::{Bean, Individual, Species, acceptance, grow};
+use tropism::greenhouse::bean::{Bean, Individual, Species, acceptance};
 
 /// The lamps of an open-loop experiment: they change every six hours, right first.
 fn alternating(step: u32) -> [f64; 2] {
@@ -137,9 +137,7 @@ fn a_typical_bean_is_an_individual() {
 #[test]
 fn sixty_beans_behave_as_the_paper_s_six() {
     let species = Species::default();
-    let tracks: Vec<_> = (0..60)
-        .map(|seed| grow(&species, seed, 1.0, 1000, |step, _| Some(acceptance::alternating(step))))
-        .collect();
+    let tracks: Vec<_> = (0..60).map(|seed| acceptance::experiment(&species, seed)).collect();
     check(&acceptance::population(&tracks));
 }
 

@@ -7,10 +7,8 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
-use tropism::environment;
 use tropism::experiment::files;
 use tropism::greenhouse::bean::{Species, acceptance, grow};
-use tropism::greenhouse::specimen::Specimen;
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
@@ -146,8 +144,7 @@ impl Grow {
             .into_par_iter()
             .map(|plant| {
                 let seed = random::derive(self.seed.seed, Purpose::Plant, plant.into());
-                let track =
-                    grow(&species, seed, 1.0, OPEN_LOOP_STEPS, |step, _| Some(acceptance::alternating(step)));
+                let track = acceptance::experiment(&species, seed);
                 progress.add(1);
                 track
             })
@@ -189,14 +186,12 @@ impl Grow {
         plant: u32,
     ) -> Option<Track> {
         let seed = random::derive(self.seed.seed, Purpose::Plant, plant.into());
-        let mut specimen = Specimen::new(species, seed, self.scale);
         let mut is_whole = true;
         let mut watch = |_: &Sample| {
             is_whole = !Shell::is_interrupted();
             if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        let Ok(mut track) = environment::run(&mut specimen, &mut *controller.build(task), task, &mut watch);
-        specimen.add_truth(&mut track);
+        let track = grow(species, seed, self.scale, &mut *controller.build(task), task, &mut watch);
         is_whole.then_some(track)
     }
 }

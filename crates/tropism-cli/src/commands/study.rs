@@ -680,3 +680,28 @@ impl Numbers {
         text + &format!("\nreport: {}", self.report.display())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_paper_written_out_is_the_default() {
+        let written: StudyPlan = toml::from_str(include_str!("../../../../studies/paper.toml")).unwrap();
+        assert_eq!(written, StudyPlan::default());
+        written.check().unwrap();
+    }
+
+    #[test]
+    fn the_quick_study_is_a_small_paper() {
+        let quick: StudyPlan = toml::from_str(QUICK).unwrap();
+        quick.check().unwrap();
+        assert_eq!((&quick.task, &quick.model), (&StudyPlan::default().task, &StudyPlan::default().model));
+    }
+
+    #[test]
+    fn a_resolved_study_reads_back() {
+        let text = toml::to_string(&StudyPlan::default()).unwrap();
+        assert_eq!(toml::from_str::<StudyPlan>(&text).unwrap(), StudyPlan::default());
+    }
+}

@@ -11,5 +11,4 @@ pub mod detector;
 pub mod scene;
 pub mod render;
 pub mod fault;
-pub mod specimen;
 pub mod tent;

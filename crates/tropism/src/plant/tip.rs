@@ -510,7 +510,7 @@ impl Table {
     #[inline]
     fn nearest(&self, coordinate: f32) -> i32 {
         const NO_FRACTION: f32 = 12_582_912.0;
-        let node = (coordinate * self.nodes_per_cm).max(-4e6).min(4e6);
+        let node = (coordinate * self.nodes_per_cm).clamp(-4e6, 4e6);
         ((node + NO_FRACTION).to_bits() as i32).wrapping_sub(NO_FRACTION.to_bits() as i32)
     }
 

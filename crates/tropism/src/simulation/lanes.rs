@@ -5,6 +5,8 @@
 //! vectors of them. A plant that is done leaves its lane to the next one; lanes are refilled every eight steps, when new
 //! luck is drawn.
 
+#![allow(clippy::needless_range_loop, reason = "a loop over lanes reads and writes many arrays at one place")]
+
 use tropism_neat::StepNetwork;
 
 use crate::plant::PlantModel;

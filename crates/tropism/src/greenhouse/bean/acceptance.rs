@@ -7,10 +7,13 @@
 //! Statistics of an experiment are taken per set of six plants, as the paper had six, and the median over sets is compared.
 
 use super::experiments::{self, Response};
-use super::grow::TRUTH;
+use super::grow::{TRUTH, grow};
 use super::{Bean, Species};
+use crate::control::periodic::Periodic;
+use crate::environment::unwatched;
 use crate::geometry::Point;
 use crate::light::Light;
+use crate::task::Task;
 use crate::track::{PERIOD_MIN, Track};
 
 /// Plants in a set: the paper's six open-loop experiments.
@@ -50,6 +53,13 @@ impl Row {
 #[must_use]
 pub const fn alternating(step: u32) -> Light {
     if (step / PERIOD).is_multiple_of(2) { Light::Right } else { Light::Left }
+}
+
+/// The open-loop experiment of `seed`: 1000 steps, the light of [`alternating`].
+#[must_use]
+pub fn experiment(species: &Species, seed: u64) -> Track {
+    let mut controller = Periodic::new(PERIOD, Light::Right);
+    grow(species, seed, 1.0, &mut controller, &Task::open_loop(PHASES[2].end as u32), &mut unwatched)
 }
 
 /// What the statistics need of one plant.
@@ -136,7 +146,7 @@ fn rare<'a>(moves: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
     quantile(moves.flatten().map(|moved| moved.abs()).collect(), 0.999)
 }
 
-/// Rows 1 to 13, 16 and 19, from open-loop tracks of 1000 steps in sets of six, as [`super::grow`] makes them.
+/// Rows 1 to 13, 16 and 19, from open-loop tracks of 1000 steps in sets of six, as [`experiment`] makes them.
 ///
 /// A rest of fewer than six tracks is left out.
 ///

@@ -1,68 +1,84 @@
-//! A virtual experiment without photographs: for statistics, where thousands of plants are wanted.
+//! A virtual bean without photographs: a world for statistics, where thousands of plants are wanted.
+
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use rand_chacha::ChaCha8Rng;
 
 use super::{Bean, Species};
-use crate::geometry::Point;
+use crate::control::Controller;
+use crate::environment::{Environment, run};
 use crate::greenhouse::detector;
 use crate::light::Light;
-use crate::observation::Quality;
+use crate::observation::Observation;
 use crate::random::{self, Purpose};
+use crate::task::Task;
 use crate::track::{PERIOD_MIN, Sample, Track};
 
 /// The lamps' power for a light: one of them full, or both dark.
 #[must_use]
 pub fn lamps(light: Option<Light>) -> [f64; 2] {
-    match light {
-        Some(Light::Left) => [1.0, 0.0],
-        Some(Light::Right) => [0.0, 1.0],
-        None => [0.0, 0.0],
+    Light::BOTH.map(|lamp| if light == Some(lamp) { 1.0 } else { 0.0 })
+}
+
+/// A bean whose tip is placed as the paper's detector would place it in a photograph: projected, leaves included, on its
+/// grid and with its noise.
+struct Specimen {
+    bean: Bean,
+    noise: ChaCha8Rng,
+    /// What is true at each observation, in the order of [`TRUTH`].
+    truth: [Vec<f64>; 5],
+}
+
+impl Environment for Specimen {
+    type Error = Infallible;
+
+    fn observe(&mut self) -> Result<Observation, Infallible> {
+        let [x, y, z] = self.bean.apex();
+        let truth = [x, y, z, self.bean.length(), self.bean.peak_curvature()];
+        for (column, value) in self.truth.iter_mut().zip(truth) {
+            column.push(value);
+        }
+        Ok(Observation::simulated(detector::detect(&self.bean.pose(), &mut self.noise)))
+    }
+
+    fn step(&mut self, light: Light) -> Result<(), Infallible> {
+        self.bean.advance(lamps(Some(light)), PERIOD_MIN);
+        Ok(())
     }
 }
 
-/// Grows the plant of `seed` for `steps` steps of five minutes and tracks it as the paper's detector would.
+/// Grows the plant of `seed`, with `scale` times the variation between real plants, under `controller` until `task` is
+/// over or `watch` breaks off.
 ///
-/// `light` is asked at every step, with the step and the tip just seen, which lamp to light until the next. The track has
-/// `steps + 1` rows and the columns `apex_x_cm`, `apex_y_cm`, `apex_z_cm` (the true shoot apex), `length_cm` (along the
-/// stem) and `curvature_per_cm` (the largest along the stem).
+/// The track has the columns `apex_x_cm`, `apex_y_cm`, `apex_z_cm` (the true shoot apex), `length_cm` (along the stem) and
+/// `curvature_per_cm` (the largest along the stem).
 ///
 /// ```
+/// use tropism::control::chase::Chase;
+/// use tropism::environment::unwatched;
 /// use tropism::greenhouse::bean::{Species, grow};
-/// use tropism::light::Light;
-/// let track = grow(&Species::default(), 1, 1.0, 24, |_, tip| {
-///     Some(if tip.x < 1.0 { Light::Right } else { Light::Left })
-/// });
+/// use tropism::task::Task;
+/// let task = Task { max_steps: 24, ..Task::default() };
+/// let mut controller = Chase::new(task.targets.clone());
+/// let track = grow(&Species::default(), 1, 1.0, &mut controller, &task, &mut unwatched);
 /// assert_eq!(track.samples.len(), 25);
 /// ```
 pub fn grow(
     species: &Species,
     seed: u64,
     scale: f64,
-    steps: u32,
-    mut light: impl FnMut(u32, Point) -> Option<Light>,
+    controller: &mut (impl Controller + ?Sized),
+    task: &Task,
+    watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Track {
-    let mut bean = Bean::new(species.draw(seed, scale), seed);
-    let mut noise = random::stream(seed, Purpose::Camera, 0);
-    let mut track = Track::default();
-    let mut truth: [Vec<f64>; 5] = Default::default();
-    for step in 0..=steps {
-        let pose = bean.pose();
-        let tip = detector::detect(&pose, &mut noise);
-        let light = if step < steps { light(step, tip) } else { None };
-        track.samples.push(Sample {
-            step,
-            time_s: f64::from(step) * PERIOD_MIN * 60.0,
-            tip,
-            light,
-            quality: Quality::Simulated,
-        });
-        let [x, y, z] = pose.apex();
-        for (column, value) in truth.iter_mut().zip([x, y, z, bean.length(), bean.peak_curvature()]) {
-            column.push(value);
-        }
-        if step < steps {
-            bean.advance(lamps(light), PERIOD_MIN);
-        }
-    }
-    for (name, values) in TRUTH.into_iter().zip(truth) {
+    let mut specimen = Specimen {
+        bean: Bean::new(species.draw(seed, scale), seed),
+        noise: random::stream(seed, Purpose::Camera, 0),
+        truth: Default::default(),
+    };
+    let Ok(mut track) = run(&mut specimen, controller, task, watch);
+    for (name, values) in TRUTH.into_iter().zip(specimen.truth) {
         track.add_numbers(name, 5, values);
     }
     track
