@@ -1,6 +1,7 @@
 //! The virtual tent as a rig: one bean, one camera, two lamps, a flash and a clock that jumps.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -46,20 +47,28 @@ struct Tent {
     lit: Option<Light>,
     has_flash: bool,
     now_min: f64,
-    truths: Vec<Truth>,
+    /// What is true at each step, by its minute.
+    truths: BTreeMap<u64, Truth>,
 }
 
 impl Tent {
+    /// Lets the bean live until `minutes`, and notes what is true then: the times that are asked for are those of steps.
     fn advance_to(&mut self, minutes: f64) {
         if minutes > self.now_min {
             let power = |light| if self.lit == Some(light) { 1.0 } else { 0.0 };
             self.bean.advance(Light::BOTH.map(power), minutes - self.now_min);
             self.now_min = minutes;
         }
+        self.note_truth();
     }
 
     fn note_truth(&mut self) {
-        self.truths.push(truth(&self.bean.pose(), self.renderer.frame()));
+        let truth = truth(&self.bean.pose(), self.renderer.frame());
+        self.truths.insert(self.minute(), truth);
+    }
+
+    fn minute(&self) -> u64 {
+        self.now_min.round() as u64
     }
 }
 
@@ -121,18 +130,18 @@ impl Greenhouse {
             lit: None,
             has_flash: false,
             now_min: 0.0,
-            truths: Vec::new(),
+            truths: BTreeMap::new(),
         };
         Ok((Device(Rc::new(RefCell::new(tent))), Eye::new(self.calibration(), vision)?))
     }
 }
 
 impl Device {
-    /// What was true at each photograph so far, as CSV with one row a step. Never read by vision.
+    /// What was true at each step so far, as CSV with one row a step. Never read by vision.
     #[must_use]
     pub fn truth_csv(&self) -> Vec<u8> {
         let mut text = "step,top_x_cm,top_y_cm,apex_x_cm,apex_y_cm\n".to_owned();
-        for (step, truth) in self.0.borrow().truths.iter().enumerate() {
+        for (step, truth) in self.0.borrow().truths.values().enumerate() {
             let Truth { top, apex, .. } = truth;
             text += &format!("{step},{:.4},{:.4},{:.4},{:.4}\n", top.x, top.y, apex.x, apex.y);
         }
@@ -143,10 +152,9 @@ impl Device {
 impl Camera for Device {
     fn photograph(&mut self) -> Result<Photo, RigError> {
         let mut tent = self.0.borrow_mut();
-        tent.note_truth();
         let tent = &mut *tent;
         // The frame's noise is named by its time, so a resumed run takes the photograph that it would have taken.
-        let frame = tent.now_min.round() as u64;
+        let frame = tent.minute();
         let bytes = tent.renderer.photograph(&tent.bean.pose(), tent.lit, tent.has_flash, frame);
         Ok(Photo { name: String::new(), bytes, time_s: tent.now_min * 60.0 })
     }
@@ -173,6 +181,7 @@ impl Clock for Device {
 
     fn relive(&mut self, light: Light, until: Duration) {
         let mut tent = self.0.borrow_mut();
+        // The step that is lived through again begins where the tent stands.
         tent.note_truth();
         tent.lit = Some(light);
         tent.advance_to(until.as_secs_f64() / 60.0);
