@@ -20,13 +20,13 @@ pub fn lit(image: &Image, lamps: Option<[Region; 2]>) -> Option<Light> {
     let sides = lamps.unwrap_or([third, Region { x: image.width - third.width, ..third }]);
     let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
     let median = {
-        let mut greys: Vec<u16> = greys(image, whole, 8).collect();
+        let mut greys: Vec<u16> = greys(image, whole, (image.width / 80).max(1)).collect();
         let middle = greys.len() / 2;
         *greys.select_nth_unstable(middle).1
     };
     let [left, right] = sides.map(|side| {
         let (mut glow, mut count) = (0_u64, 0_u64);
-        for grey in greys(image, side, 2) {
+        for grey in greys(image, side, (image.width / 320).max(2)) {
             let excess = u64::from(grey.saturating_sub(median));
             glow += excess * excess;
             count += 1;

@@ -8,6 +8,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::math;
+use crate::vision::parts::Bounds;
 use crate::vision::segment::Plane;
 
 /// A place in a plane: column and row, with fractions.
@@ -37,17 +38,18 @@ const FAINT: f64 = 0.25;
 
 /// The line through the middle of the stem of one part of a plane, from near `base` up, about a sample between points.
 ///
-/// `is_part` says which samples are the plant, `top` is its highest point, and gaps of up to `reach` - 1 samples are
+/// `is_part` says which samples within `bounds` are the plant, `top` is its highest point, and gaps of up to `reach` - 1 samples are
 /// crossed. The last point is where the stem ends: `None` where there is no way from base to top.
 #[must_use]
 pub fn trace(
     plane: &Plane,
+    bounds: Bounds,
     is_part: impl Fn(usize) -> bool,
     base: Place,
     top: Place,
     reach: usize,
 ) -> Option<Vec<Place>> {
-    let window = Window::around(plane, is_part, reach)?;
+    let window = Window::around(plane, bounds, is_part, reach);
     let (start, goal) = (window.nearest(base)?, window.nearest(top)?);
     let up = window.ways(start);
     let way = up.to(goal).filter(|way| way.len() > 1)?;
@@ -209,19 +211,10 @@ struct Window {
 }
 
 impl Window {
-    fn around(plane: &Plane, is_part: impl Fn(usize) -> bool, reach: usize) -> Option<Self> {
-        let (mut left, mut right, mut top, mut bottom) = (usize::MAX, 0, usize::MAX, 0);
-        for y in 0..plane.height {
-            for x in (0..plane.width).filter(|&x| is_part(y * plane.width + x)) {
-                (left, right, top, bottom) = (left.min(x), right.max(x), top.min(y), bottom.max(y));
-            }
-        }
-        if left > right {
-            return None;
-        }
-        let origin = (left.saturating_sub(reach), top.saturating_sub(reach));
-        let width = (right + reach).min(plane.width - 1) - origin.0 + 1;
-        let height = (bottom + reach).min(plane.height - 1) - origin.1 + 1;
+    fn around(plane: &Plane, bounds: Bounds, is_part: impl Fn(usize) -> bool, reach: usize) -> Self {
+        let origin = (bounds.left.saturating_sub(reach), bounds.top.saturating_sub(reach));
+        let width = (bounds.right + reach).min(plane.width - 1) - origin.0 + 1;
+        let height = (bounds.bottom + reach).min(plane.height - 1) - origin.1 + 1;
         let is_part: Vec<bool> = (0..width * height)
             .map(|at| is_part((origin.1 + at / width) * plane.width + origin.0 + at % width))
             .collect();
@@ -239,7 +232,7 @@ impl Window {
                 }
             })
             .collect();
-        Some(Self { origin, width, is_part, step })
+        Self { origin, width, is_part, step }
     }
 
     fn place(&self, at: usize) -> Place {
@@ -431,8 +424,10 @@ mod tests {
         Plane { width, height, values, origin: (0, 0), step: 1 }
     }
 
+    const ALL: Bounds = Bounds { left: 0, right: 79, top: 0, bottom: 89 };
+
     fn traced(plane: &Plane, base: Place, top: Place) -> Vec<Place> {
-        trace(plane, |at| plane.values[at] > 0.5, base, top, 3).unwrap()
+        trace(plane, ALL, |at| plane.values[at] > 0.5, base, top, 3).unwrap()
     }
 
     #[test]
@@ -471,7 +466,7 @@ mod tests {
     fn gaps_are_crossed_and_what_is_not_there_is_none() {
         let broken = plane(&[((40.0, 89.0), (40.0, 52.0), 2.0), ((40.0, 45.0), (40.0, 10.0), 2.0)]);
         assert!(traced(&broken, (40.0, 89.0), (40.0, 8.0)).len() > 70);
-        assert_eq!(trace(&broken, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
-        assert_eq!(trace(&broken, |at| at == 7, (0.0, 0.0), (0.0, 0.0), 3), None);
+        assert_eq!(trace(&broken, ALL, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
+        assert_eq!(trace(&broken, ALL, |at| at == 7, (0.0, 0.0), (0.0, 0.0), 3), None);
     }
 }

@@ -61,7 +61,8 @@ pub struct VisionConfig {
     pub threshold: f64,
     /// Samples that are as bright as the plant, at least: what "the brightest" are is read from this many.
     pub bright_samples: usize,
-    /// Deviations of the background that the brightest samples must exceed it by, or no plant is seen.
+    /// The brightest samples must exceed the background by more of its deviations than this, or no plant is seen; in mode
+    /// `robust` the plant's learned colour too.
     pub contrast: f64,
     /// Whether the stem is looked for too: by eqs. (10) and (11) in mode `paper`, as the plant's midline in `robust`.
     pub stem: bool,
@@ -201,7 +202,7 @@ pub fn look_from(image: &Image, base: Option<Pixel>, config: &VisionConfig) -> O
     let plane = segment::sample(image, crop, segment::LUMA, config.sigma * step as f64, step);
     let levels = Levels::of(&plane, config.bright_samples);
     let contrast = levels.contrast();
-    if contrast < config.contrast {
+    if contrast <= config.contrast {
         return None;
     }
     let tip = tip::highest(&plane, levels.threshold(config.threshold))?;

@@ -72,30 +72,6 @@ pub fn contact_sheet(images: &[Image], columns: usize) -> Image {
     Image { width, height, rgb }
 }
 
-/// The picture at one `factor`-th of its size, each pixel the mean of those that it stands for; rows and columns that do
-/// not fill a last one are left off.
-///
-/// # Panics
-/// If `factor` is 0.
-#[must_use]
-pub fn shrink(image: &Image, factor: usize) -> Image {
-    let (width, height) = (image.width / factor, image.height / factor);
-    let mut rgb = Vec::with_capacity(3 * width * height);
-    let mut sums = vec![0_usize; 3 * width];
-    for rows in image.rgb.chunks_exact((3 * image.width * factor).max(1)).take(height) {
-        sums.fill(0);
-        for row in rows.chunks_exact(3 * image.width) {
-            for (x, pixel) in row.chunks_exact(3).take(width * factor).enumerate() {
-                for (channel, value) in pixel.iter().enumerate() {
-                    sums[3 * (x / factor) + channel] += usize::from(*value);
-                }
-            }
-        }
-        rgb.extend(sums.iter().map(|sum| (sum / (factor * factor)) as u8));
-    }
-    Image { width, height, rgb }
-}
-
 /// A picture that is being drawn on.
 struct Canvas {
     pixmap: Pixmap,
@@ -226,13 +202,5 @@ mod tests {
         assert_eq!((sheet.width, sheet.height), (8, 6));
         assert_eq!((sheet.at(7, 1), sheet.at(1, 5), sheet.at(2, 5)), ([100; 3], [7; 3], [0; 3]));
         assert_eq!(contact_sheet(&[], 0), grey(0, 0));
-    }
-
-    #[test]
-    fn shrinking_takes_means() {
-        let image =
-            Image { width: 3, height: 2, rgb: [[0; 3], [40; 3], [9; 3], [80; 3], [120; 3], [9; 3]].concat() };
-        assert_eq!(shrink(&image, 2), Image { width: 1, height: 1, rgb: vec![60; 3] });
-        assert_eq!(shrink(&image, 5), grey(0, 0));
     }
 }

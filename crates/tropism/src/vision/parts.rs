@@ -16,6 +16,28 @@ pub struct Part {
     pub sure: usize,
     /// Least distance from one of its samples to the anchor, in samples.
     pub distance: f64,
+    /// The columns and rows that it lies in.
+    pub bounds: Bounds,
+}
+
+/// A rectangle of samples, the last column and row included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bounds {
+    /// First column.
+    pub left: usize,
+    /// Last column.
+    pub right: usize,
+    /// First row.
+    pub top: usize,
+    /// Last row.
+    pub bottom: usize,
+}
+
+impl Bounds {
+    fn reach(&mut self, x: usize, y: usize) {
+        (self.left, self.right) = (self.left.min(x), self.right.max(x));
+        (self.top, self.bottom) = (self.top.min(y), self.bottom.max(y));
+    }
 }
 
 /// How surely a sample is plant.
@@ -49,6 +71,8 @@ impl Parts {
             }
             let label = parts.len() as u32 + 1;
             let (mut sure, mut square) = (0, f64::INFINITY);
+            let (x, y) = (seed % width, seed / width);
+            let mut bounds = Bounds { left: x, right: x, top: y, bottom: y };
             labels[seed] = label;
             stack.push(seed);
             while let Some(at) = stack.pop() {
@@ -56,6 +80,7 @@ impl Parts {
                 let (dx, dy) = (x as f64 - anchor.0, y as f64 - anchor.1);
                 sure += usize::from(plane[at] == Belief::Sure);
                 square = square.min(dx * dx + dy * dy);
+                bounds.reach(x, y);
                 // All around an inner sample there is one of the part that is nearer to whatever lies farther out.
                 let is_inner = around(x, y, 1).all(|next| plane[next] != Belief::No);
                 for next in around(x, y, if is_inner { 1 } else { reach }) {
@@ -65,7 +90,7 @@ impl Parts {
                     }
                 }
             }
-            parts.push(Part { sure, distance: square.sqrt() });
+            parts.push(Part { sure, distance: square.sqrt(), bounds });
         }
         Self { labels, parts }
     }
@@ -115,6 +140,7 @@ mod tests {
     #[test]
     fn gaps_within_reach_are_bridged() {
         assert_eq!(parts(&ROWS, 2).parts.len(), 2);
-        assert_eq!(parts(&ROWS, 3).parts, [Part { sure: 4, distance: 0.0 }]);
+        let bounds = Bounds { left: 0, right: 4, top: 0, bottom: 3 };
+        assert_eq!(parts(&ROWS, 3).parts, [Part { sure: 4, distance: 0.0, bounds }]);
     }
 }

@@ -16,7 +16,7 @@ use crate::vision::{Sighting, VisionConfig, midline, tip};
 const REACH: usize = 3;
 
 /// Background is learned from every so many samples, both ways.
-const THIN: usize = 2;
+const THIN: usize = 3;
 
 /// Deviations of the background's score above which a sample is plant if it hangs together with what surely is.
 const PERHAPS: f64 = 4.0;
@@ -32,10 +32,17 @@ pub(super) fn look(
     config: &VisionConfig,
 ) -> Option<Sighting> {
     let step = config.step(image.width);
-    let sigma = config.sigma * step as f64;
-    let grey = segment::sample(image, crop, LUMA, sigma, step);
+    // A crop of fewer pixels than samples are apart is read as it is.
+    let step = step.min(crop.width).min(crop.height);
+    let small = segment::shrink(image, crop, step);
+    let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
+    let grid = Grid { crop, step };
+    let grey = segment::sample(&small, whole, LUMA, config.sigma, 1);
     let levels = Levels::of(&grey, config.bright_samples);
-    let foot = base.map(|base| Foot::new(&grey, base));
+    if levels.contrast() <= config.contrast {
+        return None;
+    }
+    let foot = base.map(|base| Foot::new(&grey, grid.place(base)));
     let anchor = foot.as_ref().map_or((0.0, 0.0), |foot| foot.place);
     let choose = |parts: &Parts| {
         if foot.is_some() {
@@ -51,50 +58,54 @@ pub(super) fn look(
     let seeds = Parts::of(&bright, grey.width, REACH, anchor);
     let seed = choose(&seeds)?;
     let colour =
-        learn(image, &grey, levels.threshold(config.threshold / 2.0), |at| seeds.labels[at] == seed)?;
-    if colour.separation < config.contrast {
+        learn(&small, &grey, levels.threshold(config.threshold / 2.0), |at| seeds.labels[at] == seed)?;
+    if colour.separation <= config.contrast {
         return None;
     }
 
-    let score = segment::sample(image, crop, colour.weights.map(|weight| weight as f32), sigma, step);
-    let plant = united(&score, colour.offset as f32, &grey, &levels);
-    let least = (PERHAPS / colour.separation).max(config.threshold / 2.0) as f32;
-    let belief: Vec<Belief> = plant
-        .values
-        .iter()
-        .zip(&score.values)
-        .map(|(&plant, &score)| match () {
-            () if plant > config.threshold as f32 => Belief::Sure,
-            () if score + colour.offset as f32 > least => Belief::Perhaps,
-            () => Belief::No,
-        })
-        .collect();
+    let score = segment::sample(&small, whole, colour.weights.map(|weight| weight as f32), config.sigma, 1);
+    let (plant, belief) = judge(score, &colour, &grey, &levels, config);
     let parts = Parts::of(&belief, plant.width, REACH, anchor);
     let chosen = choose(&parts)?;
-    if foot.is_some_and(|foot| parts.parts[chosen as usize - 1].distance > foot.reach) {
+    let part = &parts.parts[chosen as usize - 1];
+    if foot.is_some_and(|foot| part.distance > foot.reach) {
         return None;
     }
-    let tip = tip::edge(&plant, |at| parts.labels[at] == chosen, config.threshold as f32)?;
-    let stem =
-        if config.stem { midline(&plant, |at| parts.labels[at] == chosen, base, anchor, tip) } else { None };
+    let is_part = |at: usize| parts.labels[at] == chosen;
+    let top = tip::edge(&plant, part.bounds, is_part, config.threshold as f32)?;
+    let line = if config.stem {
+        midline::trace(&plant, part.bounds, is_part, anchor, (top.x, top.y), REACH)
+    } else {
+        None
+    };
+    let stem = line.map(|line| {
+        let mut stem: Vec<Pixel> = line.into_iter().map(|place| grid.pixel(place)).collect();
+        // Straight down to the base where the crop cuts the foot off.
+        stem.splice(0..0, base.filter(|base| base.y > stem[0].y + step as f64));
+        stem
+    });
     let apex = stem.as_ref().and_then(|stem| stem.last().copied());
-    Some(Sighting { tip, apex, stem, contrast: colour.separation })
+    Some(Sighting { tip: grid.pixel((top.x, top.y)), apex, stem, contrast: colour.separation })
 }
 
-/// The midline in the photograph, from the base up, where one is known: straight to where the crop cuts the foot off.
-fn midline(
-    plant: &Plane,
-    is_part: impl Fn(usize) -> bool,
-    base: Option<Pixel>,
-    anchor: (f64, f64),
-    tip: Pixel,
-) -> Option<Vec<Pixel>> {
-    let line = midline::trace(plant, is_part, anchor, plant.place(tip), REACH)?;
-    let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plant.pixel(x, y)).collect();
-    if let Some(base) = base.filter(|base| base.y > stem[0].y + plant.step as f64) {
-        stem.insert(0, base);
+/// Where the samples of a shrunken crop lie in the photograph.
+struct Grid {
+    crop: Region,
+    step: usize,
+}
+
+impl Grid {
+    fn pixel(&self, (x, y): (f64, f64)) -> Pixel {
+        let step = self.step as f64;
+        let middle = (step - 1.0) / 2.0;
+        Pixel::new(self.crop.x as f64 + x * step + middle, self.crop.y as f64 + y * step + middle)
     }
-    Some(stem)
+
+    fn place(&self, pixel: Pixel) -> (f64, f64) {
+        let step = self.step as f64;
+        let middle = (step - 1.0) / 2.0;
+        ((pixel.x - self.crop.x as f64 - middle) / step, (pixel.y - self.crop.y as f64 - middle) / step)
+    }
 }
 
 /// Where the plant should begin within the crop.
@@ -106,8 +117,7 @@ struct Foot {
 }
 
 impl Foot {
-    fn new(plane: &Plane, base: Pixel) -> Self {
-        let (x, y) = plane.place(base);
+    fn new(plane: &Plane, (x, y): (f64, f64)) -> Self {
         let place = (x.clamp(0.0, plane.width as f64 - 1.0), y.clamp(0.0, plane.height as f64 - 1.0));
         // Where the crop cuts the foot off, the stem may have leaned as far aside as it has risen.
         let cut = (x - place.0).abs().max((y - place.1).abs());
@@ -116,7 +126,7 @@ impl Foot {
 }
 
 /// Learns the plant's colour from its `seeds` and from all that is darker than `dark`.
-fn learn(image: &Image, grey: &Plane, dark: f32, seeds: impl Fn(usize) -> bool) -> Option<Discriminant> {
+fn learn(small: &Image, grey: &Plane, dark: f32, seeds: impl Fn(usize) -> bool) -> Option<Discriminant> {
     let (mut plant, mut background) = (Colours::default(), Colours::default());
     for y in 0..grey.height {
         for x in 0..grey.width {
@@ -127,21 +137,37 @@ fn learn(image: &Image, grey: &Plane, dark: f32, seeds: impl Fn(usize) -> bool) 
                 () if is_thin && grey.values[at] < dark => &mut background,
                 () => continue,
             };
-            colours.add(image.at(grey.origin.0 + x * grey.step, grey.origin.1 + y * grey.step));
+            colours.add(small.at(x, y));
         }
     }
     Discriminant::learn(&plant, &background)
 }
 
-/// The greater of colour's score and brightness, both 0 for background and 1 for plant: saturated tissue has lost its
-/// colour, and shaded tissue its brightness.
-fn united(score: &Plane, offset: f32, grey: &Plane, levels: &Levels) -> Plane {
-    let range = levels.bright - levels.background;
-    let values = score
+/// How much each sample is plant: the greater of colour's score and brightness, both 0 for background and 1 for plant, as
+/// saturated tissue has lost its colour and shaded tissue its brightness. And what is believed of it.
+fn judge(
+    mut score: Plane,
+    colour: &Discriminant,
+    grey: &Plane,
+    levels: &Levels,
+    config: &VisionConfig,
+) -> (Plane, Vec<Belief>) {
+    let (offset, range) = (colour.offset as f32, levels.bright - levels.background);
+    let sure = config.threshold as f32;
+    let perhaps = (PERHAPS / colour.separation).max(config.threshold / 2.0) as f32;
+    let belief = score
         .values
-        .iter()
+        .iter_mut()
         .zip(&grey.values)
-        .map(|(&score, &grey)| (score + offset).max((grey - levels.background) / range))
+        .map(|(value, grey)| {
+            let score = *value + offset;
+            *value = score.max((grey - levels.background) / range);
+            match () {
+                () if *value > sure => Belief::Sure,
+                () if score > perhaps => Belief::Perhaps,
+                () => Belief::No,
+            }
+        })
         .collect();
-    Plane { values, ..*score }
+    (score, belief)
 }

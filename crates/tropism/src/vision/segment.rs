@@ -46,6 +46,34 @@ impl Plane {
     }
 }
 
+/// The crop at one `factor`-th of its size, each pixel the mean of those that it stands for; rows and columns that do not
+/// fill a last one are left off.
+///
+/// # Panics
+/// If `crop` does not lie inside the picture or `factor` is 0.
+#[must_use]
+pub fn shrink(image: &Image, crop: Region, factor: usize) -> Image {
+    assert!(crop.fits(image.width, image.height) && factor > 0, "{crop:?} by {factor}");
+    let (width, height) = (crop.width / factor, crop.height / factor);
+    let pixels = (factor * factor) as u32;
+    let mut rgb = Vec::with_capacity(3 * width * height);
+    let mut sums = vec![0_u32; 3 * width * factor];
+    for top in (crop.y..).step_by(factor).take(height) {
+        sums.fill(0);
+        for y in top..top + factor {
+            let row = &image.rgb[3 * (y * image.width + crop.x)..][..3 * width * factor];
+            sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += u32::from(*value));
+        }
+        for square in sums.chunks_exact(3 * factor) {
+            let sum = square
+                .chunks_exact(3)
+                .fold([0; 3], |sum, pixel| [sum[0] + pixel[0], sum[1] + pixel[1], sum[2] + pixel[2]]);
+            rgb.extend(sum.map(|sum| ((sum + pixels / 2) / pixels) as u8));
+        }
+    }
+    Image { width, height, rgb }
+}
+
 /// The rows of `values` that a Gaussian of deviation `sigma` weighs, to three deviations; the weights sum to 1.
 fn gaussian(sigma: f64) -> Vec<f32> {
     let radius = (3.0 * sigma).ceil() as i32;
@@ -129,7 +157,9 @@ pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step:
 pub struct Levels {
     /// The median: a plant fills the smaller part of a crop.
     pub background: f32,
-    /// One deviation of the background, from its darker half alone, which no plant disturbs; at least half a grey value.
+    /// One deviation of the background: as far below the median as a normal one has its 16 %, or as far above as it has
+    /// its 70 % where black clips the darker side; at least half a grey value. A plant of up to 30 % of the crop does not
+    /// disturb it.
     pub spread: f32,
     /// The level that the brightest few pixels reach.
     pub bright: f32,
@@ -143,7 +173,7 @@ impl Levels {
         let mut histogram = vec![0_usize; 256 * BINS_PER_GREY as usize];
         let last = histogram.len() - 1;
         for value in &plane.values {
-            histogram[((value * BINS_PER_GREY) as usize).min(last)] += 1;
+            histogram[((value * BINS_PER_GREY) as i32).clamp(0, last as i32) as usize] += 1;
         }
         let quantile = |rank: usize| {
             let mut below = 0;
@@ -156,7 +186,9 @@ impl Levels {
         };
         let pixels = plane.values.len();
         let background = quantile(pixels / 2);
-        let spread = (background - quantile((pixels as f64 * 0.158_655) as usize)).max(0.5);
+        let darker = background - quantile((pixels as f64 * 0.158_655) as usize);
+        let brighter = (quantile(pixels * 7 / 10) - background) / 0.524_4;
+        let spread = darker.max(brighter).max(0.5);
         Self { background, spread, bright: quantile(pixels.saturating_sub(count.max(1))) }
     }
 
@@ -228,6 +260,16 @@ mod tests {
                 prop_assert!((f64::from(*found) - wanted).abs() < 1e-2, "{found} {wanted}");
             }
         }
+    }
+
+    #[test]
+    fn shrinking_takes_means() {
+        let image =
+            Image { width: 3, height: 2, rgb: [[0; 3], [40; 3], [9; 3], [80; 3], [120; 3], [9; 3]].concat() };
+        let all = Region { x: 0, y: 0, width: 3, height: 2 };
+        assert_eq!(shrink(&image, all, 2), Image { width: 1, height: 1, rgb: vec![60; 3] });
+        assert_eq!(shrink(&image, Region { x: 2, width: 1, ..all }, 1).rgb, vec![9; 6]);
+        assert_eq!(shrink(&image, all, 5).rgb, Vec::<u8>::new());
     }
 
     #[test]

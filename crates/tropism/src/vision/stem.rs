@@ -103,13 +103,19 @@ pub fn medians(image: &Image, crop: Region, config: &StemConfig) -> Vec<Pixel> {
         let range = f64::from(greatest.saturating_sub(least).max(1));
         std::array::from_fn(|level| (level as f64 - f64::from(least)) / range)
     });
+    // A pixel with no channel as bright as this is not plant, whatever the others are: almost all of a dark tent.
+    let least = config.excess.min(config.green).min(config.brightness);
+    let is_bright: [[bool; 256]; 3] = tables.map(|table| table.map(|value| value >= least));
     let mut stem = Vec::new();
     let mut columns = Vec::new();
     for y in (crop.y..crop.y + crop.height).rev() {
         columns.clear();
         columns.extend(row(y).enumerate().filter_map(|(x, pixel)| {
+            let is_any_bright = is_bright[0][usize::from(pixel[0])]
+                | is_bright[1][usize::from(pixel[1])]
+                | is_bright[2][usize::from(pixel[2])];
             let [r, g, b] = std::array::from_fn(|channel| tables[channel][usize::from(pixel[channel])]);
-            config.is_plant(r, g, b).then_some(x)
+            (is_any_bright && config.is_plant(r, g, b)).then_some(x)
         }));
         if let (Some(low), Some(high)) =
             (columns.get(columns.len().saturating_sub(1) / 2), columns.get(columns.len() / 2))
@@ -123,6 +129,7 @@ pub fn medians(image: &Image, crop: Region, config: &StemConfig) -> Vec<Pixel> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const CROP: Region = Region { x: 2, y: 0, width: 16, height: 12 };
 
@@ -165,6 +172,25 @@ mod tests {
         assert!(medians(&dim, CROP, &StemConfig::default()).is_empty());
         let stretch = StemConfig { remap: Remap::Stretch, ..StemConfig::default() };
         assert_eq!(medians(&dim, CROP, &stretch), medians(&leaning(), CROP, &stretch));
+    }
+
+    proptest! {
+        #[test]
+        fn no_plant_is_rejected_for_being_dark(
+            pixel in any::<[u8; 3]>(), gates in (0.0..1.0, 0.0..1.0, 0.0..1.0), value in 0..3_usize,
+        ) {
+            let config = StemConfig {
+                excess: gates.0,
+                green: gates.1,
+                brightness: gates.2,
+                value: [Brightness::Max, Brightness::Lightness, Brightness::Luma][value],
+                remap: Remap::Fixed,
+            };
+            let image = Image { width: 1, height: 1, rgb: pixel.to_vec() };
+            let found = !medians(&image, Region { x: 0, y: 0, width: 1, height: 1 }, &config).is_empty();
+            let [r, g, b] = pixel.map(|level| f64::from(level) / 255.0);
+            prop_assert_eq!(found, config.is_plant(r, g, b));
+        }
     }
 
     #[test]

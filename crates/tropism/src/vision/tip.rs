@@ -2,6 +2,7 @@
 //! (section 2.2.2).
 
 use crate::geometry::Pixel;
+use crate::vision::parts::Bounds;
 use crate::vision::segment::Plane;
 
 /// The highest sample above `threshold`, word for word: the middle of the longest run of such samples in the topmost
@@ -31,16 +32,18 @@ fn longest_run(places: impl Iterator<Item = bool>) -> Option<(usize, usize)> {
 /// The highest point of one connected part of the plane, between samples: where the upper edge of its topmost row
 /// crosses `threshold`.
 ///
-/// `part` says which samples belong to the part. The run of the topmost row gives x, weighted by what its samples
+/// `part` says which samples within `bounds` belong to the part. The run of the topmost row gives x, weighted by what its samples
 /// exceed the threshold by; linear interpolation between the run and the row above gives y.
 #[must_use]
-pub fn edge(plane: &Plane, part: impl Fn(usize) -> bool, threshold: f32) -> Option<Pixel> {
+pub fn edge(plane: &Plane, bounds: Bounds, part: impl Fn(usize) -> bool, threshold: f32) -> Option<Pixel> {
     let is_plant = |x: usize, y: usize| {
         let at = y * plane.width + x;
         plane.values[at] > threshold && part(at)
     };
-    let (y, (left, right)) =
-        (0..plane.height).find_map(|y| Some((y, longest_run((0..plane.width).map(|x| is_plant(x, y)))?)))?;
+    let (y, (left, right)) = (bounds.top..=bounds.bottom).find_map(|y| {
+        let (left, right) = longest_run((bounds.left..=bounds.right).map(|x| is_plant(x, y)))?;
+        Some((y, (bounds.left + left, bounds.left + right)))
+    })?;
     let row = &plane.row(y)[left..=right];
     let (mut weight, mut moment) = (0.0, 0.0);
     for (i, value) in row.iter().enumerate() {
@@ -76,8 +79,9 @@ mod tests {
     #[test]
     fn the_edge_lies_between_samples() {
         let plane = plane(&["00000", "00800", "00800"]);
-        assert_eq!(edge(&plane, |_| true, 40.0), Some(Pixel::new(104.0, 51.0)));
-        assert_eq!(edge(&plane, |_| true, 20.0).map(|tip| tip.y), Some(50.5));
-        assert_eq!(edge(&plane, |at| at > 9, 40.0).map(|tip| tip.y), Some(54.0));
+        let all = Bounds { left: 0, right: 4, top: 0, bottom: 2 };
+        assert_eq!(edge(&plane, all, |_| true, 40.0), Some(Pixel::new(104.0, 51.0)));
+        assert_eq!(edge(&plane, all, |_| true, 20.0).map(|tip| tip.y), Some(50.5));
+        assert_eq!(edge(&plane, all, |at| at > 9, 40.0).map(|tip| tip.y), Some(54.0));
     }
 }
