@@ -80,6 +80,9 @@ fn every_module_uses_only_those_above_it() {
         }
         for source in sources {
             let text = fs::read_to_string(&source).unwrap();
+            // A comment may point anywhere.
+            let is_code = |line: &&str| !line.trim_start().starts_with("//");
+            let text = text.lines().filter(is_code).collect::<Vec<_>>().join("\n");
             let shown = source.display();
             for used in uses(&text) {
                 let Some(other) = modules.iter().position(|candidate| *candidate == used) else { continue };

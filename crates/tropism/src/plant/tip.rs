@@ -5,7 +5,7 @@
 //! step (0.05 cm), a tenth of its half-width.
 //!
 //! A shoot is kept in single precision, good to a thousandth of a millimetre over an experiment: so many plants at once
-//! ([`crate::simulation::lanes`]) are the same plants to the bit as one by one.
+//! (`simulation::lanes`) are the same plants to the bit as one by one.
 
 use serde::{Deserialize, Serialize};
 
