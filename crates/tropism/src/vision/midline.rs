@@ -4,12 +4,10 @@
 //! Out: the line through the middle of its stem. The one idea: the cheapest way through the plant from its base to its
 //! top keeps to the middle; the stem ends where this way meets a second long limb, or becomes as broad as a leaf.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use crate::math;
 use crate::vision::parts::Bounds;
 use crate::vision::segment::Plane;
+use crate::vision::ways::Window;
 
 /// A place in a plane: column and row, with fractions.
 pub type Place = (f64, f64);
@@ -26,20 +24,10 @@ const LIMB_SHARE: f64 = 0.12;
 /// What is broader than this many stem widths is a leaf, where it is long enough.
 const BROAD: f64 = 1.8;
 
-/// A limb touches the stem below its fork when its two ways meet the stem this many stem widths apart.
-const TOUCHING: f64 = 3.0;
-
-/// The cost of a step on a gap in the plant, where one in the middle of a thick stem costs 8.
-const GAP: u32 = 800;
-
-/// The least value that counts: a step costs as much more as the square of the value is less, so that the way keeps to
-/// the bright stem where a dim leaf hangs across.
-const FAINT: f64 = 0.25;
-
 /// The line through the middle of the stem of one part of a plane, from near `base` up, about a sample between points.
 ///
-/// `is_part` says which samples within `bounds` are the plant, `top` is its highest point, and gaps of up to `reach` - 1 samples are
-/// crossed. The last point is where the stem ends: `None` where there is no way from base to top.
+/// `is_part` says which samples within `bounds` are the plant, `top` is its highest point, and gaps of up to `reach` - 1
+/// samples are crossed. The last point is where the stem ends. `None` where there is no way from base to top.
 #[must_use]
 pub fn trace(
     plane: &Plane,
@@ -53,23 +41,7 @@ pub fn trace(
     let (start, goal) = (window.nearest(base)?, window.nearest(top)?);
     let up = window.ways(start);
     let way = up.to(goal).filter(|way| way.len() > 1)?;
-    let rough: Vec<Place> = way.iter().map(|&at| window.place(at)).collect();
-    let mut line = resampled(&smoothed(&smoothed(&rough, 2), 2), 1.0);
-    let mut widths = Vec::new();
-    for _ in 0..2 {
-        let profiles: Vec<Profile> = (0..line.len()).map(|i| Profile::across(plane, &line, i)).collect();
-        widths = profiles.iter().map(|profile| profile.width).collect();
-        let broad = BROAD * stem_width(&widths);
-        let shifts =
-            bridged(profiles.iter().map(|profile| (profile.width <= broad).then_some(profile.shift)));
-        let moved: Vec<Place> = line
-            .iter()
-            .zip(&profiles)
-            .zip(&shifts)
-            .map(|((at, profile), shift)| (at.0 + shift * profile.normal.0, at.1 + shift * profile.normal.1))
-            .collect();
-        line = smoothed(&moved, 2);
-    }
+    let (mut line, widths) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
     let width = stem_width(&widths);
     let leaf = broadening(&widths, width);
     let limb = if leaf.is_some() { PAIRED } else { LIMB };
@@ -83,6 +55,26 @@ pub fn trace(
     let end = fork.or(leaf).unwrap_or(line.len());
     line.truncate((end + 1).max(2));
     Some(resampled(&line, 1.0))
+}
+
+/// A rough way through the plant moved to its middle, in two rounds, and how broad the plant is across each point. Where
+/// it is too broad for a stem, the shift is that of the stem before and after.
+fn centred(plane: &Plane, rough: &[Place]) -> (Vec<Place>, Vec<f64>) {
+    let mut line = resampled(&smoothed(&smoothed(rough, 2), 2), 1.0);
+    let mut widths = Vec::new();
+    for _ in 0..2 {
+        let profiles: Vec<Profile> = (0..line.len()).map(|i| Profile::across(plane, &line, i)).collect();
+        widths = profiles.iter().map(|profile| profile.width).collect();
+        let broad = BROAD * stem_width(&widths);
+        let shifts =
+            bridged(profiles.iter().map(|profile| (profile.width <= broad).then_some(profile.shift)));
+        let points = line.iter().zip(&profiles).zip(&shifts);
+        let moved: Vec<Place> = points
+            .map(|((at, profile), shift)| (at.0 + shift * profile.normal.0, at.1 + shift * profile.normal.1))
+            .collect();
+        line = smoothed(&moved, 2);
+    }
+    (line, widths)
 }
 
 /// The median width of the lower half of the way, which is stem.
@@ -201,206 +193,6 @@ fn resampled(line: &[Place], spacing: f64) -> Vec<Place> {
         .collect()
 }
 
-/// The smallest rectangle around one part of a plane, with a margin.
-struct Window {
-    origin: (usize, usize),
-    width: usize,
-    is_part: Vec<bool>,
-    /// What a step onto each sample costs; `None` where there is no way.
-    step: Vec<Option<u32>>,
-}
-
-impl Window {
-    fn around(plane: &Plane, bounds: Bounds, is_part: impl Fn(usize) -> bool, reach: usize) -> Self {
-        let origin = (bounds.left.saturating_sub(reach), bounds.top.saturating_sub(reach));
-        let width = (bounds.right + reach).min(plane.width - 1) - origin.0 + 1;
-        let height = (bounds.bottom + reach).min(plane.height - 1) - origin.1 + 1;
-        let is_part: Vec<bool> = (0..width * height)
-            .map(|at| is_part((origin.1 + at / width) * plane.width + origin.0 + at % width))
-            .collect();
-        let depth = depth(&is_part, width);
-        let step = (0..is_part.len())
-            .map(|at| {
-                let from = (origin.1 + at / width) * plane.width + origin.0 + at % width;
-                let value = f64::from(plane.values[from]).clamp(FAINT, 1.0);
-                match () {
-                    () if is_part[at] => {
-                        Some(((8 + 288 / (depth[at] * depth[at])) as f64 / (value * value)) as u32)
-                    }
-                    () if depth[at] < 3 * reach as u32 => Some(GAP),
-                    () => None,
-                }
-            })
-            .collect();
-        Self { origin, width, is_part, step }
-    }
-
-    fn place(&self, at: usize) -> Place {
-        ((self.origin.0 + at % self.width) as f64, (self.origin.1 + at / self.width) as f64)
-    }
-
-    /// The sample of the part that is nearest to a place.
-    fn nearest(&self, place: Place) -> Option<usize> {
-        let square = |at: usize| {
-            let (x, y) = self.place(at);
-            (x - place.0) * (x - place.0) + (y - place.1) * (y - place.1)
-        };
-        let part = (0..self.is_part.len()).filter(|&at| self.is_part[at]);
-        part.min_by(|&one, &other| square(one).total_cmp(&square(other)))
-    }
-
-    /// The samples around one, and whether they lie across a corner.
-    fn around_sample(&self, at: usize) -> impl Iterator<Item = (usize, bool)> {
-        let (x, y) = (at % self.width, at / self.width);
-        let (width, height) = (self.width, self.is_part.len() / self.width);
-        (y.saturating_sub(1)..(y + 2).min(height)).flat_map(move |row| {
-            (x.saturating_sub(1)..(x + 2).min(width))
-                .map(move |column| (row * width + column, row != y && column != x))
-        })
-    }
-
-    fn ways(&self, start: usize) -> Ways {
-        let mut costs = vec![u32::MAX; self.is_part.len()];
-        let mut before = vec![None; self.is_part.len()];
-        let mut open = BinaryHeap::from([Reverse((0, start))]);
-        costs[start] = 0;
-        before[start] = Some(start);
-        while let Some(Reverse((cost, at))) = open.pop() {
-            if cost > costs[at] {
-                continue;
-            }
-            for (next, is_diagonal) in self.around_sample(at) {
-                let Some(step) = self.step[next] else { continue };
-                let reached = cost + step * if is_diagonal { 7 } else { 5 };
-                if reached < costs[next] {
-                    costs[next] = reached;
-                    before[next] = Some(at);
-                    open.push(Reverse((reached, next)));
-                }
-            }
-        }
-        Ways { before }
-    }
-
-    /// The place along the way at which the first limb leaves it that reaches at least `least` samples from it.
-    ///
-    /// `up` and `down` are the ways from the way's two ends. Going back from a limb's end, the one meets the stem a
-    /// little below the fork, the other a little above. Where they meet it far from each other the limb hangs down and
-    /// touches the stem below: the upper place is the fork.
-    fn fork(&self, way: &[usize], up: &Ways, down: &Ways, stem: f64, least: f64) -> Option<usize> {
-        let (nearest, distance) = self.away(way);
-        let mut ends = vec![None; way.len()];
-        for at in (0..self.is_part.len()).filter(|&at| f64::from(distance[at]) >= least) {
-            let end = &mut ends[nearest[at]];
-            if end.is_none_or(|farthest: usize| distance[at] > distance[farthest]) {
-                *end = Some(at);
-            }
-        }
-        let is_near = |at: usize, far: f64| nearest[at] < way.len() && f64::from(distance[at]) <= far;
-        let fork = |end: usize| {
-            // Where a limb's middle is half a stem's width away from the stem's, the two meet about as far on.
-            let below = nearest[up.back(end, |at| is_near(at, 0.5 * stem))?] + (0.75 * stem) as usize;
-            // The way down cuts the corner by up to a stem's width.
-            let above = nearest[down.back(end, |at| is_near(at, stem))?];
-            let fork = if above as f64 - below as f64 > TOUCHING * stem { above } else { below };
-            // What lies beyond the way's end is the end's own.
-            Some(fork).filter(|&fork| fork as f64 + stem < way.len() as f64)
-        };
-        ends.into_iter().flatten().filter_map(fork).min()
-    }
-
-    /// For each sample of the part the place along the way that is nearest, walking on the part, and how far it is.
-    fn away(&self, way: &[usize]) -> (Vec<usize>, Vec<u32>) {
-        let mut nearest = vec![usize::MAX; self.is_part.len()];
-        let mut distance = vec![0; self.is_part.len()];
-        for (i, &at) in way.iter().enumerate() {
-            nearest[at] = i;
-        }
-        let mut ring: Vec<usize> = way.to_vec();
-        while !ring.is_empty() {
-            let mut next_ring = Vec::new();
-            for at in ring {
-                for (next, _) in self.around_sample(at) {
-                    if self.is_part[next] && nearest[next] == usize::MAX {
-                        nearest[next] = nearest[at];
-                        distance[next] = distance[at] + 1;
-                        next_ring.push(next);
-                    }
-                }
-            }
-            ring = next_ring;
-        }
-        (nearest, distance)
-    }
-}
-
-/// The cheapest ways from one sample to all others.
-struct Ways {
-    /// For each sample the one before it, and the start for itself; `None` where no way leads.
-    before: Vec<Option<usize>>,
-}
-
-impl Ways {
-    /// The way to `goal`, from the start; `None` where no way leads.
-    fn to(&self, goal: usize) -> Option<Vec<usize>> {
-        let mut way = vec![goal];
-        while self.before[way[way.len() - 1]]? != way[way.len() - 1] {
-            way.extend(self.before[way[way.len() - 1]]);
-        }
-        way.reverse();
-        Some(way)
-    }
-
-    /// The first sample on the way back from `at` that is `wanted`; `None` where none is.
-    fn back(&self, mut at: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
-        while !wanted(at) {
-            at = self.before[at].filter(|&before| before != at)?;
-        }
-        Some(at)
-    }
-}
-
-/// Three times the way (four across a corner) to the nearest sample of the other kind; what lies outside is of neither.
-fn depth(is_part: &[bool], width: usize) -> Vec<u32> {
-    let height = is_part.len() / width;
-    let mut depth = vec![u32::from(u16::MAX); is_part.len()];
-    let relax = |depth: &mut Vec<u32>, at: usize, other: usize, step: u32| {
-        let from = if is_part[other] == is_part[at] { depth[other] } else { 0 };
-        depth[at] = depth[at].min(from + step);
-    };
-    for at in 0..is_part.len() {
-        let (x, y) = (at % width, at / width);
-        if x > 0 {
-            relax(&mut depth, at, at - 1, 3);
-        }
-        if y > 0 {
-            relax(&mut depth, at, at - width, 3);
-            if x > 0 {
-                relax(&mut depth, at, at - width - 1, 4);
-            }
-            if x + 1 < width {
-                relax(&mut depth, at, at - width + 1, 4);
-            }
-        }
-    }
-    for at in (0..is_part.len()).rev() {
-        let (x, y) = (at % width, at / width);
-        if x + 1 < width {
-            relax(&mut depth, at, at + 1, 3);
-        }
-        if y + 1 < height {
-            relax(&mut depth, at, at + width, 3);
-            if x + 1 < width {
-                relax(&mut depth, at, at + width + 1, 4);
-            }
-            if x > 0 {
-                relax(&mut depth, at, at + width - 1, 4);
-            }
-        }
-    }
-    depth
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -421,7 +213,7 @@ mod tests {
                 near.fold(0.0, f64::max).min(1.0) as f32
             })
             .collect();
-        Plane { width, height, values, origin: (0, 0), step: 1 }
+        Plane { width, height, values, origin: (0.0, 0.0), step: 1 }
     }
 
     const ALL: Bounds = Bounds { left: 0, right: 79, top: 0, bottom: 89 };

@@ -17,6 +17,7 @@ pub mod robust;
 pub mod segment;
 pub mod stem;
 pub mod tip;
+mod ways;
 
 use serde::{Deserialize, Serialize};
 
@@ -143,6 +144,17 @@ impl VisionConfig {
         share("threshold", self.threshold)?;
         number("bright_samples", self.bright_samples as f64, self.bright_samples > 0, "at least 1")?;
         number("contrast", self.contrast, self.contrast >= 0.0, "0 or more deviations")?;
+        for (key, value) in [
+            ("excess", self.gates.excess),
+            ("green", self.gates.green),
+            ("brightness", self.gates.brightness),
+        ] {
+            number(key, value, (0.0..=1.0).contains(&value), "0 to 1")?;
+        }
+        for (key, value) in [("length", self.hold.length), ("start", self.hold.start), ("end", self.hold.end)]
+        {
+            number(key, value, value > 0.0, "a share of the length above 0")?;
+        }
         let region = self.region(width, height);
         if region.fits(width, height) { Ok(()) } else { Err(VisionError::Region { region, width, height }) }
     }

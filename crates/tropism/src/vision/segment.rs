@@ -19,7 +19,7 @@ pub struct Plane {
     /// Values, row by row from the top left.
     pub values: Vec<f32>,
     /// The photograph's column and row that the first value was sampled at.
-    pub origin: (usize, usize),
+    pub origin: (f64, f64),
     /// Pixels of the photograph from one sample to the next.
     pub step: usize,
 }
@@ -29,14 +29,14 @@ impl Plane {
     #[must_use]
     pub fn pixel(&self, x: f64, y: f64) -> Pixel {
         let step = self.step as f64;
-        Pixel::new(self.origin.0 as f64 + x * step, self.origin.1 as f64 + y * step)
+        Pixel::new(self.origin.0 + x * step, self.origin.1 + y * step)
     }
 
     /// The column and row of this plane that hold a place in the photograph, fractions between samples.
     #[must_use]
     pub fn place(&self, pixel: Pixel) -> (f64, f64) {
         let step = self.step as f64;
-        ((pixel.x - self.origin.0 as f64) / step, (pixel.y - self.origin.1 as f64) / step)
+        ((pixel.x - self.origin.0) / step, (pixel.y - self.origin.1) / step)
     }
 
     /// One row.
@@ -57,6 +57,18 @@ pub fn shrink(image: &Image, crop: Region, factor: usize) -> Image {
     let (width, height) = (crop.width / factor, crop.height / factor);
     let pixels = (factor * factor) as u32;
     let mut rgb = Vec::with_capacity(3 * width * height);
+    if factor == 1 {
+        for y in crop.y..crop.y + height {
+            rgb.extend_from_slice(&image.rgb[3 * (y * image.width + crop.x)..][..3 * width]);
+        }
+        return Image { width, height, rgb };
+    }
+    if factor == 1 {
+        for y in crop.y..crop.y + height {
+            rgb.extend_from_slice(&image.rgb[3 * (y * image.width + crop.x)..][..3 * width]);
+        }
+        return Image { width, height, rgb };
+    }
     let mut sums = vec![0_u32; 3 * width * factor];
     for top in (crop.y..).step_by(factor).take(height) {
         sums.fill(0);
@@ -149,7 +161,7 @@ pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step:
             }
         }
     }
-    Plane { width, height, values, origin: (crop.x + across, line(0)), step }
+    Plane { width, height, values, origin: ((crop.x + across) as f64, line(0) as f64), step }
 }
 
 /// How bright background and plant are in one crop, in grey values of 0 to 255.
@@ -276,7 +288,7 @@ mod tests {
     fn levels_tell_plant_from_background() {
         let mut values: Vec<f32> = (0..10_000).map(|i| 20.0 + (i % 11) as f32).collect();
         values[5_000..5_040].fill(200.0);
-        let plane = Plane { width: 100, height: 100, values, origin: (0, 0), step: 1 };
+        let plane = Plane { width: 100, height: 100, values, origin: (0.0, 0.0), step: 1 };
         let levels = Levels::of(&plane, 20);
         assert!((levels.background - 25.0).abs() < 0.2 && (levels.bright - 200.0).abs() < 0.2, "{levels:?}");
         assert!((levels.threshold(0.5) - 112.5).abs() < 0.2);
@@ -286,7 +298,7 @@ mod tests {
     #[test]
     fn a_place_and_its_pixel_are_one() {
         let plane = sample(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, LUMA, 0.5, 4);
-        assert_eq!(plane.origin, (10, 7));
+        assert_eq!(plane.origin, (10.0, 7.0));
         assert_eq!(plane.place(plane.pixel(2.5, 3.0)), (2.5, 3.0));
     }
 }

@@ -66,7 +66,7 @@ mod tests {
 
     fn plane(rows: &[&str]) -> Plane {
         let values = rows.iter().flat_map(|row| row.bytes().map(|b| f32::from(b - b'0') * 10.0)).collect();
-        Plane { width: rows[0].len(), height: rows.len(), values, origin: (100, 50), step: 2 }
+        Plane { width: rows[0].len(), height: rows.len(), values, origin: (100.0, 50.0), step: 2 }
     }
 
     #[test]
