@@ -7,12 +7,17 @@
 //! a generation balances for 100 000 steps and from at least 200 of 625 other starts for 1000. Stanley and Miikkulainen (2002)
 //! report 33 184 evaluations (and 286 of 625 starts). With velocities the score is the steps balanced, and 100 000 of
 //! them the solution; they report 3 600 evaluations.
+//!
+//! What is not solved within 40 generations seldom is later, so a run then starts over, at most four times. Evaluations
+//! and generations count from the first start.
 
 mod common;
 
 use common::{Outcome, arguments, report};
 use tropism_neat::{Activation, Config, Genome, Neat, NeatError, Network};
 
+/// Generations after which a run starts over, and how often it may start.
+const PATIENCE: (u32, u64) = (40, 5);
 /// Steps that a solution has to balance for.
 const LONG: usize = 100_000;
 /// Largest force on the cart (N).
@@ -75,7 +80,7 @@ fn balance(genome: &Genome, start: State, velocities: bool, limit: usize) -> Vec
             network.activate(&[x / 4.8, a / 0.52, b / 0.52])[0]
         };
         for _ in 0..2 {
-            advance(&mut state, (2.0 * force - 1.0) * FORCE);
+            advance(&mut state, force * FORCE);
         }
         if state[0].abs() > TRACK || state[2].abs() > FALLEN || state[4].abs() > FALLEN {
             break;
@@ -119,35 +124,60 @@ fn starts_mastered(genome: &Genome) -> usize {
     mastered
 }
 
-fn run(config: &Config, seed: u64, velocities: bool, generations: u32) -> Result<Outcome, NeatError> {
-    let mut neat = Neat::new(config.clone(), if velocities { 6 } else { 3 }, 1, seed)?;
-    let mut best = neat.ask()[0].clone();
-    let mut solved = false;
-    while !solved && neat.generation() < generations {
-        let scores = neat.evaluate(|genome, _trial| score(genome, velocities));
-        let first = (0..scores.len()).reduce(|a, b| if scores[b] > scores[a] { b } else { a });
-        best.clone_from(&neat.ask()[first.expect("a population has members")]);
-        neat.tell(&scores)?;
-        solved = balance(&best, start(), velocities, LONG).len() == LONG
-            && (velocities || starts_mastered(&best) >= 200);
+fn run(config: &Config, seed: u64, velocities: bool) -> Result<Outcome, NeatError> {
+    let (patience, starts) = PATIENCE;
+    let mut outcome = Outcome { solved: false, evaluations: 0, generations: 0, hidden: 0, links: 0 };
+    for start in 0..starts {
+        let mut neat = Neat::new(config.clone(), if velocities { 6 } else { 3 }, 1, seed * starts + start)?;
+        while !outcome.solved && neat.generation() < patience {
+            let scores = neat.evaluate(|genome, _trial| score(genome, velocities));
+            let first = (0..scores.len()).reduce(|a, b| if scores[b] > scores[a] { b } else { a });
+            let best = neat.ask()[first.expect("a population has members")].clone();
+            neat.tell(&scores)?;
+            outcome.solved = is_solution(&best, velocities);
+            outcome.hidden = best.neurons().len() - best.inputs() - 2;
+            outcome.links = best.links().len();
+        }
+        outcome.evaluations += neat.evaluations();
+        outcome.generations += neat.generation();
+        if outcome.solved {
+            break;
+        }
     }
-    let hidden = best.neurons().len() - best.inputs() - 2;
-    let (evaluations, generations) = (neat.evaluations(), neat.generation());
-    Ok(Outcome { solved, evaluations, generations, hidden, links: best.links().len() })
+    Ok(outcome)
+}
+
+fn is_solution(genome: &Genome, velocities: bool) -> bool {
+    balance(genome, start(), velocities, LONG).len() == LONG && (velocities || starts_mastered(genome) >= 200)
 }
 
 fn main() -> Result<(), NeatError> {
     let (seeds, flags) = arguments(2, &["--velocities"]);
     let velocities = !flags.is_empty();
+    // Small networks with memory: loops are likely, and what is added can be removed. Tanh makes rest the middle.
     let config = Config {
         population: if velocities { 150 } else { 1000 },
-        output_activation: Activation::UnsignedSigmoid,
-        hidden_activation: Activation::UnsignedSigmoid,
-        activation_a: 4.9,
+        output_activation: Activation::Tanh,
+        hidden_activation: Activation::Tanh,
+        activation_a: 2.45,
+        min_species: 20,
+        max_species: 60,
+        compat_threshold: 4.0,
+        weight_diff_coeff: 3.0,
+        species_max_stagnation: 8,
         survival_rate: 0.2,
+        mutate_add_link_prob: 0.1,
+        mutate_rem_link_prob: 0.1,
+        mutate_rem_neuron_prob: 0.02,
+        recurrent_prob: 0.6,
+        recurrent_loop_prob: 0.6,
+        mutate_weights_severe_prob: 0.5,
+        weight_mutation_rate: 1.0,
+        weight_mutation_max_power: 2.5,
+        weight_replacement_max_power: 2.5,
         ..Config::paper()
     };
-    let outcomes: Result<Vec<_>, _> = (0..seeds).map(|seed| run(&config, seed, velocities, 100)).collect();
+    let outcomes: Result<Vec<_>, _> = (0..seeds).map(|seed| run(&config, seed, velocities)).collect();
     report(&outcomes?);
     Ok(())
 }

@@ -37,8 +37,11 @@ fn main() -> Result<(), NeatError> {
         hidden_activation: Activation::UnsignedSigmoid,
         activation_a: 4.9,
         feed_forward: true,
-        mutate_add_link_prob: 0.05,
         survival_rate: 0.2,
+        mutate_add_link_prob: 0.3,
+        mutate_weights_prob: 0.7,
+        weight_mutation_rate: 0.5,
+        weight_mutation_max_power: 2.5,
         ..Config::paper()
     };
     let runs = evolve(&config, (2, 1), 0..seeds, 300, score, |neat, _| is_solved(neat))?;

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use thiserror::Error;
 
-use crate::genome::{NUMBER_LIMIT, check_shape};
+use crate::genome::NUMBER_LIMIT;
+use crate::genome_file::check_shape;
 use crate::neat::{Neat, SCORE_LIMIT};
 use crate::{ConfigError, Genome, GenomeError};
 
@@ -107,7 +108,7 @@ impl Neat {
         check_shape(self.inputs, self.outputs)?;
         let claims = [
             (self.population.len() >= self.config.population, "the population is too small"),
-            (self.population.len() <= 3 * self.config.population, "the population is too large"),
+            (self.population.len() < 2 * self.config.population, "the population is too large"),
             (self.ids.len() == self.population.len(), "not one id for each individual"),
             (self.ids.iter().all(|&id| id < self.next_id), "an individual's id is above the last one given"),
             (self.next_id < 1 << 62 && self.evaluations < 1 << 62, "a counter is too large"),

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::checkpoint::CheckpointError;
-use crate::genome::check_shape;
+use crate::genome_file::check_shape;
 use crate::innovation::Innovations;
 use crate::random::{Dice, Purpose};
 use crate::reproduce::Parents;

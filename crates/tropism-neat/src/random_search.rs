@@ -17,6 +17,7 @@ use crate::{Config, Genome};
 /// ```
 #[must_use]
 pub fn random_genome(config: &Config, inputs: usize, outputs: usize, seed: u64, index: u64) -> Genome {
-    crate::genome::check_shape(inputs, outputs).expect("at least one input and one output, and not too many");
+    crate::genome_file::check_shape(inputs, outputs)
+        .expect("at least one input and one output, and not too many");
     Genome::random(config, inputs, outputs, seed, index)
 }

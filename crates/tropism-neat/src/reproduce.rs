@@ -76,6 +76,10 @@ impl Parents<'_> {
             Mating { averages: !dice.chance(config.multipoint_crossover_rate), keeps_all: is_foreign };
         let parent = |place: usize| (&self.genomes[place], self.fitness[place]);
         crossover(parent(mom), parent(dad), &mating, dice, child);
+        // A child of one species has its fitter parent's links, none of them dead; of two species it has its own.
+        if is_foreign && child.has_dead_ends() {
+            child.clone_from(&self.genomes[mom]);
+        }
         true
     }
 

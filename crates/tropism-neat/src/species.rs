@@ -6,6 +6,8 @@ use crate::{Config, Genome};
 
 /// Fitness that is zero or negative is shared as this much.
 const LEAST_FITNESS: f64 = 1e-4;
+/// Positive fitness counts at least this much, so that shares of it never vanish.
+const TINIEST_FITNESS: f64 = 1e-200;
 /// Factor on the fitness of a species that has not improved for too long.
 const STAGNATION_PENALTY: f64 = 1e-7;
 
@@ -151,7 +153,8 @@ pub(crate) fn grow_older(species: &mut [Species], record: f64) {
 
 /// The number of children that each species may have, by its share of the shared fitness. Notes new bests on the way.
 ///
-/// Each number is rounded by itself, and their sum is not corrected: populations drift up by a few.
+/// Each number is rounded by itself, and their sum is not corrected: populations drift up by a few. They stay below twice
+/// the aim, and so do species, which is why at least one of them always gets a child.
 pub(crate) fn allot(species: &mut [Species], fitness: &[f64], config: &Config) -> Vec<usize> {
     let shared: Vec<f64> = species
         .iter_mut()
@@ -169,7 +172,7 @@ pub(crate) fn allot(species: &mut [Species], fitness: &[f64], config: &Config) -
 impl Species {
     /// Shared fitness of a member with this fitness.
     fn share(&mut self, fitness: f64, config: &Config) -> f64 {
-        let mut f = if fitness <= 0.0 { LEAST_FITNESS } else { fitness };
+        let mut f = if fitness <= 0.0 { LEAST_FITNESS } else { fitness.max(TINIEST_FITNESS) };
         if f > self.best {
             (self.best, self.stagnation) = (f, 0);
         }

@@ -1,5 +1,6 @@
 //! Runs of NEAT from outside: the laws of a generation, saving and going on, and what is refused.
 
+use proptest::prelude::*;
 use tropism_neat::{
     Activation, CheckpointError, Config, Generation, Genome, Neat, NeatError, Network, Trial, evolve,
     random_genome,
@@ -172,7 +173,7 @@ fn the_smallest_population_lives() {
 
 #[test]
 fn equal_negative_and_huge_scores_are_all_legal() {
-    for score in [0.0, -1e150, 1e150, 1e-300] {
+    for score in [0.0, -1e150, 1e150, 5e-324] {
         let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
         for _ in 0..80 {
             let report = neat.tell(&vec![score; neat.ask().len()]).unwrap();
@@ -235,6 +236,7 @@ fn broken_checkpoints_are_refused() {
     let contradiction = |what: &str| format!("the saved run contradicts itself: {what}");
     let table = [
         (with("/run/config/population", 500.into()), "the population is too small"),
+        (with("/run/config/population", 20.into()), "the population is too large"),
         (with("/run/ids/0", u64::MAX.into()), "an individual's id is above the last one given"),
         (
             with("/run/species/0/members/0", 1_000_000.into()),
@@ -257,4 +259,21 @@ fn broken_checkpoints_are_refused() {
     }
     let error = Neat::from_json("{\"schema\": \"tropism.neat/1\", \"run\": {}}").unwrap_err();
     assert!(matches!(error, CheckpointError::Json(_)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn a_damaged_checkpoint_is_refused_or_goes_on(place: prop::sample::Index, digit in b'0'..=b'9') {
+        let mut neat = Neat::new(Config { population: 6, ..Config::paper() }, 2, 1, 1).unwrap();
+        generations(&mut neat, 30);
+        let mut json = neat.to_json().into_bytes();
+        let digits: Vec<usize> = (0..json.len()).filter(|&place| json[place].is_ascii_digit()).collect();
+        json[*place.get(&digits)] = digit;
+        if let Ok(mut neat) = Neat::from_json(&String::from_utf8(json).unwrap()) {
+            generations(&mut neat, 5);
+            prop_assert!(neat.ask().iter().all(|genome| genome.check().is_ok()));
+        }
+    }
 }
