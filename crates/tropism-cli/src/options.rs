@@ -10,6 +10,8 @@ use tropism::light::Light;
 use tropism::plant::tip::TipModel;
 use tropism::task::Task;
 
+use crate::shell::Shell;
+
 /// Which task.
 #[derive(Args, Clone)]
 pub(crate) struct TaskOption {
@@ -41,18 +43,28 @@ pub(crate) fn load_model(path: &Path) -> Result<TipModel> {
     Ok(files::read_as(path, TipModel::from_json)?)
 }
 
+/// How far the nearest datum of a model may be from where its plants start, in cm: over such a gap they grow straight on.
+const GAP_CM: f64 = 2.0;
+
 /// The model of a file, on which plants are to start where `task` says.
-pub(crate) fn load_model_for(path: &Path, task: &Task) -> Result<TipModel> {
+pub(crate) fn load_model_for(path: &Path, task: &Task, shell: &Shell) -> Result<TipModel> {
     let model = load_model(path)?;
-    let has_data = Light::BOTH.iter().any(|&light| model.mean_shift(task.start, light).is_some());
-    ensure!(
-        has_data,
-        "{}: found no data around the seedling at {:.1}, {:.1} cm, wanted some; let a task file (--task) start where the \
-         model has data",
+    if Light::BOTH.iter().any(|&light| model.mean_shift(task.start, light).is_some()) {
+        return Ok(model);
+    }
+    let tips = model.observed().iter().flat_map(|shift| [shift.tip, shift.tip.mirrored()]);
+    let gap = tips.map(|tip| tip.distance(task.start)).fold(f64::INFINITY, f64::min);
+    let found = format!(
+        "{}: found no data around the seedling at {:.1}, {:.1} cm; the nearest is {gap:.1} cm away",
         path.display(),
         task.start.x,
         task.start.y
     );
+    ensure!(
+        gap <= GAP_CM,
+        "{found}, wanted at most {GAP_CM} cm; let a task file (--task) start where the model has data"
+    );
+    shell.note(&format!("{found}, and until there plants grow straight on"));
     Ok(model)
 }
 

@@ -48,7 +48,7 @@ struct Outcome {
 impl Baseline {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let task = self.task.load()?;
-        let model = load_model_for(&self.model, &task)?;
+        let model = load_model_for(&self.model, &task, shell)?;
         let before = cpu_seconds();
         let progress = shell.progress("random controllers", self.count);
         let tick = |count| {

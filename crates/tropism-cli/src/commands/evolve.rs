@@ -303,7 +303,7 @@ fn history(runs: &[Run]) -> String {
 impl Evolve {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let task = self.task.load()?;
-        let model = load_model_for(&self.model, &task)?;
+        let model = load_model_for(&self.model, &task, shell)?;
         let mut neat = match self.preset {
             Preset::Paper => Config::paper(),
             Preset::BallKeeper => Config::ball_keeper(),

@@ -57,7 +57,7 @@ struct Outcome {
 impl Simulate {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let task = self.task.load()?;
-        let model = load_model_for(&self.model, &task)?;
+        let model = load_model_for(&self.model, &task, shell)?;
         let controller = self.controller.load()?;
         let (mut scores, mut steps, mut blind, mut first) = (Vec::new(), 0, 0, None);
         for episode in 0..self.episodes {

@@ -300,7 +300,7 @@ impl Work<'_> {
     }
 
     fn evolve(&self) -> Result<()> {
-        let model = load_model_for(&self.model_file(), &self.plan.task)?;
+        let model = load_model_for(&self.model_file(), &self.plan.task, self.shell)?;
         let config = self.plan.evolution.clone();
         let total = u64::from(config.runs) * u64::from(config.generations);
         let progress = self.shell.progress("evolving controllers", total);
