@@ -132,7 +132,7 @@ pub(crate) fn open_loop_figures(runs: &[RunFound]) -> Result<Vec<Figure>> {
 
 /// Figures 6a and 6b: how fitness rose.
 pub(crate) fn evolution_figures(history: &History, plants: Plants) -> Vec<Figure> {
-    let mut figures = vec![report::fitness_boxes(&history.best_ever, plants)];
+    let mut figures = vec![report::fitness_boxes(&history.best, plants)];
     if let (Some(best), Some(mean)) = (history.best.first(), history.mean.first()) {
         figures.push(report::fitness_run(best, mean, plants));
     }

@@ -123,8 +123,7 @@ pub(crate) fn scores(runs: &[RunFound]) -> Table {
     let head = ["Run", "Controller", "Fitness (cm)", "Steps", "Distance to each target at its height (cm)"];
     Table {
         title: "Steered experiments".to_owned(),
-        caption: "Fitness after eq. (9). Both photographs and tips are as the controller saw them."
-            .to_owned(),
+        caption: "Fitness after eq. (9). Tips are as the controller saw them in photographs.".to_owned(),
         head: head.map(str::to_owned).to_vec(),
         rows: runs.iter().map(row).collect(),
     }

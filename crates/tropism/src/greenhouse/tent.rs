@@ -8,6 +8,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::bean::{Bean, Species};
+use super::fault::{self, Fault, Faults, Happening, suffers};
 use super::render::{Renderer, Truth, truth};
 use super::scene::Scene;
 use super::view::Frame;
@@ -15,6 +16,7 @@ use crate::geometry::{Point, Region};
 use crate::light::Light;
 use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, RigError};
+use crate::track::PERIOD_MIN;
 use crate::vision::{Calibration, Eye, VisionConfig, VisionError};
 
 /// A virtual tent and the plant in it.
@@ -27,11 +29,13 @@ pub struct Greenhouse {
     pub bean: Species,
     /// The tent and its camera.
     pub scene: Scene,
+    /// What goes wrong with its photographs, and how often.
+    pub faults: Faults,
 }
 
 impl Default for Greenhouse {
     fn default() -> Self {
-        Self { scale: 1.0, bean: Species::default(), scene: Scene::default() }
+        Self { scale: 1.0, bean: Species::default(), scene: Scene::default(), faults: Faults::default() }
     }
 }
 
@@ -42,20 +46,28 @@ const GROWS_TO: Point = Point::new(24.0, 40.0);
 const ABOVE_SOIL: f64 = 0.6;
 
 struct Tent {
+    seed: u64,
+    faults: Faults,
     bean: Bean,
     renderer: Renderer,
     lit: Option<Light>,
     has_flash: bool,
     now_min: f64,
-    /// What is true at each step, by its minute.
+    /// What is true at each step, by its number.
     truths: BTreeMap<u64, Truth>,
+    /// The photograph of this step, where the next one will repeat it.
+    last: Option<Vec<u8>>,
 }
 
 impl Tent {
     /// Lets the bean live until `minutes`, and notes what is true then: the times that are asked for are those of steps.
     fn advance_to(&mut self, minutes: f64) {
         if minutes > self.now_min {
-            let power = |light| if self.lit == Some(light) { 1.0 } else { 0.0 };
+            // Taken now, whether or not this step is one that is lived through again: a resumed run repeats it too.
+            let is_repeated = suffers(&self.happenings(1), Fault::Repeated);
+            self.last = if is_repeated { self.photograph() } else { None };
+            let has_failed = suffers(&self.happenings(0), Fault::LampFails);
+            let power = |light| if self.lit == Some(light) && !has_failed { 1.0 } else { 0.0 };
             self.bean.advance(Light::BOTH.map(power), minutes - self.now_min);
             self.now_min = minutes;
         }
@@ -64,11 +76,24 @@ impl Tent {
 
     fn note_truth(&mut self) {
         let truth = truth(&self.bean.pose(), self.renderer.frame());
-        self.truths.insert(self.minute(), truth);
+        self.truths.insert(self.frame(), truth);
     }
 
-    fn minute(&self) -> u64 {
-        self.now_min.round() as u64
+    /// Number of the photograph of this step. Its noise and its faults are named by it, so a resumed run takes the
+    /// photograph that it would have taken.
+    fn frame(&self) -> u64 {
+        (self.now_min / PERIOD_MIN).round() as u64
+    }
+
+    /// What goes wrong with the photograph so many steps from now.
+    fn happenings(&self, ahead: u64) -> Vec<Happening> {
+        self.faults.at(self.seed, self.frame() + ahead)
+    }
+
+    /// The photograph of this step with its flash; `None` where the camera gives none.
+    fn photograph(&mut self) -> Option<Vec<u8>> {
+        let (happenings, pose, frame) = (self.happenings(0), self.bean.pose(), self.frame());
+        fault::photograph(&mut self.renderer, &happenings, &pose, self.lit, frame, self.last.as_deref())
     }
 }
 
@@ -86,7 +111,8 @@ impl Greenhouse {
             return Err(format!("found greenhouse.scale = {}, wanted 0 to 2", self.scale));
         }
         self.bean.check().map_err(|error| format!("greenhouse.bean: {error}"))?;
-        self.scene.check().map_err(|error| format!("greenhouse.scene: {error}"))
+        self.scene.check().map_err(|error| format!("greenhouse.scene: {error}"))?;
+        self.faults.check().map_err(|error| format!("greenhouse.faults: {error}"))
     }
 
     /// How this tent's photographs map to centimetres.
@@ -125,12 +151,15 @@ impl Greenhouse {
     pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, Eye), VisionError> {
         let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
         let tent = Tent {
+            seed,
+            faults: self.faults.clone(),
             bean: Bean::new(self.bean.draw(seed, self.scale), seed),
             renderer: Renderer::new(&self.scene, seed),
             lit: None,
             has_flash: false,
             now_min: 0.0,
             truths: BTreeMap::new(),
+            last: None,
         };
         Ok((Device(Rc::new(RefCell::new(tent))), Eye::new(self.calibration(), vision)?))
     }
@@ -151,11 +180,14 @@ impl Device {
 
 impl Camera for Device {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        let mut tent = self.0.borrow_mut();
-        let tent = &mut *tent;
-        // The frame's noise is named by its time, so a resumed run takes the photograph that it would have taken.
-        let frame = tent.minute();
-        let bytes = tent.renderer.photograph(&tent.bean.pose(), tent.lit, tent.has_flash, frame);
+        let tent = &mut *self.0.borrow_mut();
+        let bytes = if tent.has_flash {
+            // No photograph at all is a file without bytes.
+            tent.photograph().unwrap_or_default()
+        } else {
+            let frame = tent.frame();
+            tent.renderer.photograph(&tent.bean.pose(), tent.lit, false, frame)
+        };
         Ok(Photo { name: String::new(), bytes, time_s: tent.now_min * 60.0 })
     }
 }

@@ -1,0 +1,83 @@
+//! The virtual tent as a rig: seen through photographs alone, near to what is true, and the same after an interruption
+//! whatever goes wrong.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Duration;
+
+use tropism::control::periodic::Periodic;
+use tropism::environment::run;
+use tropism::experiment::{Durability, Recorded, RunFolder};
+use tropism::geometry::Point;
+use tropism::greenhouse::fault::Faults;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::light::Light;
+use tropism::observation::Quality;
+use tropism::rig::Rig;
+use tropism::task::Task;
+use tropism::track::Track;
+use tropism::vision::VisionConfig;
+
+/// Goes on with the run in `path` for at most `samples`; the track, and what is true at each step.
+fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> (Track, Vec<Point>) {
+    let (device, eye) = greenhouse.open(3, &VisionConfig::default()).unwrap();
+    let hand = || device.clone();
+    let rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300));
+    let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
+    let mut world = Recorded::new(rig, folder).unwrap();
+    let mut left = samples;
+    let mut watch = |_: &_| {
+        left -= 1;
+        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let mut controller = Periodic::new(30, Light::Right);
+    let track = run(&mut world, &mut controller, &Task::open_loop(steps), &mut watch).unwrap();
+    let truth = String::from_utf8(device.truth_csv()).unwrap();
+    let top = |line: &str| {
+        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
+        Point::new(numbers[1], numbers[2])
+    };
+    (track, truth.lines().skip(1).map(top).collect())
+}
+
+#[test]
+fn tips_in_photographs_are_where_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let (track, truth) = go(&Greenhouse::default(), folder.path(), 150, usize::MAX);
+    assert_eq!((track.samples.len(), truth.len()), (151, 151));
+    let mut off: Vec<f64> =
+        track.samples.iter().zip(&truth).map(|(sample, top)| sample.tip.distance(*top)).collect();
+    off.sort_by(f64::total_cmp);
+    assert!(off[75] < 0.08 && off[143] < 0.2, "median {:.3} cm, 95 % {:.3} cm", off[75], off[143]);
+    assert!(track.samples.iter().all(|sample| sample.quality == Quality::Measured));
+}
+
+#[test]
+fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
+    let rate = 0.05;
+    let faults = Faults {
+        lamp_fails: rate,
+        missed_flash: rate,
+        leaf_across: rate,
+        nudged: rate,
+        glare: rate,
+        fly: rate,
+        condensation: rate,
+        half_written: rate,
+        repeated: rate,
+        dropped: rate,
+    };
+    let greenhouse = Greenhouse { faults, ..Greenhouse::default() };
+    let [whole, broken] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let (track, truth) = go(&greenhouse, whole.path(), 60, usize::MAX);
+    assert!(track.samples.iter().any(|sample| sample.quality == Quality::Held), "something is not seen");
+    for samples in [4, 5, 17, 18, 40] {
+        go(&greenhouse, broken.path(), 60, samples);
+    }
+    assert_eq!(go(&greenhouse, broken.path(), 60, usize::MAX), (track, truth));
+    for step in 0..=60 {
+        let name = format!("photographs/{step:06}.jpg");
+        let [one, other] = [&whole, &broken].map(|folder| std::fs::read(folder.path().join(&name)).unwrap());
+        assert!(one == other, "{name}");
+    }
+}
