@@ -202,7 +202,6 @@ impl Config {
             species_max_stagnation: 100,
             roulette_wheel_selection: true,
             recurrent_prob: 0.0,
-            weight_mutation_max_power: 1.0,
             mutate_weights_severe_prob: 0.01,
             max_weight: 20.0,
             mutate_add_link_prob: 0.02,
