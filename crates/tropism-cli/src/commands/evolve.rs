@@ -13,6 +13,8 @@ use tropism::control::network::NetworkController;
 use tropism::evolve::{self, EvolutionConfig, Run, Trial};
 use tropism::experiment::files;
 use tropism::plant::tip::TipModel;
+use tropism::random::{Draws, Purpose};
+use tropism::simulation::simulate;
 use tropism::task::Task;
 use tropism_neat::{Config, Genome};
 
@@ -105,6 +107,8 @@ pub(crate) struct RunOutcome {
     /// Its champion on models of single plants: what to expect on a plant that nobody met.
     pub(crate) transfer: Trial,
     pub(crate) links: usize,
+    /// Share of its steps on a fresh plant where the model has no data.
+    pub(crate) without_data: f64,
 }
 
 /// How an evolution ended: `summary.json`.
@@ -248,6 +252,10 @@ impl EvolutionPlan {
             trial: self.trial(std::slice::from_ref(model), &controller),
             transfer: self.trial(plants, &controller),
             links: genome.links().len(),
+            without_data: {
+                let draws = Draws::new(self.seed, Purpose::Trial, [0; 3]);
+                model.share_without_data(&simulate(model, &mut controller.clone(), &self.task, draws))
+            },
         })
     }
 }
@@ -300,6 +308,17 @@ fn history(runs: &[Run]) -> String {
     text
 }
 
+/// A line of doubt where the model is asked about what it never saw.
+fn doubt(chosen: &RunOutcome) -> String {
+    if chosen.without_data <= 0.05 {
+        return String::new();
+    }
+    let share = 100.0 * chosen.without_data;
+    format!(
+        "\ndo not trust these figures: in {share:.0} % of its steps the model has no data, and none of this was ever seen"
+    )
+}
+
 impl Evolve {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let task = self.task.load()?;
@@ -330,7 +349,7 @@ impl Evolve {
         format!(
             "{} runs, {} evaluations, {:.1} s ({:.1} s of processor time)\n\
              best fitness of a run: {:.2} to {:.2} cm, median {:.2} (best possible {:.2})\n\
-             champion: run {}, {} links, {:.2} cm over fresh plants of the model; to expect on a real one: {:.2} cm (sd {:.2})\n\
+             champion: run {}, {} links, {:.2} cm over fresh plants of the model; to expect on a real one: {:.2} cm (sd {:.2}){}\n\
              wrote {}\nnext: tropism run --rig greenhouse --controller {} --out steered",
             outcome.runs.len(),
             outcome.evaluations,
@@ -345,6 +364,7 @@ impl Evolve {
             chosen.trial.mean,
             chosen.transfer.mean,
             chosen.transfer.sd,
+            doubt(chosen),
             champion.display(),
             champion.display(),
         )

@@ -59,16 +59,12 @@ impl Simulate {
         let task = self.task.load()?;
         let model = load_model_for(&self.model, &task, shell)?;
         let controller = self.controller.load()?;
-        let (mut scores, mut steps, mut blind, mut first) = (Vec::new(), 0, 0, None);
+        let (mut scores, mut blind, mut first) = (Vec::new(), 0.0, None);
         for episode in 0..self.episodes {
             let draws = Draws::new(self.seed.seed, Purpose::Trial, [episode, 0, 0]);
             let track = simulate(&model, &mut *controller.build(&task), &task, draws);
             scores.push(task.fitness(&track));
-            for sample in &track.samples {
-                let Some(light) = sample.light else { continue };
-                steps += 1;
-                blind += usize::from(model.mean_shift(sample.tip, light).is_none());
-            }
+            blind += model.share_without_data(&track);
             first.get_or_insert(track);
             if Shell::is_interrupted() {
                 return Err(crate::shell::Interrupted("nothing was written".to_owned()).into());
@@ -85,7 +81,7 @@ impl Simulate {
             mean_fitness: mean,
             sd_fitness: variance.sqrt(),
             best: task.best(),
-            steps_without_data: blind as f64 / f64::from(steps.max(1)),
+            steps_without_data: blind / count,
         };
         let text = format!(
             "fitness {:.2} cm of at most {:.2} (sd {:.2}, {} simulated plants); {:.1} % of steps where the model has no data\n\

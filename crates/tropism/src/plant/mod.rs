@@ -8,6 +8,7 @@
 //! Wahby et al. 2016, section 2.2.3, eqs. (1)-(8).
 
 pub mod shifts;
+pub(crate) mod table;
 pub mod tip;
 pub mod window;
 

@@ -10,7 +10,8 @@
 use tropism_neat::StepNetwork;
 
 use crate::plant::PlantModel;
-use crate::plant::tip::{Sprout, Table, TipModel};
+use crate::plant::table::Table;
+use crate::plant::tip::{Sprout, TipModel};
 use crate::random::{Draws, NORMALS};
 use crate::task::Task;
 
