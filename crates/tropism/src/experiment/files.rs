@@ -116,7 +116,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write_with(path, bytes, false)
 }
 
-/// [`write`], and with `is_synced` the file and its folder are on the disk when it returns, whatever happens to the power.
+/// [`write()`], and with `is_synced` the file and its folder are on the disk when it returns, whatever happens to the power.
 ///
 /// # Errors
 /// [`FileError::Disk`].
