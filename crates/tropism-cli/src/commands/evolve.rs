@@ -88,6 +88,8 @@ pub(crate) struct EvolutionPlan {
     schema: String,
     version: String,
     pub(crate) seed: u64,
+    /// Whether the model is one of virtual plants.
+    pub(crate) is_virtual: bool,
     /// The model, by its check sum.
     model_sha256: String,
     trial_plants: u32,
@@ -139,6 +141,7 @@ impl EvolutionPlan {
             schema: "tropism.evolution/1".to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seed,
+            is_virtual: model.is_virtual(),
             model_sha256: files::sha256(model.to_json().as_bytes()),
             trial_plants,
             task: task.clone(),
@@ -338,6 +341,9 @@ impl Evolve {
             let out = self.out.display();
             return Err(Interrupted(format!("{out} is saved; the same command with --resume goes on")).into());
         };
+        if model.is_virtual() {
+            shell.note("a model of virtual plants");
+        }
         shell.result(&self.text(&outcome, &task), &outcome)
     }
 
@@ -349,7 +355,7 @@ impl Evolve {
         format!(
             "{} runs, {} evaluations, {:.1} s ({:.1} s of processor time)\n\
              best fitness of a run: {:.2} to {:.2} cm, median {:.2} (best possible {:.2})\n\
-             champion: run {}, {} links, {:.2} cm over fresh plants of the model; to expect on a real one: {:.2} cm (sd {:.2}){}\n\
+             champion: run {}, {} links, {:.2} cm over fresh plants of the model; to expect on a plant that nobody met: {:.2} cm (sd {:.2}){}\n\
              wrote {}\nnext: tropism run --rig greenhouse --controller {} --out steered",
             outcome.runs.len(),
             outcome.evaluations,

@@ -1,14 +1,17 @@
 //! `tropism fit`: tracks into the tip-motion model.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tropism::experiment::files;
+use tropism::observation::Quality;
 use tropism::plant::shifts::Window;
 use tropism::plant::tip::{Empty, Growth, TipModel, TipModelConfig};
+use tropism::track::Track;
 
+use super::run::RunPlan;
 use crate::options::parse_pair;
 use crate::shell::Shell;
 
@@ -51,9 +54,16 @@ enum EmptyName {
 struct Outcome {
     model: PathBuf,
     tracks: usize,
+    is_virtual: bool,
     shifts: usize,
     x_cm: [f64; 2],
     y_cm: [f64; 2],
+}
+
+/// Whether a track is of a virtual plant: it was simulated, or its run folder says so.
+fn is_of_virtual_plant(path: &Path, track: &Track) -> bool {
+    let is_simulated = track.samples.iter().any(|sample| sample.quality == Quality::Simulated);
+    is_simulated || path.parent().is_some_and(|folder| RunPlan::read(folder).is_ok_and(|run| run.is_virtual))
 }
 
 impl Fit {
@@ -68,7 +78,9 @@ impl Fit {
             },
             ..TipModelConfig::default()
         };
-        let model = TipModel::fit(&tracks, config)?;
+        let is_virtual =
+            self.tracks.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
+        let model = TipModel::fit(&tracks, config)?.of_virtual_plants(is_virtual);
         files::write(&self.out, model.to_json().as_bytes())?;
         let span = |value: fn(&tropism::plant::shifts::Shift) -> f64| {
             let values = model.observed().iter().map(value);
@@ -79,15 +91,17 @@ impl Fit {
         let outcome = Outcome {
             model: self.out.clone(),
             tracks: tracks.len(),
+            is_virtual,
             shifts: model.observed().len(),
             x_cm: span(|shift| shift.tip.x),
             y_cm: span(|shift| shift.tip.y),
         };
         let text = format!(
-            "{} shifts of {} tracks, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
+            "{} shifts of {} tracks{}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
              wrote {}\nnext: tropism evolve --model {} --out evolution",
             outcome.shifts,
             outcome.tracks,
+            if is_virtual { " of virtual plants" } else { "" },
             outcome.x_cm[0],
             outcome.x_cm[1],
             outcome.y_cm[0],

@@ -8,6 +8,7 @@ use serde::Serialize;
 use tropism::experiment::files;
 use tropism::report::{Page, Plants, Table};
 
+use super::evolve::EvolutionPlan;
 use super::study;
 use crate::findings::{self, History, RunFound};
 use crate::shell::Shell;
@@ -60,13 +61,17 @@ impl Report {
 
 fn page(folders: &[PathBuf]) -> Result<Page> {
     let (mut open_loop, mut steered, mut figures) = (Vec::new(), Vec::new(), Vec::new());
+    let mut is_virtual = false;
     for folder in folders {
         if folder.join("run.toml").exists() {
             let run = RunFound::read(folder)?;
             if run.plan.task.targets.is_empty() { open_loop.push(run) } else { steered.push(run) }
         } else if folder.join("history.csv").exists() {
             let history = History::read(&folder.join("history.csv"))?;
-            figures.extend(findings::evolution_figures(&history, Plants::ModelOfReal));
+            let plan: EvolutionPlan = files::read_toml(&folder.join("evolution.toml"))?;
+            let plants = if plan.is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
+            is_virtual |= plan.is_virtual;
+            figures.extend(findings::evolution_figures(&history, plants));
         } else {
             bail!(
                 "{}: found no run.toml, history.csv or study.toml, wanted the folder of a finished run, evolution or study",
@@ -74,7 +79,7 @@ fn page(folders: &[PathBuf]) -> Result<Page> {
             );
         }
     }
-    let is_virtual = open_loop.iter().chain(&steered).any(|run| run.plan.is_virtual);
+    is_virtual |= open_loop.iter().chain(&steered).any(|run| run.plan.is_virtual);
     let mut all = findings::open_loop_figures(&open_loop)?;
     all.extend(figures);
     all.extend(steered.iter().map(findings::steered_figure));

@@ -133,6 +133,7 @@ pub struct TipModel {
     observed: Vec<Shift>,
     /// How many of the shifts, in their order, are of the first plant, of the second, and so on.
     plants: Vec<usize>,
+    is_virtual: bool,
     table: Table,
 }
 
@@ -166,7 +167,20 @@ impl TipModel {
             }
         }
         let table = Table::new(&shifts::with_mirrored(&observed), &config);
-        Ok(Self { config, observed, plants, table })
+        Ok(Self { config, observed, plants, is_virtual: false, table })
+    }
+
+    /// The same model, known to be made of virtual plants or not: what is evolved on it says so.
+    #[must_use]
+    pub const fn of_virtual_plants(mut self, is_virtual: bool) -> Self {
+        self.is_virtual = is_virtual;
+        self
+    }
+
+    /// Whether it was made of virtual plants.
+    #[must_use]
+    pub const fn is_virtual(&self) -> bool {
+        self.is_virtual
     }
 
     /// How the model was made.
@@ -197,7 +211,8 @@ impl TipModel {
             let (own, others) = rest.split_at(count);
             rest = others;
             if count > 0 {
-                models.push(Self::of_shifts(own.to_vec(), vec![count], config.clone())?);
+                let model = Self::of_shifts(own.to_vec(), vec![count], config.clone())?;
+                models.push(model.of_virtual_plants(self.is_virtual));
             }
         }
         Ok(models)
@@ -247,6 +262,7 @@ impl TipModel {
             schema: SCHEMA.to_owned(),
             config: self.config.clone(),
             plants: self.plants.clone(),
+            is_virtual: self.is_virtual,
             x: column(|shift| shift.tip.x),
             y: column(|shift| shift.tip.y),
             dx: column(|shift| shift.dx),
@@ -288,7 +304,7 @@ impl TipModel {
             let found = format!("plants {:?} for {} shifts", file.plants, observed.len());
             return Err(ModelError::Plants { found });
         }
-        Self::of_shifts(observed, file.plants, file.config)
+        Ok(Self::of_shifts(observed, file.plants, file.config)?.of_virtual_plants(file.is_virtual))
     }
 }
 
@@ -298,6 +314,7 @@ struct File {
     schema: String,
     config: TipModelConfig,
     plants: Vec<usize>,
+    is_virtual: bool,
     x: Vec<f64>,
     y: Vec<f64>,
     dx: Vec<f64>,
@@ -523,6 +540,7 @@ mod tests {
     #[test]
     fn json_comes_back() {
         let model = model(TipModelConfig { empty: Empty::Nearest, ..TipModelConfig::default() });
+        let model = model.of_virtual_plants(true);
         assert_eq!(TipModel::from_json(&model.to_json()).unwrap(), model);
     }
 

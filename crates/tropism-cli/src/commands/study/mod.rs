@@ -250,7 +250,8 @@ impl Work<'_> {
 
     fn fit(&self) -> Result<()> {
         let runs = RunFound::read_numbered(&self.out.join("open-loop"))?;
-        let model = TipModel::fit(runs.iter().map(|run| &run.track), self.plan.model.clone())?;
+        let model = TipModel::fit(runs.iter().map(|run| &run.track), self.plan.model.clone())?
+            .of_virtual_plants(true);
         Ok(files::write(&self.model_file(), model.to_json().as_bytes())?)
     }
 
