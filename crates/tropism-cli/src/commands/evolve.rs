@@ -313,12 +313,12 @@ fn history(runs: &[Run]) -> String {
 
 /// A line of doubt where the model is asked about what it never saw.
 fn doubt(chosen: &RunOutcome) -> String {
-    if chosen.without_data <= 0.05 {
+    if chosen.without_data <= 0.1 {
         return String::new();
     }
     let share = 100.0 * chosen.without_data;
     format!(
-        "\ndo not trust these figures: in {share:.0} % of its steps the model has no data, and none of this was ever seen"
+        "\nbut in {share:.0} % of its steps the model has no data: there the figures rest on nothing that was seen"
     )
 }
 
