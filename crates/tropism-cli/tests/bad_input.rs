@@ -53,6 +53,7 @@ fn fails(folder: &TempDir, words: &[&str], wanted: &[&str]) {
     if code == 1 {
         let errors = message.lines().filter(|line| line.starts_with("error: ")).count();
         assert_eq!(errors, 1, "{words:?}: {message}");
+        assert!(message.matches("os error").count() <= 1, "a cause is said once: {message}");
     }
 }
 
