@@ -150,7 +150,7 @@ impl Greenhouse {
     /// [`VisionError`] if `vision` is out of range for this tent's photographs.
     pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, Eye), VisionError> {
         let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
-        let tent = Tent {
+        let mut tent = Tent {
             seed,
             faults: self.faults.clone(),
             bean: Bean::new(self.bean.draw(seed, self.scale), seed),
@@ -161,6 +161,8 @@ impl Greenhouse {
             truths: BTreeMap::new(),
             last: None,
         };
+        // The first step is one even if a resumed run does not photograph it again.
+        tent.note_truth();
         Ok((Device(Rc::new(RefCell::new(tent))), Eye::new(self.calibration(), vision)?))
     }
 }
@@ -213,8 +215,6 @@ impl Clock for Device {
 
     fn relive(&mut self, light: Light, until: Duration) {
         let mut tent = self.0.borrow_mut();
-        // The step that is lived through again begins where the tent stands.
-        tent.note_truth();
         tent.lit = Some(light);
         tent.advance_to(until.as_secs_f64() / 60.0);
     }
