@@ -14,10 +14,13 @@ use tropism::task::Task;
 use tropism::track::PERIOD_MIN;
 use tropism_neat::Genome;
 
-use crate::options::parse_minutes;
+use crate::options::{TaskOption, parse_minutes};
 
 /// Steps of the paper's six hours.
 pub(crate) const SIX_HOURS: u32 = 72;
+
+/// Steps of the paper's open-loop experiments: 83.3 hours.
+const OPEN_LOOP_STEPS: u32 = 1000;
 
 /// A controller by name: `periodic`, `periodic:6h`, `chase`, or the file of an evolved network.
 #[derive(Clone, Debug)]
@@ -87,9 +90,12 @@ impl LoadedController {
         }
     }
 
-    /// Whether it looks at the plant at all.
-    pub(crate) const fn is_open_loop(&self) -> bool {
-        matches!(self, Self::Periodic(_))
+    /// The task that it is given: that of the file, the paper's, or for one that does not look at the plant the 1000
+    /// steps of an open-loop experiment; in `steps` at most.
+    pub(crate) fn task(&self, file: &TaskOption, steps: Option<u32>) -> Result<Task> {
+        let is_open_loop = matches!(self, Self::Periodic(_)) && file.task.is_none();
+        let task = if is_open_loop { Task::open_loop(OPEN_LOOP_STEPS) } else { file.load()? };
+        Ok(Task { max_steps: steps.unwrap_or(task.max_steps), ..task })
     }
 
     /// What a run folder says of it.

@@ -1,6 +1,7 @@
 //! The terminal: results on stdout, all else on stderr.
 
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -13,6 +14,13 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted: {0}")]
 pub(crate) struct Interrupted(pub(crate) String);
+
+impl Interrupted {
+    /// What was done is in `folder`, and can be gone on with.
+    pub(crate) fn resumable(folder: &Path) -> anyhow::Error {
+        Self(format!("{} is saved; the same command with --resume goes on", folder.display())).into()
+    }
+}
 
 /// How a command speaks.
 pub(crate) struct Shell {

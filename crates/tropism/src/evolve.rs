@@ -217,6 +217,18 @@ pub struct Trial {
     pub plants: u32,
 }
 
+impl Trial {
+    /// Mean and standard deviation of the fitness of each plant; NaN of none.
+    #[must_use]
+    pub fn of(scores: &[f64]) -> Self {
+        let count = scores.len() as f64;
+        let mean = scores.iter().sum::<f64>() / count;
+        let variance =
+            scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        Self { mean, sd: variance.sqrt(), plants: scores.len() as u32 }
+    }
+}
+
 /// Tries a controller on `plants` fresh plants of each of `models`, the same ones for every controller under one `seed`.
 /// `build` makes the controller anew, at rest, for each of them.
 ///
@@ -243,8 +255,5 @@ pub fn trial<M: PlantModel, C: Controller>(
             fitness_of(model, &mut build(), task, Draws::new(seed, Purpose::Trial, [plant, number, 0]))
         })
         .collect();
-    let count = scores.len() as f64;
-    let mean = scores.iter().sum::<f64>() / count;
-    let variance = scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    Trial { mean, sd: variance.sqrt(), plants: scores.len() as u32 }
+    Trial::of(&scores)
 }

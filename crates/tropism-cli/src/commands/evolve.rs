@@ -338,8 +338,7 @@ impl Evolve {
         let outcome = plan.execute(&model, &self.out, self.resume, &progress)?;
         drop(progress);
         let Some(outcome) = outcome else {
-            let out = self.out.display();
-            return Err(Interrupted(format!("{out} is saved; the same command with --resume goes on")).into());
+            return Err(Interrupted::resumable(&self.out));
         };
         if model.is_virtual() {
             shell.note("a model of virtual plants");

@@ -83,17 +83,13 @@ struct Checked {
 /// Beans of a check: ten sets of six.
 const CHECKED: u32 = 60;
 
-/// Steps of the paper's open-loop experiments.
-const OPEN_LOOP_STEPS: u32 = 1000;
-
 impl Grow {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let Some(out) = &self.out else { return self.check(shell) };
         ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
         let controller = self.controller.load()?;
-        let is_open_loop = controller.is_open_loop() && self.task.task.is_none();
-        let mut task = if is_open_loop { Task::open_loop(OPEN_LOOP_STEPS) } else { self.task.load()? };
-        task.max_steps = self.steps.unwrap_or(task.max_steps);
+        let task = controller.task(&self.task, self.steps)?;
+        let is_open_loop = task.targets.is_empty();
         files::make_folder(out)?;
         let progress = shell.progress("grow", self.plants.into());
         let (species, task) = (Species::default(), &task);

@@ -20,9 +20,6 @@ use crate::controller::{ControllerName, LoadedController};
 use crate::options::{SeedOption, TaskOption};
 use crate::shell::{Interrupted, Shell};
 
-/// Steps of the paper's open-loop experiments: 83.3 hours.
-const OPEN_LOOP_STEPS: u32 = 1000;
-
 /// Run an experiment: a photograph every five minutes, a decision, a lamp
 ///
 /// In the virtual tent (`--rig greenhouse`) five minutes pass in milliseconds, and the plant is virtual. A run that was
@@ -160,9 +157,8 @@ impl Run {
             rig.check().with_context(|| self.rig.display().to_string())?;
             rig
         };
-        let is_open_loop = controller.is_open_loop() && self.task.task.is_none();
-        let mut task = if is_open_loop { Task::open_loop(OPEN_LOOP_STEPS) } else { self.task.load()? };
-        task.max_steps = self.steps.unwrap_or(task.max_steps);
+        let task = controller.task(&self.task, self.steps)?;
+        let is_open_loop = task.targets.is_empty();
         let plan = RunPlan::new(rig, &controller, task, self.seed.seed);
         if plan.is_virtual {
             shell.note("a virtual plant in a virtual tent");
@@ -176,8 +172,7 @@ impl Run {
         let track = plan.execute(&controller, &self.out, self.resume, &mut watch)?;
         drop(progress);
         let Some(track) = track else {
-            let out = self.out.display();
-            return Err(Interrupted(format!("{out} is saved; the same command with --resume goes on")).into());
+            return Err(Interrupted::resumable(&self.out));
         };
         let file = self.out.join("track.csv");
         let held = track.samples.iter().filter(|sample| sample.quality == Quality::Held).count();

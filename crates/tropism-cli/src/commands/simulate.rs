@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
+use tropism::evolve::Trial;
 use tropism::experiment::files;
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::simulate;
@@ -70,23 +71,20 @@ impl Simulate {
                 return Err(crate::shell::Interrupted("nothing was written".to_owned()).into());
             }
         }
-        let count = scores.len() as f64;
-        let mean = scores.iter().sum::<f64>() / count;
-        let variance =
-            scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        let trial = Trial::of(&scores);
         files::write_track(&self.out, &first.expect("at least one episode"))?;
         let outcome = Outcome {
             track: self.out.clone(),
             episodes: self.episodes,
-            mean_fitness: mean,
-            sd_fitness: variance.sqrt(),
+            mean_fitness: trial.mean,
+            sd_fitness: trial.sd,
             best: task.best(),
-            steps_without_data: blind / count,
+            steps_without_data: blind / f64::from(trial.plants),
         };
         let text = format!(
             "fitness {:.2} cm of at most {:.2} (sd {:.2}, {} simulated plants); {:.1} % of steps where the model has no data\n\
              wrote {}",
-            mean,
+            trial.mean,
             task.best(),
             outcome.sd_fitness,
             self.episodes,

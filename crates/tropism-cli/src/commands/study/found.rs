@@ -156,13 +156,10 @@ impl Found {
     fn in_reality(&self, name: &str) -> Reality {
         let runs = &self.reality[name];
         let scores: Vec<f64> = runs.iter().map(|run| self.plan.task.fitness(&run.track)).collect();
-        let count = scores.len() as f64;
-        let mean = scores.iter().sum::<f64>() / count;
-        let variance =
-            scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        let Trial { mean, sd, .. } = Trial::of(&scores);
         Reality {
             mean,
-            sd: variance.sqrt(),
+            sd,
             best: scores.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             worst: scores.iter().copied().fold(f64::INFINITY, f64::min),
             plants: scores.len(),

@@ -211,8 +211,7 @@ impl Work<'_> {
     }
 
     fn interrupted(&self) -> anyhow::Error {
-        let out = self.out.display();
-        Interrupted(format!("{out} is saved; the same command with --resume goes on")).into()
+        Interrupted::resumable(&self.out)
     }
 
     /// Runs many experiments on all threads: folder, controller, task and seed of each.
