@@ -1,8 +1,12 @@
 //! A checkpoint of evolution: an error, or a population that goes on evolving.
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 use tropism_neat::Neat;
+
+fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
+    tropism_fuzz::mutate_json(data, size, max_size, seed)
+});
 
 fuzz_target!(|text: &str| {
     let Ok(mut neat) = Neat::from_json(text) else { return };

@@ -1,8 +1,12 @@
 //! A genome file: an error, or a genome that can be built, run, written and read again.
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 use tropism_neat::{Genome, Network, StepNetwork};
+
+fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
+    tropism_fuzz::mutate_json(data, size, max_size, seed)
+});
 
 fuzz_target!(|text: &str| {
     let Ok(genome) = Genome::from_json(text) else { return };
