@@ -4,6 +4,8 @@
 //! A model and a task go in, champions come out. Runs share nothing, and every evaluation's luck is named by run,
 //! generation, individual and episode: neither threads nor interruptions change a result.
 
+mod saved;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism_neat::{Config, Generation, Genome, Neat, NeatError, StepNetwork, random_genome};
@@ -16,6 +18,8 @@ use crate::random::{self, Draws, Purpose};
 use crate::simulation::fitness_of;
 use crate::simulation::lanes::{Episode, fitness_of_all};
 use crate::task::Task;
+
+pub use saved::SavedRunError;
 
 /// How controllers are evolved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

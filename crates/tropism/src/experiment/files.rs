@@ -121,6 +121,16 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError::Disk`].
 pub fn write_with(path: &Path, bytes: &[u8], is_synced: bool) -> Result<(), FileError> {
+    write_after(path, bytes, is_synced, || Ok(()))
+}
+
+/// [`write_with()`], with something to be done when the bytes are written but have not yet taken their place.
+pub(super) fn write_after(
+    path: &Path,
+    bytes: &[u8],
+    is_synced: bool,
+    make_way: impl FnOnce() -> std::io::Result<()>,
+) -> Result<(), FileError> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     let part = path.with_file_name(name);
@@ -131,6 +141,7 @@ pub fn write_with(path: &Path, bytes: &[u8], is_synced: bool) -> Result<(), File
         if is_synced {
             file.sync_all()?;
         }
+        make_way()?;
         fs::rename(&part, path)?;
         if is_synced {
             fs::File::open(folder)?.sync_all()?;

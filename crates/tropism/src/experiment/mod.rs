@@ -5,11 +5,13 @@
 //! each step in the order photograph, decision, action, and after an interruption it plays the journal back to the
 //! controller before the loop goes on.
 
+mod checkpoint;
 pub mod files;
 mod folder;
 mod journal;
 mod recorded;
 
+pub use checkpoint::{Checkpoint, Loaded};
 pub use folder::{FolderError, RunFolder};
 pub use journal::{Durability, Journal, JournalError, Row};
 pub use recorded::{RecordError, Recorded};
