@@ -56,17 +56,12 @@ impl Shell {
 
     /// The result: text for people or one JSON object for scripts, on stdout.
     pub(crate) fn result(&self, text: &str, json: &impl Serialize) -> anyhow::Result<()> {
-        let mut out = std::io::stdout().lock();
-        let written = if self.is_json {
-            writeln!(out, "{}", serde_json::to_string(json)?)
-        } else {
-            writeln!(out, "{text}")
-        };
-        match written {
-            // Whoever reads has read enough (`tropism … | head`).
-            Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-            other => Ok(other?),
-        }
+        if self.is_json { self.line(json) } else { print(text) }
+    }
+
+    /// One JSON object on a line of stdout, whether or not the user asked for JSON alone.
+    pub(crate) fn line(&self, json: &impl Serialize) -> anyhow::Result<()> {
+        print(&serde_json::to_string(json)?)
     }
 
     /// A progress line with the time left. Where stderr is no terminal it is a line at the beginning and one at the end.
@@ -84,7 +79,16 @@ impl Shell {
             eprintln!("{what} ...");
         }
         let has_lines = !self.is_quiet && !self.is_terminal;
-        Progress { bar, what: what.to_owned(), started: Instant::now(), has_lines }
+        let is_quiet = self.is_quiet;
+        Progress { bar, what: what.to_owned(), started: Instant::now(), has_lines, is_quiet }
+    }
+}
+
+fn print(text: &str) -> anyhow::Result<()> {
+    match writeln!(std::io::stdout().lock(), "{text}") {
+        // Whoever reads has read enough (`tropism … | head`).
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => Ok(other?),
     }
 }
 
@@ -94,6 +98,7 @@ pub(crate) struct Progress {
     what: String,
     started: Instant,
     has_lines: bool,
+    is_quiet: bool,
 }
 
 impl Progress {
@@ -106,6 +111,13 @@ impl Progress {
     pub(crate) fn skip(&self, count: u64) {
         self.bar.inc(count);
         self.bar.reset_eta();
+    }
+
+    /// A line for people, above the progress line.
+    pub(crate) fn note(&self, line: &str) {
+        if !self.is_quiet {
+            self.bar.suspend(|| eprintln!("{line}"));
+        }
     }
 
     /// What is known now.

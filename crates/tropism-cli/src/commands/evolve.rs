@@ -11,12 +11,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::control::network::NetworkController;
 use tropism::evolve::{self, EvolutionConfig, Run, Trial};
-use tropism::experiment::files;
+use tropism::experiment::{Checkpoint, files};
 use tropism::plant::tip::TipModel;
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::simulate;
 use tropism::task::Task;
-use tropism_neat::{Config, Genome};
+use tropism_neat::{Config, Generation, Genome};
 
 use crate::options::{SeedOption, TaskOption, load_model_for};
 use crate::shell::{Interrupted, Progress, Shell, cpu_seconds};
@@ -25,17 +25,20 @@ use crate::shell::{Interrupted, Progress, Shell, cpu_seconds};
 pub(crate) const TRIAL_PLANTS: u32 = 200;
 
 /// How much work a kill may cost.
-const CHECKPOINT: Duration = Duration::from_secs(60);
+pub(crate) const CHECKPOINT: Duration = Duration::from_secs(60);
+
+/// How often the progress line is written anew.
+const REFRESH: Duration = Duration::from_millis(100);
 
 /// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
 ///
 /// Each run ends with a champion. The one that goes on to reality, champion.json, is the one with the highest fitness to
-/// expect on a fresh plant: its mean over models that were each made of a single plant. Ctrl-C saves; --resume goes on to
-/// the same bits.
+/// expect on a fresh plant: its mean over models that were each made of a single plant. Each run is saved every minute and
+/// at Ctrl-C or SIGTERM; --resume goes on to the same bits, also after a kill.
 #[derive(Args)]
-#[command(
-    after_help = "Example:\n  tropism evolve --model model.json --out evolution --runs 4 --generations 500"
-)]
+#[command(after_help = "Examples:\n  \
+    tropism evolve --model model.json --out evolution --runs 4 --generations 500\n  \
+    tropism evolve --model model.json --out evolution --json-lines | jq '[.run, .generation, .best]'")]
 pub(crate) struct Evolve {
     /// Tip-motion model, from `tropism fit`
     #[arg(long, value_name = "model.json")]
@@ -71,6 +74,14 @@ pub(crate) struct Evolve {
     /// Go on with the evolution in DIR where it stopped
     #[arg(long)]
     resume: bool,
+
+    /// Save each run at least so often; 0: after each generation
+    #[arg(long, default_value_t = CHECKPOINT.as_secs(), value_name = "SECONDS")]
+    checkpoint: u64,
+
+    /// One JSON object a run and generation on stdout as they come, and last the one of --json
+    #[arg(long)]
+    json_lines: bool,
 
     #[command(flatten)]
     seed: SeedOption,
@@ -124,9 +135,30 @@ pub(crate) struct Outcome {
     pub(crate) wall_seconds: f64,
 }
 
+/// How an evolution at work is looked after.
+pub(crate) struct Care<'c> {
+    /// How much work a kill may cost.
+    pub(crate) checkpoint: Duration,
+    /// Where it says how far it is.
+    pub(crate) progress: &'c Progress,
+    /// Sees the generations of every run, by the run's number.
+    pub(crate) watch: &'c (dyn Fn(u32, &Generation) -> Result<()> + Sync),
+}
+
 /// What is known of a running evolution, for its progress line.
 struct Live {
-    best: Vec<f64>,
+    latest: Vec<Option<Generation>>,
+    evaluations: u64,
+    started: Instant,
+    said: Option<Instant>,
+}
+
+/// A generation as `--json-lines` writes it.
+#[derive(Serialize)]
+struct Line<'g> {
+    run: u32,
+    #[serde(flatten)]
+    generation: &'g Generation,
 }
 
 impl EvolutionPlan {
@@ -149,21 +181,21 @@ impl EvolutionPlan {
         }
     }
 
-    /// Evolves in `out`, on all threads, and writes champions, history and summary there.
+    /// Evolves in `out`, on all threads, and writes champions, history and summary there; `None` if it was interrupted.
     pub(crate) fn execute(
         &self,
         model: &TipModel,
         out: &Path,
         is_resumed: bool,
-        progress: &Progress,
+        care: &Care<'_>,
     ) -> Result<Option<Outcome>> {
         let (started, cpu) = (Instant::now(), cpu_seconds());
         self.evolution.check()?;
         self.claim(out, is_resumed)?;
-        let live = Mutex::new(Live { best: vec![f64::NEG_INFINITY; self.evolution.runs as usize] });
+        let live = Mutex::new(Live::new(self.evolution.runs as usize));
         let runs: Vec<Option<Run>> = (0..self.evolution.runs)
             .into_par_iter()
-            .map(|index| self.advance(index, model, out, progress, &live))
+            .map(|index| self.advance(index, model, out, care, &live))
             .collect::<Result<_>>()?;
         let Some(runs) = runs.into_iter().collect::<Option<Vec<Run>>>() else { return Ok(None) };
         let plants = model.of_each_plant()?;
@@ -214,34 +246,46 @@ impl EvolutionPlan {
         index: u32,
         model: &TipModel,
         out: &Path,
-        progress: &Progress,
+        care: &Care<'_>,
         live: &Mutex<Live>,
     ) -> Result<Option<Run>> {
-        let file = out.join(format!("run-{index:02}.json"));
-        let mut run = match file.exists() {
-            true => files::read_as(&file, |text| serde_json::from_str(text))?,
-            false => Run::new(&self.evolution, self.seed, index)?,
-        };
-        progress.skip(run.history.len() as u64);
+        let checkpoint = Checkpoint::new(out.join(format!("run-{index:02}.json")));
+        let mut run = self.begin(index, &checkpoint, care.progress)?;
+        care.progress.skip(run.history.len() as u64);
         let mut saved = Instant::now();
-        while (run.history.len() as u32) < self.evolution.generations {
-            if Shell::is_interrupted() {
-                save(&run, &file)?;
-                return Ok(None);
-            }
-            let best = run.advance(model, &self.task).best_ever;
-            progress.add(1);
+        let mut saved_generations = run.history.len();
+        while (run.history.len() as u32) < self.evolution.generations && !Shell::is_interrupted() {
+            let generation = run.advance(model, &self.task);
+            (care.watch)(index, generation)?;
+            care.progress.add(1);
             if let Ok(mut live) = live.lock() {
-                live.best[index as usize] = best;
-                progress.say(live.message());
+                live.see(index, generation, care.progress);
             }
-            if saved.elapsed() > CHECKPOINT {
-                save(&run, &file)?;
-                saved = Instant::now();
+            if saved.elapsed() >= care.checkpoint {
+                checkpoint.save(run.to_json().as_bytes())?;
+                (saved, saved_generations) = (Instant::now(), run.history.len());
             }
         }
-        save(&run, &file)?;
-        Ok(Some(run))
+        if run.history.len() > saved_generations {
+            checkpoint.save(run.to_json().as_bytes())?;
+        }
+        Ok((run.history.len() as u32 == self.evolution.generations).then_some(run))
+    }
+
+    /// Run `index` as its checkpoint has it, or at its beginning.
+    fn begin(&self, index: u32, checkpoint: &Checkpoint, progress: &Progress) -> Result<Run> {
+        let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
+        let Some(loaded) = checkpoint.load(parse)? else {
+            return Ok(Run::new(&self.evolution, self.seed, index)?);
+        };
+        if let Some(refused) = loaded.refused {
+            progress.note(&format!(
+                "{refused}; run {index} goes on from {}, generation {}",
+                checkpoint.previous().display(),
+                loaded.value.neat.generation()
+            ));
+        }
+        Ok(loaded.value)
     }
 
     fn outcome(&self, run: &Run, model: &TipModel, plants: &[TipModel]) -> Result<RunOutcome> {
@@ -270,21 +314,45 @@ impl EvolutionPlan {
 }
 
 impl Live {
-    fn message(&self) -> String {
-        let mut begun: Vec<f64> = self.best.iter().copied().filter(|best| best.is_finite()).collect();
-        begun.sort_by(f64::total_cmp);
-        let best = begun.last().copied().unwrap_or_default();
-        let median = begun.get(begun.len() / 2).copied().unwrap_or_default();
-        format!("best {best:.2}, median of {} runs {median:.2} cm", begun.len())
+    fn new(runs: usize) -> Self {
+        Self { latest: vec![None; runs], evaluations: 0, started: Instant::now(), said: None }
+    }
+
+    fn see(&mut self, run: u32, generation: &Generation, progress: &Progress) {
+        self.evaluations += generation.population as u64;
+        self.latest[run as usize] = Some(generation.clone());
+        if self.said.is_none_or(|said| said.elapsed() >= REFRESH) {
+            self.said = Some(Instant::now());
+            let rate = self.evaluations as f64 / self.started.elapsed().as_secs_f64().max(1e-3);
+            progress.say(format!("\n  {}", self.message(rate)));
+        }
+    }
+
+    /// The best so far of all runs that have begun, and what their populations are like now.
+    fn message(&self, evaluations_a_second: f64) -> String {
+        let now: Vec<&Generation> = self.latest.iter().flatten().collect();
+        let mean =
+            |of: fn(&Generation) -> f64| now.iter().map(|&run| of(run)).sum::<f64>() / now.len() as f64;
+        let mut best: Vec<f64> = now.iter().map(|run| run.best_ever).collect();
+        best.sort_by(f64::total_cmp);
+        let runs = match best.len() {
+            0 => return String::new(),
+            1 => String::new(),
+            runs => format!(" ({runs} runs: median {:.2})", best[runs / 2]),
+        };
+        format!(
+            "best {:.2} cm{runs}, population: median {:.2} cm, {:.0} species, {:.0} links, {} evaluations/s",
+            best[best.len() - 1],
+            mean(|run| run.median),
+            mean(|run| run.species as f64),
+            mean(|run| run.links_mean),
+            evaluations_a_second.round()
+        )
     }
 }
 
 fn champion(run: &Run) -> Result<&Genome> {
     Ok(run.champion().context("a run of at least one generation has a champion")?.0)
-}
-
-fn save(run: &Run, file: &Path) -> Result<()> {
-    Ok(files::write(file, serde_json::to_string(run)?.as_bytes())?)
 }
 
 /// One row a generation and run.
@@ -335,7 +403,13 @@ impl Evolve {
             EvolutionConfig { runs: self.runs, generations: self.generations, episodes: self.episodes, neat };
         let plan = EvolutionPlan::new(&model, &task, config, TRIAL_PLANTS, self.seed.seed);
         let progress = shell.progress("evolve", u64::from(self.runs) * u64::from(self.generations));
-        let outcome = plan.execute(&model, &self.out, self.resume, &progress)?;
+        let watch = |run, generation: &Generation| match self.json_lines {
+            true => shell.line(&Line { run, generation }),
+            false => Ok(()),
+        };
+        let checkpoint = Duration::from_secs(self.checkpoint);
+        let care = Care { checkpoint, progress: &progress, watch: &watch };
+        let outcome = plan.execute(&model, &self.out, self.resume, &care)?;
         drop(progress);
         let Some(outcome) = outcome else {
             return Err(Interrupted::resumable(&self.out));
@@ -343,7 +417,10 @@ impl Evolve {
         if model.is_virtual() {
             shell.note("a model of virtual plants");
         }
-        shell.result(&self.text(&outcome, &task), &outcome)
+        match self.json_lines {
+            true => shell.line(&outcome),
+            false => shell.result(&self.text(&outcome, &task), &outcome),
+        }
     }
 
     fn text(&self, outcome: &Outcome, task: &Task) -> String {

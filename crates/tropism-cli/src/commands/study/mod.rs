@@ -21,7 +21,7 @@ use tropism::vision::VisionConfig;
 use tropism_neat::Genome;
 use tropism_rig::file::RigFile;
 
-use super::evolve::{EvolutionPlan, TRIAL_PLANTS};
+use super::evolve::{CHECKPOINT, Care, EvolutionPlan, TRIAL_PLANTS};
 use super::run::RunPlan;
 use crate::controller::{LoadedController, SIX_HOURS};
 use crate::findings::RunFound;
@@ -265,7 +265,8 @@ impl Work<'_> {
         let progress = self.shell.progress("evolving controllers", total);
         let plan =
             EvolutionPlan::new(&model, &self.plan.task, config, self.plan.trial_plants, self.plan.seed);
-        let outcome = plan.execute(&model, &self.out.join("evolution"), true, &progress)?;
+        let care = Care { checkpoint: CHECKPOINT, progress: &progress, watch: &|_, _| Ok(()) };
+        let outcome = plan.execute(&model, &self.out.join("evolution"), true, &care)?;
         if outcome.is_some() { Ok(()) } else { Err(self.interrupted()) }
     }
 

@@ -1,0 +1,176 @@
+//! Evolution in its folder: the same bits whatever happens to the program or to its checkpoints.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+const RUNS: usize = 2;
+const GENERATIONS: usize = 120;
+
+/// A folder with a model of one plant that leans after a lamp, and a short task.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..120)
+        .map(|step: i32| {
+            let light = if step / 20 % 2 == 0 { "right" } else { "left" };
+            let x = 0.2 * f64::from(20 - (step % 40 - 20).abs());
+            format!("{x},{},{light}\n", 4.0 + 0.04 * f64::from(step))
+        })
+        .collect();
+    fs::write(folder.path().join("track.csv"), format!("tip_x_cm,tip_y_cm,light\n{rows}")).unwrap();
+    fs::write(folder.path().join("task.toml"), "targets = [[1.0, 5.0], [3.0, 6.0]]\nmax_steps = 100\n")
+        .unwrap();
+    let fit = ["fit", "track.csv", "--out", "model.json"];
+    let fit = Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(&folder).args(fit).output().unwrap();
+    assert!(fit.status.success(), "{}", String::from_utf8_lossy(&fit.stderr));
+    folder
+}
+
+/// An evolution that saves itself after each generation, unless `more` says otherwise.
+fn evolve(folder: &Path, out: &str, more: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+    command.current_dir(folder).args(["evolve", "--model", "model.json", "--task", "task.toml"]);
+    command.args(["--runs", &RUNS.to_string(), "--generations", &GENERATIONS.to_string()]);
+    command.args(["--out", out]).args(more);
+    if !more.contains(&"--checkpoint") {
+        command.args(["--checkpoint", "0"]);
+    }
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn finished(command: &mut Command) -> Output {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+/// Every file whose bytes the seed decides, by name.
+fn decided(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let files = |folder: &Path| {
+        let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        paths.filter(|path| path.is_file()).collect::<Vec<_>>()
+    };
+    let all = [files(folder), files(&folder.join("champions"))].concat();
+    let name = |path: &Path| path.strip_prefix(folder).unwrap().to_string_lossy().into_owned();
+    // Times; and the checkpoints before the last, which depend on when the last one was written.
+    let is_decided =
+        |name: &str| name != "summary.json" && !name.contains("previous") && !name.contains("broken");
+    let named = all.iter().map(|path| (name(path), fs::read(path).unwrap()));
+    named.filter(|(name, _)| is_decided(name)).collect()
+}
+
+#[track_caller]
+fn assert_same(folder: &Path, one: &str, other: &str) {
+    let (one, other) = (decided(&folder.join(one)), decided(&folder.join(other)));
+    assert_eq!(one.keys().collect::<Vec<_>>(), other.keys().collect::<Vec<_>>());
+    assert!(one.len() == 3 + 2 * RUNS, "{:?}", one.keys());
+    for (name, bytes) in one {
+        assert!(bytes == other[&name], "{name} differs");
+    }
+}
+
+/// Waits until the run has come so far that there is something to lose.
+fn wait_for(child: &mut Child, file: &Path) {
+    let started = Instant::now();
+    while !file.exists() && child.try_wait().unwrap().is_none() {
+        assert!(started.elapsed() < Duration::from_secs(60), "{} never came", file.display());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn a_killed_evolution_goes_on_to_the_same_bits() {
+    let folder = folder();
+    finished(&mut evolve(folder.path(), "whole", &["--threads", "1"]));
+    let mut kills = 0;
+    // Without a chance to save, at moments of no meaning, often in the middle of a write.
+    for patience in [0, 40, 80, 120, 160] {
+        let mut child = evolve(folder.path(), "killed", &["--resume", "--threads", "2"]).spawn().unwrap();
+        wait_for(&mut child, &folder.path().join("killed/run-00.previous.json"));
+        std::thread::sleep(Duration::from_millis(patience));
+        kills += u32::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    assert!(kills > 0, "it was never at work");
+    finished(&mut evolve(folder.path(), "killed", &["--resume"]));
+    assert_same(folder.path(), "whole", "killed");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_terminated_evolution_saves_and_says_how_to_go_on() {
+    let folder = folder();
+    finished(&mut evolve(folder.path(), "whole", &[]));
+    let rarely = ["--checkpoint", "100000"];
+    let mut child =
+        evolve(folder.path(), "ended", &[&rarely[..], &["--json-lines"]].concat()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(lines.nth(4).is_some(), "five generations");
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+    assert!(lines.count() < RUNS * GENERATIONS - 5, "ended before its end");
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert!(message.contains("ended is saved; the same command with --resume goes on"), "{message}");
+    finished(&mut evolve(folder.path(), "ended", &["--resume"]));
+    assert_same(folder.path(), "whole", "ended");
+}
+
+#[test]
+fn a_broken_checkpoint_is_refused_by_name_and_the_one_before_it_used() {
+    let folder = folder();
+    finished(&mut evolve(folder.path(), "whole", &[]));
+    finished(&mut evolve(folder.path(), "broken", &[]));
+    let file = folder.path().join("broken/run-01.json");
+    let text = fs::read_to_string(&file).unwrap();
+    for (broken, complaint) in [
+        (text[..text.len() / 2].to_owned(), "not a saved run: EOF"),
+        (text.replace("evolution-run/1", "evolution-run/9"), "wanted \"tropism.evolution-run/1\""),
+        (text.replacen("\"threshold\":", "\"threshold\":1", 1), "changed or damaged"),
+    ] {
+        fs::write(&file, broken).unwrap();
+        let output = finished(&mut evolve(folder.path(), "broken", &["--resume"]));
+        let notes = String::from_utf8_lossy(&output.stderr).into_owned();
+        let line = notes.lines().find(|line| line.contains("run-01.json: ")).unwrap_or_default();
+        assert!(line.contains(complaint), "{notes}");
+        let last = format!("run 1 goes on from broken/run-01.previous.json, generation {}", GENERATIONS - 1);
+        assert!(line.contains(&last), "{notes}");
+        assert_same(folder.path(), "whole", "broken");
+    }
+    // With nothing left to go on from, nothing is made up.
+    fs::write(&file, "{").unwrap();
+    fs::write(folder.path().join("broken/run-01.previous.json"), "{").unwrap();
+    let output = evolve(folder.path(), "broken", &["--resume"]).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("error: broken/run-01.json: not a saved run"), "{message}");
+}
+
+#[test]
+fn json_lines_are_generations_and_then_the_outcome() {
+    let folder = folder();
+    let output = finished(&mut evolve(folder.path(), "lines", &["--json-lines", "--quiet"]));
+    assert!(output.stderr.is_empty());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<serde_json::Value> =
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), RUNS * GENERATIONS + 1);
+    for run in 0..RUNS {
+        let own = lines.iter().filter(|line| line["run"] == run);
+        let numbers: Vec<_> = own.map(|line| line["generation"].as_u64().unwrap()).collect();
+        assert!(numbers.into_iter().eq(0..GENERATIONS as u64), "run {run}");
+    }
+    let outcome = &lines[RUNS * GENERATIONS];
+    assert_eq!(outcome["runs"].as_array().unwrap().len(), RUNS);
+    let best = |line: &serde_json::Value| line["best_ever"].as_f64();
+    let last = lines.iter().rfind(|line| line["run"] == 0).and_then(best);
+    assert_eq!(outcome["runs"][0]["best_fitness"].as_f64(), last);
+}
