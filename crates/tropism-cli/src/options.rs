@@ -6,6 +6,9 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use tropism::experiment::files;
 use tropism::geometry::Region;
+use tropism::greenhouse::bean::Species;
+use tropism::greenhouse::fault::Faults;
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::light::Light;
 use tropism::plant::tip::TipModel;
 use tropism::task::Task;
@@ -36,6 +39,73 @@ pub(crate) struct SeedOption {
     /// Seed of all chance: the same seed gives the same result
     #[arg(long, default_value_t = 1, value_name = "N")]
     pub(crate) seed: u64,
+}
+
+/// Which kind of plant grows in the virtual tent.
+#[derive(Args, Clone)]
+pub(crate) struct BeanOption {
+    /// Bean file, a virtual plant's kind (beans/*.toml); the common bean by default
+    #[arg(long, value_name = "BEAN.toml")]
+    bean: Option<PathBuf>,
+}
+
+impl BeanOption {
+    /// The kind that the file describes; `None` if none is named.
+    pub(crate) fn load(&self) -> Result<Option<Species>> {
+        let Some(path) = &self.bean else { return Ok(None) };
+        let species: Species = files::read_toml(path)?;
+        species.check().with_context(|| path.display().to_string())?;
+        Ok(Some(species))
+    }
+}
+
+/// What stands in the virtual tent, and what goes wrong there.
+#[derive(Args, Clone)]
+pub(crate) struct TentOptions {
+    #[command(flatten)]
+    bean: BeanOption,
+
+    /// Scene file: the virtual camera, its lens and the lights; the paper's tent by default
+    #[arg(long, value_name = "SCENE.toml")]
+    scene: Option<PathBuf>,
+
+    /// Individual variation of virtual plants: 0 for the average, 1 as between real plants (the default), up to 2
+    #[arg(long, value_name = "X")]
+    scale: Option<f64>,
+
+    /// What goes wrong with virtual photographs, and how often: missed_flash=0.02,fly=0.01
+    #[arg(long, value_name = "FAULT=RATE,...", value_parser = parse_faults)]
+    faults: Option<Faults>,
+}
+
+impl TentOptions {
+    /// The paper's tent but for what was asked for; `None` if nothing was.
+    pub(crate) fn load(&self) -> Result<Option<Greenhouse>> {
+        let mut greenhouse = Greenhouse::default();
+        if let Some(bean) = self.bean.load()? {
+            greenhouse.bean = bean;
+        }
+        if let Some(path) = &self.scene {
+            greenhouse.scene = files::read_toml(path)?;
+            greenhouse.scene.check().with_context(|| path.display().to_string())?;
+        }
+        if let Some(scale) = self.scale {
+            ensure!((0.0..=2.0).contains(&scale), "found --scale {scale}, wanted 0 to 2");
+            greenhouse.scale = scale;
+        }
+        greenhouse.faults = self.faults.clone().unwrap_or_default();
+        Ok((greenhouse != Greenhouse::default()).then_some(greenhouse))
+    }
+}
+
+/// Faults by name and rate.
+fn parse_faults(text: &str) -> Result<Faults, String> {
+    let settings = text.replace('-', "_").replace(',', "\n");
+    let faults: Faults = toml::from_str(&settings).map_err(|error| {
+        format!("{}; wanted names and rates such as missed_flash=0.02,fly=0.01", error.message().trim())
+    })?;
+    faults.check().map_err(|error| error.to_string())?;
+    Ok(faults)
 }
 
 /// The model of a file.

@@ -207,3 +207,49 @@ fn numbers_out_of_range() {
     fails(&folder, &["grow", "--plants", "0", "--out", "g"], &["--plants"]);
     assert!(!folder.path().join("e").exists() && !folder.path().join("g").exists());
 }
+
+#[test]
+fn beans_scenes_and_faults() {
+    let folder = folder();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    for (text, wanted) in [
+        ("[typical.growth]\nspeed = 1\n", "bean.toml: line 2: found \"speed = 1\": unknown field `speed`"),
+        ("[typical.growth]\nrate = \"4 mm/h\"\n", "line 2: found \"rate = \\\"4 mm/h\\\"\": invalid type"),
+        // Minutes, millimetres, Pa and cm an hour where hours, cm, MPa and cm a step are wanted.
+        ("[typical.nutation]\nperiod_h = 100\n", "bean.toml: found typical.nutation.period_h = 100, wanted"),
+        ("[typical.stem]\nradius_base = 1.7\n", "typical.stem.radius_base = 1.7, wanted a radius"),
+        ("[typical.stem]\nmodulus_mpa = 4e7\n", "typical.stem.modulus_mpa = 40000000, wanted"),
+        ("[typical.growth]\nrate = 0.4\n", "typical.growth.rate = 0.4, wanted 0 to 0.2 cm per five minutes"),
+        ("[typical.tropism]\nlight = nan\n", "typical.tropism.light = NaN"),
+        ("[spread]\ngrowth_rate = -0.1\n", "spread.growth_rate = -0.1, wanted a share"),
+        ("name = [", "bean.toml: line 1"),
+    ] {
+        put("bean.toml", text);
+        fails(&folder, &["grow", "--bean", "bean.toml", "--out", "g"], &[wanted]);
+        let run =
+            ["run", "--rig", "greenhouse", "--controller", "chase", "--out", "r", "--bean", "bean.toml"];
+        fails(&folder, &run, &[wanted]);
+        fails(&folder, &["study", "--quick", "--out", "s", "--bean", "bean.toml"], &[wanted]);
+    }
+    let run = ["run", "--rig", "greenhouse", "--controller", "chase", "--out", "r"];
+    for (text, wanted) in [
+        ("widht = 640\n", "scene.toml: line 1: found \"widht = 640\": unknown field `widht`"),
+        ("width = 640.5\n", "invalid type"),
+        ("width = 0\n", "scene.toml: found scene.width = 0, wanted 64 to 8192"),
+    ] {
+        put("scene.toml", text);
+        fails(&folder, &[&run[..], &["--scene", "scene.toml"]].concat(), &[wanted]);
+    }
+    for (faults, wanted) in [
+        ("gremlin=0.1", "unknown field `gremlin`"),
+        ("fly=2", "faults.fly = 2, wanted a probability"),
+        ("fly", "wanted names and rates"),
+    ] {
+        fails(&folder, &[&run[..], &["--faults", faults]].concat(), &[wanted]);
+    }
+    fails(&folder, &[&run[..], &["--scale", "3"]].concat(), &["--scale 3, wanted 0 to 2"]);
+    put("rig.toml", "[greenhouse]\n");
+    let rig = ["run", "--rig", "rig.toml", "--controller", "chase", "--out", "r", "--scale", "0"];
+    fails(&folder, &rig, &["rig.toml, wanted them in its [greenhouse]"]);
+    assert!(["g", "r", "s"].iter().all(|made| !folder.path().join(made).exists()));
+}

@@ -25,7 +25,14 @@ fn bean() -> Pose {
         across: [-0.6, 0.0, 0.8],
         length: 4.0,
     };
-    Pose { age_h: 40.0, heading: [0.75, 0.63, 0.2], leaves: [leaf(1.0), leaf(-1.0)], spread: 0.8, stem }
+    Pose {
+        age_h: 40.0,
+        heading: [0.75, 0.63, 0.2],
+        leaves: [leaf(1.0), leaf(-1.0)],
+        spread: 0.8,
+        withered: 0.4,
+        stem,
+    }
 }
 
 fn photographs(criterion: &mut Criterion) {

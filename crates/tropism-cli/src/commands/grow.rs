@@ -14,7 +14,7 @@ use tropism::task::Task;
 use tropism::track::{Sample, Track};
 
 use crate::controller::{ControllerName, LoadedController};
-use crate::options::{SeedOption, TaskOption};
+use crate::options::{BeanOption, SeedOption, TaskOption};
 use crate::shell::{Interrupted, Shell};
 
 /// Grow virtual beans without photographs, for statistics
@@ -51,6 +51,9 @@ pub(crate) struct Grow {
     scale: f64,
 
     #[command(flatten)]
+    bean: BeanOption,
+
+    #[command(flatten)]
     task: TaskOption,
 
     #[command(flatten)]
@@ -85,14 +88,15 @@ const CHECKED: u32 = 60;
 
 impl Grow {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let Some(out) = &self.out else { return self.check(shell) };
+        let species = self.bean.load()?.unwrap_or_default();
+        let Some(out) = &self.out else { return self.check(&species, shell) };
         ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
         let controller = self.controller.load()?;
         let task = controller.task(&self.task, self.steps)?;
         let is_open_loop = task.targets.is_empty();
         files::make_folder(out)?;
         let progress = shell.progress("grow", self.plants.into());
-        let (species, task) = (Species::default(), &task);
+        let task = &task;
         let plants: Vec<Option<(PathBuf, Track)>> = (0..self.plants)
             .into_par_iter()
             .map(|plant| {
@@ -133,14 +137,13 @@ impl Grow {
     }
 
     /// Prints each statistic of the species with its range.
-    fn check(&self, shell: &Shell) -> Result<()> {
-        let species = Species::default();
+    fn check(&self, species: &Species, shell: &Shell) -> Result<()> {
         let progress = shell.progress("grow", CHECKED.into());
         let tracks: Vec<Track> = (0..CHECKED)
             .into_par_iter()
             .map(|plant| {
                 let seed = random::derive(self.seed.seed, Purpose::Plant, plant.into());
-                let track = acceptance::experiment(&species, seed);
+                let track = acceptance::experiment(species, seed);
                 progress.add(1);
                 track
             })
@@ -148,7 +151,7 @@ impl Grow {
         drop(progress);
         let rows: Vec<Checked> = acceptance::population(&tracks)
             .into_iter()
-            .chain(acceptance::single(&species))
+            .chain(acceptance::single(species))
             .map(|row| Checked {
                 number: row.number,
                 statistic: row.statistic,

@@ -4,12 +4,11 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
 use tropism::experiment::{Recorded, RunFolder, files};
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::observation::Quality;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
@@ -17,7 +16,7 @@ use tropism::vision::VisionConfig;
 use tropism_rig::file::RigFile;
 
 use crate::controller::{ControllerName, LoadedController};
-use crate::options::{SeedOption, TaskOption};
+use crate::options::{SeedOption, TaskOption, TentOptions};
 use crate::shell::{Interrupted, Shell};
 
 /// Run an experiment: a photograph every five minutes, a decision, a lamp
@@ -28,6 +27,7 @@ use crate::shell::{Interrupted, Shell};
 #[command(after_help = "Examples:\n  \
     tropism run --rig greenhouse --controller periodic:6h --out tent/1 --seed 1\n  \
     tropism run --rig greenhouse --controller evolution/champion.json --out steered\n  \
+    tropism run --rig greenhouse --bean beans/sunflower.toml --controller periodic:6h --out sunflower\n  \
     tropism run --rig rigs/command.toml --controller evolution/champion.json --out bean --resume")]
 pub(crate) struct Run {
     /// `greenhouse`, the virtual tent, or a rig file
@@ -55,6 +55,9 @@ pub(crate) struct Run {
 
     #[command(flatten)]
     seed: SeedOption,
+
+    #[command(flatten, next_help_heading = "The virtual tent (--rig greenhouse)")]
+    tent: TentOptions,
 }
 
 /// All that decides a run's outcome: the text of `run.toml`.
@@ -150,9 +153,15 @@ struct Outcome {
 impl Run {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let controller = self.controller.load()?;
+        let tent = self.tent.load()?;
         let rig = if self.rig == Path::new("greenhouse") {
-            RigFile::greenhouse(Greenhouse::default(), VisionConfig::default())
+            RigFile::greenhouse(tent.unwrap_or_default(), VisionConfig::default())
         } else {
+            ensure!(
+                tent.is_none(),
+                "found options of the virtual tent beside {}, wanted them in its [greenhouse]",
+                self.rig.display()
+            );
             let rig: RigFile = files::read_toml(&self.rig)?;
             rig.check().with_context(|| self.rig.display().to_string())?;
             rig

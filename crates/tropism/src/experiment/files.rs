@@ -72,9 +72,20 @@ pub fn read_as<T, E: Error>(path: &Path, parse: impl FnOnce(&str) -> Result<T, E
 /// A TOML file.
 ///
 /// # Errors
-/// [`FileError`]; a misspelt key is shown with its line.
+/// [`FileError`] in one line: the number of the line, what stands there, and what is wrong with it.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
-    read_as(path, |text| toml::from_str(text))
+    let text = read_text(path)?;
+    toml::from_str(&text)
+        .map_err(|error| FileError::Content { path: path.to_owned(), problem: in_one_line(&text, &error) })
+}
+
+/// A TOML error as one line; the crate's own shows the place by arrows, over several.
+fn in_one_line(text: &str, error: &toml::de::Error) -> String {
+    let message = error.message().trim().replace('\n', "; ");
+    let Some(before) = error.span().and_then(|span| text.get(..span.start)) else { return message };
+    let line = before.matches('\n').count();
+    let found = text.lines().nth(line).unwrap_or_default().trim();
+    format!("line {}: found {found:?}: {message}", line + 1)
 }
 
 /// A track.
@@ -219,6 +230,29 @@ mod tests {
         let mut names = ["frame10.jpg", "frame9.jpg", "Frame1.jpg", "a.jpg", "frame009.jpg"];
         names.sort_by_cached_key(|name| natural(name));
         assert_eq!(names, ["a.jpg", "Frame1.jpg", "frame009.jpg", "frame9.jpg", "frame10.jpg"]);
+    }
+
+    #[test]
+    fn an_error_in_toml_is_one_line_that_names_place_and_problem() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        for (text, wanted) in [
+            ("\nnumber = \"five\"\n", "line 2: found \"number = \\\"five\\\"\": invalid type: string"),
+            ("numbr = 5", "line 1: found \"numbr = 5\": unknown field `numbr`, expected `number`"),
+            ("number = ", "line 1: found \"number =\": "),
+            ("number", "line 1"),
+        ] {
+            #[derive(Debug, serde::Deserialize)]
+            #[serde(deny_unknown_fields)]
+            struct Settings {
+                #[serde(rename = "number")]
+                _number: f64,
+            }
+            write(&path, text.as_bytes()).unwrap();
+            let error = read_toml::<Settings>(&path).unwrap_err().to_string();
+            assert!(error.contains("a.toml: ") && error.contains(wanted), "{error}");
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
     }
 
     #[test]

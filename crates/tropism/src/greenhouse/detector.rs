@@ -128,6 +128,7 @@ mod tests {
             heading: [0.0, 1.0, 0.0],
             leaves: [leaf, leaf],
             spread: 1.0,
+            withered: 1.0,
         }
     }
 

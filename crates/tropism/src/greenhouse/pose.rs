@@ -38,6 +38,8 @@ pub struct Pose {
     pub leaves: [Leaf; 2],
     /// How far the primary leaves have spread: 0 folded along the apex, 1 open.
     pub spread: f64,
+    /// How far the cotyledons have withered: 0 fresh, 1 fallen.
+    pub withered: f64,
 }
 
 impl Pose {

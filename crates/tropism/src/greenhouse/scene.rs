@@ -221,6 +221,15 @@ mod tests {
     }
 
     #[test]
+    fn the_documented_scene_is_the_default() {
+        let formats = include_str!("../../../../docs/formats.md");
+        let (_, section) = formats.split_once("## Scene: TOML").unwrap();
+        let text = section.split("```").nth(1).unwrap().trim_start_matches("toml");
+        assert_eq!(toml::from_str::<Scene>(text).unwrap(), Scene::default());
+        assert_eq!(text.lines().filter(|line| line.contains('=')).count(), 10, "every key");
+    }
+
+    #[test]
     fn light_falls_off_and_adds_up() {
         let scene = Scene::default();
         let up = [0.0, 1.0, 0.0];

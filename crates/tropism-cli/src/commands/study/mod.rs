@@ -25,7 +25,7 @@ use super::evolve::{CHECKPOINT, Care, EvolutionPlan, TRIAL_PLANTS};
 use super::run::RunPlan;
 use crate::controller::{LoadedController, SIX_HOURS};
 use crate::findings::RunFound;
-use crate::options::{load_model, load_model_for};
+use crate::options::{BeanOption, load_model, load_model_for};
 use crate::shell::{Interrupted, Shell};
 use found::{Found, RandomFound, read_seconds};
 
@@ -60,6 +60,9 @@ pub(crate) struct Study {
     /// Seed of all chance, instead of the file's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+
+    #[command(flatten)]
+    bean: BeanOption,
 }
 
 /// A study: everything that decides its outcome.
@@ -133,6 +136,9 @@ impl Study {
             (None, false) => StudyPlan::default(),
         };
         plan.seed = self.seed.unwrap_or(plan.seed);
+        if let Some(bean) = self.bean.load()? {
+            plan.greenhouse.bean = bean;
+        }
         let name = self.file.as_ref().map_or_else(String::new, |path| format!("{}: ", path.display()));
         plan.check().map_err(|error| anyhow::anyhow!("{name}{error:#}"))?;
         let default = if self.quick { "tropism-study-quick" } else { "tropism-study" };

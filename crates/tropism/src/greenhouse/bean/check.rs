@@ -35,18 +35,12 @@ fn within(key: &'static str, value: f64, is_within: bool, wanted: &'static str) 
     }
 }
 
-fn positive(key: &'static str, value: f64, most: f64, wanted: &'static str) -> Result<(), SpeciesError> {
-    within(key, value, value > 0.0 && value <= most, wanted)
-}
-
 fn share(key: &'static str, value: f64) -> Result<(), SpeciesError> {
     within(key, value, (0.0..=1.0).contains(&value), "a share between 0 and 1")
 }
 
 impl Individual {
     fn check(&self) -> Result<(), SpeciesError> {
-        const CM: &str = "more than 0 and at most 100 cm";
-        const HOURS: &str = "more than 0 and at most 10000 h";
         const RATE: &str = "between 0 and 10 rad/cm/h";
         const TILT: &str = "between -1.5 and 1.5";
         let Self { growth, motility, tropism, nutation, stem, leaves, pauses, fluctuation } = self;
@@ -59,7 +53,7 @@ impl Individual {
             ("stem.modulus_length", stem.modulus_length),
             ("leaves.length", leaves.length),
         ] {
-            positive(key, value, 100.0, CM)?;
+            within(key, value, (0.05..=60.0).contains(&value), "a length between 0.05 and 60 cm")?;
         }
         for (key, value) in [
             ("growth.slows_h", growth.slows_h),
@@ -67,7 +61,6 @@ impl Individual {
             ("motility.zone_h", motility.zone_h),
             ("motility.mature_h", motility.mature_h),
             ("motility.maturing_h", motility.maturing_h),
-            ("nutation.period_h", nutation.period_h),
             ("leaves.unfold_h", leaves.unfold_h),
             ("leaves.swing_period_h", leaves.swing_period_h),
             ("pauses.unfolding_h", pauses.unfolding_h),
@@ -75,15 +68,20 @@ impl Individual {
             ("fluctuation.motility_h", fluctuation.motility_h),
             ("fluctuation.growth_h", fluctuation.growth_h),
         ] {
-            positive(key, value, 1e4, HOURS)?;
+            within(key, value, (0.1..=1e4).contains(&value), "between 0.1 and 10000 h")?;
         }
         for (key, value) in [
             ("tropism.light_memory_h", tropism.light_memory_h),
             ("tropism.gravity_memory_h", tropism.gravity_memory_h),
             ("stem.lag_h", stem.lag_h),
         ] {
-            within(key, value, (0.005..=100.0).contains(&value), "between 0.005 h (18 s) and 100 h")?;
+            within(key, value, (0.005..=6.0).contains(&value), "between 0.005 h (18 s) and 6 h")?;
         }
+        // In minutes it would be beyond a day.
+        let period = nutation.period_h;
+        within("nutation.period_h", period, (0.1..=24.0).contains(&period), "between 0.1 and 24 h")?;
+        let fall = leaves.cotyledons_h;
+        within("leaves.cotyledons_h", fall, (0.0..=1e4).contains(&fall), "between 0 and 10000 h")?;
         for (key, value) in [
             ("growth.late", growth.late),
             ("motility.late", motility.late),
@@ -94,7 +92,7 @@ impl Individual {
             share(key, value)?;
         }
         for (key, value) in [("stem.radius_apex", stem.radius_apex), ("stem.radius_base", stem.radius_base)] {
-            within(key, value, (0.01..=2.0).contains(&value), "a radius between 0.01 and 2 cm")?;
+            within(key, value, (0.01..=1.0).contains(&value), "a radius between 0.01 and 1 cm")?;
         }
         for (key, value) in
             [("stem.modulus_mpa", stem.modulus_mpa), ("stem.modulus_mature_mpa", stem.modulus_mature_mpa)]
@@ -133,10 +131,16 @@ impl Individual {
         ] {
             within(key, value, (0.0..=2.0).contains(&value), "between 0 and 2")?;
         }
-        within("growth.rate", growth.rate, (0.0..=1.0).contains(&growth.rate), "0 to 1 cm per step")?;
+        within(
+            "growth.rate",
+            growth.rate,
+            (0.0..=0.2).contains(&growth.rate),
+            "0 to 0.2 cm per five minutes",
+        )?;
         let exponent = tropism.light_exponent;
         within("tropism.light_exponent", exponent, (0.0..=2.0).contains(&exponent), "between 0 and 2")?;
-        positive("tropism.balance", tropism.balance, 100.0, "more than 0 and at most 100")?;
+        let balance = tropism.balance;
+        within("tropism.balance", balance, (0.01..=100.0).contains(&balance), "between 0.01 and 100")?;
         within("nutation.hand", nutation.hand, nutation.hand.abs() == 1.0, "1 or -1")
     }
 }
@@ -192,7 +196,7 @@ mod tests {
         assert_eq!(species.check(), Ok(()));
         species.typical.stem.radius_apex = -1.0;
         let error = species.check().unwrap_err().to_string();
-        assert_eq!(error, "found typical.stem.radius_apex = -1, wanted a radius between 0.01 and 2 cm");
+        assert_eq!(error, "found typical.stem.radius_apex = -1, wanted a radius between 0.01 and 1 cm");
         species.typical.stem.radius_apex = f64::NAN;
         assert!(species.check().is_err());
     }

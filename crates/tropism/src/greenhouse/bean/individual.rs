@@ -157,6 +157,8 @@ pub struct Leaves {
     pub swing: f64,
     /// Phase of that swing at age 0, in rad.
     pub swing_phase: f64,
+    /// Age at which the cotyledons have fallen, in h (C); 0 if none are seen, as where they are the leaf pair.
+    pub cotyledons_h: f64,
 }
 
 /// Times in which the plant hardly responds. The paper saw one, "while and started growing leaves".
@@ -273,6 +275,7 @@ impl Default for Leaves {
             swing_period_h: 26.5,
             swing: 0.25,
             swing_phase: 0.0,
+            cotyledons_h: 66.0,
         }
     }
 }

@@ -46,6 +46,8 @@ const ZONE_GROWTH_H: f64 = 4.0;
 const LEAF: (f64, f64, f64) = (0.18, 14.0, 5.0);
 /// Delay of the leaves' spreading after they begin to unfold, and the time it takes, in h.
 const SPREADING: (f64, f64) = (3.0, 1.0);
+/// Share of the cotyledons' time after which they begin to wither.
+const WITHERING: f64 = 0.3;
 /// The blade's angle to the horizontal about which it swings, in rad.
 const LEAF_ANGLE: f64 = -0.35;
 
@@ -225,7 +227,17 @@ impl Bean {
             heading,
             leaves: [azimuth, azimuth + PI].map(|azimuth| self.leaf(base, upper.along, azimuth, spread)),
             spread,
+            withered: self.withered(),
         }
+    }
+
+    /// How far the cotyledons have withered.
+    fn withered(&self) -> f64 {
+        let fallen_h = self.plant.leaves.cotyledons_h;
+        if self.age_h >= fallen_h {
+            return 1.0;
+        }
+        ((self.age_h / fallen_h - WITHERING) / (1.0 - WITHERING)).max(0.0)
     }
 
     fn leaf(&self, base: Place, stem: Place, azimuth: f64, spread: f64) -> Leaf {

@@ -200,6 +200,7 @@ fn log_normal(rng: &mut impl Rng, variation: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::greenhouse::bean::experiments;
 
     #[test]
     fn draws_keep_the_mean_and_the_spread() {
@@ -211,6 +212,23 @@ mod tests {
         assert!((sd / mean / 0.19 - 1.0).abs() < 0.05, "{}", sd / mean);
         let left_turners = (0..4000).filter(|&seed| species.draw(seed, 1.0).nutation.hand < 0.0).count();
         assert!((340..460).contains(&left_turners), "{left_turners}");
+    }
+
+    #[test]
+    fn the_common_bean_written_out_is_the_default() {
+        let written: Species = toml::from_str(include_str!("../../../../../beans/common-bean.toml")).unwrap();
+        assert_eq!(written, Species::default());
+        written.check().unwrap();
+    }
+
+    #[test]
+    fn a_sunflower_is_another_plant() {
+        let sunflower: Species = toml::from_str(include_str!("../../../../../beans/sunflower.toml")).unwrap();
+        sunflower.check().unwrap();
+        let circling = experiments::circumnutation(&sunflower.average(), 6.0, 10.0);
+        assert!((100.0..120.0).contains(&circling.period_min), "{} min", circling.period_min);
+        // Ellipses of 6 to 8 mm, end to end.
+        assert!((0.3..0.4).contains(&circling.amplitude), "{} cm", circling.amplitude);
     }
 
     #[test]

@@ -250,7 +250,14 @@ mod tests {
             across: [0.6 * sign, 0.0, -0.8],
             length: 3.0,
         };
-        Pose { age_h: 30.0, stem, heading: [0.0, 1.0, 0.0], leaves: [leaf(1.0), leaf(-1.0)], spread: 1.0 }
+        Pose {
+            age_h: 30.0,
+            stem,
+            heading: [0.0, 1.0, 0.0],
+            leaves: [leaf(1.0), leaf(-1.0)],
+            spread: 1.0,
+            withered: 0.2,
+        }
     }
 
     fn of(fault: Fault, age: u64) -> Vec<Happening> {

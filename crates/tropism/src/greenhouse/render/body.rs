@@ -11,9 +11,6 @@ use crate::math;
 /// Hours over which the last of the apical hook straightens: the paper starts right after it has opened.
 const HOOK_OPENS: f64 = 6.0;
 
-/// Hours after which the cotyledons begin to wither, and after which they have fallen.
-const COTYLEDONS: [f64; 2] = [20.0, 66.0];
-
 /// Subdivisions between two nodes of the stem.
 const FINE: usize = 5;
 
@@ -68,7 +65,7 @@ impl Body {
             _ => pose.heading,
         };
         let bud = Oval { centre: minus(end, scaled(heading, 0.12)), half: scaled(heading, 0.26), wide: 0.14 };
-        let withered = ((pose.age_h - COTYLEDONS[0]) / (COTYLEDONS[1] - COTYLEDONS[0])).clamp(0.0, 1.0);
+        let withered = pose.withered;
         let cotyledons =
             if withered < 1.0 { cotyledons(&stem, side, pose.age_h, withered) } else { Vec::new() };
         let leaves = core::array::from_fn(|which| Blade::new(&pose.leaves[which], pose.spread));
