@@ -42,4 +42,4 @@ pub use random_search::random_genome;
 pub use run::{Trial, evolve};
 pub use species::Species;
 pub use stats::Generation;
-pub use step_network::StepNetwork;
+pub use step_network::{Sensor, StepNetwork};

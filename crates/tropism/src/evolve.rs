@@ -8,15 +8,15 @@ mod saved;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism_neat::{Config, Generation, Genome, Neat, NeatError, StepNetwork, random_genome};
+use tropism_neat::{Config, Generation, Genome, Neat, NeatError, random_genome};
 
 use crate::control::Controller;
-use crate::control::network::{INPUTS, NetworkController, OUTPUTS};
+use crate::control::network::{INPUTS, OUTPUTS};
 use crate::plant::PlantModel;
 use crate::plant::tip::TipModel;
 use crate::random::{self, Draws, Purpose};
 use crate::simulation::fitness_of;
-use crate::simulation::lanes::{Episode, fitness_of_all};
+use crate::simulation::lanes::{Candidate, Episode, fitness_of_all};
 use crate::task::Task;
 
 pub use saved::SavedRunError;
@@ -108,16 +108,18 @@ impl Run {
     /// Evaluates the present population on `model` and breeds the next.
     pub fn advance(&mut self, model: &TipModel, task: &Task) -> &Generation {
         let generation = self.neat.generation();
-        let draws = |individual: usize, episode| {
-            Draws::new(self.seed, Purpose::Growth, [generation, individual as u32, episode])
+        let seed = self.seed;
+        let draws = move |individual: usize, episode| {
+            Draws::new(seed, Purpose::Growth, [generation, individual as u32, episode])
         };
-        let genomes = self.neat.ask().iter().enumerate();
-        let episodes = genomes
-            .flat_map(|(individual, genome)| {
-                (0..self.episodes).map(move |episode| (genome, draws(individual, episode)))
+        let individuals = self.neat.ask().iter().enumerate();
+        let episodes = individuals.flat_map(|(individual, genome)| {
+            (0..self.episodes).map(move |episode| Episode {
+                controller: Candidate::Genome(genome),
+                draws: draws(individual, episode),
             })
-            .collect();
-        let fitness = evaluate(model, task, episodes);
+        });
+        let fitness = fitness_of_all(model, task, episodes);
         let count = self.episodes as usize;
         let scores: Vec<f64> =
             fitness.chunks_exact(count).map(|own| own.iter().sum::<f64>() / count as f64).collect();
@@ -129,26 +131,6 @@ impl Run {
     #[must_use]
     pub fn champion(&self) -> Option<(&Genome, f64)> {
         self.neat.champion().map(|champion| (&champion.genome, champion.fitness))
-    }
-}
-
-/// The fitness of each genome on one plant with its luck, a network at rest each time: many at once where the genomes are
-/// step networks, one by one where they are not.
-fn evaluate(model: &TipModel, task: &Task, episodes: Vec<(&Genome, Draws)>) -> Vec<f64> {
-    let flat: Option<Vec<Episode>> = episodes
-        .iter()
-        .map(|&(genome, draws)| Some(Episode { network: StepNetwork::new(genome)?, draws }))
-        .collect();
-    match flat {
-        Some(flat) => fitness_of_all(model, task, flat),
-        None => episodes
-            .into_iter()
-            .map(|(genome, draws)| {
-                let mut controller =
-                    NetworkController::new(genome).expect("evolved for two inputs and one output");
-                fitness_of(model, &mut controller, task, draws)
-            })
-            .collect(),
     }
 }
 
@@ -190,7 +172,10 @@ pub fn baseline(
                 indices.clone().map(|index| random_genome(neat, INPUTS, OUTPUTS, seed, index)).collect();
             let name =
                 |index: u64| Draws::new(seed, Purpose::Growth, [(index >> 32) as u32, index as u32, 0]);
-            let scores = evaluate(model, task, genomes.iter().zip(indices.map(name)).collect());
+            let episodes = genomes.iter().zip(indices.map(name));
+            let episodes =
+                episodes.map(|(genome, draws)| Episode { controller: Candidate::Genome(genome), draws });
+            let scores = fitness_of_all(model, task, episodes);
             tick(scores.len() as u64).then_some(scores)
         })
         .collect();

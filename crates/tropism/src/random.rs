@@ -105,6 +105,12 @@ impl Draws {
         f64::from(NORMALS[usize::from(ranks[step as usize % Self::STRIDE])])
     }
 
+    /// The key and the episode's three numbers: what [`philox`] is given, the stride before them.
+    #[inline]
+    pub(crate) const fn names(&self) -> ([u32; 2], [u32; 3]) {
+        (self.key, self.episode)
+    }
+
     /// The draws of the steps from `stride * STRIDE`, as places in [`NORMALS`].
     #[must_use]
     #[inline]
@@ -118,21 +124,49 @@ impl Draws {
 /// Ten rounds of Philox4x32: 128 random bits for a counter and a key.
 #[must_use]
 #[inline]
-pub const fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
+pub const fn philox(mut counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     let mut round = 0;
     while round < 10 {
-        let left = 0xd251_1f53_u64 * counter[0] as u64;
-        let right = 0xcd9e_8d57_u64 * counter[2] as u64;
-        counter = [
-            (right >> 32) as u32 ^ counter[1] ^ key[0],
-            right as u32,
-            (left >> 32) as u32 ^ counter[3] ^ key[1],
-            left as u32,
-        ];
-        key = [key[0].wrapping_add(0x9e37_79b9), key[1].wrapping_add(0xbb67_ae85)];
+        counter = philox_round(counter, [round_key(key[0], 0, round), round_key(key[1], 1, round)]);
         round += 1;
     }
     counter
+}
+
+#[inline(always)]
+const fn philox_round(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
+    let left = 0xd251_1f53_u64 * counter[0] as u64;
+    let right = 0xcd9e_8d57_u64 * counter[2] as u64;
+    [
+        (right >> 32) as u32 ^ counter[1] ^ key[0],
+        right as u32,
+        (left >> 32) as u32 ^ counter[3] ^ key[1],
+        left as u32,
+    ]
+}
+
+/// Half `which` of the key in a round.
+#[inline(always)]
+const fn round_key(key: u32, which: usize, round: u32) -> u32 {
+    key.wrapping_add([0x9e37_79b9_u32, 0xbb67_ae85][which].wrapping_mul(round))
+}
+
+/// [`philox`] of many counters and keys side by side: each word of all of them in an array.
+#[must_use]
+#[inline(always)]
+pub(crate) fn philox_of_all<const LANES: usize>(
+    counters: &[[u32; LANES]; 4],
+    keys: &[[u32; LANES]; 2],
+) -> [[u32; LANES]; 4] {
+    let [mut first, mut second, mut third, mut fourth] = *counters;
+    for round in 0..10 {
+        for lane in 0..LANES {
+            let counter = [first[lane], second[lane], third[lane], fourth[lane]];
+            let key = [round_key(keys[0][lane], 0, round), round_key(keys[1][lane], 1, round)];
+            [first[lane], second[lane], third[lane], fourth[lane]] = philox_round(counter, key);
+        }
+    }
+    [first, second, third, fourth]
 }
 
 /// 4096 equally likely values of a standard normal distribution, ascending: each the middle of its share.

@@ -2,17 +2,22 @@
 //!
 //! A step of one plant is a chain of a look-up, a division and a square root, and the processor waits for each. Here as
 //! many plants as there are lanes take the same step side by side, in arrays of single numbers, and the compiler makes
-//! vectors of them. A plant that is done leaves its lane to the next one; lanes are refilled every eight steps, when new
-//! luck is drawn.
+//! vectors of them: what each network senses, how each plant grows, and what it is worth. A network that is then in
+//! another state than before goes on by itself. A plant that is done leaves its lane to the next one; lanes are refilled
+//! every eight steps, when new luck is drawn.
 
 #![allow(clippy::needless_range_loop, reason = "a loop over lanes reads and writes many arrays at one place")]
 
-use tropism_neat::StepNetwork;
+use std::cell::Cell;
 
+use tropism_neat::{Genome, StepNetwork};
+
+use super::fitness_of;
+use crate::control::network::{INPUTS, NetworkController};
 use crate::plant::PlantModel;
 use crate::plant::table::Table;
 use crate::plant::tip::{Sprout, TipModel};
-use crate::random::{Draws, NORMALS};
+use crate::random::{self, Draws, NORMALS};
 use crate::task::Task;
 
 /// Plants that are stepped side by side.
@@ -21,55 +26,66 @@ const LANES: usize = 32;
 /// Steps for which luck is drawn at once.
 const STRIDE: usize = Draws::STRIDE;
 
-/// A controller and the luck in growth of the plant that it steers.
+/// A controller, and the luck in growth of the plant that it steers.
 #[derive(Clone, Debug)]
-pub struct Episode {
+pub struct Episode<'g> {
     /// The controller, at rest.
-    pub network: StepNetwork<2>,
+    pub controller: Candidate<'g>,
     /// The plant's luck.
     pub draws: Draws,
 }
 
+/// A controller to be tried.
+#[derive(Clone, Debug)]
+pub enum Candidate<'g> {
+    /// The network of a genome.
+    Genome(&'g Genome),
+    /// A network such as NEAT begins with, one step neuron.
+    Seed {
+        /// Weights of x and y.
+        weights: [f64; INPUTS],
+        /// Weight of the bias.
+        bias: f64,
+        /// What their sum must exceed for the light to be right.
+        threshold: f64,
+    },
+}
+
 /// The fitness of each episode's controller on `model`, eq. (9), in order: for each, what
 /// [`fitness_of`](super::fitness_of) says, to the bit.
+///
+/// Networks that are not of step neurons are run by that, one by one.
+///
+/// # Panics
+/// If a genome has not two inputs and one output.
 #[must_use]
-pub fn fitness_of_all(model: &TipModel, task: &Task, episodes: Vec<Episode>) -> Vec<f64> {
-    let course = Course::new(model, task);
-    let mut fitness = vec![0.0; episodes.len()];
-    let mut queue = episodes.into_iter().enumerate();
-    let mut lanes = Lanes::new();
-    loop {
-        let mut is_idle = true;
-        for lane in 0..LANES {
-            if !lanes.is_done(lane) {
-                is_idle = false;
-                continue;
-            }
-            if let Some((episode, _)) = lanes.episodes[lane].take() {
-                fitness[episode] = lanes.fitness[lane];
-            }
-            if let Some((number, episode)) = queue.next() {
-                lanes.seat(lane, number, episode, &course);
-                is_idle = false;
-            }
-        }
-        if is_idle {
-            return fitness;
-        }
-        lanes.draw();
-        dispatch::stride(&mut lanes, &course);
-    }
+pub fn fitness_of_all<'g>(
+    model: &TipModel,
+    task: &Task,
+    episodes: impl IntoIterator<Item = Episode<'g>>,
+) -> Vec<f64> {
+    let mut lanes = KEPT.take().unwrap_or_default();
+    let fitness = lanes.run(&Course::new(model, task), episodes);
+    KEPT.set(Some(lanes));
+    fitness
+}
+
+thread_local! {
+    /// Kept from one generation to the next, for the room in it.
+    static KEPT: Cell<Option<Box<Lanes>>> = const { Cell::new(None) };
 }
 
 /// Model and task as the lanes need them.
 struct Course<'m> {
+    model: &'m TipModel,
+    task: &'m Task,
     table: &'m Table,
     seedling: Sprout,
     growth: [f32; 2],
     /// Of each target: bounds of x and y such that comparing single with double precision is comparing with these.
     targets: Vec<Bounds>,
     end: f32,
-    max_steps: u32,
+    max_steps: i32,
 }
 
 /// A target in single precision.
@@ -84,19 +100,22 @@ struct Bounds {
 }
 
 impl<'m> Course<'m> {
-    fn new(model: &'m TipModel, task: &Task) -> Self {
+    fn new(model: &'m TipModel, task: &'m Task) -> Self {
         let bounds = |target: &crate::geometry::Point| Bounds {
             below: ceiling(target.x),
             above: -ceiling(-target.x),
             height: ceiling(target.y),
         };
         Self {
+            model,
+            task,
             table: model.table(),
             seedling: model.seedling(task.start),
             growth: [model.growth(0.0), model.config().growth.sd as f32],
             targets: task.targets.iter().map(bounds).collect(),
             end: ceiling(task.end_height_cm),
-            max_steps: task.max_steps,
+            // A task has at most a million.
+            max_steps: task.max_steps.min(i32::MAX as u32) as i32,
         }
     }
 }
@@ -107,153 +126,260 @@ fn ceiling(value: f64) -> f32 {
     if f64::from(near) < value { near.next_up() } else { near }
 }
 
+#[repr(C, align(64))]
 struct Lanes {
     x: [f32; LANES],
     y: [f32; LANES],
     length: [f32; LANES],
+    /// The tip in double precision, as networks see it.
+    seen: [[f64; LANES]; 2],
     fitness: [f64; LANES],
     /// Steps that are left before the task's last.
-    left: [u32; LANES],
+    left: [i32; LANES],
     /// All ones while the plant's experiment goes on, else 0.
     is_alive: [u32; LANES],
     /// The light: 1 for right.
     light: [u32; LANES],
-    /// Weights of x, y and bias, and threshold, of controllers that are a single neuron.
-    linear: [[f64; LANES]; 4],
-    is_linear: [bool; LANES],
-    /// Number and controller of the episode in each lane.
-    episodes: [Option<(usize, Episode)>; LANES],
-    /// Steps since the episode began, in strides.
-    stride: [u32; LANES],
+    /// Which sensors of each network fire, one bit each; the first is the light.
+    fired: [u64; LANES],
+    /// Those that matter for what comes next, and which of them fire if the network stays in the state that it is in.
+    watched: [u64; LANES],
+    stay: [u64; LANES],
+    /// Whether the network goes on to another state.
+    goes_on: [u8; LANES],
     luck: [[f32; LANES]; STRIDE],
+    /// Strides since the episode began; the numbers that name its luck; and the seed.
+    counter: [[u32; LANES]; 4],
+    key: [[u32; LANES]; 2],
+    /// The first sensor of each network, the second, and so on.
+    sensors: Vec<Sensors>,
+    /// What other links than those of the inputs bring to them.
+    rest: Vec<[f64; LANES]>,
+    networks: Vec<StepNetwork<INPUTS>>,
+    /// Number of the episode in each lane.
+    number: [Option<usize>; LANES],
 }
 
-impl Lanes {
-    fn new() -> Self {
+/// One sensor of each network.
+#[repr(C, align(64))]
+struct Sensors {
+    weights: [[f64; LANES]; INPUTS],
+    threshold: [f64; LANES],
+}
+
+impl Default for Lanes {
+    fn default() -> Self {
         Self {
             x: [0.0; LANES],
             y: [1.0; LANES],
             length: [1.0; LANES],
+            seen: [[0.0; LANES]; 2],
             fitness: [0.0; LANES],
             left: [0; LANES],
             is_alive: [0; LANES],
             light: [0; LANES],
-            linear: [[0.0; LANES]; 4],
-            is_linear: [true; LANES],
-            episodes: [const { None }; LANES],
-            stride: [0; LANES],
+            fired: [0; LANES],
+            watched: [0; LANES],
+            stay: [0; LANES],
+            goes_on: [0; LANES],
             luck: [[0.0; LANES]; STRIDE],
+            counter: [[0; LANES]; 4],
+            key: [[0; LANES]; 2],
+            sensors: Vec::new(),
+            rest: Vec::new(),
+            networks: vec![StepNetwork::default(); LANES],
+            number: [None; LANES],
+        }
+    }
+}
+
+impl Lanes {
+    /// The fitness of each episode, in order.
+    fn run<'g>(&mut self, course: &Course<'_>, episodes: impl IntoIterator<Item = Episode<'g>>) -> Vec<f64> {
+        // No more sensors than these episodes need.
+        self.sensors.clear();
+        self.rest.clear();
+        let mut fitness = Vec::new();
+        let mut queue = episodes.into_iter();
+        loop {
+            for lane in 0..LANES {
+                if self.is_alive[lane] != 0 {
+                    continue;
+                }
+                if let Some(number) = self.number[lane].take() {
+                    fitness[number] = self.fitness[lane];
+                }
+                for Episode { controller, draws } in queue.by_ref() {
+                    let number = fitness.len();
+                    fitness.push(0.0);
+                    let network = &mut self.networks[lane];
+                    let is_step = match controller {
+                        Candidate::Seed { weights, bias, threshold } => {
+                            network.assign_seed(weights, bias, threshold);
+                            true
+                        }
+                        Candidate::Genome(genome) => network.assign(genome),
+                    };
+                    if is_step {
+                        self.seat(lane, number, draws, course);
+                        break;
+                    }
+                    if let Candidate::Genome(genome) = controller {
+                        let plain = NetworkController::new(genome);
+                        let mut plain = plain.expect("a genome of two inputs and one output");
+                        fitness[number] = fitness_of(course.model, &mut plain, course.task, draws);
+                    }
+                }
+            }
+            if self.number == [None; LANES] {
+                return fitness;
+            }
+            dispatch::stride(self, course);
         }
     }
 
-    const fn is_done(&self, lane: usize) -> bool {
-        self.is_alive[lane] == 0
-    }
-
-    fn seat(&mut self, lane: usize, number: usize, episode: Episode, course: &Course<'_>) {
+    /// Begins episode `number` with the network that was put into `lane`.
+    fn seat(&mut self, lane: usize, number: usize, draws: Draws, course: &Course<'_>) {
         let Sprout { x, y, length } = course.seedling;
         (self.x[lane], self.y[lane], self.length[lane]) = (x, y, length);
+        (self.seen[0][lane], self.seen[1][lane]) = (x.into(), y.into());
         self.fitness[lane] = 0.0;
         self.left[lane] = course.max_steps;
         self.is_alive[lane] = if y >= course.end || course.max_steps == 0 { 0 } else { !0 };
-        self.stride[lane] = 0;
-        let linear = episode.network.linear();
-        self.is_linear[lane] = linear.is_some();
-        let ([of_x, of_y], bias, threshold) = linear.unwrap_or(([0.0; 2], 0.0, 0.0));
-        for (row, value) in self.linear.iter_mut().zip([of_x, of_y, bias, threshold]) {
+        let (key, [first, second, third]) = draws.names();
+        for (row, value) in self.counter.iter_mut().zip([0, first, second, third]) {
             row[lane] = value;
         }
-        self.episodes[lane] = Some((number, episode));
-    }
-
-    /// Draws the luck of the next steps.
-    fn draw(&mut self) {
-        let normals: &[f32; 4096] = NORMALS.first_chunk().expect("4096 values");
-        for lane in 0..LANES {
-            if let (false, Some((_, episode))) = (self.is_done(lane), &self.episodes[lane]) {
-                let ranks = episode.draws.ranks(self.stride[lane]);
-                for (luck, rank) in self.luck.iter_mut().zip(ranks) {
-                    luck[lane] = normals[usize::from(rank) & 4095];
-                }
-                self.stride[lane] += 1;
+        for (row, value) in self.key.iter_mut().zip(key) {
+            row[lane] = value;
+        }
+        let network = &self.networks[lane];
+        for (place, sensor) in network.sensors().iter().enumerate() {
+            if place == self.sensors.len() {
+                self.sensors.push(Sensors::still());
+            }
+            let row = &mut self.sensors[place];
+            row.threshold[lane] = sensor.threshold;
+            for (weights, weight) in row.weights.iter_mut().zip(sensor.weights) {
+                weights[lane] = weight;
             }
         }
+        while self.rest.len() < network.rest().len() {
+            self.rest.push([0.0; LANES]);
+        }
+        self.watched[lane] = network.watched();
+        self.refresh(lane);
+        self.number[lane] = Some(number);
     }
 
-    /// As many steps as luck was drawn for.
+    /// Takes over what the state of the network in `lane` brings to its sensors.
+    #[inline(always)]
+    fn refresh(&mut self, lane: usize) {
+        let network = &self.networks[lane];
+        for (row, rest) in self.rest.iter_mut().zip(network.rest()) {
+            row[lane] = rest;
+        }
+        self.stay[lane] = network.stay();
+    }
+
+    /// As many steps as luck is drawn for at once.
     #[inline(always)]
     fn stride(&mut self, course: &Course<'_>) {
+        self.draw();
         for step in 0..STRIDE {
             self.decide();
             self.advance(course, step);
         }
     }
 
-    /// Lets every controller decide.
+    /// Draws the luck of the next steps: [`Draws::normal`] in every lane.
     #[inline(always)]
-    fn decide(&mut self) {
-        let [of_x, of_y, bias, threshold] = &self.linear;
-        for lane in 0..LANES {
-            let sensed = f64::from(self.x[lane]) * of_x[lane] + f64::from(self.y[lane]) * of_y[lane];
-            self.light[lane] = u32::from(sensed + bias[lane] > threshold[lane]);
+    fn draw(&mut self) {
+        let normals: &[f32; 4096] = NORMALS.first_chunk().expect("4096 values");
+        let words = random::philox_of_all(&self.counter, &self.key);
+        for (word, words) in words.iter().enumerate() {
+            for lane in 0..LANES {
+                self.luck[2 * word][lane] = normals[(words[lane] >> 4 & 4095) as usize];
+                self.luck[2 * word + 1][lane] = normals[(words[lane] >> 20) as usize];
+            }
         }
         for lane in 0..LANES {
-            if !self.is_linear[lane] && self.is_alive[lane] != 0 {
-                let (x, y) = (f64::from(self.x[lane]), f64::from(self.y[lane]));
-                if let Some((_, episode)) = &mut self.episodes[lane] {
-                    self.light[lane] = u32::from(episode.network.activate([x, y]));
-                }
+            self.counter[0][lane] = self.counter[0][lane].wrapping_add(1);
+        }
+    }
+
+    /// Lets every controller decide, and every network go on to its next state.
+    #[inline(always)]
+    fn decide(&mut self) {
+        self.fired = [0; LANES];
+        for (place, (row, rest)) in self.sensors.iter().zip(&self.rest).enumerate() {
+            let bit = 1 << place;
+            for lane in 0..LANES {
+                let [of_x, of_y] = [row.weights[0][lane], row.weights[1][lane]];
+                let sensed = self.seen[0][lane] * of_x + self.seen[1][lane] * of_y;
+                let fires = sensed + rest[lane] > row.threshold[lane];
+                self.fired[lane] |= if fires { bit } else { 0 };
             }
+        }
+        for lane in 0..LANES {
+            self.light[lane] = self.fired[lane] as u32 & 1;
+            self.goes_on[lane] = u8::from(self.fired[lane] & self.watched[lane] != self.stay[lane]);
+        }
+        let mut lanes = bits(&self.goes_on);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            self.networks[lane].go_on(self.fired[lane] & self.watched[lane]);
+            self.refresh(lane);
         }
     }
 
     /// One step of every plant, eqs. (4)-(8), and of its fitness, eq. (9). Each loop is one that becomes vectors.
+    ///
+    /// A plant whose experiment is over grows on until its lane is refilled, and nothing comes of it.
     #[inline(always)]
     fn advance(&mut self, course: &Course<'_>, step: usize) {
         let shift = self.shifts(course.table);
         let [mean, sd] = course.growth;
-        let (mut x, mut y, mut length) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let before = self.x;
         for lane in 0..LANES {
-            let before = Sprout { x: self.x[lane], y: self.y[lane], length: self.length[lane] };
-            let after = before.turned(shift[lane], mean + sd * self.luck[step][lane]);
-            (x[lane], y[lane], length[lane]) = (after.x, after.y, after.length);
+            let sprout = Sprout { x: self.x[lane], y: self.y[lane], length: self.length[lane] };
+            let sprout = sprout.turned(shift[lane], mean + sd * self.luck[step][lane]);
+            (self.x[lane], self.y[lane], self.length[lane]) = (sprout.x, sprout.y, sprout.length);
         }
-        let gain = self.gains(course, &x, &y);
+        let sense = self.senses(course, &before);
         for lane in 0..LANES {
-            // Adding 0 to a sum that began with 0 changes no bit of it.
-            self.fitness[lane] += if self.is_alive[lane] != 0 { gain[lane] } else { 0.0 };
+            let (x, y) = (f64::from(self.x[lane]), f64::from(self.y[lane]));
+            // Adding a zero to a sum that began with 0 changes no bit of it.
+            self.fitness[lane] += (x - self.seen[0][lane]) * f64::from(sense[lane]);
+            (self.seen[0][lane], self.seen[1][lane]) = (x, y);
         }
         for lane in 0..LANES {
-            let is_alive = self.is_alive[lane] != 0;
-            self.x[lane] = if is_alive { x[lane] } else { self.x[lane] };
-            self.y[lane] = if is_alive { y[lane] } else { self.y[lane] };
-            self.length[lane] = if is_alive { length[lane] } else { self.length[lane] };
-            self.left[lane] = self.left[lane].wrapping_sub(self.is_alive[lane] & 1);
+            self.left[lane] -= 1;
             let goes_on = (self.y[lane] < course.end) & (self.left[lane] > 0);
-            self.is_alive[lane] &= if goes_on { !0 } else { 0 };
+            self.is_alive[lane] &= u32::from(goes_on).wrapping_neg();
         }
     }
 
-    /// The discrete fitness of the step to `x` and `y`, eq. (9).
+    /// What the movement of each tip from `before` counts, eq. (9): 1 as it is, -1 its opposite, 0 nothing.
     #[inline(always)]
-    fn gains(&self, course: &Course<'_>, x: &[f32; LANES], y: &[f32; LANES]) -> [f64; LANES] {
-        // 1 towards the next target, -1 away from it, 2 for the target itself, and 0 where no target counts.
+    fn senses(&self, course: &Course<'_>, before: &[f32; LANES]) -> [f32; LANES] {
         let mut sense = [0.0_f32; LANES];
         for target in course.targets.iter().rev() {
             for lane in 0..LANES {
-                let not_right = if x[lane] < target.below { 1.0 } else { 2.0 };
-                let side = if x[lane] > target.above { -1.0 } else { not_right };
-                sense[lane] = if y[lane] < target.height { side } else { sense[lane] };
+                let (x, y) = (self.x[lane], self.y[lane]);
+                // On the target itself, any way that it came was right.
+                let on_it = if x < before[lane] { -1.0 } else { 1.0 };
+                let not_right = if x < target.below { 1.0 } else { on_it };
+                let side = if x > target.above { -1.0 } else { not_right };
+                sense[lane] = if y < target.height { side } else { sense[lane] };
             }
         }
-        let mut gain = [0.0; LANES];
         for lane in 0..LANES {
-            let counts = if y[lane] < course.seedling.y { 0.0 } else { sense[lane] };
-            let moved = f64::from(x[lane]) - f64::from(self.x[lane]);
-            let towards = if counts == 2.0 { moved.abs() } else { moved * f64::from(counts) };
-            gain[lane] = towards;
+            let counts = (self.y[lane] >= course.seedling.y) & (self.is_alive[lane] != 0);
+            sense[lane] = if counts { sense[lane] } else { 0.0 };
         }
-        gain
+        sense
     }
 
     /// The mean shift at the node nearest to each tip.
@@ -264,10 +390,29 @@ impl Lanes {
             places[lane] = 2 * table.node(self.x[lane], self.y[lane]) as u32 + self.light[lane];
         }
         let mut shifts = [0.0; LANES];
+        let (table, last) = (&table.shifts[..], table.shifts.len() - 1);
+        assert!(last < table.len(), "two shifts at least");
         for lane in 0..LANES {
-            shifts[lane] = table.shifts[places[lane] as usize];
+            // Never beyond: it spares the loop a way out.
+            shifts[lane] = table[(places[lane] as usize).min(last)];
         }
         shifts
+    }
+}
+
+/// One bit for each lane, from its byte of 0 or 1.
+#[inline(always)]
+fn bits(bytes: &[u8; LANES]) -> u64 {
+    let (groups, _) = bytes.as_chunks::<8>();
+    groups.iter().rev().fold(0, |bits, group| {
+        // Byte n is moved to bit 56 + n, and no two meet on the way.
+        bits << 8 | u64::from_le_bytes(*group).wrapping_mul(0x0102_0408_1020_4080) >> 56
+    })
+}
+
+impl Sensors {
+    const fn still() -> Self {
+        Self { weights: [[0.0; LANES]; INPUTS], threshold: [0.0; LANES] }
     }
 }
 
@@ -366,11 +511,9 @@ mod tests {
             (Task { end_height_cm: 60.0, max_steps: 123, ..Task::default() }, &genomes[5000..5300]),
             (Task { targets: Vec::new(), ..Task::default() }, &genomes[9000..9100]),
         ] {
-            let episode = |(number, genome)| Episode {
-                network: StepNetwork::new(genome).unwrap(),
-                draws: draws(number),
-            };
-            let fast = fitness_of_all(&model, &task, part.iter().enumerate().map(episode).collect());
+            let episode =
+                |(number, genome)| Episode { controller: Candidate::Genome(genome), draws: draws(number) };
+            let fast = fitness_of_all(&model, &task, part.iter().enumerate().map(episode));
             for (number, genome) in part.iter().enumerate() {
                 let mut plain = NetworkController::new(genome).unwrap();
                 let exact = fitness_of(&model, &mut plain, &task, draws(number));
@@ -386,6 +529,6 @@ mod tests {
 
     #[test]
     fn no_episodes_are_no_work() {
-        assert!(fitness_of_all(&model(), &Task::default(), Vec::new()).is_empty());
+        assert!(fitness_of_all(&model(), &Task::default(), []).is_empty());
     }
 }
