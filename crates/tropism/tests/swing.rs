@@ -1,26 +1,24 @@
 //! Model, task and NEAT together against reference runs on a made-up data set, looked up as its description says: window
 //! mean at the nearest node of a 0.1 cm grid, mirrored, 0 where a window is empty.
 
-use std::path::PathBuf;
+#[path = "../examples/reference/mod.rs"]
+mod reference;
 
-use rayon::prelude::*;
-use tropism::evolve::{EvolutionConfig, Run, baseline};
-use tropism::experiment::files;
-use tropism::plant::tip::{TipModel, TipModelConfig};
+use reference::{
+    Comparison, Preset, SKIPPED, TABLE, compare, histories, p_of_median, p_of_rank_sum, summary,
+};
+use tropism::evolve::baseline;
+use tropism::plant::tip::TipModel;
 use tropism::task::Task;
 use tropism_neat::Config;
 
 /// The model of `synthetic-swing`, or a line that says why not.
 fn model() -> Option<TipModel> {
-    let Some(data) = std::env::var_os("TROPISM_DATA") else {
-        eprintln!("skipped: TROPISM_DATA is not set, so there is no synthetic-swing to read");
-        return None;
-    };
-    let folder = PathBuf::from(data).join("synthetic-swing");
-    let tracks: Vec<_> = (1..=6)
-        .map(|number| files::read_track(&folder.join(format!("experiment-{number}.csv"))).unwrap())
-        .collect();
-    Some(TipModel::fit(&tracks, TipModelConfig::default()).unwrap())
+    let model = reference::model();
+    if model.is_none() {
+        eprintln!("{SKIPPED}");
+    }
+    model.map(Result::unwrap)
 }
 
 #[test]
@@ -31,22 +29,53 @@ fn random_controllers_do_as_the_reference() {
     assert!((6.0..=8.0).contains(&found.best), "best {}", found.best);
 }
 
+/// Twelve runs of 200 generations with `config` beside those of the reference.
+fn rows(model: &TipModel, preset: &Preset, config: Config) -> Vec<Comparison> {
+    compare(preset, &histories(model, config, 1, 12, 200))
+}
+
+/// The least p of all comparisons.
+fn least_p(rows: &[Comparison]) -> f64 {
+    let all = rows.iter().flat_map(|row| [row.p_best_range[1], row.p_links, row.p_species.unwrap_or(1.0)]);
+    all.fold(1.0, f64::min)
+}
+
 #[test]
-fn eight_runs_of_500_generations_do_as_the_reference() {
+fn runs_of_200_generations_cannot_be_told_from_the_reference() {
     let Some(model) = model() else { return };
-    let task = Task::default();
-    let config = EvolutionConfig { generations: 500, ..EvolutionConfig::default() };
-    let mut best: Vec<f64> = (0..8)
-        .into_par_iter()
-        .map(|index| {
-            let mut run = Run::new(&config, 1, index).unwrap();
-            for _ in 0..500 {
-                run.advance(&model, &task);
-            }
-            run.champion().unwrap().1
-        })
-        .collect();
-    best.sort_by(f64::total_cmp);
-    let median = 0.5 * (best[3] + best[4]);
-    assert!((10.5..=12.5).contains(&median), "median {median} of {best:?}");
+    for preset in &TABLE {
+        let rows = rows(&model, preset, (preset.config)());
+        assert_eq!(rows.iter().map(|row| row.generations).collect::<Vec<_>>(), [50, 100, 200]);
+        assert!(least_p(&rows) > 0.05, "{rows:?}");
+    }
+}
+
+/// Without this, the test above would say little.
+#[test]
+fn runs_of_another_algorithm_can() {
+    let Some(model) = model() else { return };
+    let paper = Config::paper;
+    for (name, config) in [
+        ("a fixed threshold", Config { dynamic_compatibility: false, ..paper() }),
+        ("too many splits", Config { mutate_add_neuron_prob: 0.08, ..paper() }),
+    ] {
+        let rows = rows(&model, &TABLE[0], config);
+        assert!(least_p(&rows) < 0.05, "{name}: {rows:?}");
+    }
+}
+
+#[test]
+fn p_values_are_those_of_the_tables() {
+    // Of the 35 ways to choose 3 of 7 ranks, 2 are as far out as 1, 2, 3; 4 as 1, 2, 4.
+    assert!((p_of_rank_sum(&[1.0, 2.0, 3.0], &[4.0, 5.0, 6.0, 7.0])[0] - 2.0 / 35.0).abs() < 1e-12);
+    assert!((p_of_rank_sum(&[7.0, 6.0, 4.0], &[5.0, 3.0, 2.0, 1.0])[0] - 4.0 / 35.0).abs() < 1e-12);
+    // Ties share their ranks: of 1, 2.5, 2.5, 4 any two but the outer and the inner pair are as far from 5 as 1 and 2.5.
+    assert!((p_of_rank_sum(&[1.0, 2.0], &[2.0, 3.0])[0] - 4.0 / 6.0).abs() < 1e-12);
+    assert_eq!(p_of_rank_sum(&[5.0; 3], &[5.0; 4]), [1.0, 0.0]);
+    // All of twelve below the fifth of eight: C(16, 4) of C(20, 8) ways, on both sides.
+    let twelve: Vec<f64> = (0..12).map(f64::from).collect();
+    assert!((p_of_median(20.0, &twelve) - 2.0 * 1820.0 / 125_970.0).abs() < 1e-12);
+    assert!((p_of_median(-1.0, &twelve) - 2.0 * 1820.0 / 125_970.0).abs() < 1e-12);
+    assert_eq!(p_of_median(6.0, &twelve), 1.0);
+    assert_eq!(summary(&[4.0, 1.0, 3.0, 2.0]), [1.0, 1.75, 2.5, 3.25, 4.0]);
 }
