@@ -1,8 +1,10 @@
 //! Controllers: from what is seen of the plant to which lamp is lit.
 //!
 //! [`periodic`] sees nothing and switches by the clock, as in the paper's open-loop experiments; [`network`] is what
-//! evolution makes; [`chase`] is the rule that a person would write by hand, a baseline for both.
+//! evolution makes, and [`anatomy`] looks into it; [`chase`] is the rule that a person would write by hand, a baseline for
+//! both.
 
+pub mod anatomy;
 pub mod chase;
 pub mod network;
 pub mod periodic;

@@ -46,7 +46,11 @@ impl NetworkController {
 impl Controller for NetworkController {
     /// One synchronous step of the network: inputs in, one activation, output out; its state is kept.
     fn decide(&mut self, seen: &Observation) -> Light {
-        let output = self.network.activate(&[seen.tip.x, seen.tip.y])[0];
-        if output > 0.5 { Light::Right } else { Light::Left }
+        if is_right(self.network.activate(&[seen.tip.x, seen.tip.y])) { Light::Right } else { Light::Left }
     }
+}
+
+/// What the output of a controller's network means: the paper's C.
+pub(super) fn is_right(output: &[f64]) -> bool {
+    output[0] > 0.5
 }

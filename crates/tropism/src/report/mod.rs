@@ -9,7 +9,9 @@
 
 mod colour;
 mod composite;
+mod decision;
 mod evolution;
+mod network;
 mod page;
 mod plot;
 mod shifts;
@@ -17,7 +19,9 @@ mod speed;
 mod trajectories;
 
 pub use composite::{Composite, composite};
+pub use decision::{Steered, decision, decision_text, rule};
 pub use evolution::{fitness_boxes, fitness_run};
+pub use network::{network, network_dot};
 pub use page::{NumberRow, Page, Table};
 pub use shifts::shift_maps;
 pub use speed::speed;
@@ -101,6 +105,33 @@ impl Figure {
     }
 }
 
+/// Figures in one SVG file with its style sheet, beside each other as far as they fit and else below; pictures are left
+/// out.
+#[must_use]
+pub fn in_one_svg(figures: &[Figure]) -> String {
+    const GAP: f64 = 24.0;
+    const WIDEST: f64 = 960.0;
+    let (mut place, mut row, mut width, mut panels) = ((0.0, 0.0), 0.0_f64, 0.0_f64, String::new());
+    for figure in figures {
+        let Body::Svg(svg) = &figure.body else { continue };
+        let (wide, high) = plot::size(svg);
+        if place.0 > 0.0 && place.0 + wide > WIDEST {
+            place = (0.0, place.1 + row + GAP);
+            row = 0.0;
+        }
+        let (x, y) = place;
+        let frame = format!("<svg x=\"{x}\" y=\"{y}\" width=\"{wide}\" height=\"{high}\"");
+        panels += &svg.replacen("<svg", &frame, 1);
+        width = width.max(x + wide);
+        row = row.max(high);
+        place.0 += wide + GAP;
+    }
+    let (style, height) = (colour::style(), place.1 + row);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\"><style>{style}</style>{panels}</svg>\n"
+    )
+}
+
 #[cfg(test)]
 mod testing;
 
@@ -150,6 +181,21 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn figures_stand_side_by_side_in_one_file_as_far_as_they_fit() {
+        let tracks = testing::swings(2, 20);
+        let figure = trajectories(&tracks, Plants::Real);
+        let Body::Svg(svg) = &figure.body else { panic!() };
+        let (wide, high) = plot::size(svg);
+        let all = in_one_svg(&[figure.clone(), figure.clone(), figure]);
+        testing::assert_well_formed(&all);
+        assert_eq!(plot::size(&all), (2.0 * wide + 24.0, 2.0 * high + 24.0));
+        for place in [(0.0, 0.0), (wide + 24.0, 0.0), (0.0, high + 24.0)] {
+            assert!(all.contains(&format!("<svg x=\"{}\" y=\"{}\"", place.0, place.1)), "{place:?}");
+        }
+        testing::assert_well_formed(&in_one_svg(&[]));
     }
 
     #[test]

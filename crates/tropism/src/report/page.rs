@@ -4,7 +4,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Body, Figure, Plants, colour};
+use super::{Body, Figure, Plants, colour, plot};
 
 /// A number of the paper with ours beside it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -100,7 +100,12 @@ impl Page {
                         li { a href={ "#table-" (index + 1) } { (table.title) } }
                     }
                     @for figure in &self.figures {
-                        li.figure-link { a href={ "#figure-" (figure.number) } { b { (figure.number) } " " (figure.title) } }
+                        li.figure-link {
+                            a href={ "#figure-" (figure.number) } {
+                                @if is_numbered(figure) { b { (figure.number) } " " }
+                                (figure.title)
+                            }
+                        }
                     }
                     li { a href="#provenance" { "How this was made" } }
                 }
@@ -166,7 +171,7 @@ impl Page {
         html! {
             section #figures {
                 h2 { "Figures" }
-                p.source { "Numbered as in the paper." }
+                @if self.figures.iter().any(is_numbered) { p.source { "Numbered as in the paper." } }
                 @for family in self.figures.chunk_by(|a, b| family(a) == family(b)) {
                     div class=(if family.len() == 1 { "family single" } else { "family" }) {
                         @for figure in family { (drawn(figure)) }
@@ -199,15 +204,29 @@ fn or_dash(text: &str) -> &str {
     if text.is_empty() { "\u{2013}" } else { text }
 }
 
+/// Whether it is a figure of the paper.
+fn is_numbered(figure: &Figure) -> bool {
+    figure.number.starts_with(|letter: char| letter.is_ascii_digit())
+}
+
 /// The number of a figure without its letter.
 fn family(figure: &Figure) -> &str {
-    figure.number.trim_end_matches(|letter: char| letter.is_ascii_alphabetic())
+    let is_letter = |letter: char| is_numbered(figure) && letter.is_ascii_alphabetic();
+    figure.number.trim_end_matches(is_letter)
+}
+
+/// Whether a figure takes the whole width.
+fn is_wide(figure: &Figure) -> bool {
+    match &figure.body {
+        Body::Svg(svg) => plot::size(svg).0 > 600.0,
+        Body::Jpegs(_) => true,
+    }
 }
 
 fn drawn(figure: &Figure) -> Markup {
     let (number, title) = (figure.number, &figure.title);
     html! {
-        figure #{ "figure-" (number) } class=(if matches!(figure.body, Body::Jpegs(_)) { "wide" } else { "" }) {
+        figure #{ "figure-" (number) } class=(if is_wide(figure) { "wide" } else { "" }) {
             @match &figure.body {
                 Body::Svg(svg) => div.drawing role="img" aria-label=(title) { (PreEscaped(svg)) },
                 Body::Jpegs(jpegs) if jpegs.is_empty() => p.none { "No photographs." },
@@ -221,7 +240,7 @@ fn drawn(figure: &Figure) -> Markup {
                     }
                 },
             }
-            figcaption { p.title { b { "Figure " (number) } " " (title) } p { (figure.caption) } }
+            figcaption { p.title { @if is_numbered(figure) { b { "Figure " (number) } " " } (title) } p { (figure.caption) } }
         }
     }
 }

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::colour::{LEVELS, Ramp};
+use crate::geometry::Point;
 
 /// Room for the labels left of the panel and below it, in pixels.
 const MARGIN_LEFT: f64 = 50.0;
@@ -173,6 +174,12 @@ impl Plot {
         plot
     }
 
+    /// A panel of `width` x `height` pixels without axes: units are pixels, y up.
+    pub(super) fn bare((width, height): (f64, f64), right: f64, top: f64) -> Self {
+        let axis = |to| Axis { label: "", from: 0.0, to, tick: number };
+        Self { svg: String::new(), x: axis(width), y: axis(height), width, height, right, top }
+    }
+
     /// A panel in which a centimetre is as long upwards as sideways, unless that made it a ribbon.
     pub(super) fn centimetres(x: Axis, y: Axis, width: f64, right: f64, top: f64) -> Self {
         let height = (width / x.span() * y.span()).clamp(0.4 * width, 1.8 * width);
@@ -185,6 +192,11 @@ impl Plot {
             MARGIN_LEFT + (x - self.x.from) / self.x.span() * self.width,
             self.top + (self.y.to - y) / self.y.span() * self.height,
         )
+    }
+
+    /// The lower left and the upper right corner, in units of the axes.
+    pub(super) fn ends(&self) -> (Point, Point) {
+        (Point::new(self.x.from, self.y.from), Point::new(self.x.to, self.y.to))
     }
 
     /// Pixels per unit of x.
@@ -243,6 +255,15 @@ impl Plot {
         }
     }
 
+    /// Strokes `path` `width` pixels wide, with words that show when it is pointed at.
+    pub(super) fn named_path(&mut self, class: &str, width: f64, path: &Path, words: &str) {
+        let (width, data) = (rounded(width), &path.data);
+        let _ = write!(
+            self.svg,
+            r#"<g class="given" stroke-width="{width}"><path class="stroke {class}" d="{data}"><title>{words}</title></path></g>"#
+        );
+    }
+
     /// Fills the outlines in `path`, unless it is empty.
     pub(super) fn fill(&mut self, class: &str, path: &Path) {
         if !path.data.is_empty() {
@@ -268,6 +289,14 @@ impl Plot {
     pub(super) fn disc(&mut self, class: &str, place: Place, radius: f64) {
         let (x, y, radius) = (rounded(place.0), rounded(place.1), rounded(radius));
         let _ = write!(self.svg, r#"<circle class="{class}" cx="{x}" cy="{y}" r="{radius}"/>"#);
+    }
+
+    /// A disc of `radius` pixels with a mark in it, and with words that show when it is pointed at.
+    pub(super) fn named_disc(&mut self, class: &str, place: Place, radius: f64, mark: &str, words: &str) {
+        let _ = write!(self.svg, "<g><title>{words}</title>");
+        self.disc(class, place, radius);
+        self.text("mark", (place.0, place.1 + 4.0), "middle", mark);
+        self.svg.push_str("</g>");
     }
 
     /// Words at `place`; `anchor` is `start`, `middle` or `end`.
@@ -339,6 +368,15 @@ impl Plot {
             self.svg
         )
     }
+}
+
+/// Width and height of a finished figure, in pixels.
+pub(super) fn size(svg: &str) -> (f64, f64) {
+    let viewed =
+        svg.split("viewBox=\"0 0 ").nth(1).and_then(|rest| rest.split('"').next()).unwrap_or_default();
+    let number = |text: Option<&str>| text.and_then(|text| text.parse().ok()).unwrap_or_default();
+    let mut parts = viewed.split(' ');
+    (number(parts.next()), number(parts.next()))
 }
 
 fn rounded(value: f64) -> f64 {

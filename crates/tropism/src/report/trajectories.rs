@@ -145,24 +145,7 @@ pub fn steering(
     let points = track.samples.iter().map(|sample| &sample.tip).chain(targets);
     let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
-    for target in targets {
-        plot.across("grid dotted", target.y);
-    }
-    for run in runs(&track.samples) {
-        let class = format!("bold {}", light::name(run[0].light));
-        plot.line(&class, run.iter().map(|sample| (sample.tip.x, sample.tip.y)));
-    }
-    if let Some(first) = track.samples.first() {
-        plot.disc("start", plot.place(first.tip.x, first.tip.y), 3.5);
-    }
-    for (index, target) in targets.iter().enumerate() {
-        let (x, y) = plot.place(target.x, target.y);
-        let mut cross = Path::default();
-        cross.line(&[(x - 5.0, y - 5.0), (x + 5.0, y + 5.0)]);
-        cross.line(&[(x - 5.0, y + 5.0), (x + 5.0, y - 5.0)]);
-        plot.path("bold target", &cross);
-        plot.text("mark halo target", (x, y - 10.0), "middle", &(index + 1).to_string());
-    }
+    draw_steering(&mut plot, &track.samples, targets, false);
     plot.legend(&[("left", "left light on"), ("right", "right light on")]);
     let steps = track.samples.len().saturating_sub(1);
     Figure {
@@ -174,6 +157,31 @@ pub fn steering(
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
+    }
+}
+
+/// Draws the path of one steered tip, coloured by the lamp that was lit, and its targets; with `is_outlined` the path
+/// stands off what lies below it.
+pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Point], is_outlined: bool) {
+    for target in targets {
+        plot.across("grid dotted", target.y);
+    }
+    let outline = samples.iter().map(|sample| (sample.tip.x, sample.tip.y));
+    plot.line("under", outline.filter(|_| is_outlined));
+    for run in runs(samples) {
+        let class = format!("bold {}", light::name(run[0].light));
+        plot.line(&class, run.iter().map(|sample| (sample.tip.x, sample.tip.y)));
+    }
+    if let Some(first) = samples.first() {
+        plot.disc("start", plot.place(first.tip.x, first.tip.y), 3.5);
+    }
+    for (index, target) in targets.iter().enumerate() {
+        let (x, y) = plot.place(target.x, target.y);
+        let mut cross = Path::default();
+        cross.line(&[(x - 5.0, y - 5.0), (x + 5.0, y + 5.0)]);
+        cross.line(&[(x - 5.0, y + 5.0), (x + 5.0, y - 5.0)]);
+        plot.path("bold target", &cross);
+        plot.text("mark halo target", (x, y - 10.0), "middle", &(index + 1).to_string());
     }
 }
 
