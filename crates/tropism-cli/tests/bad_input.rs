@@ -150,6 +150,51 @@ fn controllers() {
 }
 
 #[test]
+fn genomes() {
+    let folder = folder();
+    let config = tropism_neat::Config::paper();
+    let json = tropism_neat::random_genome(&config, 2, 1, 1, 0).to_json();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    put("good.json", &json);
+    let weight = json.find("\"weight\":").unwrap() + 9;
+    let end = weight + json[weight..].find(',').unwrap();
+    let weighing = |weight_is: &str| format!("{}{weight_is}{}", &json[..weight], &json[end..]);
+    for (text, wanted) in [
+        (String::new(), "not a genome file: EOF"),
+        (json[..json.len() / 2].to_owned(), "not a genome file: EOF"),
+        (json.replace("genome/1", "genome/2"), "schema is \"tropism.genome/2\": wanted \"tropism.genome/1\""),
+        (json.replace("\"from\":3", "\"from\":33"), "joins neuron 33, which the genome does not have"),
+        (json.replace("\"innovation\":2", "\"innovation\":1"), "innovation 1 after 1"),
+        (json.replace("\"to\":4", "\"to\":1"), "enters neuron 1"),
+        (json.replace("\"id\":2", "\"id\":1"), "neuron id 1 after 1"),
+        (weighing("1e308"), "wanted a size of at most 1000000"),
+        (weighing("1e999"), "out of range"),
+        (weighing("null"), "invalid type: null"),
+        (json.replace("\"inputs\": 2", "\"inputs\": 200000000"), "200000000 inputs"),
+    ] {
+        put("bad.json", &text);
+        fails(&folder, &["show", "bad.json"], &["bad.json: ", wanted]);
+        fails(&folder, &["show", "bad.json", "--out", "bad.svg"], &["bad.json: ", wanted]);
+    }
+    assert!(!folder.path().join("bad.svg").exists());
+    fails(&folder, &["show", "absent.json"], &["absent.json: cannot read"]);
+    fails(&folder, &["show", "photos"], &["photos: found no champion.json"]);
+    fails(&folder, &["show", "good.json", "--out", "a.png"], &["a.png: wanted .html, .svg, .dot or .txt"]);
+    fails(&folder, &["show", "good.json", "--model", "half.json"], &["half.json: found no model"]);
+    put("photos/evolution.toml", "");
+    fails(&folder, &["show", "photos"], &["photos: found an evolution that is not over"]);
+    put("photos/champion.json", &json);
+    fails(&folder, &["show", "photos"], &["evolution.toml"]);
+    let run = ["run", "--rig", "greenhouse", "--controller", "chase", "--steps", "1", "--out", "r"];
+    assert_eq!(tropism(folder.path(), &run).0, 0);
+    fails(&folder, &["show", "r"], &["run.toml: found the controller \"chase\", wanted a network"]);
+    let three = tropism_neat::random_genome(&config, 3, 1, 1, 0).to_json();
+    put("three.json", &three);
+    assert_eq!(tropism(folder.path(), &["show", "three.json", "--out", "three.html"]).0, 0);
+    fails(&folder, &["show", "three.json", "--model", "model.json"], &["three.json", "3 inputs"]);
+}
+
+#[test]
 fn tasks_rigs_and_studies() {
     let folder = folder();
     fails(&folder, &["score", "track.csv", "--task", "bad.toml"], &["bad.toml", "targts", "targets"]);

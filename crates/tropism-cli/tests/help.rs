@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 10] =
-    ["study", "run", "track", "fit", "evolve", "baseline", "simulate", "score", "grow", "report"];
+const COMMANDS: [&str; 11] =
+    ["study", "run", "track", "fit", "evolve", "baseline", "simulate", "score", "show", "grow", "report"];
 
 fn help(words: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_tropism")).args(words).output().unwrap();

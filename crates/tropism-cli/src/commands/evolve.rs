@@ -181,6 +181,16 @@ impl EvolutionPlan {
         }
     }
 
+    /// The task that controllers are evolved for.
+    pub(crate) const fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// Whether `model` is the one that they evolve on.
+    pub(crate) fn is_on(&self, model: &TipModel) -> bool {
+        self.model_sha256 == files::sha256(model.to_json().as_bytes())
+    }
+
     /// Evolves in `out`, on all threads, and writes champions, history and summary there; `None` if it was interrupted.
     pub(crate) fn execute(
         &self,

@@ -7,6 +7,7 @@ mod grow;
 mod report;
 pub(crate) mod run;
 mod score;
+mod show;
 mod simulate;
 mod study;
 mod track;
@@ -27,6 +28,7 @@ pub(crate) enum Command {
     Baseline(baseline::Baseline),
     Simulate(simulate::Simulate),
     Score(score::Score),
+    Show(show::Show),
     Grow(grow::Grow),
     Report(report::Report),
 }
@@ -43,6 +45,7 @@ impl Command {
             Self::Baseline(baseline) => baseline.execute(shell),
             Self::Simulate(simulate) => simulate.execute(shell),
             Self::Score(score) => score.execute(shell),
+            Self::Show(show) => show.execute(shell),
             Self::Grow(grow) => grow.execute(shell),
             Self::Report(report) => report.execute(shell),
         }

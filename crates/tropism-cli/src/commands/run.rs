@@ -100,6 +100,11 @@ impl RunPlan {
         Ok(files::read_toml(&folder.join("run.toml"))?)
     }
 
+    /// The network that steers, as JSON, if one does.
+    pub(crate) fn network(&self) -> Option<&str> {
+        self.network.as_deref()
+    }
+
     /// Runs it in `out`, or with `is_resumed` goes on there. `watch` sees every sample, recorded ones included, and may
     /// break off; then the track so far is complete in the folder's journal and `None` is returned.
     pub(crate) fn execute(

@@ -1,0 +1,87 @@
+//! What `tropism show` says of champions, wherever they lie.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+fn tropism(folder: &Path, words: &[&str]) -> String {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(folder).args(words).output().unwrap();
+    assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(folder: &Path, words: &[&str]) -> serde_json::Value {
+    serde_json::from_str(&tropism(folder, &[words, &["--json"]].concat())).unwrap()
+}
+
+/// A study of sorts: a model, an evolution on it and a run steered by its champion, in the places of a study.
+fn study(folder: &Path) {
+    let rows: String = (0..120)
+        .map(|step: i32| {
+            let light = if step / 20 % 2 == 0 { "right" } else { "left" };
+            let x = 0.2 * f64::from(20 - (step % 40 - 20).abs());
+            format!("{x},{},{light}\n", 4.0 + 0.04 * f64::from(step))
+        })
+        .collect();
+    fs::write(folder.join("track.csv"), format!("tip_x_cm,tip_y_cm,light\n{rows}")).unwrap();
+    fs::write(folder.join("task.toml"), "targets = [[1.0, 5.0], [3.0, 6.0]]\nmax_steps = 100\n").unwrap();
+    tropism(folder, &["fit", "track.csv", "--out", "model.json"]);
+    let evolve = ["evolve", "--model", "model.json", "--task", "task.toml", "--out", "evolution"];
+    tropism(folder, &[&evolve[..], &["--runs", "2", "--generations", "10"]].concat());
+    let run =
+        ["run", "--rig", "greenhouse", "--controller", "evolution/champion.json", "--task", "task.toml"];
+    tropism(folder, &[&run[..], &["--steps", "3", "--out", "run"]].concat());
+}
+
+#[test]
+fn champions_are_found_where_they_lie() {
+    let folder = tempfile::tempdir().unwrap();
+    study(folder.path());
+    let champion = json(folder.path(), &["show", "evolution/champion.json"]);
+    assert_eq!((&champion["inputs"], &champion["outputs"]), (&2.into(), &1.into()));
+    // It was evolved on a model of a plant that is taken for real, and steers one on it.
+    assert_eq!(champion["is_virtual"], false);
+    assert!(champion["fitness"].as_f64().unwrap().is_finite());
+    for place in [".", "evolution"] {
+        let found = json(folder.path(), &["show", place]);
+        assert_eq!(
+            (&found["links"], &found["fitness"]),
+            (&champion["links"], &champion["fitness"]),
+            "{place}"
+        );
+    }
+    assert!(json(folder.path(), &["show", "evolution/champions/run-01.json"])["fitness"].is_number());
+    let steered = json(folder.path(), &["show", "run"]);
+    assert_eq!((&steered["links"], &steered["is_virtual"]), (&champion["links"], &true.into()));
+    // Without the folders around it, a genome is drawn alone.
+    fs::copy(folder.path().join("evolution/champion.json"), folder.path().join("alone.json")).unwrap();
+    assert!(json(folder.path(), &["show", "alone.json"])["fitness"].is_null());
+    // On another model than its own it steers nothing, unless that one is named.
+    fs::write(folder.path().join("task.toml"), "").unwrap();
+    tropism(folder.path(), &["fit", "track.csv", "--window", "1,1", "--out", "model.json"]);
+    assert!(json(folder.path(), &["show", "evolution"])["fitness"].is_null());
+    assert!(json(folder.path(), &["show", "alone.json", "--model", "model.json"])["fitness"].is_number());
+}
+
+#[test]
+fn every_form_goes_to_stdout_or_to_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 2, 1, 1, 0);
+    fs::write(folder.path().join("champion.json"), genome.to_json()).unwrap();
+    let text = tropism(folder.path(), &["show", "champion.json"]);
+    assert!(text.contains("linear: the output is a weighted sum") && text.contains("right where"), "{text}");
+    assert!(text.lines().filter(|line| line.contains("<<<") || line.contains(">>>")).count() >= 13, "{text}");
+    for (name, start, holds) in [
+        ("a.svg", "<svg xmlns=", "prefers-color-scheme:dark"),
+        ("a.html", "<!DOCTYPE html>", "id=\"figure-decision\""),
+        ("a.dot", "digraph network {", "n3 -> n4"),
+    ] {
+        tropism(folder.path(), &["show", "champion.json", "--out", name]);
+        let file = fs::read_to_string(folder.path().join(name)).unwrap();
+        assert!(file.starts_with(start) && file.contains(holds), "{name}: {file}");
+        let format = &name[2..];
+        let out = tropism(folder.path(), &["show", "champion.json", "--format", format]);
+        assert_eq!(out.trim_end(), file.trim_end(), "{name}");
+    }
+}
