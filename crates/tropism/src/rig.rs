@@ -136,15 +136,14 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     }
 
     /// Lives again through a recorded step: what was seen at its beginning, and the light that was lit until its end.
-    pub fn relive(&mut self, seen: &Seen, light: Light) {
-        self.eye.resume(seen.observation.as_ref().map(|held| held.tip));
-        self.step += 1;
+    pub fn relive(&mut self, shot: &Shot, light: Light) {
+        self.recall(shot);
         self.clock.relive(light, self.period * self.step);
     }
 
     /// Takes up what was seen at the latest step, which is not over: its photograph need not be taken again.
-    pub fn recall(&mut self, seen: &Seen) {
-        self.eye.resume(seen.observation.as_ref().map(|held| held.tip));
+    pub fn recall(&mut self, shot: &Shot) {
+        self.eye.resume(&shot.photo, &shot.seen);
         self.step += 1;
     }
 }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::light;
 use tropism::math;
-use tropism::observation::Quality;
+use tropism::observation::{Observation, Quality};
 use tropism::photo::{Image, Photo};
 use tropism::random::{self, Purpose};
 use tropism::vision::{
@@ -360,6 +360,7 @@ fn an_eye_holds_what_it_saw_and_says_why() {
     let faults = [
         (cut, Class::Corrupt),
         (photo(Vec::new()), Class::Corrupt),
+        (photo(b"not a picture".to_vec()), Class::Foreign),
         (picture(flat(30, width, height + 1)), Class::Foreign),
         (picture(flat(0, width, height)), Class::Dark),
     ];
@@ -388,15 +389,19 @@ fn an_eye_gives_ten_points_and_goes_on_where_it_was_cut_off() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(84.0, 60.0), exposure: 0.5, seed: 2 };
     let mut eye = eye(drawing.base, Mode::Robust);
-    let stem = eye.observe(&drawing.photo()).observation.unwrap().stem.unwrap();
+    let Observation { tip: last, stem, .. } = eye.observe(&drawing.photo()).observation.unwrap();
+    let stem = stem.unwrap();
     assert_eq!(stem.0.len(), 10);
     assert!(stem.0[0].distance(Point::default()) < 0.2, "{stem:?}");
     assert!(stem.0[9].distance(Point::new(-3.0, 11.25)) < 0.4, "{stem:?}");
 
-    let last = Point::new(1.0, 2.0);
-    eye.resume(Some(last));
-    let held = eye.observe(&photo(Vec::new())).observation.unwrap();
+    let mut resumed = self::eye(drawing.base, Mode::Robust);
+    let seen = eye.observe(&photo(vec![0xff, 0xd8]));
+    resumed.resume(&photo(vec![0xff, 0xd8]), &seen);
+    let again = resumed.observe(&photo(vec![0xff, 0xd8]));
+    let held = again.observation.unwrap();
     assert_eq!((held.tip, held.quality), (last, Quality::Held));
+    assert_eq!(again.class, Class::Repeated);
 }
 
 #[test]

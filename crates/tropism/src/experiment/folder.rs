@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::files::{self, FileError};
 use super::journal::{Durability, Journal, JournalError, Row};
 use crate::observation::Quality;
+use crate::photo::Photo;
 use crate::track::{Column, Track};
 
 /// An open run folder. Only one program at a time has it.
@@ -114,6 +115,14 @@ impl RunFolder {
             bytes,
             self.durability == Durability::Full,
         )
+    }
+
+    /// The photograph of a recorded step.
+    ///
+    /// # Errors
+    /// [`FileError`] if it is gone.
+    pub fn photo(&self, row: &Row) -> Result<Photo, FileError> {
+        files::read_photo(&self.path.join("photographs").join(&row.photo), row.time_s)
     }
 
     /// All recorded steps.

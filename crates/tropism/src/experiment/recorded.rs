@@ -108,13 +108,14 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<C, L, F, 
         if let Some(found) = row.decided.filter(|&found| found != light) {
             return Err(RecordError::Diverged { step, found, wanted: light });
         }
+        let shot = Shot { photo: self.folder.photo(row)?, seen: row.seen.clone() };
         if step + 1 < self.past.len() {
-            self.rig.relive(&row.seen, light);
+            self.rig.relive(&shot, light);
             return Ok(());
         }
         // The last recorded step: its photograph stands, its decision stands or is the same now, and whether or not the
         // lamp was lit, it is to be lit again: nobody knows what happened to it since.
-        self.rig.recall(&row.seen);
+        self.rig.recall(&shot);
         self.act(step, light)
     }
 

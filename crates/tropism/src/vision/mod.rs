@@ -228,17 +228,23 @@ pub fn look_from(image: &Image, base: Option<Pixel>, config: &VisionConfig) -> O
 pub enum Class {
     /// A plant is seen.
     Ok,
-    /// The file is damaged, cut short or no picture at all.
+    /// The file is empty, damaged or cut short.
     Corrupt,
-    /// The picture is of another size than the calibration holds for.
+    /// The file is no picture, or one of another size than the calibration holds for.
     Foreign,
     /// The picture is black: the flash or the camera failed.
     Dark,
     /// No plant is seen, as before emergence.
     NoPlant,
+    /// The same bytes as the photograph before: the camera hangs.
+    Repeated,
 }
 
 impl Class {
+    /// Every class.
+    pub const ALL: [Self; 6] =
+        [Self::Ok, Self::Corrupt, Self::Foreign, Self::Dark, Self::NoPlant, Self::Repeated];
+
     /// The word used in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -248,6 +254,7 @@ impl Class {
             Self::Foreign => "foreign",
             Self::Dark => "dark",
             Self::NoPlant => "no_plant",
+            Self::Repeated => "repeated",
         }
     }
 }
@@ -262,10 +269,11 @@ impl std::str::FromStr for Class {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        [Self::Ok, Self::Corrupt, Self::Foreign, Self::Dark, Self::NoPlant]
-            .into_iter()
-            .find(|class| class.name() == word)
-            .ok_or_else(|| format!("found class {word:?}, wanted ok, corrupt, foreign, dark or no_plant"))
+        let class = Self::ALL.into_iter().find(|class| class.name() == word);
+        class.ok_or_else(|| {
+            let names = Self::ALL.map(Self::name);
+            format!("found class {word:?}, wanted one of {}", names.join(", "))
+        })
     }
 }
 
@@ -282,13 +290,15 @@ pub struct Seen {
 
 /// Sees one plant in the photographs of one camera, and remembers where it was seen last.
 ///
-/// Its memory is its last sighting alone, so that a killed run can go on: see [`Eye::resume`].
+/// A killed run goes on as if it had not been: see [`Eye::resume`].
 #[derive(Clone, Debug)]
 pub struct Eye {
     calibration: Calibration,
     config: VisionConfig,
     last: Option<Point>,
     stems: Hold,
+    /// The bytes of the latest photograph.
+    bytes: Vec<u8>,
 }
 
 impl Eye {
@@ -299,12 +309,13 @@ impl Eye {
     pub fn new(calibration: Calibration, config: VisionConfig) -> Result<Self, VisionError> {
         calibration.check()?;
         config.check(calibration.width, calibration.height)?;
-        Ok(Self { calibration, config, last: None, stems: Hold::default() })
+        Ok(Self { calibration, config, last: None, stems: Hold::default(), bytes: Vec::new() })
     }
 
-    /// Goes on from a last sighting, in cm, as kept by the run that was cut off.
-    pub fn resume(&mut self, last: Option<Point>) {
-        self.last = last;
+    /// Takes up a photograph of the run that was cut off, and what was seen in it then.
+    pub fn resume(&mut self, photo: &Photo, seen: &Seen) {
+        self.bytes.clone_from(&photo.bytes);
+        self.last = seen.observation.as_ref().map(|held| held.tip);
     }
 
     /// The calibration it sees by.
@@ -316,7 +327,9 @@ impl Eye {
     /// The tip in the next photograph, or the last sighting where this one shows none. Never fails: what is wrong with
     /// the photograph is its [`Class`].
     pub fn observe(&mut self, photo: &Photo) -> Seen {
-        let sighting = self.judge(photo.decode().as_ref());
+        let is_repeated = !photo.bytes.is_empty() && self.bytes == photo.bytes;
+        self.bytes.clone_from(&photo.bytes);
+        let sighting = if is_repeated { Err(Class::Repeated) } else { self.judge(photo.decode().as_ref()) };
         self.settle(sighting)
     }
 
@@ -326,7 +339,10 @@ impl Eye {
     /// # Errors
     /// The class of a photograph that shows no plant.
     pub fn judge(&self, picture: Result<&Image, &PhotoError>) -> Result<Sighting, Class> {
-        let image = picture.map_err(|_| Class::Corrupt)?;
+        let image = picture.map_err(|error| match error {
+            PhotoError::Foreign(_) => Class::Foreign,
+            _ => Class::Corrupt,
+        })?;
         self.calibration.fits(image.width, image.height).map_err(|_| Class::Foreign)?;
         look_from(image, Some(self.calibration.base), &self.config)
             .ok_or_else(|| if is_dark(image) { Class::Dark } else { Class::NoPlant })

@@ -1,0 +1,271 @@
+//! Real photographs beside marks made by hand, in pixels.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use tropism::geometry::{Pixel, Point, Polyline, Region};
+use tropism::light;
+use tropism::photo::{Image, Photo};
+use tropism::vision::{Mode, Sighting, VisionConfig, lit, look_from};
+
+use crate::score::{off, quantile};
+
+/// A row of a table: the values by column.
+struct Row {
+    header: csv::StringRecord,
+    record: csv::StringRecord,
+}
+
+impl Row {
+    fn text(&self, column: &str) -> &str {
+        let at = self.header.iter().position(|name| name == column);
+        &self.record[at.unwrap_or_else(|| panic!("no column {column}"))]
+    }
+
+    fn number(&self, column: &str) -> f64 {
+        self.text(column).parse().unwrap_or_else(|_| panic!("{column}: {:?}", self.text(column)))
+    }
+
+    fn place(&self, name: &str) -> Pixel {
+        Pixel::new(self.number(&format!("{name}_x_px")), self.number(&format!("{name}_y_px")))
+    }
+
+    /// How far a tip is from the marked one, anywhere along whose flat top is as good.
+    fn miss(&self, tip: Pixel) -> f64 {
+        let x = tip.x.clamp(self.number("top_flat_x_min_px"), self.number("top_flat_x_max_px"));
+        distance(tip, Pixel::new(x, self.number("top_y_px")))
+    }
+}
+
+fn table(path: &Path) -> Vec<Row> {
+    let mut table =
+        csv::Reader::from_path(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let header = table.headers().expect("a header").clone();
+    table.records().map(|record| Row { header: header.clone(), record: record.expect("a row") }).collect()
+}
+
+fn open(path: &Path) -> Image {
+    let bytes = std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    Photo { name: path.display().to_string(), bytes, time_s: 0.0 }.decode().expect("a whole photograph")
+}
+
+fn distance(one: Pixel, other: Pixel) -> f64 {
+    ((one.x - other.x).powi(2) + (one.y - other.y).powi(2)).sqrt()
+}
+
+/// Pixels as points, so that lines can be compared.
+fn line(pixels: &[Pixel]) -> Polyline {
+    Polyline(pixels.iter().map(|at| Point::new(at.x, at.y)).collect())
+}
+
+/// Makes a row of the photographs of a folder.
+type Sum = fn(&Path, Mode) -> String;
+
+pub(crate) fn print(folder: &Path, mode: Mode, has: impl Fn(&str) -> bool) {
+    println!("\nreal photographs, pixels");
+    let rows: [(&str, Sum); 4] = [
+        ("real/flora-robotica", flora),
+        ("real/sunflower-timelapse", timelapse),
+        ("real/sunflower-centerlines", centerlines),
+        ("real/bean-silhouettes", silhouettes),
+    ];
+    for (name, row) in rows.into_iter().filter(|(name, _)| has(name)) {
+        println!("{name:28} {}", row(folder, mode));
+    }
+}
+
+fn within(values: &[f64], most: f64) -> String {
+    let near = values.iter().filter(|&&value| value <= most).count();
+    format!(
+        "median {:.2}, worst {:.2}, within {most} px {near} of {}",
+        quantile(values, 0.5),
+        quantile(values, 1.0),
+        values.len()
+    )
+}
+
+fn flora(folder: &Path, mode: Mode) -> String {
+    let marks = table(&folder.join("annotations/flora-robotica.csv"));
+    let crop = Region { x: 290, y: 150, width: 150, height: 186 };
+    let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
+    let lights = table(&folder.join("flora-robotica/light.csv"));
+    let (mut lost, mut lamps) = (0, 0);
+    let (mut tops, mut ends) = (Vec::new(), Vec::new());
+    for row in &lights {
+        let file = format!("{}.jpg", row.text("frame"));
+        let image = open(&folder.join("flora-robotica").join(&file));
+        lamps += usize::from(light::name(lit(&image, None)) == row.text("light"));
+        let Some(seen) = look_from(&image, Some(Pixel::new(362.0, 336.0)), &config) else {
+            lost += 1;
+            continue;
+        };
+        if let Some(mark) = marks.iter().find(|mark| mark.text("file") == file) {
+            tops.push(mark.miss(seen.tip));
+            ends.extend(seen.apex.map(|apex| distance(apex, mark.place("apex"))));
+        }
+    }
+    format!(
+        "{} frames, lost {lost}, lit lamp right {lamps} | top: {} | apex: {}",
+        lights.len(),
+        within(&tops, 4.0),
+        within(&ends, 6.0)
+    )
+}
+
+/// Each seedling's region and base.
+const SUNFLOWERS: [(Region, Pixel); 3] = [
+    (Region { x: 130, y: 40, width: 250, height: 258 }, Pixel::new(273.0, 309.0)),
+    (Region { x: 430, y: 20, width: 240, height: 275 }, Pixel::new(557.0, 306.0)),
+    (Region { x: 730, y: 40, width: 250, height: 255 }, Pixel::new(799.0, 304.0)),
+];
+
+fn timelapse(folder: &Path, mode: Mode) -> String {
+    let marks = table(&folder.join("annotations/sunflower-timelapse.csv"));
+    let (mut lost, mut tops, mut ends) = (0, Vec::new(), Vec::new());
+    for mark in &marks {
+        let image = open(&folder.join("sunflower-timelapse").join(mark.text("file")));
+        let (crop, base) = SUNFLOWERS[mark.number("plant") as usize - 1];
+        let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
+        let Some(seen) = look_from(&image, Some(base), &config) else {
+            lost += 1;
+            continue;
+        };
+        tops.push(mark.miss(seen.tip));
+        if mark.number("node_hidden") == 0.0 {
+            ends.extend(seen.apex.map(|apex| distance(apex, mark.place("node"))));
+        }
+    }
+    format!(
+        "{} marks, lost {lost} | top: {} | stem end: {}",
+        marks.len(),
+        within(&tops, 5.0),
+        within(&ends, 8.0)
+    )
+}
+
+/// Whether a seedling's leaves are closed, and how far its stem is off in % of its length, where one is found.
+type Answer = (bool, Option<f64>);
+
+/// The stem marked from base to tip, and what is found when its base is clicked.
+fn centerlines(folder: &Path, mode: Mode) -> String {
+    let marks = table(&folder.join("sunflower-centerlines/centerlines.csv"));
+    let scored: Vec<Answer> = marks
+        .par_iter()
+        .map(|row| {
+            let number = |text: &str| text.parse::<f64>().expect("a pixel");
+            let pixels: Vec<Pixel> = row
+                .text("points_base_to_tip_px")
+                .split(';')
+                .filter_map(|point| point.split_once(' '))
+                .map(|(x, y)| Pixel::new(number(x), number(y)))
+                .collect();
+            let image = open(&folder.join("sunflower-centerlines/images").join(row.text("file")));
+            let config = VisionConfig { mode, ..VisionConfig::default() };
+            let is_young = ["Hook", "Closed"].contains(&row.text("stage"));
+            let seen = look_from(&image, Some(pixels[0]), &config).and_then(|seen| seen.stem);
+            (is_young, seen.map(|stem| apart(&line(&stem), &line(&pixels))))
+        })
+        .collect();
+    let share = |of: fn(&Answer) -> bool| {
+        let off: Vec<f64> = scored.iter().filter(|one| of(one)).filter_map(|one| one.1).collect();
+        let all = scored.iter().filter(|one| of(one)).count();
+        let wrong = off.iter().filter(|&&off| off > WRONG).count();
+        format!(
+            "{all}, answered {}, mean distance median {:.2} % of length, wrong (> {WRONG} %) {wrong}",
+            off.len(),
+            quantile(&off, 0.5)
+        )
+    };
+    format!("Hook and Closed: {} | all: {}", share(|one| one.0), share(|_| true))
+}
+
+/// A stem this far from the marked one on the mean, in % of its length, is wrong.
+const WRONG: f64 = 10.0;
+
+/// Mean distance between two lines, both ways, in % of the second's length.
+fn apart(found: &Polyline, marked: &Polyline) -> f64 {
+    let one = |from: &Polyline, to: &Polyline| {
+        let points = from.equidistant(50).0;
+        points.iter().map(|&point| off(point, to)).sum::<f64>() / points.len() as f64
+    };
+    100.0 * 0.5 * (one(found, marked) + one(marked, found)) / marked.length()
+}
+
+fn silhouettes(folder: &Path, mode: Mode) -> String {
+    let mut files: Vec<_> = std::fs::read_dir(folder.join("bean-silhouettes"))
+        .expect("the folder of silhouettes")
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter_map(|name| name.strip_suffix("_contour.csv").map(str::to_owned))
+        .collect();
+    files.sort();
+    let found: Vec<Option<(f64, f64)>> = files
+        .par_iter()
+        .map(|number| {
+            let path = |kind: &str| folder.join("bean-silhouettes").join(format!("{number}_{kind}.csv"));
+            // The columns are called x,y in some files and x(pix),y(pix) in others.
+            let place =
+                |row: &Row| Some(Pixel::new(row.record[0].parse().ok()?, row.record[1].parse().ok()?));
+            let contour: Vec<Pixel> = table(&path("contour")).iter().filter_map(place).collect();
+            let (x, y) = ("x_reoriented(pix)", "y_reoriented(pix)");
+            let published =
+                table(&path("skeleton")).iter().map(|row| Point::new(row.number(x), row.number(y))).collect();
+            compare(&contour, &Polyline(published), mode)
+        })
+        .collect();
+    let known: Vec<(f64, f64)> = found.into_iter().flatten().collect();
+    let lengths: Vec<f64> = known.iter().map(|one| one.0.abs()).collect();
+    let distances: Vec<f64> = known.iter().map(|one| one.1).collect();
+    format!(
+        "{} shoots, answered {} | length off by median {:.2} %, worst {:.2} % | mean distance median {:.2} % of length, worst {:.2} %",
+        files.len(),
+        known.len(),
+        quantile(&lengths, 0.5),
+        quantile(&lengths, 1.0),
+        quantile(&distances, 0.5),
+        quantile(&distances, 1.0)
+    )
+}
+
+/// Length (in % too long) and mean distance (in % of the length) of the midline of a contour beside the published one.
+fn compare(contour: &[Pixel], published: &Polyline, mode: Mode) -> Option<(f64, f64)> {
+    let (image, base) = filled(contour);
+    let config = VisionConfig { mode, ..VisionConfig::default() };
+    let Sighting { stem, .. } = look_from(&image, Some(base), &config)?;
+    // As published: the base at the origin, y up, mirrored so that the tip lies at positive x.
+    let stem = stem?;
+    let (first, last) = (stem[0], stem[stem.len() - 1]);
+    let side = if last.x >= first.x { 1.0 } else { -1.0 };
+    let found = Polyline(stem.iter().map(|at| Point::new(side * (at.x - first.x), first.y - at.y)).collect());
+    let length = 100.0 * (found.length() / published.length() - 1.0);
+    Some((length, apart(&found, published)))
+}
+
+/// A contour filled with light before black, a margin around it, and its lowest place: the base.
+fn filled(contour: &[Pixel]) -> (Image, Pixel) {
+    const MARGIN: f64 = 40.0;
+    let most = |of: fn(&Pixel) -> f64| contour.iter().map(of).fold(0.0, f64::max);
+    let (width, height) =
+        ((most(|at| at.x) + 2.0 * MARGIN) as usize, (most(|at| at.y) + 2.0 * MARGIN) as usize);
+    let mut image = Image { width, height, rgb: vec![10; 3 * width * height] };
+    for y in 0..height {
+        let at = y as f64 - MARGIN + 0.01;
+        let mut crossings: Vec<f64> = (0..contour.len())
+            .filter_map(|i| {
+                let (one, other) = (contour[i], contour[(i + 1) % contour.len()]);
+                ((one.y <= at) != (other.y <= at))
+                    .then(|| one.x + (at - one.y) / (other.y - one.y) * (other.x - one.x) + MARGIN)
+            })
+            .collect();
+        crossings.sort_by(f64::total_cmp);
+        for pair in crossings.chunks_exact(2) {
+            let (from, to) = (pair[0].ceil() as usize, pair[1].floor() as usize);
+            if from <= to {
+                image.rgb[3 * (y * width + from)..3 * (y * width + to + 1)].fill(220);
+            }
+        }
+    }
+    let lowest = contour.iter().max_by(|a, b| a.y.total_cmp(&b.y)).copied().unwrap_or_default();
+    let row: Vec<f64> = contour.iter().filter(|at| (at.y - lowest.y).abs() < 1.5).map(|at| at.x).collect();
+    let x = row.iter().sum::<f64>() / row.len().max(1) as f64;
+    (image, Pixel::new(x + MARGIN, lowest.y + MARGIN))
+}

@@ -1,0 +1,151 @@
+//! Sums of what was seen beside what is true.
+
+use std::collections::BTreeMap;
+
+use tropism::geometry::{Point, Polyline};
+use tropism::greenhouse::render::Truth;
+use tropism::observation::Quality;
+use tropism::vision::{Class, Seen};
+
+/// A tip this far from the true one, in mm, is wrong: a model must not be built on it.
+const WRONG_MM: f64 = 5.0;
+
+/// What became of the frames of one row.
+#[derive(Default)]
+pub(crate) struct Score {
+    frames: usize,
+    classes: BTreeMap<&'static str, usize>,
+    measured: usize,
+    held: usize,
+    /// Called ok, but wrong.
+    wrong: usize,
+    /// Errors of measured tops, in mm to the right and up.
+    tops: Vec<[f64; 2]>,
+    apexes: Vec<f64>,
+    /// Mean distance of each ten-point stem to the true curve, in mm.
+    stems: Vec<f64>,
+    /// Greatest distance of a vertex to the true vertex of its number, in mm.
+    vertices: Vec<f64>,
+    /// Errors of what is held.
+    helds: Vec<f64>,
+    /// Frames in a row without a measurement, now and at most.
+    gap: usize,
+    longest_gap: usize,
+}
+
+/// The value below which a share of the values lies; 0 without values.
+pub(crate) fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let at = (share * (sorted.len().saturating_sub(1)) as f64).round() as usize;
+    sorted.get(at).copied().unwrap_or(0.0)
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    values.sum::<f64>() / count
+}
+
+/// Distance of a point to a line.
+pub(crate) fn off(point: Point, line: &Polyline) -> f64 {
+    let along = line.0.windows(2).map(|pair| {
+        let (dx, dy) = (pair[1].x - pair[0].x, pair[1].y - pair[0].y);
+        let share =
+            ((point.x - pair[0].x) * dx + (point.y - pair[0].y) * dy) / (dx * dx + dy * dy).max(1e-12);
+        let share = share.clamp(0.0, 1.0);
+        point.distance(Point::new(pair[0].x + share * dx, pair[0].y + share * dy))
+    });
+    along.fold(f64::INFINITY, f64::min)
+}
+
+impl Score {
+    pub(crate) const HEADER: &str = "row                  frames |  top: bias x,y  deviation   median   95 %    max | apex: median   95 %    max | \
+                                     stem: mean   95 % vertex | measured   held  none | wrong but ok | held 95 % | gap | classes";
+
+    /// Takes in what was seen in a frame; a frame that is not `scored` only counts as the end of a gap.
+    pub(crate) fn add(&mut self, seen: &Seen, truth: &Truth, scored: bool) {
+        let measured = seen.observation.as_ref().filter(|seen| seen.quality == Quality::Measured);
+        self.gap = if measured.is_some() { 0 } else { self.gap + 1 };
+        self.longest_gap = self.longest_gap.max(self.gap);
+        if !scored {
+            return;
+        }
+        self.frames += 1;
+        *self.classes.entry(seen.class.name()).or_default() += 1;
+        let Some(observation) = &seen.observation else { return };
+        let miss = 10.0 * observation.tip.distance(truth.top);
+        if measured.is_none() {
+            self.held += 1;
+            self.helds.push(miss);
+            return;
+        }
+        self.measured += 1;
+        self.wrong += usize::from(seen.class == Class::Ok && miss > WRONG_MM);
+        self.tops.push([10.0 * (observation.tip.x - truth.top.x), 10.0 * (observation.tip.y - truth.top.y)]);
+        if let Some(stem) = observation.stem.as_ref().filter(|stem| stem.0.len() == 10) {
+            self.apexes.push(10.0 * stem.0[9].distance(truth.apex));
+            self.stems.push(10.0 * mean(stem.0.iter().map(|&point| off(point, &truth.midline))));
+            let ten = truth.midline.equidistant(10);
+            let apart = stem.0.iter().zip(&ten.0).map(|(one, other)| 10.0 * one.distance(*other));
+            self.vertices.push(apart.fold(0.0, f64::max));
+        }
+    }
+
+    /// Frames scored so far.
+    pub(crate) const fn frames(&self) -> usize {
+        self.frames
+    }
+
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.frames += other.frames;
+        self.measured += other.measured;
+        self.held += other.held;
+        self.wrong += other.wrong;
+        self.tops.extend(other.tops);
+        self.apexes.extend(other.apexes);
+        self.stems.extend(other.stems);
+        self.vertices.extend(other.vertices);
+        self.helds.extend(other.helds);
+        self.longest_gap = self.longest_gap.max(other.longest_gap);
+        for (class, count) in other.classes {
+            *self.classes.entry(class).or_default() += count;
+        }
+    }
+
+    /// The row of the table.
+    pub(crate) fn line(&self, name: &str) -> String {
+        let bias: [f64; 2] = std::array::from_fn(|axis| mean(self.tops.iter().map(|off| off[axis])));
+        let deviation: [f64; 2] = std::array::from_fn(|axis| {
+            mean(self.tops.iter().map(|off| (off[axis] - bias[axis]) * (off[axis] - bias[axis]))).sqrt()
+        });
+        let tops: Vec<f64> = self.tops.iter().map(|off| (off[0] * off[0] + off[1] * off[1]).sqrt()).collect();
+        let share = |count: usize| 100.0 * count as f64 / self.frames.max(1) as f64;
+        let none = self.frames - self.measured - self.held;
+        let classes: Vec<String> =
+            self.classes.iter().map(|(class, count)| format!("{class} {count}")).collect();
+        format!(
+            "{name:20} {:6} | {:6.2},{:5.2} {:5.2},{:5.2} {:8.2} {:6.2} {:6.1} | {:12.2} {:6.2} {:6.1} | {:10.2} {:6.2} {:6.2} | {:8.1} {:6.1} {:5.1} | {:12.2} | {:9.1} | {:3} | {}",
+            self.frames,
+            bias[0],
+            bias[1],
+            deviation[0],
+            deviation[1],
+            quantile(&tops, 0.5),
+            quantile(&tops, 0.95),
+            quantile(&tops, 1.0),
+            quantile(&self.apexes, 0.5),
+            quantile(&self.apexes, 0.95),
+            quantile(&self.apexes, 1.0),
+            quantile(&self.stems, 0.5),
+            quantile(&self.stems, 0.95),
+            quantile(&self.vertices, 0.5),
+            share(self.measured),
+            share(self.held),
+            share(none),
+            share(self.wrong),
+            quantile(&self.helds, 0.95),
+            self.longest_gap,
+            classes.join(", "),
+        )
+    }
+}
