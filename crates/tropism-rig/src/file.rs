@@ -1,16 +1,22 @@
 //! The rig file: what stands in a tent.
 
+use std::fmt;
 use std::time::{Duration, SystemTime};
 
-use serde::{Deserialize, Serialize};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use tropism::experiment::Durability;
 use tropism::greenhouse::tent::{Device, Greenhouse};
-use tropism::rig::{Camera, Clock, Flash, Lamps, Rig};
+use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
 use tropism::track::PERIOD_MIN;
 use tropism::vision::{Calibration, Eye, VisionConfig};
 
 use crate::clock::WallClock;
-use crate::command::{CommandCamera, CommandFlash, CommandLamps, NoFlash};
+use crate::command::CommandLamps;
+use crate::driver::{CameraDriver, FlashDriver, LampDriver};
+use crate::seconds::Seconds;
+use crate::switch::{Interlock, NoFlash};
 
 /// A rig whose drivers are chosen by a file.
 pub type AnyRig = Rig<Box<dyn Camera>, Box<dyn Lamps>, Box<dyn Flash>, Box<dyn Clock>>;
@@ -31,13 +37,13 @@ pub struct RigFile {
     pub greenhouse: Option<Greenhouse>,
     /// A real camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub camera: Option<CommandCamera>,
+    pub camera: Option<CameraDriver>,
     /// Real lamps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lamps: Option<CommandLamps>,
+    pub lamps: Option<LampsTable>,
     /// A real flash; none if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub flash: Option<CommandFlash>,
+    pub flash: Option<FlashDriver>,
     /// How the real camera's photographs map to centimetres. The virtual camera knows its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
@@ -48,6 +54,107 @@ pub struct RigFile {
 
 const fn five() -> f64 {
     PERIOD_MIN
+}
+
+/// The two lamps: each with a driver, behind one interlock, or both behind three programs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LampsTable {
+    /// The left one, or the program that lights it and darkens the right one.
+    pub left: Lamp,
+    /// The right one, or the program that lights it and darkens the left one.
+    pub right: Lamp,
+    /// The program that darkens both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dark: Option<Vec<String>>,
+    /// Seconds until a program is given up. 20 if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timeout_s: Option<Seconds>,
+    /// Seconds of darkness between one lamp and the other, where each has a driver. 0.2 if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pause_s: Option<Seconds>,
+}
+
+/// One lamp of two.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Lamp {
+    /// A program for both.
+    Command(Vec<String>),
+    /// A driver of its own.
+    Driver(Box<LampDriver>),
+}
+
+impl<'de> Deserialize<'de> for Lamp {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+
+        impl<'de> Visitor<'de> for Either {
+            type Value = Lamp;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table with a driver, or the words of a program")
+            }
+
+            fn visit_seq<S: SeqAccess<'de>>(self, words: S) -> Result<Lamp, S::Error> {
+                Deserialize::deserialize(SeqAccessDeserializer::new(words)).map(Lamp::Command)
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, table: M) -> Result<Lamp, M::Error> {
+                let driver = LampDriver::deserialize(MapAccessDeserializer::new(table))?;
+                Ok(Lamp::Driver(Box::new(driver)))
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl LampsTable {
+    fn check(&self) -> Result<(), String> {
+        match (&self.left, &self.right) {
+            (Lamp::Driver(left), Lamp::Driver(right)) => {
+                if self.dark.is_some() || self.timeout_s.is_some() {
+                    return Err("lamps: found dark or timeout_s beside lamps with drivers, wanted them only for \
+                                programs that know both"
+                        .to_owned());
+                }
+                left.check().map_err(|problem| format!("lamps.left: {problem}"))?;
+                right.check().map_err(|problem| format!("lamps.right: {problem}"))
+            }
+            (Lamp::Command(_), Lamp::Command(_)) if self.dark.is_none() => {
+                Err("lamps: found no dark, wanted the program that darkens both".to_owned())
+            }
+            (Lamp::Command(_), Lamp::Command(_)) if self.pause_s.is_some() => {
+                Err("lamps: found pause_s beside programs that know both lamps, wanted it only for lamps with drivers"
+                    .to_owned())
+            }
+            (Lamp::Command(_), Lamp::Command(_)) => Ok(()),
+            _ => Err("lamps: found a driver for one lamp and a program for both, wanted left and right alike"
+                .to_owned()),
+        }
+    }
+
+    fn open(&self) -> Result<Box<dyn Lamps>, RigError> {
+        let pause = self.pause_s.unwrap_or(Seconds::new(0.2)).duration();
+        Ok(match (&self.left, &self.right) {
+            (Lamp::Driver(left), Lamp::Driver(right)) => {
+                Box::new(Interlock::new(left.open("left lamp")?, right.open("right lamp")?, pause))
+            }
+            (left, right) => {
+                let words = |lamp: &Lamp| match lamp {
+                    Lamp::Command(words) => words.clone(),
+                    Lamp::Driver(_) => Vec::new(),
+                };
+                Box::new(CommandLamps {
+                    left: words(left),
+                    right: words(right),
+                    dark: self.dark.clone().unwrap_or_default(),
+                    timeout: self.timeout_s.map_or(Duration::from_secs(20), Seconds::duration),
+                })
+            }
+        })
+    }
 }
 
 /// A rig file that cannot be.
@@ -106,16 +213,6 @@ impl RigFile {
         if !(self.period_min > 0.0 && self.period_min <= 24.0 * 60.0) {
             return error(format!("found period_min = {}, wanted above 0 and at most 1440", self.period_min));
         }
-        for (key, seconds) in [
-            ("camera.timeout_s", self.camera.as_ref().map(|camera| camera.timeout_s)),
-            ("lamps.timeout_s", self.lamps.as_ref().map(|lamps| lamps.timeout_s)),
-            ("flash.timeout_s", self.flash.as_ref().map(|flash| flash.timeout_s)),
-            ("flash.settle_s", self.flash.as_ref().map(|flash| flash.settle_s)),
-        ] {
-            if seconds.is_some_and(|seconds| !(0.0..=3600.0).contains(&seconds)) {
-                return error(format!("found {key} = {}, wanted 0 to 3600", seconds.unwrap_or_default()));
-            }
-        }
         if let Some(greenhouse) = &self.greenhouse {
             if self.camera.is_some()
                 || self.lamps.is_some()
@@ -126,8 +223,8 @@ impl RigFile {
             }
             return greenhouse.check().map_err(RigFileError);
         }
-        let calibration = match (&self.camera, &self.lamps, &self.calibration) {
-            (Some(_), Some(_), Some(calibration)) => calibration,
+        let (camera, lamps, calibration) = match (&self.camera, &self.lamps, &self.calibration) {
+            (Some(camera), Some(lamps), Some(calibration)) => (camera, lamps, calibration),
             (camera, lamps, calibration) => {
                 let missing = [
                     ("camera", camera.is_none()),
@@ -139,6 +236,11 @@ impl RigFile {
                 return error(format!("found no {}, wanted them, or greenhouse instead", missing.join(", ")));
             }
         };
+        camera.check().map_err(|problem| RigFileError(format!("camera: {problem}")))?;
+        lamps.check().map_err(RigFileError)?;
+        if let Some(flash) = &self.flash {
+            flash.check().map_err(|problem| RigFileError(format!("flash: {problem}")))?;
+        }
         let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
         calibration.check().map_err(found)?;
         self.vision.check(calibration.width, calibration.height).map_err(found)
@@ -147,7 +249,7 @@ impl RigFile {
     /// Opens the rig. `seed` is the plant's if it is virtual; `start` is when the experiment began if it is real.
     ///
     /// # Errors
-    /// [`RigFileError`], as [`Self::check`].
+    /// [`RigFileError`], as [`Self::check`], or if a device cannot be found.
     pub fn open(&self, seed: u64, start: SystemTime) -> Result<OpenRig, RigFileError> {
         self.check()?;
         let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
@@ -170,19 +272,109 @@ impl RigFile {
             return Err(RigFileError("found no devices, wanted camera, lamps and calibration".to_owned()));
         };
         let eye = Eye::new(calibration, self.vision.clone()).map_err(found)?;
-        let flash: Box<dyn Flash> = match &self.flash {
-            Some(flash) => Box::new(flash.clone()),
+        let device = |error: RigError| RigFileError(error.to_string());
+        let flash = match &self.flash {
+            Some(flash) => flash.open().map_err(device)?,
             None => Box::new(NoFlash),
         };
         let clock = Box::new(WallClock::new(start)) as Box<dyn Clock>;
-        let rig = Rig::new(
-            Box::new(camera.clone()) as Box<dyn Camera>,
-            Box::new(lamps.clone()) as Box<dyn Lamps>,
-            flash,
-            clock,
-            eye,
-            period,
-        );
+        let (camera, lamps) = (camera.open().map_err(device)?, lamps.open().map_err(device)?);
+        let rig = Rig::new(camera, lamps, flash, clock, eye, period);
         Ok(OpenRig { rig, truth: None })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tropism::light::Light;
+
+    use super::*;
+
+    /// All that a rig file must have beside its devices.
+    const REST: &str =
+        "[calibration]\npx_per_cm = 35.0\nwidth = 2592\nheight = 1944\nbase = { x = 1296.0, y = 1700.0 }\n";
+
+    fn parse(text: &str) -> Result<RigFile, toml::de::Error> {
+        toml::from_str(&format!("{text}{REST}"))
+    }
+
+    /// The line in which an error is, and what it says.
+    fn error(text: &str) -> (String, String) {
+        let text = format!("{text}{REST}");
+        let error = toml::from_str::<RigFile>(&text).unwrap_err();
+        let before = &text[..error.span().unwrap().start];
+        let line = text.lines().nth(before.matches('\n').count()).unwrap();
+        (line.to_owned(), error.message().to_owned())
+    }
+
+    const CAMERA: &str = "[camera]\ndriver = \"command\"\ncommand = [\"camera\"]\n";
+    const LAMPS: &str = "[lamps.left]\ndriver = \"command\"\non = [\"l\"]\noff = [\"l0\"]\n\
+                         [lamps.right]\ndriver = \"command\"\non = [\"r\"]\noff = [\"r0\"]\n";
+
+    #[test]
+    fn a_rig_file_of_drivers_is_written_as_it_is_read() {
+        let rig = parse(&format!("{CAMERA}{LAMPS}[flash]\non = [\"f\"]\noff = [\"f0\"]\n")).unwrap();
+        rig.check().unwrap();
+        let text = toml::to_string(&rig).unwrap();
+        assert_eq!(toml::from_str::<RigFile>(&text).unwrap(), rig, "{text}");
+        assert!(text.contains("[lamps.left]\ndriver = \"command\""), "{text}");
+        let pair = parse(&format!(
+            "{CAMERA}[lamps]\nleft = [\"l\"]\nright = [\"r\"]\ndark = [\"d\"]\ntimeout_s = 3\n"
+        ));
+        let pair = pair.unwrap();
+        pair.check().unwrap();
+        assert_eq!(toml::from_str::<RigFile>(&toml::to_string(&pair).unwrap()).unwrap(), pair);
+    }
+
+    #[test]
+    fn an_error_in_the_table_of_a_driver_has_its_line_if_the_driver_comes_first() {
+        let (line, problem) = error("[camera]\ndriver = \"command\"\ncomand = [\"x\"]\n");
+        assert!(
+            line == "comand = [\"x\"]" && problem.contains("unknown field `comand`"),
+            "{line}: {problem}"
+        );
+        let (line, problem) = error("[camera]\ndriver = \"command\"\ncommand = [\"x\"]\ntimeout_s = -1\n");
+        assert!(
+            line == "timeout_s = -1" && problem.contains("wanted 0 to 3600 seconds"),
+            "{line}: {problem}"
+        );
+        let (line, problem) = error("[lamps.left]\ndriver = \"command\"\non = 5\n");
+        assert!(line == "on = 5" && problem.contains("invalid type"), "{line}: {problem}");
+        // Later, there is the table, and the name of the key.
+        let (line, problem) = error("[camera]\ncomand = [\"x\"]\ndriver = \"command\"\n");
+        assert!(line == "[camera]" && problem.contains("comand"), "{line}: {problem}");
+        let (_, problem) = error("[camera]\ncommand = 7\n");
+        assert!(problem.contains("`command`"), "{problem}");
+        let (_, problem) = error("[flash]\ndriver = \"comand\"\n");
+        assert!(problem.contains("found driver \"comand\", wanted one of command"), "{problem}");
+    }
+
+    #[test]
+    fn lamps_are_two_of_a_kind() {
+        let problem =
+            |lamps: &str| parse(&format!("{CAMERA}{lamps}")).unwrap().check().unwrap_err().to_string();
+        let pair = "[lamps]\nleft = [\"l\"]\nright = [\"r\"]\n";
+        assert!(problem(pair).contains("found no dark"));
+        assert!(problem(&format!("{pair}dark = [\"d\"]\npause_s = 1\n")).contains("pause_s"));
+        assert!(problem(&format!("[lamps]\ntimeout_s = 5\n{LAMPS}")).contains("timeout_s"));
+        let mixed =
+            "[lamps]\nleft = [\"l\"]\n[lamps.right]\ndriver = \"command\"\non = [\"r\"]\noff = [\"r0\"]\n";
+        assert!(problem(mixed).contains("left and right alike"));
+    }
+
+    #[test]
+    fn lamps_with_drivers_stand_behind_the_interlock() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("log");
+        let lamp = |name: &str| {
+            let say = |state| format!("[\"sh\", \"-c\", \"echo {name} {state} >> {}\"]", log.display());
+            format!("[lamps.{name}]\ndriver = \"command\"\non = {}\noff = {}\n", say("on"), say("off"))
+        };
+        let rig = parse(&format!("{CAMERA}[lamps]\npause_s = 0\n{}{}", lamp("left"), lamp("right"))).unwrap();
+        let mut lamps = rig.lamps.unwrap().open().unwrap();
+        lamps.light(Some(Light::Right)).unwrap();
+        lamps.light(Some(Light::Left)).unwrap();
+        let log = std::fs::read_to_string(log).unwrap();
+        assert_eq!(log, "left off\nright on\nright off\nleft on\n");
     }
 }

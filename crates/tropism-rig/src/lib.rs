@@ -1,11 +1,26 @@
 //! Rig files and the drivers of a real tent.
 //!
 //! A rig file (TOML) says what stands in a tent: the virtual one, or cameras, lamps and a flash with their drivers. This
-//! crate reads it ([`mod@file`]) and opens it as a [`Rig`](tropism::rig::Rig). Drivers: [`command`] runs programs of yours,
-//! which reaches any hardware that a shell reaches; [`clock`] keeps the five minutes.
+//! crate reads it ([`mod@file`]), finds the driver of each table ([`driver`]), and opens it as a
+//! [`Rig`](tropism::rig::Rig). Two lamps of any drivers stand behind one interlock, and any flash behind a bound on its
+//! time ([`switch`]). [`command`] runs programs of yours, which reaches any hardware that a shell reaches; [`clock`] keeps
+//! the five minutes.
 //!
 //! None of this was checked on a physical camera, lamp or relay.
 
 pub mod clock;
 pub mod command;
+pub mod driver;
 pub mod file;
+pub mod seconds;
+pub mod switch;
+
+mod child;
+mod tries;
+
+use tropism::rig::RigError;
+
+/// The error of a device.
+fn failed(device: impl Into<String>, problem: impl Into<String>) -> RigError {
+    RigError::Device { device: device.into(), problem: problem.into() }
+}

@@ -1,0 +1,176 @@
+//! Which drivers there are: a table of a rig file names one with `driver`.
+
+use std::fmt;
+
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use tropism::rig::{Camera, Flash, RigError};
+
+use crate::command::{CommandCamera, CommandFlash, CommandLamp, CommandSwitch};
+use crate::switch::{BoundedFlash, Switch};
+
+/// An enum of settings that is written as the table of one of them, with the key `driver`.
+///
+/// What serde derives for this reads the table into a copy first, and then nothing is left to say in which line an error
+/// is. Here, a `driver` that comes first chooses the type before the rest is read.
+macro_rules! drivers {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $word:literal => $variant:ident($settings:ty),)+ }) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq, Serialize)]
+        #[serde(tag = "driver")]
+        pub enum $name {
+            $($(#[$doc])* #[serde(rename = $word)] $variant($settings),)+
+        }
+
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Table;
+
+                impl<'de> Visitor<'de> for Table {
+                    type Value = $name;
+
+                    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                        f.write_str("a table with a driver")
+                    }
+
+                    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<$name, M::Error> {
+                        let mut table = toml::Table::new();
+                        while let Some(key) = map.next_key::<String>()? {
+                            if key == "driver" && table.is_empty() {
+                                let word: String = map.next_value()?;
+                                let rest = MapAccessDeserializer::new(map);
+                                return match word.as_str() {
+                                    $($word => <$settings>::deserialize(rest).map($name::$variant),)+
+                                    _ => Err(unknown(&word, &[$($word),+])),
+                                };
+                            }
+                            table.insert(key, map.next_value()?);
+                        }
+                        let word = match table.remove("driver") {
+                            Some(word) => word.try_into().map_err(M::Error::custom)?,
+                            // As it was when there was no other.
+                            None => String::from("command"),
+                        };
+                        match word.as_str() {
+                            $($word => table.try_into().map($name::$variant).map_err(|error| {
+                                M::Error::custom(error.to_string().trim().replace('\n', " "))
+                            }),)+
+                            _ => Err(unknown(&word, &[$($word),+])),
+                        }
+                    }
+                }
+
+                deserializer.deserialize_map(Table)
+            }
+        }
+    };
+}
+
+fn unknown<E: Error>(word: &str, words: &[&str]) -> E {
+    E::custom(format!("found driver {word:?}, wanted one of {}", words.join(", ")))
+}
+
+drivers! {
+    /// What takes the photographs.
+    CameraDriver {
+        /// A program that writes a photograph to stdout.
+        "command" => Command(CommandCamera),
+    }
+}
+
+impl CameraDriver {
+    /// What is wrong with its settings.
+    ///
+    /// # Errors
+    /// What was found, and what was wanted.
+    pub fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Command(_) => Ok(()),
+        }
+    }
+
+    /// The camera.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if it cannot be found.
+    pub fn open(&self) -> Result<Box<dyn Camera>, RigError> {
+        Ok(match self {
+            Self::Command(camera) => Box::new(camera.clone()),
+        })
+    }
+}
+
+drivers! {
+    /// What lights one lamp.
+    LampDriver {
+        /// Two programs.
+        "command" => Command(CommandLamp),
+    }
+}
+
+impl LampDriver {
+    /// What is wrong with its settings.
+    ///
+    /// # Errors
+    /// What was found, and what was wanted.
+    pub fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Command(_) => Ok(()),
+        }
+    }
+
+    /// The lamp. `device` is its name in errors.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if it cannot be found.
+    pub fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
+        Ok(match self {
+            Self::Command(CommandLamp { on, off, timeout_s }) => Box::new(CommandSwitch {
+                device: device.to_owned(),
+                on: on.clone(),
+                off: off.clone(),
+                timeout: timeout_s.duration(),
+            }),
+        })
+    }
+}
+
+drivers! {
+    /// What makes the plant bright in a photograph.
+    FlashDriver {
+        /// Two programs.
+        "command" => Command(CommandFlash),
+    }
+}
+
+impl FlashDriver {
+    /// What is wrong with its settings.
+    ///
+    /// # Errors
+    /// What was found, and what was wanted.
+    pub fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Command(_) => Ok(()),
+        }
+    }
+
+    /// The flash, put off.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if it cannot be found or put off.
+    pub fn open(&self) -> Result<Box<dyn Flash>, RigError> {
+        let (switch, settle_s, max_on_s): (Box<dyn Switch>, _, _) = match self {
+            Self::Command(CommandFlash { on, off, settle_s, max_on_s, timeout_s }) => {
+                let switch = CommandSwitch {
+                    device: "flash".to_owned(),
+                    on: on.clone(),
+                    off: off.clone(),
+                    timeout: timeout_s.duration(),
+                };
+                (Box::new(switch), settle_s, max_on_s)
+            }
+        };
+        Ok(Box::new(BoundedFlash::new(switch, settle_s.duration(), max_on_s.duration())?))
+    }
+}
