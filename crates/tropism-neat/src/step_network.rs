@@ -13,13 +13,13 @@ use std::cell::RefCell;
 use crate::{Activation, Genome};
 
 /// States that are remembered; a network that meets more begins anew.
-const STATES: usize = 256;
+const STATES: usize = 250;
 
 /// Places in the index of states: twice as many, so that a look-up is short.
-const PLACES: usize = 2 * STATES;
+const PLACES: usize = 512;
 
 /// No state, in the index.
-const VACANT: u32 = u32::MAX;
+const VACANT: u8 = u8::MAX;
 
 /// What is brought to the sensors is remembered in blocks of so many, which are copied at once.
 const BLOCK: usize = 4;
@@ -37,38 +37,14 @@ const NEVER: u64 = u64::MAX;
 /// assert_eq!(flat.activate([0.3, 4.0]), plain.activate(&[0.3, 4.0])[0] > 0.5);
 /// ```
 ///
-/// Many networks can sense side by side: whoever steps them may compute [`fired`](Sensor::fires) for all their
-/// [`sensors`](Self::sensors) in vectors, and need only [`go_on`](Self::go_on) with those networks that do not
+/// Many networks can sense side by side: whoever steps them may find out in vectors which of their
+/// [`sensors`](Self::sensors) [fire](Sensor::fires), and need only [`go_on`](Self::go_on) with those networks that do not
 /// [`stay`](Self::stay) as they are.
 #[derive(Clone, Debug)]
 pub struct StepNetwork<const INPUTS: usize> {
-    /// Units are numbered: the output, then the others that see an input, then the rest; the bias comes last, as a unit
-    /// that is always 1.
+    memory: Memory,
+    wiring: Wiring,
     sensors: Vec<Sensor<INPUTS>>,
-    /// Of all units but the bias.
-    thresholds: Vec<f64>,
-    /// Links from units and the bias, grouped by the unit that they enter, in the order of the genes.
-    wires: Vec<Wire>,
-    /// Where each unit's wires end; they begin where those of the one before end.
-    ends: Vec<u32>,
-    /// A row of bits for each unit and the bias: the units that it leads to.
-    targets: Vec<u64>,
-    /// A row of bits: the units that lead to any.
-    leads: Vec<u64>,
-    /// Words in a row of bits.
-    words: usize,
-    /// The states met so far, each a record of [`Record::words`]. The first is none that a network is ever in: there even
-    /// the bias is 0.
-    memory: Vec<u64>,
-    record: Record,
-    /// States in the memory.
-    states: usize,
-    /// Places of states in the memory, by a hash of their bits.
-    index: Vec<u32>,
-    /// A row of bits: units whose sum is to be computed for a new state.
-    touched: Vec<u64>,
-    /// Place of the present state in the memory.
-    present: usize,
 }
 
 /// A unit that sees an input, or is the output.
@@ -80,35 +56,82 @@ pub struct Sensor<const INPUTS: usize> {
     pub threshold: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Wire {
-    from: u32,
-    weight: f64,
+/// Who brings what to whom, but for the inputs.
+///
+/// Units are numbered: the output, then the others that see an input, then the rest; the bias comes last, as a unit that
+/// is always 1. Sets of units are rows of bits.
+#[derive(Clone, Debug, Default)]
+struct Wiring {
+    /// All but the bias.
+    units: Vec<Unit>,
+    /// Links into units that have more than two.
+    more: Vec<(Wire, u32)>,
+    /// A row for each unit and the bias: the units that it leads to.
+    targets: Vec<u64>,
+    /// The units that lead to any.
+    leads: Vec<u64>,
+    /// Words in a row.
+    row: usize,
+    /// How many units are sensors.
+    sensors: usize,
 }
 
-/// What a state's record in the memory holds, and where: what is needed at every step comes first.
+/// A neuron that computes.
+#[derive(Clone, Copy, Debug)]
+struct Unit {
+    threshold: f64,
+    /// The first links that enter it, in the order of the genes.
+    wires: [Wire; 2],
+    /// The next of them, and the last; each of them knows its next.
+    more: u32,
+    last: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Wire {
+    weight: f64,
+    from: u32,
+}
+
+/// No further link.
+const NONE: u32 = u32::MAX;
+
+/// The states met so far.
+#[derive(Clone, Debug)]
+struct Memory {
+    /// A record for each state. The first is of none that a network is ever in: there even the bias is 0.
+    records: Vec<u64>,
+    /// Where the record of the present state begins.
+    present: usize,
+    layout: Layout,
+    /// Numbers of states, by a hash of their bits.
+    index: [u8; PLACES],
+}
+
+/// Where things stand in a record. What is needed at every step comes first.
 #[derive(Clone, Copy, Debug, Default)]
-struct Record {
-    /// Behind what links from units and the bias bring to each sensor, as `f64`: a row of bits, the units that are 1.
+struct Layout {
+    /// Behind what other links than those of the inputs bring to each sensor, as `f64`: the units that are 1.
     bits: usize,
-    /// A row of bits, the units that see no input and are 1 in the next state.
+    /// The units that see no input and are 1 in the next state.
     next: usize,
-    /// The end.
+    /// The length of a record.
     words: usize,
 }
 
-impl Record {
+impl Layout {
     /// What the sensors do if the network stays in this state.
     const STAY: usize = 0;
     /// What the sensors did when it was last left.
     const LEFT_WITH: usize = 1;
-    /// The place of the state that came after.
+    /// Where the state that came after begins.
     const LEFT_FOR: usize = 2;
+    /// What is brought to the sensors.
     const REST: usize = 3;
 
-    const fn new(sensors: usize, words: usize) -> Self {
+    const fn new(sensors: usize, row: usize) -> Self {
         let bits = Self::REST + sensors.next_multiple_of(BLOCK);
-        Self { bits, next: bits + words, words: bits + 2 * words }
+        Self { bits, next: bits + row, words: bits + 2 * row }
     }
 }
 
@@ -123,24 +146,12 @@ impl<const INPUTS: usize> Sensor<INPUTS> {
 }
 
 impl<const INPUTS: usize> Default for StepNetwork<INPUTS> {
-    /// A network without a link, whose output is 0.
+    /// The smallest network: its output sees nothing.
     fn default() -> Self {
-        let mut network = Self {
-            sensors: vec![Sensor { weights: [0.0; INPUTS], threshold: 0.5 }],
-            thresholds: vec![0.5],
-            wires: Vec::new(),
-            ends: vec![0],
-            targets: vec![0; 2],
-            leads: vec![0],
-            words: 1,
-            memory: Vec::new(),
-            record: Record::default(),
-            states: 0,
-            index: vec![VACANT; PLACES],
-            touched: Vec::new(),
-            present: 0,
-        };
-        network.forget();
+        let memory =
+            Memory { records: Vec::new(), present: 0, layout: Layout::default(), index: [VACANT; PLACES] };
+        let mut network = Self { memory, wiring: Wiring::default(), sensors: Vec::new() };
+        network.assign_seed([0.0; INPUTS], 0.0, 0.5);
         network
     }
 }
@@ -158,46 +169,33 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
     /// then it is of no use until it is assigned another.
     #[must_use]
     pub fn assign(&mut self, genome: &Genome) -> bool {
-        if genome.inputs() != INPUTS || genome.outputs() != 1 {
-            return false;
+        let has_shape = genome.inputs() == INPUTS && genome.outputs() == 1;
+        let is_done = has_shape && NUMBERS.with_borrow_mut(|numbers| self.wire_up(genome, numbers));
+        if is_done {
+            self.memory.forget(&self.wiring);
         }
-        let done = NUMBERS.with_borrow_mut(|numbers| self.wire_up(genome, numbers));
-        if done {
-            self.forget();
-        }
-        done
+        is_done
     }
 
     /// Becomes a network of nothing but an output that sees the inputs and the bias, as NEAT begins with.
     pub fn assign_seed(&mut self, weights: [f64; INPUTS], bias: f64, threshold: f64) {
         self.sensors.clear();
         self.sensors.push(Sensor { weights, threshold });
-        self.thresholds.clear();
-        self.thresholds.push(threshold);
-        self.wires.clear();
-        self.wires.push(Wire { from: 1, weight: bias });
-        self.ends.clear();
-        self.ends.push(1);
-        self.words = 1;
-        self.targets.clear();
-        self.targets.extend([0, 1]);
-        self.leads.clear();
-        self.leads.push(0b10);
-        self.forget();
+        self.wiring.begin(1, 1);
+        self.wiring.units[0].threshold = threshold;
+        self.wiring.link(1, 0, bias);
+        self.memory.forget(&self.wiring);
     }
 
-    /// Numbers the units and sorts the links; `false` if that cannot be done.
+    /// Numbers the units and links them; `false` if that cannot be done.
     fn wire_up(&mut self, genome: &Genome, numbers: &mut Numbers) -> bool {
         let neurons = &genome.neurons()[INPUTS + 1..];
-        let is_step = |neuron: &crate::Neuron| neuron.activation == Activation::UnsignedStep;
-        if !neurons.iter().all(is_step) {
+        if neurons.iter().any(|neuron| neuron.activation != Activation::UnsignedStep) {
             return false;
         }
-        let units = neurons.len();
-        self.words = units / 64 + 1;
-        self.sensors.clear();
-        numbers.begin(genome);
         let is_input = |id: u32| id <= INPUTS as u32;
+        numbers.begin(genome);
+        self.sensors.clear();
         let sensing = genome.links().iter().filter(|link| is_input(link.from)).map(|link| link.to);
         for id in std::iter::once(neurons[0].id).chain(sensing) {
             if numbers.of(genome, id) == UNNUMBERED {
@@ -208,9 +206,8 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
                 self.sensors.push(Sensor { weights: [0.0; INPUTS], threshold: 0.0 });
             }
         }
+        self.wiring.begin(neurons.len(), self.sensors.len());
         let mut next = self.sensors.len() as u32;
-        self.thresholds.clear();
-        self.thresholds.resize(units, 0.0);
         for neuron in neurons {
             let mut number = numbers.of(genome, neuron.id);
             if number == UNNUMBERED {
@@ -218,41 +215,20 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
                 numbers.give(genome, neuron.id, number);
                 next += 1;
             }
-            self.thresholds[number as usize] = 0.5 + neuron.b;
-        }
-        for (sensor, &threshold) in self.sensors.iter_mut().zip(&self.thresholds) {
-            sensor.threshold = threshold;
-        }
-        numbers.give(genome, INPUTS as u32 + 1, units as u32);
-
-        self.ends.clear();
-        self.ends.resize(units, 0);
-        for link in genome.links().iter().filter(|link| !is_input(link.from)) {
-            self.ends[numbers.of(genome, link.to) as usize] += 1;
-        }
-        let mut start = 0;
-        for end in &mut self.ends {
-            // Where the next wire goes; the last one makes it the end.
-            start += std::mem::replace(end, start);
-        }
-        self.wires.clear();
-        self.wires.resize(start as usize, Wire { from: 0, weight: 0.0 });
-        self.targets.clear();
-        self.targets.resize((units + 1) * self.words, 0);
-        self.leads.clear();
-        self.leads.resize(self.words, 0);
-        for link in genome.links() {
-            let to = numbers.of(genome, link.to) as usize;
-            if is_input(link.from) {
-                self.sensors[to].weights[link.from as usize - 1] = link.weight;
-                continue;
+            let threshold = 0.5 + neuron.b;
+            self.wiring.units[number as usize].threshold = threshold;
+            if let Some(sensor) = self.sensors.get_mut(number as usize) {
+                sensor.threshold = threshold;
             }
-            let from = numbers.of(genome, link.from);
-            let end = &mut self.ends[to];
-            self.wires[*end as usize] = Wire { from, weight: link.weight };
-            *end += 1;
-            self.targets[from as usize * self.words + to / 64] |= 1 << (to % 64);
-            self.leads[from as usize / 64] |= 1 << (from % 64);
+        }
+        numbers.give(genome, INPUTS as u32 + 1, neurons.len() as u32);
+        for link in genome.links() {
+            let to = numbers.of(genome, link.to);
+            if is_input(link.from) {
+                self.sensors[to as usize].weights[link.from as usize - 1] = link.weight;
+            } else {
+                self.wiring.link(numbers.of(genome, link.from), to, link.weight);
+            }
         }
         true
     }
@@ -260,7 +236,7 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
     /// Sets every activation to 0, as in a new network.
     pub fn flush(&mut self) {
         // The state after the one where even the bias is 0.
-        self.present = self.record.words;
+        self.memory.present = self.memory.layout.words;
     }
 
     /// The units that see an input, the output first.
@@ -273,32 +249,32 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
     /// What links from units and the bias bring to each sensor in the present state, and zeros up to a multiple of four.
     #[inline]
     pub fn rest(&self) -> impl ExactSizeIterator<Item = f64> {
-        let rest = self.present + Record::REST..self.present + self.record.bits;
-        self.memory[rest].iter().map(|&bits| f64::from_bits(bits))
+        let Memory { records, present, layout, .. } = &self.memory;
+        records[present + Layout::REST..present + layout.bits].iter().map(|&bits| f64::from_bits(bits))
     }
 
     /// The sensors that matter for the next state, one bit each.
     #[inline]
     #[must_use]
     pub fn watched(&self) -> u64 {
-        self.leads[0] & ((1 << self.sensors.len()) - 1)
+        self.wiring.leads[0] & of_sensors(self.sensors.len())
     }
 
     /// The watched sensors that fire if the present state is also the next.
     #[inline]
     #[must_use]
     pub fn stay(&self) -> u64 {
-        self.memory[self.present + Record::STAY]
+        self.memory.records[self.memory.present + Layout::STAY]
     }
 
     /// Goes on to the next state, `fired` being the watched sensors that fire in the present one.
     #[inline]
     pub fn go_on(&mut self, fired: u64) {
-        if let [stay, left_with, left_for, ..] = self.memory[self.present..] {
+        if let [stay, left_with, left_for, ..] = self.memory.records[self.memory.present..] {
             if fired == left_with {
-                self.present = left_for as usize;
+                self.memory.present = left_for as usize;
             } else if fired != stay {
-                self.look_up(fired);
+                self.memory.look_up(&self.wiring, fired);
             }
         }
     }
@@ -312,137 +288,194 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
         self.go_on(fired & self.watched());
         fired & 1 == 1
     }
+}
+
+/// One bit for each of so many sensors.
+const fn of_sensors(count: usize) -> u64 {
+    (1 << count) - 1
+}
+
+impl Wiring {
+    /// So many units without a link.
+    fn begin(&mut self, units: usize, sensors: usize) {
+        self.sensors = sensors;
+        self.row = units / 64 + 1;
+        let nothing = Wire { weight: 0.0, from: 0 };
+        self.units.clear();
+        self.units.resize(units, Unit { threshold: 0.0, wires: [nothing; 2], more: NONE, last: 0 });
+        self.more.clear();
+        self.targets.clear();
+        self.targets.resize((units + 1) * self.row, 0);
+        self.leads.clear();
+        self.leads.resize(self.row, 0);
+    }
+
+    /// Adds a link from a unit or the bias to a unit.
+    #[inline]
+    fn link(&mut self, from: u32, to: u32, weight: f64) {
+        let (row, place) = (from as usize * self.row, to as usize);
+        self.targets[row + place / 64] |= 1 << (place % 64);
+        self.leads[from as usize / 64] |= 1 << (from % 64);
+        let (unit, wire) = (&mut self.units[place], Wire { weight, from });
+        if (unit.last as usize) < unit.wires.len() {
+            unit.wires[unit.last as usize] = wire;
+            unit.last += 1;
+            return;
+        }
+        // From the third one on, `last` counts from the two before.
+        let number = self.more.len() as u32;
+        match unit.more {
+            NONE => unit.more = number,
+            _ => self.more[unit.last as usize - 2].1 = number,
+        }
+        unit.last = number + 2;
+        self.more.push((wire, NONE));
+    }
+
+    /// What all links bring to a unit if the units of `bits` are 1.
+    #[inline]
+    fn sum(&self, unit: &Unit, bits: &[u64]) -> f64 {
+        let brings = |wire: Wire| {
+            let is_one = bits[wire.from as usize / 64] >> (wire.from % 64) & 1;
+            f64::from_bits(wire.weight.to_bits() & is_one.wrapping_neg())
+        };
+        let mut sum = unit.wires.iter().fold(0.0, |sum, &wire| sum + brings(wire));
+        let mut next = unit.more;
+        while next != NONE {
+            let (wire, after) = self.more[next as usize];
+            sum += brings(wire);
+            next = after;
+        }
+        sum
+    }
+}
+
+impl Memory {
+    /// Forgets every state, and is at rest.
+    fn forget(&mut self, wiring: &Wiring) {
+        let bias = wiring.units.len();
+        self.layout = Layout::new(wiring.sensors, wiring.row);
+        let Layout { bits, next, words } = self.layout;
+        self.records.clear();
+        self.index.fill(VACANT);
+        // First the state where nothing is 1, not even the bias. It brings nothing.
+        self.records.resize(words, 0);
+        self.records[Layout::STAY] = NEVER;
+        self.records[Layout::LEFT_WITH] = NEVER;
+        for unit in wiring.sensors..bias {
+            self.records[next + unit / 64] |= u64::from(wiring.units[unit].threshold < 0.0) << (unit % 64);
+        }
+        self.records[next + bias / 64] |= 1 << (bias % 64);
+        // Then the one where the bias is.
+        self.present = self.begin_record(0);
+        self.records[self.present + bits + bias / 64] = 1 << (bias % 64);
+        let place = self.place_of(self.present);
+        self.meet(wiring, self.present, 0, place);
+    }
+
+    /// Appends a record like the one at `near`; says where it begins.
+    fn begin_record(&mut self, near: usize) -> usize {
+        let new = self.records.len();
+        self.records.extend_from_within(near..near + self.layout.words);
+        self.records[new + Layout::LEFT_WITH] = NEVER;
+        new
+    }
 
     /// Goes on to a state that did not come after the present one the last time.
     #[inline(never)]
-    fn look_up(&mut self, fired: u64) {
+    fn look_up(&mut self, wiring: &Wiring, fired: u64) {
         // The next state, written where it would be remembered.
-        let (new, old) = (self.memory.len(), self.present);
-        self.begin_record(old);
-        let Record { bits, next, .. } = self.record;
-        self.memory.copy_within(old + next..old + next + self.words, new + bits);
-        self.memory[new + bits] |= fired;
+        let old = self.present;
+        let new = self.begin_record(old);
+        let Layout { bits, next, words } = self.layout;
+        self.records.copy_within(old + next..old + words, new + bits);
+        self.records[new + bits] |= fired;
         let place = self.place_of(new);
+        if self.index[place] == VACANT && new >= STATES * words {
+            return self.forget_all_but(wiring, new);
+        }
         let after = match self.index[place] {
-            VACANT if self.states == STATES => {
-                self.forget_all_but(new);
-                return;
-            }
             VACANT => {
-                self.index[place] = new as u32;
-                self.meet(new, old);
+                self.meet(wiring, new, old, place);
                 new
             }
             known => {
-                self.memory.truncate(new);
-                known as usize
+                self.records.truncate(new);
+                usize::from(known) * words
             }
         };
-        self.memory[old + Record::LEFT_WITH] = fired;
-        self.memory[old + Record::LEFT_FOR] = after as u64;
+        self.records[old + Layout::LEFT_WITH] = fired;
+        self.records[old + Layout::LEFT_FOR] = after as u64;
         self.present = after;
     }
 
-    /// Appends a record of a state that is like the one at `near` so far.
-    fn begin_record(&mut self, near: usize) {
-        self.memory.extend_from_within(near..near + self.record.words);
-        let new = self.memory.len() - self.record.words;
-        self.memory[new + Record::LEFT_WITH] = NEVER;
-    }
-
-    /// Forgets every state, and is at rest.
-    fn forget(&mut self) {
-        let (units, words) = (self.thresholds.len(), self.words);
-        self.record = Record::new(self.sensors.len(), words);
-        let Record { bits, next, .. } = self.record;
-        self.memory.clear();
-        self.index.fill(VACANT);
-        // First the state where nothing is 1, not even the bias. It brings nothing.
-        self.memory.resize(self.record.words, 0);
-        self.memory[Record::STAY] = NEVER;
-        self.memory[Record::LEFT_WITH] = NEVER;
-        let is_bias = 1 << (units % 64);
-        self.memory[next + units / 64] = is_bias;
-        for unit in (self.sensors.len()..units).filter(|&unit| self.thresholds[unit] < 0.0) {
-            self.memory[next + unit / 64] |= 1 << (unit % 64);
-        }
-        // Then the one where the bias is.
-        self.begin_record(0);
-        self.present = self.record.words;
-        self.memory[self.present + bits + units / 64] = is_bias;
-        let place = self.place_of(self.present);
-        self.index[place] = self.present as u32;
-        self.states = 1;
-        self.meet(self.present, 0);
-    }
-
     /// Forgets every state but the first two and goes on to the one at `new`.
-    fn forget_all_but(&mut self, new: usize) {
-        let Record { bits, next, words } = self.record;
-        self.memory.copy_within(new + bits..new + next, 2 * words + bits);
-        self.memory.truncate(3 * words);
+    fn forget_all_but(&mut self, wiring: &Wiring, new: usize) {
+        let Layout { bits, next, words } = self.layout;
         self.index.fill(VACANT);
-        self.memory[words + Record::LEFT_WITH] = NEVER;
-        self.memory[2 * words + Record::LEFT_WITH] = NEVER;
-        for state in [words, 2 * words] {
-            let place = self.place_of(state);
-            self.index[place] = state as u32;
-        }
-        self.memory.copy_within(Record::REST..bits, 2 * words + Record::REST);
-        self.memory.copy_within(next..words, 2 * words + next);
-        self.states = 2;
+        let rest = self.place_of(words);
+        self.index[rest] = 1;
+        self.records[words + Layout::LEFT_WITH] = NEVER;
+        self.records.copy_within(new + bits..new + next, 2 * words + bits);
+        self.records.copy_within(..bits, 2 * words);
+        self.records.copy_within(next..words, 2 * words + next);
+        self.records.truncate(3 * words);
         self.present = 2 * words;
-        self.meet(self.present, 0);
+        let place = self.place_of(self.present);
+        self.meet(wiring, self.present, 0, place);
     }
 
-    /// Completes the record of the state at `new`, whose bits are written, with all that follows from them. What else is
-    /// written there is copied from the state at `near`, and still true of units that see nothing new.
-    fn meet(&mut self, new: usize, near: usize) {
-        let (words, sensors, Record { bits, next, .. }) = (self.words, self.sensors.len(), self.record);
-        self.states += 1;
-        self.touched.clear();
-        self.touched.resize(words, 0);
-        for word in 0..words {
-            for bit in ones(self.memory[near + bits + word] ^ self.memory[new + bits + word]) {
-                let targets = &self.targets[(64 * word + bit) * words..][..words];
-                self.touched.iter_mut().zip(targets).for_each(|(touched, targets)| *touched |= targets);
+    /// Completes the record at `new`, in which the state's bits are written, with all that follows from them, and enters
+    /// it at `place` of the index. What else is written there is copied from the state at `near`, and still true of units
+    /// that see nothing new.
+    fn meet(&mut self, wiring: &Wiring, new: usize, near: usize, place: usize) {
+        let Layout { bits, next, words } = self.layout;
+        self.index[place] = (new / words) as u8;
+        let (before, record) = self.records.split_at_mut(new);
+        let (head, after) = record.split_at_mut(next);
+        let (head, present) = head.split_at_mut(bits);
+        let before = &before[near + bits..near + next];
+        for (column, after) in after.iter_mut().enumerate() {
+            // The units that see something new, of these 64.
+            let mut touched = 0;
+            for (word, (before, present)) in before.iter().zip(&*present).enumerate() {
+                for bit in ones(before ^ present) {
+                    touched |= wiring.targets[(64 * word + bit) * wiring.row + column];
+                }
             }
-        }
-        let record = &mut self.memory[new..];
-        let (head, next) = record.split_at_mut(next);
-        let (head, bits) = head.split_at_mut(bits);
-        for (word, (next, &touched)) in next.iter_mut().zip(&self.touched).enumerate() {
             for bit in ones(touched) {
-                let unit = 64 * word + bit;
-                let start = if unit == 0 { 0 } else { self.ends[unit - 1] };
-                let wires = &self.wires[start as usize..self.ends[unit] as usize];
-                let sum = wires.iter().fold(0.0, |sum, wire| {
-                    let is_one = bits[wire.from as usize / 64] >> (wire.from % 64) & 1;
-                    sum + f64::from_bits(wire.weight.to_bits() & is_one.wrapping_neg())
-                });
-                if unit < sensors {
-                    head[Record::REST + unit] = sum.to_bits();
+                let unit = &wiring.units[64 * column + bit];
+                let sum = wiring.sum(unit, present);
+                if 64 * column + bit < wiring.sensors {
+                    head[Layout::REST + bit] = sum.to_bits();
                 } else {
-                    let fires = u64::from(sum > self.thresholds[unit]);
-                    *next = *next & !(1 << bit) | fires << bit;
+                    let fires = u64::from(sum > unit.threshold);
+                    *after = *after & !(1 << bit) | fires << bit;
                 }
             }
         }
-        let of_sensors = (1 << sensors) - 1;
-        let is_still = bits[0] & !of_sensors == next[0] && bits[1..] == next[1..];
-        head[Record::STAY] = if is_still { bits[0] & of_sensors } else { NEVER };
+        let of_sensors = of_sensors(wiring.sensors);
+        let is_still = present[0] & !of_sensors == after[0] && present[1..] == after[1..];
+        head[Layout::STAY] = if is_still { present[0] & of_sensors } else { NEVER };
     }
 
-    /// Where in the index the state at `state` stands, or where it would.
-    fn place_of(&self, state: usize) -> usize {
-        let bits = |state: usize| &self.memory[state + self.record.bits..state + self.record.next];
-        let own = bits(state);
+    /// Where in the index the state at `record` stands, or where it would.
+    fn place_of(&self, record: usize) -> usize {
+        let Layout { bits, next, words } = self.layout;
+        let own = &self.records[record + bits..record + next];
         let hash = own.iter().fold(0, |hash: u64, word| (hash ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let mut place = (hash >> 55) as usize;
-        while self.index[place] != VACANT && bits(self.index[place] as usize) != own {
+        loop {
+            let state = usize::from(self.index[place]);
+            let is_other = || {
+                let other = &self.records[state * words + bits..];
+                own.iter().zip(other).any(|(own, other)| own != other)
+            };
+            if self.index[place] == VACANT || !is_other() {
+                return place;
+            }
             place = (place + 1) % PLACES;
         }
-        place
     }
 }
 
