@@ -1,14 +1,20 @@
 //! Whether virtual beans behave as the paper's six did, as far as the paper and the literature say.
 //!
-//! In: tracks of open-loop experiments, or a species. Out: [`Row`]s, each a statistic with the range that is accepted. The
+//! In: tracks of open-loop experiments, a species, or controllers. Out: [`Row`]s, each a statistic with the range that is accepted. The
 //! idea: the ranges are facts that were published, widened by what is not known; a species is tuned until they hold, so they
 //! are its calibration and say nothing about what was not looked at.
 //!
 //! Statistics of an experiment are taken per set of six plants, as the paper had six, and the median over sets is compared.
 
+use core::f64::consts::TAU;
+
+use rayon::prelude::*;
+
 use super::experiments::{self, Response};
-use super::grow::{TRUTH, grow};
+use super::grow::{TRUTH, grow, grow_quiet};
 use super::{Bean, Species};
+use crate::control::Controller;
+use crate::control::chase::Chase;
 use crate::control::periodic::Periodic;
 use crate::environment::unwatched;
 use crate::geometry::Point;
@@ -24,6 +30,12 @@ pub const PERIOD: u32 = 72;
 
 /// Early, middle and late steps: the paper's plants are slow, fast, and slow again (Fig. 3).
 const PHASES: [core::ops::Range<usize>; 3] = [0..300, 300..800, 800..1000];
+
+/// Fitness from which a controller is nearly perfect on a model, in cm: the paper's was 14.97.
+pub const NEARLY_PERFECT: f64 = 13.5;
+
+/// Phases of nutation at which the average plant starts, one plant each.
+const CIRCLE: u32 = 12;
 
 /// A motion that goes on for so many steps is sustained.
 const SUSTAINED: usize = 3;
@@ -195,6 +207,68 @@ pub fn population(tracks: &[Track]) -> Vec<Row> {
     ]
     .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
     .into()
+}
+
+/// Rows 20 to 23, from plants of `seeds` and the average plant, steered to the paper's targets.
+///
+/// `tuned` are controllers that were made for a model of other plants of the species, with their mean fitness on that
+/// model, at least [`NEARLY_PERFECT`]; of several, the median counts. What the rows ask is whether plants are as hard as
+/// the paper's: a controller that is nearly perfect on the model loses a third on plants, and hardly anything on a plant
+/// without surprises.
+///
+/// # Panics
+/// If there are no seeds or no controllers.
+#[must_use]
+pub fn steered<C: Controller + Clone + Sync>(
+    species: &Species,
+    seeds: &[u64],
+    tuned: &[(f64, C)],
+) -> Vec<Row> {
+    assert!(!seeds.is_empty() && !tuned.is_empty(), "plants and controllers");
+    let task = Task::default();
+    let greedy = Chase::new(task.targets.clone());
+    let greedy = fitness(&task, &on_each(species, seeds, &greedy, &task));
+    let tracks: Vec<Vec<Track>> =
+        tuned.iter().map(|(_, controller)| on_each(species, seeds, controller, &task)).collect();
+    let of_each = |value: &dyn Fn(usize) -> f64| median((0..tuned.len()).map(value).collect());
+    let steps =
+        |which: usize| median(tracks[which].iter().map(|track| (track.samples.len() - 1) as f64).collect());
+    let quiet = |which: usize| {
+        let track = |phase| grow_quiet(species, phase, &mut tuned[which].1.clone(), &task);
+        let phases = (0..CIRCLE).map(|part| TAU * f64::from(part) / f64::from(CIRCLE));
+        mean(phases.map(|phase| task.fitness(&track(phase))))
+    };
+    let best = task.best();
+    [
+        (20, "steps to 13.8 cm under a tuned controller", of_each(&steps), [270.0, 360.0]),
+        (21, "greedy rule on fresh plants, mean fitness, cm", mean(greedy), [7.0, 11.0]),
+        (
+            22,
+            "fitness of tuned controllers on a model, cm",
+            of_each(&|which| tuned[which].0),
+            [NEARLY_PERFECT, best],
+        ),
+        (22, "on fresh plants, cm", of_each(&|which| mean(fitness(&task, &tracks[which]))), [8.5, 12.0]),
+        (22, "its sd, cm", of_each(&|which| deviation(fitness(&task, &tracks[which]))), [1.5, 3.5]),
+        (23, "on the average plant, nothing left to chance, cm", of_each(&quiet), [12.0, best]),
+    ]
+    .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
+    .into()
+}
+
+/// The tracks of plants that grow from `seeds`, each under a controller of its own.
+fn on_each<C: Controller + Clone + Sync>(
+    species: &Species,
+    seeds: &[u64],
+    controller: &C,
+    task: &Task,
+) -> Vec<Track> {
+    let one = |&seed: &u64| grow(species, seed, 1.0, &mut controller.clone(), task, &mut unwatched);
+    seeds.par_iter().map(one).collect()
+}
+
+fn fitness(task: &Task, tracks: &[Track]) -> Vec<f64> {
+    tracks.iter().map(|track| task.fitness(track)).collect()
 }
 
 /// Rows 14, 15, 17, 18, 24 and 25, from experiments on the species' typical plant.

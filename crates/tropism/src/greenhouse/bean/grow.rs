@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Bean, Species};
 use crate::control::Controller;
-use crate::environment::{Environment, run};
+use crate::environment::{Environment, run, unwatched};
 use crate::greenhouse::detector;
 use crate::light::Light;
 use crate::observation::Observation;
@@ -25,7 +25,8 @@ pub fn lamps(light: Option<Light>) -> [f64; 2] {
 /// grid and with its noise.
 struct Specimen {
     bean: Bean,
-    noise: ChaCha8Rng,
+    /// The detector's noise; without it the place is exact, but for the grid.
+    noise: Option<ChaCha8Rng>,
     /// What is true at each observation, in the order of [`TRUTH`].
     truth: [Vec<f64>; 5],
 }
@@ -39,7 +40,11 @@ impl Environment for Specimen {
         for (column, value) in self.truth.iter_mut().zip(truth) {
             column.push(value);
         }
-        Ok(Observation::simulated(detector::detect(&self.bean.pose(), &mut self.noise)))
+        let pose = self.bean.pose();
+        Ok(Observation::simulated(match &mut self.noise {
+            Some(noise) => detector::detect(&pose, noise),
+            None => detector::highest(&pose),
+        }))
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
@@ -72,16 +77,37 @@ pub fn grow(
     task: &Task,
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Track {
-    let mut specimen = Specimen {
-        bean: Bean::new(species.draw(seed, scale), seed),
-        noise: random::stream(seed, Purpose::Camera, 0),
-        truth: Default::default(),
-    };
-    let Ok(mut track) = run(&mut specimen, controller, task, watch);
-    for (name, values) in TRUTH.into_iter().zip(specimen.truth) {
-        track.add_numbers(name, 5, values);
+    let bean = Bean::new(species.draw(seed, scale), seed);
+    let noise = Some(random::stream(seed, Purpose::Camera, 0));
+    Specimen { bean, noise, truth: Default::default() }.live(controller, task, watch)
+}
+
+/// [`grow`] of the species' average plant, with nothing left to chance: no noise, no events, no difference between plants
+/// but `phase`, in rad, that of nutation at the start.
+#[must_use]
+pub fn grow_quiet(
+    species: &Species,
+    phase: f64,
+    controller: &mut (impl Controller + ?Sized),
+    task: &Task,
+) -> Track {
+    let bean = Bean { phase, ..Bean::quiet(species.average()) };
+    Specimen { bean, noise: None, truth: Default::default() }.live(controller, task, &mut unwatched)
+}
+
+impl Specimen {
+    fn live(
+        mut self,
+        controller: &mut (impl Controller + ?Sized),
+        task: &Task,
+        watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
+    ) -> Track {
+        let Ok(mut track) = run(&mut self, controller, task, watch);
+        for (name, values) in TRUTH.into_iter().zip(self.truth) {
+            track.add_numbers(name, 5, values);
+        }
+        track
     }
-    track
 }
 
 /// The columns of a grown track beside the required ones.

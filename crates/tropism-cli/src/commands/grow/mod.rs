@@ -1,5 +1,8 @@
 //! `tropism grow`: virtual beans without photographs.
 
+mod check;
+mod tune;
+
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -8,7 +11,7 @@ use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 use tropism::experiment::files;
-use tropism::greenhouse::bean::{Species, acceptance, grow};
+use tropism::greenhouse::bean::{Species, grow};
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
@@ -42,7 +45,7 @@ pub(crate) struct Grow {
     #[arg(long, value_name = "DIR", required_unless_present = "check")]
     out: Option<PathBuf>,
 
-    /// Hold 60 open-loop beans against what is published instead: each statistic with its range
+    /// Hold open-loop and steered beans against what is published instead: each statistic with its range
     #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "scale", "task"])]
     check: bool,
 
@@ -72,24 +75,10 @@ struct Outcome {
     tracks: Vec<PathBuf>,
 }
 
-/// A statistic with its range.
-#[derive(Serialize)]
-struct Checked {
-    number: u32,
-    statistic: &'static str,
-    value: f64,
-    least: f64,
-    most: Option<f64>,
-    holds: bool,
-}
-
-/// Beans of a check: ten sets of six.
-const CHECKED: u32 = 60;
-
 impl Grow {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let species = self.bean.load()?.unwrap_or_default();
-        let Some(out) = &self.out else { return self.check(&species, shell) };
+        let Some(out) = &self.out else { return check::check(&species, self.seed.seed, shell) };
         ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
         let controller = self.controller.load()?;
         let task = controller.task(&self.task, self.steps)?;
@@ -134,47 +123,6 @@ impl Grow {
         }
         text += &format!("wrote {0}\nnext: tropism fit {0}/*.csv --out model.json", out.display());
         shell.result(&text, &outcome)
-    }
-
-    /// Prints each statistic of the species with its range.
-    fn check(&self, species: &Species, shell: &Shell) -> Result<()> {
-        let progress = shell.progress("grow", CHECKED.into());
-        let tracks: Vec<Track> = (0..CHECKED)
-            .into_par_iter()
-            .map(|plant| {
-                let seed = random::derive(self.seed.seed, Purpose::Plant, plant.into());
-                let track = acceptance::experiment(species, seed);
-                progress.add(1);
-                track
-            })
-            .collect();
-        drop(progress);
-        let rows: Vec<Checked> = acceptance::population(&tracks)
-            .into_iter()
-            .chain(acceptance::single(species))
-            .map(|row| Checked {
-                number: row.number,
-                statistic: row.statistic,
-                value: row.value,
-                least: row.range[0],
-                most: row.range[1].is_finite().then_some(row.range[1]),
-                holds: row.holds(),
-            })
-            .collect();
-        let missed = rows.iter().filter(|row| !row.holds).count();
-        let line = |row: &Checked| {
-            let range = match row.most {
-                Some(most) => format!("{} to {most}", row.least),
-                None => format!("above {}", row.least),
-            };
-            let mark = if row.holds { "ok" } else { "MISSED" };
-            format!("{:>2}  {:<48} {:>9.3}  {range:<14} {mark}", row.number, row.statistic, row.value)
-        };
-        let mut lines: Vec<String> = rows.iter().map(line).collect();
-        lines.push(format!("{} of {} hold, over {CHECKED} virtual beans", rows.len() - missed, rows.len()));
-        shell.result(&lines.join("\n"), &rows)?;
-        ensure!(missed == 0, "found {missed} statistics outside their range, wanted none");
-        Ok(())
     }
 
     fn grow(
