@@ -8,7 +8,9 @@ use serde::{Deserialize, Deserializer, Serialize};
 use tropism::rig::{Camera, Flash, RigError};
 
 use crate::command::{CommandCamera, CommandFlash, CommandLamp, CommandSwitch};
+use crate::http::HttpCamera;
 use crate::switch::{BoundedFlash, Switch};
+use crate::wled::WledLamp;
 
 /// An enum of settings that is written as the table of one of them, with the key `driver`.
 ///
@@ -76,6 +78,8 @@ drivers! {
     CameraDriver {
         /// A program that writes a photograph to stdout.
         "command" => Command(CommandCamera),
+        /// A camera that answers over HTTP.
+        "http" => Http(HttpCamera),
     }
 }
 
@@ -87,6 +91,7 @@ impl CameraDriver {
     pub fn check(&self) -> Result<(), String> {
         match self {
             Self::Command(_) => Ok(()),
+            Self::Http(camera) => camera.check(),
         }
     }
 
@@ -97,6 +102,7 @@ impl CameraDriver {
     pub fn open(&self) -> Result<Box<dyn Camera>, RigError> {
         Ok(match self {
             Self::Command(camera) => Box::new(camera.clone()),
+            Self::Http(camera) => Box::new(camera.open()?),
         })
     }
 }
@@ -106,17 +112,20 @@ drivers! {
     LampDriver {
         /// Two programs.
         "command" => Command(CommandLamp),
+        /// A segment of a WLED controller.
+        "wled" => Wled(WledLamp),
     }
 }
 
 impl LampDriver {
-    /// What is wrong with its settings.
+    /// What is wrong with its settings, if there are `period_min` minutes between commands.
     ///
     /// # Errors
     /// What was found, and what was wanted.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self, period_min: f64) -> Result<(), String> {
         match self {
             Self::Command(_) => Ok(()),
+            Self::Wled(lamp) => lamp.check(period_min),
         }
     }
 
@@ -132,6 +141,7 @@ impl LampDriver {
                 off: off.clone(),
                 timeout: timeout_s.duration(),
             }),
+            Self::Wled(lamp) => Box::new(lamp.open(device)),
         })
     }
 }

@@ -111,7 +111,7 @@ impl<'de> Deserialize<'de> for Lamp {
 }
 
 impl LampsTable {
-    fn check(&self) -> Result<(), String> {
+    fn check(&self, period_min: f64) -> Result<(), String> {
         match (&self.left, &self.right) {
             (Lamp::Driver(left), Lamp::Driver(right)) => {
                 if self.dark.is_some() || self.timeout_s.is_some() {
@@ -119,8 +119,8 @@ impl LampsTable {
                                 programs that know both"
                         .to_owned());
                 }
-                left.check().map_err(|problem| format!("lamps.left: {problem}"))?;
-                right.check().map_err(|problem| format!("lamps.right: {problem}"))
+                left.check(period_min).map_err(|problem| format!("lamps.left: {problem}"))?;
+                right.check(period_min).map_err(|problem| format!("lamps.right: {problem}"))
             }
             (Lamp::Command(_), Lamp::Command(_)) if self.dark.is_none() => {
                 Err("lamps: found no dark, wanted the program that darkens both".to_owned())
@@ -237,7 +237,7 @@ impl RigFile {
             }
         };
         camera.check().map_err(|problem| RigFileError(format!("camera: {problem}")))?;
-        lamps.check().map_err(RigFileError)?;
+        lamps.check(self.period_min).map_err(RigFileError)?;
         if let Some(flash) = &self.flash {
             flash.check().map_err(|problem| RigFileError(format!("flash: {problem}")))?;
         }

@@ -3,7 +3,7 @@
 //! A rig file (TOML) says what stands in a tent: the virtual one, or cameras, lamps and a flash with their drivers. This
 //! crate reads it ([`mod@file`]), finds the driver of each table ([`driver`]), and opens it as a
 //! [`Rig`](tropism::rig::Rig). Two lamps of any drivers stand behind one interlock, and any flash behind a bound on its
-//! time ([`switch`]). [`command`] runs programs of yours, which reaches any hardware that a shell reaches; [`clock`] keeps
+//! time ([`switch`]). [`http`] asks a camera, [`wled`] a controller of LED strips; [`command`] runs programs of yours, which reaches any hardware that a shell reaches; [`clock`] keeps
 //! the five minutes.
 //!
 //! None of this was checked on a physical camera, lamp or relay.
@@ -12,10 +12,14 @@ pub mod clock;
 pub mod command;
 pub mod driver;
 pub mod file;
+pub mod http;
 pub mod seconds;
+pub mod strip;
 pub mod switch;
+pub mod wled;
 
 mod child;
+mod picture;
 mod tries;
 
 use tropism::rig::RigError;

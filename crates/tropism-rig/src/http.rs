@@ -1,0 +1,329 @@
+//! HTTP: one request with one deadline, and the camera that answers it with a photograph.
+//!
+//! For ESP32-CAM (`/capture`), ESPHome, IP cameras, mjpg-streamer (`?action=snapshot`) and Home Assistant. Such cameras
+//! answer with frames that they have kept from earlier, so some are discarded, and one that was seen before is refused.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+use tropism::photo::Photo;
+use tropism::rig::{Camera, RigError};
+
+use crate::seconds::{Seconds, ten};
+use crate::{failed, picture, tries};
+
+/// Where to ask, and what may be answered.
+pub(crate) struct Request<'a> {
+    pub(crate) device: &'a str,
+    pub(crate) url: &'a str,
+    pub(crate) authorization: Option<&'a str>,
+    pub(crate) deadline: Instant,
+    pub(crate) max_bytes: u64,
+}
+
+impl Request<'_> {
+    fn error(&self, problem: String) -> RigError {
+        failed(format!("{} ({})", self.device, self.url), problem)
+    }
+
+    /// The body of the answer to a GET, or with `json` to a POST.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if no whole answer of at most `max_bytes` has come by the deadline, or its status is not one
+    /// of success.
+    pub(crate) fn send(&self, json: Option<&str>) -> Result<Vec<u8>, RigError> {
+        let left = self.deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(self.error("found no answer in time, wanted one".to_owned()));
+        }
+        let agent = ureq::Agent::config_builder()
+            .timeout_global(Some(left))
+            // A device in a tent is not behind the proxy of the house.
+            .proxy(None)
+            .max_redirects(3)
+            .build()
+            .new_agent();
+        let authorized = |name: &str| self.authorization.map(|value| (name.to_owned(), value.to_owned()));
+        let answer = match json {
+            None => {
+                let mut request = agent.get(self.url);
+                if let Some((name, value)) = authorized("Authorization") {
+                    request = request.header(name, value);
+                }
+                request.call()
+            }
+            Some(json) => {
+                let mut request = agent.post(self.url).header("Content-Type", "application/json");
+                if let Some((name, value)) = authorized("Authorization") {
+                    request = request.header(name, value);
+                }
+                request.send(json)
+            }
+        };
+        answer
+            .and_then(|answer| answer.into_body().into_with_config().limit(self.max_bytes).read_to_vec())
+            .map_err(|error| self.error(error.to_string()))
+    }
+}
+
+/// What is wrong with `url`.
+pub(crate) fn check_url(url: &str) -> Result<(), String> {
+    let host = url.strip_prefix("http://").or_else(|| url.strip_prefix("https://"));
+    match host {
+        Some(host) if !host.is_empty() && !host.starts_with('/') => Ok(()),
+        _ => Err(format!("found url = {url:?}, wanted http:// or https:// and a host")),
+    }
+}
+
+/// A camera that answers a GET with a photograph.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HttpCamera {
+    /// Where it answers.
+    pub url: String,
+    /// A file with the value of the header `Authorization`, such as `Bearer …`: a secret stays out of run folders.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub authorization_file: Option<PathBuf>,
+    /// Frames that are thrown away before each photograph. An ESP32-CAM keeps two.
+    #[serde(default = "tries::two")]
+    pub discard_frames: u32,
+    /// Seconds until it is given up, all frames together.
+    #[serde(default = "ten")]
+    pub timeout_s: Seconds,
+    /// The largest photograph.
+    #[serde(default = "twenty_million")]
+    pub max_bytes: u64,
+    /// Further tries if a photograph fails.
+    #[serde(default = "tries::two")]
+    pub retries: u32,
+}
+
+const fn twenty_million() -> u64 {
+    20_000_000
+}
+
+impl HttpCamera {
+    pub(crate) fn check(&self) -> Result<(), String> {
+        if self.max_bytes == 0 || self.max_bytes > 100_000_000 {
+            return Err(format!("found max_bytes = {}, wanted 1 to 100000000", self.max_bytes));
+        }
+        check_url(&self.url)
+    }
+
+    pub(crate) fn open(&self) -> Result<OpenHttpCamera, RigError> {
+        let authorization = self.authorization_file.as_deref().map(read_secret).transpose()?;
+        Ok(OpenHttpCamera { settings: self.clone(), authorization, last: Vec::new() })
+    }
+}
+
+/// The first line of a file that holds a secret.
+pub(crate) fn read_secret(path: &Path) -> Result<String, RigError> {
+    let text = fs::read_to_string(path)
+        .map_err(|error| failed(path.display().to_string(), format!("cannot be read: {error}")))?;
+    Ok(text.lines().next().unwrap_or_default().trim().to_owned())
+}
+
+/// The camera at work.
+pub(crate) struct OpenHttpCamera {
+    settings: HttpCamera,
+    authorization: Option<String>,
+    /// The latest photograph, which the next one must not be.
+    last: Vec<u8>,
+}
+
+impl OpenHttpCamera {
+    fn attempt(&mut self) -> Result<Photo, RigError> {
+        let settings = &self.settings;
+        let request = Request {
+            device: "camera",
+            url: &settings.url,
+            authorization: self.authorization.as_deref(),
+            deadline: Instant::now() + settings.timeout_s.duration(),
+            max_bytes: settings.max_bytes,
+        };
+        let mut discarded = Vec::new();
+        for _ in 0..settings.discard_frames {
+            discarded = request.send(None)?;
+        }
+        let bytes = request.send(None)?;
+        picture::check(&bytes).map_err(|problem| request.error(problem))?;
+        // The noise of a sensor never repeats.
+        if bytes == self.last || bytes == discarded {
+            return Err(request.error("found a frame that it gave before, wanted a fresh one".to_owned()));
+        }
+        self.last.clone_from(&bytes);
+        Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
+    }
+}
+
+impl Camera for OpenHttpCamera {
+    fn photograph(&mut self) -> Result<Photo, RigError> {
+        tries::again(self.settings.retries, || {
+            // A camera that was just asked may be busy with its own frame.
+            self.attempt().inspect_err(|_| std::thread::sleep(Duration::from_millis(100)))
+        })
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::io::{BufRead, BufReader, Read, Write};
+    use std::net::{TcpListener, TcpStream};
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::thread;
+
+    use super::*;
+    use crate::picture::tests::jpeg;
+
+    /// A request as a device sees it: method and path, headers, body.
+    pub(crate) struct Asked {
+        pub(crate) line: String,
+        pub(crate) headers: String,
+        pub(crate) body: String,
+    }
+
+    /// A device that answers each request by `answer`, which gets its number and may do to the socket what it likes.
+    /// Lives as long as the test process.
+    pub(crate) fn device(answer: impl Fn(usize, &Asked, &mut TcpStream) + Send + Sync + 'static) -> String {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let url = format!("http://{}", listener.local_addr().unwrap());
+        let (count, answer) = (AtomicUsize::new(0), Arc::new(answer));
+        thread::spawn(move || {
+            for socket in listener.incoming() {
+                let mut socket = socket.unwrap();
+                let (number, answer) = (count.fetch_add(1, Ordering::SeqCst), Arc::clone(&answer));
+                thread::spawn(move || {
+                    if let Some(asked) = read(&socket) {
+                        answer(number, &asked, &mut socket);
+                    }
+                });
+            }
+        });
+        url
+    }
+
+    fn read(socket: &TcpStream) -> Option<Asked> {
+        let mut reader = BufReader::new(socket);
+        let mut asked = Asked { line: String::new(), headers: String::new(), body: String::new() };
+        reader.read_line(&mut asked.line).ok()?;
+        loop {
+            let mut line = String::new();
+            if reader.read_line(&mut line).ok()? <= 2 {
+                break;
+            }
+            asked.headers += &line;
+        }
+        let length = asked.headers.lines().find_map(|line| {
+            let (name, value) = line.split_once(':')?;
+            name.eq_ignore_ascii_case("content-length").then(|| value.trim().parse().ok())?
+        });
+        let mut body = vec![0; length.unwrap_or(0)];
+        reader.read_exact(&mut body).ok()?;
+        asked.body = String::from_utf8(body).ok()?;
+        Some(asked)
+    }
+
+    /// Answers with `body` and closes.
+    pub(crate) fn reply(socket: &mut TcpStream, body: &[u8]) {
+        let head = format!("HTTP/1.1 200 OK\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
+        // Whoever asked may have gone.
+        let _ = socket.write_all(&[head.as_bytes(), body].concat());
+    }
+
+    fn camera(url: &str, more: &str) -> OpenHttpCamera {
+        let settings: HttpCamera = toml::from_str(&format!("url = {url:?}\nretries = 0\n{more}")).unwrap();
+        settings.check().unwrap();
+        settings.open().unwrap()
+    }
+
+    fn fails(more: &str, answer: impl Fn(usize, &Asked, &mut TcpStream) + Send + Sync + 'static) -> String {
+        let url = device(answer);
+        let error = camera(&url, more).photograph().unwrap_err().to_string();
+        assert!(error.starts_with(&format!("camera ({url}")), "{error}");
+        error
+    }
+
+    #[test]
+    fn throws_away_the_frames_that_the_camera_kept() {
+        let url = device(|number, _, socket| reply(socket, &jpeg(number)));
+        let mut camera = camera(&format!("{url}/capture"), "discard_frames = 2");
+        assert_eq!(camera.photograph().unwrap().bytes, jpeg(2));
+        assert_eq!(camera.photograph().unwrap().bytes, jpeg(5));
+    }
+
+    #[test]
+    fn a_camera_that_repeats_itself_is_refused() {
+        let error = fails("discard_frames = 1", |_, _, socket| reply(socket, &jpeg(7)));
+        assert!(error.contains("gave before"), "{error}");
+        let url = device(|_, _, socket| reply(socket, &jpeg(7)));
+        let mut camera = camera(&url, "discard_frames = 0");
+        camera.photograph().unwrap();
+        assert!(camera.photograph().unwrap_err().to_string().contains("gave before"));
+    }
+
+    #[test]
+    fn what_is_not_a_whole_photograph_is_refused() {
+        let page = b"<html><body>Please log in</body></html>";
+        let error = fails("discard_frames = 0", |_, _, socket| reply(socket, page));
+        assert!(error.contains("<html><body>Please"), "{error}");
+        // Half of the promised bytes, then the line is cut.
+        let error = fails("discard_frames = 0", |_, _, socket| {
+            let head = format!("HTTP/1.1 200 OK\r\nContent-Length: {}\r\n\r\n", jpeg(1).len());
+            let _ = socket.write_all(&[head.as_bytes(), &jpeg(1)[..300]].concat());
+        });
+        assert!(!error.contains("wanted a JPEG"), "{error}");
+        // Half a file as if it were whole.
+        let error = fails("discard_frames = 0", |_, _, socket| reply(socket, &jpeg(1)[..300]));
+        assert!(error.contains("no end marker"), "{error}");
+        let error = fails("discard_frames = 0", |_, _, socket| {
+            let _ = socket.write_all(b"HTTP/1.1 500 Internal Server Error\r\nContent-Length: 0\r\n\r\n");
+        });
+        assert!(error.contains("500"), "{error}");
+    }
+
+    #[test]
+    fn a_camera_that_hangs_drips_or_never_ends_is_given_up() {
+        let quick = "discard_frames = 0\ntimeout_s = 0.3\n";
+        fails(quick, |_, _, _| thread::sleep(Duration::from_secs(60)));
+        // A byte at a time, so that no single read is late.
+        fails(quick, |_, _, socket| {
+            let _ = socket.write_all(b"HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n");
+            while socket.write_all(b"x").is_ok() {
+                thread::sleep(Duration::from_millis(20));
+            }
+        });
+        // A stream of frames instead of one.
+        let error = fails("discard_frames = 0\nmax_bytes = 100000", |_, _, socket| {
+            let _ = socket.write_all(b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace\r\n\r\n");
+            while socket.write_all(&jpeg(1)).is_ok() {}
+        });
+        assert!(error.contains("limit"), "{error}");
+    }
+
+    #[test]
+    fn a_camera_that_fails_once_is_asked_again_and_secrets_are_sent_but_not_shown() {
+        let folder = tempfile::tempdir().unwrap();
+        let secret = folder.path().join("secret");
+        fs::write(&secret, "Bearer abc\n").unwrap();
+        let url = device(|number, asked, socket| {
+            if number > 0 && asked.headers.to_lowercase().contains("authorization: bearer abc") {
+                reply(socket, &jpeg(number));
+            }
+        });
+        let text = format!("url = {url:?}\ndiscard_frames = 0\nauthorization_file = {secret:?}\n");
+        let settings: HttpCamera = toml::from_str(&text).unwrap();
+        assert_eq!(settings.open().unwrap().photograph().unwrap().bytes, jpeg(1));
+        assert!(!toml::to_string(&settings).unwrap().contains("abc"));
+    }
+
+    #[test]
+    fn addresses_are_checked() {
+        for url in ["", "192.168.1.7/capture", "ftp://camera", "http://", "http:///capture"] {
+            assert!(check_url(url).is_err(), "{url}");
+        }
+        assert_eq!(check_url("https://camera.local/x"), Ok(()));
+    }
+}
