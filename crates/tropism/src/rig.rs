@@ -18,6 +18,11 @@ pub trait Camera {
     /// # Errors
     /// If the camera gives none.
     fn photograph(&mut self) -> Result<Photo, RigError>;
+
+    /// Passes over a photograph that was taken before an interruption.
+    ///
+    /// Nothing in front of a real plant, which has grown by itself; a recording goes on by one.
+    fn skip(&mut self) {}
 }
 
 /// The two lamps, of which at most one is lit.
@@ -52,6 +57,10 @@ pub trait Clock {
 impl<T: Camera + ?Sized> Camera for Box<T> {
     fn photograph(&mut self) -> Result<Photo, RigError> {
         (**self).photograph()
+    }
+
+    fn skip(&mut self) {
+        (**self).skip();
     }
 }
 
@@ -144,6 +153,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// Takes up what was seen at the latest step, which is not over: its photograph need not be taken again.
     pub fn recall(&mut self, shot: &Shot) {
         self.eye.resume(&shot.photo, &shot.seen);
+        self.camera.skip();
         self.step += 1;
     }
 }
