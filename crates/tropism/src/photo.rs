@@ -1,9 +1,15 @@
 //! A photograph: the bytes as the camera gave them, and the picture in them.
 
+mod header;
+
+use std::io::Cursor;
+
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
+
+pub use header::{Header, Turn, time_in_name};
 
 /// The largest picture that is decoded, in pixels: a bound on memory when the bytes are foreign.
 pub const MAX_PIXELS: usize = 64 << 20;
@@ -81,17 +87,19 @@ pub enum PhotoError {
 }
 
 impl Photo {
-    /// Decodes the picture, strictly: half a file is an error, not a grey half.
+    /// Decodes the picture, upright as its header says the camera was held, and strictly: half a file is an error, not a
+    /// grey half.
     ///
     /// # Errors
     /// [`PhotoError`] says what the bytes are instead.
     pub fn decode(&self) -> Result<Image, PhotoError> {
-        match self.bytes.as_slice() {
+        let image = match self.bytes.as_slice() {
             [] => Err(PhotoError::Empty),
             [0xff, 0xd8, ..] => decode_jpeg(&self.bytes),
             [0x89, b'P', b'N', b'G', ..] => decode_png(&self.bytes),
             other => Err(PhotoError::Foreign(other.iter().take(4).copied().collect())),
-        }
+        }?;
+        Ok(Header::read(&mut Cursor::new(&self.bytes)).turn.upright(image))
     }
 }
 
@@ -129,7 +137,7 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Image, PhotoError> {
 
 fn decode_png(bytes: &[u8]) -> Result<Image, PhotoError> {
     let damaged = |error: png::DecodingError| PhotoError::Damaged(error.to_string());
-    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(damaged)?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);

@@ -2,13 +2,13 @@
 
 use std::error::Error;
 use std::fs;
-use std::io::Write;
+use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
-use crate::photo::Photo;
+use crate::photo::{Header, Photo};
 use crate::track::Track;
 
 /// A file that could not be read or written, or does not hold what it should.
@@ -103,6 +103,15 @@ pub fn read_track(path: &Path) -> Result<Track, FileError> {
 pub fn read_photo(path: &Path, time_s: f64) -> Result<Photo, FileError> {
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     Ok(Photo { name, bytes: read(path)?, time_s })
+}
+
+/// What the header of a photograph says; reads no more of the file than that.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn read_header(path: &Path) -> Result<Header, FileError> {
+    let file = fs::File::open(path).map_err(disk("read", path))?;
+    Ok(Header::read(&mut BufReader::new(file)))
 }
 
 /// The SHA-256 of `bytes`, in hexadecimal.
