@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use tropism::experiment::files;
-use tropism::geometry::Region;
+use tropism::geometry::{Point, Region};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::Greenhouse;
@@ -155,6 +155,22 @@ pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
     let (first, second) = text.split_once(',').ok_or(wanted)?;
     let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
     Ok([number(first)?, number(second)?])
+}
+
+/// Pixels per cm: `11`, or two pixels and the cm between them, `30,420,195,421=15`.
+pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
+    let wanted =
+        "wanted pixels per cm, such as 11, or two pixels and the cm between them, such as 30,420,195,421=15";
+    let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
+    let scale = match text.split_once('=') {
+        None => number(text)?,
+        Some((ends, length)) => {
+            let ends: Vec<f64> = ends.split(',').map(number).collect::<Result<_, _>>()?;
+            let [x, y, other_x, other_y] = ends[..] else { return Err(wanted.to_owned()) };
+            Point::new(x, y).distance(Point::new(other_x, other_y)) / number(length)?
+        }
+    };
+    if scale > 0.0 && scale.is_finite() { Ok(scale) } else { Err(wanted.to_owned()) }
 }
 
 /// A time such as `6h`, `90m` or `2d`, in minutes.

@@ -60,10 +60,12 @@ struct Outcome {
     y_cm: [f64; 2],
 }
 
-/// Whether a track is of a virtual plant: it was simulated, or its run folder says so.
+/// Whether a track is of a virtual plant: it was simulated, or its run folder or the file beside it says so.
 fn is_of_virtual_plant(path: &Path, track: &Track) -> bool {
     let is_simulated = track.samples.iter().any(|sample| sample.quality == Quality::Simulated);
-    is_simulated || path.parent().is_some_and(|folder| RunPlan::read(folder).is_ok_and(|run| run.is_virtual))
+    is_simulated
+        || super::track::is_virtual(path)
+        || path.parent().is_some_and(|folder| RunPlan::read(folder).is_ok_and(|run| run.is_virtual))
 }
 
 impl Fit {

@@ -1,4 +1,10 @@
-//! `tropism track`: photographs into a track.
+//! `tropism track`: photographs into tracks.
+
+mod drawing;
+mod journal;
+mod plants;
+mod series;
+mod table;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -8,69 +14,96 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use tropism::experiment::files;
-use tropism::geometry::{Pixel, Region};
+use tropism::geometry::Region;
 use tropism::light::{self, Light};
-use tropism::observation::Quality;
-use tropism::photo::Image;
-use tropism::track::{Column, Sample, Track as TipTrack};
-use tropism::vision::overlay::{Marks, overlay};
-use tropism::vision::{Calibration, Class, Eye, Mode, Seen, Sighting, VisionConfig, lit};
+use tropism::photo::{Image, Photo};
+use tropism::vision::{Calibration, Class, Eye, Mode, VisionConfig, lit};
 
-use crate::options::{parse_minutes, parse_pair, parse_region};
-use crate::shell::{Interrupted, Shell};
+use self::drawing::{Drawings, Drawn};
+use self::journal::{Journal, Judged, Looked};
+use self::plants::{PAPER_WIDTH_CM, Plant, Scale};
+use self::series::{Series, Shot, TimeFrom};
+use self::table::{Counts, Table, words};
+use super::run::RunPlan;
+use crate::options::{parse_minutes, parse_pair, parse_region, parse_scale};
+use crate::shell::{Interrupted, Progress, Shell};
 
-/// Find the tip in photographs: ours, or anybody's folder of them
+/// Find the tip and the stem in photographs: ours, or anybody's folder of them
 ///
-/// Photographs are taken in the order of the numbers in their names. One in which no plant is seen holds the last
-/// sighting and says so (`quality` is `held`, `class` tells why); a bad file never ends the batch.
+/// Photographs are taken in the order of their times, or of the numbers in their names. One in which no plant is seen
+/// holds the last sighting and says so (`quality` is `held`, `class` tells why); a bad file never ends the batch.
+///
+/// Beside track.csv stand track.json (calibration, settings, counts, what was wrong with which file) and
+/// track.frames.jsonl (what each photograph shows by itself, with the whole midline), by which --resume goes on.
 ///
 /// Without --calibration or --scale, centimetres assume the paper's camera, whose picture is 74 cm wide at the plant.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism track tent/1/photographs --calibration tent/1/calibration.toml --out track.csv\n  \
-    tropism track my-photos --roi 250,150,200,185 --scale 11 --base 364,336 --out track.csv --overlay look")]
+    tropism track my-photos --roi 250,150,200,185 --scale 11 --base 364,336 --out track.csv --overlay look\n  \
+    tropism track two-plants --roi 50,80,200,300 --roi 300,80,200,300 --scale 30,420,195,421=15 --out track.csv")]
 pub(crate) struct Track {
     /// Photographs (JPEG or PNG), or folders of them
     #[arg(required = true, value_name = "PHOTOS")]
     photographs: Vec<PathBuf>,
 
-    /// Where the track goes
+    /// Where the track goes; with several plants track-1.csv, track-2.csv and so on
     #[arg(long, value_name = "track.csv")]
     out: PathBuf,
 
     /// Where the root is and how many pixels make a cm (base, px_per_cm, width, height)
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["scale", "base"])]
+    #[arg(long, value_name = "FILE", conflicts_with = "scale")]
     calibration: Option<PathBuf>,
 
-    /// Pixels per cm in the plane of the stem
-    #[arg(long, value_name = "PX_PER_CM")]
+    /// Pixels per cm in the plane of the stem, or two pixels and the cm between them: a ruler's ends, the pot's rim
+    #[arg(long, value_name = "PX_PER_CM|X,Y,X,Y=CM", value_parser = parse_scale, allow_hyphen_values = true)]
     scale: Option<f64>,
 
-    /// Pixel where the stem leaves the soil; the middle of the region's lower edge by default
+    /// Pixel where the stem leaves the soil; the middle of the region's lower edge by default. Once a plant
     #[arg(long, value_name = "X,Y", value_parser = parse_pair, allow_hyphen_values = true)]
-    base: Option<Pair>,
+    base: Vec<Pair>,
 
-    /// Region of interest: the plant without pot and lamps; the whole picture by default
+    /// Region of interest: the plant without pot and lamps; the whole picture by default. Once a plant
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
-    roi: Option<Region>,
+    roi: Vec<Region>,
+
+    /// Several plants by name: a TOML file with [[plant]] tables of name, region and base
+    #[arg(long, value_name = "PLANTS.toml", conflicts_with_all = ["roi", "base"])]
+    plants: Option<PathBuf>,
 
     /// Which lamp is lit: read from the pictures, or from a CSV with the columns frame and light
     #[arg(long, value_name = "auto|FILE.csv", default_value = "auto")]
     light: PathBuf,
 
-    /// Time between photographs
-    #[arg(long, value_name = "TIME", value_parser = parse_minutes, default_value = "5m")]
-    period: f64,
+    /// What tells when a photograph was taken
+    #[arg(long, value_enum, default_value = "auto")]
+    time: TimeFrom,
+
+    /// Time from one photograph to the next, a step; by default the usual one, or five minutes where no times are known
+    #[arg(long, value_name = "TIME", value_parser = parse_minutes)]
+    period: Option<f64>,
 
     /// The robust method, or the paper's to the letter
     #[arg(long, value_name = "robust|paper", default_value = "robust", value_parser = parse_mode)]
     mode: Mode,
 
-    /// Folder for a copy of each photograph with the tip drawn in
+    /// Folder for a copy of each photograph with what was seen drawn in
     #[arg(long, value_name = "DIR")]
     overlay: Option<PathBuf>,
+
+    /// Up to 24 photographs from first to last on one sheet, with what was seen drawn in
+    #[arg(long, value_name = "SHEET.jpg")]
+    sheet: Option<PathBuf>,
+
+    /// Go on where the same command stopped, or take new photographs in
+    #[arg(long)]
+    resume: bool,
+
+    /// Replace results that are there already
+    #[arg(long, conflicts_with = "resume")]
+    force: bool,
 }
 
 type Pair = [f64; 2];
@@ -86,141 +119,178 @@ fn parse_mode(text: &str) -> Result<Mode, String> {
 /// Photographs that are decoded at a time, so that a folder of any size needs the same memory.
 const BATCH: usize = 32;
 
-/// Width of the paper's camera's picture in the plane of the stem, in cm; see `tropism::greenhouse::view`.
-const PAPER_WIDTH_CM: f64 = tropism::greenhouse::view::Frame::WIDTH_CM;
+/// Bad files that are named on the terminal; all are in the JSON file.
+const NAMED: usize = 5;
 
+/// All that decides what is made of the photographs.
 #[derive(Serialize)]
-struct Outcome {
-    track: PathBuf,
-    frames: usize,
-    measured: usize,
-    held: usize,
-    classes: BTreeMap<&'static str, usize>,
-    longest_gap: usize,
-    lights: BTreeMap<&'static str, usize>,
-    calibration: Calibration,
-    calibration_is_assumed: bool,
+struct Settings<'a> {
+    version: &'static str,
+    vision: VisionConfig,
+    plants: &'a [Plant],
+    time: TimeFrom,
+    period_min: Option<f64>,
+    light: String,
 }
 
-/// One photograph, judged by itself.
-struct Judged {
-    name: String,
-    sighting: Result<Sighting, Class>,
-    light: Option<Light>,
+/// What stands in the JSON file beside a track, and with `--json` on stdout.
+#[derive(Serialize)]
+struct Outcome<'a> {
+    schema: &'static str,
+    track: PathBuf,
+    plant: Option<&'a str>,
+    is_virtual: bool,
+    #[serde(flatten)]
+    counts: &'a Counts,
+    time_from: TimeFrom,
+    period_min: f64,
+    missing_steps: u32,
+    calibration: Calibration,
+    calibration_is_assumed: bool,
+    /// The SHA-256 of the photographs' own, one after the other.
+    photographs_sha256: String,
+    problems: &'a BTreeMap<String, String>,
+    settings: &'a Settings<'a>,
+    settings_sha256: &'a str,
+}
+
+/// Whether the JSON file beside a track says that the plant is virtual.
+pub(crate) fn is_virtual(track: &Path) -> bool {
+    #[derive(Deserialize)]
+    struct Sidecar {
+        is_virtual: bool,
+    }
+    let text = files::read_text(&track.with_extension("json"));
+    text.is_ok_and(|text| serde_json::from_str::<Sidecar>(&text).is_ok_and(|sidecar| sidecar.is_virtual))
+}
+
+/// A photograph by itself, and its picture where it is to be drawn.
+struct Look {
+    judged: Judged,
+    is_new: bool,
     image: Option<Arc<Image>>,
 }
 
 impl Track {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let paths = files::photographs(&self.photographs)?;
-        let config = VisionConfig { mode: self.mode, crop: self.roi, ..VisionConfig::default() };
-        let (calibration, is_assumed) = self.calibration(&paths)?;
-        config
-            .check(calibration.width, calibration.height)
-            .map_err(|error| anyhow::anyhow!("--roi: {error}"))?;
-        if is_assumed {
+        let series = Series::read(&paths, self.time, self.period)?;
+        let plants = self.plants(&series.shots)?;
+        let lights = self.lights(&series.shots)?;
+        let settings = self.settings(&plants);
+        let settings_sha256 = files::sha256(&serde_json::to_vec(&settings)?);
+        self.check_is_free(&plants)?;
+        if self.assumes_scale() {
+            let px_per_cm = plants[0].calibration.px_per_cm;
             shell.note(&format!(
-                "no --calibration or --scale: assuming a picture {PAPER_WIDTH_CM} cm wide at the plant ({:.2} px/cm)",
-                calibration.px_per_cm
+                "no --calibration or --scale: assuming a picture {PAPER_WIDTH_CM} cm wide at the plant \
+                 ({px_per_cm:.2} px/cm)"
             ));
         }
-        let lights = self.lights(&paths)?;
         if let Some(folder) = &self.overlay {
             files::make_folder(folder)?;
         }
-        let mut eye = Eye::new(calibration, config)?;
-        let progress = shell.progress("track", paths.len() as u64);
-        let mut frames: Vec<(String, Seen, Option<Light>)> = Vec::new();
-        for start in (0..paths.len()).step_by(BATCH) {
-            let batch = start..(start + BATCH).min(paths.len());
-            for (index, judged) in batch.clone().zip(self.judge(&eye, &paths, batch)?) {
-                let seen = eye.settle(judged.sighting.clone());
-                let light = lights.as_ref().map_or(judged.light, |lights| lights[index]);
-                if let (Some(folder), Some(image)) = (&self.overlay, &judged.image) {
-                    self.draw(folder, image, &judged, &seen, light, eye.calibration())?;
-                }
-                frames.push((judged.name, seen, light));
-            }
-            progress.add((frames.len() - start) as u64);
+        let journal = self.out.with_extension("frames.jsonl");
+        let mut work = Work {
+            series: &series,
+            plants: &plants,
+            lights,
+            eyes: plants
+                .iter()
+                .map(|plant| Eye::new(plant.calibration, plant.vision(self.mode)))
+                .collect::<Result<_, _>>()?,
+            tables: plants.iter().map(|plant| Table::new(plant.calibration)).collect(),
+            journal: Journal::open(&journal, &settings_sha256, self.resume)?,
+            drawings: Drawings::new(
+                self.overlay.as_deref(),
+                self.sheet.as_deref(),
+                &plants,
+                series.shots.len(),
+            ),
+            sha256: String::new(),
+            problems: BTreeMap::new(),
+        };
+        let progress = shell.progress("track", series.shots.len() as u64);
+        for start in (0..series.shots.len()).step_by(BATCH) {
+            work.batch(start..(start + BATCH).min(series.shots.len()), &progress)?;
             if Shell::is_interrupted() {
-                return Err(Interrupted("no track was written".to_owned()).into());
+                return Err(Interrupted::resumable(&journal));
             }
         }
         drop(progress);
-        let (track, outcome) = self.summarise(frames, calibration, is_assumed)?;
-        files::write_track(&self.out, &track)?;
-        self.tell(shell, &outcome)
+        work.drawings.finish()?;
+        self.finish(&work, &settings, &settings_sha256, shell)
     }
 
-    fn judge(&self, eye: &Eye, paths: &[PathBuf], batch: Range<usize>) -> Result<Vec<Judged>> {
-        let wants_image = self.overlay.is_some();
-        paths[batch]
-            .par_iter()
-            .map(|path| {
-                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                // A file that cannot be read is a damaged photograph, not the end of the batch.
-                let Ok(photo) = files::read_photo(path, 0.0) else {
-                    return Ok(Judged { name, sighting: Err(Class::Corrupt), light: None, image: None });
-                };
-                let picture = photo.decode();
-                let sighting = eye.judge(picture.as_ref());
-                let light = picture.as_ref().ok().and_then(|image| lit(image, None));
-                let image = picture.ok().filter(|_| wants_image).map(Arc::new);
-                Ok(Judged { name, sighting, light, image })
-            })
-            .collect()
-    }
-
-    fn draw(
-        &self,
-        folder: &Path,
-        image: &Image,
-        judged: &Judged,
-        seen: &Seen,
-        light: Option<Light>,
-        calibration: &Calibration,
-    ) -> Result<()> {
-        let held = seen.observation.as_ref().filter(|_| seen.pixel.is_none());
-        let marks = Marks {
-            sighting: judged.sighting.as_ref().ok(),
-            held: held.map(|observation| calibration.pixel(observation.tip)),
-            crop: self.roi,
-            base: Some(calibration.base),
-            light,
+    /// The plants that were asked for, with their calibrations.
+    fn plants(&self, shots: &[Shot]) -> Result<Vec<Plant>> {
+        let entries = match &self.plants {
+            Some(path) => plants::read(path)?,
+            None => plants::of_options(&self.roi, &self.base)?,
         };
-        let name = Path::new(&judged.name).with_extension("jpg");
-        let jpeg = overlay(image, &marks).to_jpeg(85)?;
-        Ok(files::write(&folder.join(name), &jpeg)?)
+        let scale = match &self.calibration {
+            None => Scale::PerCm(self.scale),
+            Some(path) => {
+                let calibration: Calibration = files::read_toml(path)?;
+                calibration.check().with_context(|| path.display().to_string())?;
+                Scale::Known(calibration)
+            }
+        };
+        plants::place(entries, &scale, shots)
     }
 
-    /// The calibration that was asked for, or the paper's camera, and whether it is assumed.
-    fn calibration(&self, paths: &[PathBuf]) -> Result<(Calibration, bool)> {
-        if let Some(path) = &self.calibration {
-            let calibration: Calibration = files::read_toml(path)?;
-            calibration.check().with_context(|| path.display().to_string())?;
-            return Ok((calibration, false));
+    const fn assumes_scale(&self) -> bool {
+        self.calibration.is_none() && self.scale.is_none()
+    }
+
+    fn settings<'a>(&self, plants: &'a [Plant]) -> Settings<'a> {
+        Settings {
+            version: env!("CARGO_PKG_VERSION"),
+            vision: VisionConfig { mode: self.mode, ..VisionConfig::default() },
+            plants,
+            time: self.time,
+            period_min: self.period,
+            light: self.light.display().to_string(),
         }
-        let first = paths.iter().find_map(|path| files::read_photo(path, 0.0).ok()?.decode().ok());
-        let Some(first) = first else {
-            let problem = files::read_photo(&paths[0], 0.0)?.decode().err();
-            let problem = problem.map_or_else(String::new, |error| format!(": {error}"));
-            bail!("{}{problem}; none of {} files is a whole photograph", paths[0].display(), paths.len());
-        };
-        let (width, height) = (first.width, first.height);
-        let region = self.roi.unwrap_or(Region { x: 0, y: 0, width, height });
-        let middle = Pixel::new(
-            region.x as f64 + (region.width as f64 - 1.0) / 2.0,
-            region.y as f64 + region.height as f64 - 1.0,
+    }
+
+    /// The track of a plant: `track.csv`, or `track-NAME.csv` where there are several.
+    fn out(&self, plant: &Plant) -> PathBuf {
+        let Some(name) = &plant.name else { return self.out.clone() };
+        let stem = self.out.file_stem().unwrap_or_default().to_string_lossy();
+        let file = format!("{stem}-{name}");
+        match self.out.extension() {
+            Some(extension) => self.out.with_file_name(format!("{file}.{}", extension.to_string_lossy())),
+            None => self.out.with_file_name(file),
+        }
+    }
+
+    /// Checks that no result of another command is in the way.
+    fn check_is_free(&self, plants: &[Plant]) -> Result<()> {
+        ensure!(
+            self.out.extension().is_none_or(|extension| extension != "json" && extension != "jsonl"),
+            "--out {}: found the name of the file beside the track, wanted one that ends in .csv",
+            self.out.display()
         );
-        let base = self.base.map_or(middle, |[x, y]| Pixel::new(x, y));
-        let px_per_cm = self.scale.unwrap_or(width as f64 / PAPER_WIDTH_CM);
-        let calibration = Calibration { base, px_per_cm, width, height };
-        calibration.check().context("--scale")?;
-        Ok((calibration, self.scale.is_none()))
+        if self.resume || self.force {
+            return Ok(());
+        }
+        let tracks = plants.iter().map(|plant| self.out(plant));
+        let beside = tracks.flat_map(|track| [track.with_extension("json"), track]);
+        let overlays = self.overlay.iter().filter(|folder| files::photographs(&[(*folder).clone()]).is_ok());
+        let all = beside.chain([self.out.with_extension("frames.jsonl")]).chain(self.sheet.clone());
+        if let Some(taken) = all.filter(|path| path.exists()).chain(overlays.cloned()).next() {
+            bail!(
+                "{}: found results here already, wanted a new name, --resume to go on with them or --force to replace \
+                 them",
+                taken.display()
+            );
+        }
+        Ok(())
     }
 
     /// The lights of a file, one a photograph; `None` if they are to be read from the pictures.
-    fn lights(&self, paths: &[PathBuf]) -> Result<Option<Vec<Option<Light>>>> {
+    fn lights(&self, shots: &[Shot]) -> Result<Option<Vec<Option<Light>>>> {
         if self.light == Path::new("auto") {
             return Ok(None);
         }
@@ -237,91 +307,249 @@ impl Track {
             let (frame, word) = line.split_once(',').with_context(wanted)?;
             named.insert(frame.trim(), light::parse(word.trim()).ok().with_context(wanted)?);
         }
-        let of = |path: &PathBuf| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let light = named.get(name.as_ref()).or_else(|| named.get(stem.as_ref()));
+        let of = |shot: &Shot| {
+            let name = series::file_name(&shot.path);
+            let stem = shot.path.file_stem().unwrap_or_default().to_string_lossy();
+            let light =
+                [shot.name.as_str(), &name, stem.as_ref()].into_iter().find_map(|name| named.get(name));
             light.copied().with_context(|| format!("{file}: found no row for frame {name}, wanted one"))
         };
-        Ok(Some(paths.iter().map(of).collect::<Result<_>>()?))
+        Ok(Some(shots.iter().map(of).collect::<Result<_>>()?))
     }
 
-    fn summarise(
+    /// Writes the tracks and what stands beside them.
+    fn finish(
         &self,
-        frames: Vec<(String, Seen, Option<Light>)>,
-        calibration: Calibration,
-        calibration_is_assumed: bool,
-    ) -> Result<(TipTrack, Outcome)> {
-        let mut outcome = Outcome {
-            track: self.out.clone(),
-            frames: frames.len(),
-            measured: 0,
-            held: 0,
-            classes: BTreeMap::new(),
-            longest_gap: 0,
-            lights: BTreeMap::new(),
-            calibration,
-            calibration_is_assumed,
-        };
-        let column = |name: &str| Column { name: name.to_owned(), values: Vec::new() };
-        let mut track = TipTrack {
-            samples: Vec::new(),
-            columns: ["frame", "tip_x_px", "tip_y_px", "class"].map(column).to_vec(),
-        };
-        let mut gap = 0;
-        for (step, (name, seen, light)) in frames.into_iter().enumerate() {
-            *outcome.classes.entry(seen.class.name()).or_default() += 1;
-            *outcome.lights.entry(light::name(light)).or_default() += 1;
-            gap = if seen.pixel.is_some() { 0 } else { gap + 1 };
-            outcome.longest_gap = outcome.longest_gap.max(gap);
-            // Before the first sighting there is nothing to hold: the track begins with it.
-            let Some(observation) = seen.observation else { continue };
-            let is_measured = observation.quality == Quality::Measured;
-            outcome.measured += usize::from(is_measured);
-            outcome.held += usize::from(!is_measured);
-            track.samples.push(Sample {
-                step: step as u32,
-                time_s: step as f64 * self.period * 60.0,
-                tip: observation.tip,
-                light,
-                quality: observation.quality,
-            });
-            let place = |value: fn(Pixel) -> f64| {
-                seen.pixel.map_or_else(String::new, |pixel| format!("{:.2}", value(pixel)))
+        work: &Work<'_>,
+        settings: &Settings<'_>,
+        settings_sha256: &str,
+        shell: &Shell,
+    ) -> Result<()> {
+        let (series, problems) = (work.series, &work.problems);
+        let is_virtual = are_virtual(&series.shots);
+        let photographs_sha256 = files::sha256(work.sha256.as_bytes());
+        let mut outcomes = Vec::new();
+        let mut unseen = Vec::new();
+        for (plant, table) in work.plants.iter().zip(&work.tables) {
+            let outcome = Outcome {
+                schema: "tropism.track/1",
+                track: self.out(plant),
+                plant: plant.name.as_deref(),
+                is_virtual,
+                counts: &table.counts,
+                time_from: series.time_from,
+                period_min: series.period_min,
+                missing_steps: series.missing(),
+                calibration: plant.calibration,
+                calibration_is_assumed: self.assumes_scale(),
+                photographs_sha256: photographs_sha256.clone(),
+                problems,
+                settings,
+                settings_sha256,
             };
-            let values = [name, place(|pixel| pixel.x), place(|pixel| pixel.y), seen.class.to_string()];
-            for (column, value) in track.columns.iter_mut().zip(values) {
-                column.values.push(value);
+            let Some(track) = table.track() else {
+                let which = plant.name.as_ref().map_or_else(String::new, |name| format!("plant {name}: "));
+                unseen.push(format!(
+                    "{which}found no plant in any of {} photographs ({}), wanted one in the region of interest, with its \
+                     foot near --base",
+                    table.counts.frames,
+                    words(&table.counts.classes)
+                ));
+                continue;
+            };
+            files::write_track(&outcome.track, &track)?;
+            let json = serde_json::to_string_pretty(&outcome)? + "\n";
+            files::write(&outcome.track.with_extension("json"), json.as_bytes())?;
+            outcomes.push(outcome);
+        }
+        if outcomes.is_empty() {
+            work.journal.remove()?;
+        }
+        if let [first, ..] = outcomes.as_slice() {
+            let text = self.text(series, problems, &outcomes, first.counts);
+            match outcomes.as_slice() {
+                [only] => shell.result(&text, only)?,
+                several => shell.result(&text, &several)?,
             }
         }
-        ensure!(
-            !track.samples.is_empty(),
-            "found no plant in any of {} photographs ({}), wanted one in the region of interest",
-            outcome.frames,
-            counts(&outcome.classes)
-        );
-        Ok((track, outcome))
+        ensure!(unseen.is_empty(), "{}", unseen.join("; "));
+        Ok(())
     }
 
-    fn tell(&self, shell: &Shell, outcome: &Outcome) -> Result<()> {
-        let mut text = format!(
-            "{} photographs: {} measured, {} held ({}); longest gap {}\nlamp lit: {}\nwrote {}",
-            outcome.frames,
-            outcome.measured,
-            outcome.held,
-            counts(&outcome.classes),
-            outcome.longest_gap,
-            counts(&outcome.lights),
-            self.out.display(),
-        );
-        if let Some(folder) = &self.overlay {
-            text += &format!("\nlook at {}: is the cross on the tip?", folder.display());
+    fn text(
+        &self,
+        series: &Series,
+        problems: &BTreeMap<String, String>,
+        outcomes: &[Outcome<'_>],
+        first: &Counts,
+    ) -> String {
+        let kind = if outcomes[0].is_virtual { " of a virtual plant" } else { "" };
+        let mut lines = vec![format!("{} photographs{kind}, {}", first.frames, series.words())];
+        lines.push(format!("lamp lit: {}", words(&first.lights)));
+        for (name, problem) in problems.iter().take(NAMED) {
+            lines.push(format!("{name}: {problem}"));
         }
-        text += &format!("\nnext: tropism fit {} --out model.json", self.out.display());
-        shell.result(&text, outcome)
+        if problems.len() > NAMED {
+            lines.push(format!("and {} more bad files", problems.len() - NAMED));
+        }
+        for outcome in outcomes {
+            let which = outcome.plant.map_or_else(String::new, |name| format!("plant {name}: "));
+            let Counts { measured, held, before, classes, longest_gap, longest_gap_min, .. } = outcome.counts;
+            lines.push(format!(
+                "{which}{measured} measured, {held} held, {before} before the first sighting ({}); longest gap \
+                 {longest_gap} ({longest_gap_min:.0} min)",
+                words(classes),
+            ));
+            lines.push(format!("wrote {}", outcome.track.display()));
+        }
+        if let Some(place) = self.overlay.as_ref().or(self.sheet.as_ref()) {
+            lines.push(format!("look at {}: is the cross on the tip?", place.display()));
+        }
+        let tracks: Vec<String> =
+            outcomes.iter().map(|outcome| outcome.track.display().to_string()).collect();
+        lines.push(format!("next: tropism fit {} --out model.json", tracks.join(" ")));
+        lines.join("\n")
     }
 }
 
-fn counts(of: &BTreeMap<&'static str, usize>) -> String {
-    of.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", ")
+/// Whether photographs lie in a run folder that says that its plant is virtual.
+fn are_virtual(shots: &[Shot]) -> bool {
+    let mut folders: Vec<&Path> = shots.iter().filter_map(|shot| shot.path.parent()).collect();
+    folders.dedup();
+    folders
+        .iter()
+        .flat_map(|folder| [Some(*folder), folder.parent()])
+        .flatten()
+        .any(|folder| RunPlan::read(folder).is_ok_and(|run| run.is_virtual))
+}
+
+/// Photographs on their way into tables.
+struct Work<'a> {
+    series: &'a Series,
+    plants: &'a [Plant],
+    /// Where they are not read from the pictures.
+    lights: Option<Vec<Option<Light>>>,
+    eyes: Vec<Eye>,
+    tables: Vec<Table>,
+    journal: Journal,
+    drawings: Drawings,
+    /// Those of the photographs, one after the other.
+    sha256: String,
+    problems: BTreeMap<String, String>,
+}
+
+impl Work<'_> {
+    /// Reads and judges photographs side by side, and takes them in in order.
+    fn batch(&mut self, batch: Range<usize>, progress: &Progress) -> Result<()> {
+        let read = |shot: &Shot| {
+            let photo = files::read_photo(&shot.path, shot.time_s).map_err(|error| error.to_string());
+            let sha256 = photo.as_ref().map_or_else(|_| String::new(), |photo| files::sha256(&photo.bytes));
+            (photo, sha256)
+        };
+        let shots = &self.series.shots;
+        let photos: Vec<_> = shots[batch.clone()].par_iter().map(read).collect();
+        let mut known = Vec::with_capacity(batch.len());
+        for (shot, (_, sha256)) in shots[batch.clone()].iter().zip(&photos) {
+            known.push(self.journal.find(&shot.name, sha256)?);
+        }
+        let eyes = &self.eyes;
+        let drawings = &self.drawings;
+        let looks: Vec<Look> = batch
+            .clone()
+            .into_par_iter()
+            .zip(photos)
+            .zip(known)
+            .map(|((index, (photo, sha256)), known)| {
+                let name = &shots[index].name;
+                look(eyes, name, known, photo, sha256, drawings.needs(index, name))
+            })
+            .collect();
+        let new: Vec<Judged> =
+            looks.iter().filter(|look| look.is_new).map(|look| look.judged.clone()).collect();
+        if new.len() < looks.len() {
+            progress.skip((looks.len() - new.len()) as u64);
+        }
+        for (index, look) in batch.zip(&looks) {
+            self.settle(index, look)?;
+        }
+        // After the drawings, so that a photograph that is written down is drawn, too.
+        self.journal.add(&new)?;
+        progress.add(new.len() as u64);
+        let counts = &self.tables[0].counts;
+        progress.say(format!("{} measured, {} held", counts.measured, counts.held));
+        Ok(())
+    }
+
+    /// Takes in the next photograph.
+    fn settle(&mut self, index: usize, look: &Look) -> Result<()> {
+        let judged = &look.judged;
+        let shot = &self.series.shots[index];
+        let light = self.lights.as_ref().map_or(judged.light, |lights| lights[index]);
+        let is_repeated = !judged.sha256.is_empty() && self.sha256.ends_with(&judged.sha256);
+        let problem = if is_repeated {
+            Some("the same bytes as the photograph before".to_owned())
+        } else {
+            judged.problem.clone()
+        };
+        self.sha256 += &judged.sha256;
+        self.problems.extend(problem.map(|problem| (shot.name.clone(), problem)));
+        let mut seen = Vec::with_capacity(self.plants.len());
+        for ((eye, table), looked) in self.eyes.iter_mut().zip(&mut self.tables).zip(&judged.plants) {
+            let found = if is_repeated { Err(Class::Corrupt) } else { looked.found() };
+            let one = eye.settle(found);
+            table.add(shot, looked.sighting.as_ref(), one.clone(), light);
+            seen.push(one);
+        }
+        let Some(image) = &look.image else { return Ok(()) };
+        let drawn: Vec<Drawn<'_>> = self
+            .plants
+            .iter()
+            .zip(&judged.plants)
+            .zip(&seen)
+            .map(|((plant, looked), seen)| Drawn { plant, sighting: looked.sighting.as_ref(), seen })
+            .collect();
+        self.drawings.add(index, &shot.name, image, &drawn, light)
+    }
+}
+
+/// What a photograph shows by itself: as it is known, or judged now.
+fn look(
+    eyes: &[Eye],
+    name: &str,
+    known: Option<Judged>,
+    photo: Result<Photo, String>,
+    sha256: String,
+    is_drawn: bool,
+) -> Look {
+    let is_new = known.is_none();
+    let decode = || photo.map(|photo| photo.decode());
+    let (judged, picture) = match known {
+        Some(judged) => (judged, if is_drawn { decode().ok().and_then(Result::ok) } else { None }),
+        None => judge(eyes, name, decode(), sha256),
+    };
+    Look { judged, is_new, image: picture.filter(|_| is_drawn).map(Arc::new) }
+}
+
+fn judge(
+    eyes: &[Eye],
+    name: &str,
+    picture: Result<Result<Image, tropism::photo::PhotoError>, String>,
+    sha256: String,
+) -> (Judged, Option<Image>) {
+    // A file that cannot be read is a damaged photograph, not the end of the batch.
+    let looked = |eye: &Eye| match &picture {
+        Ok(picture) => Looked::new(eye.judge(picture.as_ref())),
+        Err(_) => Looked::new(Err(Class::Corrupt)),
+    };
+    let plants: Vec<Looked> = eyes.iter().map(looked).collect();
+    let problem = match &picture {
+        Err(problem) => Some(problem.clone()),
+        Ok(Err(error)) => Some(error.to_string()),
+        Ok(Ok(image)) => {
+            eyes[0].calibration().fits(image.width, image.height).err().map(|error| error.to_string())
+        }
+    };
+    let image = picture.ok().and_then(Result::ok);
+    let light = image.as_ref().and_then(|image| lit(image, None));
+    (Judged { frame: name.to_owned(), sha256, light, problem, plants }, image)
 }

@@ -170,7 +170,7 @@ impl VisionConfig {
 }
 
 /// What one photograph shows of a plant.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
     /// The highest point of the plant: the paper's tip.
     pub tip: Pixel,

@@ -1,0 +1,163 @@
+//! What was seen of one plant in all photographs: rows, and what they come to.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use tropism::geometry::{Pixel, Point};
+use tropism::light::{self, Light};
+use tropism::observation::Quality;
+use tropism::track::{Column, Sample, Track};
+use tropism::vision::{Calibration, Class, Seen, Sighting};
+
+use super::series::Shot;
+
+/// Vertices of a stem (section 4).
+const VERTICES: usize = 10;
+
+/// One photograph.
+struct Row {
+    frame: String,
+    sample: Sample,
+    class: Class,
+    /// What was measured in it; `None` where the tip is held.
+    measured: Option<Measured>,
+}
+
+struct Measured {
+    top: Pixel,
+    apex: Option<Pixel>,
+    /// From the base up.
+    stem: Vec<Point>,
+    length_cm: Option<f64>,
+}
+
+/// The rows of one plant.
+pub(crate) struct Table {
+    calibration: Calibration,
+    rows: Vec<Row>,
+    gap: usize,
+    /// When the plant was seen last, or the first photograph was taken.
+    seen_s: Option<f64>,
+    pub(crate) counts: Counts,
+}
+
+/// What the photographs come to.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Counts {
+    pub(crate) frames: usize,
+    pub(crate) measured: usize,
+    pub(crate) held: usize,
+    /// Photographs before the first in which the plant is seen: there is nothing to hold, so they have no row.
+    pub(crate) before: usize,
+    pub(crate) classes: BTreeMap<&'static str, usize>,
+    /// The most photographs in a row without a measured tip.
+    pub(crate) longest_gap: usize,
+    /// The longest time from one measured tip to the next, or to an end of the series, with photographs between.
+    pub(crate) longest_gap_min: f64,
+    pub(crate) lights: BTreeMap<&'static str, usize>,
+}
+
+impl Table {
+    pub(crate) fn new(calibration: Calibration) -> Self {
+        Self { calibration, rows: Vec::new(), gap: 0, seen_s: None, counts: Counts::default() }
+    }
+
+    /// Adds the next photograph.
+    pub(crate) fn add(&mut self, shot: &Shot, sighting: Option<&Sighting>, seen: Seen, light: Option<Light>) {
+        let counts = &mut self.counts;
+        counts.frames += 1;
+        *counts.classes.entry(seen.class.name()).or_default() += 1;
+        *counts.lights.entry(light::name(light)).or_default() += 1;
+        let since_min = (shot.time_s - *self.seen_s.get_or_insert(shot.time_s)) / 60.0;
+        if seen.pixel.is_none() || self.gap > 0 {
+            counts.longest_gap_min = counts.longest_gap_min.max(since_min);
+        }
+        if seen.pixel.is_some() {
+            (self.gap, self.seen_s) = (0, Some(shot.time_s));
+        } else {
+            self.gap += 1;
+            counts.longest_gap = counts.longest_gap.max(self.gap);
+        }
+        let Some(observation) = seen.observation else {
+            counts.before += 1;
+            return;
+        };
+        let is_measured = observation.quality == Quality::Measured;
+        counts.measured += usize::from(is_measured);
+        counts.held += usize::from(!is_measured);
+        let measured = seen.pixel.filter(|_| is_measured).map(|top| Measured {
+            top,
+            apex: sighting.and_then(|sighting| sighting.apex),
+            length_cm: observation.stem.as_ref().map(|stem| stem.length()),
+            stem: observation.stem.map(|stem| stem.equidistant(VERTICES).0).unwrap_or_default(),
+        });
+        self.rows.push(Row {
+            frame: shot.name.clone(),
+            sample: Sample {
+                step: shot.step,
+                time_s: shot.time_s,
+                tip: observation.tip,
+                light,
+                quality: observation.quality,
+            },
+            class: seen.class,
+            measured,
+        });
+    }
+
+    /// The track, with what was measured in further columns, empty where the tip is held; `None` if the plant was never
+    /// seen.
+    pub(crate) fn track(&self) -> Option<Track> {
+        let mut track =
+            Track { samples: self.rows.iter().map(|row| row.sample.clone()).collect(), columns: Vec::new() };
+        let mut column = |name: &str, value: &dyn Fn(&Row) -> String| {
+            let values = self.rows.iter().map(value).collect();
+            track.columns.push(Column { name: name.to_owned(), values });
+        };
+        column("frame", &|row| row.frame.clone());
+        column("class", &|row| row.class.to_string());
+        let calibration = &self.calibration;
+        self.places(&mut column, "top", "px", &|found| Some(pair(found.top)));
+        self.places(&mut column, "apex", "px", &|found| Some(pair(found.apex?)));
+        self.places(&mut column, "apex", "cm", &|found| Some(calibration.point(found.apex?).into()));
+        column("length_cm", &|row| text(row.measured.as_ref().and_then(|found| found.length_cm), 4));
+        for unit in ["cm", "px"] {
+            for vertex in 0..VERTICES {
+                self.places(&mut column, &format!("stem_{}", vertex + 1), unit, &|found| {
+                    let point = *found.stem.get(vertex)?;
+                    Some(if unit == "cm" { point.into() } else { pair(calibration.pixel(point)) })
+                });
+            }
+        }
+        (!track.samples.is_empty()).then_some(track)
+    }
+
+    /// The columns of a place.
+    fn places(
+        &self,
+        column: &mut impl FnMut(&str, &dyn Fn(&Row) -> String),
+        name: &str,
+        unit: &str,
+        place: &dyn Fn(&Measured) -> Option<[f64; 2]>,
+    ) {
+        let decimals = if unit == "px" { 2 } else { 4 };
+        for (index, axis) in ["x", "y"].into_iter().enumerate() {
+            column(&format!("{name}_{axis}_{unit}"), &|row| {
+                text(row.measured.as_ref().and_then(place).map(|place| place[index]), decimals)
+            });
+        }
+    }
+}
+
+const fn pair(pixel: Pixel) -> [f64; 2] {
+    [pixel.x, pixel.y]
+}
+
+fn text(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(String::new, |value| format!("{value:.decimals$}"))
+}
+
+/// `left 47, right 47`.
+pub(crate) fn words(counts: &BTreeMap<&'static str, usize>) -> String {
+    counts.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", ")
+}

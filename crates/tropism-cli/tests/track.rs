@@ -1,0 +1,294 @@
+//! `tropism track` on folders that nobody prepared.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use tempfile::TempDir;
+use tropism::photo::Image;
+use tropism::track::Track;
+
+const WIDTH: usize = 120;
+const HEIGHT: usize = 90;
+
+/// A green stem a pixel or three wide from row 80 up to `top`, around column `x`.
+fn stem(image: &mut Image, x: usize, top: usize) {
+    for y in top..80 {
+        image.rgb[3 * (y * image.width + x - 1)..][..9].copy_from_slice(&[60, 220, 80].repeat(3));
+    }
+}
+
+fn dark() -> Image {
+    let rgb = (0..3 * WIDTH * HEIGHT).map(|i| 18 + (i * 7919 % 5) as u8).collect();
+    Image { width: WIDTH, height: HEIGHT, rgb }
+}
+
+/// A photograph of two plants, left lamp lit, as a JPEG.
+fn photograph(step: usize) -> Vec<u8> {
+    let mut image = dark();
+    stem(&mut image, 35 + step % 4, 60 - step);
+    stem(&mut image, 85, 50 - step);
+    for y in 5..25 {
+        image.rgb[3 * (y * WIDTH + 2)..][..3 * 12].fill(255);
+    }
+    image.to_jpeg(92).unwrap()
+}
+
+/// Twelve photographs, five minutes apart by their names, with a gap of a quarter of an hour after the eighth.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("photos")).unwrap();
+    for step in 0..12 {
+        let minutes = 5 * if step < 8 { step } else { step + 2 };
+        let name = format!("photos/cam_20240501_12{minutes:02}00.jpg");
+        if minutes < 60 {
+            fs::write(folder.path().join(name), photograph(step)).unwrap();
+        } else {
+            let name = format!("photos/cam_20240501_13{:02}00.jpg", minutes - 60);
+            fs::write(folder.path().join(name), photograph(step)).unwrap();
+        }
+    }
+    folder
+}
+
+fn tropism(folder: &Path, line: &str) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_tropism"))
+        .current_dir(folder)
+        .args(line.split_whitespace())
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap_or(-1), text(&output.stdout), text(&output.stderr))
+}
+
+#[track_caller]
+fn succeeds(folder: &TempDir, line: &str) -> String {
+    let (code, out, error) = tropism(folder.path(), line);
+    assert_eq!(code, 0, "{line}: {error}");
+    out
+}
+
+fn track(folder: &TempDir, name: &str) -> Track {
+    Track::read_csv(fs::read(folder.path().join(name)).unwrap().as_slice()).unwrap()
+}
+
+fn json(folder: &TempDir, name: &str) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(folder.path().join(name)).unwrap()).unwrap()
+}
+
+const ONE: &str = "track photos --roi 60,5,55,75 --base 85,79 --scale 10,80,60,80=10 --out one.csv";
+
+#[test]
+fn times_units_and_provenance() {
+    let folder = folder();
+    let words = succeeds(&folder, ONE);
+    assert!(words.contains("12 photographs, one every 5 min by their names, 2 missing"), "{words}");
+    assert!(words.contains("12 measured, 0 held"), "{words}");
+    let track = track(&folder, "one.csv");
+    let steps: Vec<u32> = track.samples.iter().map(|sample| sample.step).collect();
+    assert_eq!(steps, [0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13]);
+    assert_eq!(track.samples[8].time_s, 3_000.0);
+    // 5 pixels a cm; the plant's top is the upper edge of row 50.
+    assert!((track.samples[0].tip.y - (79.0 - 49.5) / 5.0).abs() < 0.2, "{:?}", track.samples[0]);
+    let column = |name: &str| track.numbers(name).unwrap_or_else(|| panic!("no column {name}"));
+    for (cm, px, axis) in [("tip_y_cm", "top_y_px", 79.0), ("stem_10_y_cm", "stem_10_y_px", 79.0)] {
+        let in_cm: Vec<f64> = match cm {
+            "tip_y_cm" => track.samples.iter().map(|sample| sample.tip.y).collect(),
+            _ => column(cm),
+        };
+        for (cm, px) in in_cm.iter().zip(column(px)) {
+            assert!((cm - (axis - px) / 5.0).abs() < 0.002, "{cm} cm, {px} px");
+        }
+    }
+    assert!(column("length_cm").iter().all(|length| (4.0..9.0).contains(length)));
+    assert!(column("apex_x_px").iter().all(|x| (x - 85.0).abs() < 2.0));
+    let sidecar = json(&folder, "one.json");
+    assert_eq!(sidecar["calibration"]["px_per_cm"], 5.0);
+    assert_eq!(sidecar["frames"], 12);
+    assert_eq!(sidecar["lights"]["left"], 12);
+    assert_eq!(sidecar["settings_sha256"].as_str().unwrap().len(), 64);
+    assert_eq!(sidecar["calibration_is_assumed"], false);
+    succeeds(&folder, "fit one.csv --out model.json");
+}
+
+#[test]
+fn a_track_taken_up_again_is_the_same() {
+    let folder = folder();
+    succeeds(&folder, ONE);
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let (track, sidecar, journal) = (read("one.csv"), read("one.json"), read("one.frames.jsonl"));
+    // As a kill would leave it: no results yet, the journal cut in the middle of a line.
+    for length in [journal.len() / 2, journal.len() - 1] {
+        fs::remove_file(folder.path().join("one.csv")).unwrap();
+        fs::remove_file(folder.path().join("one.json")).unwrap();
+        fs::write(folder.path().join("one.frames.jsonl"), &journal[..length]).unwrap();
+        succeeds(&folder, &format!("{ONE} --resume"));
+        assert!(read("one.csv") == track && read("one.json") == sidecar);
+        assert!(read("one.frames.jsonl") == journal);
+    }
+    // A photograph that has changed meanwhile is looked at again.
+    fs::write(folder.path().join("photos/cam_20240501_120500.jpg"), photograph(9)).unwrap();
+    succeeds(&folder, &format!("{ONE} --resume"));
+    assert!(read("one.csv") != track);
+    // Other settings are another track.
+    let (code, _, error) = tropism(folder.path(), &format!("{ONE} --resume --mode paper"));
+    assert!(
+        code == 1 && error.contains("one.frames.jsonl: found photographs that were judged with other"),
+        "{error}"
+    );
+}
+
+#[test]
+fn results_are_never_replaced_unasked() {
+    let folder = folder();
+    succeeds(&folder, ONE);
+    let before = fs::read(folder.path().join("one.csv")).unwrap();
+    let (code, _, error) = tropism(folder.path(), &format!("{ONE} --mode paper"));
+    assert_eq!(code, 1);
+    assert!(error.contains("found results here already, wanted a new name, --resume"), "{error}");
+    assert!(fs::read(folder.path().join("one.csv")).unwrap() == before);
+    succeeds(&folder, &format!("{ONE} --mode paper --force"));
+    assert!(fs::read(folder.path().join("one.csv")).unwrap() != before);
+}
+
+#[test]
+fn several_plants_have_a_track_each() {
+    let folder = folder();
+    let words = succeeds(
+        &folder,
+        "track photos --roi 15,5,45,75 --roi 60,5,55,75 --base 36,79 --base 85,79 --scale 5 --out both.csv \
+         --overlay look --sheet sheet.jpg",
+    );
+    assert!(words.contains("plant 1: 12 measured") && words.contains("plant 2: 12 measured"), "{words}");
+    let tops = ["both-1.csv", "both-2.csv"].map(|name| track(&folder, name).numbers("top_x_px").unwrap());
+    assert!(
+        tops[0].iter().all(|x| (30.0..45.0).contains(x)) && tops[1].iter().all(|x| (80.0..90.0).contains(x))
+    );
+    assert_eq!(fs::read_dir(folder.path().join("look")).unwrap().count(), 12);
+    assert!(folder.path().join("sheet.jpg").exists());
+    let plants = "[[plant]]\nname = \"right\"\nregion = { x = 60, y = 5, width = 55, height = 75 }\n\
+                  base = { x = 85, y = 79 }\n[[plant]]\nname = \"left\"\n\
+                  region = { x = 15, y = 5, width = 45, height = 75 }\nbase = { x = 36, y = 79 }\n";
+    fs::write(folder.path().join("plants.toml"), plants).unwrap();
+    succeeds(&folder, "track photos --plants plants.toml --scale 5 --out named.csv");
+    assert_eq!(track(&folder, "named-left.csv"), track(&folder, "both-1.csv"));
+    assert_eq!(json(&folder, "named-right.json")["plant"], "right");
+}
+
+#[test]
+fn bad_files_are_classes_and_never_end_a_batch() {
+    let folder = folder();
+    let whole = photograph(3);
+    let put = |name: &str, bytes: &[u8]| fs::write(folder.path().join("photos").join(name), bytes).unwrap();
+    // Every kind of bad file, between the photographs of 12:05 and 12:10.
+    let mut huge = whole.clone();
+    let sof = huge.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+    huge[sof + 5..sof + 9].copy_from_slice(&[0x27, 0x10, 0x27, 0x10]);
+    let pixel = Image { width: 1, height: 1, rgb: vec![9; 3] }.to_jpeg(90).unwrap();
+    put("cam_20240501_120505.jpg", b"");
+    put("cam_20240501_120502.jpg", b"this is no photograph");
+    put("cam_20240501_120503.jpg", &huge);
+    put("cam_20240501_120504.jpg", &pixel);
+    put("cam_20240501_120501.jpg", &fs::read(folder.path().join("photos/cam_20240501_120500.jpg")).unwrap());
+    put("cam_20240501_120507.jpg", &dark().to_jpeg(90).unwrap());
+    for tenth in 1..10 {
+        put(&format!("cam_20240501_12060{tenth}.jpg"), &whole[..whole.len() * tenth / 10]);
+    }
+    let command = ONE.replace("--scale", "--period 5m --light auto --scale");
+    let words = succeeds(&folder, &command);
+    assert!(words.contains("12 measured, 15 held"), "{words}");
+    let sidecar = json(&folder, "one.json");
+    let problem = |second: &str| {
+        let name = format!("cam_20240501_120{second}.jpg");
+        sidecar["problems"][&name].as_str().unwrap_or_else(|| panic!("{name}: {sidecar}")).to_owned()
+    };
+    for (second, wanted) in [
+        ("505", "the file is empty"),
+        ("502", "wanted a JPEG or PNG"),
+        ("503", "found 10000 x 10000 pixels, wanted at most"),
+        ("504", "found a picture of 1 x 1, wanted 120 x 90 as calibrated"),
+        ("501", "the same bytes as the photograph before"),
+        ("601", "found a damaged picture"),
+        ("609", "no end marker"),
+    ] {
+        assert!(problem(second).contains(wanted), "{second}: {}", problem(second));
+    }
+    let track = track(&folder, "one.csv");
+    let frames = track.columns.iter().find(|column| column.name == "frame").unwrap();
+    let tops = track.numbers("top_y_px").unwrap();
+    for (frame, top) in frames.values.iter().zip(tops) {
+        let is_bad = !frame.ends_with("00.jpg");
+        assert_eq!(is_bad, top.is_nan(), "a held tip has no place in the photograph: {frame}");
+    }
+}
+
+#[test]
+fn pictures_of_other_kinds_are_read_or_refused() {
+    use jpeg_encoder::{ColorType, Encoder};
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("photos")).unwrap();
+    let put = |name: &str, bytes: &[u8]| fs::write(folder.path().join("photos").join(name), bytes).unwrap();
+    let mut image = dark();
+    stem(&mut image, 60, 40);
+    put("1-plain.jpg", &image.to_jpeg(92).unwrap());
+    let (width, height) = (WIDTH as u16, HEIGHT as u16);
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, 92);
+    encoder.set_progressive(true);
+    encoder.encode(&image.rgb, width, height, ColorType::Rgb).unwrap();
+    put("2-progressive.jpg", &bytes);
+    let mut bytes = Vec::new();
+    let cmyk: Vec<u8> =
+        image.rgb.chunks(3).flat_map(|rgb| [255 - rgb[0], 255 - rgb[1], 255 - rgb[2], 0]).collect();
+    Encoder::new(&mut bytes, 92).encode(&cmyk, width, height, ColorType::Cmyk).unwrap();
+    put("3-cmyk.jpg", &bytes);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width.into(), height.into());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let deep: Vec<u8> = image.rgb.iter().flat_map(|&value| [value, 77]).collect();
+    encoder.write_header().unwrap().write_image_data(&deep).unwrap();
+    put("4-sixteen-bits.png", &bytes);
+    succeeds(&folder, "track photos --roi 10,5,100,75 --base 60,79 --scale 5 --out t.csv");
+    let track = track(&folder, "t.csv");
+    assert_eq!(track.samples.len(), 4);
+    for sample in &track.samples {
+        assert!((sample.tip.y - (79.0 - 39.5) / 5.0).abs() < 0.3, "{sample:?}");
+    }
+}
+
+#[test]
+fn wrong_use_is_one_clear_line() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    put("small.toml", "px_per_cm = 5\nwidth = 60\nheight = 40\nbase = { x = 30, y = 39 }\n");
+    put("twice.toml", "[[plant]]\nname = \"a\"\n[[plant]]\nname = \"a\"\n");
+    put("slash.toml", "[[plant]]\nname = \"../a\"\n");
+    put("none.toml", "plant = []\n");
+    for (line, wanted) in [
+        ("track empty --out t.csv", "empty: found no .jpg, .jpeg or .png file"),
+        ("track photos --roi 100,50,50,50 --out t.csv", "--roi: found region"),
+        (
+            "track photos --roi 0,0,50,50 --roi 50,0,50,50 --base 5,5 --out t.csv",
+            "found 1 x --base for 2 plants",
+        ),
+        (
+            "track photos --calibration small.toml --out t.csv",
+            "found no plant in any of 12 photographs (foreign 12)",
+        ),
+        ("track photos --plants twice.toml --out t.csv", "found two plants of the name \"a\""),
+        ("track photos --plants slash.toml --out t.csv", "found name \"../a\""),
+        ("track photos --plants none.toml --out t.csv", "found no [[plant]]"),
+        ("track photos --time exif --out t.csv", "found times in the Exif headers of 0 of 12"),
+        ("track photos --scale 1,2,3=4 --out t.csv", "wanted pixels per cm"),
+        ("track photos --scale 1,2,1,2=4 --out t.csv", "wanted pixels per cm"),
+        ("track photos --scale 1,2,3,4=0 --out t.csv", "wanted pixels per cm"),
+        ("track photos --base 1,1 --roi 0,0,20,20 --out t.csv", "found no plant in any"),
+    ] {
+        let (code, _, error) = tropism(folder.path(), line);
+        assert!(code == 1 || code == 2, "{line}: {code}");
+        assert!(error.contains(wanted) && !error.contains("panicked"), "{line}: {error}");
+    }
+    assert!(!folder.path().join("t.csv").exists() && !folder.path().join("t.frames.jsonl").exists());
+}
