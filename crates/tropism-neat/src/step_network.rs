@@ -9,6 +9,7 @@
 //! else brings apart, each in a fixed order, and then the two.
 
 use std::cell::RefCell;
+use std::hint::select_unpredictable;
 
 use crate::{Activation, Genome};
 
@@ -64,8 +65,8 @@ pub struct Sensor<const INPUTS: usize> {
 struct Wiring {
     /// All but the bias.
     units: Vec<Unit>,
-    /// Links into units that have more than two.
-    more: Vec<(Wire, u32)>,
+    /// The third and further links into units that have so many.
+    more: Vec<Wire>,
     /// A row for each unit and the bias: the units that it leads to.
     targets: Vec<u64>,
     /// The units that lead to any.
@@ -76,25 +77,34 @@ struct Wiring {
     sensors: usize,
 }
 
-/// A neuron that computes.
+/// A neuron that computes. All numbers are short, so that two units fill a line of the cache.
 #[derive(Clone, Copy, Debug)]
 struct Unit {
     threshold: f64,
-    /// The first links that enter it, in the order of the genes.
-    wires: [Wire; 2],
-    /// The next of them, and the last; each of them knows its next.
-    more: u32,
-    last: u32,
+    /// The first two links that enter it, in the order of the genes: their weights and where they come from.
+    weights: [f64; 2],
+    from: [u16; 2],
+    /// The first of the links after those two, or [`NONE`].
+    more: u16,
+    /// How many of the two there are; with more, two and the number of the last one.
+    last: u16,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Wire {
     weight: f64,
-    from: u32,
+    from: u16,
+    /// The next one into the same unit, or [`NONE`].
+    next: u16,
 }
 
+const UNLINKED: Unit = Unit { threshold: 0.0, weights: [0.0; 2], from: [0; 2], more: NONE, last: 0 };
+
 /// No further link.
-const NONE: u32 = u32::MAX;
+const NONE: u16 = u16::MAX;
+
+/// The most neurons or links that numbers so short can tell apart.
+const MOST: usize = 65_000;
 
 /// The states met so far.
 #[derive(Clone, Debug)]
@@ -122,12 +132,14 @@ struct Layout {
 impl Layout {
     /// What the sensors do if the network stays in this state.
     const STAY: usize = 0;
-    /// What the sensors did when it was last left.
-    const LEFT_WITH: usize = 1;
-    /// Where the state that came after begins.
-    const LEFT_FOR: usize = 2;
+    /// What the sensors did when it was last left for another state, and before that with something else.
+    const LEFT_WITH: [usize; 2] = [1, 2];
+    /// Where the states that came after begin.
+    const LEFT_FOR: [usize; 2] = [3, 4];
+    /// Read by nobody: what is brought to units that are no sensors may be written here.
+    const WASTE: usize = 5;
     /// What is brought to the sensors.
-    const REST: usize = 3;
+    const REST: usize = 6;
 
     const fn new(sensors: usize, row: usize) -> Self {
         let bits = Self::REST + sensors.next_multiple_of(BLOCK);
@@ -158,7 +170,7 @@ impl<const INPUTS: usize> Default for StepNetwork<INPUTS> {
 
 impl<const INPUTS: usize> StepNetwork<INPUTS> {
     /// The network of `genome` at rest; `None` if it has not [`INPUTS`](Self) inputs and one output, a neuron that is no
-    /// unsigned step, or more than 63 neurons that see an input.
+    /// unsigned step, more than 63 neurons that see an input, or more than 65000 neurons or links.
     #[must_use]
     pub fn new(genome: &Genome) -> Option<Self> {
         let mut network = Self::default();
@@ -190,6 +202,9 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
     /// Numbers the units and links them; `false` if that cannot be done.
     fn wire_up(&mut self, genome: &Genome, numbers: &mut Numbers) -> bool {
         let neurons = &genome.neurons()[INPUTS + 1..];
+        if neurons.len() > MOST || genome.links().len() > MOST {
+            return false;
+        }
         if neurons.iter().any(|neuron| neuron.activation != Activation::UnsignedStep) {
             return false;
         }
@@ -270,9 +285,11 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
     /// Goes on to the next state, `fired` being the watched sensors that fire in the present one.
     #[inline]
     pub fn go_on(&mut self, fired: u64) {
-        if let [stay, left_with, left_for, ..] = self.memory.records[self.memory.present..] {
-            if fired == left_with {
-                self.memory.present = left_for as usize;
+        if let [stay, last, before, after_last, after_before, ..] = self.memory.records[self.memory.present..]
+        {
+            if (fired == last) | (fired == before) {
+                let after = select_unpredictable(fired == last, after_last, after_before);
+                self.memory.present = after as usize;
             } else if fired != stay {
                 self.memory.look_up(&self.wiring, fired);
             }
@@ -300,9 +317,8 @@ impl Wiring {
     fn begin(&mut self, units: usize, sensors: usize) {
         self.sensors = sensors;
         self.row = units / 64 + 1;
-        let nothing = Wire { weight: 0.0, from: 0 };
         self.units.clear();
-        self.units.resize(units, Unit { threshold: 0.0, wires: [nothing; 2], more: NONE, last: 0 });
+        self.units.resize(units, UNLINKED);
         self.more.clear();
         self.targets.clear();
         self.targets.resize((units + 1) * self.row, 0);
@@ -316,35 +332,36 @@ impl Wiring {
         let (row, place) = (from as usize * self.row, to as usize);
         self.targets[row + place / 64] |= 1 << (place % 64);
         self.leads[from as usize / 64] |= 1 << (from % 64);
-        let (unit, wire) = (&mut self.units[place], Wire { weight, from });
-        if (unit.last as usize) < unit.wires.len() {
-            unit.wires[unit.last as usize] = wire;
+        let (unit, from) = (&mut self.units[place], from as u16);
+        let own = usize::from(unit.last);
+        if own < 2 {
+            (unit.weights[own], unit.from[own]) = (weight, from);
             unit.last += 1;
             return;
         }
-        // From the third one on, `last` counts from the two before.
-        let number = self.more.len() as u32;
+        let number = self.more.len() as u16;
         match unit.more {
             NONE => unit.more = number,
-            _ => self.more[unit.last as usize - 2].1 = number,
+            _ => self.more[own - 2].next = number,
         }
         unit.last = number + 2;
-        self.more.push((wire, NONE));
+        self.more.push(Wire { weight, from, next: NONE });
     }
 
     /// What all links bring to a unit if the units of `bits` are 1.
     #[inline]
     fn sum(&self, unit: &Unit, bits: &[u64]) -> f64 {
-        let brings = |wire: Wire| {
-            let is_one = bits[wire.from as usize / 64] >> (wire.from % 64) & 1;
-            f64::from_bits(wire.weight.to_bits() & is_one.wrapping_neg())
+        // A branch would be guessed wrong half of the time.
+        let brings = |from: u16, weight: f64| {
+            let is_one = bits[usize::from(from / 64)] >> (from % 64) & 1 == 1;
+            f64::from_bits(select_unpredictable(is_one, weight.to_bits(), 0))
         };
-        let mut sum = unit.wires.iter().fold(0.0, |sum, &wire| sum + brings(wire));
+        let mut sum = 0.0 + brings(unit.from[0], unit.weights[0]) + brings(unit.from[1], unit.weights[1]);
         let mut next = unit.more;
         while next != NONE {
-            let (wire, after) = self.more[next as usize];
-            sum += brings(wire);
-            next = after;
+            let wire = self.more[usize::from(next)];
+            sum += brings(wire.from, wire.weight);
+            next = wire.next;
         }
         sum
     }
@@ -361,7 +378,7 @@ impl Memory {
         // First the state where nothing is 1, not even the bias. It brings nothing.
         self.records.resize(words, 0);
         self.records[Layout::STAY] = NEVER;
-        self.records[Layout::LEFT_WITH] = NEVER;
+        self.never_left(0);
         for unit in wiring.sensors..bias {
             self.records[next + unit / 64] |= u64::from(wiring.units[unit].threshold < 0.0) << (unit % 64);
         }
@@ -377,8 +394,15 @@ impl Memory {
     fn begin_record(&mut self, near: usize) -> usize {
         let new = self.records.len();
         self.records.extend_from_within(near..near + self.layout.words);
-        self.records[new + Layout::LEFT_WITH] = NEVER;
+        self.never_left(new);
         new
+    }
+
+    /// Notes that the state at `record` was never left.
+    fn never_left(&mut self, record: usize) {
+        for place in Layout::LEFT_WITH {
+            self.records[record + place] = NEVER;
+        }
     }
 
     /// Goes on to a state that did not come after the present one the last time.
@@ -404,8 +428,9 @@ impl Memory {
                 usize::from(known) * words
             }
         };
-        self.records[old + Layout::LEFT_WITH] = fired;
-        self.records[old + Layout::LEFT_FOR] = after as u64;
+        for ([last, before], now) in [(Layout::LEFT_WITH, fired), (Layout::LEFT_FOR, after as u64)] {
+            self.records[old + before] = std::mem::replace(&mut self.records[old + last], now);
+        }
         self.present = after;
     }
 
@@ -415,7 +440,7 @@ impl Memory {
         self.index.fill(VACANT);
         let rest = self.place_of(words);
         self.index[rest] = 1;
-        self.records[words + Layout::LEFT_WITH] = NEVER;
+        self.never_left(words);
         self.records.copy_within(new + bits..new + next, 2 * words + bits);
         self.records.copy_within(..bits, 2 * words);
         self.records.copy_within(next..words, 2 * words + next);
@@ -444,17 +469,16 @@ impl Memory {
                 }
             }
             for bit in ones(touched) {
-                let unit = &wiring.units[64 * column + bit];
+                let number = 64 * column + bit;
+                let unit = &wiring.units[number];
                 let sum = wiring.sum(unit, present);
-                if 64 * column + bit < wiring.sensors {
-                    head[Layout::REST + bit] = sum.to_bits();
-                } else {
-                    let fires = u64::from(sum > unit.threshold);
-                    *after = *after & !(1 << bit) | fires << bit;
-                }
+                let is_sensor = number < wiring.sensors;
+                head[select_unpredictable(is_sensor, Layout::REST + number, Layout::WASTE)] = sum.to_bits();
+                *after = *after & !(1 << bit) | u64::from(sum > unit.threshold) << bit;
             }
         }
         let of_sensors = of_sensors(wiring.sensors);
+        after[0] &= !of_sensors;
         let is_still = present[0] & !of_sensors == after[0] && present[1..] == after[1..];
         head[Layout::STAY] = if is_still { present[0] & of_sensors } else { NEVER };
     }
