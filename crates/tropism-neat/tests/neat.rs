@@ -1,5 +1,7 @@
 //! Runs of NEAT from outside: the laws of a generation, saving and going on, and what is refused.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use proptest::prelude::*;
 use tropism_neat::{
     Activation, CheckpointError, Config, Generation, Genome, Neat, NeatError, Network, Trial, evolve,
@@ -55,6 +57,80 @@ fn the_threshold_falls_while_species_are_few_and_rises_while_they_are_many() {
         assert!((5..=16).contains(&first.generation), "{first:?}");
         assert!((0.8..3.5).contains(&first.threshold), "{first:?}");
     }
+}
+
+#[test]
+fn children_are_sorted_by_the_new_threshold_at_once() {
+    // From 5 to the floor in one step: hardly any two children are of one species then.
+    let config = Config { compat_threshold_modifier: 5.0, ..Config::paper() };
+    let mut neat = Neat::new(config, 2, 1, 1).unwrap();
+    generations(&mut neat, 1);
+    assert!(neat.species().len() > 10, "{}", neat.species().len());
+}
+
+/// What is saved of a run, of which much cannot be seen otherwise.
+fn saved(neat: &Neat) -> serde_json::Value {
+    let mut file: serde_json::Value = serde_json::from_str(&neat.to_json()).unwrap();
+    file["run"].take()
+}
+
+#[test]
+fn copies_fill_up_what_rounding_left_open() {
+    let mut filled = 0;
+    for seed in 0..4 {
+        let mut neat = Neat::new(Config { population: 10, ..Config::paper() }, 2, 1, seed).unwrap();
+        for _ in 0..50 {
+            generations(&mut neat, 1);
+            let run = saved(&neat);
+            let ids = run["ids"].as_array().unwrap();
+            let first = neat.species()[0].members()[0] as usize;
+            let copies: Vec<usize> =
+                (0..ids.len()).filter(|&place| ids[..place].contains(&ids[place])).collect();
+            for &copy in &copies {
+                assert_eq!((&ids[copy], &neat.ask()[copy]), (&ids[first], &neat.ask()[first]));
+                assert!(neat.species()[0].members().contains(&(copy as u32)));
+            }
+            assert!(copies.is_empty() || ids.len() == 10, "{copies:?} of {}", ids.len());
+            filled += usize::from(!copies.is_empty());
+        }
+    }
+    assert!(filled > 10, "{filled}");
+}
+
+#[test]
+fn the_first_member_stands_for_its_species() {
+    let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
+    generations(&mut neat, 40);
+    let run = saved(&neat);
+    for species in run["species"].as_array().unwrap() {
+        let first = species["members"][0].as_u64().unwrap() as usize;
+        assert_eq!(species["representative"], run["population"][first]);
+    }
+}
+
+#[test]
+fn in_a_whole_run_a_number_means_one_link_and_a_link_has_one_number() {
+    let (mut numbers, mut links) = (BTreeMap::new(), BTreeMap::new());
+    let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
+    for _ in 0..150 {
+        generations(&mut neat, 1);
+        for link in neat.ask().iter().flat_map(Genome::links) {
+            let ends = (link.from, link.to);
+            assert_eq!(*links.entry(link.innovation).or_insert(ends), ends);
+            assert_eq!(*numbers.entry(ends).or_insert(link.innovation), link.innovation);
+        }
+    }
+    // A link is split again and again, but only who has its neuron already gets a new one.
+    let run = saved(&neat);
+    let splits = run["innovations"]["splits"].as_array().unwrap();
+    let ends: BTreeSet<_> =
+        splits.iter().map(|split| (split["from"].as_u64(), split["to"].as_u64())).collect();
+    assert!(
+        splits.len() > 20 && ends.len() as f64 > 0.8 * splits.len() as f64,
+        "{} {}",
+        splits.len(),
+        ends.len()
+    );
 }
 
 #[test]

@@ -10,7 +10,7 @@ use reference::{
 use tropism::evolve::baseline;
 use tropism::plant::tip::TipModel;
 use tropism::task::Task;
-use tropism_neat::Config;
+use tropism_neat::{Config, Generation};
 
 /// The model of `synthetic-swing`, or a line that says why not.
 fn model() -> Option<TipModel> {
@@ -62,6 +62,30 @@ fn runs_of_another_algorithm_can() {
         let rows = rows(&model, &TABLE[0], config);
         assert!(least_p(&rows) < 0.05, "{name}: {rows:?}");
     }
+}
+
+/// MultiNEAT: five species after 8 to 10 generations, at 2.6 to 2.3; later 3.2 to 3.5; 50 to 56 individuals.
+#[test]
+fn threshold_and_population_go_the_ways_of_the_reference() {
+    let Some(model) = model() else { return };
+    let histories = histories(&model, Config::paper(), 1, 12, 120);
+    let mut firsts = Vec::new();
+    for history in &histories {
+        // Down by 0.3 a generation from 5.0 to the floor, until there are five species.
+        let first = history.iter().position(|g| g.species >= 5).unwrap();
+        for (number, generation) in history[..=first].iter().enumerate() {
+            let wanted = (5.0 - 0.3 * number as f64).max(0.2);
+            assert!((generation.threshold - wanted).abs() < 1e-9, "{generation:?}, wanted {wanted}");
+        }
+        firsts.push(first as f64);
+        let later = history[119].threshold;
+        assert!((3.15..3.55).contains(&later), "a threshold of {later}");
+        let (least, most) =
+            history.iter().map(|g| g.population).fold((50, 50), |(l, m), n| (l.min(n), m.max(n)));
+        assert!(least == 50 && (52..=56).contains(&most), "{least} to {most} individuals");
+    }
+    let first = summary(&firsts)[2];
+    assert!((8.0..=11.0).contains(&first), "five species after {first} generations");
 }
 
 #[test]
