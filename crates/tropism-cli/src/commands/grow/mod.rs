@@ -1,6 +1,7 @@
 //! `tropism grow`: virtual beans without photographs.
 
 mod check;
+mod kinematics;
 mod tune;
 
 use std::ops::ControlFlow;
@@ -26,7 +27,9 @@ use crate::shell::{Interrupted, Shell};
 /// its noise. Where the shoot apex truly is stands in further columns.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  tropism grow --plants 60 --steps 1000 --controller periodic:6h --out beans"
+    after_help = "Examples:\n  tropism grow --plants 60 --steps 1000 --controller periodic:6h --out beans\n  \
+                  tropism grow --check\n  \
+                  tropism grow --kinematics figures"
 )]
 pub(crate) struct Grow {
     /// Virtual beans, each an individual
@@ -42,12 +45,16 @@ pub(crate) struct Grow {
     controller: ControllerName,
 
     /// Folder to make, with a track a plant
-    #[arg(long, value_name = "DIR", required_unless_present = "check")]
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["check", "kinematics"])]
     out: Option<PathBuf>,
 
     /// Hold open-loop and steered beans against what is published instead: each statistic with its range
     #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "scale", "task"])]
     check: bool,
+
+    /// Draw how the typical plant answers the experiments of plant physiology instead, into DIR
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "scale", "task"])]
+    kinematics: Option<PathBuf>,
 
     /// Individual variation: 0 for average beans, 1 as between real plants, up to 2
     #[arg(long, default_value_t = 1.0, value_name = "X")]
@@ -78,6 +85,9 @@ struct Outcome {
 impl Grow {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let species = self.bean.load()?.unwrap_or_default();
+        if let Some(folder) = &self.kinematics {
+            return kinematics::draw(&species, folder, shell);
+        }
         let Some(out) = &self.out else { return check::check(&species, self.seed.seed, shell) };
         ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
         let controller = self.controller.load()?;

@@ -62,6 +62,17 @@ impl Response {
         self.degrees.iter().map(|degrees| sign * (degrees - set_point)).fold(0.0, f64::max)
     }
 
+    /// The reading at which the apex was farthest from the vertical towards positive x, and its angle then, in degrees.
+    #[must_use]
+    pub fn farthest(&self) -> (usize, f64) {
+        let first = (0, f64::NEG_INFINITY);
+        self.degrees
+            .iter()
+            .copied()
+            .enumerate()
+            .fold(first, |best, now| if now.1 > best.1 { now } else { best })
+    }
+
     /// Time until the angle has fallen to 1/e of its first value, in h; infinite if it never does.
     #[must_use]
     pub fn decay_h(&self) -> f64 {
