@@ -261,11 +261,12 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
         &self.sensors
     }
 
-    /// What links from units and the bias bring to each sensor in the present state, and zeros up to a multiple of four.
+    /// What links from units and the bias bring to each sensor in the present state, in blocks of four; zeros fill the last.
     #[inline]
-    pub fn rest(&self) -> impl ExactSizeIterator<Item = f64> {
+    pub fn rest(&self) -> impl ExactSizeIterator<Item = [f64; BLOCK]> {
         let Memory { records, present, layout, .. } = &self.memory;
-        records[present + Layout::REST..present + layout.bits].iter().map(|&bits| f64::from_bits(bits))
+        let (blocks, _) = records[present + Layout::REST..present + layout.bits].as_chunks();
+        blocks.iter().map(|block| block.map(f64::from_bits))
     }
 
     /// The sensors that matter for the next state, one bit each.
@@ -299,7 +300,7 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
     /// One synchronous step: inputs in, whether the output is 1 out.
     #[inline]
     pub fn activate(&mut self, inputs: [f64; INPUTS]) -> bool {
-        let sensors = self.sensors.iter().zip(self.rest()).enumerate();
+        let sensors = self.sensors.iter().zip(self.rest().flatten()).enumerate();
         let fired = sensors
             .fold(0, |fired, (place, (sensor, rest))| fired | u64::from(sensor.fires(inputs, rest)) << place);
         self.go_on(fired & self.watched());
@@ -657,7 +658,7 @@ mod tests {
         let weights: Vec<f64> = genome.links().iter().map(|link| link.weight).collect();
         let network = StepNetwork::<2>::new(&genome).unwrap();
         assert_eq!(network.sensors(), [Sensor { weights: [weights[0], weights[1]], threshold: 0.5 }]);
-        assert_eq!(network.rest().next(), Some(weights[2]));
+        assert_eq!(network.rest().next(), Some([weights[2], 0.0, 0.0, 0.0]));
         assert_eq!((network.watched(), network.stay()), (0, 0));
         let mut seed = StepNetwork::<2>::default();
         seed.assign_seed([weights[0], weights[1]], weights[2], 0.5);

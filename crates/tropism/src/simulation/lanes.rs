@@ -264,7 +264,7 @@ impl Lanes {
                 weights[lane] = weight;
             }
         }
-        while self.rest.len() < network.rest().len() {
+        while self.rest.len() < 4 * network.rest().len() {
             self.rest.push([0.0; LANES]);
         }
         self.watched[lane] = network.watched();
@@ -276,8 +276,9 @@ impl Lanes {
     #[inline(always)]
     fn refresh(&mut self, lane: usize) {
         let network = &self.networks[lane];
-        for (row, rest) in self.rest.iter_mut().zip(network.rest()) {
-            row[lane] = rest;
+        let (rows, _) = self.rest.as_chunks_mut::<4>();
+        for (rows, rest) in rows.iter_mut().zip(network.rest()) {
+            rows.iter_mut().zip(rest).for_each(|(row, rest)| row[lane] = rest);
         }
         self.stay[lane] = network.stay();
     }
@@ -289,6 +290,7 @@ impl Lanes {
         for step in 0..STRIDE {
             self.decide();
             self.advance(course, step);
+            self.go_on();
         }
     }
 
@@ -308,7 +310,7 @@ impl Lanes {
         }
     }
 
-    /// Lets every controller decide, and every network go on to its next state.
+    /// Lets every controller decide.
     #[inline(always)]
     fn decide(&mut self) {
         self.fired = [0; LANES];
@@ -325,6 +327,14 @@ impl Lanes {
             self.light[lane] = self.fired[lane] as u32 & 1;
             self.goes_on[lane] = u8::from(self.fired[lane] & self.watched[lane] != self.stay[lane]);
         }
+    }
+
+    /// Lets every network go on to its next state.
+    ///
+    /// This comes after the plants have grown, although it could come before: which networks change is hard to guess, and
+    /// the processor finds out while the plants' long sums are under way.
+    #[inline(always)]
+    fn go_on(&mut self) {
         let mut lanes = bits(&self.goes_on);
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
@@ -390,11 +400,8 @@ impl Lanes {
             places[lane] = 2 * table.node(self.x[lane], self.y[lane]) as u32 + self.light[lane];
         }
         let mut shifts = [0.0; LANES];
-        let (table, last) = (&table.shifts[..], table.shifts.len() - 1);
-        assert!(last < table.len(), "two shifts at least");
         for lane in 0..LANES {
-            // Never beyond: it spares the loop a way out.
-            shifts[lane] = table[(places[lane] as usize).min(last)];
+            shifts[lane] = table.shifts[places[lane] as usize];
         }
         shifts
     }
