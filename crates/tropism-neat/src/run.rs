@@ -18,7 +18,8 @@ pub struct Trial {
 }
 
 impl Neat {
-    /// Scores the population over all cores of rayon's pool: the scores to [`tell`](Self::tell), in order.
+    /// Runs the population over all cores of rayon's pool. In order, what came of each individual: mostly the scores to
+    /// [`tell`](Self::tell), but a [`Novelty`](crate::Novelty) wants behaviours.
     ///
     /// Whatever the number of threads, the result is the same, as long as `score` depends on nothing but its arguments.
     ///
@@ -29,7 +30,7 @@ impl Neat {
     /// neat.tell(&scores)?;
     /// # Ok::<(), tropism_neat::NeatError>(())
     /// ```
-    pub fn evaluate(&self, score: impl Fn(&Genome, Trial) -> f64 + Sync) -> Vec<f64> {
+    pub fn evaluate<T: Send>(&self, score: impl Fn(&Genome, Trial) -> T + Sync) -> Vec<T> {
         let (seed, generation) = (self.seed(), self.generation());
         let individuals = self.ask().par_iter().enumerate();
         individuals
