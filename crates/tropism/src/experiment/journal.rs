@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rusqlite::{Connection, OptionalExtension, params};
+use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
 
 use crate::geometry::{Pixel, Point};
 use crate::light::{self, Light};
@@ -106,6 +106,18 @@ impl Journal {
             other => return Err(JournalError::Schema(other)),
         }
         Ok(Self { db })
+    }
+
+    /// Opens the journal at `path` to read its rows, also while a run writes them.
+    ///
+    /// # Errors
+    /// [`JournalError`] if there is no journal, or none of this schema.
+    pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
+        let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
+            SCHEMA => Ok(Self { db }),
+            other => Err(JournalError::Schema(other)),
+        }
     }
 
     /// When the experiment began, in seconds since 1970: `now` if this is its beginning.

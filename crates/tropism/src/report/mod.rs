@@ -7,11 +7,14 @@
 //! # References
 //! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 8, doi:10.1109/SASO.2016.8.
 
+mod animation;
 mod colour;
 mod composite;
 mod decision;
 mod evolution;
+mod film;
 mod kinematics;
+mod lettering;
 mod network;
 mod page;
 mod plot;
@@ -19,9 +22,11 @@ mod shifts;
 mod speed;
 mod trajectories;
 
+pub use animation::{Animation, AnimationError};
 pub use composite::{Composite, composite};
 pub use decision::{Steered, decision, decision_text, rule};
 pub use evolution::{fitness_boxes, fitness_run};
+pub use film::{Film, Step, cropped, scaled};
 pub use kinematics::{Kinematic, kinematics};
 pub use network::{network, network_dot};
 pub use page::{NumberRow, Page, Table};
