@@ -2,8 +2,20 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 11] =
-    ["study", "run", "track", "fit", "evolve", "baseline", "simulate", "score", "show", "grow", "report"];
+const COMMANDS: [&str; 12] = [
+    "study",
+    "run",
+    "track",
+    "fit",
+    "evolve",
+    "baseline",
+    "simulate",
+    "score",
+    "show",
+    "grow",
+    "report",
+    "timelapse",
+];
 
 fn help(words: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_tropism")).args(words).output().unwrap();

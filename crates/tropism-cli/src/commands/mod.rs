@@ -10,6 +10,7 @@ mod score;
 mod show;
 mod simulate;
 mod study;
+mod timelapse;
 mod track;
 
 use anyhow::Result;
@@ -31,6 +32,7 @@ pub(crate) enum Command {
     Show(show::Show),
     Grow(grow::Grow),
     Report(report::Report),
+    Timelapse(timelapse::Timelapse),
 }
 
 impl Command {
@@ -48,6 +50,7 @@ impl Command {
             Self::Show(show) => show.execute(shell),
             Self::Grow(grow) => grow.execute(shell),
             Self::Report(report) => report.execute(shell),
+            Self::Timelapse(timelapse) => timelapse.execute(shell),
         }
     }
 }

@@ -12,7 +12,7 @@ use tropism::experiment::{Recorded, RunFolder, files};
 use tropism::observation::Quality;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
-use tropism::vision::VisionConfig;
+use tropism::vision::{Calibration, VisionConfig};
 use tropism_rig::file::RigFile;
 
 use crate::controller::{ControllerName, LoadedController};
@@ -103,6 +103,11 @@ impl RunPlan {
     /// The network that steers, as JSON, if one does.
     pub(crate) fn network(&self) -> Option<&str> {
         self.network.as_deref()
+    }
+
+    /// How its photographs map to centimetres.
+    pub(crate) fn calibration(&self) -> Option<Calibration> {
+        self.rig.calibration()
     }
 
     /// Runs it in `out`, or with `is_resumed` goes on there. `watch` sees every sample, recorded ones included, and may
