@@ -210,6 +210,14 @@ fn tasks_rigs_and_studies() {
     fails(&folder, &run("nothing.toml"), &["nothing.toml", "camera, lamps, calibration"]);
     fs::write(folder.path().join("scale.toml"), "[greenhouse]\nscale = 3.0\n").unwrap();
     fails(&folder, &run("scale.toml"), &["greenhouse.scale = 3"]);
+    let speed = |rig, speed| [&run(rig)[..], &["--speed", speed]].concat();
+    for wrong in ["0", "fast", "inf", "NaN", "1e-300"] {
+        fails(&folder, &speed("greenhouse", wrong), &["wanted max, or a number"]);
+    }
+    let command = "[camera]\ncommand = [\"camera\"]\n[lamps]\nleft = [\"l\"]\nright = [\"r\"]\ndark = [\"d\"]\n\
+                   [calibration]\npx_per_cm = 9.0\nwidth = 648\nheight = 486\nbase = { x = 324.0, y = 400.0 }\n";
+    fs::write(folder.path().join("real.toml"), command).unwrap();
+    fails(&folder, &speed("real.toml", "2"), &["--speed 2: found a real tent"]);
     assert!(!folder.path().join("r").exists());
 }
 

@@ -61,6 +61,11 @@ fn a_run_becomes_a_film_and_a_picture() {
     let plant = json(folder.path(), &[&small[..], &["plant.gif", "--crop", "plant"]].concat());
     assert_eq!(plant["width"], 160);
     assert_ne!(plant["height"], made["height"]);
+    // Held back, the same happens.
+    let slowly = ["run", "--rig", "greenhouse", "--controller", "chase", "--steps", "6", "--speed", "30000"];
+    assert!(tropism(folder.path(), &[&slowly[..], &["--out", "slow"]].concat()).status.success());
+    assert!(bytes("run/track.csv") == bytes("slow/track.csv"));
+    assert!(bytes("run/photographs/000006.jpg") == bytes("slow/photographs/000006.jpg"));
 }
 
 #[test]

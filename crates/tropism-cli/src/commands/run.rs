@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
-use tropism::experiment::{Recorded, RunFolder, files};
+use tropism::experiment::{Journal, Recorded, RunFolder, files};
 use tropism::observation::Quality;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
@@ -49,6 +49,10 @@ pub(crate) struct Run {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: Option<u32>,
 
+    /// In the virtual tent, as fast as it can, or so many times as fast as real plants; the result is the same
+    #[arg(long, value_name = "max|N", default_value = "max", value_parser = parse_speed)]
+    speed: Speed,
+
     /// Go on with the run in DIR where it stopped
     #[arg(long)]
     resume: bool,
@@ -58,6 +62,39 @@ pub(crate) struct Run {
 
     #[command(flatten, next_help_heading = "The virtual tent (--rig greenhouse)")]
     tent: TentOptions,
+}
+
+/// How many times as fast as real plants virtual ones grow; as fast as the machine can if it says nothing.
+#[derive(Clone, Copy)]
+struct Speed(Option<f64>);
+
+fn parse_speed(text: &str) -> Result<Speed, String> {
+    match text.parse() {
+        _ if text == "max" => Ok(Speed(None)),
+        Ok(times) if (0.001..=1e9).contains(&times) => Ok(Speed(Some(times))),
+        _ => Err("wanted max, or a number from 0.001 to 1000000000, such as 60".to_owned()),
+    }
+}
+
+/// Holds the steps of a virtual tent back, so that people can watch it.
+struct Pace {
+    per_step: Duration,
+    /// Steps that were taken before: they are not held back again.
+    past: u32,
+    started: Option<Instant>,
+}
+
+impl Pace {
+    /// Returns when the step is due, or when the user asks for an end.
+    fn wait_for(&mut self, step: u32) {
+        let Some(due) = step.checked_sub(self.past) else { return };
+        let started = *self.started.get_or_insert_with(Instant::now);
+        while let Some(left) = (self.per_step * due).checked_sub(started.elapsed())
+            && !Shell::is_interrupted()
+        {
+            std::thread::sleep(left.min(Duration::from_millis(50)));
+        }
+    }
 }
 
 /// All that decides a run's outcome: the text of `run.toml`.
@@ -161,6 +198,24 @@ struct Outcome {
 }
 
 impl Run {
+    /// What holds the steps of `rig` back, if anything does.
+    fn pace(&self, rig: &RigFile) -> Result<Option<Pace>> {
+        let Speed(Some(times)) = self.speed else { return Ok(None) };
+        ensure!(
+            rig.is_virtual(),
+            "--speed {times}: found a real tent, wanted --rig greenhouse: plants take their time"
+        );
+        let journal = self.out.join("journal.sqlite");
+        let past = match self.resume && journal.exists() {
+            true => Journal::open_to_read(&journal)
+                .and_then(|journal| journal.count())
+                .with_context(|| journal.display().to_string())?,
+            false => 0,
+        };
+        let per_step = Duration::from_secs_f64(rig.period_min * 60.0 / times);
+        Ok(Some(Pace { per_step, past, started: None }))
+    }
+
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let controller = self.controller.load()?;
         let tent = self.tent.load()?;
@@ -176,6 +231,7 @@ impl Run {
             rig.check().with_context(|| self.rig.display().to_string())?;
             rig
         };
+        let mut pace = self.pace(&rig)?;
         let task = controller.task(&self.task, self.steps)?;
         let is_open_loop = task.targets.is_empty();
         let plan = RunPlan::new(rig, &controller, task, self.seed.seed);
@@ -184,6 +240,9 @@ impl Run {
         }
         let progress = shell.progress("run", u64::from(plan.task.max_steps));
         let mut watch = |sample: &Sample| {
+            if let Some(pace) = &mut pace {
+                pace.wait_for(sample.step);
+            }
             progress.add(1);
             progress.say(format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y));
             if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
