@@ -395,7 +395,7 @@ mod tests {
         assert_eq!((part.width, part.height), (200, 400));
         let drawn = |image: &Image, x: usize, y: usize| image.at(x, y) != [90; 3];
         assert!(drawn(&photograph, 340, 100) && drawn(&part, 150, 50), "the target");
-        assert!(drawn(&part, 50, 150 - 4), "the ring around the tip");
+        assert!((145..150).any(|y| drawn(&part, 50, y)), "the ring around the tip");
         assert_eq!(cropped(&grey(10, 10), Region { x: 5, y: 0, width: 6, height: 2 }), None);
         assert_eq!(Film { calibration: None, ..film }.region(1.0), None);
     }
@@ -419,7 +419,7 @@ mod tests {
         let mut film = film();
         film.targets = vec![Point::new(1e12, -1e12), Point::new(f64::NAN, 0.0)];
         film.steps[3].tip = Some(Point::new(f64::INFINITY, 0.0));
-        assert_eq!(film.frame(&grey(3, 2), 3, 19).width, 2);
+        assert_eq!(film.frame(&grey(3, 2), 3, 19).width, 3);
         assert_eq!(film.frame(&grey(0, 0), 3, 99), grey(0, 0));
     }
 }
