@@ -8,7 +8,11 @@ use serde::{Deserialize, Deserializer, Serialize};
 use tropism::rig::{Camera, Flash, RigError};
 
 use crate::command::{CommandCamera, CommandFlash, CommandLamp, CommandSwitch};
+use crate::folder::FolderCamera;
 use crate::http::HttpCamera;
+use crate::mqtt::{Broker, MqttFlash, MqttLamp};
+use crate::replay::ReplayCamera;
+use crate::rpicam::RpicamCamera;
 use crate::switch::{BoundedFlash, Switch};
 use crate::wled::WledLamp;
 
@@ -80,6 +84,12 @@ drivers! {
         "command" => Command(CommandCamera),
         /// A camera that answers over HTTP.
         "http" => Http(HttpCamera),
+        /// The camera of a Raspberry Pi.
+        "rpicam" => Rpicam(RpicamCamera),
+        /// A folder in which something else puts photographs.
+        "folder" => Folder(FolderCamera),
+        /// The photographs of a recorded run.
+        "replay" => Replay(ReplayCamera),
     }
 }
 
@@ -90,8 +100,9 @@ impl CameraDriver {
     /// What was found, and what was wanted.
     pub fn check(&self) -> Result<(), String> {
         match self {
-            Self::Command(_) => Ok(()),
+            Self::Command(_) | Self::Folder(_) | Self::Replay(_) => Ok(()),
             Self::Http(camera) => camera.check(),
+            Self::Rpicam(camera) => camera.check(),
         }
     }
 
@@ -103,6 +114,9 @@ impl CameraDriver {
         Ok(match self {
             Self::Command(camera) => Box::new(camera.clone()),
             Self::Http(camera) => Box::new(camera.open()?),
+            Self::Rpicam(camera) => Box::new(camera.open()?),
+            Self::Folder(camera) => Box::new(camera.clone()),
+            Self::Replay(camera) => Box::new(camera.open()?),
         })
     }
 }
@@ -114,6 +128,8 @@ drivers! {
         "command" => Command(CommandLamp),
         /// A segment of a WLED controller.
         "wled" => Wled(WledLamp),
+        /// A plug or relay behind a broker.
+        "mqtt" => Mqtt(MqttLamp),
     }
 }
 
@@ -126,14 +142,15 @@ impl LampDriver {
         match self {
             Self::Command(_) => Ok(()),
             Self::Wled(lamp) => lamp.check(period_min),
+            Self::Mqtt(lamp) => lamp.plug.check(),
         }
     }
 
-    /// The lamp. `device` is its name in errors.
+    /// The lamp. `device` is its name in errors, `broker` the rig's, if it has one.
     ///
     /// # Errors
     /// [`RigError::Device`] if it cannot be found.
-    pub fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
+    pub fn open(&self, device: &str, broker: Option<&Broker>) -> Result<Box<dyn Switch>, RigError> {
         Ok(match self {
             Self::Command(CommandLamp { on, off, timeout_s }) => Box::new(CommandSwitch {
                 device: device.to_owned(),
@@ -142,6 +159,7 @@ impl LampDriver {
                 timeout: timeout_s.duration(),
             }),
             Self::Wled(lamp) => Box::new(lamp.open(device)),
+            Self::Mqtt(lamp) => Box::new(lamp.plug.open(device, broker)?),
         })
     }
 }
@@ -151,6 +169,8 @@ drivers! {
     FlashDriver {
         /// Two programs.
         "command" => Command(CommandFlash),
+        /// A plug or relay behind a broker.
+        "mqtt" => Mqtt(MqttFlash),
     }
 }
 
@@ -162,14 +182,15 @@ impl FlashDriver {
     pub fn check(&self) -> Result<(), String> {
         match self {
             Self::Command(_) => Ok(()),
+            Self::Mqtt(flash) => flash.plug.check(),
         }
     }
 
-    /// The flash, put off.
+    /// The flash, put off. `broker` is the rig's, if it has one.
     ///
     /// # Errors
     /// [`RigError::Device`] if it cannot be found or put off.
-    pub fn open(&self) -> Result<Box<dyn Flash>, RigError> {
+    pub fn open(&self, broker: Option<&Broker>) -> Result<Box<dyn Flash>, RigError> {
         let (switch, settle_s, max_on_s): (Box<dyn Switch>, _, _) = match self {
             Self::Command(CommandFlash { on, off, settle_s, max_on_s, timeout_s }) => {
                 let switch = CommandSwitch {
@@ -179,6 +200,9 @@ impl FlashDriver {
                     timeout: timeout_s.duration(),
                 };
                 (Box::new(switch), settle_s, max_on_s)
+            }
+            Self::Mqtt(MqttFlash { plug, settle_s, max_on_s }) => {
+                (Box::new(plug.open("flash", broker)?), settle_s, max_on_s)
             }
         };
         Ok(Box::new(BoundedFlash::new(switch, settle_s.duration(), max_on_s.duration())?))

@@ -15,6 +15,7 @@ use tropism::vision::{Calibration, Eye, VisionConfig};
 use crate::clock::WallClock;
 use crate::command::CommandLamps;
 use crate::driver::{CameraDriver, FlashDriver, LampDriver};
+use crate::mqtt::Broker;
 use crate::seconds::Seconds;
 use crate::switch::{Interlock, NoFlash};
 
@@ -44,6 +45,9 @@ pub struct RigFile {
     /// A real flash; none if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flash: Option<FlashDriver>,
+    /// The broker behind which plugs and relays are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mqtt: Option<Broker>,
     /// How the real camera's photographs map to centimetres. The virtual camera knows its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
@@ -135,12 +139,14 @@ impl LampsTable {
         }
     }
 
-    fn open(&self) -> Result<Box<dyn Lamps>, RigError> {
+    fn open(&self, broker: Option<&Broker>) -> Result<Box<dyn Lamps>, RigError> {
         let pause = self.pause_s.unwrap_or(Seconds::new(0.2)).duration();
         Ok(match (&self.left, &self.right) {
-            (Lamp::Driver(left), Lamp::Driver(right)) => {
-                Box::new(Interlock::new(left.open("left lamp")?, right.open("right lamp")?, pause))
-            }
+            (Lamp::Driver(left), Lamp::Driver(right)) => Box::new(Interlock::new(
+                left.open("left lamp", broker)?,
+                right.open("right lamp", broker)?,
+                pause,
+            )),
             (left, right) => {
                 let words = |lamp: &Lamp| match lamp {
                     Lamp::Command(words) => words.clone(),
@@ -181,6 +187,7 @@ impl RigFile {
             camera: None,
             lamps: None,
             flash: None,
+            mqtt: None,
             calibration: None,
             vision,
         }
@@ -217,6 +224,7 @@ impl RigFile {
             if self.camera.is_some()
                 || self.lamps.is_some()
                 || self.flash.is_some()
+                || self.mqtt.is_some()
                 || self.calibration.is_some()
             {
                 return error("found greenhouse beside real devices, wanted one or the other".to_owned());
@@ -274,11 +282,12 @@ impl RigFile {
         let eye = Eye::new(calibration, self.vision.clone()).map_err(found)?;
         let device = |error: RigError| RigFileError(error.to_string());
         let flash = match &self.flash {
-            Some(flash) => flash.open().map_err(device)?,
+            Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
             None => Box::new(NoFlash),
         };
         let clock = Box::new(WallClock::new(start)) as Box<dyn Clock>;
-        let (camera, lamps) = (camera.open().map_err(device)?, lamps.open().map_err(device)?);
+        let (camera, lamps) =
+            (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
         let rig = Rig::new(camera, lamps, flash, clock, eye, period);
         Ok(OpenRig { rig, truth: None })
     }
@@ -371,7 +380,7 @@ mod tests {
             format!("[lamps.{name}]\ndriver = \"command\"\non = {}\noff = {}\n", say("on"), say("off"))
         };
         let rig = parse(&format!("{CAMERA}[lamps]\npause_s = 0\n{}{}", lamp("left"), lamp("right"))).unwrap();
-        let mut lamps = rig.lamps.unwrap().open().unwrap();
+        let mut lamps = rig.lamps.unwrap().open(None).unwrap();
         lamps.light(Some(Light::Right)).unwrap();
         lamps.light(Some(Light::Left)).unwrap();
         let log = std::fs::read_to_string(log).unwrap();

@@ -3,7 +3,8 @@
 //! A rig file (TOML) says what stands in a tent: the virtual one, or cameras, lamps and a flash with their drivers. This
 //! crate reads it ([`mod@file`]), finds the driver of each table ([`driver`]), and opens it as a
 //! [`Rig`](tropism::rig::Rig). Two lamps of any drivers stand behind one interlock, and any flash behind a bound on its
-//! time ([`switch`]). [`http`] asks a camera, [`wled`] a controller of LED strips; [`command`] runs programs of yours, which reaches any hardware that a shell reaches; [`clock`] keeps
+//! time ([`switch`]). Cameras are [`rpicam`], [`http`],
+//! [`mod@folder`] and [`replay`]; lamps [`wled`] and [`mqtt`], which also has the flash; [`command`] runs programs of yours, which reaches any hardware that a shell reaches; [`clock`] keeps
 //! the five minutes.
 //!
 //! None of this was checked on a physical camera, lamp or relay.
@@ -12,7 +13,11 @@ pub mod clock;
 pub mod command;
 pub mod driver;
 pub mod file;
+pub mod folder;
 pub mod http;
+pub mod mqtt;
+pub mod replay;
+pub mod rpicam;
 pub mod seconds;
 pub mod strip;
 pub mod switch;

@@ -1,0 +1,559 @@
+//! Plugs and relays behind an MQTT broker: Tasmota, zigbee2mqtt, and whatever else has a topic for orders and one for
+//! its state.
+//!
+//! An order that a client has accepted may lie in a queue until a broker comes back, and light a flash minutes late.
+//! So each order has a connection of its own: it is sent only when the broker has just answered, holds until the device
+//! has said that it obeyed, and nothing of it is left when the time is up. Against an order that a broker sits on, and
+//! against the death of this program, there is the device's own timer; see docs/rig.md.
+//!
+//! # References
+//! Tasmota, "MQTT": <https://tasmota.github.io/docs/MQTT/>.
+//! Zigbee2MQTT, "MQTT topics and messages": <https://www.zigbee2mqtt.io/guide/usage/mqtt_topics_and_messages.html>.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use rumqttc::{Client, Connection, Event, MqttOptions, Packet, Publish, QoS, RecvTimeoutError};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use tropism::rig::RigError;
+
+use crate::failed;
+use crate::http::read_secret;
+use crate::seconds::{Seconds, one, ten};
+use crate::switch::Switch;
+
+/// The broker of a tent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Broker {
+    /// Its name or address.
+    pub host: String,
+    /// Its port.
+    #[serde(default = "port")]
+    pub port: u16,
+    /// Who asks, if it wants to know.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub username: Option<String>,
+    /// A file with the password: a secret stays out of run folders.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub password_file: Option<PathBuf>,
+}
+
+const fn port() -> u16 {
+    1883
+}
+
+/// How a device is spoken to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Dialect {
+    /// `cmnd/NAME/POWER`, answered in `stat/NAME/POWER`.
+    Tasmota,
+    /// `zigbee2mqtt/NAME/set`, answered in `zigbee2mqtt/NAME`.
+    Zigbee2mqtt,
+    /// `ON` and `OFF` in topics of yours.
+    Plain,
+}
+
+/// A plug or relay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plug {
+    /// How it is spoken to.
+    pub dialect: Dialect,
+    /// Its name, for `tasmota` and `zigbee2mqtt`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Topic of its orders, for `plain`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub set_topic: Option<String>,
+    /// Topic of its state, for `plain`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state_topic: Option<String>,
+    /// Seconds after which a `zigbee2mqtt` plug goes off by itself, if its firmware can.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_time_s: Option<u16>,
+    /// Seconds until it is given up.
+    #[serde(default = "five")]
+    pub timeout_s: Seconds,
+}
+
+const fn five() -> Seconds {
+    Seconds::new(5.0)
+}
+
+/// A lamp on a plug or relay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MqttLamp {
+    /// The plug.
+    pub plug: Plug,
+}
+
+/// A flash on a plug or relay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MqttFlash {
+    /// The plug.
+    pub plug: Plug,
+    /// Seconds between on and the photograph.
+    #[serde(default = "one")]
+    pub settle_s: Seconds,
+    /// Seconds after which it is put off whatever happens.
+    #[serde(default = "ten")]
+    pub max_on_s: Seconds,
+}
+
+/// The topics of a plug.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Topics {
+    set: String,
+    state: String,
+    /// Where it says whether it is there.
+    availability: Option<String>,
+}
+
+impl Plug {
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let topics = self.topics()?;
+        for topic in [&topics.set, &topics.state] {
+            if topic.is_empty() || topic.contains(['+', '#', '\0']) || topic.len() > 1000 {
+                return Err(format!("found topic {topic:?}, wanted one without + and #"));
+            }
+        }
+        match (self.on_time_s, self.dialect) {
+            (None, _) | (Some(1..), Dialect::Zigbee2mqtt) => Ok(()),
+            (Some(0), _) => Err("found plug.on_time_s = 0, wanted 1 to 65535 seconds".to_owned()),
+            (Some(_), _) => {
+                Err("found plug.on_time_s, wanted it only for zigbee2mqtt; a Tasmota plug has its \
+                                 PulseTime, set once in the plug"
+                    .to_owned())
+            }
+        }
+    }
+
+    fn topics(&self) -> Result<Topics, String> {
+        let own = (&self.set_topic, &self.state_topic);
+        match (self.dialect, &self.name, own) {
+            (Dialect::Tasmota, Some(name), (None, None)) => Ok(Topics {
+                set: format!("cmnd/{name}/POWER"),
+                state: format!("stat/{name}/POWER"),
+                availability: Some(format!("tele/{name}/LWT")),
+            }),
+            (Dialect::Zigbee2mqtt, Some(name), (None, None)) => Ok(Topics {
+                set: format!("zigbee2mqtt/{name}/set"),
+                state: format!("zigbee2mqtt/{name}"),
+                availability: Some(format!("zigbee2mqtt/{name}/availability")),
+            }),
+            (Dialect::Plain, None, (Some(set), Some(state))) => {
+                Ok(Topics { set: set.clone(), state: state.clone(), availability: None })
+            }
+            (Dialect::Plain, ..) => {
+                Err("found a plain plug, wanted set_topic and state_topic, and no name".to_owned())
+            }
+            _ => Err("found a plug without its name or with topics, wanted its name alone".to_owned()),
+        }
+    }
+
+    fn order(&self, is_on: bool) -> String {
+        let state = if is_on { "ON" } else { "OFF" };
+        match (self.dialect, self.on_time_s) {
+            (Dialect::Zigbee2mqtt, Some(seconds)) if is_on => {
+                format!("{{\"state\":\"{state}\",\"on_time\":{seconds}}}")
+            }
+            (Dialect::Zigbee2mqtt, _) => format!("{{\"state\":\"{state}\"}}"),
+            _ => state.to_owned(),
+        }
+    }
+
+    pub(crate) fn open(&self, device: &str, broker: Option<&Broker>) -> Result<OpenPlug, RigError> {
+        let Some(broker) = broker else {
+            return Err(failed(device, "found no [mqtt], wanted the host of the broker"));
+        };
+        let topics = self.topics().map_err(|problem| failed(device, problem))?;
+        let password = broker.password_file.as_deref().map(read_secret).transpose()?;
+        Ok(OpenPlug {
+            device: format!("{device} ({} at {}:{})", topics.set, broker.host, broker.port),
+            plug: self.clone(),
+            broker: broker.clone(),
+            password,
+            topics,
+        })
+    }
+}
+
+/// Whether a device says that it is on: `ON`, or JSON with such a `state` or `POWER`. `None` if it says nothing of it.
+#[must_use]
+pub fn is_on(payload: &[u8]) -> Option<bool> {
+    let word = |word: &str| match word.trim().to_ascii_lowercase().as_str() {
+        "on" => Some(true),
+        "off" => Some(false),
+        _ => None,
+    };
+    let text = std::str::from_utf8(payload).ok()?;
+    word(text).or_else(|| {
+        let said: Value = serde_json::from_str(text).ok()?;
+        ["state", "POWER", "POWER1"].iter().find_map(|key| word(said.get(key)?.as_str()?))
+    })
+}
+
+/// Whether a device says that it is there: `Online`, or JSON with such a `state`. `None` if it says nothing of it.
+#[must_use]
+pub fn is_online(payload: &[u8]) -> Option<bool> {
+    let word = |word: &str| match word.trim().to_ascii_lowercase().as_str() {
+        "online" => Some(true),
+        "offline" => Some(false),
+        _ => None,
+    };
+    let text = std::str::from_utf8(payload).ok()?;
+    word(text).or_else(|| word(serde_json::from_str::<Value>(text).ok()?.get("state")?.as_str()?))
+}
+
+/// The plug at work. Between orders there is no connection.
+pub(crate) struct OpenPlug {
+    device: String,
+    plug: Plug,
+    broker: Broker,
+    password: Option<String>,
+    topics: Topics,
+}
+
+/// Two connections of one name would throw each other out.
+static CONNECTIONS: AtomicU32 = AtomicU32::new(0);
+
+/// The largest message that is read.
+const MAX_BYTES: usize = 256 << 10;
+
+impl OpenPlug {
+    fn error(&self, problem: String) -> RigError {
+        failed(self.device.as_str(), problem)
+    }
+
+    fn connect(&self) -> (Client, Connection) {
+        let number = CONNECTIONS.fetch_add(1, Ordering::Relaxed);
+        let name = format!("tropism-{}-{number}", std::process::id());
+        let mut options = MqttOptions::new(name, &self.broker.host, self.broker.port);
+        options.set_clean_session(true).set_max_packet_size(MAX_BYTES, MAX_BYTES);
+        if let Some(username) = &self.broker.username {
+            options.set_credentials(username, self.password.as_deref().unwrap_or_default());
+        }
+        Client::new(options, 8)
+    }
+
+    /// The next packet that the broker sends.
+    fn next(&self, connection: &mut Connection, deadline: Instant, doing: &str) -> Result<Packet, RigError> {
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            match connection.recv_timeout(left) {
+                Ok(Ok(Event::Incoming(packet))) => return Ok(packet),
+                Ok(Ok(Event::Outgoing(_))) => {}
+                Ok(Err(error)) => return Err(self.error(format!("while {doing}: {error}"))),
+                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
+                    let timeout = self.plug.timeout_s.duration();
+                    return Err(
+                        self.error(format!("while {doing}: found no answer in {timeout:?}, wanted one"))
+                    );
+                }
+            }
+        }
+    }
+
+    /// Whether the device is said not to be there.
+    fn is_away(&self, message: &Publish) -> bool {
+        self.topics.availability.as_ref() == Some(&message.topic)
+            && is_online(&message.payload) == Some(false)
+    }
+
+    fn order(&self, client: &Client, connection: &mut Connection, on: bool) -> Result<(), RigError> {
+        let deadline = Instant::now() + self.plug.timeout_s.duration();
+        let away = || self.error("found it offline, wanted it reachable".to_owned());
+        let refused = |error: rumqttc::ClientError| self.error(error.to_string());
+        loop {
+            // A broker that refuses says so in the place of an error.
+            if let Packet::ConnAck(_) = self.next(connection, deadline, "connecting")? {
+                break;
+            }
+        }
+        let topics = [Some(&self.topics.state), self.topics.availability.as_ref()];
+        let mut unanswered = 0;
+        for topic in topics.into_iter().flatten() {
+            client.try_subscribe(topic, QoS::AtLeastOnce).map_err(refused)?;
+            unanswered += 1;
+        }
+        // The broker is there as of now when it has answered; it sends what it kept with its answer.
+        while unanswered > 0 {
+            match self.next(connection, deadline, "subscribing")? {
+                Packet::SubAck(_) => unanswered -= 1,
+                Packet::Publish(message) if self.is_away(&message) => return Err(away()),
+                _ => {}
+            }
+        }
+        // Never retained: a device that restarts would be told again.
+        client.try_publish(&self.topics.set, QoS::AtMostOnce, false, self.plug.order(on)).map_err(refused)?;
+        let doing = if on { "waiting to be told that it is on" } else { "waiting to be told that it is off" };
+        loop {
+            match self.next(connection, deadline, doing)? {
+                Packet::Publish(message) if self.is_away(&message) => return Err(away()),
+                // What the broker kept was said before.
+                Packet::Publish(message)
+                    if message.topic == self.topics.state
+                        && !message.retain
+                        && is_on(&message.payload) == Some(on) =>
+                {
+                    return Ok(());
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+impl Switch for OpenPlug {
+    fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
+        let (client, mut connection) = self.connect();
+        let done = self.order(&client, &mut connection, is_on);
+        if done.is_ok() && client.try_disconnect().is_ok() {
+            // Said goodbye, or gone: both are the end. Whatever is not sent by then is dropped with the connection.
+            while let Ok(Ok(_)) = connection.recv_timeout(Duration::from_millis(100)) {}
+        }
+        done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+    use std::process::{Child, Command, Stdio};
+    use std::sync::{Arc, Mutex};
+    use std::thread;
+
+    use super::*;
+
+    #[test]
+    fn what_devices_say_is_understood() {
+        for (payload, on) in [
+            ("ON", Some(true)),
+            ("off", Some(false)),
+            ("{\"POWER\":\"ON\"}", Some(true)),
+            ("{\"state\":\"OFF\",\"power\":8.9,\"linkquality\":120}", Some(false)),
+            ("{\"state\":null}", None),
+            ("", None),
+            ("[1]", None),
+            ("\u{0}", None),
+        ] {
+            assert_eq!(is_on(payload.as_bytes()), on, "{payload}");
+        }
+        assert_eq!(is_on(&[0xff]), None);
+        assert_eq!(is_online(b"Online"), Some(true));
+        assert_eq!(is_online(b"{\"state\":\"offline\"}"), Some(false));
+        assert_eq!(is_online(b"{}"), None);
+    }
+
+    fn plug(text: &str) -> Plug {
+        toml::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn each_dialect_has_its_topics_and_words() {
+        let tasmota = plug("dialect = \"tasmota\"\nname = \"flash\"");
+        assert_eq!((tasmota.check(), tasmota.order(true).as_str()), (Ok(()), "ON"));
+        assert_eq!(tasmota.topics().unwrap().set, "cmnd/flash/POWER");
+        let z2m = plug("dialect = \"zigbee2mqtt\"\nname = \"flash\"\non_time_s = 5");
+        assert_eq!(z2m.check(), Ok(()));
+        assert_eq!(z2m.order(true), "{\"state\":\"ON\",\"on_time\":5}");
+        assert_eq!(z2m.order(false), "{\"state\":\"OFF\"}");
+        assert_eq!(z2m.topics().unwrap().state, "zigbee2mqtt/flash");
+        for (text, wanted) in [
+            ("dialect = \"tasmota\"", "wanted its name"),
+            ("dialect = \"plain\"\nname = \"x\"", "wanted set_topic and state_topic"),
+            ("dialect = \"plain\"\nset_topic = \"x/#\"\nstate_topic = \"y\"", "without + and #"),
+            ("dialect = \"tasmota\"\nname = \"x\"\non_time_s = 3", "PulseTime"),
+            ("dialect = \"zigbee2mqtt\"\nname = \"x\"\non_time_s = 0", "on_time_s = 0"),
+        ] {
+            let problem = plug(text).check().unwrap_err();
+            assert!(problem.contains(wanted), "{problem}");
+        }
+    }
+
+    fn open(port: u16, plug: &Plug) -> OpenPlug {
+        let broker = Broker { host: "127.0.0.1".to_owned(), port, username: None, password_file: None };
+        plug.open("flash", Some(&broker)).unwrap()
+    }
+
+    fn tasmota(timeout_s: f64) -> Plug {
+        plug(&format!("dialect = \"tasmota\"\nname = \"flash\"\ntimeout_s = {timeout_s}"))
+    }
+
+    #[test]
+    fn without_a_broker_or_with_a_mute_one_an_order_fails() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let error = open(port, &tasmota(0.2)).switch(true).unwrap_err().to_string();
+        assert!(error.contains("while connecting: found no answer in 200ms"), "{error}");
+        drop(listener);
+        let error = open(port, &tasmota(5.0)).switch(true).unwrap_err().to_string();
+        assert!(
+            error.contains("flash (cmnd/flash/POWER at 127.0.0.1") && error.contains("connecting"),
+            "{error}"
+        );
+        let error = tasmota(1.0).open("flash", None).err().unwrap().to_string();
+        assert!(error.contains("found no [mqtt]"), "{error}");
+    }
+
+    /// A broker that is killed when it goes.
+    struct Mosquitto {
+        port: u16,
+        child: Child,
+    }
+
+    impl Mosquitto {
+        /// `None` where it is not installed.
+        fn start(port: Option<u16>) -> Option<Self> {
+            let program = ["/usr/sbin/mosquitto", "/usr/bin/mosquitto"]
+                .into_iter()
+                .find(|path| std::path::Path::new(path).is_file());
+            let Some(program) = program else {
+                eprintln!("skipped: wants mosquitto, which is not installed");
+                return None;
+            };
+            let free = || TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+            let port = port.unwrap_or_else(free);
+            let child = Command::new(program)
+                .args(["-p", &port.to_string()])
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            while std::net::TcpStream::connect(("127.0.0.1", port)).is_err() {
+                thread::sleep(Duration::from_millis(10));
+            }
+            Some(Self { port, child })
+        }
+
+        fn signal(&self, signal: rustix::process::Signal) {
+            rustix::process::kill_process(rustix::process::Pid::from_child(&self.child), signal).unwrap();
+        }
+    }
+
+    impl Drop for Mosquitto {
+        fn drop(&mut self) {
+            self.child.kill().unwrap();
+            self.child.wait().unwrap();
+        }
+    }
+
+    /// A plug: what it was told, and whether it obeys.
+    #[derive(Clone, Default)]
+    struct Device {
+        told: Arc<Mutex<Vec<String>>>,
+        is_deaf: Arc<Mutex<bool>>,
+        is_there: Arc<Mutex<bool>>,
+    }
+
+    impl Device {
+        /// Listens for orders of `plug` until the test is over, and comes back when the broker does.
+        fn start(plug: &Plug, port: u16) -> Self {
+            let device = Self::default();
+            let (topics, dialect) = (plug.topics().unwrap(), plug.dialect);
+            let name = format!("device-{}", CONNECTIONS.fetch_add(1, Ordering::Relaxed));
+            let (client, mut connection) = Client::new(MqttOptions::new(name, "127.0.0.1", port), 8);
+            let own = device.clone();
+            thread::spawn(move || {
+                for event in connection.iter() {
+                    match event {
+                        Ok(Event::Incoming(Packet::ConnAck(_))) => {
+                            client.try_subscribe(&topics.set, QoS::AtLeastOnce).unwrap();
+                        }
+                        Ok(Event::Incoming(Packet::SubAck(_))) => *own.is_there.lock().unwrap() = true,
+                        Ok(Event::Incoming(Packet::Publish(order))) => {
+                            let order = String::from_utf8(order.payload.to_vec()).unwrap();
+                            own.told.lock().unwrap().push(order.clone());
+                            if !*own.is_deaf.lock().unwrap() {
+                                // As the dialects do: zigbee2mqtt keeps what it says.
+                                let kept = dialect == Dialect::Zigbee2mqtt;
+                                client.try_publish(&topics.state, QoS::AtMostOnce, kept, order).unwrap();
+                            }
+                        }
+                        Ok(_) => {}
+                        Err(_) => {
+                            *own.is_there.lock().unwrap() = false;
+                            thread::sleep(Duration::from_millis(20));
+                        }
+                    }
+                }
+            });
+            device.wait();
+            device
+        }
+
+        fn wait(&self) {
+            while !*self.is_there.lock().unwrap() {
+                thread::sleep(Duration::from_millis(5));
+            }
+        }
+
+        fn told(&self) -> Vec<String> {
+            self.told.lock().unwrap().clone()
+        }
+    }
+
+    #[test]
+    fn an_order_is_done_when_the_device_says_so() {
+        let Some(broker) = Mosquitto::start(None) else { return };
+        let z2m = plug("dialect = \"zigbee2mqtt\"\nname = \"lamp\"\ntimeout_s = 10");
+        for plug in [tasmota(10.0), z2m] {
+            let device = Device::start(&plug, broker.port);
+            let mut open = open(broker.port, &plug);
+            for is_on in [true, false, false, true] {
+                open.switch(is_on).unwrap();
+            }
+            assert_eq!(device.told(), [true, false, false, true].map(|is_on| plug.order(is_on)));
+            // It is on, and what the broker kept of that is no answer to the next order.
+            *device.is_deaf.lock().unwrap() = true;
+            open.plug.timeout_s = Seconds::new(0.5);
+            let error = open.switch(true).unwrap_err().to_string();
+            assert!(error.contains("waiting to be told that it is on"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_device_that_is_said_to_be_offline_is_told_nothing() {
+        let Some(broker) = Mosquitto::start(None) else { return };
+        let plug = tasmota(10.0);
+        let device = Device::start(&plug, broker.port);
+        let (client, mut connection) = Client::new(MqttOptions::new("will", "127.0.0.1", broker.port), 8);
+        client.try_publish("tele/flash/LWT", QoS::AtLeastOnce, true, "Offline").unwrap();
+        while !matches!(connection.recv(), Ok(Ok(Event::Incoming(Packet::PubAck(_))))) {}
+        let error = open(broker.port, &plug).switch(true).unwrap_err().to_string();
+        assert!(error.contains("found it offline"), "{error}");
+        assert!(device.told().is_empty());
+    }
+
+    #[test]
+    fn an_order_that_failed_is_never_carried_out_later() {
+        let Some(broker) = Mosquitto::start(None) else { return };
+        let port = broker.port;
+        let device = Device::start(&tasmota(10.0), port);
+        let mut flash = open(port, &tasmota(10.0));
+        flash.switch(true).unwrap();
+        flash.switch(false).unwrap();
+        // Hung: the system takes the connection, nobody answers; then it goes on with all that waits.
+        broker.signal(rustix::process::Signal::STOP);
+        flash.plug.timeout_s = Seconds::new(0.3);
+        assert!(flash.switch(true).unwrap_err().to_string().contains("while connecting"));
+        broker.signal(rustix::process::Signal::CONT);
+        flash.plug.timeout_s = Seconds::new(10.0);
+        flash.switch(false).unwrap();
+        assert_eq!(device.told(), ["ON", "OFF", "OFF"]);
+        // Killed, and started again.
+        drop(broker);
+        assert!(flash.switch(true).is_err());
+        *device.is_there.lock().unwrap() = false;
+        let _broker = Mosquitto::start(Some(port));
+        device.wait();
+        flash.switch(false).unwrap();
+        assert_eq!(device.told(), ["ON", "OFF", "OFF", "OFF"]);
+    }
+}
