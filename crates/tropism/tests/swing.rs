@@ -10,7 +10,7 @@ use reference::{
 use tropism::evolve::baseline;
 use tropism::plant::tip::TipModel;
 use tropism::task::Task;
-use tropism_neat::{Config, Generation};
+use tropism_neat::Config;
 
 /// The model of `synthetic-swing`, or a line that says why not.
 fn model() -> Option<TipModel> {
