@@ -67,7 +67,8 @@ struct Wiring {
     units: Vec<Unit>,
     /// The third and further links into units that have so many.
     more: Vec<Wire>,
-    /// A row for each unit and the bias: the units that it leads to.
+    /// Two rows for each unit and the bias: the units that it leads to whose sum is to be computed when it changes; and
+    /// those that have no other source and simply follow it.
     targets: Vec<u64>,
     /// The units that lead to any.
     leads: Vec<u64>,
@@ -108,6 +109,7 @@ const MOST: usize = 65_000;
 
 /// The states met so far.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 struct Memory {
     /// A record for each state. The first is of none that a network is ever in: there even the bias is 0.
     records: Vec<u64>,
@@ -322,7 +324,7 @@ impl Wiring {
         self.units.resize(units, UNLINKED);
         self.more.clear();
         self.targets.clear();
-        self.targets.resize((units + 1) * self.row, 0);
+        self.targets.resize(2 * (units + 1) * self.row, 0);
         self.leads.clear();
         self.leads.resize(self.row, 0);
     }
@@ -330,11 +332,22 @@ impl Wiring {
     /// Adds a link from a unit or the bias to a unit.
     #[inline]
     fn link(&mut self, from: u32, to: u32, weight: f64) {
-        let (row, place) = (from as usize * self.row, to as usize);
-        self.targets[row + place / 64] |= 1 << (place % 64);
+        let place = to as usize;
         self.leads[from as usize / 64] |= 1 << (from % 64);
         let (unit, from) = (&mut self.units[place], from as u16);
         let own = usize::from(unit.last);
+        let row = |from: u16| 2 * usize::from(from) * self.row + place / 64;
+        // Whether it has been, or may be, one that only follows.
+        let follows = place >= self.sensors && unit.threshold >= 0.0 && own < 2;
+        if follows && own == 0 {
+            self.targets[row(from) + self.row] |= u64::from(weight > unit.threshold) << (place % 64);
+        } else {
+            if follows {
+                self.targets[row(unit.from[0]) + self.row] &= !(1 << (place % 64));
+                self.targets[row(unit.from[0])] |= 1 << (place % 64);
+            }
+            self.targets[row(from)] |= 1 << (place % 64);
+        }
         if own < 2 {
             (unit.weights[own], unit.from[own]) = (weight, from);
             unit.last += 1;
@@ -466,7 +479,9 @@ impl Memory {
             let mut touched = 0;
             for (word, (before, present)) in before.iter().zip(&*present).enumerate() {
                 for bit in ones(before ^ present) {
-                    touched |= wiring.targets[(64 * word + bit) * wiring.row + column];
+                    let row = 2 * (64 * word + bit) * wiring.row + column;
+                    touched |= wiring.targets[row];
+                    *after ^= wiring.targets[row + wiring.row];
                 }
             }
             for bit in ones(touched) {
