@@ -337,6 +337,63 @@ fn broken_checkpoints_are_refused() {
     assert!(matches!(error, CheckpointError::Json(_)));
 }
 
+#[test]
+fn a_file_that_is_cut_short_anywhere_is_refused() {
+    let mut neat = Neat::new(Config { population: 4, ..Config::paper() }, 2, 1, 1).unwrap();
+    generations(&mut neat, 10);
+    let (run, genome) = (neat.to_json(), neat.champion().unwrap().genome.to_json());
+    for end in (0..run.len()).step_by(13) {
+        let error = Neat::from_json(&run[..end]).unwrap_err().to_string();
+        assert!(error.starts_with("not a saved run: "), "{end}: {error}");
+    }
+    for end in 0..genome.trim_end().len() {
+        let error = Genome::from_json(&genome[..end]).unwrap_err().to_string();
+        assert!(error.starts_with("not a genome file: "), "{end}: {error}");
+    }
+}
+
+#[test]
+fn a_genome_whose_links_run_in_a_circle_is_legal_and_runs() {
+    let neuron = |id, kind, depth| {
+        format!(r#"{{"id":{id},"kind":"{kind}","depth":{depth},"activation":"linear","a":1.0,"b":0.0}}"#)
+    };
+    let link = |innovation, from, to, weight| {
+        format!(
+            r#"{{"innovation":{innovation},"from":{from},"to":{to},"weight":{weight},"recurrent":false}}"#
+        )
+    };
+    let file = |neurons: &[String], links: &[String]| {
+        let (neurons, links) = (neurons.join(","), links.join(","));
+        format!(
+            r#"{{"schema":"tropism.genome/1","inputs":1,"outputs":1,"neurons":[{neurons}],"links":[{links}]}}"#
+        )
+    };
+    let neurons = [
+        neuron(1, "input", 0.0),
+        neuron(2, "bias", 0.0),
+        neuron(3, "output", 1.0),
+        neuron(4, "hidden", 0.5),
+        neuron(5, "hidden", 0.5),
+    ];
+    let circle =
+        |weight| [link(1, 1, 4, 1.0), link(2, 4, 5, weight), link(3, 5, 4, weight), link(4, 5, 3, 1.0)];
+    let genome = Genome::from_json(&file(&neurons, &circle(2.0))).unwrap();
+    let mut network = Network::new(&genome);
+    let outputs: Vec<f64> = (0..7).map(|_| network.activate(&[1.0])[0]).collect();
+    assert_eq!(outputs, [0.0, 0.0, 2.0, 2.0, 10.0, 10.0, 42.0]);
+    // Beyond all numbers in the end, which is no score that anybody may tell.
+    let mut network = Network::new(&Genome::from_json(&file(&neurons, &circle(1e6))).unwrap());
+    for _ in 0..200 {
+        network.activate_feed_forward(&[1.0]);
+    }
+    assert!(!network.output()[0].is_finite());
+    // Ids are another matter: they ascend.
+    let mut swapped = neurons.clone();
+    swapped.swap(3, 4);
+    let error = Genome::from_json(&file(&swapped, &circle(1.0))).unwrap_err().to_string();
+    assert!(error.starts_with("neuron id 4 after 5: wanted"), "{error}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
