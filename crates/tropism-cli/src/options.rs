@@ -73,6 +73,10 @@ pub(crate) struct TentOptions {
     #[arg(long, value_name = "X")]
     scale: Option<f64>,
 
+    /// Virtual cameras: 1 in front, 2 with one at the side, whose photographs go into the run's folder `side`
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=2))]
+    cameras: Option<u8>,
+
     /// What goes wrong with virtual photographs, and how often: missed_flash=0.02,fly=0.01
     #[arg(long, value_name = "FAULT=RATE,...", value_parser = parse_faults)]
     faults: Option<Faults>,
@@ -93,6 +97,7 @@ impl TentOptions {
             ensure!((0.0..=2.0).contains(&scale), "found --scale {scale}, wanted 0 to 2");
             greenhouse.scale = scale;
         }
+        greenhouse.scene.cameras = self.cameras.unwrap_or(greenhouse.scene.cameras);
         greenhouse.faults = self.faults.clone().unwrap_or_default();
         Ok((greenhouse != Greenhouse::default()).then_some(greenhouse))
     }

@@ -10,10 +10,12 @@ use tropism::environment::run;
 use tropism::experiment::{Durability, Recorded, RunFolder};
 use tropism::geometry::Point;
 use tropism::greenhouse::fault::Faults;
-use tropism::greenhouse::tent::Greenhouse;
+use tropism::greenhouse::scene::Scene;
+use tropism::greenhouse::tent::{Greenhouse, Witness};
 use tropism::light::Light;
 use tropism::observation::Quality;
-use tropism::rig::Rig;
+use tropism::photo::Photo;
+use tropism::rig::{Clock, Lamps, Rig};
 use tropism::task::Task;
 use tropism::track::Track;
 use tropism::vision::VisionConfig;
@@ -50,6 +52,42 @@ fn tips_in_photographs_are_where_they_are() {
     off.sort_by(f64::total_cmp);
     assert!(off[75] < 0.08 && off[143] < 0.2, "median {:.3} cm, 95 % {:.3} cm", off[75], off[143]);
     assert!(track.samples.iter().all(|sample| sample.quality == Quality::Measured));
+}
+
+#[test]
+fn what_is_true_is_told_from_both_sides() {
+    let scene = Scene { cameras: 2, ..Scene::default() };
+    let greenhouse = Greenhouse { scene, ..Greenhouse::default() };
+    let (mut device, _) = greenhouse.open(5, &VisionConfig::default()).unwrap();
+    device.light(Some(Light::Right)).unwrap();
+    device.wait_until(Duration::from_secs(20 * 3600));
+    let (step, bytes) = device.side_photograph().unwrap();
+    assert_eq!(step, 240);
+    let text = String::from_utf8(device.truth_json()).unwrap();
+    let witnesses: Vec<Witness> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let [first, last] = &witnesses[..] else { panic!("{text}") };
+    assert_eq!((first.step, first.lit, last.step, last.lit), (0, None, 240, Some(Light::Right)));
+    let (front, side) = (&last.front, last.side.as_ref().unwrap());
+    // It leans to the right, so towards the side camera, which sees it larger and no less high.
+    assert!(front.apex.x > 1.0 && side.apex.x.abs() < front.apex.x, "{front:?} {side:?}");
+    assert!(side.top.y != front.top.y && (side.top.y - front.top.y).abs() < 1.5, "{side:?}");
+    for truth in [front, side] {
+        let line = &truth.midline.0;
+        assert!(line[0].distance(Point::new(0.0, 0.0)) < 1e-3);
+        assert!(line.windows(2).all(|pair| pair[0].distance(pair[1]) < 0.2), "dense");
+        assert!(truth.leaves.iter().all(|leaf| leaf.0.len() > 30));
+    }
+    // The paper's own detector finds it in the side photograph, too.
+    let image = Photo { name: String::new(), bytes, time_s: 0.0 }.decode().unwrap();
+    let top = greenhouse.scene.frame().pixel(side.top);
+    let green = |x: usize, y: usize| i32::from(image.at(x, y)[1]);
+    let row = (0..image.height).find(|&y| {
+        (top.x as usize - 12..top.x as usize + 12)
+            .any(|x| green(x, y) > 110 && green(x, y) > i32::from(image.at(x, y)[2]) + 40)
+    });
+    assert!((row.unwrap() as f64 - top.y).abs() < 3.0, "row {row:?}, true {top:?}");
+    let one = Greenhouse::default().open(5, &VisionConfig::default()).unwrap().0;
+    assert!(one.side_photograph().is_none());
 }
 
 #[test]

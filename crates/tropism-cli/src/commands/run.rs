@@ -9,6 +9,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
 use tropism::experiment::{Journal, Recorded, RunFolder, files};
+use tropism::greenhouse::tent::Device;
 use tropism::observation::Quality;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
@@ -166,18 +167,24 @@ impl RunPlan {
         let open = self.rig.open(self.seed, UNIX_EPOCH + Duration::from_secs_f64(start))?;
         let mut recorded = Recorded::new(open.rig, folder)?;
         let mut is_over = true;
+        let mut beside = Ok(());
         let mut watch = |sample: &Sample| {
+            if let Some(device) = open.truth.as_ref().filter(|_| beside.is_ok()) {
+                beside = keep_side(device, &out.join("side"));
+            }
             let flow = watch(sample);
             is_over &= flow.is_continue() || sample.light.is_none();
             flow
         };
         let track =
             environment::run(&mut recorded, &mut *controller.build(&self.task), &self.task, &mut watch)?;
+        beside?;
         if !is_over {
             return Ok(None);
         }
         if let Some(device) = &open.truth {
             files::write(&out.join("truth.csv"), &device.truth_csv())?;
+            files::write(&out.join("truth.jsonl"), &device.truth_json())?;
         }
         if let Some(calibration) = self.rig.calibration() {
             files::write(&out.join("calibration.toml"), toml::to_string(&calibration)?.as_bytes())?;
@@ -185,6 +192,17 @@ impl RunPlan {
         recorded.folder().write_track(&track)?;
         Ok(Some(track))
     }
+}
+
+/// Keeps this step's photograph from the side, where there is one and it is not there already.
+fn keep_side(device: &Device, folder: &Path) -> Result<()> {
+    let Some((step, bytes)) = device.side_photograph() else { return Ok(()) };
+    let path = folder.join(format!("{step:06}.jpg"));
+    if path.exists() {
+        return Ok(());
+    }
+    files::make_folder(folder)?;
+    Ok(files::write(&path, &bytes)?)
 }
 
 #[derive(Serialize)]

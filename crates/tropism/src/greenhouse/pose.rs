@@ -1,6 +1,6 @@
 //! What can be seen of a bean at one moment: the boundary between its biology and its picture.
 
-use super::view::Place;
+use super::view::{Place, View};
 use crate::math;
 
 /// A cross-section of the stem.
@@ -43,6 +43,23 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The same plant in the coordinates of a camera.
+    #[must_use]
+    pub fn seen_from(&self, view: View) -> Self {
+        let leaf = |leaf: Leaf| Leaf {
+            base: view.of(leaf.base),
+            along: view.of(leaf.along),
+            across: view.of(leaf.across),
+            length: leaf.length,
+        };
+        Self {
+            stem: self.stem.iter().map(|node| Node { at: view.of(node.at), radius: node.radius }).collect(),
+            heading: view.of(self.heading),
+            leaves: self.leaves.map(leaf),
+            ..*self
+        }
+    }
+
     /// The shoot apex, in cm.
     ///
     /// # Panics

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::vector::{dot, length, minus, plus, scaled};
-use super::view::{Frame, LAMPS, Place, WALL};
+use super::view::{Frame, LAMPS, Place, View, WALL};
 use crate::light::Light;
 use crate::math;
 
@@ -64,6 +64,8 @@ pub struct Scene {
     pub lamp: f64,
     /// Depth of the folds in the black cloth, 0 (taut) to 3.
     pub folds: f64,
+    /// Cameras: 1, the paper's, or 2, with one that sees the plant from the right.
+    pub cameras: u8,
 }
 
 impl Default for Scene {
@@ -79,6 +81,7 @@ impl Default for Scene {
             flash: 1.0,
             lamp: 0.22,
             folds: 1.0,
+            cameras: 1,
         }
     }
 }
@@ -114,6 +117,7 @@ impl Scene {
             ("flash", self.flash, 0.0, 4.0),
             ("lamp", self.lamp, 0.0, 4.0),
             ("folds", self.folds, 0.0, 3.0),
+            ("cameras", f64::from(self.cameras), 1.0, 2.0),
         ];
         match ranges.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
             Some((key, value, low, high)) => Err(SceneError { key, value, low, high }),
@@ -128,22 +132,24 @@ impl Scene {
     }
 }
 
-/// Which lights are on, and how bright.
+/// Which lights are on, and how bright, for a camera and in its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lighting {
     flash: f64,
     lamp: f64,
     glow: f64,
     lit: Option<Light>,
+    view: View,
 }
 
 impl Lighting {
-    pub(super) fn new(scene: &Scene, lit: Option<Light>, flash: bool) -> Self {
+    pub(super) fn new(scene: &Scene, lit: Option<Light>, flash: bool, view: View) -> Self {
         Self {
             flash: if flash { scene.flash * scene.exposure } else { 0.0 },
             lamp: scene.lamp * scene.exposure,
             glow: scene.glow,
             lit,
+            view,
         }
     }
 
@@ -172,7 +178,7 @@ impl Lighting {
     /// The light on a surface straight from the lit lamp.
     pub(super) fn by_lamp(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
         let Some(light) = self.lit else { return [0.0; 3] };
-        let to_lamp = minus(bulb(light), place);
+        let to_lamp = minus(self.view.of(bulb(light)), place);
         let far = length(to_lamp).max(LAMP_RADIUS);
         let direct = (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far, wrap);
         scaled(LAMP_TINT, self.lamp * direct)
@@ -226,20 +232,22 @@ mod tests {
         let (_, section) = formats.split_once("## Scene: TOML").unwrap();
         let text = section.split("```").nth(1).unwrap().trim_start_matches("toml");
         assert_eq!(toml::from_str::<Scene>(text).unwrap(), Scene::default());
-        assert_eq!(text.lines().filter(|line| line.contains('=')).count(), 10, "every key");
+        assert_eq!(text.lines().filter(|line| line.contains('=')).count(), 11, "every key");
     }
 
     #[test]
     fn light_falls_off_and_adds_up() {
         let scene = Scene::default();
         let up = [0.0, 1.0, 0.0];
-        let low = Lighting::new(&scene, None, true).at([0.0, 2.0, 0.0], up, 0.0);
-        let high = Lighting::new(&scene, None, true).at([0.0, 25.0, 0.0], up, 0.0);
+        let low = Lighting::new(&scene, None, true, View::Front).at([0.0, 2.0, 0.0], up, 0.0);
+        let high = Lighting::new(&scene, None, true, View::Front).at([0.0, 25.0, 0.0], up, 0.0);
         assert!(high[1] > 1.4 * low[1], "{high:?} {low:?}");
         let place = [3.0, 15.0, 0.0];
-        let lamp = Lighting::new(&scene, Some(Light::Right), false).at(place, [1.0, 0.0, 0.0], 0.0);
-        let flash = Lighting::new(&scene, None, true).at(place, [1.0, 0.0, 0.0], 0.0);
-        let both = Lighting::new(&scene, Some(Light::Right), true).at(place, [1.0, 0.0, 0.0], 0.0);
+        let lamp =
+            Lighting::new(&scene, Some(Light::Right), false, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+        let flash = Lighting::new(&scene, None, true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+        let both =
+            Lighting::new(&scene, Some(Light::Right), true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
         for band in 0..3 {
             assert!((lamp[band] + flash[band] - both[band]).abs() < 1e-12);
         }

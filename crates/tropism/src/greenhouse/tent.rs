@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::bean::{Bean, Species};
 use super::fault::{self, Fault, Faults, Happening, suffers};
-use super::render::{Renderer, Truth, truth};
+use super::render::{Renderer, Truth};
 use super::scene::Scene;
-use super::view::Frame;
+use super::view::{Frame, View};
 use crate::geometry::{Point, Region};
 use crate::light::Light;
 use crate::photo::Photo;
@@ -45,16 +45,35 @@ const GROWS_TO: Point = Point::new(24.0, 40.0);
 /// Where the plant begins to be looked for, in cm: above the rim and the soil.
 const ABOVE_SOIL: f64 = 0.6;
 
+/// What is true at a step, beside its photographs. Never read by vision.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Witness {
+    /// Number of the step, and of its photographs.
+    pub step: u64,
+    /// The lamp that burns while the photograph is taken.
+    pub lit: Option<Light>,
+    /// What goes wrong with the front camera's photograph.
+    pub faults: Vec<Fault>,
+    /// The plant as the front camera sees it.
+    pub front: Truth,
+    /// The plant as the side camera sees it, where there is one: x is the distance behind the stem's foot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side: Option<Truth>,
+}
+
 struct Tent {
     seed: u64,
     faults: Faults,
     bean: Bean,
     renderer: Renderer,
+    /// The camera at the side, where there is one.
+    side: Option<Renderer>,
     lit: Option<Light>,
     has_flash: bool,
     now_min: f64,
     /// What is true at each step, by its number.
-    truths: BTreeMap<u64, Truth>,
+    truths: BTreeMap<u64, Witness>,
     /// The photograph of this step, where the next one will repeat it.
     last: Option<Vec<u8>>,
 }
@@ -75,8 +94,15 @@ impl Tent {
     }
 
     fn note_truth(&mut self) {
-        let truth = truth(&self.bean.pose(), self.renderer.frame());
-        self.truths.insert(self.frame(), truth);
+        let (pose, step, happenings) = (self.bean.pose(), self.frame(), self.happenings(0));
+        let witness = Witness {
+            step,
+            lit: self.lit.filter(|_| !suffers(&happenings, Fault::LampFails)),
+            faults: happenings.iter().map(|happening| happening.fault).collect(),
+            front: self.renderer.truth(&pose),
+            side: self.side.as_ref().map(|side| side.truth(&pose)),
+        };
+        self.truths.insert(step, witness);
     }
 
     /// Number of the photograph of this step. Its noise and its faults are named by it, so a resumed run takes the
@@ -155,6 +181,7 @@ impl Greenhouse {
             faults: self.faults.clone(),
             bean: Bean::new(self.bean.draw(seed, self.scale), seed),
             renderer: Renderer::new(&self.scene, seed),
+            side: (self.scene.cameras > 1).then(|| Renderer::at(View::Side, &self.scene, seed)),
             lit: None,
             has_flash: false,
             now_min: 0.0,
@@ -172,11 +199,34 @@ impl Device {
     #[must_use]
     pub fn truth_csv(&self) -> Vec<u8> {
         let mut text = "step,top_x_cm,top_y_cm,apex_x_cm,apex_y_cm\n".to_owned();
-        for (step, truth) in self.0.borrow().truths.values().enumerate() {
-            let Truth { top, apex, .. } = truth;
+        for Witness { step, front: Truth { top, apex, .. }, .. } in self.0.borrow().truths.values() {
             text += &format!("{step},{:.4},{:.4},{:.4},{:.4}\n", top.x, top.y, apex.x, apex.y);
         }
         text.into_bytes()
+    }
+
+    /// All that was true at each step so far, as JSON with one [`Witness`] a line. Never read by vision.
+    ///
+    /// # Panics
+    /// Never: a witness is plain data.
+    #[must_use]
+    pub fn truth_json(&self) -> Vec<u8> {
+        let mut text = String::new();
+        for witness in self.0.borrow().truths.values() {
+            text += &serde_json::to_string(witness).expect("plain data");
+            text.push('\n');
+        }
+        text.into_bytes()
+    }
+
+    /// Number and bytes of this step's photograph from the side, where there is a camera: with the flash, and without the
+    /// faults of the front camera, but for a lamp that fails.
+    #[must_use]
+    pub fn side_photograph(&self) -> Option<(u64, Vec<u8>)> {
+        let tent = &mut *self.0.borrow_mut();
+        let (pose, step) = (tent.bean.pose(), tent.frame());
+        let lit = tent.lit.filter(|_| !suffers(&tent.happenings(0), Fault::LampFails));
+        tent.side.as_mut().map(|side| (step, side.photograph(&pose, lit, true, step)))
     }
 }
 

@@ -14,6 +14,51 @@ pub const LAMPS: [Place; 2] = [[-35.0, 30.0, -8.0], [35.0, 30.0, -8.0]];
 /// The back wall's z, in cm.
 pub const WALL: f64 = -8.0;
 
+/// The side wall's x, in cm: the tent is 120 cm wide, and the pot stands in its middle.
+pub const SIDE_WALL: f64 = -60.0;
+
+/// From where the plant is seen. Each camera has coordinates of its own, in which it stands at [`CAMERA`] and looks along
+/// negative z, as the front camera does in those of the tent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum View {
+    /// From the front: the paper's only camera.
+    #[default]
+    Front,
+    /// From the right, at the same height and distance, through an opening in the cloth: x towards the camera becomes z,
+    /// and what is nearer to the back wall is further to the right.
+    Side,
+}
+
+impl View {
+    /// Both.
+    pub const BOTH: [Self; 2] = [Self::Front, Self::Side];
+
+    /// A place or direction of the tent in this camera's coordinates.
+    ///
+    /// ```
+    /// use tropism::greenhouse::view::View;
+    /// assert_eq!(View::Front.of([3.0, 10.0, -2.0]), [3.0, 10.0, -2.0]);
+    /// assert_eq!(View::Side.of([3.0, 10.0, -2.0]), [2.0, 10.0, 3.0]);
+    /// ```
+    #[must_use]
+    pub const fn of(self, place: Place) -> Place {
+        let [x, y, z] = place;
+        match self {
+            Self::Front => place,
+            Self::Side => [-z, y, x],
+        }
+    }
+
+    /// z of the wall behind the plant, in this camera's coordinates, in cm.
+    #[must_use]
+    pub const fn wall(self) -> f64 {
+        match self {
+            Self::Front => WALL,
+            Self::Side => SIDE_WALL,
+        }
+    }
+}
+
 /// Where the ray from the camera through `place` meets the plane of the pot's axis (z = 0), in cm.
 ///
 /// This is what a detector sees that scales photographs to centimetres at the pot's axis.

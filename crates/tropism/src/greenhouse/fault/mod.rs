@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::pose::Pose;
-use super::render::{Renderer, truth};
+use super::render::Renderer;
 use crate::light::Light;
 use crate::random::{Purpose, derive, stream, uniform};
 
@@ -209,7 +209,7 @@ pub fn photograph(
     }
     let mut image = renderer.draw(&pose, lit, flash, frame_index);
     let frame = renderer.frame();
-    let top = frame.pixel(truth(&pose, frame).top);
+    let top = frame.pixel(renderer.truth(&pose).top);
     for happening in happenings {
         let rng = &mut happening.draws();
         match happening.fault {
@@ -238,6 +238,7 @@ mod tests {
 
     use super::*;
     use crate::greenhouse::pose::{Leaf, Node};
+    use crate::greenhouse::render::truth;
     use crate::greenhouse::scene::Scene;
     use crate::photo::{Image, Photo};
 

@@ -2,12 +2,14 @@
 //!
 //! Drawn once for each state of the lights and kept: while a plant grows, nothing here moves.
 
+use super::body::nearness;
 use super::cloth::{Cloth, Texture};
 use super::tone::Tone;
 use crate::geometry::{Pixel, Point};
 use crate::greenhouse::scene::{LAMP_HEIGHT, LAMP_RADIUS, Lighting, POT_DEPTH, POT_RADIUS, Rgb, Scene};
 use crate::greenhouse::vector::{length, minus, plus, scaled, unit};
-use crate::greenhouse::view::{CAMERA, LAMPS, Place, WALL, project};
+use crate::greenhouse::view::{CAMERA, LAMPS, Place, View, WALL, project};
+
 use crate::light::Light;
 use crate::math;
 
@@ -31,6 +33,7 @@ const HEM: f64 = 1.0;
 pub(super) struct Tent {
     cloth: Cloth,
     texture: Texture,
+    view: View,
 }
 
 /// Where a ray meets something: the place, the way it faces, and its colour.
@@ -50,8 +53,8 @@ enum Thing {
 }
 
 impl Tent {
-    pub(super) fn new(scene: &Scene, seed: u64) -> Self {
-        Self { cloth: Cloth::new(scene, seed), texture: Texture { seed } }
+    pub(super) fn new(scene: &Scene, seed: u64, view: View) -> Self {
+        Self { cloth: Cloth::new(scene, seed, view), texture: Texture { seed }, view }
     }
 
     /// Red, green and blue of each pixel, sharp.
@@ -62,7 +65,7 @@ impl Tent {
             for column in 0..scene.width {
                 let centre = frame.point(Pixel::new(f64::from(column), f64::from(row)));
                 // Edges need more than one ray; the cloth has none.
-                let rays = if is_cloth(centre) { 1 } else { 3 };
+                let rays = if self.is_cloth(centre) { 1 } else { 3 };
                 let mut seen = [0.0; 3];
                 for ray in 0..rays * rays {
                     let offset = |step: i32| (f64::from(step) + 0.5) / f64::from(rays) - 0.5;
@@ -91,7 +94,7 @@ impl Tent {
             Thing::Pot => lighting.at(hit.at, hit.normal, 0.3),
         };
         let shine = core::array::from_fn(|band| light[band] * hit.colour[band]);
-        let veil = lighting.lit().map_or([0.0; 3], |light| lighting.veil(from_coil(point, light)));
+        let veil = lighting.lit().map_or([0.0; 3], |light| lighting.veil(self.off_coil(point, light)));
         // A wide lens darkens towards its corners.
         let slant = CAMERA[2] / length(along);
         plus(scaled(shine, slant * slant), veil)
@@ -100,7 +103,7 @@ impl Tent {
     /// The light on the cloth. Half of a lamp's coil faces the cloth from close by, so that it gets more of the lamp than
     /// its distance from the lamp's middle tells.
     fn on_wall(&self, hit: &Hit, lighting: &Lighting) -> Rgb {
-        let near = lighting.lit().map_or(0.0, |light| 9.0 / length(minus(hit.at, lamp(light))).max(4.0));
+        let near = lighting.lit().map_or(0.0, |light| 9.0 / length(minus(hit.at, self.lamp(light))).max(4.0));
         let lamp = lighting.by_lamp(hit.at, hit.normal, 0.1);
         plus(
             plus(scaled(lighting.bounced(), BETWEEN), lighting.by_flash(hit.at, hit.normal, 0.0)),
@@ -115,7 +118,7 @@ impl Tent {
             return hit;
         }
         for light in Light::BOTH {
-            if let Some(hit) = meet_lamp(along, light) {
+            if let Some(hit) = self.meet_lamp(along, light) {
                 return hit;
             }
         }
@@ -123,14 +126,35 @@ impl Tent {
     }
 
     fn meet_wall(&self, along: Place) -> Hit {
-        let at = on_ray(along, (WALL - CAMERA[2]) / along[2]);
-        if let Some(across) = Light::BOTH.into_iter().find_map(|light| on_cable(at, light)) {
+        let far = (self.view.wall() - CAMERA[2]) / along[2];
+        if self.view == View::Side {
+            // The tent's back wall runs along the view, to the right of the plant.
+            let beside = -WALL / along[0];
+            if (0.0..far).contains(&beside) {
+                return self.back_wall(on_ray(along, beside));
+            }
+        }
+        let at = on_ray(along, far);
+        if self.view == View::Front
+            && let Some(across) = Light::BOTH.into_iter().find_map(|light| on_cable(at, light))
+        {
             let normal = [across, 0.0, (1.0 - across * across).sqrt()];
             return Hit { at, normal, colour: CABLE, what: Thing::Pot };
         }
         let [slope_x, slope_y, brightness] = self.cloth.at(at[0], at[1]);
         let normal = unit([-slope_x, -slope_y, 1.0], [0.0, 0.0, 1.0]);
         Hit { at, normal, colour: scaled(CLOTH, brightness), what: Thing::Wall }
+    }
+
+    /// The tent's back wall as the side camera sees it.
+    fn back_wall(&self, at: Place) -> Hit {
+        let [slope_x, slope_y, brightness] = self.cloth.at(at[2], at[1]);
+        let normal = unit([-1.0, -slope_y, -slope_x], [-1.0, 0.0, 0.0]);
+        Hit { at, normal, colour: scaled(CLOTH, brightness), what: Thing::Wall }
+    }
+
+    fn lamp(&self, light: Light) -> Place {
+        self.view.of(lamp(light))
     }
 
     fn meet_pot(&self, along: Place) -> Option<Hit> {
@@ -200,6 +224,57 @@ impl Tent {
         let colour = scaled(LINER, (0.70 + 1.1 * here).clamp(0.15, 1.4));
         Hit { at, normal: unit(plus(slope, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]), colour, what: Thing::Pot }
     }
+
+    fn meet_lamp(&self, along: Place, light: Light) -> Option<Hit> {
+        let centre = self.lamp(light);
+        let [ox, _, oz] = minus(CAMERA, centre);
+        let [dx, _, dz] = along;
+        let far =
+            root(dx * dx + dz * dz, ox * dx + oz * dz, ox * ox + oz * oz - LAMP_RADIUS * LAMP_RADIUS, -1.0)?;
+        let at = on_ray(along, far);
+        let up = at[1] - centre[1];
+        // What of it lies within the cloth of the wall is not seen.
+        if up.abs() > LAMP_HEIGHT / 2.0 || (self.view == View::Side && at[0] > -WALL) {
+            return None;
+        }
+        let normal = unit([at[0] - centre[0], 0.0, at[2] - centre[2]], [0.0, 0.0, 1.0]);
+        // The strip of 144 diodes a metre is coiled in turns of 1.2 cm; a collar closes the cylinder below.
+        let turn = math::atan2(normal[0], normal[2]) / core::f64::consts::TAU;
+        let part = |value: f64| value - value.floor();
+        let phase = part(up / 1.2 + turn);
+        let diode = part(turn * core::f64::consts::TAU * LAMP_RADIUS * 1.44);
+        let colour = if up < 1.2 - LAMP_HEIGHT / 2.0 {
+            COIL
+        } else if phase > 0.8 {
+            LAMP
+        } else if (0.2..0.6).contains(&phase) && diode < 0.6 {
+            DIODE
+        } else {
+            COIL
+        };
+        Some(Hit { at, normal, colour, what: Thing::Coil(light) })
+    }
+
+    /// Distance in the picture from the upright line of a lamp's coil, in cm of the plane of the pot's axis.
+    fn off_coil(&self, point: Point, light: Light) -> f64 {
+        let centre = project(self.lamp(light));
+        // Seen from the side the lamps stand at distances of their own, and their glow grows with them.
+        let near = if self.view == View::Side { nearness(self.lamp(light)) } else { 1.0 };
+        let above = (point.y - centre.y).abs() / near - 0.42 * LAMP_HEIGHT;
+        math::hypot((point.x - centre.x) / near, above.max(0.0))
+    }
+
+    /// Whether nothing but cloth can be seen near a point.
+    fn is_cloth(&self, point: Point) -> bool {
+        let pot = point.y < 2.5 && point.x.abs() < POT_RADIUS + 2.0;
+        let lamps = Light::BOTH.into_iter().any(|light| {
+            let centre = project(self.lamp(light));
+            let near = nearness(self.lamp(light)).max(1.0);
+            (point.x - centre.x).abs() < LAMP_RADIUS * near + 0.5
+                && (point.y - centre.y).abs() < 0.5 * LAMP_HEIGHT * near + 0.5
+        });
+        !pot && !lamps
+    }
 }
 
 /// A place on the ray from the camera along `along`.
@@ -221,35 +296,6 @@ fn meet_cone(along: Place, radius: f64, narrowing: f64, side: f64) -> Option<(Pl
     Some((at, normal))
 }
 
-fn meet_lamp(along: Place, light: Light) -> Option<Hit> {
-    let centre = lamp(light);
-    let [ox, _, oz] = minus(CAMERA, centre);
-    let [dx, _, dz] = along;
-    let far =
-        root(dx * dx + dz * dz, ox * dx + oz * dz, ox * ox + oz * oz - LAMP_RADIUS * LAMP_RADIUS, -1.0)?;
-    let at = on_ray(along, far);
-    let up = at[1] - centre[1];
-    if up.abs() > LAMP_HEIGHT / 2.0 {
-        return None;
-    }
-    let normal = unit([at[0] - centre[0], 0.0, at[2] - centre[2]], [0.0, 0.0, 1.0]);
-    // The strip of 144 diodes a metre is coiled in turns of 1.2 cm; a collar closes the cylinder below.
-    let turn = math::atan2(normal[0], normal[2]) / core::f64::consts::TAU;
-    let part = |value: f64| value - value.floor();
-    let phase = part(up / 1.2 + turn);
-    let diode = part(turn * core::f64::consts::TAU * LAMP_RADIUS * 1.44);
-    let colour = if up < 1.2 - LAMP_HEIGHT / 2.0 {
-        COIL
-    } else if phase > 0.8 {
-        LAMP
-    } else if (0.2..0.6).contains(&phase) && diode < 0.6 {
-        DIODE
-    } else {
-        COIL
-    };
-    Some(Hit { at, normal, colour, what: Thing::Coil(light) })
-}
-
 /// How far across a lamp's cable a place of the wall lies, from -1 to 1, if it lies on it: up from the lamp, in a bow.
 fn on_cable(at: Place, light: Light) -> Option<f64> {
     let [x, y, _] = lamp(light);
@@ -267,21 +313,4 @@ fn root(a: f64, b: f64, c: f64, side: f64) -> Option<f64> {
 
 fn lamp(light: Light) -> Place {
     LAMPS[if light == Light::Left { 0 } else { 1 }]
-}
-
-/// Distance in the picture from the upright line of a lamp's coil, in cm of the plane of the pot's axis.
-fn from_coil(point: Point, light: Light) -> f64 {
-    let centre = project(lamp(light));
-    let above = (point.y - centre.y).abs() - 0.42 * LAMP_HEIGHT;
-    math::hypot(point.x - centre.x, above.max(0.0))
-}
-
-/// Whether nothing but cloth can be seen near a point.
-fn is_cloth(point: Point) -> bool {
-    let pot = point.y < 2.5 && point.x.abs() < POT_RADIUS + 2.0;
-    let lamps = Light::BOTH.into_iter().any(|light| {
-        let centre = project(lamp(light));
-        (point.x - centre.x).abs() < LAMP_RADIUS + 0.5 && (point.y - centre.y).abs() < 0.5 * LAMP_HEIGHT + 0.5
-    });
-    !pot && !lamps
 }

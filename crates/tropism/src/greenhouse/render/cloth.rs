@@ -1,7 +1,7 @@
 //! The black cloth of the back wall: hanging folds, wrinkles and a few sharp creases, as slopes over the wall.
 
 use crate::greenhouse::scene::Scene;
-use crate::greenhouse::view::{CAMERA, WALL};
+use crate::greenhouse::view::{CAMERA, View};
 use crate::math;
 use crate::random::{Purpose, stream, uniform};
 
@@ -20,9 +20,9 @@ pub(super) struct Cloth {
 }
 
 impl Cloth {
-    pub(super) fn new(scene: &Scene, seed: u64) -> Self {
+    pub(super) fn new(scene: &Scene, seed: u64, view: View) -> Self {
         let frame = scene.frame();
-        let further = (CAMERA[2] - WALL) / CAMERA[2];
+        let further = (CAMERA[2] - view.wall()) / CAMERA[2];
         let half_width = f64::from(frame.width) / frame.px_per_cm / 2.0 * further + 1.0;
         let half_height = f64::from(frame.height) / frame.px_per_cm / 2.0 * further + 1.0;
         let (left, bottom) = (CAMERA[0] - half_width, CAMERA[1] - half_height);

@@ -20,7 +20,7 @@ use self::tone::Tone;
 pub use self::truth::{Truth, truth};
 use super::pose::Pose;
 use super::scene::{Lighting, Scene};
-use super::view::Frame;
+use super::view::{Frame, View};
 use crate::light::Light;
 use crate::photo::Image;
 
@@ -28,6 +28,7 @@ use crate::photo::Image;
 #[derive(Clone, Debug)]
 pub struct Renderer {
     scene: Scene,
+    view: View,
     tent: Tent,
     tone: Tone,
     blur: Blur,
@@ -45,8 +46,17 @@ impl Renderer {
     /// The scene must have passed [`Scene::check`].
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
+        Self::at(View::Front, scene, seed)
+    }
+
+    /// [`Self::new`] with the camera in another place. The tent and the plant in it are the same.
+    #[must_use]
+    pub fn at(view: View, scene: &Scene, seed: u64) -> Self {
+        // Another camera has another sensor, and another cloth before it.
+        let seed = seed ^ ((view as u64) << 63);
         Self {
-            tent: Tent::new(scene, seed),
+            view,
+            tent: Tent::new(scene, seed, view),
             tone: Tone::new(),
             blur: Blur::new(scene.blur * scene.frame().px_per_cm),
             noise: Noise::new(seed, scene.noise, scene.width as usize),
@@ -62,13 +72,20 @@ impl Renderer {
         self.scene.frame()
     }
 
+    /// What is true of a photograph of `pose`.
+    #[must_use]
+    pub fn truth(&self, pose: &Pose) -> Truth {
+        truth(&pose.seen_from(self.view), self.frame())
+    }
+
     /// The picture of `pose` with one lamp `lit` or none, taken with or without the flash.
     ///
     /// The same picture for the same arguments, whatever was drawn before; `frame_index` picks the noise.
     #[must_use]
     pub fn draw(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Image {
         let mut rgb = Vec::new();
-        self.expose(&mut rgb, pose, Lighting::new(&self.scene, lit, flash), flash, frame_index);
+        let lighting = Lighting::new(&self.scene, lit, flash, self.view);
+        self.expose(&mut rgb, pose, lighting, flash, frame_index);
         self.picture(rgb)
     }
 
@@ -76,7 +93,8 @@ impl Renderer {
     #[must_use]
     pub fn photograph(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Vec<u8> {
         let mut rgb = std::mem::take(&mut self.sheet);
-        self.expose(&mut rgb, pose, Lighting::new(&self.scene, lit, flash), flash, frame_index);
+        let lighting = Lighting::new(&self.scene, lit, flash, self.view);
+        self.expose(&mut rgb, pose, lighting, flash, frame_index);
         let image = self.picture(rgb);
         let bytes = self.develop(&image);
         self.sheet = image.rgb;
@@ -92,7 +110,9 @@ impl Renderer {
         rgb.extend_from_slice(self.backdrop(&lighting, flash));
         let (frame, width) = (self.frame(), self.scene.width as usize);
         let margin = self.blur.reach() as i64 + 1;
-        if let Some(mut canvas) = Canvas::paint(&Body::new(pose), frame, margin, &lighting, &self.tone) {
+        if let Some(mut canvas) =
+            Canvas::paint(&Body::new(&pose.seen_from(self.view)), frame, margin, &lighting, &self.tone)
+        {
             let columns = canvas.pixmap.width() as usize;
             self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
             lay_over(rgb, width, &canvas);

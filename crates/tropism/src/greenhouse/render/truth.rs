@@ -7,7 +7,7 @@ use crate::geometry::{Point, Polyline};
 use crate::greenhouse::pose::Pose;
 use crate::greenhouse::view::{Frame, project};
 
-/// What is true of the plant in a photograph, in cm of the plane of the pot's axis.
+/// What is true of the plant in a photograph, in cm of the plane of the pot's axis, to the micrometre.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
@@ -32,13 +32,18 @@ pub fn truth(pose: &Pose, frame: Frame) -> Truth {
     let body = Body::new(pose);
     let edge = |which: usize| {
         let [one, other] = &body.leaves[which].halves;
-        Polyline(one.iter().chain(other.iter().rev()).map(|&place| project(place)).collect())
+        Polyline(one.iter().chain(other.iter().rev()).map(|&place| rounded(project(place))).collect())
     };
     Truth {
         top: body.top(),
         apex: project(pose.apex()),
-        midline: Polyline(midline(&body.stem)),
+        midline: Polyline(midline(&body.stem).into_iter().map(rounded).collect()),
         leaves: [edge(0), edge(1)],
         px_per_cm: frame.px_per_cm,
     }
+}
+
+/// A point to the micrometre, so that files stay small.
+fn rounded(point: Point) -> Point {
+    Point::new((point.x * 1e4).round() / 1e4, (point.y * 1e4).round() / 1e4)
 }
