@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::genome_file::File;
-use crate::random::{Dice, Purpose};
+use crate::random_search::random_weights;
 use crate::{Activation, Config};
 
 /// Largest size of a weight, slope or shift that a genome may hold.
@@ -118,9 +118,9 @@ impl Genome {
     /// The smallest genome with random weights, number `index` of an initial population.
     pub(crate) fn random(config: &Config, inputs: usize, outputs: usize, seed: u64, index: u64) -> Self {
         let mut genome = Self::seed(config, inputs, outputs);
-        let mut dice = Dice::new(seed, Purpose::Origin, index);
-        for link in &mut genome.links {
-            link.weight = dice.signed() * config.initial_weight_range;
+        let weights = random_weights(config, inputs, outputs, seed, index);
+        for (link, weight) in genome.links.iter_mut().zip(weights) {
+            link.weight = weight;
         }
         genome
     }

@@ -119,7 +119,7 @@ pub use genome_file::GenomeError;
 pub use neat::{Champion, Neat, NeatError, SCORE_LIMIT};
 pub use network::Network;
 pub use novelty::{DESCRIPTOR_LIMIT, Novelty, NoveltyConfig, NoveltyError};
-pub use random_search::random_genome;
+pub use random_search::{random_genome, random_weights};
 pub use run::{Trial, evolve};
 pub use species::Species;
 pub use stats::Generation;

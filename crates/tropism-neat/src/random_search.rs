@@ -1,5 +1,6 @@
 //! The paper's baseline: controllers "obtained from the initialization process of NEAT", tried at random.
 
+use crate::random::{Dice, Purpose};
 use crate::{Config, Genome};
 
 /// Number `index` of the random genomes of `seed`: distributed like, and for the same seed equal to, the members of the
@@ -20,4 +21,34 @@ pub fn random_genome(config: &Config, inputs: usize, outputs: usize, seed: u64, 
     crate::genome_file::check_shape(inputs, outputs)
         .expect("at least one input and one output, and not too many");
     Genome::random(config, inputs, outputs, seed, index)
+}
+
+/// The weights of [`random_genome`], in order of its links: for each output those of the inputs and of the bias.
+///
+/// That is all that tells such genomes apart, and much cheaper than to make one.
+pub fn random_weights(
+    config: &Config,
+    inputs: usize,
+    outputs: usize,
+    seed: u64,
+    index: u64,
+) -> impl Iterator<Item = f64> {
+    let range = config.initial_weight_range;
+    let mut dice = Dice::new(seed, Purpose::Origin, index);
+    (0..(inputs + 1) * outputs).map(move |_| dice.signed() * range)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_are_those_of_the_genome() {
+        let config = Config { initial_weight_range: 3.0, ..Config::paper() };
+        for index in 0..20 {
+            let genome = random_genome(&config, 3, 2, 9, index);
+            let weights = genome.links().iter().map(|link| link.weight);
+            assert!(weights.eq(random_weights(&config, 3, 2, 9, index)));
+        }
+    }
 }

@@ -8,7 +8,7 @@ mod saved;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism_neat::{Config, Generation, Genome, Neat, NeatError, random_genome};
+use tropism_neat::{Activation, Config, Generation, Genome, Neat, NeatError, random_genome, random_weights};
 
 use crate::control::Controller;
 use crate::control::network::{INPUTS, OUTPUTS};
@@ -168,14 +168,26 @@ pub fn baseline(
         .into_par_iter()
         .map(|chunk| {
             let indices = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-            let genomes: Vec<Genome> =
-                indices.clone().map(|index| random_genome(neat, INPUTS, OUTPUTS, seed, index)).collect();
-            let name =
+            let draws =
                 |index: u64| Draws::new(seed, Purpose::Growth, [(index >> 32) as u32, index as u32, 0]);
-            let episodes = genomes.iter().zip(indices.map(name));
-            let episodes =
-                episodes.map(|(genome, draws)| Episode { controller: Candidate::Genome(genome), draws });
-            let scores = fitness_of_all(model, task, episodes);
+            let scores = if neat.output_activation == Activation::UnsignedStep {
+                let threshold = 0.5 + neat.activation_b;
+                let episodes = indices.map(|index| {
+                    let mut weights = random_weights(neat, INPUTS, OUTPUTS, seed, index);
+                    let mut next = || weights.next().expect("a weight for each input and the bias");
+                    let controller = Candidate::Seed { weights: [next(), next()], bias: next(), threshold };
+                    Episode { controller, draws: draws(index) }
+                });
+                fitness_of_all(model, task, episodes)
+            } else {
+                let genomes: Vec<Genome> =
+                    indices.clone().map(|index| random_genome(neat, INPUTS, OUTPUTS, seed, index)).collect();
+                let episodes = genomes.iter().zip(indices).map(|(genome, index)| Episode {
+                    controller: Candidate::Genome(genome),
+                    draws: draws(index),
+                });
+                fitness_of_all(model, task, episodes)
+            };
             tick(scores.len() as u64).then_some(scores)
         })
         .collect();
@@ -245,4 +257,81 @@ pub fn trial<M: PlantModel, C: Controller>(
         })
         .collect();
     Trial::of(&scores)
+}
+
+/// [`trial`] of the controller that `genome` describes, many plants at once: the same figures, to the bit.
+///
+/// # Panics
+/// If there are no models or no plants, or the genome has not two inputs and one output.
+#[must_use]
+pub fn trial_of_genome(models: &[TipModel], task: &Task, genome: &Genome, seed: u64, plants: u32) -> Trial {
+    assert!(plants > 0 && !models.is_empty(), "at least one plant of one model");
+    let scores: Vec<f64> = (0..)
+        .zip(models)
+        .flat_map(|(number, model)| {
+            let episodes = (0..plants).map(|plant| Episode {
+                controller: Candidate::Genome(genome),
+                draws: Draws::new(seed, Purpose::Trial, [plant, number, 0]),
+            });
+            fitness_of_all(model, task, episodes)
+        })
+        .collect();
+    Trial::of(&scores)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::network::NetworkController;
+    use crate::plant::tip::TipModelConfig;
+    use crate::track::Track;
+
+    /// A plant that leans towards the light, from 4 to 24 cm.
+    fn model() -> TipModel {
+        let mut text = "tip_x_cm,tip_y_cm,light\n".to_owned();
+        for step in 0..700_u32 {
+            let phase = step % 80;
+            let (x, light) = if phase < 40 { (phase, "right") } else { (80 - phase, "left") };
+            text += &format!("{},{},{light}\n", f64::from(x) * 0.2 - 4.0, 4.0 + 0.03 * f64::from(step));
+        }
+        TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], TipModelConfig::default()).unwrap()
+    }
+
+    #[test]
+    fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
+        let (model, task) = (model(), Task::default());
+        for output_activation in [Activation::UnsignedStep, Activation::SignedStep] {
+            let neat = Config { output_activation, ..Config::paper() };
+            let scores: Vec<f64> = (0..1100)
+                .map(|index| {
+                    let genome = random_genome(&neat, INPUTS, OUTPUTS, 5, index);
+                    let mut controller = NetworkController::new(&genome).unwrap();
+                    let draws = Draws::new(5, Purpose::Growth, [0, index as u32, 0]);
+                    fitness_of(&model, &mut controller, &task, draws)
+                })
+                .collect();
+            let found = baseline(&model, &task, &neat, 5, 1100, |_| true).unwrap();
+            let best = scores.iter().copied().fold(f64::MIN, f64::max);
+            assert_eq!(found.best.to_bits(), best.to_bits());
+            let mut sorted = scores.clone();
+            sorted.sort_by(f64::total_cmp);
+            assert_eq!(found.median, 0.5 * (sorted[549] + sorted[550]));
+            let place = scores.iter().position(|&score| score == best).unwrap();
+            assert_eq!(found.champion, random_genome(&neat, INPUTS, OUTPUTS, 5, place as u64));
+        }
+    }
+
+    #[test]
+    fn a_genome_is_tried_as_its_controller_is() {
+        let (model, task) = (model(), Task::default());
+        let mut run = Run::new(&EvolutionConfig::default(), 3, 0).unwrap();
+        for _ in 0..60 {
+            run.advance(&model, &task);
+        }
+        let (genome, _) = run.champion().unwrap();
+        let models = [model.clone(), model];
+        let controller = NetworkController::new(genome).unwrap();
+        let plain = trial(&models, &task, || controller.clone(), 4, 50);
+        assert_eq!(trial_of_genome(&models, &task, genome, 4, 50), plain);
+    }
 }

@@ -300,26 +300,26 @@ impl EvolutionPlan {
 
     fn outcome(&self, run: &Run, model: &TipModel, plants: &[TipModel]) -> Result<RunOutcome> {
         let genome = champion(run)?;
-        let controller = NetworkController::new(genome)?;
+        let mut controller = NetworkController::new(genome)?;
         Ok(RunOutcome {
             seed: run.seed,
             best_fitness: run.champion().map_or(0.0, |(_, fitness)| fitness),
             generations: run.neat.generation(),
             evaluations: run.neat.evaluations(),
-            trial: self.trial(std::slice::from_ref(model), &controller),
-            transfer: self.trial(plants, &controller),
+            trial: self.trial(std::slice::from_ref(model), genome),
+            transfer: self.trial(plants, genome),
             links: genome.links().len(),
             without_data: {
                 let draws = Draws::new(self.seed, Purpose::Trial, [0; 3]);
-                model.share_without_data(&simulate(model, &mut controller.clone(), &self.task, draws))
+                model.share_without_data(&simulate(model, &mut controller, &self.task, draws))
             },
         })
     }
 }
 
 impl EvolutionPlan {
-    fn trial(&self, models: &[TipModel], controller: &NetworkController) -> Trial {
-        evolve::trial(models, &self.task, || controller.clone(), self.seed, self.trial_plants)
+    fn trial(&self, models: &[TipModel], genome: &Genome) -> Trial {
+        evolve::trial_of_genome(models, &self.task, genome, self.seed, self.trial_plants)
     }
 }
 
