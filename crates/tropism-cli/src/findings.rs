@@ -61,7 +61,7 @@ impl RunFound {
 
     /// What kind of plant it is.
     pub(crate) const fn plants(&self) -> Plants {
-        if self.plan.is_virtual { Plants::Virtual } else { Plants::Real }
+        self.plan.plants()
     }
 
     fn composite(&self) -> Result<Composite> {

@@ -31,14 +31,15 @@ fn folder() -> TempDir {
     folder
 }
 
-/// An evolution that saves itself after each generation, unless `more` says otherwise.
+/// An evolution of [`GENERATIONS`] that saves itself after each of them, unless `more` says otherwise.
 fn evolve(folder: &Path, out: &str, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
     command.current_dir(folder).args(["evolve", "--model", "model.json", "--task", "task.toml"]);
-    command.args(["--runs", &RUNS.to_string(), "--generations", &GENERATIONS.to_string()]);
-    command.args(["--out", out]).args(more);
-    if !more.contains(&"--checkpoint") {
-        command.args(["--checkpoint", "0"]);
+    command.args(["--runs", &RUNS.to_string(), "--out", out]).args(more);
+    for (option, value) in [("--generations", GENERATIONS.to_string()), ("--checkpoint", "0".to_owned())] {
+        if !more.contains(&option) {
+            command.args([option, &value]);
+        }
     }
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
@@ -69,7 +70,7 @@ fn decided(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn assert_same(folder: &Path, one: &str, other: &str) {
     let (one, other) = (decided(&folder.join(one)), decided(&folder.join(other)));
     assert_eq!(one.keys().collect::<Vec<_>>(), other.keys().collect::<Vec<_>>());
-    assert!(one.len() == 3 + 2 * RUNS, "{:?}", one.keys());
+    assert!(one.len() == 4 + 2 * RUNS, "{:?}", one.keys());
     for (name, bytes) in one {
         assert!(bytes == other[&name], "{name} differs");
     }
@@ -107,20 +108,24 @@ fn a_killed_evolution_goes_on_to_the_same_bits() {
 #[test]
 fn a_terminated_evolution_saves_and_says_how_to_go_on() {
     let folder = folder();
-    finished(&mut evolve(folder.path(), "whole", &[]));
-    let rarely = ["--checkpoint", "100000"];
-    let mut child =
-        evolve(folder.path(), "ended", &[&rarely[..], &["--json-lines"]].concat()).spawn().unwrap();
+    // So many that their lines do not fit into a pipe: it cannot end before somebody reads them.
+    let many = ["--generations", "300", "--checkpoint", "100000"];
+    finished(&mut evolve(folder.path(), "whole", &many));
+    let mut child = evolve(folder.path(), "ended", &[&many[..], &["--json-lines"]].concat()).spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     assert!(lines.nth(4).is_some(), "five generations");
+    // Nobody else may go on with it meanwhile.
+    let other = evolve(folder.path(), "ended", &[&many[..], &["--resume"]].concat()).output().unwrap();
+    let message = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(message.contains("ended: found the run in use by another program"), "{message}");
     let id = child.id().to_string();
     assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
-    assert!(lines.count() < RUNS * GENERATIONS - 5, "ended before its end");
+    assert!(lines.count() < RUNS * 300 - 5, "ended before its end");
     let output = child.wait_with_output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(130), "{message}");
     assert!(message.contains("ended is saved; the same command with --resume goes on"), "{message}");
-    finished(&mut evolve(folder.path(), "ended", &["--resume"]));
+    finished(&mut evolve(folder.path(), "ended", &[&many[..], &["--resume"]].concat()));
     assert_same(folder.path(), "whole", "ended");
 }
 

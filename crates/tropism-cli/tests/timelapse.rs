@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
@@ -69,6 +70,25 @@ fn a_run_becomes_a_film_and_a_picture() {
 }
 
 #[test]
+fn a_run_at_work_can_be_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let run =
+        ["run", "--rig", "greenhouse", "--controller", "chase", "--speed", "1000", "--out", "run", "--quiet"];
+    let mut child =
+        Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(&folder).args(run).spawn().unwrap();
+    let started = Instant::now();
+    while !folder.path().join("run/photographs/000002.jpg").exists() {
+        assert!(started.elapsed() < Duration::from_secs(60), "no photograph came");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let made = json(folder.path(), &["timelapse", "run", "--width", "64", "--out", "so-far.gif"]);
+    assert!(child.try_wait().unwrap().is_none(), "it is still at work");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(made["pictures"].as_u64().unwrap() >= 2, "{made}");
+}
+
+#[test]
 fn a_folder_of_photographs_does_and_damaged_ones_are_left_out() {
     let folder = run();
     let photographs = folder.path().join("run/photographs");
@@ -77,7 +97,12 @@ fn a_folder_of_photographs_does_and_damaged_ones_are_left_out() {
     fs::remove_file(photographs.join("000000.jpg")).unwrap();
     let made = json(folder.path(), &["timelapse", "run/photographs", "--width", "100", "--out", "a.gif"]);
     assert_eq!((&made["photographs"], &made["pictures"]), (&6.into(), &5.into()));
-    assert_eq!((&made["left_out"], &made["is_virtual"]), (&1.into(), &serde_json::Value::Null));
+    // They lie in the folder of a run, which says that they are of a virtual plant; elsewhere nobody knows.
+    assert_eq!((&made["left_out"], &made["is_virtual"]), (&1.into(), &true.into()));
+    fs::create_dir(folder.path().join("elsewhere")).unwrap();
+    fs::copy(photographs.join("000001.jpg"), folder.path().join("elsewhere/1.jpg")).unwrap();
+    let made = json(folder.path(), &["timelapse", "elsewhere", "--width", "100", "--out", "c.gif"]);
+    assert_eq!((&made["pictures"], &made["is_virtual"]), (&1.into(), &serde_json::Value::Null));
     // In a run, a photograph that was taken away is missed as well; and a picture alone makes no film.
     let made = json(folder.path(), &["timelapse", "run", "--width", "100", "--out", "b.jpg"]);
     assert_eq!(

@@ -1,6 +1,7 @@
 //! `tropism evolve`: controllers for a model.
 
 use std::fmt::Write;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::control::network::NetworkController;
 use tropism::evolve::{self, EvolutionConfig, Run, Trial};
-use tropism::experiment::{Checkpoint, files};
+use tropism::experiment::{Checkpoint, files, lock};
 use tropism::plant::tip::TipModel;
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::simulate;
@@ -201,7 +202,7 @@ impl EvolutionPlan {
     ) -> Result<Option<Outcome>> {
         let (started, cpu) = (Instant::now(), cpu_seconds());
         self.evolution.check()?;
-        self.claim(out, is_resumed)?;
+        let _lock = self.claim(out, is_resumed)?;
         let live = Mutex::new(Live::new(self.evolution.runs as usize));
         let runs: Vec<Option<Run>> = (0..self.evolution.runs)
             .into_par_iter()
@@ -231,14 +232,16 @@ impl EvolutionPlan {
         Ok(Some(outcome))
     }
 
-    fn claim(&self, out: &Path, is_resumed: bool) -> Result<()> {
+    /// Makes the folder or finds it to be this evolution's, and keeps others out of it.
+    fn claim(&self, out: &Path, is_resumed: bool) -> Result<File> {
         let (file, text) = (out.join("evolution.toml"), toml::to_string(self)?);
-        if file.exists() {
-            ensure!(
-                is_resumed,
-                "{}: found an evolution here already, wanted a new folder (or --resume)",
-                out.display()
-            );
+        let is_there = file.exists();
+        ensure!(
+            is_resumed || !is_there,
+            "{}: found an evolution here already, wanted a new folder (or --resume)",
+            out.display()
+        );
+        if is_there {
             let there = files::read_text(&file)?;
             ensure!(
                 there == text,
@@ -247,7 +250,9 @@ impl EvolutionPlan {
             );
         }
         files::make_folder(&out.join("champions"))?;
-        Ok(files::write(&file, text.as_bytes())?)
+        let lock = lock(out)?;
+        files::write(&file, text.as_bytes())?;
+        Ok(lock)
     }
 
     /// Advances run `index` to its last generation, from its checkpoint if there is one. `None` if it was interrupted.

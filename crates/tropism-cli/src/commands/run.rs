@@ -11,6 +11,7 @@ use tropism::environment;
 use tropism::experiment::{Journal, Recorded, RunFolder, files};
 use tropism::greenhouse::tent::Device;
 use tropism::observation::Quality;
+use tropism::report::Plants;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, VisionConfig};
@@ -141,6 +142,11 @@ impl RunPlan {
     /// The network that steers, as JSON, if one does.
     pub(crate) fn network(&self) -> Option<&str> {
         self.network.as_deref()
+    }
+
+    /// What kind of plant it has.
+    pub(crate) const fn plants(&self) -> Plants {
+        if self.is_virtual { Plants::Virtual } else { Plants::Real }
     }
 
     /// How its photographs map to centimetres.

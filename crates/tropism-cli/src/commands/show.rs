@@ -195,9 +195,8 @@ impl Show {
         };
         let genome = Genome::from_json(network).with_context(|| file.display().to_string())?;
         let track = self.path.join("track.csv");
-        let plants = if plan.is_virtual { Plants::Virtual } else { Plants::Real };
         let steered = match track.exists() {
-            true => Some((files::read_track(&track)?, plants)),
+            true => Some((files::read_track(&track)?, plan.plants())),
             false => None,
         };
         let task = if self.task.task.is_some() { self.task.load()? } else { plan.task };

@@ -236,6 +236,8 @@ impl Timelapse {
         let mut film = Film { calibration: None, targets: Vec::new(), plants: None, steps: Vec::new() };
         if !self.folder.join("run.toml").exists() {
             let photographs = files::photographs(std::slice::from_ref(&self.folder))?;
+            // The photographs of a run by themselves are still those of its plant.
+            film.plants = RunPlan::read(&self.folder.join("..")).ok().map(|plan| plan.plants());
             return Ok(Source { photographs, film, crop: None, width });
         }
         let plan = RunPlan::read(&self.folder)?;
@@ -245,7 +247,7 @@ impl Timelapse {
             .with_context(|| file.display().to_string())?;
         ensure!(!rows.is_empty(), "{}: found no steps, wanted a run that has begun", file.display());
         let photographs = rows.iter().map(|row| self.folder.join("photographs").join(&row.photo)).collect();
-        film.plants = Some(if plan.is_virtual { Plants::Virtual } else { Plants::Real });
+        film.plants = Some(plan.plants());
         film.calibration = plan.calibration();
         film.targets = plan.task.targets;
         let step = |row: &Row| Step {

@@ -164,7 +164,11 @@ impl RunFolder {
     }
 }
 
-fn lock(path: &Path) -> Result<File, FolderError> {
+/// Keeps other programs out of the folder at `path` until it is dropped.
+///
+/// # Errors
+/// [`FolderError::InUse`] if another program keeps it already.
+pub fn lock(path: &Path) -> Result<File, FolderError> {
     let name = path.join("run.lock");
     let disk = |source| FileError::Disk { action: "lock", path: name.clone(), source };
     let file = File::create(&name).map_err(disk)?;

@@ -12,6 +12,6 @@ mod journal;
 mod recorded;
 
 pub use checkpoint::{Checkpoint, Loaded};
-pub use folder::{FolderError, RunFolder};
+pub use folder::{FolderError, RunFolder, lock};
 pub use journal::{Durability, Journal, JournalError, Row};
 pub use recorded::{RecordError, Recorded};
