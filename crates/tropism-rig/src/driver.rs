@@ -9,12 +9,16 @@ use tropism::rig::{Camera, Flash, RigError};
 
 use crate::command::{CommandCamera, CommandFlash, CommandLamp, CommandSwitch};
 use crate::folder::FolderCamera;
+use crate::gpio::{GpioFlash, GpioLamp};
 use crate::http::HttpCamera;
+use crate::leds::LedsLamp;
 use crate::mqtt::{Broker, MqttFlash, MqttLamp};
 use crate::replay::ReplayCamera;
 use crate::rpicam::RpicamCamera;
 use crate::switch::{BoundedFlash, Switch};
+use crate::v4l2::V4l2Camera;
 use crate::wled::WledLamp;
+use crate::ws2812::Ws2812Lamp;
 
 /// An enum of settings that is written as the table of one of them, with the key `driver`.
 ///
@@ -86,6 +90,8 @@ drivers! {
         "http" => Http(HttpCamera),
         /// The camera of a Raspberry Pi.
         "rpicam" => Rpicam(RpicamCamera),
+        /// A USB camera.
+        "v4l2" => V4l2(V4l2Camera),
         /// A folder in which something else puts photographs.
         "folder" => Folder(FolderCamera),
         /// The photographs of a recorded run.
@@ -103,6 +109,7 @@ impl CameraDriver {
             Self::Command(_) | Self::Folder(_) | Self::Replay(_) => Ok(()),
             Self::Http(camera) => camera.check(),
             Self::Rpicam(camera) => camera.check(),
+            Self::V4l2(camera) => camera.check(),
         }
     }
 
@@ -115,6 +122,7 @@ impl CameraDriver {
             Self::Command(camera) => Box::new(camera.clone()),
             Self::Http(camera) => Box::new(camera.open()?),
             Self::Rpicam(camera) => Box::new(camera.open()?),
+            Self::V4l2(camera) => Box::new(camera.clone()),
             Self::Folder(camera) => Box::new(camera.clone()),
             Self::Replay(camera) => Box::new(camera.open()?),
         })
@@ -130,6 +138,12 @@ drivers! {
         "wled" => Wled(WledLamp),
         /// A plug or relay behind a broker.
         "mqtt" => Mqtt(MqttLamp),
+        /// A relay on a GPIO line.
+        "gpio" => Gpio(GpioLamp),
+        /// A strip on the PIO of a Raspberry Pi 5.
+        "leds" => Leds(LedsLamp),
+        /// A strip on an SPI bus.
+        "ws2812-spi" => Ws2812(Ws2812Lamp),
     }
 }
 
@@ -143,6 +157,23 @@ impl LampDriver {
             Self::Command(_) => Ok(()),
             Self::Wled(lamp) => lamp.check(period_min),
             Self::Mqtt(lamp) => lamp.plug.check(),
+            Self::Gpio(lamp) => lamp.line.check(),
+            Self::Leds(lamp) => lamp.strip.check(),
+            Self::Ws2812(lamp) => lamp.check(),
+        }
+    }
+
+    /// Whether both would drive the same pixels, line or plug.
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Wled(a), Self::Wled(b)) => {
+                a.url == b.url && (a.segment == b.segment || a.strip.overlaps(&b.strip))
+            }
+            (Self::Leds(a), Self::Leds(b)) => a.device == b.device && a.strip.overlaps(&b.strip),
+            (Self::Ws2812(a), Self::Ws2812(b)) => a.device == b.device && a.strip.overlaps(&b.strip),
+            (Self::Gpio(a), Self::Gpio(b)) => (&a.line.chip, &a.line.name) == (&b.line.chip, &b.line.name),
+            (Self::Mqtt(a), Self::Mqtt(b)) => a.plug == b.plug,
+            _ => false,
         }
     }
 
@@ -160,6 +191,9 @@ impl LampDriver {
             }),
             Self::Wled(lamp) => Box::new(lamp.open(device)),
             Self::Mqtt(lamp) => Box::new(lamp.plug.open(device, broker)?),
+            Self::Gpio(lamp) => lamp.line.open(device)?,
+            Self::Leds(lamp) => lamp.open(device)?,
+            Self::Ws2812(lamp) => lamp.open(device)?,
         })
     }
 }
@@ -171,6 +205,8 @@ drivers! {
         "command" => Command(CommandFlash),
         /// A plug or relay behind a broker.
         "mqtt" => Mqtt(MqttFlash),
+        /// A relay on a GPIO line.
+        "gpio" => Gpio(GpioFlash),
     }
 }
 
@@ -183,6 +219,7 @@ impl FlashDriver {
         match self {
             Self::Command(_) => Ok(()),
             Self::Mqtt(flash) => flash.plug.check(),
+            Self::Gpio(flash) => flash.line.check(),
         }
     }
 
@@ -201,6 +238,7 @@ impl FlashDriver {
                 };
                 (Box::new(switch), settle_s, max_on_s)
             }
+            Self::Gpio(GpioFlash { line, settle_s, max_on_s }) => (line.open("flash")?, settle_s, max_on_s),
             Self::Mqtt(MqttFlash { plug, settle_s, max_on_s }) => {
                 (Box::new(plug.open("flash", broker)?), settle_s, max_on_s)
             }

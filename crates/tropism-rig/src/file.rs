@@ -123,6 +123,10 @@ impl LampsTable {
                                 programs that know both"
                         .to_owned());
                 }
+                if left.overlaps(right) {
+                    return Err("lamps: found left and right on the same pixels, line or plug, wanted two lamps"
+                        .to_owned());
+                }
                 left.check(period_min).map_err(|problem| format!("lamps.left: {problem}"))?;
                 right.check(period_min).map_err(|problem| format!("lamps.right: {problem}"))
             }
@@ -369,6 +373,73 @@ mod tests {
         let mixed =
             "[lamps]\nleft = [\"l\"]\n[lamps.right]\ndriver = \"command\"\non = [\"r\"]\noff = [\"r0\"]\n";
         assert!(problem(mixed).contains("left and right alike"));
+    }
+
+    #[test]
+    fn lamps_are_two() {
+        let lamps = |left: &str, right: &str| {
+            parse(&format!("{CAMERA}[lamps.left]\n{left}\n[lamps.right]\n{right}\n")).unwrap().check()
+        };
+        let wled = |first: u16, segment: u8| {
+            format!(
+                "driver = \"wled\"\nurl = \"http://w\"\nsegment = {segment}\nstrip = {{ first = {first}, pixels = 9 }}"
+            )
+        };
+        let gpio = |line: &str| format!("driver = \"gpio\"\nline = {{ name = {line:?} }}");
+        let leds = |first: u16| format!("driver = \"leds\"\nstrip = {{ first = {first}, pixels = 9 }}");
+        assert_eq!(lamps(&wled(0, 0), &wled(9, 1)), Ok(()));
+        assert_eq!(lamps(&gpio("GPIO17"), &gpio("GPIO27")), Ok(()));
+        assert_eq!(lamps(&leds(0), &leds(9)), Ok(()));
+        for (left, right) in [
+            (wled(0, 0), wled(8, 1)),
+            (wled(0, 0), wled(9, 0)),
+            (gpio("GPIO17"), gpio("GPIO17")),
+            (leds(0), leds(5)),
+        ] {
+            assert!(
+                lamps(&left, &right).unwrap_err().to_string().contains("wanted two lamps"),
+                "{left} {right}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_lamp_that_draws_too_much_is_refused_when_the_file_is_read() {
+        let lamps = |duty: f64| {
+            let lamp = |side: &str, first: u16| {
+                format!(
+                    "[lamps.{side}]\ndriver = \"leds\"\nstrip = {{ first = {first}, pixels = 144, duty = {duty} }}\n"
+                )
+            };
+            parse(&format!("{CAMERA}{}{}", lamp("left", 0), lamp("right", 144))).unwrap().check()
+        };
+        assert_eq!(lamps(0.5), Ok(()));
+        let problem = lamps(0.6).unwrap_err().to_string();
+        assert!(problem.starts_with("lamps.left: found a strip that draws 5.18 A"), "{problem}");
+    }
+
+    /// The files in `rigs/`.
+    #[test]
+    fn the_rigs_that_come_with_the_program_are_right() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs");
+        let mut drivers = std::collections::BTreeSet::new();
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let text = std::fs::read_to_string(&path).unwrap();
+            let rig: RigFile =
+                toml::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            rig.check().unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            assert!(!rig.is_virtual());
+            let written = toml::to_string(&rig).unwrap();
+            assert_eq!(toml::from_str::<RigFile>(&written).unwrap(), rig, "{}", path.display());
+            drivers
+                .extend(written.lines().filter_map(|line| line.strip_prefix("driver = ")).map(str::to_owned));
+        }
+        let drivers: Vec<_> = drivers.into_iter().collect();
+        assert_eq!(
+            drivers.join(" "),
+            "\"command\" \"gpio\" \"http\" \"leds\" \"mqtt\" \"rpicam\" \"v4l2\" \"wled\" \"ws2812-spi\""
+        );
     }
 
     #[test]

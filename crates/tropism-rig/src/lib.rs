@@ -3,9 +3,9 @@
 //! A rig file (TOML) says what stands in a tent: the virtual one, or cameras, lamps and a flash with their drivers. This
 //! crate reads it ([`mod@file`]), finds the driver of each table ([`driver`]), and opens it as a
 //! [`Rig`](tropism::rig::Rig). Two lamps of any drivers stand behind one interlock, and any flash behind a bound on its
-//! time ([`switch`]). Cameras are [`rpicam`], [`http`],
-//! [`mod@folder`] and [`replay`]; lamps [`wled`] and [`mqtt`], which also has the flash; [`command`] runs programs of yours, which reaches any hardware that a shell reaches; [`clock`] keeps
-//! the five minutes.
+//! time ([`switch`]). Cameras are [`rpicam`], [`v4l2`], [`http`], [`mod@folder`] and [`replay`]; lamps [`leds`], [`ws2812`],
+//! [`wled`], [`mqtt`] and [`gpio`], of which the last two drive the flash as well; [`command`] runs programs of yours,
+//! which reaches any hardware that a shell reaches. [`clock`] keeps the five minutes.
 //!
 //! None of this was checked on a physical camera, lamp or relay.
 
@@ -14,17 +14,22 @@ pub mod command;
 pub mod driver;
 pub mod file;
 pub mod folder;
+pub mod gpio;
 pub mod http;
+pub mod leds;
 pub mod mqtt;
 pub mod replay;
 pub mod rpicam;
 pub mod seconds;
 pub mod strip;
 pub mod switch;
+pub mod v4l2;
 pub mod wled;
+pub mod ws2812;
 
 mod child;
 mod picture;
+mod pixels;
 mod tries;
 
 use tropism::rig::RigError;

@@ -51,6 +51,10 @@ impl Strip {
         self.first.saturating_add(self.pixels)
     }
 
+    pub(crate) const fn overlaps(&self, other: &Self) -> bool {
+        self.first < other.stop() && other.first < self.stop()
+    }
+
     /// What the lit lamp draws, A: all pixels at their duty, each channel a third of white.
     #[must_use]
     pub fn amps(&self) -> f64 {
