@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use tropism::geometry::{Pixel, Point, Polyline, Region};
 use tropism::light;
 use tropism::photo::{Image, Photo};
-use tropism::vision::{Mode, Sighting, VisionConfig, lit, look_from};
+use tropism::vision::robust::silhouette;
+use tropism::vision::{Mode, VisionConfig, lit, look_from};
 
 use crate::score::{off, quantile};
 
@@ -191,7 +192,7 @@ fn apart(found: &Polyline, marked: &Polyline) -> f64 {
     100.0 * 0.5 * (one(found, marked) + one(marked, found)) / marked.length()
 }
 
-fn silhouettes(folder: &Path, mode: Mode) -> String {
+fn silhouettes(folder: &Path, _: Mode) -> String {
     let mut files: Vec<_> = std::fs::read_dir(folder.join("bean-silhouettes"))
         .expect("the folder of silhouettes")
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
@@ -209,7 +210,7 @@ fn silhouettes(folder: &Path, mode: Mode) -> String {
             let (x, y) = ("x_reoriented(pix)", "y_reoriented(pix)");
             let published =
                 table(&path("skeleton")).iter().map(|row| Point::new(row.number(x), row.number(y))).collect();
-            compare(&contour, &Polyline(published), mode)
+            compare(&contour, &Polyline(published))
         })
         .collect();
     let known: Vec<(f64, f64)> = found.into_iter().flatten().collect();
@@ -227,12 +228,10 @@ fn silhouettes(folder: &Path, mode: Mode) -> String {
 }
 
 /// Length (in % too long) and mean distance (in % of the length) of the midline of a contour beside the published one.
-fn compare(contour: &[Pixel], published: &Polyline, mode: Mode) -> Option<(f64, f64)> {
+fn compare(contour: &[Pixel], published: &Polyline) -> Option<(f64, f64)> {
     let (image, base) = filled(contour);
-    let config = VisionConfig { mode, ..VisionConfig::default() };
-    let Sighting { stem, .. } = look_from(&image, Some(base), &config)?;
+    let stem = silhouette(&image, base)?;
     // As published: the base at the origin, y up, mirrored so that the tip lies at positive x.
-    let stem = stem?;
     let (first, last) = (stem[0], stem[stem.len() - 1]);
     let side = if last.x >= first.x { 1.0 } else { -1.0 };
     let found = Polyline(stem.iter().map(|at| Point::new(side * (at.x - first.x), first.y - at.y)).collect());

@@ -10,6 +10,9 @@ use tropism::vision::{Class, Seen};
 /// A tip this far from the true one, in mm, is wrong: a model must not be built on it.
 const WRONG_MM: f64 = 5.0;
 
+/// A sighting may be held for so many frames: after that there is no answer.
+const HELD: usize = 3;
+
 /// What became of the frames of one row.
 #[derive(Default)]
 pub(crate) struct Score {
@@ -75,8 +78,10 @@ impl Score {
         let Some(observation) = &seen.observation else { return };
         let miss = 10.0 * observation.tip.distance(truth.top);
         if measured.is_none() {
-            self.held += 1;
-            self.helds.push(miss);
+            if self.gap <= HELD {
+                self.held += 1;
+                self.helds.push(miss);
+            }
             return;
         }
         self.measured += 1;

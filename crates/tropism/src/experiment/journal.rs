@@ -66,7 +66,7 @@ pub enum JournalError {
     Schema(i64),
 }
 
-const SCHEMA: i64 = 1;
+const SCHEMA: i64 = 2;
 
 /// An open journal.
 #[derive(Debug)]
@@ -97,7 +97,7 @@ impl Journal {
                      step INTEGER PRIMARY KEY, time_s REAL NOT NULL,
                      photo TEXT NOT NULL, photo_bytes INTEGER NOT NULL, photo_sha256 TEXT NOT NULL,
                      tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
-                     quality TEXT, class TEXT NOT NULL,
+                     quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
                      decided TEXT, done INTEGER NOT NULL DEFAULT 0);
                  CREATE TABLE start (unix_s REAL NOT NULL);
                  PRAGMA user_version = {SCHEMA};
@@ -138,8 +138,8 @@ impl Journal {
         self.db
             .prepare_cached(
                 "INSERT OR REPLACE INTO steps (step, time_s, photo, photo_bytes, photo_sha256,
-                     tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class)
-                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                     tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, confidence)
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             )?
             .execute(params![
                 row.step,
@@ -153,6 +153,7 @@ impl Journal {
                 row.seen.pixel.map(|pixel| pixel.y),
                 tip.map(|seen| seen.quality.name()),
                 row.seen.class.to_string(),
+                row.seen.confidence,
             ])?;
         Ok(())
     }
@@ -184,7 +185,7 @@ impl Journal {
     pub fn rows(&self) -> Result<Vec<Row>, JournalError> {
         let mut statement = self.db.prepare(
             "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px,
-                    quality, class, decided, done FROM steps ORDER BY step",
+                    quality, class, decided, done, confidence FROM steps ORDER BY step",
         )?;
         let mut found = statement.query([])?;
         let mut rows = Vec::new();
@@ -258,5 +259,6 @@ fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<Seen, JournalError> {
         stem: None,
         quality,
     });
-    Ok(Seen { observation, pixel: point(7, 8)?.map(|[x, y]| Pixel::new(x, y)), class })
+    let pixel = point(7, 8)?.map(|[x, y]| Pixel::new(x, y));
+    Ok(Seen { observation, pixel, class, confidence: row.get(13)? })
 }

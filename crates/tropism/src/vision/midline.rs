@@ -1,13 +1,14 @@
 //! The middle of the stem, from the base to where it ends.
 //!
 //! In: a plane that is 0 on background and 1 on plant, the part of it that is one plant, and the plant's highest point.
-//! Out: the line through the middle of its stem. The one idea: the cheapest way through the plant from its base to its
-//! top keeps to the middle; the stem ends where this way meets a second long limb, or becomes as broad as a leaf.
+//! Out: the line through the middle of its stem. The one idea: the cheapest way through the plant from its base to the end
+//! of a limb keeps to the middle, and the longest limb that is thin and bright to its end is the stem. Where each ends in a
+//! leaf, the stem ends where the way to the top meets a second long limb, or becomes as broad as a leaf.
 
 use crate::math;
 use crate::vision::parts::Bounds;
 use crate::vision::segment::Plane;
-use crate::vision::ways::Window;
+use crate::vision::ways::{Ways, Window};
 
 /// A place in a plane: column and row, with fractions.
 pub type Place = (f64, f64);
@@ -23,6 +24,25 @@ const LIMB_SHARE: f64 = 0.12;
 
 /// What is broader than this many stem widths is a leaf, where it is long enough.
 const BROAD: f64 = 1.8;
+
+/// Limbs whose ends are looked at, and the least samples that each reaches from those before it.
+const LIMBS: usize = 6;
+const SHORTEST: f64 = 4.0;
+
+/// The last so many stem widths of a limb must be thin if it is to be the stem.
+const END: f64 = 5.0;
+
+/// How thin, in stem widths: a stem tapers, a leaf seen edge on does not.
+const SLENDER: f64 = 1.25;
+
+/// The end of a stem is at least this share as bright as its lower half: leaves seen edge on are thin, but darker.
+const BRIGHT: f64 = 0.7;
+
+/// A stem ends at most so many stem widths below its highest point: what hangs farther is a closed hook, or a leaf.
+const HANGS: f64 = 3.0;
+
+/// A stem turns less than this, as 1 less the cosine of the turn (0.15: 32 degrees), where a leaf's stalk leaves it.
+const KINK: f64 = 0.15;
 
 /// The line through the middle of the stem of one part of a plane, from near `base` up, about a sample between points.
 ///
@@ -40,6 +60,7 @@ pub fn trace(
     let window = Window::around(plane, bounds, is_part, reach);
     let (start, goal) = (window.nearest(base)?, window.nearest(top)?);
     let up = window.ways(start);
+    let thin = thin_limb(plane, &window, start, &up);
     let way = up.to(goal).filter(|way| way.len() > 1)?;
     let (mut line, widths) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
     let width = stem_width(&widths);
@@ -54,7 +75,95 @@ pub fn trace(
     });
     let end = fork.or(leaf).unwrap_or(line.len());
     line.truncate((end + 1).max(2));
+    // A stem goes on past a pair of leaves, but not from a closed hook into what hangs from it.
+    let is_shorter = |thin: &Vec<Place>| thin.len() as f64 + 2.0 * width < line.len() as f64;
+    Some(thin.filter(|thin| !is_shorter(thin)).unwrap_or_else(|| resampled(&line, 1.0)))
+}
+
+/// The longest limb that is thin and bright to its end, to where its rounded end begins; `None` where each ends in a leaf.
+fn thin_limb(plane: &Plane, window: &Window, start: usize, up: &Ways) -> Option<Vec<Place>> {
+    let mut best: Option<(f64, Vec<Place>)> = None;
+    for way in window.limbs(start, up, SHORTEST, LIMBS) {
+        let (mut line, widths) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
+        let stem = stem_width(&widths);
+        let last = line.len().saturating_sub((END * stem) as usize);
+        let end = &widths[last..widths.len().saturating_sub((0.5 * stem) as usize).max(last)];
+        let brightness = |line: &[Place]| quantile(line.iter().map(|&at| value(plane, at)).collect(), 0.5);
+        let is_thin = quantile(end.to_vec(), 0.7) <= SLENDER * stem;
+        let share = brightness(&line[last..]) / brightness(&line[..line.len().div_ceil(2)]).max(1e-6);
+        if last == 0 || !is_thin || share < BRIGHT || hangs(&line) > HANGS * stem || kink(&line, stem) > KINK
+        {
+            continue;
+        }
+        let rating = line.len() as f64 * share.min(1.0);
+        if best.as_ref().is_none_or(|(most, _)| rating > *most) {
+            round_off(plane, &mut line, stem);
+            best = Some((rating, line));
+        }
+    }
+    best.map(|(_, line)| resampled(&line, 1.0))
+}
+
+/// How far below its highest point a line ends.
+fn hangs(line: &[Place]) -> f64 {
+    let highest = line.iter().map(|at| at.1).fold(f64::INFINITY, f64::min);
+    line.last().map_or(0.0, |end| end.1 - highest)
+}
+
+/// The sharpest turn of a line below its end, within a few stem widths, as 1 less its cosine.
+fn kink(line: &[Place], stem: f64) -> f64 {
+    let reach = (2.5 * stem).ceil() as usize;
+    let end = line.len().saturating_sub(reach + (1.5 * stem) as usize);
+    let way = |from: Place, to: Place| (to.0 - from.0, to.1 - from.1);
+    let turn = |i: usize| {
+        let (one, other) = (way(line[i - reach], line[i]), way(line[i], line[i + reach]));
+        let lengths = math::hypot(one.0, one.1) * math::hypot(other.0, other.1);
+        (one.0 * other.0 + one.1 * other.1) / lengths.max(1e-9)
+    };
+    let least = (reach..end).map(turn).fold(1.0, f64::min);
+    1.0 - least
+}
+
+/// Ends a line in the middle of the round end of a stem: half its width before its edge.
+fn round_off(plane: &Plane, line: &mut Vec<Place>, stem: f64) {
+    let back = |widths: f64| line.len().saturating_sub(1 + (widths * stem).ceil() as usize);
+    let (from, to) = (line[back(3.5)], line[back(1.5)]);
+    let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
+    let along = ((to.0 - from.0) / length, (to.1 - from.1) / length);
+    let at = |far: f64| (to.0 + far * along.0, to.1 + far * along.1);
+    let half = 0.5 * value(plane, to).clamp(0.1, 1.0);
+    let steps = (0..(16.0 * stem) as u32).map(|step| 0.25 * f64::from(step));
+    let Some(edge) = steps.skip(1).find(|&far| value(plane, at(far)) < half) else { return };
+    let (inside, outside) = (value(plane, at(edge - 0.25)), value(plane, at(edge)));
+    let edge = edge - 0.25 * (half - outside) / (inside - outside).max(1e-9);
+    let width = Profile::across(plane, line, back(1.5)).width.min(BROAD * stem);
+    let end = at((edge - 0.5 * width).max(0.0));
+    line.truncate(back(1.5) + 1);
+    line.push(end);
+}
+
+/// The line through the middle of one part of a plane from near `base` to the end that is farthest from it, however broad
+/// or bent the part is.
+#[must_use]
+pub fn longest(
+    plane: &Plane,
+    bounds: Bounds,
+    is_part: impl Fn(usize) -> bool,
+    base: Place,
+    reach: usize,
+) -> Option<Vec<Place>> {
+    let window = Window::around(plane, bounds, is_part, reach);
+    let start = window.nearest(base)?;
+    let way = window.limbs(start, &window.ways(start), SHORTEST, 1).pop()?;
+    let (line, _) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
     Some(resampled(&line, 1.0))
+}
+
+/// The value below which a share of the values lies; 0 without values.
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let at = (share * values.len().saturating_sub(1) as f64).round() as usize;
+    values.get(at).copied().unwrap_or(0.0)
 }
 
 /// A rough way through the plant moved to its middle, in two rounds, and how broad the plant is across each point. Where

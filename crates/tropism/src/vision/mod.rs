@@ -1,13 +1,16 @@
 //! From a photograph to the tip and the stem of the plant in it, in centimetres (sections 2.2.2 and 4).
 //!
 //! In: photographs, in order. Out: what each shows, and why where it shows nothing. The one idea: [`look`] is pure and
-//! knows one picture; [`Eye`] adds what a camera's place ([`Calibration`]) and the last sighting know.
+//! knows one picture; [`Eye`] adds what the camera's place ([`Calibration`]) and the photographs before know.
 //!
 //! Two modes. [`Mode::Paper`] does what the paper says, word for word. [`Mode::Robust`], the default, believes only
-//! what hangs together with the stem's base and places the tip between pixels.
+//! what hangs together with the stem's base, places the tip between pixels, finds out whether the camera was moved, and
+//! doubts what a plant cannot do in the time between two photographs.
 
+pub mod backdrop;
 pub mod calibration;
 pub mod colour;
+mod follow;
 pub mod hold;
 pub mod lit;
 pub mod midline;
@@ -15,6 +18,7 @@ pub mod overlay;
 pub mod parts;
 pub mod robust;
 pub mod segment;
+pub mod shape;
 pub mod stem;
 pub mod tip;
 mod ways;
@@ -28,8 +32,11 @@ use crate::photo::{Image, Photo, PhotoError};
 pub use calibration::Calibration;
 pub use lit::lit;
 
+use backdrop::Backdrop;
+use follow::{Follow, Glimpse};
 use hold::{Hold, HoldConfig};
 use segment::Levels;
+use shape::Shape;
 use stem::StemConfig;
 
 /// How a picture is read.
@@ -170,7 +177,7 @@ impl VisionConfig {
 }
 
 /// What one photograph shows of a plant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
     /// The highest point of the plant: the paper's tip.
     pub tip: Pixel,
@@ -182,6 +189,14 @@ pub struct Sighting {
     pub stem: Option<Vec<Pixel>>,
     /// How many deviations of the background the brightest of the plant exceeds it by.
     pub contrast: f64,
+    /// Where there is tissue, in mode `robust`.
+    pub shape: Shape,
+    /// Whether the plant reaches the left, right or upper edge of the crop: its tip may lie beyond.
+    pub is_cut: bool,
+    /// Whether glare or a shadow lies on the tip, or mist on the lens: the tip may be elsewhere.
+    pub is_veiled: bool,
+    /// How far the camera's picture has moved since the first one, in pixels to the right and down, as an [`Eye`] finds.
+    pub shift: Pixel,
 }
 
 /// What a picture shows of a plant; `None` where it shows none, or where the crop does not lie in it.
@@ -219,7 +234,7 @@ pub fn look_from(image: &Image, base: Option<Pixel>, config: &VisionConfig) -> O
     }
     let tip = tip::highest(&plane, levels.threshold(config.threshold))?;
     let stem = config.stem.then(|| stem::medians(image, crop, &config.gates)).filter(|stem| stem.len() > 1);
-    Some(Sighting { tip, apex: None, stem, contrast })
+    Some(Sighting { tip, stem, contrast, ..Sighting::default() })
 }
 
 /// What became of one photograph.
@@ -238,12 +253,30 @@ pub enum Class {
     NoPlant,
     /// The same bytes as the photograph before: the camera hangs.
     Repeated,
+    /// Something looks otherwise than it can, as when a leaf, a fly or glare is in front of the plant.
+    Ambiguous,
+    /// The plant reaches out of the crop.
+    LeavesView,
+    /// The tip is farther from where it was than a plant can move.
+    Jump,
+    /// The tip is seen and believed, but the time since the photograph before is not the period.
+    ClockGap,
 }
 
 impl Class {
     /// Every class.
-    pub const ALL: [Self; 6] =
-        [Self::Ok, Self::Corrupt, Self::Foreign, Self::Dark, Self::NoPlant, Self::Repeated];
+    pub const ALL: [Self; 10] = [
+        Self::Ok,
+        Self::Corrupt,
+        Self::Foreign,
+        Self::Dark,
+        Self::NoPlant,
+        Self::Repeated,
+        Self::Ambiguous,
+        Self::LeavesView,
+        Self::Jump,
+        Self::ClockGap,
+    ];
 
     /// The word used in files.
     #[must_use]
@@ -255,6 +288,10 @@ impl Class {
             Self::Dark => "dark",
             Self::NoPlant => "no_plant",
             Self::Repeated => "repeated",
+            Self::Ambiguous => "ambiguous",
+            Self::LeavesView => "leaves_view",
+            Self::Jump => "jump",
+            Self::ClockGap => "clock_gap",
         }
     }
 }
@@ -282,13 +319,22 @@ impl std::str::FromStr for Class {
 pub struct Seen {
     /// The tip in cm, measured or held; `None` before the first sighting.
     pub observation: Option<Observation>,
-    /// The tip in this photograph; `None` where the observation is held.
+    /// The tip in this photograph where one is found, whether or not it is believed.
     pub pixel: Option<Pixel>,
     /// Why it is held, if it is.
     pub class: Class,
+    /// How far what is seen can be trusted, 0 to 1: by its contrast, and by how well it fits what was seen before. Halved
+    /// with each photograph in which the last sighting is held.
+    pub confidence: f64,
 }
 
-/// Sees one plant in the photographs of one camera, and remembers where it was seen last.
+/// Minutes from one photograph to the next, unless their times say otherwise (section 2.2.2).
+const PERIOD_MIN: f64 = 5.0;
+
+/// What stands still shows at least this share as strong as in the first picture, or there is mist on the lens.
+const CLEAR: f64 = 0.7;
+
+/// Sees one plant in the photographs of one camera, and remembers what it needs to judge the next.
 ///
 /// A killed run goes on as if it had not been: see [`Eye::resume`].
 #[derive(Clone, Debug)]
@@ -296,9 +342,23 @@ pub struct Eye {
     calibration: Calibration,
     config: VisionConfig,
     last: Option<Point>,
+    confidence: f64,
     stems: Hold,
     /// The bytes of the latest photograph.
     bytes: Vec<u8>,
+    /// What stands still in the first picture.
+    reference: Option<Reference>,
+    follow: Follow,
+    time_s: f64,
+    /// Photographs from the latest believed one on that a run that was cut off has left, to be judged again.
+    past: Vec<(Photo, Seen)>,
+}
+
+/// What is remembered of a camera's first picture.
+#[derive(Clone, Debug)]
+struct Reference {
+    backdrop: Backdrop,
+    brightness: f64,
 }
 
 impl Eye {
@@ -309,13 +369,60 @@ impl Eye {
     pub fn new(calibration: Calibration, config: VisionConfig) -> Result<Self, VisionError> {
         calibration.check()?;
         config.check(calibration.width, calibration.height)?;
-        Ok(Self { calibration, config, last: None, stems: Hold::default(), bytes: Vec::new() })
+        Ok(Self {
+            calibration,
+            config,
+            last: None,
+            confidence: 0.0,
+            stems: Hold::default(),
+            bytes: Vec::new(),
+            reference: None,
+            follow: Follow::default(),
+            time_s: -60.0 * PERIOD_MIN,
+            past: Vec::new(),
+        })
     }
 
-    /// Takes up a photograph of the run that was cut off, and what was seen in it then.
+    /// Takes the first picture of a camera for what stands still in all of them, unless there is one already or it is of
+    /// another size. [`Eye::observe`] does so by itself.
+    pub fn refer(&mut self, image: &Image) {
+        let is_new = self.reference.is_none() && self.config.mode == Mode::Robust;
+        if is_new && self.calibration.fits(image.width, image.height).is_ok() {
+            let backdrop = Backdrop::of(image, self.config.crop);
+            self.reference = Some(Reference { backdrop, brightness: brightness(image) });
+        }
+    }
+
+    /// Takes up the photographs of a run that was cut off, one by one, and what was seen in each then. The next one is
+    /// judged as if the run had not been cut off.
     pub fn resume(&mut self, photo: &Photo, seen: &Seen) {
+        if self.reference.is_none() && ![Class::Corrupt, Class::Foreign].contains(&seen.class) {
+            photo.decode().iter().for_each(|image| self.refer(image));
+        }
         self.bytes.clone_from(&photo.bytes);
+        if seen.is_measured() {
+            self.past.clear();
+        }
+        self.past.push((photo.clone(), seen.clone()));
         self.last = seen.observation.as_ref().map(|held| held.tip);
+        if let Some(tip) = self.last.filter(|_| seen.is_measured()) {
+            self.follow.believe(tip, None, photo.time_s);
+        }
+        self.confidence = seen.confidence;
+        self.time_s = photo.time_s;
+    }
+
+    /// Judges once more what the run that was cut off had judged and what is still of use.
+    fn catch_up(&mut self) {
+        for (photo, seen) in std::mem::take(&mut self.past) {
+            let Ok(sighting) = self.judge(photo.decode().as_ref()) else { continue };
+            let glimpse = self.glimpse(&sighting);
+            if seen.is_measured() {
+                self.follow.recognise(glimpse.shape);
+            } else if [Class::Ambiguous, Class::Jump].contains(&seen.class) {
+                self.follow.judge(glimpse, photo.time_s);
+            }
+        }
     }
 
     /// The calibration it sees by.
@@ -327,14 +434,21 @@ impl Eye {
     /// The tip in the next photograph, or the last sighting where this one shows none. Never fails: what is wrong with
     /// the photograph is its [`Class`].
     pub fn observe(&mut self, photo: &Photo) -> Seen {
+        self.catch_up();
         let is_repeated = !photo.bytes.is_empty() && self.bytes == photo.bytes;
         self.bytes.clone_from(&photo.bytes);
-        let sighting = if is_repeated { Err(Class::Repeated) } else { self.judge(photo.decode().as_ref()) };
-        self.settle(sighting)
+        let sighting = if is_repeated {
+            Err(Class::Repeated)
+        } else {
+            let picture = photo.decode();
+            picture.iter().for_each(|image| self.refer(image));
+            self.judge(picture.as_ref())
+        };
+        self.settle_at(sighting, photo.time_s)
     }
 
-    /// What a decoded photograph shows, without memory: the part of [`Eye::observe`] that can be done for many
-    /// photographs at a time, in any order.
+    /// What a decoded photograph shows, without memory but for what [`Eye::refer`] took in: the part of [`Eye::observe`]
+    /// that can be done for many photographs at a time, in any order.
     ///
     /// # Errors
     /// The class of a photograph that shows no plant.
@@ -344,29 +458,108 @@ impl Eye {
             _ => Class::Corrupt,
         })?;
         self.calibration.fits(image.width, image.height).map_err(|_| Class::Foreign)?;
-        look_from(image, Some(self.calibration.base), &self.config)
-            .ok_or_else(|| if is_dark(image) { Class::Dark } else { Class::NoPlant })
+        let found = self.reference.as_ref().map(|reference| match reference.backdrop.find(image) {
+            Some(found) => (found.shift, found.gain < CLEAR),
+            None => (Pixel::default(), reference.backdrop.is_rich()),
+        });
+        let (shift, is_misty) = found.unwrap_or_default();
+        let base = Pixel::new(self.calibration.base.x + shift.x, self.calibration.base.y + shift.y);
+        let crop = self.config.crop.map(|crop| moved(crop, shift, image));
+        let sighting = look_from(image, Some(base), &VisionConfig { crop, ..self.config.clone() })
+            .ok_or_else(|| if self.is_dark(image) { Class::Dark } else { Class::NoPlant })?;
+        Ok(Sighting { shift, is_veiled: sighting.is_veiled || is_misty, ..sighting })
     }
 
-    /// Takes what [`Eye::judge`] made of the next photograph into memory: the part that needs photographs in order.
+    /// Whether there is too little light to see a plant by: the picture is black but for noise, or much darker than the
+    /// first one.
+    fn is_dark(&self, image: &Image) -> bool {
+        let is_darker = |first: &Reference| brightness(image) < 0.5 * first.brightness;
+        self.reference.as_ref().is_some_and(is_darker) || is_black(image)
+    }
+
+    /// [`Eye::settle_at`], a period after the photograph before.
     pub fn settle(&mut self, sighting: Result<Sighting, Class>) -> Seen {
-        let class = sighting.as_ref().err().copied().unwrap_or(Class::Ok);
-        let sighting = sighting.ok();
-        let seen_stem = sighting.as_ref().and_then(|sighting| sighting.stem.as_deref()).map(|pixels| {
-            Polyline(pixels.iter().map(|&pixel| self.calibration.point(pixel)).collect()).equidistant(10)
+        self.settle_at(sighting, self.time_s + 60.0 * PERIOD_MIN)
+    }
+
+    /// Takes what [`Eye::judge`] made of the next photograph, taken at `time_s`, into memory: the part that needs
+    /// photographs in order.
+    pub fn settle_at(&mut self, sighting: Result<Sighting, Class>, time_s: f64) -> Seen {
+        let periods = (time_s - self.time_s) / (60.0 * PERIOD_MIN);
+        self.time_s = time_s;
+        let pixel = sighting.as_ref().ok().map(|sighting| sighting.tip);
+        let contrast = sighting.as_ref().map_or(0.0, |sighting| sighting.contrast);
+        let (class, fit) = match &sighting {
+            Err(class) => (*class, 0.0),
+            Ok(_) if self.config.mode == Mode::Paper => (Class::Ok, 1.0),
+            Ok(sighting) if sighting.is_cut => (Class::LeavesView, 0.0),
+            Ok(sighting) => self.follow.judge(self.glimpse(sighting), time_s),
+        };
+        let believed = sighting.ok().filter(|_| class == Class::Ok);
+        let is_off = periods > 1.5 || (periods > 0.0 && periods < 0.5);
+        let class = if class == Class::Ok && is_off && self.last.is_some() { Class::ClockGap } else { class };
+        let seen_stem = believed
+            .as_ref()
+            .and_then(|sighting| sighting.stem.as_deref().map(|stem| (stem, sighting.shift)));
+        let seen_stem = seen_stem.map(|(pixels, shift)| {
+            Polyline(pixels.iter().map(|&pixel| self.point(pixel, shift)).collect()).equidistant(10)
         });
         let rule = (self.config.mode == Mode::Paper).then_some(&self.config.hold);
         let (stem, _) = self.stems.settle(seen_stem, rule);
-        let pixel = sighting.map(|sighting| sighting.tip);
-        let quality = if pixel.is_some() { Quality::Measured } else { Quality::Held };
-        self.last = pixel.map(|pixel| self.calibration.point(pixel)).or(self.last);
+        let quality = if believed.is_some() { Quality::Measured } else { Quality::Held };
+        self.confidence = match believed {
+            Some(_) => fit * (1.0 - crate::math::exp(-contrast / (2.0 * self.config.contrast.max(1.0)))),
+            None => self.confidence / 2.0,
+        };
+        self.last = believed.map(|sighting| self.point(sighting.tip, sighting.shift)).or(self.last);
         let observation = self.last.map(|tip| Observation { tip, stem, quality });
-        Seen { observation, pixel, class }
+        Seen { observation, pixel, class, confidence: self.confidence }
+    }
+
+    /// The point that a pixel shows of a camera whose picture has moved.
+    fn point(&self, pixel: Pixel, shift: Pixel) -> Point {
+        self.calibration.point(Pixel::new(pixel.x - shift.x, pixel.y - shift.y))
+    }
+
+    fn glimpse(&self, sighting: &Sighting) -> Glimpse {
+        Glimpse {
+            tip: self.point(sighting.tip, sighting.shift),
+            shape: sighting.shape.moved(sighting.shift),
+            is_veiled: sighting.is_veiled,
+            calibration: self.calibration,
+        }
     }
 }
 
+impl Seen {
+    /// Whether the tip was measured in this photograph.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        self.observation.as_ref().is_some_and(|seen| seen.quality == Quality::Measured)
+    }
+}
+
+/// A crop that follows a camera's picture, as far as the picture reaches.
+fn moved(crop: Region, shift: Pixel, image: &Image) -> Region {
+    let along =
+        |from: usize, by: f64, most: usize| (from as f64 + by.round()).clamp(0.0, most as f64) as usize;
+    let (width, height) = (crop.width.min(image.width), crop.height.min(image.height));
+    Region {
+        x: along(crop.x, shift.x, image.width - width),
+        y: along(crop.y, shift.y, image.height - height),
+        ..crop
+    }
+}
+
+/// The median brightness of a picture.
+fn brightness(image: &Image) -> f64 {
+    let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
+    let plane = segment::sample(image, whole, segment::LUMA, 0.0, (image.width / 128).max(1));
+    f64::from(Levels::of(&plane, 1).background)
+}
+
 /// Whether a picture is black but for noise: its brightest parts exceed its median by fewer than five deviations.
-fn is_dark(image: &Image) -> bool {
+fn is_black(image: &Image) -> bool {
     let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
     let plane = segment::sample(image, whole, segment::LUMA, 0.0, (image.width / 256).max(1));
     let levels = Levels::of(&plane, plane.values.len() / 1_000);

@@ -169,7 +169,7 @@ mod tests {
     fn marks_are_drawn_around_what_they_mark() {
         let image = grey(60, 50);
         let tip = Pixel::new(30.0, 25.0);
-        let sighting = Sighting { tip, apex: None, stem: None, contrast: 9.0 };
+        let sighting = Sighting { tip, contrast: 9.0, ..Sighting::default() };
         let drawn = overlay(&image, &Marks { sighting: Some(&sighting), ..Marks::default() });
         assert_eq!(drawn.at(30, 25), [100; 3]);
         assert_eq!(drawn.at(36, 25), [255, 0, 200]);

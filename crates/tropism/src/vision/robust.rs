@@ -5,10 +5,12 @@
 //! pot, cloth and glare; and only what hangs together with the base counts.
 
 use crate::geometry::{Pixel, Region};
+use crate::math;
 use crate::photo::Image;
 use crate::vision::colour::{Colours, Discriminant};
 use crate::vision::parts::{Belief, Bounds, Parts};
 use crate::vision::segment::{self, LUMA, Levels, Plane};
+use crate::vision::shape::Shape;
 use crate::vision::{Sighting, VisionConfig, midline, tip};
 
 /// Samples that may be missing between two parts of one plant, plus one: a shadow, or a saturated rim that has lost its
@@ -23,6 +25,12 @@ const PERHAPS: f64 = 4.0;
 
 /// How far above the crop's lower edge the plant may begin, as a share of the crop's height: a shaded foot.
 const FOOT: f64 = 0.15;
+
+/// Samples across a cell of the plant's shape.
+const CELL: usize = 2;
+
+/// The plant's colour is learned within this share of the crop's height of its foot: where the stem must be.
+const LEARNED: f64 = 0.12;
 
 /// What a picture shows of the plant at `base`; without one, of the largest plant.
 pub(super) fn look(
@@ -45,7 +53,7 @@ pub(super) fn look(
     let foot = Foot::new(&grey, base);
     let colour = learn(&small, &grey, &levels, &foot, config)?;
     let score = plane(colour.weights.map(|weight| weight as f32));
-    let (plant, belief) = judge(score, &colour, &grey, &levels, config);
+    let (plant, belief) = judge(score, &colour, config);
     let parts = Parts::of(&belief, plant.width, REACH, foot.place);
     let chosen = foot.choose(&parts, config.bright_samples)?;
     let part = &parts.parts[chosen as usize - 1];
@@ -56,7 +64,60 @@ pub(super) fn look(
     let tip = tip::edge(&plant, part.bounds, is_part, config.threshold as f32)?;
     let stem = if config.stem { stem(&plant, part.bounds, is_part, &foot, tip) } else { None };
     let apex = stem.as_ref().and_then(|stem| stem.last().copied());
-    Some(Sighting { tip, apex, stem, contrast: colour.separation })
+    let Bounds { left, right, top, bottom } = part.bounds;
+    let columns = |y: usize| (left..=right).map(move |x| (x, y));
+    let tissue = (top..=bottom).flat_map(columns).filter(|&(x, y)| is_part(y * plant.width + x));
+    let shape = Shape::of(tissue.map(|(x, y)| plant.pixel(x as f64, y as f64)), (CELL * step) as f64);
+    // A foot may stand at the crop's lower edge, or be cut off by it.
+    let is_cut = top == 0 || left == 0 || right + 1 == plant.width;
+    let is_veiled = is_lit_above(&grey, &levels, tip) || fades(&plant, stem.as_deref(), tip);
+    let contrast = colour.separation;
+    Some(Sighting { tip, apex, stem, contrast, shape, is_cut, is_veiled, ..Sighting::default() })
+}
+
+/// Samples to each side of a tip, and above it, in which there should be nothing bright, and the share of them that may
+/// be.
+const ABOVE: (i64, f64) = (8, 0.3);
+
+/// Whether it is bright above the tip, where nothing of the plant is: glare.
+fn is_lit_above(grey: &Plane, levels: &Levels, tip: Pixel) -> bool {
+    let (x, y) = grey.place(tip);
+    let bright = levels.threshold(0.25);
+    let (mut lit, mut all) = (0, 0);
+    for row in y as i64 - ABOVE.0..y as i64 - 1 {
+        for column in x as i64 - ABOVE.0..=x as i64 + ABOVE.0 {
+            let is_inside =
+                (0..grey.height as i64).contains(&row) && (0..grey.width as i64).contains(&column);
+            if is_inside {
+                all += 1;
+                lit += usize::from(grey.row(row as usize)[column as usize] > bright);
+            }
+        }
+    }
+    lit as f64 > ABOVE.1 * f64::from(all)
+}
+
+/// Samples before the end of a stem that are as bright as the rest, but for the last, and the share of brightness that
+/// they have at least.
+const END: (usize, usize, f64) = (8, 2, 0.75);
+
+/// Whether a stem that ends at the tip gets darker towards its end: something throws a shadow there.
+fn fades(plant: &Plane, stem: Option<&[Pixel]>, tip: Pixel) -> bool {
+    let Some(stem) = stem.filter(|stem| stem.len() > 2 * END.0) else { return false };
+    let last = stem[stem.len() - 1];
+    if math::hypot(last.x - tip.x, last.y - tip.y) > (END.0 * plant.step) as f64 {
+        return false;
+    }
+    let values = |stem: &[Pixel]| -> Vec<f32> {
+        let mut values: Vec<f32> = stem.iter().filter_map(|&at| plant.nearest(at)).collect();
+        values.sort_by(f32::total_cmp);
+        values
+    };
+    let (all, end) = (values(stem), values(&stem[stem.len() - END.0..stem.len() - END.1]));
+    match (all.get(all.len() / 2), end.get(end.len() / 2)) {
+        (Some(all), Some(end)) => f64::from(*end) < END.2 * f64::from(*all),
+        _ => false,
+    }
 }
 
 /// The midline in the photograph, and straight down to the base where the crop cuts the foot off.
@@ -72,6 +133,33 @@ fn stem(
     stem.splice(0..0, foot.base.filter(|base| base.y > stem[0].y + plant.step as f64));
     Some(stem)
 }
+
+/// The midline of a silhouette, light before dark, from where it stands at `base` to the end that is farthest from there
+/// along it; `None` where there is nothing light.
+///
+/// For shoots that were cut out of their photographs. No leaves are expected on them: what the farthest end belongs to is
+/// the stem.
+#[must_use]
+pub fn silhouette(image: &Image, base: Pixel) -> Option<Vec<Pixel>> {
+    let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
+    let step = (image.width.min(image.height) / SILHOUETTE).max(1);
+    if !whole.fits(image.width, image.height) {
+        return None;
+    }
+    let mut plane = segment::sample(image, whole, LUMA, 0.5 * step as f64, step);
+    let brightest = plane.values.iter().copied().fold(0.0, f32::max).max(1.0);
+    plane.values.iter_mut().for_each(|value| *value /= brightest);
+    let light = |&value: &f32| if value > 0.5 { Belief::Sure } else { Belief::No };
+    let belief: Vec<Belief> = plane.values.iter().map(light).collect();
+    let parts = Parts::of(&belief, plane.width, REACH, plane.place(base));
+    let chosen = parts.largest(1)?;
+    let bounds = parts.parts[chosen as usize - 1].bounds;
+    let line = midline::longest(&plane, bounds, |at| parts.labels[at] == chosen, plane.place(base), REACH)?;
+    Some(line.into_iter().map(|(x, y)| plane.pixel(x, y)).collect())
+}
+
+/// Samples along the shorter side of a silhouette, at least.
+const SILHOUETTE: usize = 600;
 
 /// Where the plant should begin within the crop.
 struct Foot {
@@ -119,11 +207,21 @@ fn learn(
     let parts = Parts::of(&bright, grey.width, REACH, foot.place);
     let seed = foot.choose(&parts, config.bright_samples)?;
     let Bounds { left, right, top, bottom } = parts.parts[seed as usize - 1].bounds;
-    let mut plant = Colours::default();
-    for y in top..=bottom {
-        for x in (left..=right).filter(|&x| parts.labels[y * grey.width + x] == seed) {
-            plant.add(small.at(x, y));
+    let learned = |most: f64| {
+        let (mut plant, mut count) = (Colours::default(), 0);
+        for y in top..=bottom {
+            for x in (left..=right).filter(|&x| parts.labels[y * grey.width + x] == seed) {
+                if math::hypot(x as f64 - foot.place.0, y as f64 - foot.place.1) <= most {
+                    plant.add(small.at(x, y));
+                    count += 1;
+                }
+            }
         }
+        (plant, count)
+    };
+    let (mut plant, count) = learned(parts.parts[seed as usize - 1].distance + LEARNED * grey.height as f64);
+    if count < config.bright_samples {
+        plant = learned(f64::INFINITY).0;
     }
     let dark = levels.threshold(config.threshold / 2.0);
     let mut background = Colours::default();
@@ -135,30 +233,21 @@ fn learn(
     Discriminant::learn(&plant, &background).filter(|colour| colour.separation > config.contrast)
 }
 
-/// How much each sample is plant: the greater of colour's score and brightness, both 0 for background and 1 for plant, as
-/// saturated tissue has lost its colour and shaded tissue its brightness. And what is believed of it.
-fn judge(
-    mut score: Plane,
-    colour: &Discriminant,
-    grey: &Plane,
-    levels: &Levels,
-    config: &VisionConfig,
-) -> (Plane, Vec<Belief>) {
-    let (offset, range) = (colour.offset as f32, levels.bright - levels.background);
+/// How much each sample is plant by its colour, 0 for background and 1 for plant, and what is believed of it.
+///
+/// Brightness alone says nothing here: what is bright and of another colour is a lamp, its glare, or the pot.
+fn judge(mut score: Plane, colour: &Discriminant, config: &VisionConfig) -> (Plane, Vec<Belief>) {
+    let offset = colour.offset as f32;
     let sure = config.threshold as f32;
     let perhaps = (PERHAPS / colour.separation).max(config.threshold / 2.0) as f32;
+    score.values.iter_mut().for_each(|value| *value += offset);
     let belief = score
         .values
-        .iter_mut()
-        .zip(&grey.values)
-        .map(|(value, grey)| {
-            let score = *value + offset;
-            *value = score.max((grey - levels.background) / range);
-            match () {
-                () if *value > sure => Belief::Sure,
-                () if score > perhaps => Belief::Perhaps,
-                () => Belief::No,
-            }
+        .iter()
+        .map(|&value| match () {
+            () if value > sure => Belief::Sure,
+            () if value > perhaps => Belief::Perhaps,
+            () => Belief::No,
         })
         .collect();
     (score, belief)

@@ -39,6 +39,15 @@ impl Plane {
         ((pixel.x - self.origin.0) / step, (pixel.y - self.origin.1) / step)
     }
 
+    /// The value of the sample nearest to a place in the photograph; `None` outside.
+    #[must_use]
+    pub fn nearest(&self, pixel: Pixel) -> Option<f32> {
+        let (x, y) = self.place(pixel);
+        let is_inside =
+            x > -0.5 && y > -0.5 && x.round() < self.width as f64 && y.round() < self.height as f64;
+        is_inside.then(|| self.values[y.round() as usize * self.width + x.round() as usize])
+    }
+
     /// One row.
     #[must_use]
     pub fn row(&self, y: usize) -> &[f32] {
@@ -57,12 +66,6 @@ pub fn shrink(image: &Image, crop: Region, factor: usize) -> Image {
     let (width, height) = (crop.width / factor, crop.height / factor);
     let pixels = (factor * factor) as u32;
     let mut rgb = Vec::with_capacity(3 * width * height);
-    if factor == 1 {
-        for y in crop.y..crop.y + height {
-            rgb.extend_from_slice(&image.rgb[3 * (y * image.width + crop.x)..][..3 * width]);
-        }
-        return Image { width, height, rgb };
-    }
     if factor == 1 {
         for y in crop.y..crop.y + height {
             rgb.extend_from_slice(&image.rgb[3 * (y * image.width + crop.x)..][..3 * width]);

@@ -32,8 +32,9 @@ fn longest_run(places: impl Iterator<Item = bool>) -> Option<(usize, usize)> {
 /// The highest point of one connected part of the plane, between samples: where the upper edge of its topmost row
 /// crosses `threshold`.
 ///
-/// `part` says which samples within `bounds` belong to the part. The run of the topmost row gives x, weighted by what its samples
-/// exceed the threshold by; linear interpolation between the run and the row above gives y.
+/// `part` says which samples within `bounds` belong to the part. In each column around the topmost row's run the edge is
+/// interpolated between samples; the tip is the top of the parabola through these edges. Where they are no parabola it is
+/// the highest of them, above the run's middle, weighted by what its samples exceed the threshold by.
 #[must_use]
 pub fn edge(plane: &Plane, bounds: Bounds, part: impl Fn(usize) -> bool, threshold: f32) -> Option<Pixel> {
     let is_plant = |x: usize, y: usize| {
@@ -44,20 +45,62 @@ pub fn edge(plane: &Plane, bounds: Bounds, part: impl Fn(usize) -> bool, thresho
         let (left, right) = longest_run((bounds.left..=bounds.right).map(|x| is_plant(x, y)))?;
         Some((y, (bounds.left + left, bounds.left + right)))
     })?;
-    let row = &plane.row(y)[left..=right];
-    let (mut weight, mut moment) = (0.0, 0.0);
-    for (i, value) in row.iter().enumerate() {
-        let excess = f64::from(value - threshold);
-        weight += excess;
-        moment += excess * (left + i) as f64;
+    // Where the plant is brighter than its mean, half of that is its edge.
+    let below = (y..(y + 3).min(plane.height)).flat_map(|y| &plane.row(y)[left..=right]);
+    let threshold = threshold.max(0.5 * below.copied().fold(0.0, f32::max));
+    let crossings: Vec<(f64, f64)> = (left.saturating_sub(1)..=(right + 1).min(plane.width - 1))
+        .filter_map(|x| Some((x as f64, upper_edge(plane, is_plant, x, y, threshold)?)))
+        .collect();
+    let top = crossings.iter().map(|crossing| crossing.1).reduce(f64::min)?;
+    if let Some((x, height)) = vertex(&crossings) {
+        let (x, height) =
+            (x.clamp(left as f64 - 0.5, right as f64 + 0.5), height.clamp(top - 0.5, top + 0.5));
+        return Some(plane.pixel(x, height));
     }
-    let x = moment / weight;
+    let weights = (left..=right).map(|x| (x as f64, f64::from(plane.row(y)[x].max(0.0))));
+    let (weight, moment) = weights.fold((0.0, 0.0), |sum, (x, weight)| (sum.0 + weight, sum.1 + weight * x));
+    Some(plane.pixel(moment / weight, top))
+}
+
+/// How far below row `row` - 1 the part's upper edge is in column `x`, as a row with fractions; `None` where it is more
+/// than three rows down.
+fn upper_edge(
+    plane: &Plane,
+    is_plant: impl Fn(usize, usize) -> bool,
+    x: usize,
+    row: usize,
+    threshold: f32,
+) -> Option<f64> {
+    let is_edge = |y: usize| is_plant(x, y) && plane.row(y)[x] > threshold;
+    let y = (row..(row + 3).min(plane.height)).find(|&y| is_edge(y))?;
+    let inside = plane.row(y)[x];
     // Half of the sample at the crossing is plant: the crossing is the edge.
-    let column = (x.round() as usize).clamp(left, right);
-    let inside = row[column - left];
-    let outside = if y == 0 { inside } else { plane.row(y - 1)[column] };
+    let outside = if y == 0 { inside } else { plane.row(y - 1)[x] };
     let rise = if outside < threshold { f64::from((inside - threshold) / (inside - outside)) } else { 0.0 };
-    Some(plane.pixel(x, y as f64 - rise))
+    Some(y as f64 - rise)
+}
+
+/// The top (the least second coordinate) of the parabola that fits the points best: the tip of something round lies
+/// between samples. `None` where they are too few or do not bend like one.
+fn vertex(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    if points.len() < 3 {
+        return None;
+    }
+    let count = points.len() as f64;
+    let middle = points.iter().map(|point| point.0).sum::<f64>() / count;
+    let mut sums = [0.0; 6];
+    for &(x, y) in points {
+        let x = x - middle;
+        for (sum, value) in sums.iter_mut().zip([x * x, x * x * x, x * x * x * x, y, x * y, x * x * y]) {
+            *sum += value;
+        }
+    }
+    let [squares, cubes, fourths, t0, t1, t2] = sums;
+    let bend = fourths - cubes * cubes / squares - squares * squares / count;
+    let a = (t2 - cubes * t1 / squares - squares * t0 / count) / bend;
+    let b = (t1 - cubes * a) / squares;
+    let c = (t0 - squares * a) / count;
+    (a > 0.02).then(|| (middle - b / (2.0 * a), c - b * b / (4.0 * a)))
 }
 
 #[cfg(test)]
@@ -77,11 +120,26 @@ mod tests {
     }
 
     #[test]
+    fn the_top_of_something_round_lies_between_samples() {
+        let top = |x: f64| 3.3 + 0.1 * (x - 6.4) * (x - 6.4);
+        let values = (0..13 * 12).map(|at| {
+            let (x, y) = ((at % 13) as f64, (at / 13) as f64);
+            (100.0 * (y - top(x) + 0.5)).clamp(0.0, 100.0) as f32
+        });
+        let plane = Plane { width: 13, height: 12, values: values.collect(), origin: (0.0, 0.0), step: 1 };
+        let all = Bounds { left: 0, right: 12, top: 0, bottom: 11 };
+        let found = edge(&plane, all, |_| true, 50.0).unwrap();
+        assert!((found.x - 6.4).abs() < 0.2 && (found.y - 3.3).abs() < 0.1, "{found:?}");
+    }
+
+    #[test]
     fn the_edge_lies_between_samples() {
         let plane = plane(&["00000", "00800", "00800"]);
         let all = Bounds { left: 0, right: 4, top: 0, bottom: 2 };
         assert_eq!(edge(&plane, all, |_| true, 40.0), Some(Pixel::new(104.0, 51.0)));
-        assert_eq!(edge(&plane, all, |_| true, 20.0).map(|tip| tip.y), Some(50.5));
+        // Half of the plant's brightness, where that is more than the threshold.
+        assert_eq!(edge(&plane, all, |_| true, 20.0).map(|tip| tip.y), Some(51.0));
+        assert_eq!(edge(&plane, all, |_| true, 60.0).map(|tip| tip.y), Some(51.5));
         assert_eq!(edge(&plane, all, |at| at > 9, 40.0).map(|tip| tip.y), Some(54.0));
     }
 }

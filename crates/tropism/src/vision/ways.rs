@@ -133,6 +133,25 @@ impl Window {
         ends.into_iter().flatten().filter_map(fork).min()
     }
 
+    /// The ways to the ends of the part, the longest limb first: each reaches at least `least` samples from those before
+    /// it, and there are at most `most`.
+    pub(super) fn limbs(&self, start: usize, up: &Ways, least: f64, most: usize) -> Vec<Vec<usize>> {
+        let mut seen = vec![start];
+        let mut limbs = Vec::new();
+        while limbs.len() < most {
+            let (_, distance) = self.away(&seen);
+            let farthest =
+                (0..self.is_part.len()).filter(|&at| self.is_part[at]).max_by_key(|&at| distance[at]);
+            let Some(way) = farthest.filter(|&at| f64::from(distance[at]) >= least).and_then(|at| up.to(at))
+            else {
+                break;
+            };
+            seen.extend(&way);
+            limbs.push(way);
+        }
+        limbs
+    }
+
     /// For each sample of the part the place along the way that is nearest, walking on the part, and how far it is.
     fn away(&self, way: &[usize]) -> (Vec<usize>, Vec<u32>) {
         let mut nearest = vec![usize::MAX; self.is_part.len()];

@@ -1,0 +1,327 @@
+//! What stands still around the plant, so that a camera that was moved is found out.
+//!
+//! In: the first picture of a camera, then others. Out: how far each is shifted. The one idea: small patches with corners
+//! in them (the pot, the lamps, folds of cloth) are looked for where they were and around there; lamps change and plants
+//! move, so what most patches agree on is the camera.
+//!
+//! # References
+//! Shi and Tomasi 1994, doi:10.1109/CVPR.1994.323794: which patches can be told from their surroundings.
+
+use crate::geometry::{Pixel, Region};
+use crate::photo::Image;
+
+/// Columns that a picture is read at.
+const COLUMNS: usize = 324;
+
+/// Samples from a patch's middle to its edge.
+const HALF: i32 = 5;
+
+/// Columns and rows of the grid in whose every field the best patch is taken.
+const FIELDS: (i32, i32) = (12, 9);
+
+/// Patches that are kept.
+const MOST: usize = 28;
+
+/// How far a patch is looked for, in samples: 2.5 cm of the paper's camera.
+const FAR: i32 = 11;
+
+/// A patch is found again where its correlation is at least this.
+const ALIKE: f32 = 0.75;
+
+/// Patches that must agree, and twice as many as agree on anything else.
+const LEAST: usize = 4;
+
+/// Shifts below this many samples are the camera's noise.
+const STILL: f64 = 0.4;
+
+/// The patches of a first picture.
+#[derive(Clone, Debug)]
+pub struct Backdrop {
+    patches: Vec<Patch>,
+    /// Pixels of the picture from one sample to the next, to find a patch by and to place it by.
+    step: usize,
+    fine: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Patch {
+    /// The same patch at the finer step.
+    fine: Option<Box<Self>>,
+    x: i32,
+    y: i32,
+    /// Values less their mean, and the root of the sum of their squares.
+    values: Vec<f32>,
+    norm: f32,
+}
+
+/// A picture read at a lower resolution, sample by sample.
+struct Samples<'a> {
+    image: &'a Image,
+    step: usize,
+}
+
+impl Samples<'_> {
+    const fn size(&self) -> (i32, i32) {
+        ((self.image.width / self.step) as i32, (self.image.height / self.step) as i32)
+    }
+
+    /// The mean brightness of the pixels of a sample.
+    fn at(&self, x: i32, y: i32) -> f32 {
+        let (width, height) = self.size();
+        let (x, y) = (x.clamp(0, width - 1) as usize, y.clamp(0, height - 1) as usize);
+        let stride = (self.step / 4).max(1);
+        let (mut sum, mut count) = (0_u32, 0_u32);
+        for row in (y * self.step..(y + 1) * self.step).step_by(stride) {
+            for column in (x * self.step..(x + 1) * self.step).step_by(stride) {
+                let [r, g, b] = self.image.at(column, row).map(u32::from);
+                sum += r + 2 * g + b;
+                count += 1;
+            }
+        }
+        sum as f32 / (4 * count) as f32
+    }
+
+    /// Samples around a place, `half` to each side, row by row.
+    fn around(&self, x: i32, y: i32, half: i32) -> Vec<f32> {
+        (y - half..=y + half).flat_map(|y| (x - half..=x + half).map(move |x| self.at(x, y))).collect()
+    }
+}
+
+fn step(image: &Image) -> usize {
+    (image.width / COLUMNS).max(1)
+}
+
+impl Backdrop {
+    /// The patches of a picture; those in the inner part of `crop`, where the plant moves, are left out as long as others
+    /// are there.
+    #[must_use]
+    pub fn of(image: &Image, crop: Option<Region>) -> Self {
+        let samples = Samples { image, step: step(image) };
+        let (width, height) = samples.size();
+        let is_plants = |x: i32, y: i32| {
+            crop.is_some_and(|crop| {
+                let (x, y) = (x as usize * samples.step, y as usize * samples.step);
+                let edge = crop.width / 5;
+                (crop.x + edge..crop.x + crop.width - edge).contains(&x)
+                    && (crop.y..crop.y + crop.height).contains(&y)
+            })
+        };
+        let margin = HALF + 1;
+        let mut found = Vec::new();
+        for field in 0..FIELDS.0 * FIELDS.1 {
+            let (column, row) = (field % FIELDS.0, field / FIELDS.0);
+            let columns = (column * width / FIELDS.0).max(margin)
+                ..((column + 1) * width / FIELDS.0).min(width - margin);
+            let rows =
+                (row * height / FIELDS.1).max(margin)..((row + 1) * height / FIELDS.1).min(height - margin);
+            let places = rows.step_by(3).flat_map(|y| columns.clone().step_by(3).map(move |x| (x, y)));
+            let best = places
+                .filter(|&(x, y)| !is_plants(x, y))
+                .map(|(x, y)| (corner(&samples, x, y), x, y))
+                .max_by(|one, other| one.0.total_cmp(&other.0));
+            found.extend(best.filter(|best| best.0 > 0.0));
+        }
+        found.sort_by(|one, other| other.0.total_cmp(&one.0));
+        found.truncate(MOST);
+        let fine = Samples { image, step: (samples.step / 4).max(1) };
+        let ratio = (samples.step / fine.step) as i32;
+        let both = |(_, x, y): (f32, i32, i32)| Patch {
+            fine: Some(Box::new(Patch::of(&fine, x * ratio, y * ratio))),
+            ..Patch::of(&samples, x, y)
+        };
+        Self { patches: found.into_iter().map(both).collect(), step: samples.step, fine: fine.step }
+    }
+
+    /// How the picture stands to the first one; `None` where too little is found again to say.
+    #[must_use]
+    pub fn find(&self, image: &Image) -> Option<Found> {
+        let samples = Samples { image, step: self.step };
+        let nowhere = (0, 0);
+        // Where most patches stand still there is no need to look farther.
+        let near: Vec<f64> = self
+            .patches
+            .iter()
+            .filter_map(|patch| patch.find(&samples, nowhere, 1))
+            .filter(|found| found.at == nowhere)
+            .map(|found| found.gain)
+            .collect();
+        if near.len() >= LEAST.max(self.patches.len() / 3) {
+            return Some(Found { shift: Pixel::default(), gain: median(near) });
+        }
+        let far: Vec<_> = self
+            .patches
+            .iter()
+            .filter_map(|patch| Some((patch, patch.find(&samples, nowhere, FAR)?.at)))
+            .collect();
+        let is_like =
+            |one: (i32, i32), other: (i32, i32)| (one.0 - other.0).abs().max((one.1 - other.1).abs()) <= 1;
+        let agree = |with| far.iter().filter(move |(_, at)| is_like(*at, with));
+        let (_, best) = *far.iter().max_by_key(|(_, at)| agree(*at).count())?;
+        let count = agree(best).count();
+        let others = far
+            .iter()
+            .filter(|(_, at)| !is_like(*at, best) && !agree(best).any(|(_, one)| is_like(*one, *at)));
+        let next = others.map(|(_, at)| agree(*at).count()).max().unwrap_or(0);
+        if count < LEAST || count < 2 * next {
+            return None;
+        }
+        // Then between pixels, at the resolution of a pixel or as near to it as is worth the time.
+        let fine = Samples { image, step: self.fine };
+        let (ratio, last) = ((self.step / self.fine) as i32, self.fine as f64);
+        let found: Vec<Place> = agree(best)
+            .filter_map(|(patch, at)| {
+                let there = (at.0 * ratio, at.1 * ratio);
+                patch.fine.as_deref().unwrap_or(patch).find(&fine, there, ratio)
+            })
+            .collect();
+        let middle = |axis: fn(&Place) -> f64| median(found.iter().map(axis).collect());
+        let (x, y, gain) =
+            (last * middle(|at| at.place.x), last * middle(|at| at.place.y), middle(|at| at.gain));
+        let is_still = x.abs().max(y.abs()) < STILL * self.step as f64;
+        Some(Found { shift: if is_still { Pixel::default() } else { Pixel::new(x, y) }, gain })
+    }
+
+    /// Whether there is enough in the first picture to find again.
+    #[must_use]
+    pub fn is_rich(&self) -> bool {
+        self.patches.len() >= MOST / 2
+    }
+}
+
+/// How a picture stands to the first one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// How far the camera's picture has moved, in pixels to the right and down.
+    pub shift: Pixel,
+    /// How strong what stands still shows, where the first picture has 1: less in mist and in less light.
+    pub gain: f64,
+}
+
+/// Where a patch is found again: at which sample, where between samples, and how strong.
+struct Place {
+    at: (i32, i32),
+    place: Pixel,
+    gain: f64,
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The lesser eigenvalue of the gradients' products around a place: what is large there is a corner.
+fn corner(samples: &Samples<'_>, x: i32, y: i32) -> f32 {
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for row in (y - HALF..=y + HALF).step_by(2) {
+        for column in (x - HALF..=x + HALF).step_by(2) {
+            let dx = samples.at(column + 1, row) - samples.at(column - 1, row);
+            let dy = samples.at(column, row + 1) - samples.at(column, row - 1);
+            (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
+        }
+    }
+    // A saturated lamp has the sharpest corners of all and says the least: the root keeps it from outweighing the rest.
+    (0.5 * (xx + yy - ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt())).max(0.0).sqrt()
+}
+
+impl Patch {
+    fn of(samples: &Samples<'_>, x: i32, y: i32) -> Self {
+        let mut values = samples.around(x, y, HALF);
+        let mean = values.iter().sum::<f32>() / values.len() as f32;
+        values.iter_mut().for_each(|value| *value -= mean);
+        let norm = values.iter().map(|value| value * value).sum::<f32>().sqrt();
+        Self { fine: None, x, y, values, norm }
+    }
+
+    /// Where the patch is found again within `far` samples of a shift, and where between samples; `None` where nothing is
+    /// alike.
+    fn find(&self, samples: &Samples<'_>, shift: (i32, i32), far: i32) -> Option<Place> {
+        let around = samples.around(self.x + shift.0, self.y + shift.1, HALF + far);
+        let (side, wide) = (2 * HALF + 1, 2 * (HALF + far) + 1);
+        let alike = |dx: i32, dy: i32| {
+            let (mut sum, mut squares, mut product) = (0.0_f32, 0.0_f32, 0.0_f32);
+            for row in 0..side {
+                let from = ((row + dy + far) * wide + dx + far) as usize;
+                let here = &around[from..from + side as usize];
+                let there = &self.values[(row * side) as usize..][..side as usize];
+                for (here, there) in here.iter().zip(there) {
+                    sum += here;
+                    squares += here * here;
+                    product += here * there;
+                }
+            }
+            let spread = (squares - sum * sum / (side * side) as f32).max(1.0);
+            (product / (spread.sqrt() * self.norm.max(1.0)), product / (self.norm * self.norm).max(1.0))
+        };
+        let places = (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy)));
+        let scored = places.map(|(dx, dy)| (alike(dx, dy), dx, dy));
+        let ((best, gain), dx, dy) = scored.max_by(|one, other| one.0.0.total_cmp(&other.0.0))?;
+        if best < ALIKE {
+            return None;
+        }
+        // The top of a parabola through the best and its neighbours; a best at the rim has none.
+        let between = |before: f32, after: f32| {
+            let bend = before - 2.0 * best + after;
+            if bend < -1e-6 { f64::from(0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+        };
+        let (mut across, mut down) = (0.0, 0.0);
+        if dx.abs() < far && dy.abs() < far {
+            across = between(alike(dx - 1, dy).0, alike(dx + 1, dy).0);
+            down = between(alike(dx, dy - 1).0, alike(dx, dy + 1).0);
+        }
+        let at = (shift.0 + dx, shift.1 + dy);
+        let place = Pixel::new(f64::from(at.0) + across, f64::from(at.1) + down);
+        Some(Place { at, place, gain: f64::from(gain) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::random::{self, Purpose};
+
+    /// Boxes of many sizes and shades, moved by whole pixels, and noise.
+    fn scene(right: i32, down: i32, noise: u64) -> Image {
+        let (width, height) = (648, 486);
+        let mut image = Image { width, height, rgb: vec![30; 3 * width * height] };
+        let mut rng = random::stream(7, Purpose::Scene, 0);
+        for _ in 0..60 {
+            let mut draw = |most: f64| (most * random::uniform(&mut rng)) as i32;
+            let (x, y, wide, high) = (draw(640.0), draw(480.0), 20 + draw(60.0), 20 + draw(60.0));
+            let shade = 30 + draw(200.0) as u8;
+            for row in (y + down).max(0)..(y + down + high).min(486) {
+                for column in (x + right).max(0)..(x + right + wide).min(648) {
+                    image.rgb[3 * (row as usize * width + column as usize)..][..3].fill(shade);
+                }
+            }
+        }
+        let mut rng = random::stream(noise, Purpose::Camera, 0);
+        for value in &mut image.rgb {
+            *value = value.saturating_add((4.0 * random::uniform(&mut rng)) as u8);
+        }
+        image
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn a_camera_that_moved_is_found_out(right in -18..18_i32, down in -18..18_i32, noise in 1..1000_u64) {
+            let backdrop = Backdrop::of(&scene(0, 0, 0), None);
+            let found = backdrop.find(&scene(right, down, noise)).unwrap().shift;
+            prop_assert!((found.x - f64::from(right)).abs() <= 1.0, "{found:?}");
+            prop_assert!((found.y - f64::from(down)).abs() <= 1.0, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_said_of_another_scene() {
+        let backdrop = Backdrop::of(&scene(0, 0, 0), None);
+        let flat = Image { width: 648, height: 486, rgb: vec![90; 3 * 648 * 486] };
+        assert_eq!(backdrop.find(&flat), None);
+        assert_eq!(Backdrop::of(&flat, None).find(&flat), None);
+        let tiny = Image { width: 1, height: 1, rgb: vec![9; 3] };
+        assert_eq!(Backdrop::of(&tiny, None).find(&tiny), None);
+    }
+}
