@@ -14,7 +14,7 @@ fuzz_target!(|bytes: &[u8]| {
         return;
     }
     let base = Pixel::new(width as f64 / 2.0, height as f64 - 1.0);
-    let calibration = Calibration { base, px_per_cm: 10.0, width, height };
+    let calibration = Calibration::flat(base, 10.0, width, height);
     for mode in [Mode::Paper, Mode::Robust] {
         if let Ok(mut eye) = Eye::new(calibration, VisionConfig { mode, ..VisionConfig::default() }) {
             let _ = eye.observe(&photo);

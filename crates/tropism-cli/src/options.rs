@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use tropism::experiment::files;
-use tropism::geometry::{Point, Region};
+use tropism::geometry::{Pixel, Region};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::light::Light;
 use tropism::plant::tip::TipModel;
 use tropism::task::Task;
+use tropism::vision::Calibration;
 
 use crate::shell::Shell;
 
@@ -162,20 +163,30 @@ pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
     Ok([number(first)?, number(second)?])
 }
 
-/// Pixels per cm: `11`, or two pixels and the cm between them, `30,420,195,421=15`.
+/// Two places in a photograph, and the cm between them.
+pub(crate) type Mark = ([Pixel; 2], f64);
+
+/// Two pixels and the cm between them, `30,420,195,421=15`.
+pub(crate) fn parse_mark(text: &str) -> Result<Mark, String> {
+    let wanted = "wanted two pixels and the cm between them, such as 30,420,195,421=15";
+    let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
+    let (ends, cm) = text.split_once('=').ok_or(wanted)?;
+    let ends: Vec<f64> = ends.split(',').map(number).collect::<Result<_, _>>()?;
+    let [x, y, other_x, other_y] = ends[..] else { return Err(wanted.to_owned()) };
+    let mark = ([Pixel::new(x, y), Pixel::new(other_x, other_y)], number(cm)?);
+    let is_long = mark.1 > 0.0 && mark.0[0] != mark.0[1];
+    if is_long { Ok(mark) } else { Err(wanted.to_owned()) }
+}
+
+/// Pixels per cm: `11`, or a [`Mark`].
 pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
     let wanted =
         "wanted pixels per cm, such as 11, or two pixels and the cm between them, such as 30,420,195,421=15";
-    let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
-    let scale = match text.split_once('=') {
-        None => number(text)?,
-        Some((ends, length)) => {
-            let ends: Vec<f64> = ends.split(',').map(number).collect::<Result<_, _>>()?;
-            let [x, y, other_x, other_y] = ends[..] else { return Err(wanted.to_owned()) };
-            Point::new(x, y).distance(Point::new(other_x, other_y)) / number(length)?
-        }
+    let scale = match parse_mark(text) {
+        Ok(mark) => Calibration::scale_of(&[mark]).map(|(scale, _)| scale),
+        Err(_) => text.trim().parse().ok(),
     };
-    if scale > 0.0 && scale.is_finite() { Ok(scale) } else { Err(wanted.to_owned()) }
+    scale.filter(|scale: &f64| scale.is_finite() && *scale > 0.0).ok_or_else(|| wanted.to_owned())
 }
 
 /// A time such as `6h`, `90m` or `2d`, in minutes.

@@ -2,9 +2,10 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "study",
     "run",
+    "calibrate",
     "track",
     "fit",
     "evolve",

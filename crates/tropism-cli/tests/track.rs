@@ -258,6 +258,90 @@ fn pictures_of_other_kinds_are_read_or_refused() {
 }
 
 #[test]
+fn a_guide_is_a_page_that_needs_nothing_beside_it() {
+    let folder = folder();
+    fs::write(folder.path().join("photos/cam_20240501_120230.jpg"), "broken").unwrap();
+    let words = succeeds(&folder, "track photos --guide guide.html");
+    assert!(words.contains("wrote guide.html: open it in a browser"), "{words}");
+    let page = || fs::read_to_string(folder.path().join("guide.html")).unwrap();
+    let first = page();
+    assert_eq!(first.matches("\"data\":\"/9j/").count(), 3, "three photographs");
+    assert!(!first.contains("http://") && !first.contains("https://") && !first.contains("/*CONTENT*/"));
+    // With a region, what is found there is drawn in; and the page may be made again.
+    succeeds(&folder, "track photos --roi 60,5,55,75 --base 85,79 --guide guide.html");
+    assert_ne!(page(), first);
+    fs::write(folder.path().join("mine.html"), "<p>mine").unwrap();
+    let (code, _, error) = tropism(folder.path(), "track photos --guide mine.html");
+    assert!(code == 1 && error.contains("mine.html: found another file here already"), "{error}");
+}
+
+/// A checkerboard of 10 x 7 squares of 8 pixels on a white sheet.
+fn board() -> Image {
+    let mut image = Image { width: WIDTH, height: HEIGHT, rgb: vec![230; 3 * WIDTH * HEIGHT] };
+    for (x, y) in (0..80).flat_map(|x| (0..56).map(move |y| (x, y))) {
+        if (x / 8 + y / 8) % 2 == 0 {
+            image.rgb[3 * ((y + 17) * WIDTH + x + 20)..][..3].fill(20);
+        }
+    }
+    image
+}
+
+#[test]
+fn calibrations_come_from_marks_geometry_and_a_checkerboard() {
+    let folder = folder();
+    fs::write(folder.path().join("board.jpg"), board().to_jpeg(95).unwrap()).unwrap();
+    fs::write(folder.path().join("plant.jpg"), photograph(0)).unwrap();
+    for (line, wanted) in [
+        (
+            "calibrate plant.jpg --mark 10,80,60,80=10 --mark 10,80,10,30=10 --base 85,79 --out marks.toml",
+            5.0,
+        ),
+        ("calibrate plant.jpg --distance 12 --view 53.13010235 --base 85,79 --out geometry.toml", 10.0),
+        ("calibrate board.jpg --checkerboard 9x6@1.6 --base 85,79 --out board.toml", 5.0),
+    ] {
+        let words = succeeds(&folder, line);
+        let file = line.split_whitespace().last().unwrap();
+        let calibration = toml::from_str::<tropism::vision::Calibration>(
+            &fs::read_to_string(folder.path().join(file)).unwrap(),
+        );
+        let calibration = calibration.unwrap();
+        assert!((calibration.px_per_cm - wanted).abs() < 0.02 * wanted, "{line}: {calibration:?}, {words}");
+        assert_eq!(calibration.residual_mm.is_some(), file != "geometry.toml");
+        assert_eq!(calibration.lens.is_some(), file == "board.toml");
+    }
+    // What is measured through the lens is what is measured without one.
+    for file in ["marks", "board"] {
+        let line = format!("track photos --calibration {file}.toml --roi 60,5,55,75 --out {file}.csv");
+        succeeds(&folder, &line);
+    }
+    let [flat, bent] = ["marks.csv", "board.csv"].map(|file| track(&folder, file));
+    for (flat, bent) in flat.samples.iter().zip(&bent.samples) {
+        assert!(flat.tip.distance(bent.tip) < 0.15, "{flat:?}, {bent:?}");
+    }
+    for (line, wanted) in [
+        ("calibrate plant.jpg --checkerboard 9x6@1.6 --out t.toml", "plant.jpg: found"),
+        (
+            "calibrate board.jpg --checkerboard 8x6@1.6 --out t.toml",
+            "found 54 inner corners of a checkerboard, wanted 8 x 6",
+        ),
+        ("calibrate board.jpg --checkerboard 9x6 --out t.toml", "such as 9x6@1.5"),
+        ("calibrate board.jpg --checkerboard 2x6@1 --out t.toml", "such as 9x6@1.5"),
+        ("calibrate board.jpg --mark 1,2,3,4 --out t.toml", "such as 30,420,195,421=15"),
+        ("calibrate board.jpg --distance 74 --out t.toml", "--view"),
+        ("calibrate board.jpg --distance 74 --view 180 --out t.toml", "found --view 180"),
+        ("calibrate board.jpg --out t.toml", "<--mark <X,Y,X,Y=CM>|--checkerboard"),
+        ("calibrate absent.jpg --mark 1,2,3,4=5 --out t.toml", "absent.jpg: cannot read"),
+        ("calibrate board.toml --mark 1,2,3,4=5 --out t.toml", "wanted a JPEG or PNG"),
+        ("calibrate board.jpg --mark 1,2,3,4=5 --out board.toml", "board.toml: found a file here already"),
+    ] {
+        let (code, _, error) = tropism(folder.path(), line);
+        assert!(code == 1 || code == 2, "{line}: {code}");
+        assert!(error.contains(wanted) && !error.contains("panicked"), "{line}: {error}");
+    }
+    assert!(!folder.path().join("t.toml").exists());
+}
+
+#[test]
 fn wrong_use_is_one_clear_line() {
     let folder = folder();
     fs::create_dir(folder.path().join("empty")).unwrap();

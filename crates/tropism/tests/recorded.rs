@@ -33,8 +33,7 @@ struct Tent {
 #[derive(Clone)]
 struct Hand(Rc<RefCell<Tent>>);
 
-const CALIBRATION: Calibration =
-    Calibration { base: Pixel { x: 100.0, y: 189.0 }, px_per_cm: 10.0, width: 200, height: 200 };
+const CALIBRATION: Calibration = Calibration::flat(Pixel::new(100.0, 189.0), 10.0, 200, 200);
 
 impl Camera for Hand {
     fn photograph(&mut self) -> Result<Photo, RigError> {

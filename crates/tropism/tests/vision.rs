@@ -245,7 +245,7 @@ fn drawing() -> impl Strategy<Value = Drawing> {
 const CROP: Region = Region { x: 4, y: 4, width: 208, height: 146 };
 
 fn eye(base: Pixel, mode: Mode) -> Eye {
-    let calibration = Calibration { base, px_per_cm: 8.0, width: Drawing::SIZE.0, height: Drawing::SIZE.1 };
+    let calibration = Calibration::flat(base, 8.0, Drawing::SIZE.0, Drawing::SIZE.1);
     Eye::new(calibration, VisionConfig { mode, crop: Some(CROP), ..VisionConfig::default() }).unwrap()
 }
 
@@ -334,7 +334,7 @@ fn pictures_without_a_plant_show_none() {
 
 #[test]
 fn an_eye_says_what_cannot_be() {
-    let calibration = Calibration { base: Pixel::new(40.0, 60.0), px_per_cm: 8.0, width: 80, height: 60 };
+    let calibration = Calibration::flat(Pixel::new(40.0, 60.0), 8.0, 80, 60);
     let error = |calibration, config| Eye::new(calibration, config).unwrap_err();
     let crop = Some(Region { x: 70, y: 0, width: 20, height: 20 });
     let outside = error(calibration, VisionConfig { crop, ..VisionConfig::default() });

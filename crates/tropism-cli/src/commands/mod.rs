@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod baseline;
+mod calibrate;
 mod evolve;
 mod fit;
 mod grow;
@@ -23,6 +24,7 @@ use crate::shell::Shell;
 pub(crate) enum Command {
     Study(study::Study),
     Run(run::Run),
+    Calibrate(calibrate::Calibrate),
     Track(track::Track),
     Fit(fit::Fit),
     Evolve(evolve::Evolve),
@@ -41,6 +43,7 @@ impl Command {
         match self {
             Self::Study(study) => study.execute(shell),
             Self::Run(run) => run.execute(shell),
+            Self::Calibrate(calibrate) => calibrate.execute(shell),
             Self::Track(track) => track.execute(shell),
             Self::Fit(fit) => fit.execute(shell),
             Self::Evolve(evolve) => evolve.execute(shell),

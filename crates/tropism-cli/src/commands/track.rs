@@ -1,6 +1,7 @@
 //! `tropism track`: photographs into tracks.
 
 mod drawing;
+mod guide;
 mod journal;
 mod plants;
 mod series;
@@ -42,6 +43,7 @@ use crate::shell::{Interrupted, Progress, Shell};
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism track tent/1/photographs --calibration tent/1/calibration.toml --out track.csv\n  \
+    tropism track my-photos --guide guide.html\n  \
     tropism track my-photos --roi 250,150,200,185 --scale 11 --base 364,336 --out track.csv --overlay look\n  \
     tropism track two-plants --roi 50,80,200,300 --roi 300,80,200,300 --scale 30,420,195,421=15 --out track.csv")]
 pub(crate) struct Track {
@@ -50,8 +52,19 @@ pub(crate) struct Track {
     photographs: Vec<PathBuf>,
 
     /// Where the track goes; with several plants track-1.csv, track-2.csv and so on
-    #[arg(long, value_name = "track.csv")]
+    #[arg(
+        long,
+        value_name = "track.csv",
+        required_unless_present = "guide",
+        default_value = "track.csv",
+        hide_default_value = true
+    )]
     out: PathBuf,
+
+    /// Begin here: a page to open in a browser, on which root, scale and region are clicked and the command copied. With
+    /// --roi, what is found there is drawn in
+    #[arg(long, value_name = "PAGE.html", conflicts_with_all = ["out", "resume", "overlay", "sheet"])]
+    guide: Option<PathBuf>,
 
     /// Where the root is and how many pixels make a cm (base, px_per_cm, width, height)
     #[arg(long, value_name = "FILE", conflicts_with = "scale")]
@@ -175,6 +188,9 @@ impl Track {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let paths = files::photographs(&self.photographs)?;
         let series = Series::read(&paths, self.time, self.period)?;
+        if let Some(page) = &self.guide {
+            return self.guide(page, &series, shell);
+        }
         let plants = self.plants(&series.shots)?;
         let lights = self.lights(&series.shots)?;
         let settings = self.settings(&plants);
@@ -220,6 +236,39 @@ impl Track {
         drop(progress);
         work.drawings.finish()?;
         self.finish(&work, &settings, &settings_sha256, shell)
+    }
+
+    /// Writes the page, with what is found where a region is known.
+    fn guide(&self, page: &Path, series: &Series, shell: &Shell) -> Result<()> {
+        #[derive(Serialize)]
+        struct Outcome<'a> {
+            guide: &'a Path,
+            shown: Vec<String>,
+        }
+        let is_placed = !self.roi.is_empty() || self.plants.is_some();
+        let plants = if is_placed { self.plants(&series.shots)? } else { Vec::new() };
+        let draw = |image: Image| {
+            let look = |plant: &Plant| {
+                let mut eye = Eye::new(plant.calibration, plant.vision(self.mode)).ok()?;
+                let found = eye.judge(Ok(&image));
+                Some((found.clone().ok(), eye.settle(found)))
+            };
+            let seen: Vec<_> = plants.iter().filter_map(look).collect();
+            let drawn: Vec<Drawn<'_>> = plants
+                .iter()
+                .zip(&seen)
+                .map(|(plant, (sighting, seen))| Drawn { plant, sighting: sighting.as_ref(), seen })
+                .collect();
+            drawing::drawn(&image, &drawn, lit(&image, None))
+        };
+        let shown = guide::write(page, &self.photographs, &series.shots, draw)?;
+        let text = format!(
+            "{} photographs, {}\nwrote {}: open it in a browser, click, and copy the command",
+            series.shots.len(),
+            series.words(),
+            page.display()
+        );
+        shell.result(&text, &Outcome { guide: page, shown })
     }
 
     /// The plants that were asked for, with their calibrations.

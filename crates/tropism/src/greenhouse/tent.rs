@@ -145,12 +145,8 @@ impl Greenhouse {
     #[must_use]
     pub fn calibration(&self) -> Calibration {
         let frame = Frame::new(self.scene.width, self.scene.height);
-        Calibration {
-            base: frame.pixel(Point::new(0.0, 0.0)),
-            px_per_cm: frame.px_per_cm,
-            width: self.scene.width as usize,
-            height: self.scene.height as usize,
-        }
+        let (width, height) = (self.scene.width as usize, self.scene.height as usize);
+        Calibration::flat(frame.pixel(Point::new(0.0, 0.0)), frame.px_per_cm, width, height)
     }
 
     /// The part of the photographs in which the plant may be: above the pot, between the lamps.

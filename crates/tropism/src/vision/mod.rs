@@ -9,9 +9,11 @@
 
 pub mod backdrop;
 pub mod calibration;
+pub mod checkerboard;
 pub mod colour;
 mod follow;
 pub mod hold;
+pub mod lens;
 pub mod lit;
 pub mod midline;
 pub mod overlay;

@@ -77,7 +77,7 @@ impl Drawings {
         light: Option<Light>,
     ) -> Result<()> {
         if let Some(folder) = &self.folder {
-            let jpeg = draw(image, drawn, light, |pixel| pixel, true).to_jpeg(JPEG_QUALITY)?;
+            let jpeg = self::drawn(image, drawn, light).to_jpeg(JPEG_QUALITY)?;
             files::write(&folder.join(file_name(name)), &jpeg)?;
         }
         if self.sheet.is_some() && self.chosen.contains(&index) {
@@ -101,6 +101,11 @@ impl Drawings {
         let sheet = contact_sheet(&self.cells, COLUMNS);
         Ok(files::write(path, &sheet.to_jpeg(JPEG_QUALITY)?)?)
     }
+}
+
+/// A photograph with what is seen drawn in.
+pub(crate) fn drawn(image: &Image, drawn: &[Drawn<'_>], light: Option<Light>) -> Image {
+    draw(image, drawn, light, |pixel| pixel, true)
 }
 
 /// A photograph's name as that of an overlay, a JPEG.

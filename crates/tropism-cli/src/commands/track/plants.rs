@@ -103,12 +103,10 @@ pub(crate) fn place(entries: Vec<PlantEntry>, scale: &Scale, shots: &[Shot]) -> 
         let calibration = match *scale {
             Scale::Known(known) if is_alone && entry.base.is_none() => known,
             Scale::Known(known) => Calibration { base: entry.base.unwrap_or(foot), ..known },
-            Scale::PerCm(scale) => Calibration {
-                base: entry.base.unwrap_or(foot),
-                px_per_cm: scale.unwrap_or(width as f64 / PAPER_WIDTH_CM),
-                width,
-                height,
-            },
+            Scale::PerCm(scale) => {
+                let px_per_cm = scale.unwrap_or(width as f64 / PAPER_WIDTH_CM);
+                Calibration::flat(entry.base.unwrap_or(foot), px_per_cm, width, height)
+            }
         };
         calibration.check().context("--scale")?;
         let plant = Plant { name: Some(entry.name).filter(|_| !is_alone), region: entry.region, calibration };
