@@ -6,7 +6,9 @@ use anyhow::{Result, bail};
 use rayon::prelude::*;
 use serde::Deserialize;
 use tropism::experiment::files;
-use tropism::report::{self, Composite, Figure, Plants};
+use tropism::geometry::{Point, Polyline};
+use tropism::photo::Image;
+use tropism::report::{self, Composite, Figure, LitStem, Plants};
 use tropism::track::Track;
 
 use crate::commands::run::RunPlan;
@@ -64,16 +66,30 @@ impl RunFound {
         self.plan.plants()
     }
 
-    fn composite(&self) -> Result<Composite> {
+    /// Whole photographs at equal distances over the run, each with its step.
+    fn photographs(&self) -> Result<impl Iterator<Item = (usize, Image)>> {
         let photographs = files::photographs(&[self.path.join("photographs")])?;
-        let mut composite = Composite::default();
-        for path in photographs.iter().step_by(photographs.len().div_ceil(COMPOSED)) {
-            // A damaged photograph adds nothing to the picture.
-            if let Ok(image) = files::read_photo(path, 0.0)?.decode() {
-                composite.add(&image);
-            }
-        }
-        Ok(composite)
+        let stride = photographs.len().div_ceil(COMPOSED);
+        // A damaged photograph adds nothing to a figure.
+        Ok(photographs
+            .into_iter()
+            .enumerate()
+            .step_by(stride)
+            .filter_map(|(step, path)| Some((step, files::read_photo(&path, 0.0).ok()?.decode().ok()?))))
+    }
+
+    fn composite(&self) -> Result<Composite> {
+        Ok(self.photographs()?.map(|(_, image)| image).collect())
+    }
+
+    fn stems(&self) -> Result<Vec<LitStem>> {
+        let Some(eye) = self.plan.eye() else { return Ok(Vec::new()) };
+        let stem = |(step, image): (usize, Image)| {
+            let seen = eye.clone().settle(eye.judge(Ok(&image)));
+            let light = self.track.samples.get(step).and_then(|sample| sample.light);
+            Some((seen.observation?.stem?.equidistant(10), light))
+        };
+        Ok(self.photographs()?.filter_map(stem).collect())
     }
 }
 
@@ -112,6 +128,46 @@ impl History {
             .find(|&generation| median(generation) >= share * last)
             .map(|generation| generation + 1)
     }
+}
+
+/// Figure 9: the stems of the first run in which any are seen. A run keeps tips alone, so its photographs are looked at
+/// again.
+pub(crate) fn stem_figure(runs: &[RunFound]) -> Result<Option<Figure>> {
+    for run in runs {
+        let stems = run.stems()?;
+        if !stems.is_empty() {
+            return Ok(Some(report::stems(&stems, run.plants())));
+        }
+    }
+    Ok(None)
+}
+
+/// The stems of a track that `tropism track` made, from its columns; none in another.
+fn stems_of(track: &Track) -> Vec<LitStem> {
+    let axis = |axis: char| -> Option<Vec<Vec<f64>>> {
+        (1..=10).map(|vertex| track.numbers(&format!("stem_{vertex}_{axis}_cm"))).collect()
+    };
+    let (Some(x), Some(y)) = (axis('x'), axis('y')) else { return Vec::new() };
+    let stem =
+        |row: usize| Polyline((0..10).map(|vertex| Point::new(x[vertex][row], y[vertex][row])).collect());
+    let rows = track.samples.iter().enumerate().map(|(row, sample)| (stem(row), sample.light));
+    rows.filter(|(stem, _)| stem.0.iter().all(|point| point.is_finite())).collect()
+}
+
+/// Figures 3 to 5 and 9: what tracks of photographs show.
+pub(crate) fn track_figures(tracks: &[Track], plants: Plants) -> Vec<Figure> {
+    if tracks.is_empty() {
+        return Vec::new();
+    }
+    let mut figures = vec![
+        report::speed(tracks, plants),
+        report::trajectories(tracks, plants),
+        report::directions(tracks, plants),
+    ];
+    figures.extend(report::shift_maps(tracks, plants));
+    let stems = tracks.iter().map(stems_of).find(|stems| !stems.is_empty());
+    figures.extend(stems.map(|stems| report::stems(&stems, plants)));
+    figures
 }
 
 /// Figures 2 to 5: what open-loop experiments show.

@@ -122,7 +122,8 @@ fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
 
 fn report_is_whole(folder: &Path, numbers: &serde_json::Value) {
     let report = fs::read_to_string(folder.join("study/report.html")).unwrap();
-    for figure in ["2", "3", "4a", "4b", "5a", "5b", "5c", "5d", "6a", "6b", "7a", "7b", "7c", "7d", "8"] {
+    for figure in ["2", "3", "4a", "4b", "5a", "5b", "5c", "5d", "6a", "6b", "7a", "7b", "7c", "7d", "8", "9"]
+    {
         assert!(report.contains(&format!("id=\"figure-{figure}\"")), "figure {figure}");
     }
     assert!(report.contains("Virtual plants"));

@@ -275,6 +275,16 @@ fn a_guide_is_a_page_that_needs_nothing_beside_it() {
     assert!(code == 1 && error.contains("mine.html: found another file here already"), "{error}");
 }
 
+#[test]
+fn a_report_of_a_track_shows_its_stems() {
+    let folder = folder();
+    succeeds(&folder, ONE);
+    let words = succeeds(&folder, "report one.csv --out report.html");
+    assert!(words.contains("figures 3, 4a, 4b, 5a, 5b, 5c, 5d, 9"), "{words}");
+    let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("12 stems of one experiment") && page.contains("The plants are real."));
+}
+
 /// A checkerboard of 10 x 7 squares of 8 pixels on a white sheet.
 fn board() -> Image {
     let mut image = Image { width: WIDTH, height: HEIGHT, rgb: vec![230; 3 * WIDTH * HEIGHT] };

@@ -61,7 +61,7 @@ struct Outcome {
 }
 
 /// Whether a track is of a virtual plant: it was simulated, or its run folder or the file beside it says so.
-fn is_of_virtual_plant(path: &Path, track: &Track) -> bool {
+pub(crate) fn is_of_virtual_plant(path: &Path, track: &Track) -> bool {
     let is_simulated = track.samples.iter().any(|sample| sample.quality == Quality::Simulated);
     is_simulated
         || super::track::is_virtual(path)

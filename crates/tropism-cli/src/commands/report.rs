@@ -9,20 +9,22 @@ use tropism::experiment::files;
 use tropism::report::{Page, Plants, Table};
 
 use super::evolve::EvolutionPlan;
+use super::fit::is_of_virtual_plant;
 use super::study;
 use crate::findings::{self, History, RunFound};
 use crate::shell::Shell;
 
-/// Make a report of runs, evolutions or a study: one HTML file
+/// Make a report of runs, tracks, evolutions or a study: one HTML file
 ///
-/// Open-loop runs give Figures 2 to 5, evolutions Figure 6, steered runs Figure 8; a study gives all of them.
+/// Open-loop runs give Figures 2 to 5 and 9, tracks of `tropism track` Figures 3 to 5 and 9, evolutions Figure 6, steered
+/// runs Figure 8; a study gives all of them.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  tropism report tropism-study --out report.html\n  tropism report tent/* --out report.html"
+    after_help = "Examples:\n  tropism report tropism-study --out report.html\n  tropism report tent/* --out report.html\n  tropism report track.csv --out report.html"
 )]
 pub(crate) struct Report {
-    /// Folders of runs, evolutions or a study
-    #[arg(required = true, value_name = "DIR")]
+    /// Folders of runs, evolutions or a study, and tracks of photographs
+    #[arg(required = true, value_name = "DIR|TRACK.csv")]
     folders: Vec<PathBuf>,
 
     /// Where the report goes
@@ -61,9 +63,13 @@ impl Report {
 
 fn page(folders: &[PathBuf]) -> Result<Page> {
     let (mut open_loop, mut steered, mut figures) = (Vec::new(), Vec::new(), Vec::new());
-    let mut is_virtual = false;
+    let (mut tracks, mut is_virtual) = (Vec::new(), false);
     for folder in folders {
-        if folder.join("run.toml").exists() {
+        if folder.is_file() {
+            let track = files::read_track(folder)?;
+            is_virtual |= is_of_virtual_plant(folder, &track);
+            tracks.push(track);
+        } else if folder.join("run.toml").exists() {
             let run = RunFound::read(folder)?;
             if run.plan.task.targets.is_empty() { open_loop.push(run) } else { steered.push(run) }
         } else if folder.join("history.csv").exists() {
@@ -83,10 +89,22 @@ fn page(folders: &[PathBuf]) -> Result<Page> {
     let mut all = findings::open_loop_figures(&open_loop)?;
     all.extend(figures);
     all.extend(steered.iter().map(findings::steered_figure));
+    all.extend(findings::stem_figure(&open_loop)?);
+    let plants = if is_virtual { Plants::Virtual } else { Plants::Real };
+    all.extend(findings::track_figures(&tracks, plants));
     Ok(Page {
         title: "Experiments".to_owned(),
-        intro: format!("{} open-loop and {} steered experiments.", open_loop.len(), steered.len()),
-        plants: if is_virtual { Plants::Virtual } else { Plants::Real },
+        intro: format!(
+            "{} open-loop and {} steered experiments{}.",
+            open_loop.len(),
+            steered.len(),
+            if tracks.is_empty() {
+                String::new()
+            } else {
+                format!(", {} tracks of photographs", tracks.len())
+            }
+        ),
+        plants,
         numbers: Vec::new(),
         tables: if steered.is_empty() { Vec::new() } else { vec![scores(&steered)] },
         figures: all,

@@ -14,7 +14,7 @@ use tropism::observation::Quality;
 use tropism::report::Plants;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
-use tropism::vision::{Calibration, VisionConfig};
+use tropism::vision::{Calibration, Eye, VisionConfig};
 use tropism_rig::file::RigFile;
 
 use crate::controller::{ControllerName, LoadedController};
@@ -132,6 +132,13 @@ impl RunPlan {
             task,
             rig,
         }
+    }
+
+    /// An eye for the run's photographs.
+    pub(crate) fn eye(&self) -> Option<Eye> {
+        let vision = &self.rig.vision;
+        let crop = vision.crop.or_else(|| self.rig.greenhouse.as_ref().map(Greenhouse::crop));
+        Eye::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()
     }
 
     /// The plan of a run folder.

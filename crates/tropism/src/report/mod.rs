@@ -5,7 +5,7 @@
 //! Colours are CSS classes, so that a figure is legible on light ground, on dark ground and in print.
 //!
 //! # References
-//! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 8, doi:10.1109/SASO.2016.8.
+//! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 9, doi:10.1109/SASO.2016.8.
 
 mod animation;
 mod colour;
@@ -20,6 +20,7 @@ mod page;
 mod plot;
 mod shifts;
 mod speed;
+mod stems;
 mod trajectories;
 
 pub use animation::{Animation, AnimationError};
@@ -32,6 +33,7 @@ pub use network::{network, network_dot};
 pub use page::{NumberRow, Page, Table};
 pub use shifts::shift_maps;
 pub use speed::speed;
+pub use stems::{LitStem, stems};
 pub use trajectories::{directions, steering, trajectories};
 
 /// What kind of plants results come from: every caption and every page says it.

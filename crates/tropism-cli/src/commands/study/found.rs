@@ -208,6 +208,7 @@ impl Found {
         if let Some(typical) = runs.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) {
             figures.push(findings::steered_figure(typical));
         }
+        figures.extend(findings::stem_figure(&self.open_loop)?);
         Ok(figures)
     }
 
