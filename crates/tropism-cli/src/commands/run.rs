@@ -9,7 +9,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
 use tropism::experiment::{Journal, Recorded, RunFolder, files};
-use tropism::greenhouse::tent::Device;
+use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::observation::Quality;
 use tropism::report::Plants;
 use tropism::task::Task;

@@ -327,12 +327,7 @@ mod tests {
             light: Some(if index < 10 { Light::Left } else { Light::Right }),
         };
         Film {
-            calibration: Some(Calibration {
-                base: Pixel::new(240.0, 400.0),
-                px_per_cm: 50.0,
-                width: 480,
-                height: 480,
-            }),
+            calibration: Some(Calibration::flat(Pixel::new(240.0, 400.0), 50.0, 480, 480)),
             targets: vec![Point::new(2.0, 6.0)],
             plants: None,
             steps: (0..20).map(step).collect(),

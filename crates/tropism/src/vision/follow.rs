@@ -194,7 +194,7 @@ mod tests {
     /// A stem of 10 px a cm, and whatever else is in the picture, from one place to another.
     fn glimpse(tip: Point, more: Option<[f64; 4]>) -> Glimpse {
         let base = Pixel::new(300.0, 400.0);
-        let calibration = Calibration { base, px_per_cm: 10.0, width: 648, height: 486 };
+        let calibration = Calibration::flat(base, 10.0, 648, 486);
         let line = |from: [f64; 2], to: [f64; 2]| {
             (0..=200).map(move |i| {
                 let share = f64::from(i) / 200.0;

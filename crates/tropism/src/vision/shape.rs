@@ -3,10 +3,12 @@
 //! In: the samples of a plant. Out: how much of one plant is far from another. The one idea: a plant moves by little from
 //! one photograph to the next, so what appears or vanishes far from where it was is no growth: something is in front of it.
 
+use serde::{Deserialize, Serialize};
+
 use crate::geometry::Pixel;
 
 /// Cells that hold tissue, on a grid that is the same for all pictures of a camera.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Shape {
     /// Column and row of each cell with tissue, by row and then by column.
     cells: Vec<(i32, i32)>,

@@ -167,6 +167,7 @@ mod tests {
             apex: Some(Pixel::new(0.1, 0.2)),
             stem: Some(vec![Pixel::new(5.0, 6.123_456)]),
             contrast: 17.3,
+            ..Sighting::default()
         };
         Judged {
             frame: frame.to_owned(),
