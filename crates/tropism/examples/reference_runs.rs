@@ -1,6 +1,6 @@
 //! Is it the same algorithm? Our evolution beside reference runs of MultiNEAT on the same data, with p values.
 //!
-//! `cargo run --release -p tropism --example reference_runs -- --seeds 20 --generations 2000 [--json]`
+//! `cargo run --release -p tropism --example reference_runs -- --seeds 20 --generations 2000 [--seed 1] [--json]`
 //!
 //! Needs the data set `synthetic-swing` in the folder that `TROPISM_DATA` names. Without arguments it makes a small
 //! comparison of a few seconds.
@@ -11,10 +11,10 @@ use std::process::ExitCode;
 
 use reference::{Comparison, GENERATIONS, REFERENCE_RUNS, SKIPPED, TABLE};
 
-const USAGE: &str = "wanted --seeds N (above 0), --generations N (at least 50), --json";
+const USAGE: &str = "wanted --seeds N (above 0), --generations N (at least 50), --seed N, --json";
 
 fn main() -> ExitCode {
-    let (seeds, generations, json) = match arguments() {
+    let Arguments { seeds, generations, seed, json } = match arguments() {
         Ok(arguments) => arguments,
         Err(found) => {
             eprintln!("found {found}: {USAGE}");
@@ -34,7 +34,7 @@ fn main() -> ExitCode {
     };
     let mut rows = Vec::new();
     for preset in &TABLE {
-        let histories = reference::histories(&model, (preset.config)(), 1, seeds, generations);
+        let histories = reference::histories(&model, (preset.config)(), seed, seeds, generations);
         rows.extend(reference::compare(preset, &histories));
     }
     if json {
@@ -45,25 +45,38 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Seeds, generations and whether JSON is wanted, or what of the command line is not understood.
-fn arguments() -> Result<(u32, u32, bool), String> {
-    let (mut seeds, mut generations, mut json) = (4, 100, false);
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        let (number, least) = match argument.as_str() {
-            "--seeds" => (&mut seeds, 1),
-            "--generations" => (&mut generations, GENERATIONS[0]),
-            "--json" => {
-                json = true;
-                continue;
-            }
-            _ => return Err(argument),
-        };
-        let value = arguments.next().unwrap_or_default();
-        let parsed = value.parse().ok().filter(|&value: &u32| value >= least);
-        *number = parsed.ok_or_else(|| format!("{argument} {value}"))?;
+/// What to compare, and how to say it.
+struct Arguments {
+    seeds: u32,
+    generations: u32,
+    /// The seed from which all runs get theirs.
+    seed: u64,
+    json: bool,
+}
+
+/// The command line, or what of it is not understood.
+fn arguments() -> Result<Arguments, String> {
+    fn number<T: std::str::FromStr + PartialOrd>(
+        name: &str,
+        text: Option<String>,
+        least: T,
+    ) -> Result<T, String> {
+        let text = text.unwrap_or_default();
+        let value = text.parse().ok().filter(|value| *value >= least);
+        value.ok_or_else(|| format!("{name} {text}"))
     }
-    Ok((seeds, generations, json))
+    let mut found = Arguments { seeds: 4, generations: 100, seed: 1, json: false };
+    let mut arguments = std::env::args().skip(1);
+    while let Some(name) = arguments.next() {
+        match name.as_str() {
+            "--seeds" => found.seeds = number(&name, arguments.next(), 1)?,
+            "--generations" => found.generations = number(&name, arguments.next(), GENERATIONS[0])?,
+            "--seed" => found.seed = number(&name, arguments.next(), 0)?,
+            "--json" => found.json = true,
+            _ => return Err(name),
+        }
+    }
+    Ok(found)
 }
 
 fn print(rows: &[Comparison], seeds: u32) {

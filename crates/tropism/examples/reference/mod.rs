@@ -154,14 +154,15 @@ pub(crate) fn compare(preset: &Preset, histories: &[Vec<Generation>]) -> Vec<Com
         let between = [least, lower, lower, middle, middle, upper, upper, greatest];
         let high = [least, lower, middle, middle, upper, upper, greatest, greatest];
         let ([p_low, side_low], [p_high, side_high]) = (p_with(low), p_with(high));
-        let p_most = if side_low * side_high <= 0.0 { 1.0 } else { p_low.max(p_high) };
+        let p_best = p_with(between)[0];
+        let p_most = if side_low * side_high <= 0.0 { 1.0 } else { p_low.max(p_best).max(p_high) };
         Comparison {
             preset: preset.name,
             generations,
             reference: *reference,
             best: summary(&best),
-            p_best: p_with(between)[0],
-            p_best_range: [p_low.min(p_high), p_most],
+            p_best,
+            p_best_range: [p_low.min(p_best).min(p_high), p_most],
             links: summary(&links)[2],
             p_links: p_of_median(reference.links, &links),
             species: summary(&species)[2],
