@@ -1,5 +1,7 @@
 //! `tropism evolve`: controllers for a model.
 
+mod live;
+
 use std::fmt::Write;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -19,6 +21,7 @@ use tropism::simulation::simulate;
 use tropism::task::Task;
 use tropism_neat::{Config, Generation, Genome};
 
+use self::live::Live;
 use crate::options::{SeedOption, TaskOption, load_model_for};
 use crate::shell::{Interrupted, Progress, Shell, cpu_seconds};
 
@@ -27,9 +30,6 @@ pub(crate) const TRIAL_PLANTS: u32 = 200;
 
 /// How much work a kill may cost.
 pub(crate) const CHECKPOINT: Duration = Duration::from_secs(60);
-
-/// How often the progress line is written anew.
-const REFRESH: Duration = Duration::from_millis(100);
 
 /// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
 ///
@@ -144,14 +144,6 @@ pub(crate) struct Care<'c> {
     pub(crate) progress: &'c Progress,
     /// Sees the generations of every run, by the run's number.
     pub(crate) watch: &'c (dyn Fn(u32, &Generation) -> Result<()> + Sync),
-}
-
-/// What is known of a running evolution, for its progress line.
-struct Live {
-    latest: Vec<Option<Generation>>,
-    evaluations: u64,
-    started: Instant,
-    said: Option<Instant>,
 }
 
 /// A generation as `--json-lines` writes it.
@@ -325,44 +317,6 @@ impl EvolutionPlan {
 impl EvolutionPlan {
     fn trial(&self, models: &[TipModel], genome: &Genome) -> Trial {
         evolve::trial_of_genome(models, &self.task, genome, self.seed, self.trial_plants)
-    }
-}
-
-impl Live {
-    fn new(runs: usize) -> Self {
-        Self { latest: vec![None; runs], evaluations: 0, started: Instant::now(), said: None }
-    }
-
-    fn see(&mut self, run: u32, generation: &Generation, progress: &Progress) {
-        self.evaluations += generation.population as u64;
-        self.latest[run as usize] = Some(generation.clone());
-        if self.said.is_none_or(|said| said.elapsed() >= REFRESH) {
-            self.said = Some(Instant::now());
-            let rate = self.evaluations as f64 / self.started.elapsed().as_secs_f64().max(1e-3);
-            progress.say(format!("\n  {}", self.message(rate)));
-        }
-    }
-
-    /// The best so far of all runs that have begun, and what their populations are like now.
-    fn message(&self, evaluations_a_second: f64) -> String {
-        let now: Vec<&Generation> = self.latest.iter().flatten().collect();
-        let mean =
-            |of: fn(&Generation) -> f64| now.iter().map(|&run| of(run)).sum::<f64>() / now.len() as f64;
-        let mut best: Vec<f64> = now.iter().map(|run| run.best_ever).collect();
-        best.sort_by(f64::total_cmp);
-        let runs = match best.len() {
-            0 => return String::new(),
-            1 => String::new(),
-            runs => format!(" ({runs} runs: median {:.2})", best[runs / 2]),
-        };
-        format!(
-            "best {:.2} cm{runs}, population: median {:.2} cm, {:.0} species, {:.0} links, {} evaluations/s",
-            best[best.len() - 1],
-            mean(|run| run.median),
-            mean(|run| run.species as f64),
-            mean(|run| run.links_mean),
-            evaluations_a_second.round()
-        )
     }
 }
 

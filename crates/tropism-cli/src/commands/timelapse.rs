@@ -1,9 +1,8 @@
 //! `tropism timelapse`: a run as one picture and as a film.
 
-use std::fs::File;
-use std::io::{BufWriter, ErrorKind, Read, Write};
+mod sink;
+
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Args;
@@ -12,8 +11,9 @@ use serde::Serialize;
 use tropism::experiment::{Journal, Row, files};
 use tropism::geometry::Region;
 use tropism::photo::Image;
-use tropism::report::{Animation, Composite, Film, Plants, Step, cropped, scaled};
+use tropism::report::{Composite, Film, Plants, Step, cropped, scaled};
 
+use self::sink::Sink;
 use super::run::RunPlan;
 use crate::options::parse_region;
 use crate::shell::{Interrupted, Shell};
@@ -168,13 +168,6 @@ impl Source {
     }
 }
 
-/// Where a film goes.
-enum Sink {
-    Gif(Box<Animation<BufWriter<File>>>),
-    Mp4(Child),
-    Nowhere,
-}
-
 impl Timelapse {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let form = self.form()?;
@@ -188,20 +181,22 @@ impl Timelapse {
         let samples = self.samples(&source, &chosen)?;
         let size = (samples[0].width, samples[0].height);
         let part = self.out.with_extension(format!("part.{form}"));
-        let mut sink = self.sink(form, &part, &samples)?;
-        let made = self.make(shell, &source, &chosen, size, &mut sink);
-        let made = made.and_then(|made| sink.finish().map(|()| made));
-        let (composite, pictures) = match made {
-            Ok(made) => made,
-            Err(error) => {
-                // Nothing half-written stays.
-                let _ = std::fs::remove_file(&part);
-                return Err(error);
+        let cannot = || format!("{}: cannot write", self.out.display());
+        let made = Sink::new(form, &part, &samples, self.fps).with_context(cannot).and_then(|mut sink| {
+            match self.make(shell, &source, &chosen, size, &mut sink) {
+                Ok(made) => sink.finish().with_context(cannot).map(|()| made),
+                Err(error) => {
+                    sink.give_up();
+                    Err(error)
+                }
             }
-        };
+        });
+        let (composite, pictures) = made.inspect_err(|_| {
+            // Nothing half-written stays.
+            let _ = std::fs::remove_file(&part);
+        })?;
         let film = (form != "jpg").then(|| self.out.clone());
         if film.is_some() {
-            let cannot = || format!("{}: cannot write", self.out.display());
             std::fs::rename(&part, &self.out).with_context(cannot)?;
         }
         let cover = self.out.with_extension("jpg");
@@ -285,26 +280,6 @@ impl Timelapse {
         Ok(samples)
     }
 
-    fn sink(&self, form: &str, part: &Path, samples: &[Image]) -> Result<Sink> {
-        let cannot = || format!("{}: cannot write", self.out.display());
-        match form {
-            "gif" => {
-                let file = BufWriter::new(File::create(part).with_context(cannot)?);
-                Ok(Sink::Gif(Box::new(Animation::new(file, samples).with_context(cannot)?)))
-            }
-            "mp4" => {
-                // The folder is tried first: what ffmpeg says of one that is not there is long.
-                File::create(part).with_context(cannot)?;
-                ffmpeg(part, (samples[0].width, samples[0].height), self.fps).map(Sink::Mp4).inspect_err(
-                    |_| {
-                        let _ = std::fs::remove_file(part);
-                    },
-                )
-            }
-            _ => Ok(Sink::Nowhere),
-        }
-    }
-
     /// Sends the pictures to `sink` and returns the composite and how many pictures there were.
     fn make(
         &self,
@@ -346,57 +321,6 @@ impl Timelapse {
         }
         let composite = composite.image().context("at least one photograph was read before")?;
         Ok((source.film.cover(composite, wide), pictures))
-    }
-}
-
-/// Starts ffmpeg: raw pictures on its standard input, an MP4 that every player plays in `file`.
-fn ffmpeg(file: &Path, (width, height): (usize, usize), fps: u16) -> Result<Child> {
-    let mut command = Command::new("ffmpeg");
-    command.args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]);
-    command.args(["-s", &format!("{width}x{height}"), "-r", &fps.to_string(), "-i", "-"]);
-    command.args(["-an", "-c:v", "libx264", "-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]);
-    command.args(["-f", "mp4"]).arg(file);
-    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
-    match command.spawn() {
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            bail!("found no ffmpeg on the PATH, wanted it for .mp4; a .gif needs nothing")
-        }
-        other => other.context("ffmpeg: cannot start"),
-    }
-}
-
-impl Sink {
-    fn add(&mut self, image: &Image, delay: u16) -> Result<()> {
-        match self {
-            Self::Gif(animation) => Ok(animation.add(image, delay)?),
-            Self::Mp4(child) => {
-                let stdin = child.stdin.as_mut().context("ffmpeg has ended")?;
-                match stdin.write_all(&image.rgb) {
-                    // It has ended; what it has to say is read at the end.
-                    Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-                    other => Ok(other?),
-                }
-            }
-            Self::Nowhere => Ok(()),
-        }
-    }
-
-    fn finish(self) -> Result<()> {
-        match self {
-            Self::Gif(animation) => Ok(animation.finish()?.flush()?),
-            Self::Mp4(mut child) => {
-                drop(child.stdin.take());
-                let mut complaint = String::new();
-                if let Some(mut stderr) = child.stderr.take() {
-                    stderr.read_to_string(&mut complaint)?;
-                }
-                let status = child.wait()?;
-                let complaint = complaint.trim().replace('\n', "; ");
-                ensure!(status.success(), "ffmpeg: ended with {status}: {complaint}");
-                Ok(())
-            }
-            Self::Nowhere => Ok(()),
-        }
     }
 }
 

@@ -1,0 +1,58 @@
+//! What an evolution at work says of itself.
+
+use std::time::{Duration, Instant};
+
+use tropism_neat::Generation;
+
+use crate::shell::Progress;
+
+/// How often the progress line is written anew.
+const REFRESH: Duration = Duration::from_millis(100);
+
+/// What is known of a running evolution, for its progress line.
+pub(super) struct Live {
+    latest: Vec<Option<Generation>>,
+    evaluations: u64,
+    started: Instant,
+    said: Option<Instant>,
+}
+
+impl Live {
+    /// Of so many runs, none of which has begun.
+    pub(super) fn new(runs: usize) -> Self {
+        Self { latest: vec![None; runs], evaluations: 0, started: Instant::now(), said: None }
+    }
+
+    /// Takes in a generation, and says on the progress line what is known now.
+    pub(super) fn see(&mut self, run: u32, generation: &Generation, progress: &Progress) {
+        self.evaluations += generation.population as u64;
+        self.latest[run as usize] = Some(generation.clone());
+        if self.said.is_none_or(|said| said.elapsed() >= REFRESH) {
+            self.said = Some(Instant::now());
+            let rate = self.evaluations as f64 / self.started.elapsed().as_secs_f64().max(1e-3);
+            progress.say(format!("\n  {}", self.message(rate)));
+        }
+    }
+
+    /// The best so far of all runs that have begun, and what their populations are like now.
+    fn message(&self, evaluations_a_second: f64) -> String {
+        let now: Vec<&Generation> = self.latest.iter().flatten().collect();
+        let mean =
+            |of: fn(&Generation) -> f64| now.iter().map(|&run| of(run)).sum::<f64>() / now.len() as f64;
+        let mut best: Vec<f64> = now.iter().map(|run| run.best_ever).collect();
+        best.sort_by(f64::total_cmp);
+        let runs = match best.len() {
+            0 => return String::new(),
+            1 => String::new(),
+            runs => format!(" ({runs} runs: median {:.2})", best[runs / 2]),
+        };
+        format!(
+            "best {:.2} cm{runs}, population: median {:.2} cm, {:.0} species, {:.0} links, {} evaluations/s",
+            best[best.len() - 1],
+            mean(|run| run.median),
+            mean(|run| run.species as f64),
+            mean(|run| run.links_mean),
+            evaluations_a_second.round()
+        )
+    }
+}
