@@ -299,6 +299,7 @@ impl RigFile {
 
 #[cfg(test)]
 mod tests {
+    use tropism::environment::Environment;
     use tropism::light::Light;
 
     use super::*;
@@ -440,6 +441,71 @@ mod tests {
             drivers.join(" "),
             "\"command\" \"gpio\" \"http\" \"leds\" \"mqtt\" \"rpicam\" \"v4l2\" \"wled\" \"ws2812-spi\""
         );
+    }
+
+    /// The tent is virtual only so that there are photographs of a plant.
+    #[test]
+    fn a_recorded_run_is_seen_again_through_a_rig_of_drivers() {
+        let greenhouse = Greenhouse::default();
+        let folder = tempfile::tempdir().unwrap();
+        let start = SystemTime::now();
+        let tent = RigFile::greenhouse(greenhouse.clone(), VisionConfig::default());
+        let mut tent = tent.open(3, start).unwrap().rig;
+        let mut seen = Vec::new();
+        for light in [Light::Left, Light::Right, Light::Left] {
+            seen.push(tent.observe().unwrap());
+            let photo = &tent.shot().unwrap().photo;
+            std::fs::write(folder.path().join(&photo.name), &photo.bytes).unwrap();
+            tent.step(light).unwrap();
+        }
+
+        let log = folder.path().join("log.txt");
+        let say = |what: &str| format!("[\"sh\", \"-c\", \"echo {what} >> {}\"]", log.display());
+        let device = |name: &str| {
+            format!("on = {}\noff = {}\n", say(&format!("{name} on")), say(&format!("{name} off")))
+        };
+        let text = format!(
+            "period_min = 1e-4\n[camera]\ndriver = \"replay\"\nfolder = {:?}\n[lamps]\npause_s = 0\n\
+             [lamps.left]\n{}[lamps.right]\n{}[flash]\nsettle_s = 0\n{}[calibration]\n{}[vision]\ncrop = {{ {} }}\n",
+            folder.path(),
+            device("left"),
+            device("right"),
+            device("flash"),
+            toml::to_string(&greenhouse.calibration()).unwrap(),
+            toml::to_string(&greenhouse.crop()).unwrap().trim().replace('\n', ", "),
+        );
+        let rig: RigFile = toml::from_str(&text.replace("[base]", "[calibration.base]")).unwrap();
+        {
+            let mut rig = rig.open(0, start).unwrap().rig;
+            assert_eq!(rig.observe().unwrap(), seen[0]);
+            rig.step(Light::Left).unwrap();
+            assert_eq!(rig.observe().unwrap(), seen[1]);
+            rig.step(Light::Right).unwrap();
+        }
+        let log = std::fs::read_to_string(log).unwrap();
+        let steps: Vec<&str> = log.lines().collect();
+        assert_eq!(
+            steps,
+            [
+                "flash off", // when it is opened
+                "flash on",
+                "flash off",
+                "right off",
+                "left on",
+                "flash on",
+                "flash off",
+                "left off",
+                "right on",
+                "left off",
+                "right off", // when it is dropped
+            ]
+        );
+
+        let mut resumed = rig.open(0, start).unwrap().rig;
+        let shot = tent.shot().unwrap().seen.clone();
+        resumed.relive(&shot, Light::Left);
+        resumed.relive(&shot, Light::Right);
+        assert_eq!(resumed.observe().unwrap(), seen[2]);
     }
 
     #[test]
