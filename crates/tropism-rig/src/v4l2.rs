@@ -77,6 +77,7 @@ mod device {
     use std::time::{Duration, Instant};
 
     use linuxvideo::Device;
+    use linuxvideo::controls::Cid;
     use linuxvideo::format::{PixFormat, PixelFormat};
 
     use super::{Photo, RigError, V4l2Camera, key};
@@ -132,8 +133,10 @@ mod device {
 
         /// Sets the controls, and reads them all back once they are set: some cameras take a value and ignore it.
         fn lock(&self, device: &mut Device) -> Result<(), RigError> {
+            let listed = device.controls().flatten().map(|control| (key(control.name()), control.id()));
+            // The list goes from one control to the next and leaves out the very first.
             let known: Vec<_> =
-                device.controls().flatten().map(|control| (key(control.name()), control.id())).collect();
+                std::iter::once(("brightness".to_owned(), Cid::BRIGHTNESS)).chain(listed).collect();
             let find = |name: &str| {
                 let names = || known.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
                 let control = known.iter().find(|(known, _)| known == name);
