@@ -9,7 +9,7 @@ use std::io::Write;
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
-use super::film::DRAWN;
+use super::picture::DRAWN;
 use crate::photo::Image;
 
 /// Pixels whose channels all differ by no more from what is shown are left as they are.
