@@ -182,7 +182,7 @@ fn genomes() {
     fails(&folder, &["show", "good.json", "--out", "a.png"], &["a.png: wanted .html, .svg, .dot or .txt"]);
     fails(&folder, &["show", "good.json", "--model", "half.json"], &["half.json: found no model"]);
     put("photos/evolution.toml", "");
-    fails(&folder, &["show", "photos"], &["photos: found an evolution that is not over"]);
+    fails(&folder, &["show", "photos"], &["evolution.toml"]);
     put("photos/champion.json", &json);
     fails(&folder, &["show", "photos"], &["evolution.toml"]);
     let run = ["run", "--rig", "greenhouse", "--controller", "chase", "--steps", "1", "--out", "r"];

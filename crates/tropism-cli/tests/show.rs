@@ -57,6 +57,22 @@ fn champions_are_found_where_they_lie() {
     // Without the folders around it, a genome is drawn alone.
     fs::copy(folder.path().join("evolution/champion.json"), folder.path().join("alone.json")).unwrap();
     assert!(json(folder.path(), &["show", "alone.json"])["fitness"].is_null());
+    // Of an evolution that is not over, the best so far; from its checkpoints, which stay as they are.
+    let champion = folder.path().join("evolution/champion.json");
+    fs::remove_file(&champion).unwrap();
+    let run = fs::read(folder.path().join("evolution/run-00.json")).unwrap();
+    fs::write(folder.path().join("evolution/run-01.json"), "{").unwrap();
+    let so_far = json(folder.path(), &["show", "evolution"]);
+    let first = json(folder.path(), &["show", "evolution/champions/run-00.json"]);
+    assert_eq!((&so_far["links"], &so_far["fitness"]), (&first["links"], &first["fitness"]));
+    assert!(fs::read(folder.path().join("evolution/run-00.json")).unwrap() == run);
+    assert!(!folder.path().join("evolution/run-01.broken.json").exists());
+    fs::write(folder.path().join("evolution/run-00.json"), "{").unwrap();
+    let words = ["show", "evolution"];
+    let none = Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(&folder).args(words).output().unwrap();
+    let message = String::from_utf8_lossy(&none.stderr).into_owned();
+    assert!(message.contains("evolution: found an evolution that has just begun"), "{message}");
+    fs::copy(folder.path().join("alone.json"), champion).unwrap();
     // On another model than its own it steers nothing, unless that one is named.
     fs::write(folder.path().join("task.toml"), "").unwrap();
     tropism(folder.path(), &["fit", "track.csv", "--window", "1,1", "--out", "model.json"]);

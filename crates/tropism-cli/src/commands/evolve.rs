@@ -184,6 +184,19 @@ impl EvolutionPlan {
         self.model_sha256 == files::sha256(model.to_json().as_bytes())
     }
 
+    /// The run whose champion is best so far, by the checkpoints in the folder of an evolution that is not over, and its
+    /// number; `None` if there is none that can be read. Nothing in the folder is touched: it may be at work.
+    pub(crate) fn best_so_far(&self, out: &Path) -> Option<(u32, Run)> {
+        let read = |index| {
+            let file = out.join(format!("run-{index:02}.json"));
+            let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
+            Some((index, files::read_as(&file, parse).ok()?))
+        };
+        let fitness = |run: &Run| run.champion().map_or(f64::NEG_INFINITY, |(_, fitness)| fitness);
+        let begun = (0..self.evolution.runs).filter_map(read).filter(|(_, run)| run.champion().is_some());
+        begun.max_by(|(_, a), (_, b)| fitness(a).total_cmp(&fitness(b)))
+    }
+
     /// Evolves in `out`, on all threads, and writes champions, history and summary there; `None` if it was interrupted.
     pub(crate) fn execute(
         &self,

@@ -32,7 +32,7 @@ use crate::shell::Shell;
     tropism show tropism-study --out champion.html\n  \
     tropism show evolution --format dot | dot -Tpdf > champion.pdf")]
 pub(crate) struct Show {
-    /// Genome file; or the folder of an evolution, a study or a run, for its champion
+    /// Genome file; or the folder of an evolution (also one at work), a study or a run, for its champion
     #[arg(value_name = "champion.json|DIR")]
     path: PathBuf,
 
@@ -129,18 +129,12 @@ impl Show {
         if self.path.join("run.toml").exists() {
             return self.find_in_run();
         }
-        if self.path.join("evolution.toml").exists() && !self.path.join("champion.json").exists() {
-            bail!(
-                "{}: found an evolution that is not over, wanted its champion.json; go on with it by --resume",
-                self.path.display()
-            );
-        }
         let file = match self.path.is_dir() {
             false => self.path.clone(),
             true => ["champion.json", "evolution/champion.json"]
                 .map(|name| self.path.join(name))
                 .into_iter()
-                .find(|file| file.exists())
+                .find(|file| file.exists() || file.with_file_name("evolution.toml").exists())
                 .with_context(|| {
                     format!(
                         "{}: found no champion.json, evolution/champion.json or run.toml, wanted the folder of a \
@@ -149,12 +143,15 @@ impl Show {
                     )
                 })?,
         };
-        let genome = files::read_as(&file, Genome::from_json)?;
         // `evolution.toml` lies beside `champion.json`, or above `champions/run-00.json`.
         let folder = file.ancestors().skip(1).take(2).find(|folder| folder.join("evolution.toml").exists());
         let plan = match folder {
             Some(folder) => Some(files::read_toml::<EvolutionPlan>(&folder.join("evolution.toml"))?),
             None => None,
+        };
+        let genome = match &plan {
+            Some(plan) if !file.exists() => so_far(plan, &file, shell)?,
+            _ => files::read_as(&file, Genome::from_json)?,
         };
         let task = match (&plan, &self.task.task) {
             (Some(plan), None) => plan.task().clone(),
@@ -202,6 +199,21 @@ impl Show {
         let task = if self.task.task.is_some() { self.task.load()? } else { plan.task };
         Ok(Found { genome, file, task, steered })
     }
+}
+
+/// The best champion so far of an evolution that has not written the `file` of its champion yet.
+fn so_far(plan: &EvolutionPlan, file: &Path, shell: &Shell) -> Result<Genome> {
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let (number, run) = plan.best_so_far(folder).with_context(|| {
+        format!("{}: found an evolution that has just begun, wanted its first checkpoint", folder.display())
+    })?;
+    let (champion, fitness) = run.champion().context("a run that was chosen by its champion")?;
+    shell.note(&format!(
+        "{}: an evolution that is not over; the best so far: run {number}, {fitness:.2} cm after {} generations",
+        folder.display(),
+        run.neat.generation()
+    ));
+    Ok(champion.clone())
 }
 
 impl Found {
