@@ -271,7 +271,12 @@ impl EvolutionPlan {
     ) -> Result<Option<Run>> {
         let checkpoint = Checkpoint::new(out.join(format!("run-{index:02}.json")));
         let mut run = self.begin(index, &checkpoint, care.progress)?;
-        care.progress.skip(run.history.len() as u64);
+        if let Some(last) = run.history.last() {
+            care.progress.skip(run.history.len() as u64);
+            if let Ok(mut live) = live.lock() {
+                live.know(index, last);
+            }
+        }
         let mut saved = Instant::now();
         let mut saved_generations = run.history.len();
         while (run.history.len() as u32) < self.evolution.generations && !Shell::is_interrupted() {

@@ -23,10 +23,15 @@ impl Live {
         Self { latest: vec![None; runs], evaluations: 0, started: Instant::now(), said: None }
     }
 
+    /// Takes in the generation at which a run goes on.
+    pub(super) fn know(&mut self, run: u32, generation: &Generation) {
+        self.latest[run as usize] = Some(generation.clone());
+    }
+
     /// Takes in a generation, and says on the progress line what is known now.
     pub(super) fn see(&mut self, run: u32, generation: &Generation, progress: &Progress) {
         self.evaluations += generation.population as u64;
-        self.latest[run as usize] = Some(generation.clone());
+        self.know(run, generation);
         if self.said.is_none_or(|said| said.elapsed() >= REFRESH) {
             self.said = Some(Instant::now());
             let rate = self.evaluations as f64 / self.started.elapsed().as_secs_f64().max(1e-3);
@@ -54,5 +59,44 @@ impl Live {
             mean(|run| run.links_mean),
             evaluations_a_second.round()
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn generation(best_ever: f64, median: f64, species: usize) -> Generation {
+        Generation {
+            generation: 3,
+            best: best_ever,
+            mean: 0.0,
+            median,
+            best_ever,
+            species,
+            population: 50,
+            links_mean: 8.4,
+            hidden_mean: 1.0,
+            champion_links: 9,
+            threshold: 5.0,
+            evaluations: 200,
+        }
+    }
+
+    #[test]
+    fn the_message_tells_of_the_runs_that_have_begun() {
+        let mut live = Live::new(4);
+        assert_eq!(live.message(0.0), "");
+        live.know(2, &generation(9.5, 1.0, 4));
+        assert_eq!(
+            live.message(1234.4),
+            "best 9.50 cm, population: median 1.00 cm, 4 species, 8 links, 1234 evaluations/s"
+        );
+        live.know(0, &generation(11.0, 3.0, 8));
+        live.know(3, &generation(7.0, 2.0, 6));
+        assert_eq!(
+            live.message(9e4),
+            "best 11.00 cm (3 runs: median 9.50), population: median 2.00 cm, 6 species, 8 links, 90000 evaluations/s"
+        );
     }
 }
