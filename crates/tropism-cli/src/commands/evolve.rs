@@ -21,7 +21,7 @@ use tropism::simulation::simulate;
 use tropism::task::Task;
 use tropism_neat::{Config, Generation, Genome};
 
-use self::live::Live;
+use self::live::{Live, median};
 use crate::options::{SeedOption, TaskOption, load_model_for};
 use crate::shell::{Interrupted, Progress, Shell, cpu_seconds};
 
@@ -426,7 +426,7 @@ impl Evolve {
             outcome.cpu_seconds,
             best[0],
             best[best.len() - 1],
-            best[best.len() / 2],
+            median(&best),
             task.best(),
             outcome.champion,
             chosen.links,

@@ -49,7 +49,7 @@ impl Live {
         let runs = match best.len() {
             0 => return String::new(),
             1 => String::new(),
-            runs => format!(" ({runs} runs: median {:.2})", best[runs / 2]),
+            runs => format!(" ({runs} runs: median {:.2})", median(&best)),
         };
         format!(
             "best {:.2} cm{runs}, population: median {:.2} cm, {:.0} species, {:.0} links, {} evaluations/s",
@@ -60,6 +60,11 @@ impl Live {
             evaluations_a_second.round()
         )
     }
+}
+
+/// The median of at least one number, in order; of an even count, the mean of the middle two.
+pub(super) fn median(sorted: &[f64]) -> f64 {
+    f64::midpoint(sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2])
 }
 
 #[cfg(test)]
@@ -93,6 +98,7 @@ mod tests {
             "best 9.50 cm, population: median 1.00 cm, 4 species, 8 links, 1234 evaluations/s"
         );
         live.know(0, &generation(11.0, 3.0, 8));
+        assert!(live.message(0.0).contains("(2 runs: median 10.25)"));
         live.know(3, &generation(7.0, 2.0, 6));
         assert_eq!(
             live.message(9e4),
