@@ -208,6 +208,8 @@ impl Lanes {
                 }
                 if let Some(number) = self.number[lane].take() {
                     fitness[number] = self.fitness[lane];
+                    // Nothing that it senses matters any longer: the network stays as it is.
+                    (self.watched[lane], self.stay[lane]) = (0, 0);
                 }
                 for Episode { controller, draws } in queue.by_ref() {
                     let number = fitness.len();
