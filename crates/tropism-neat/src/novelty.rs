@@ -64,7 +64,8 @@ impl NoveltyConfig {
 
 /// A novelty search: what has been seen so far, and how new something has to be to be remembered.
 ///
-/// It draws no random numbers. Saved beside its run and read again (with serde), it goes on to the same bits.
+/// It draws no random numbers. Saved beside its run and read again (with serde), it goes on to the same bits. The run's
+/// [`champion`](crate::Neat::champion) is then the newest of all; who comes closest to a goal is for the caller to remember.
 ///
 /// ```
 /// use tropism_neat::{Config, Neat, Network, Novelty, NoveltyConfig};
