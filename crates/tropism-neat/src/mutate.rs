@@ -384,9 +384,33 @@ mod tests {
             (0..4000).filter_map(|n| mutated(&seed, &Config::paper(), n, Mutation::AddLink)).collect();
         assert!(grown.iter().all(|genome| genome.links[3].from == 4 && genome.links[3].to == 4));
         assert!(grown.iter().all(|genome| genome.links[3].recurrent && genome.links[3].weight.abs() < 5.0));
+        let squares = grown.iter().map(|genome| genome.links[3].weight.powi(2)).sum::<f64>();
+        let deviation = (squares / grown.len() as f64).sqrt();
+        assert!((deviation - 5.0 * 0.408).abs() < 0.3, "{deviation}");
         // Recurrent with probability 0.25, and then looped with 0.25.
         let share = grown.len() as f64 / 4000.0;
         assert!((share - 0.0625).abs() < 0.012, "{share}");
+    }
+
+    #[test]
+    fn a_quarter_of_the_added_links_lead_back_and_a_quarter_of_those_are_loops() {
+        let before = genome(2, 1, &[(5, 0.3), (6, 0.6)], &[(1, 5, 1.0), (5, 6, 1.0), (6, 4, 1.0)]);
+        let depth = |id| before.neurons[before.position(id).unwrap()].depth;
+        let mut counts = [0.0_f64; 3];
+        for seed in 0..4000 {
+            let after = mutated(&before, &Config::paper(), seed, Mutation::AddLink).unwrap();
+            let link = after.links[3];
+            let kind = match depth(link.from).total_cmp(&depth(link.to)) {
+                _ if link.from == link.to => 2,
+                std::cmp::Ordering::Greater => 1,
+                _ => 0,
+            };
+            assert_eq!(link.recurrent, kind > 0);
+            counts[kind] += 1.0 / 4000.0;
+        }
+        for (found, wanted) in counts.into_iter().zip([0.75, 0.1875, 0.0625]) {
+            assert!((found - wanted).abs() < 0.02, "{counts:?}");
+        }
     }
 
     #[test]
