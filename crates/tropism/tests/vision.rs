@@ -421,3 +421,85 @@ fn a_leaf_that_falls_and_a_lamp_do_not_fool_the_robust_eye() {
     let fooled = eye(drawing.base, Mode::Paper).judge(Ok(&image)).unwrap();
     assert!(fooled.tip.y < 12.0, "the paper's highest bright sample: {fooled:?}");
 }
+
+fn encoded(image: &Image, colour: jpeg_encoder::ColorType, is_progressive: bool) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = jpeg_encoder::Encoder::new(&mut bytes, 90);
+    encoder.set_progressive(is_progressive);
+    let channels = if colour == jpeg_encoder::ColorType::Cmyk { 4 } else { 3 };
+    let pixels: Vec<u8> = image
+        .rgb
+        .chunks_exact(3)
+        .flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255].into_iter().take(channels))
+        .collect();
+    encoder.encode(&pixels, image.width as u16, image.height as u16, colour).unwrap();
+    bytes
+}
+
+#[test]
+fn whatever_a_file_is_has_a_class() {
+    let drawing =
+        Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(124.0, 70.0), exposure: 1.0, seed: 4 };
+    let good = drawing.photo();
+    let image = good.decode().unwrap();
+    let class = |bytes: Vec<u8>| {
+        let mut eye = eye(drawing.base, Mode::Robust);
+        assert_eq!(eye.observe(&good).class, Class::Ok);
+        eye.observe(&photo(bytes)).class
+    };
+    for tenth in 0..10 {
+        assert_eq!(class(good.bytes[..good.bytes.len() * tenth / 10].to_vec()), Class::Corrupt, "{tenth}");
+    }
+    assert_eq!(class(flat(9, 1, 1).to_jpeg(90).unwrap()), Class::Foreign);
+
+    // A hundred megapixels are refused by their header, before any memory is taken for them.
+    let mut huge = good.bytes.clone();
+    let frame = huge.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+    huge[frame + 5..frame + 9].copy_from_slice(&[0x27, 0x10, 0x27, 0x10]);
+    let error = photo(huge.clone()).decode().unwrap_err().to_string();
+    assert!(error.contains("10000 x 10000 pixels, wanted at most"), "{error}");
+    assert_eq!(class(huge), Class::Foreign);
+
+    assert_eq!(class(encoded(&image, jpeg_encoder::ColorType::Rgb, true)), Class::Ok);
+    let _ = class(encoded(&image, jpeg_encoder::ColorType::Cmyk, false));
+
+    let mut deep = Vec::new();
+    let mut encoder = png::Encoder::new(&mut deep, image.width as u32, image.height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let twice: Vec<u8> = image.rgb.iter().flat_map(|&byte| [byte, 7]).collect();
+    encoder.write_header().unwrap().write_image_data(&twice).unwrap();
+    assert_eq!(photo(deep.clone()).decode().unwrap(), image);
+    assert_eq!(class(deep), Class::Ok);
+}
+
+#[test]
+fn an_orientation_in_the_file_leaves_pixels_where_they_are() {
+    let plain = flat(80, 24, 16).to_jpeg(90).unwrap();
+    let exif: &[u8] =
+        b"\xff\xe1\x00\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+    let turned = [&plain[..2], exif, &plain[2..]].concat();
+    assert_eq!(photo(turned).decode().unwrap(), photo(plain).decode().unwrap());
+}
+
+#[test]
+fn a_camera_that_was_pushed_is_found_out() {
+    use tropism::greenhouse::fault::{Faults, photograph};
+    use tropism::greenhouse::{bean, render, tent};
+
+    let greenhouse = tent::Greenhouse::default();
+    let plant = bean::Bean::new(bean::Species::default().draw(5, 1.0), 5);
+    let mut renderer = render::Renderer::new(&greenhouse.scene, 5);
+    let (_, mut eye) = greenhouse.open(5, &VisionConfig::default()).unwrap();
+    let nudged = Faults { nudged: 1.0, ..Faults::default() };
+    let light = Some(light::Light::Left);
+    for frame in 0..6 {
+        let faults = if frame < 2 { Vec::new() } else { nudged.at(5, frame) };
+        let bytes = photograph(&mut renderer, &faults, &plant.pose(), light, frame, None).unwrap();
+        let seen = eye.observe(&Photo { name: String::new(), bytes, time_s: 300.0 * frame as f64 });
+        let truth = render::truth(&plant.pose(), renderer.frame());
+        let observation = seen.observation.unwrap();
+        assert_eq!((seen.class, observation.quality), (Class::Ok, Quality::Measured), "{frame}");
+        assert!(observation.tip.distance(truth.top) < 0.15, "{frame}: {observation:?}, {:?}", truth.top);
+    }
+}

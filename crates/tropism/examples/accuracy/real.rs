@@ -217,10 +217,11 @@ fn silhouettes(folder: &Path, _: Mode) -> String {
     let lengths: Vec<f64> = known.iter().map(|one| one.0.abs()).collect();
     let distances: Vec<f64> = known.iter().map(|one| one.1).collect();
     format!(
-        "{} shoots, answered {} | length off by median {:.2} %, worst {:.2} % | mean distance median {:.2} % of length, worst {:.2} %",
+        "{} shoots, answered {} | length off by median {:.2} % (mean {:+.2} %), worst {:.2} % | mean distance median {:.2} % of length, worst {:.2} %",
         files.len(),
         known.len(),
         quantile(&lengths, 0.5),
+        known.iter().map(|one| one.0).sum::<f64>() / known.len().max(1) as f64,
         quantile(&lengths, 1.0),
         quantile(&distances, 0.5),
         quantile(&distances, 1.0)

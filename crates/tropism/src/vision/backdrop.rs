@@ -132,26 +132,21 @@ impl Backdrop {
         Self { patches: found.into_iter().map(both).collect(), step: samples.step, fine: fine.step }
     }
 
-    /// How the picture stands to the first one; `None` where too little is found again to say.
+    /// How far the camera's picture has moved, in pixels to the right and down; `None` where too little is found again to
+    /// say.
     #[must_use]
-    pub fn find(&self, image: &Image) -> Option<Found> {
+    pub fn shift(&self, image: &Image) -> Option<Pixel> {
         let samples = Samples { image, step: self.step };
         let nowhere = (0, 0);
         // Where most patches stand still there is no need to look farther.
-        let near: Vec<f64> = self
-            .patches
-            .iter()
-            .filter_map(|patch| patch.find(&samples, nowhere, 1))
-            .filter(|found| found.at == nowhere)
-            .map(|found| found.gain)
-            .collect();
-        if near.len() >= LEAST.max(self.patches.len() / 3) {
-            return Some(Found { shift: Pixel::default(), gain: median(near) });
+        let near = self.patches.iter().filter_map(|patch| patch.find(&samples, nowhere, 1));
+        if near.filter(|found| found.0 == nowhere).count() >= LEAST.max(self.patches.len() / 3) {
+            return Some(Pixel::default());
         }
         let far: Vec<_> = self
             .patches
             .iter()
-            .filter_map(|patch| Some((patch, patch.find(&samples, nowhere, FAR)?.at)))
+            .filter_map(|patch| Some((patch, patch.find(&samples, nowhere, FAR)?.0)))
             .collect();
         let is_like =
             |one: (i32, i32), other: (i32, i32)| (one.0 - other.0).abs().max((one.1 - other.1).abs()) <= 1;
@@ -168,17 +163,16 @@ impl Backdrop {
         // Then between pixels, at the resolution of a pixel or as near to it as is worth the time.
         let fine = Samples { image, step: self.fine };
         let (ratio, last) = ((self.step / self.fine) as i32, self.fine as f64);
-        let found: Vec<Place> = agree(best)
+        let found: Vec<Pixel> = agree(best)
             .filter_map(|(patch, at)| {
                 let there = (at.0 * ratio, at.1 * ratio);
-                patch.fine.as_deref().unwrap_or(patch).find(&fine, there, ratio)
+                Some(patch.fine.as_deref().unwrap_or(patch).find(&fine, there, ratio)?.1)
             })
             .collect();
-        let middle = |axis: fn(&Place) -> f64| median(found.iter().map(axis).collect());
-        let (x, y, gain) =
-            (last * middle(|at| at.place.x), last * middle(|at| at.place.y), middle(|at| at.gain));
+        let middle = |axis: fn(&Pixel) -> f64| last * median(found.iter().map(axis).collect());
+        let (x, y) = (middle(|at| at.x), middle(|at| at.y));
         let is_still = x.abs().max(y.abs()) < STILL * self.step as f64;
-        Some(Found { shift: if is_still { Pixel::default() } else { Pixel::new(x, y) }, gain })
+        Some(if is_still { Pixel::default() } else { Pixel::new(x, y) })
     }
 
     /// Whether there is enough in the first picture to find again.
@@ -186,22 +180,6 @@ impl Backdrop {
     pub fn is_rich(&self) -> bool {
         self.patches.len() >= MOST / 2
     }
-}
-
-/// How a picture stands to the first one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
-    /// How far the camera's picture has moved, in pixels to the right and down.
-    pub shift: Pixel,
-    /// How strong what stands still shows, where the first picture has 1: less in mist and in less light.
-    pub gain: f64,
-}
-
-/// Where a patch is found again: at which sample, where between samples, and how strong.
-struct Place {
-    at: (i32, i32),
-    place: Pixel,
-    gain: f64,
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -234,7 +212,7 @@ impl Patch {
 
     /// Where the patch is found again within `far` samples of a shift, and where between samples; `None` where nothing is
     /// alike.
-    fn find(&self, samples: &Samples<'_>, shift: (i32, i32), far: i32) -> Option<Place> {
+    fn find(&self, samples: &Samples<'_>, shift: (i32, i32), far: i32) -> Option<((i32, i32), Pixel)> {
         let around = samples.around(self.x + shift.0, self.y + shift.1, HALF + far);
         let (side, wide) = (2 * HALF + 1, 2 * (HALF + far) + 1);
         let alike = |dx: i32, dy: i32| {
@@ -250,11 +228,11 @@ impl Patch {
                 }
             }
             let spread = (squares - sum * sum / (side * side) as f32).max(1.0);
-            (product / (spread.sqrt() * self.norm.max(1.0)), product / (self.norm * self.norm).max(1.0))
+            product / (spread.sqrt() * self.norm.max(1.0))
         };
         let places = (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy)));
         let scored = places.map(|(dx, dy)| (alike(dx, dy), dx, dy));
-        let ((best, gain), dx, dy) = scored.max_by(|one, other| one.0.0.total_cmp(&other.0.0))?;
+        let (best, dx, dy) = scored.max_by(|one, other| one.0.total_cmp(&other.0))?;
         if best < ALIKE {
             return None;
         }
@@ -265,12 +243,11 @@ impl Patch {
         };
         let (mut across, mut down) = (0.0, 0.0);
         if dx.abs() < far && dy.abs() < far {
-            across = between(alike(dx - 1, dy).0, alike(dx + 1, dy).0);
-            down = between(alike(dx, dy - 1).0, alike(dx, dy + 1).0);
+            across = between(alike(dx - 1, dy), alike(dx + 1, dy));
+            down = between(alike(dx, dy - 1), alike(dx, dy + 1));
         }
         let at = (shift.0 + dx, shift.1 + dy);
-        let place = Pixel::new(f64::from(at.0) + across, f64::from(at.1) + down);
-        Some(Place { at, place, gain: f64::from(gain) })
+        Some((at, Pixel::new(f64::from(at.0) + across, f64::from(at.1) + down)))
     }
 }
 
@@ -309,7 +286,7 @@ mod tests {
         #[test]
         fn a_camera_that_moved_is_found_out(right in -18..18_i32, down in -18..18_i32, noise in 1..1000_u64) {
             let backdrop = Backdrop::of(&scene(0, 0, 0), None);
-            let found = backdrop.find(&scene(right, down, noise)).unwrap().shift;
+            let found = backdrop.shift(&scene(right, down, noise)).unwrap();
             prop_assert!((found.x - f64::from(right)).abs() <= 1.0, "{found:?}");
             prop_assert!((found.y - f64::from(down)).abs() <= 1.0, "{found:?}");
         }
@@ -319,9 +296,9 @@ mod tests {
     fn nothing_is_said_of_another_scene() {
         let backdrop = Backdrop::of(&scene(0, 0, 0), None);
         let flat = Image { width: 648, height: 486, rgb: vec![90; 3 * 648 * 486] };
-        assert_eq!(backdrop.find(&flat), None);
-        assert_eq!(Backdrop::of(&flat, None).find(&flat), None);
+        assert_eq!(backdrop.shift(&flat), None);
+        assert_eq!(Backdrop::of(&flat, None).shift(&flat), None);
         let tiny = Image { width: 1, height: 1, rgb: vec![9; 3] };
-        assert_eq!(Backdrop::of(&tiny, None).find(&tiny), None);
+        assert_eq!(Backdrop::of(&tiny, None).shift(&tiny), None);
     }
 }

@@ -156,7 +156,8 @@ pub fn longest(
     let start = window.nearest(base)?;
     let way = window.limbs(start, &window.ways(start), SHORTEST, 1).pop()?;
     let (line, _) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
-    Some(resampled(&line, 1.0))
+    // Side shoots that were cut off leave bumps, which would count as length.
+    Some(resampled(&smoothed(&smoothed(&line, 12), 12), 1.0))
 }
 
 /// The value below which a share of the values lies; 0 without values.

@@ -195,7 +195,7 @@ pub struct Sighting {
     pub shape: Shape,
     /// Whether the plant reaches the left, right or upper edge of the crop: its tip may lie beyond.
     pub is_cut: bool,
-    /// Whether glare or a shadow lies on the tip, or mist on the lens: the tip may be elsewhere.
+    /// Whether glare or a shadow lies on the tip, or the backdrop is not found again: the tip may be elsewhere.
     pub is_veiled: bool,
     /// How far the camera's picture has moved since the first one, in pixels to the right and down, as an [`Eye`] finds.
     pub shift: Pixel,
@@ -333,9 +333,6 @@ pub struct Seen {
 /// Minutes from one photograph to the next, unless their times say otherwise (section 2.2.2).
 const PERIOD_MIN: f64 = 5.0;
 
-/// What stands still shows at least this share as strong as in the first picture, or there is mist on the lens.
-const CLEAR: f64 = 0.7;
-
 /// Sees one plant in the photographs of one camera, and remembers what it needs to judge the next.
 ///
 /// A killed run goes on as if it had not been: see [`Eye::resume`].
@@ -456,20 +453,20 @@ impl Eye {
     /// The class of a photograph that shows no plant.
     pub fn judge(&self, picture: Result<&Image, &PhotoError>) -> Result<Sighting, Class> {
         let image = picture.map_err(|error| match error {
-            PhotoError::Foreign(_) => Class::Foreign,
+            PhotoError::Foreign(_) | PhotoError::TooLarge { .. } => Class::Foreign,
             _ => Class::Corrupt,
         })?;
         self.calibration.fits(image.width, image.height).map_err(|_| Class::Foreign)?;
-        let found = self.reference.as_ref().map(|reference| match reference.backdrop.find(image) {
-            Some(found) => (found.shift, found.gain < CLEAR),
-            None => (Pixel::default(), reference.backdrop.is_rich()),
-        });
-        let (shift, is_misty) = found.unwrap_or_default();
+        let backdrop = self.reference.as_ref().map(|reference| &reference.backdrop);
+        let found = backdrop.and_then(|backdrop| backdrop.shift(image));
+        // Where nothing is found again of what was there to be found, the camera may look elsewhere.
+        let is_lost = found.is_none() && backdrop.is_some_and(Backdrop::is_rich);
+        let shift = found.unwrap_or_default();
         let base = Pixel::new(self.calibration.base.x + shift.x, self.calibration.base.y + shift.y);
         let crop = self.config.crop.map(|crop| moved(crop, shift, image));
         let sighting = look_from(image, Some(base), &VisionConfig { crop, ..self.config.clone() })
             .ok_or_else(|| if self.is_dark(image) { Class::Dark } else { Class::NoPlant })?;
-        Ok(Sighting { shift, is_veiled: sighting.is_veiled || is_misty, ..sighting })
+        Ok(Sighting { shift, is_veiled: sighting.is_veiled || is_lost, ..sighting })
     }
 
     /// Whether there is too little light to see a plant by: the picture is black but for noise, or much darker than the
