@@ -420,13 +420,14 @@ mod tests {
             };
             let free = || TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
             let port = port.unwrap_or_else(free);
-            let child = Command::new(program)
+            let mut child = Command::new(program)
                 .args(["-p", &port.to_string()])
                 .stdout(Stdio::null())
                 .stderr(Stdio::null())
                 .spawn()
                 .unwrap();
             while std::net::TcpStream::connect(("127.0.0.1", port)).is_err() {
+                assert!(child.try_wait().unwrap().is_none(), "mosquitto has ended");
                 thread::sleep(Duration::from_millis(10));
             }
             Some(Self { port, child })
