@@ -144,14 +144,24 @@ pub(crate) fn stem_figure(runs: &[RunFound]) -> Result<Option<Figure>> {
 
 /// The stems of a track that `tropism track` made, from its columns; none in another.
 fn stems_of(track: &Track) -> Vec<LitStem> {
-    let axis = |axis: char| -> Option<Vec<Vec<f64>>> {
-        (1..=10).map(|vertex| track.numbers(&format!("stem_{vertex}_{axis}_cm"))).collect()
+    let rows = track.samples.iter().enumerate();
+    rows.filter_map(|(row, sample)| Some((stem_of(track, row)?, sample.light))).collect()
+}
+
+/// The ten points of a track's stem at one row, from its columns.
+pub(crate) fn stem_of(track: &Track, row: usize) -> Option<Polyline> {
+    let points = (1..=10).map(|vertex| place_of(track, &format!("stem_{vertex}"), row));
+    points.collect::<Option<_>>().map(Polyline)
+}
+
+/// A place in cm at one row of a track, from the columns `name_x_cm` and `name_y_cm`.
+pub(crate) fn place_of(track: &Track, name: &str, row: usize) -> Option<Point> {
+    let axis = |axis: char| {
+        let wanted = format!("{name}_{axis}_cm");
+        let column = track.columns.iter().find(|column| column.name == wanted)?;
+        column.values[row].parse().ok().filter(|value: &f64| value.is_finite())
     };
-    let (Some(x), Some(y)) = (axis('x'), axis('y')) else { return Vec::new() };
-    let stem =
-        |row: usize| Polyline((0..10).map(|vertex| Point::new(x[vertex][row], y[vertex][row])).collect());
-    let rows = track.samples.iter().enumerate().map(|(row, sample)| (stem(row), sample.light));
-    rows.filter(|(stem, _)| stem.0.iter().all(|point| point.is_finite())).collect()
+    Some(Point::new(axis('x')?, axis('y')?))
 }
 
 /// Figures 3 to 5 and 9: what tracks of photographs show.

@@ -2,11 +2,12 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 14] = [
     "study",
     "run",
     "calibrate",
     "track",
+    "depth",
     "fit",
     "evolve",
     "baseline",

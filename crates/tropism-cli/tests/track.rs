@@ -352,6 +352,49 @@ fn calibrations_come_from_marks_geometry_and_a_checkerboard() {
 }
 
 #[test]
+fn two_cameras_see_in_space() {
+    let folder = folder();
+    // A second camera at the right sees the same plant further left, so nearer to the first camera, by 1 cm.
+    fs::create_dir(folder.path().join("beside")).unwrap();
+    for (step, path) in
+        tropism::experiment::files::photographs(&[folder.path().join("photos")]).unwrap().iter().enumerate()
+    {
+        let mut image = dark();
+        stem(&mut image, 55, 50 - step);
+        fs::write(folder.path().join("beside").join(path.file_name().unwrap()), image.to_jpeg(92).unwrap())
+            .unwrap();
+    }
+    succeeds(&folder, ONE);
+    succeeds(&folder, "track beside --roi 30,5,55,75 --base 60,79 --scale 5 --out side.csv");
+    let words = succeeds(&folder, "depth one.csv side.csv --distance 74,74 --out space.csv");
+    assert!(words.contains("12 steps in space, 12 with a stem"), "{words}");
+    let space = track(&folder, "space.csv");
+    let column = |name: &str| space.numbers(name).unwrap_or_else(|| panic!("no column {name}"));
+    for (name, wanted) in [("tip_z_cm", 1.0), ("apex_x_cm", 0.0), ("stem_5_z_cm", 1.0), ("stem_10_x_cm", 0.0)]
+    {
+        assert!(column(name).iter().all(|value| (value - wanted).abs() < 0.3), "{name}: {:?}", column(name));
+    }
+    assert!(column("tip_gap_cm").iter().all(|gap| *gap < 0.2));
+    let error = |line: &str, wanted: &str| {
+        let (code, _, error) = tropism(folder.path(), line);
+        assert!(code == 1 || code == 2, "{line}: {code}");
+        assert!(error.contains(wanted) && !error.contains("panicked"), "{line}: {error}");
+    };
+    error("depth one.csv side.csv --distance 74,74 --out space.csv", "space.csv: found a file here already");
+    error("depth one.csv side.csv --distance 74,0 --out t.csv", "found --distance 74,0");
+    error("depth one.csv absent.csv --distance 74,74 --out t.csv", "absent.csv: cannot read");
+    fs::remove_file(folder.path().join("side.json")).unwrap();
+    error("depth one.csv side.csv --distance 74,74 --out t.csv", "side.json: cannot read");
+}
+
+#[test]
+fn no_lamps_in_view_are_no_lamps() {
+    let folder = folder();
+    succeeds(&folder, &format!("{ONE} --light none"));
+    assert!(track(&folder, "one.csv").samples.iter().all(|sample| sample.light.is_none()));
+}
+
+#[test]
 fn wrong_use_is_one_clear_line() {
     let folder = folder();
     fs::create_dir(folder.path().join("empty")).unwrap();

@@ -2,6 +2,7 @@
 
 mod baseline;
 mod calibrate;
+mod depth;
 mod evolve;
 mod fit;
 mod grow;
@@ -26,6 +27,7 @@ pub(crate) enum Command {
     Run(run::Run),
     Calibrate(calibrate::Calibrate),
     Track(track::Track),
+    Depth(depth::Depth),
     Fit(fit::Fit),
     Evolve(evolve::Evolve),
     Baseline(baseline::Baseline),
@@ -45,6 +47,7 @@ impl Command {
             Self::Run(run) => run.execute(shell),
             Self::Calibrate(calibrate) => calibrate.execute(shell),
             Self::Track(track) => track.execute(shell),
+            Self::Depth(depth) => depth.execute(shell),
             Self::Fit(fit) => fit.execute(shell),
             Self::Evolve(evolve) => evolve.execute(shell),
             Self::Baseline(baseline) => baseline.execute(shell),

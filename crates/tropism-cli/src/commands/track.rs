@@ -86,8 +86,8 @@ pub(crate) struct Track {
     #[arg(long, value_name = "PLANTS.toml", conflicts_with_all = ["roi", "base"])]
     plants: Option<PathBuf>,
 
-    /// Which lamp is lit: read from the pictures, or from a CSV with the columns frame and light
-    #[arg(long, value_name = "auto|FILE.csv", default_value = "auto")]
+    /// Which lamp is lit: read from the pictures, none (no lamps in view), or from a CSV with the columns frame and light
+    #[arg(long, value_name = "auto|none|FILE.csv", default_value = "auto")]
     light: PathBuf,
 
     /// What tells when a photograph was taken
@@ -342,6 +342,9 @@ impl Track {
     fn lights(&self, shots: &[Shot]) -> Result<Option<Vec<Option<Light>>>> {
         if self.light == Path::new("auto") {
             return Ok(None);
+        }
+        if self.light == Path::new("none") {
+            return Ok(Some(vec![None; shots.len()]));
         }
         let file = self.light.display();
         let text = files::read_text(&self.light)?;

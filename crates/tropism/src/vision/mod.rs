@@ -23,6 +23,7 @@ pub mod segment;
 pub mod shape;
 pub mod stem;
 pub mod tip;
+pub mod two_views;
 mod ways;
 
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,295 @@
+//! Two cameras at a right angle: tips and midlines in space.
+//!
+//! In: what a camera in front and one at the side see of the same moment, each in cm of the plane through the root that
+//! its photographs are scaled to. Out: places in space. The one idea: what a camera sees lies on a ray through its lens;
+//! two rays meet where the thing is, and a ray of one camera is a line in the other's picture, on which the stem's
+//! midline crosses it.
+//!
+//! # References
+//! Hartley and Zisserman 2003, *Multiple View Geometry in Computer Vision*, chapters 9 and 12 (epipolar lines,
+//! triangulation).
+
+use crate::geometry::{Pixel, Point, Polyline};
+use crate::vision::Calibration;
+
+/// A place in space, in cm: x to the right of the root as the front camera sees it, y up, z towards the front camera.
+pub type Place = [f64; 3];
+
+/// Where a camera stands that looks straight at the plane its photographs are scaled to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stand {
+    /// Where it looks at: what the middle of its pictures shows, in cm of its plane.
+    pub axis: Point,
+    /// From there to the lens, in cm.
+    pub distance_cm: f64,
+}
+
+impl Stand {
+    /// The stand of a calibrated camera, `distance_cm` from the plane.
+    #[must_use]
+    pub fn new(calibration: &Calibration, distance_cm: f64) -> Self {
+        let middle =
+            Pixel::new((calibration.width as f64 - 1.0) / 2.0, (calibration.height as f64 - 1.0) / 2.0);
+        Self { axis: calibration.point(middle), distance_cm }
+    }
+
+    /// Where in its plane it sees a place of its own coordinates.
+    fn sees(&self, [x, y, z]: Place) -> Point {
+        let nearer = self.distance_cm / (self.distance_cm - z);
+        Point::new(self.axis.x + (x - self.axis.x) * nearer, self.axis.y + (y - self.axis.y) * nearer)
+    }
+
+    /// The place of its lens, in its own coordinates.
+    const fn lens(&self) -> Place {
+        [self.axis.x, self.axis.y, self.distance_cm]
+    }
+}
+
+/// On which side of the front camera's view the second one stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// It sees the plant from the left: what is nearer to the front camera is further to its right.
+    Left,
+    /// It sees the plant from the right: what is nearer to the front camera is further to its left.
+    Right,
+}
+
+impl Side {
+    /// A place in the side camera's own coordinates: x to its right, z towards it.
+    const fn own(self, [x, y, z]: Place) -> Place {
+        match self {
+            Self::Left => [z, y, -x],
+            Self::Right => [-z, y, x],
+        }
+    }
+
+    /// A place of the side camera's own coordinates in those of space.
+    const fn space(self, [x, y, z]: Place) -> Place {
+        match self {
+            Self::Left => [-z, y, x],
+            Self::Right => [z, y, -x],
+        }
+    }
+}
+
+/// Two cameras that see one plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoViews {
+    /// The camera in front.
+    pub front: Stand,
+    /// The camera at the side.
+    pub side: Stand,
+    /// Where that is.
+    pub from: Side,
+}
+
+/// A place in space, and how far the two rays to it pass each other by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Met {
+    /// In the middle between both rays where they are nearest.
+    pub place: Place,
+    /// Their distance there, in cm: 0 for perfect cameras that see the same thing.
+    pub gap_cm: f64,
+}
+
+impl TwoViews {
+    /// Where both cameras see a place of space, each in cm of its plane.
+    #[must_use]
+    pub fn seen(&self, place: Place) -> [Point; 2] {
+        [self.front.sees(place), self.side.sees(self.from.own(place))]
+    }
+
+    /// The place that the front camera sees at `front` and the side camera at `side`.
+    #[must_use]
+    pub fn meet(&self, front: Point, side: Point) -> Met {
+        let from = self.front.lens();
+        let other_from = self.from.space(self.side.lens());
+        let ray = minus([front.x, front.y, 0.0], from);
+        let other_ray = minus(self.from.space([side.x, side.y, 0.0]), other_from);
+        // Where on both rays the way between them is at a right angle to both; rays at about a right angle never run
+        // side by side.
+        let between = minus(from, other_from);
+        let (a, b, c) = (dot(ray, ray), dot(ray, other_ray), dot(other_ray, other_ray));
+        let (d, e) = (dot(ray, between), dot(other_ray, between));
+        let across = a * c - b * b;
+        let one = along(from, ray, (b * e - c * d) / across);
+        let other = along(other_from, other_ray, (a * e - b * d) / across);
+        let gap = minus(one, other);
+        Met { place: along(other, gap, 0.5), gap_cm: dot(gap, gap).sqrt() }
+    }
+
+    /// The stem in space whose midline both cameras see: a place for each vertex of `front` whose ray crosses `side`,
+    /// from the base up, and both ends. Both midlines begin at the same base and end at the same apex.
+    ///
+    /// Empty if either has fewer than two vertices.
+    #[must_use]
+    pub fn midline(&self, front: &Polyline, side: &Polyline) -> Vec<Place> {
+        let ([first, inner @ .., last], [side_first, .., side_last]) =
+            (front.0.as_slice(), side.0.as_slice())
+        else {
+            return Vec::new();
+        };
+        let mut stem = vec![self.meet(*first, *side_first).place];
+        let mut reached = 0.0;
+        for &vertex in inner {
+            // Of several crossings the one nearest to the last: a bent stem may cross a ray twice.
+            let off = |(at, _): &(f64, Point)| (at - reached).abs();
+            let crossings = self.crossings(vertex, side).into_iter();
+            let Some((at, point)) = crossings.min_by(|a, b| off(a).total_cmp(&off(b))) else { continue };
+            reached = at;
+            stem.push(self.meet(vertex, point).place);
+        }
+        stem.push(self.meet(*last, *side_last).place);
+        stem
+    }
+
+    /// Where the ray through `front` crosses the side camera's midline: vertex and share to the next, and the point.
+    fn crossings(&self, front: Point, side: &Polyline) -> Vec<(f64, Point)> {
+        let ray = minus([front.x, front.y, 0.0], self.front.lens());
+        // Two places of the ray, before and behind the plane, are a line in the side camera's picture.
+        let [a, b] =
+            [0.5, 1.5].map(|share| self.side.sees(self.from.own(along(self.front.lens(), ray, share))));
+        let height = |point: Point| (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
+        let mut found = Vec::new();
+        for (vertex, pair) in side.0.windows(2).enumerate() {
+            let (low, high) = (height(pair[0]), height(pair[1]));
+            if low == high || low.min(high) > 0.0 || low.max(high) < 0.0 {
+                continue;
+            }
+            let share = low / (low - high);
+            let point = Point::new(
+                pair[0].x + share * (pair[1].x - pair[0].x),
+                pair[0].y + share * (pair[1].y - pair[0].y),
+            );
+            found.push((vertex as f64 + share, point));
+        }
+        found
+    }
+}
+
+/// Length along places, in cm.
+#[must_use]
+pub fn length(places: &[Place]) -> f64 {
+    places.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
+}
+
+/// `count` places at equal distances along the line through `places`, both ends kept; fewer than two are returned as they
+/// are.
+#[must_use]
+pub fn equidistant(places: &[Place], count: usize) -> Vec<Place> {
+    let total = length(places);
+    if places.len() < 2 || count < 2 || total == 0.0 {
+        return places.to_vec();
+    }
+    let mut walked = 0.0;
+    let mut found = vec![places[0]];
+    for pair in places.windows(2) {
+        let step = distance(pair[0], pair[1]);
+        while found.len() + 1 < count && step > 0.0 {
+            let wanted = total * found.len() as f64 / (count - 1) as f64;
+            if wanted > walked + step {
+                break;
+            }
+            found.push(along(pair[0], minus(pair[1], pair[0]), (wanted - walked) / step));
+        }
+        walked += step;
+    }
+    found.push(places[places.len() - 1]);
+    found
+}
+
+fn distance(a: Place, b: Place) -> f64 {
+    let between = minus(a, b);
+    dot(between, between).sqrt()
+}
+
+fn minus(a: Place, b: Place) -> Place {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: Place, b: Place) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn along(start: Place, way: Place, share: f64) -> Place {
+    [start[0] + share * way[0], start[1] + share * way[1], start[2] + share * way[2]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{cos, sin};
+    use proptest::prelude::*;
+
+    fn views(from: Side) -> TwoViews {
+        TwoViews {
+            front: Stand { axis: Point::new(0.5, 20.0), distance_cm: 74.0 },
+            side: Stand { axis: Point::new(-1.0, 18.0), distance_cm: 60.0 },
+            from,
+        }
+    }
+
+    fn sides() -> impl Strategy<Value = Side> {
+        prop_oneof![Just(Side::Left), Just(Side::Right)]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn rays_meet_where_the_thing_is(
+            x in -12.0..12.0, y in 0.0..30.0, z in -12.0..12.0, from in sides(), off in -0.3..0.3
+        ) {
+            let views = views(from);
+            let [front, side] = views.seen([x, y, z]);
+            let met = views.meet(front, side);
+            prop_assert!(distance(met.place, [x, y, z]) < 1e-9 && met.gap_cm < 1e-9, "{met:?}");
+            // A height that is read wrong by one of them is a gap of about that, and half of it in the place.
+            let off_met = views.meet(front, Point::new(side.x, side.y + off));
+            let magnified = 1.35 * f64::abs(off) + 1e-9;
+            prop_assert!(off_met.gap_cm <= magnified && distance(off_met.place, [x, y, z]) <= magnified);
+        }
+
+        #[test]
+        fn a_winding_stem_is_found_again(
+            reach in 0.0..4.0, turns in 0.0..1.5, lean_x in -0.4..0.4, lean_z in -0.4..0.4, from in sides()
+        ) {
+            let views = views(from);
+            let stem: Vec<Place> = (0..=200)
+                .map(|i| {
+                    let share = f64::from(i) / 200.0;
+                    let angle = turns * std::f64::consts::TAU * share;
+                    let wide = reach * share * share;
+                    [wide * cos(angle) + 15.0 * lean_x * share, 15.0 * share, wide * sin(angle) + 15.0 * lean_z * share]
+                })
+                .collect();
+            let seen = |which: usize| Polyline(stem.iter().map(|place| views.seen(*place)[which]).collect());
+            // The cameras' midlines do not share vertices.
+            let found = views.midline(&seen(0).equidistant(90), &seen(1).equidistant(70));
+            prop_assert!((length(&found) - length(&stem)).abs() < 0.01 * length(&stem));
+            for place in &found {
+                let nearest = stem.iter().map(|truth| distance(*truth, *place)).fold(f64::INFINITY, f64::min);
+                prop_assert!(nearest < 0.08, "{place:?} is {nearest} cm off");
+            }
+            let ten = equidistant(&found, 10);
+            prop_assert_eq!(ten.len(), 10);
+            prop_assert!(distance(ten[0], stem[0]) < 1e-6 && distance(ten[9], stem[200]) < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_stand_looks_at_the_middle_of_its_pictures() {
+        let calibration = Calibration::flat(Pixel::new(320.5, 400.5), 10.0, 640, 480);
+        let stand = Stand::new(&calibration, 74.0);
+        assert_eq!(stand, Stand { axis: Point::new(-0.1, 16.1), distance_cm: 74.0 });
+    }
+
+    #[test]
+    fn short_lines_give_nothing() {
+        let line = |count: usize| Polyline((0..count).map(|i| Point::new(0.0, i as f64)).collect());
+        assert_eq!(views(Side::Right).midline(&line(1), &line(5)), Vec::<Place>::new());
+        assert_eq!(views(Side::Right).midline(&line(5), &line(0)), Vec::<Place>::new());
+        assert_eq!(equidistant(&[[1.0; 3]], 10), [[1.0; 3]]);
+        assert_eq!(equidistant(&[[1.0; 3]; 4], 10).len(), 4);
+    }
+}
