@@ -451,9 +451,10 @@ mod tests {
         let start = SystemTime::now();
         let tent = RigFile::greenhouse(greenhouse.clone(), VisionConfig::default());
         let mut tent = tent.open(3, start).unwrap().rig;
-        let mut seen = Vec::new();
+        let (mut seen, mut shots) = (Vec::new(), Vec::new());
         for light in [Light::Left, Light::Right, Light::Left] {
             seen.push(tent.observe().unwrap());
+            shots.push(tent.shot().unwrap().clone());
             let photo = &tent.shot().unwrap().photo;
             std::fs::write(folder.path().join(&photo.name), &photo.bytes).unwrap();
             tent.step(light).unwrap();
@@ -502,9 +503,8 @@ mod tests {
         );
 
         let mut resumed = rig.open(0, start).unwrap().rig;
-        let shot = tent.shot().unwrap().seen.clone();
-        resumed.relive(&shot, Light::Left);
-        resumed.relive(&shot, Light::Right);
+        resumed.relive(&shots[0], Light::Left);
+        resumed.relive(&shots[1], Light::Right);
         assert_eq!(resumed.observe().unwrap(), seen[2]);
     }
 
