@@ -12,7 +12,9 @@ fuzz_target!(|text: &str| {
         let _ = rig.check();
     }
     if let Ok(calibration) = toml::from_str::<Calibration>(text) {
-        let _ = calibration.check();
+        if calibration.check().is_ok() {
+            let _ = calibration.pixel(calibration.point(calibration.base));
+        }
     }
     if let Ok(task) = toml::from_str::<Task>(text) {
         let _ = task.check();

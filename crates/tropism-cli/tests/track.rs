@@ -367,7 +367,7 @@ fn two_cameras_see_in_space() {
     succeeds(&folder, ONE);
     succeeds(&folder, "track beside --roi 30,5,55,75 --base 60,79 --scale 5 --out side.csv");
     let words = succeeds(&folder, "depth one.csv side.csv --distance 74,74 --out space.csv");
-    assert!(words.contains("12 steps in space, 12 with a stem"), "{words}");
+    assert!(words.contains("12 steps in space, 12 with the whole stem"), "{words}");
     let space = track(&folder, "space.csv");
     let column = |name: &str| space.numbers(name).unwrap_or_else(|| panic!("no column {name}"));
     for (name, wanted) in [("tip_z_cm", 1.0), ("apex_x_cm", 0.0), ("stem_5_z_cm", 1.0), ("stem_10_x_cm", 0.0)]
@@ -385,6 +385,43 @@ fn two_cameras_see_in_space() {
     error("depth one.csv absent.csv --distance 74,74 --out t.csv", "absent.csv: cannot read");
     fs::remove_file(folder.path().join("side.json")).unwrap();
     error("depth one.csv side.csv --distance 74,74 --out t.csv", "side.json: cannot read");
+}
+
+/// A JPEG with an Exif header: taken at a minute past noon, with the camera held as `turn` says.
+fn with_exif(jpeg: &[u8], minute: usize, turn: u8) -> Vec<u8> {
+    let mut exif = b"Exif\0\0MM\0*\0\0\0\x08\0\x02".to_vec();
+    exif.extend([1, 0x12, 0, 3, 0, 0, 0, 1, 0, turn, 0, 0]);
+    exif.extend([1, 0x32, 0, 2, 0, 0, 0, 20, 0, 0, 0, 38, 0, 0, 0, 0]);
+    exif.extend(format!("2024:05:01 12:{minute:02}:00\0").bytes());
+    let length = (exif.len() + 2) as u16;
+    [&jpeg[..2], &[0xff, 0xe1], &length.to_be_bytes(), &exif, &jpeg[2..]].concat()
+}
+
+#[test]
+fn exif_headers_order_photographs_and_turn_them() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("photos")).unwrap();
+    // Named backwards, and taken by a camera that lay on its right side: its columns are the world's rows.
+    for step in 0..4 {
+        let mut upright = dark();
+        stem(&mut upright, 85, 50 - step);
+        let mut rgb = Vec::new();
+        for (x, y) in (0..WIDTH).rev().flat_map(|x| (0..HEIGHT).map(move |y| (x, y))) {
+            rgb.extend(upright.at(x, y));
+        }
+        let lying = Image { width: HEIGHT, height: WIDTH, rgb }.to_jpeg(92).unwrap();
+        let name = format!("photos/{}.jpg", 9 - step);
+        fs::write(folder.path().join(name), with_exif(&lying, 10 * step, 6)).unwrap();
+    }
+    let words = succeeds(&folder, ONE);
+    assert!(
+        words.contains("4 photographs, one every 10 min by their Exif headers; 4 stand elsewhere"),
+        "{words}"
+    );
+    let track = track(&folder, "one.csv");
+    assert_eq!(track.columns[0].values, ["9.jpg", "8.jpg", "7.jpg", "6.jpg"]);
+    let tops = track.numbers("top_y_px").unwrap();
+    assert!(tops.windows(2).all(|pair| pair[1] < pair[0]) && (tops[0] - 49.5).abs() < 1.5, "{tops:?}");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use tropism::geometry::{Point, Polyline};
 use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::Calibration;
-use tropism::vision::two_views::{Met, Place, Side, Stand, TwoViews, equidistant, length};
+use tropism::vision::two_views::{AGREE_CM, Met, Place, Side, Stand, TwoViews, equidistant, length};
 
 use crate::findings::{place_of, stem_of};
 use crate::options::parse_pair;
@@ -72,7 +72,7 @@ struct Outcome {
     track: PathBuf,
     is_virtual: bool,
     steps: usize,
-    /// Steps with a stem in space.
+    /// Steps with a whole stem in space, from the base to an apex that both cameras see.
     stems: usize,
     /// By how far the rays to the tip pass each other by: median and largest, in cm.
     tip_gap_cm: [f64; 2],
@@ -82,8 +82,17 @@ struct Outcome {
 struct Row {
     sample: Sample,
     tip: Met,
+    /// `None` where the cameras see different ends.
     apex: Option<Met>,
+    /// As far up as both cameras see it.
     stem: Vec<Place>,
+}
+
+impl Row {
+    /// Whether the stem reaches from base to apex.
+    const fn is_whole(&self) -> bool {
+        self.apex.is_some() && self.stem.len() > 1
+    }
 }
 
 impl Depth {
@@ -122,14 +131,14 @@ impl Depth {
             track: self.out.clone(),
             is_virtual: beside_front.is_virtual || beside_side.is_virtual,
             steps: rows.len(),
-            stems: rows.iter().filter(|row| !row.stem.is_empty()).count(),
+            stems: rows.iter().filter(|row| row.is_whole()).count(),
             tip_gap_cm: [gaps[gaps.len() / 2], gaps[gaps.len() - 1]],
         };
         // What is known of the plant goes on with its track.
         let json = serde_json::to_string_pretty(&outcome)? + "\n";
         files::write(&self.out.with_extension("json"), json.as_bytes())?;
         let text = format!(
-            "{} steps{} in space, {} with a stem; the cameras' rays to the tip pass each other by {:.2} cm (median), {:.2} cm \
+            "{} steps{} in space, {} with the whole stem; the cameras' rays to the tip pass each other by {:.2} cm (median), {:.2} cm \
              at most\nwrote {}",
             outcome.steps,
             if outcome.is_virtual { " of a virtual plant" } else { "" },
@@ -167,6 +176,7 @@ fn rows(views: &TwoViews, front: &Track, side: &Track) -> Vec<Row> {
         let both = |of: fn(&Track, usize) -> Option<Polyline>| Some((of(front, row)?, of(side, other)?));
         let tip = views.meet(sample.tip, side.samples[other].tip);
         let apex = both(apex).map(|(front, side)| views.meet(front.0[0], side.0[0]));
+        let apex = apex.filter(|apex| apex.gap_cm <= AGREE_CM);
         let stem = both(stem_of).map_or_else(Vec::new, |(front, side)| views.midline(&front, &side));
         let sample = Sample { tip: Point::new(tip.place[0], tip.place[1]), ..sample.clone() };
         rows.push(Row { sample, tip, apex, stem });
@@ -193,8 +203,9 @@ fn table(rows: &[Row]) -> Track {
         column(format!("apex_{axis}_cm"), &|row| Some(row.apex?.place[index]));
     }
     column("apex_gap_cm".to_owned(), &|row| Some(row.apex?.gap_cm));
-    column("length_cm".to_owned(), &|row| Some(length(&row.stem)).filter(|_| !row.stem.is_empty()));
-    let stems: Vec<Vec<Place>> = rows.iter().map(|row| equidistant(&row.stem, 10)).collect();
+    column("length_cm".to_owned(), &|row| Some(length(&row.stem)).filter(|_| row.is_whole()));
+    let ten = |row: &Row| if row.is_whole() { equidistant(&row.stem, 10) } else { Vec::new() };
+    let stems: Vec<Vec<Place>> = rows.iter().map(ten).collect();
     for vertex in 0..10 {
         for (index, axis) in axes.iter().enumerate() {
             let text = |stem: &Vec<Place>| {
