@@ -261,7 +261,7 @@ impl Track {
                 .collect();
             drawing::drawn(&image, &drawn, lit(&image, None))
         };
-        let shown = guide::write(page, &self.photographs, &series.shots, draw)?;
+        let shown = guide::write(page, &self.photographs, &series.shots, &plants, self.scale, draw)?;
         let text = format!(
             "{} photographs, {}\nwrote {}: open it in a browser, click, and copy the command",
             series.shots.len(),

@@ -7,10 +7,11 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 use tropism::experiment::files;
-use tropism::geometry::Region;
+use tropism::geometry::{Pixel, Region};
 use tropism::photo::Image;
 use tropism::vision::segment;
 
+use super::plants::Plant;
 use super::series::Shot;
 
 /// The page; what begins it tells that a file is such a page.
@@ -38,14 +39,27 @@ struct Content<'a> {
     photographs: &'a [PathBuf],
     width: usize,
     height: usize,
+    /// What is known already.
+    plants: Vec<Placed>,
+    px_per_cm: Option<f64>,
     shown: Vec<Shown>,
 }
 
-/// Writes the page for the first, the middle and the last photograph that are whole. `draw` marks what is seen in one.
+/// A plant that is known already.
+#[derive(Serialize)]
+struct Placed {
+    base: Pixel,
+    region: Option<Region>,
+}
+
+/// Writes the page for the first, the middle and the last photograph that are whole. `draw` marks what is seen in one of
+/// the plants that are known already; `px_per_cm` is a scale that is.
 pub(crate) fn write(
     path: &Path,
     photographs: &[PathBuf],
     shots: &[Shot],
+    plants: &[Plant],
+    px_per_cm: Option<f64>,
     draw: impl Fn(Image) -> Image,
 ) -> Result<Vec<String>> {
     let is_ours = || files::read_text(path).is_ok_and(|text| text.lines().next() == PAGE.lines().next());
@@ -79,7 +93,9 @@ pub(crate) fn write(
         }
     }
     let names = shown.iter().map(|shown| shown.name.clone()).collect();
-    let content = Content { photographs, width, height, shown };
+    let plants =
+        plants.iter().map(|plant| Placed { base: plant.calibration.base, region: plant.region }).collect();
+    let content = Content { photographs, width, height, plants, px_per_cm, shown };
     // As a string of a script: a name must not end it.
     let json = serde_json::to_string(&content)?.replace('<', "\\u003c");
     files::write(path, PAGE.replacen("/*CONTENT*/", &json, 1).as_bytes())?;
