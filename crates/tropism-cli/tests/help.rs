@@ -5,7 +5,7 @@ use std::process::Command;
 const COMMANDS: [&str; 14] = [
     "study",
     "run",
-    "calibrate",
+    "calibrate-camera",
     "track",
     "depth",
     "fit",

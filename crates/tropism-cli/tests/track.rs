@@ -303,11 +303,14 @@ fn calibrations_come_from_marks_geometry_and_a_checkerboard() {
     fs::write(folder.path().join("plant.jpg"), photograph(0)).unwrap();
     for (line, wanted) in [
         (
-            "calibrate plant.jpg --mark 10,80,60,80=10 --mark 10,80,10,30=10 --base 85,79 --out marks.toml",
+            "calibrate-camera plant.jpg --mark 10,80,60,80=10 --mark 10,80,10,30=10 --base 85,79 --out marks.toml",
             5.0,
         ),
-        ("calibrate plant.jpg --distance 12 --view 53.13010235 --base 85,79 --out geometry.toml", 10.0),
-        ("calibrate board.jpg --checkerboard 9x6@1.6 --base 85,79 --out board.toml", 5.0),
+        (
+            "calibrate-camera plant.jpg --distance 12 --view 53.13010235 --base 85,79 --out geometry.toml",
+            10.0,
+        ),
+        ("calibrate-camera board.jpg --checkerboard 9x6@1.6 --base 85,79 --out board.toml", 5.0),
     ] {
         let words = succeeds(&folder, line);
         let file = line.split_whitespace().last().unwrap();
@@ -329,20 +332,23 @@ fn calibrations_come_from_marks_geometry_and_a_checkerboard() {
         assert!(flat.tip.distance(bent.tip) < 0.15, "{flat:?}, {bent:?}");
     }
     for (line, wanted) in [
-        ("calibrate plant.jpg --checkerboard 9x6@1.6 --out t.toml", "plant.jpg: found"),
+        ("calibrate-camera plant.jpg --checkerboard 9x6@1.6 --out t.toml", "plant.jpg: found"),
         (
-            "calibrate board.jpg --checkerboard 8x6@1.6 --out t.toml",
+            "calibrate-camera board.jpg --checkerboard 8x6@1.6 --out t.toml",
             "found 54 inner corners of a checkerboard, wanted 8 x 6",
         ),
-        ("calibrate board.jpg --checkerboard 9x6 --out t.toml", "such as 9x6@1.5"),
-        ("calibrate board.jpg --checkerboard 2x6@1 --out t.toml", "such as 9x6@1.5"),
-        ("calibrate board.jpg --mark 1,2,3,4 --out t.toml", "such as 30,420,195,421=15"),
-        ("calibrate board.jpg --distance 74 --out t.toml", "--view"),
-        ("calibrate board.jpg --distance 74 --view 180 --out t.toml", "found --view 180"),
-        ("calibrate board.jpg --out t.toml", "<--mark <X,Y,X,Y=CM>|--checkerboard"),
-        ("calibrate absent.jpg --mark 1,2,3,4=5 --out t.toml", "absent.jpg: cannot read"),
-        ("calibrate board.toml --mark 1,2,3,4=5 --out t.toml", "wanted a JPEG or PNG"),
-        ("calibrate board.jpg --mark 1,2,3,4=5 --out board.toml", "board.toml: found a file here already"),
+        ("calibrate-camera board.jpg --checkerboard 9x6 --out t.toml", "such as 9x6@1.5"),
+        ("calibrate-camera board.jpg --checkerboard 2x6@1 --out t.toml", "such as 9x6@1.5"),
+        ("calibrate-camera board.jpg --mark 1,2,3,4 --out t.toml", "such as 30,420,195,421=15"),
+        ("calibrate-camera board.jpg --distance 74 --out t.toml", "--view"),
+        ("calibrate-camera board.jpg --distance 74 --view 180 --out t.toml", "found --view 180"),
+        ("calibrate-camera board.jpg --out t.toml", "<--mark <X,Y,X,Y=CM>|--checkerboard"),
+        ("calibrate-camera absent.jpg --mark 1,2,3,4=5 --out t.toml", "absent.jpg: cannot read"),
+        ("calibrate-camera board.toml --mark 1,2,3,4=5 --out t.toml", "wanted a JPEG or PNG"),
+        (
+            "calibrate-camera board.jpg --mark 1,2,3,4=5 --out board.toml",
+            "board.toml: found a file here already",
+        ),
     ] {
         let (code, _, error) = tropism(folder.path(), line);
         assert!(code == 1 || code == 2, "{line}: {code}");

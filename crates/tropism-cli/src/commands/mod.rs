@@ -1,7 +1,7 @@
 //! One file a command.
 
 mod baseline;
-mod calibrate;
+mod calibrate_camera;
 mod depth;
 mod evolve;
 mod fit;
@@ -25,7 +25,7 @@ use crate::shell::Shell;
 pub(crate) enum Command {
     Study(study::Study),
     Run(run::Run),
-    Calibrate(calibrate::Calibrate),
+    CalibrateCamera(calibrate_camera::CalibrateCamera),
     Track(track::Track),
     Depth(depth::Depth),
     Fit(fit::Fit),
@@ -45,7 +45,7 @@ impl Command {
         match self {
             Self::Study(study) => study.execute(shell),
             Self::Run(run) => run.execute(shell),
-            Self::Calibrate(calibrate) => calibrate.execute(shell),
+            Self::CalibrateCamera(calibrate) => calibrate.execute(shell),
             Self::Track(track) => track.execute(shell),
             Self::Depth(depth) => depth.execute(shell),
             Self::Fit(fit) => fit.execute(shell),

@@ -1,4 +1,4 @@
-//! `tropism calibrate`: how a camera's pixels are centimetres, kept in a file.
+//! `tropism calibrate-camera`: how a camera's pixels are centimetres, kept in a file.
 
 use std::path::PathBuf;
 
@@ -23,11 +23,11 @@ use crate::shell::Shell;
 /// distortion of the lens and the tilt of the camera, too. All lengths hold in that plane alone.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    tropism calibrate photo.jpg --mark 280,400,445,400=15 --base 364,336 --out calibration.toml\n  \
-    tropism calibrate board.jpg --checkerboard 9x6@1.5 --base 1296,1700 --out calibration.toml\n  \
-    tropism calibrate photo.jpg --distance 74 --view 53.5 --base 1296,1700 --out calibration.toml")]
+    tropism calibrate-camera photo.jpg --mark 280,400,445,400=15 --base 364,336 --out calibration.toml\n  \
+    tropism calibrate-camera board.jpg --checkerboard 9x6@1.5 --base 1296,1700 --out calibration.toml\n  \
+    tropism calibrate-camera photo.jpg --distance 74 --view 53.5 --base 1296,1700 --out calibration.toml")]
 #[command(group = ArgGroup::new("way").required(true).args(["mark", "checkerboard", "distance"]))]
-pub(crate) struct Calibrate {
+pub(crate) struct CalibrateCamera {
     /// Photograph by the camera that stays where it is
     #[arg(value_name = "PHOTO")]
     photograph: PathBuf,
@@ -86,7 +86,7 @@ struct Outcome {
     corners: Option<usize>,
 }
 
-impl Calibrate {
+impl CalibrateCamera {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let name = self.photograph.display().to_string();
         ensure!(
