@@ -1,4 +1,4 @@
-//! Many simulated plants at once: the fast twin of [`fitness_of`](super::fitness_of), and the same bits.
+//! Many simulated plants at once: the fast twin of [`fitness_of`], and the same bits.
 //!
 //! A step of one plant is a chain of a look-up, a division and a square root, and the processor waits for each. Here as
 //! many plants as there are lanes take the same step side by side, in arrays of single numbers, and the compiler makes
@@ -52,7 +52,7 @@ pub enum Candidate<'g> {
 }
 
 /// The fitness of each episode's controller on `model`, eq. (9), in order: for each, what
-/// [`fitness_of`](super::fitness_of) says, to the bit.
+/// [`fitness_of`] says, to the bit.
 ///
 /// Networks that are not of step neurons are run by that, one by one.
 ///
