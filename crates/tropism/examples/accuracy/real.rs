@@ -1,13 +1,14 @@
 //! Real photographs beside marks made by hand, in pixels.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use tropism::geometry::{Pixel, Point, Polyline, Region};
 use tropism::light;
 use tropism::photo::{Image, Photo};
 use tropism::vision::robust::silhouette;
-use tropism::vision::{Mode, VisionConfig, lit, look_from};
+use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit, look_from};
 
 use crate::score::{off, quantile};
 
@@ -105,12 +106,29 @@ fn flora(folder: &Path, mode: Mode) -> String {
             ends.extend(seen.apex.map(|apex| distance(apex, mark.place("apex"))));
         }
     }
+    let files =
+        lights.iter().map(|row| folder.join("flora-robotica").join(format!("{}.jpg", row.text("frame"))));
+    let calibration =
+        Calibration { base: Pixel::new(362.0, 336.0), px_per_cm: 11.0, width: 720, height: 480 };
     format!(
-        "{} frames, lost {lost}, lit lamp right {lamps} | top: {} | apex: {}",
+        "{} frames, lost {lost}, lit lamp right {lamps}, in order: {} | top: {} | apex: {}",
         lights.len(),
+        followed(files, calibration, config),
         within(&tops, 4.0),
         within(&ends, 6.0)
     )
+}
+
+/// What an eye makes of photographs in order: how many of each class.
+fn followed(files: impl Iterator<Item = PathBuf>, calibration: Calibration, config: VisionConfig) -> String {
+    let mut eye = Eye::new(calibration, config).expect("a region inside the picture");
+    let mut classes = BTreeMap::new();
+    for (index, file) in files.enumerate() {
+        let bytes = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        let seen = eye.observe(&Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 });
+        *classes.entry(seen.class.name()).or_insert(0) += 1;
+    }
+    classes.into_iter().map(|(class, count)| format!("{class} {count}")).collect::<Vec<_>>().join(", ")
 }
 
 /// Each seedling's region and base.
@@ -136,8 +154,15 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
             ends.extend(seen.apex.map(|apex| distance(apex, mark.place("node"))));
         }
     }
+    let frames = table(&folder.join("sunflower-timelapse/frames.csv"));
+    let order = SUNFLOWERS.map(|(crop, base)| {
+        let calibration = Calibration { base, px_per_cm: 50.0, width: 1000, height: 700 };
+        let files = frames.iter().map(|row| folder.join("sunflower-timelapse").join(row.text("file")));
+        followed(files, calibration, VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() })
+    });
+    let order = order.join("; ");
     format!(
-        "{} marks, lost {lost} | top: {} | stem end: {}",
+        "{} marks, lost {lost}, in order: {order} | top: {} | stem end: {}",
         marks.len(),
         within(&tops, 5.0),
         within(&ends, 8.0)
