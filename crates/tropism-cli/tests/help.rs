@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "study",
     "run",
     "calibrate-camera",
@@ -15,6 +15,7 @@ const COMMANDS: [&str; 14] = [
     "score",
     "show",
     "grow",
+    "calibrate",
     "report",
     "timelapse",
 ];
@@ -39,7 +40,8 @@ fn every_command_shows_an_example() {
         for option in ["--json", "--quiet"] {
             assert!(text.contains(option), "{command} lacks {option}");
         }
-        let has_chance = ["study", "run", "evolve", "baseline", "simulate", "grow"].contains(&command);
+        let has_chance =
+            ["study", "run", "evolve", "baseline", "simulate", "grow", "calibrate"].contains(&command);
         assert_eq!(text.contains("--seed"), has_chance, "{command}");
         insta::assert_snapshot!(format!("help-{command}"), text);
     }

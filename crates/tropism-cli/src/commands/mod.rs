@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod baseline;
+mod calibrate;
 mod calibrate_camera;
 mod depth;
 mod evolve;
@@ -35,6 +36,7 @@ pub(crate) enum Command {
     Score(score::Score),
     Show(show::Show),
     Grow(grow::Grow),
+    Calibrate(calibrate::Calibrate),
     Report(report::Report),
     Timelapse(timelapse::Timelapse),
 }
@@ -55,6 +57,7 @@ impl Command {
             Self::Score(score) => score.execute(shell),
             Self::Show(show) => show.execute(shell),
             Self::Grow(grow) => grow.execute(shell),
+            Self::Calibrate(calibrate) => calibrate.execute(shell),
             Self::Report(report) => report.execute(shell),
             Self::Timelapse(timelapse) => timelapse.execute(shell),
         }

@@ -12,6 +12,7 @@
 //! Sign conventions: x to the right, y up, z towards the camera.
 
 pub mod acceptance;
+pub mod calibrate;
 mod chance;
 mod check;
 pub mod experiments;

@@ -1,0 +1,385 @@
+//! What a plant's open-loop track tells about its parameters.
+//!
+//! In: a track, and a species to start from. Out: estimates of five parameters with intervals. The idea: growth, sensitivity
+//! to light, motile zone and memory of light are those with which a plant without luck under the same lamps comes closest to the
+//! track (Nelder and Mead's simplex), unless they are too far from those of the species: how plants of a species differ is
+//! known before, and a track of a few days says little about some of it. Nutation's period is read off the spectrum of what
+//! that plant leaves over, with the same caution. Where the track is silent, an estimate is the species' own value and
+//! its interval the species' spread.
+//!
+//! # References
+//! Nelder and Mead 1965, doi:10.1093/comjnl/7.4.308. Spectrum as a likelihood: Bretthorst 1988,
+//! doi:10.1007/978-1-4684-9399-3.
+
+use core::f64::consts::TAU;
+
+use argmin::core::{CostFunction, Executor, State};
+use argmin::solver::neldermead::NelderMead;
+
+use super::{Bean, Fluctuation, Individual, Species, lamps};
+use crate::geometry::Point;
+use crate::greenhouse::detector;
+use crate::light::Light;
+use crate::math;
+use crate::observation::Quality;
+use crate::track::Track;
+
+/// Estimated parameters: the key of the bean file, the letter of the literature, the unit.
+pub const PARAMETERS: [(&str, &str, &str); 5] = [
+    ("growth.rate", "G", "cm per 5 min"),
+    ("tropism.light", "nu", "rad/cm/h"),
+    ("motility.zone", "La", "cm"),
+    ("tropism.light_memory_h", "tau_p", "h"),
+    ("nutation.period_h", "Tcn", "h"),
+];
+
+/// Those that the simplex fits: all but nutation's period.
+const FITTED: usize = 4;
+/// A track must have so many measured steps.
+const FEWEST: usize = 50;
+/// Sub-step of the fitted plants, in s: what it costs in accuracy (0.16 cm) is little beside what chance does to a plant.
+const SUBSTEP_S: f64 = 60.0;
+/// First size of the simplex, as a logarithm, and the most that a parameter may move.
+const SIMPLEX: f64 = 0.25;
+const FARTHEST: f64 = 1.6;
+/// Iterations of the simplex.
+const ITERATIONS: u64 = 90;
+/// Chance goes its own way for hours, so that a reading every five minutes is no news: a track counts as one reading in so
+/// many hours. Chosen so that intervals hold the truth as often as they say.
+const NEWS_H: f64 = 4.0;
+/// Step of a numerical derivative, as a logarithm.
+const NUDGE: f64 = 0.05;
+/// 90 % of a normal distribution lie within so many standard deviations.
+const NINETY: f64 = 1.645;
+/// Periods of nutation that are looked at, in standard deviations of the species to either side, and their number.
+const PERIODS: f64 = 3.5;
+const BANDS: usize = 64;
+/// Nutation keeps no strict time, which spreads its line over so much of the logarithm of the period.
+const LINE: f64 = 0.05;
+
+/// An estimate with its 90 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The value, in the unit of [`PARAMETERS`].
+    pub value: f64,
+    /// Least and greatest value of the interval.
+    pub interval: [f64; 2],
+}
+
+/// What a track tells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// In the order of [`PARAMETERS`].
+    pub estimates: [Estimate; 5],
+    /// How far the tip of the best plant without luck is from the track's, root mean square, in cm.
+    pub rms_cm: f64,
+}
+
+/// A track that tells nothing.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CalibrateError {
+    /// Too few steps.
+    #[error("found {0} measured steps under a lamp, wanted at least {FEWEST}")]
+    Short(usize),
+    /// Only one lamp was ever lit: what bends the plant cannot be told from its growing crooked.
+    #[error("found one lamp lit all the time, wanted both in turn")]
+    OneLamp,
+    /// No upright plant at the start.
+    #[error("found the first tip below the soil, wanted a plant above it")]
+    Below,
+}
+
+/// A track as the fit needs it.
+struct Course<'t> {
+    track: &'t Track,
+    period_min: f64,
+    /// Length and lean of the plant at the start, in cm and rad.
+    start: (f64, f64),
+    species: &'t Species,
+    /// Standard deviations of the fitted parameters' logarithms over plants of the species.
+    spread: [f64; FITTED],
+}
+
+/// Estimates the parameters of the plant of `track`, whose rows are `period_min` minutes apart. What is not estimated is the
+/// species' own.
+///
+/// # Errors
+/// [`CalibrateError`].
+pub fn calibrate(track: &Track, period_min: f64, species: &Species) -> Result<Calibration, CalibrateError> {
+    let course = Course::new(track, period_min, species)?;
+    let best = course.fit();
+    let quiet = course.tips(&best);
+    let rms_cm = course.distance(&quiet).sqrt();
+    let slopes: [Vec<f64>; FITTED] = core::array::from_fn(|parameter| {
+        let mut nudged = best;
+        nudged[parameter] += NUDGE;
+        course.apart(&course.tips(&nudged), &quiet).into_iter().map(|apart| apart / NUDGE).collect()
+    });
+    let squares = rms_cm * rms_cm * slopes[0].len() as f64 / 2.0;
+    let precision: [[f64; FITTED]; FITTED] = core::array::from_fn(|row| {
+        core::array::from_fn(|column| {
+            let both: f64 = slopes[row].iter().zip(&slopes[column]).map(|(a, b)| a * b).sum();
+            let before = if row == column { course.spread[row].powi(-2) } else { 0.0 };
+            course.news() / squares * both + before
+        })
+    });
+    let sd = variances(precision).map(f64::sqrt);
+    let plant = course.plant(&best);
+    let fitted = [plant.growth.rate, plant.tropism.light, plant.motility.zone, plant.tropism.light_memory_h];
+    let residual: Vec<f64> =
+        track.samples.iter().zip(&quiet).map(|(sample, tip)| sample.tip.x - tip.x).collect();
+    let nutation = (species.typical.nutation.period_h, logarithmic(species.spread.nutation_period_h));
+    let period = spectral(&residual, period_min / 60.0, nutation);
+    Ok(Calibration {
+        estimates: core::array::from_fn(|parameter| match parameter {
+            FITTED => Estimate::new(period.0, period.1),
+            fitted_one => Estimate::new(fitted[fitted_one], sd[fitted_one]),
+        }),
+        rms_cm,
+    })
+}
+
+impl Estimate {
+    /// A value whose logarithm has the standard deviation `sd`.
+    fn new(value: f64, sd: f64) -> Self {
+        Self { value, interval: [-NINETY, NINETY].map(|deviations| value * math::exp(deviations * sd)) }
+    }
+}
+
+/// The standard deviation of the logarithm that belongs to a coefficient of variation; a species without variation leaves a
+/// little room.
+fn logarithmic(variation: f64) -> f64 {
+    math::ln(1.0 + variation * variation).sqrt().max(0.02)
+}
+
+impl<'t> Course<'t> {
+    fn new(track: &'t Track, period_min: f64, species: &'t Species) -> Result<Self, CalibrateError> {
+        let is_measured = |sample: &&crate::track::Sample| sample.quality != Quality::Held;
+        let measured =
+            track.samples.iter().filter(is_measured).filter(|sample| sample.light.is_some()).count();
+        if measured < FEWEST {
+            return Err(CalibrateError::Short(measured));
+        }
+        let is_lit = |light: Light| track.samples.iter().any(|sample| sample.light == Some(light));
+        if !Light::BOTH.into_iter().all(is_lit) {
+            return Err(CalibrateError::OneLamp);
+        }
+        let tip = track.samples[0].tip;
+        if tip.y <= 0.5 {
+            return Err(CalibrateError::Below);
+        }
+        let start = (math::hypot(tip.x, tip.y), math::atan2(tip.x, tip.y));
+        let spread = &species.spread;
+        let spread =
+            [spread.growth_rate, spread.tropism_light, spread.motility_zone, spread.tropism_light_memory_h];
+        Ok(Self { track, period_min, start, species, spread: spread.map(logarithmic) })
+    }
+
+    /// Readings that the track counts for.
+    fn news(&self) -> f64 {
+        self.track.samples.len() as f64 * self.period_min / 60.0 / NEWS_H
+    }
+
+    /// The species' average plant with the fitted parameters at `moved`, logarithms of their change.
+    fn plant(&self, moved: &[f64; FITTED]) -> Individual {
+        let mut plant = self.species.average();
+        let [rate, light, zone, memory] = moved.map(|moved| math::exp(moved.clamp(-FARTHEST, FARTHEST)));
+        plant.growth.rate *= rate;
+        plant.tropism.light *= light;
+        plant.motility.zone *= zone;
+        plant.tropism.light_memory_h *= memory;
+        plant
+    }
+
+    /// Where the tip of a plant without luck is at each sample: nothing fluctuates, its leaves unfold when they typically do,
+    /// and it does not circle, for at which phase it would is not known.
+    fn tips(&self, moved: &[f64; FITTED]) -> Vec<Point> {
+        let mut plant = self.plant(moved);
+        let (length, lean) = self.start;
+        plant.growth.start = plant.growth.start.min(length);
+        plant.nutation.curvature = 0.0;
+        plant.pauses.episodes_per_h = 0.0;
+        plant.fluctuation =
+            Fluctuation { motility: 0.0, growth: 0.0, curvature: 0.0, phase: 0.0, ..plant.fluctuation };
+        let bean = Bean::new(plant, 0);
+        let mut bean = bean.with_substep(SUBSTEP_S);
+        // A plant that was taller when the track began is older.
+        while bean.length() < length && bean.age_h() < 1000.0 {
+            bean.advance([0.0; 2], 5.0);
+        }
+        bean.tip_over(lean);
+        let samples = &self.track.samples;
+        let mut tips = Vec::with_capacity(samples.len());
+        for (index, sample) in samples.iter().enumerate() {
+            tips.push(detector::highest(&bean.pose()));
+            let steps = samples.get(index + 1).map_or(0, |next| next.step - sample.step);
+            bean.advance(lamps(sample.light), f64::from(steps) * self.period_min);
+        }
+        tips
+    }
+
+    /// x and y of `tips` less those of `others`, at the measured samples.
+    fn apart(&self, tips: &[Point], others: &[Point]) -> Vec<f64> {
+        let pairs = self.track.samples.iter().zip(tips.iter().zip(others));
+        let measured = pairs.filter(|(sample, _)| sample.quality != Quality::Held);
+        measured.flat_map(|(_, (tip, other))| [tip.x - other.x, tip.y - other.y]).collect()
+    }
+
+    /// Mean squared distance of `tips` from the track, in cm^2.
+    fn distance(&self, tips: &[Point]) -> f64 {
+        let track: Vec<Point> = self.track.samples.iter().map(|sample| sample.tip).collect();
+        let apart = self.apart(tips, &track);
+        2.0 * apart.iter().map(|apart| apart * apart).sum::<f64>() / apart.len() as f64
+    }
+
+    /// The fitted parameters, as logarithms of their change from the species' own.
+    fn fit(&self) -> [f64; FITTED] {
+        let corner = |which: usize| {
+            (0..FITTED).map(|parameter| if parameter + 1 == which { SIMPLEX } else { 0.0 }).collect()
+        };
+        let simplex: Vec<Vec<f64>> = (0..=FITTED).map(corner).collect();
+        let solver = NelderMead::new(simplex).with_sd_tolerance(1e-4).expect("a tolerance above 0");
+        let best = Executor::new(Nearness(self), solver)
+            .configure(|state| state.max_iters(ITERATIONS))
+            .run()
+            .ok()
+            .and_then(|result| result.state().get_best_param().cloned());
+        best.map_or([0.0; FITTED], |best| {
+            core::array::from_fn(|parameter| best[parameter].clamp(-FARTHEST, FARTHEST))
+        })
+    }
+}
+
+/// What the simplex minimises: twice the negative logarithm of how likely the parameters are, after the track.
+struct Nearness<'c>(&'c Course<'c>);
+
+impl CostFunction for Nearness<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, moved: &Vec<f64>) -> Result<f64, argmin::core::Error> {
+        let moved: [f64; FITTED] = core::array::from_fn(|parameter| moved[parameter]);
+        let unlikely: f64 =
+            moved.iter().zip(self.0.spread).map(|(moved, spread)| (moved / spread).powi(2)).sum();
+        Ok(self.0.news() * math::ln(self.0.distance(&self.0.tips(&moved))) + unlikely)
+    }
+}
+
+/// The diagonal of a positive definite matrix's inverse (Gauss and Jordan).
+fn variances(mut matrix: [[f64; FITTED]; FITTED]) -> [f64; FITTED] {
+    let mut inverse: [[f64; FITTED]; FITTED] =
+        core::array::from_fn(|row| core::array::from_fn(|column| if row == column { 1.0 } else { 0.0 }));
+    for pivot in 0..FITTED {
+        let whole = matrix[pivot][pivot];
+        for column in 0..FITTED {
+            matrix[pivot][column] /= whole;
+            inverse[pivot][column] /= whole;
+        }
+        for row in (0..FITTED).filter(|&row| row != pivot) {
+            let share = matrix[row][pivot];
+            for column in 0..FITTED {
+                matrix[row][column] -= share * matrix[pivot][column];
+                inverse[row][column] -= share * inverse[pivot][column];
+            }
+        }
+    }
+    core::array::from_fn(|row| inverse[row][row])
+}
+
+/// The period of the oscillation in `values`, `interval` h apart, and the standard deviation of its logarithm, where `before`
+/// are the period that a species has and the same.
+///
+/// The power of the changes at a period, over its mean, is the logarithm of how likely an oscillation of that period is.
+fn spectral(values: &[f64], interval: f64, before: (f64, f64)) -> (f64, f64) {
+    let changes: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let count = changes.len() as f64;
+    let (typical, spread) = before;
+    let moved = |band: usize| PERIODS * spread * (2.0 * band as f64 / (BANDS as f64 - 1.0) - 1.0);
+    let power: Vec<f64> = (0..BANDS)
+        .map(|band| {
+            let turn = TAU * interval / (typical * math::exp(moved(band)));
+            let (mut even, mut odd) = (0.0, 0.0);
+            for (index, change) in changes.iter().enumerate() {
+                let window = 0.5 - 0.5 * math::cos(TAU * (index as f64 + 0.5) / count);
+                even += window * change * math::cos(turn * index as f64);
+                odd += window * change * math::sin(turn * index as f64);
+            }
+            even * even + odd * odd
+        })
+        .collect();
+    let mean = power.iter().sum::<f64>() / BANDS as f64;
+    let smooth = |at: usize| {
+        let weight = |band: usize| math::exp(-0.5 * ((moved(band) - moved(at)) / LINE).powi(2));
+        let weights: f64 = (0..BANDS).map(weight).sum();
+        (0..BANDS).map(|band| weight(band) * power[band]).sum::<f64>() / weights / mean
+    };
+    let likely: Vec<f64> =
+        (0..BANDS).map(|band| math::exp(smooth(band) - 0.5 * (moved(band) / spread).powi(2))).collect();
+    let whole: f64 = likely.iter().sum();
+    let expected = |value: &dyn Fn(f64) -> f64| {
+        (0..BANDS).map(|band| likely[band] * value(moved(band))).sum::<f64>() / whole
+    };
+    let centre = expected(&|moved| moved);
+    (typical * math::exp(centre), expected(&|moved| (moved - centre).powi(2)).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::greenhouse::bean::acceptance;
+
+    #[test]
+    fn a_swing_has_its_period_and_silence_that_of_the_species() {
+        let swing = |period: f64, size: f64| -> Vec<f64> {
+            let turn = |step: i32| TAU * f64::from(step) / 12.0 / period;
+            (0..1000)
+                .map(|step| size * math::sin(turn(step)) + 0.3 * math::sin(1e4 * math::sin(f64::from(step))))
+                .collect()
+        };
+        for period in [1.4, 1.65, 2.0] {
+            let (found, sd) = spectral(&swing(period, 3.0), 1.0 / 12.0, (1.6667, 0.2));
+            assert!((math::ln(found / period)).abs() < 0.1 && sd < 0.15, "{found} ({sd}) for {period}");
+        }
+        let (found, sd) = spectral(&swing(1.0, 0.0), 1.0 / 12.0, (1.6667, 0.1));
+        assert!((found / 1.6667 - 1.0).abs() < 0.1 && (0.05..0.15).contains(&sd), "{found} ({sd})");
+    }
+
+    #[test]
+    fn variances_are_those_of_the_inverse() {
+        let mut matrix = [[0.0; FITTED]; FITTED];
+        for (row, values) in matrix.iter_mut().enumerate() {
+            values[row] = 2.0;
+        }
+        (matrix[0][1], matrix[1][0]) = (1.0, 1.0);
+        for (found, wanted) in variances(matrix).into_iter().zip([2.0 / 3.0, 2.0 / 3.0, 0.5, 0.5]) {
+            assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+        }
+    }
+
+    #[test]
+    fn a_plant_unlike_its_species_is_found_out() {
+        let mut other = Species::default();
+        other.typical.growth.rate *= 1.3;
+        other.typical.tropism.light *= 0.65;
+        let track = acceptance::experiment(&other, 3);
+        let found = calibrate(&track, 5.0, &Species::default()).unwrap().estimates;
+        let own = other.draw(3, 1.0);
+        for (estimate, truth, typical) in
+            [(found[0], own.growth.rate, 0.034), (found[1], own.tropism.light, 0.135)]
+        {
+            let (away, before) = (math::ln(estimate.value / truth).abs(), math::ln(typical / truth).abs());
+            assert!(away < before, "{estimate:?}, true {truth}, typical {typical}");
+            assert!(estimate.interval[0] < estimate.value && estimate.value < estimate.interval[1]);
+        }
+    }
+
+    #[test]
+    fn a_track_must_tell_something() {
+        let species = Species::default();
+        let mut track = acceptance::experiment(&species, 1);
+        for (steps, wanted) in [(70, CalibrateError::OneLamp), (40, CalibrateError::Short(40))] {
+            track.samples.truncate(steps);
+            assert_eq!(calibrate(&track, 5.0, &species), Err(wanted));
+        }
+    }
+}
