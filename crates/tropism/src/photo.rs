@@ -90,8 +90,7 @@ impl Photo {
     /// Decodes the picture, upright as its header says the camera was held, and strictly: half a file is an error, not a
     /// grey half.
     ///
-    /// Pixels stay where the file has them: an orientation in its EXIF data is not applied, for calibration and crop hold
-    /// for what the camera writes. Sixteen bits become eight; what lies behind transparency is shown.
+    /// Sixteen bits become eight; what lies behind transparency is shown.
     ///
     /// # Errors
     /// [`PhotoError`] says what the bytes are instead.

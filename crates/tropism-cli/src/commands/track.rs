@@ -226,6 +226,12 @@ impl Track {
             sha256: String::new(),
             problems: BTreeMap::new(),
         };
+        // What stands still in the first picture tells how far the camera has moved in later ones.
+        let first =
+            series.shots.iter().find_map(|shot| files::read_photo(&shot.path, 0.0).ok()?.decode().ok());
+        for eye in &mut work.eyes {
+            first.iter().for_each(|image| eye.refer(image));
+        }
         let progress = shell.progress("track", series.shots.len() as u64);
         for start in (0..series.shots.len()).step_by(BATCH) {
             work.batch(start..(start + BATCH).min(series.shots.len()), &progress)?;
@@ -547,8 +553,8 @@ impl Work<'_> {
         self.problems.extend(problem.map(|problem| (shot.name.clone(), problem)));
         let mut seen = Vec::with_capacity(self.plants.len());
         for ((eye, table), looked) in self.eyes.iter_mut().zip(&mut self.tables).zip(&judged.plants) {
-            let found = if is_repeated { Err(Class::Corrupt) } else { looked.found() };
-            let one = eye.settle(found);
+            let found = if is_repeated { Err(Class::Repeated) } else { looked.found() };
+            let one = eye.settle_at(found, shot.time_s);
             table.add(shot, looked.sighting.as_ref(), one.clone(), light);
             seen.push(one);
         }

@@ -108,8 +108,7 @@ fn flora(folder: &Path, mode: Mode) -> String {
     }
     let files =
         lights.iter().map(|row| folder.join("flora-robotica").join(format!("{}.jpg", row.text("frame"))));
-    let calibration =
-        Calibration { base: Pixel::new(362.0, 336.0), px_per_cm: 11.0, width: 720, height: 480 };
+    let calibration = Calibration::flat(Pixel::new(362.0, 336.0), 11.0, 720, 480);
     format!(
         "{} frames, lost {lost}, lit lamp right {lamps}, in order: {} | top: {} | apex: {}",
         lights.len(),
@@ -156,7 +155,7 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
     }
     let frames = table(&folder.join("sunflower-timelapse/frames.csv"));
     let order = SUNFLOWERS.map(|(crop, base)| {
-        let calibration = Calibration { base, px_per_cm: 50.0, width: 1000, height: 700 };
+        let calibration = Calibration::flat(base, 50.0, 1000, 700);
         let files = frames.iter().map(|row| folder.join("sunflower-timelapse").join(row.text("file")));
         followed(files, calibration, VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() })
     });

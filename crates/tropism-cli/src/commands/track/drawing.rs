@@ -143,14 +143,14 @@ fn draw(
 ) -> Image {
     let mut picture = image.clone();
     for Drawn { plant, sighting, seen } in drawn {
-        let believed = sighting.filter(|_| seen.pixel.is_some()).map(|sighting| {
+        let believed = sighting.filter(|_| seen.is_measured()).map(|sighting| {
             let mut sighting = sighting.clone();
             sighting.tip = place(sighting.tip);
             sighting.apex = sighting.apex.map(&place);
             sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(&place).collect());
             sighting
         });
-        let held = seen.observation.as_ref().filter(|_| seen.pixel.is_none());
+        let held = seen.observation.as_ref().filter(|_| !seen.is_measured());
         let marks = Marks {
             sighting: believed.as_ref(),
             held: held.map(|observation| place(plant.calibration.pixel(observation.tip))),

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use tropism::geometry::{Pixel, Point};
 use tropism::light::{self, Light};
-use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::{Calibration, Class, Seen, Sighting};
 
@@ -19,6 +18,7 @@ struct Row {
     frame: String,
     sample: Sample,
     class: Class,
+    confidence: f64,
     /// What was measured in it; `None` where the tip is held.
     measured: Option<Measured>,
 }
@@ -69,20 +69,20 @@ impl Table {
         *counts.classes.entry(seen.class.name()).or_default() += 1;
         *counts.lights.entry(light::name(light)).or_default() += 1;
         let since_min = (shot.time_s - *self.seen_s.get_or_insert(shot.time_s)) / 60.0;
-        if seen.pixel.is_none() || self.gap > 0 {
+        if !seen.is_measured() || self.gap > 0 {
             counts.longest_gap_min = counts.longest_gap_min.max(since_min);
         }
-        if seen.pixel.is_some() {
+        if seen.is_measured() {
             (self.gap, self.seen_s) = (0, Some(shot.time_s));
         } else {
             self.gap += 1;
             counts.longest_gap = counts.longest_gap.max(self.gap);
         }
+        let is_measured = seen.is_measured();
         let Some(observation) = seen.observation else {
             counts.before += 1;
             return;
         };
-        let is_measured = observation.quality == Quality::Measured;
         counts.measured += usize::from(is_measured);
         counts.held += usize::from(!is_measured);
         let measured = seen.pixel.filter(|_| is_measured).map(|top| Measured {
@@ -101,6 +101,7 @@ impl Table {
                 quality: observation.quality,
             },
             class: seen.class,
+            confidence: seen.confidence,
             measured,
         });
     }
@@ -116,6 +117,7 @@ impl Table {
         };
         column("frame", &|row| row.frame.clone());
         column("class", &|row| row.class.to_string());
+        column("confidence", &|row| format!("{:.3}", row.confidence));
         let calibration = &self.calibration;
         self.places(&mut column, "top", "px", &|found| Some(pair(found.top)));
         self.places(&mut column, "apex", "px", &|found| Some(pair(found.apex?)));
