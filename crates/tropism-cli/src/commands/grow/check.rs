@@ -80,7 +80,7 @@ pub(super) fn check(species: &Species, seed: u64, shell: &Shell) -> Result<()> {
         })
         .collect::<Result<Vec<_>>>()?;
     drop(progress);
-    // Some searches end where the model has no data, or too early: they are no nearly perfect controllers.
+    // Some searches end too early: they give no nearly perfect controllers.
     tuned.sort_by(|a, b| b.0.total_cmp(&a.0));
     let good = tuned.iter().filter(|(fitness, _)| *fitness >= acceptance::NEARLY_PERFECT).count();
     tuned.truncate(good.max(1));
