@@ -1,5 +1,7 @@
 //! Evolution in its folder: the same bits whatever happens to the program or to its checkpoints.
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -7,6 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use common::leaning_plant;
 use tempfile::TempDir;
 
 const RUNS: usize = 2;
@@ -15,16 +18,7 @@ const GENERATIONS: usize = 120;
 /// A folder with a model of one plant that leans after a lamp, and a short task.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let rows: String = (0..120)
-        .map(|step: i32| {
-            let light = if step / 20 % 2 == 0 { "right" } else { "left" };
-            let x = 0.2 * f64::from(20 - (step % 40 - 20).abs());
-            format!("{x},{},{light}\n", 4.0 + 0.04 * f64::from(step))
-        })
-        .collect();
-    fs::write(folder.path().join("track.csv"), format!("tip_x_cm,tip_y_cm,light\n{rows}")).unwrap();
-    fs::write(folder.path().join("task.toml"), "targets = [[1.0, 5.0], [3.0, 6.0]]\nmax_steps = 100\n")
-        .unwrap();
+    leaning_plant(folder.path());
     let fit = ["fit", "track.csv", "--out", "model.json"];
     let fit = Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(&folder).args(fit).output().unwrap();
     assert!(fit.status.success(), "{}", String::from_utf8_lossy(&fit.stderr));

@@ -1,8 +1,12 @@
 //! What `tropism show` says of champions, wherever they lie.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+
+use common::leaning_plant;
 
 fn tropism(folder: &Path, words: &[&str]) -> String {
     let output =
@@ -17,15 +21,7 @@ fn json(folder: &Path, words: &[&str]) -> serde_json::Value {
 
 /// A study of sorts: a model, an evolution on it and a run steered by its champion, in the places of a study.
 fn study(folder: &Path) {
-    let rows: String = (0..120)
-        .map(|step: i32| {
-            let light = if step / 20 % 2 == 0 { "right" } else { "left" };
-            let x = 0.2 * f64::from(20 - (step % 40 - 20).abs());
-            format!("{x},{},{light}\n", 4.0 + 0.04 * f64::from(step))
-        })
-        .collect();
-    fs::write(folder.join("track.csv"), format!("tip_x_cm,tip_y_cm,light\n{rows}")).unwrap();
-    fs::write(folder.join("task.toml"), "targets = [[1.0, 5.0], [3.0, 6.0]]\nmax_steps = 100\n").unwrap();
+    leaning_plant(folder);
     tropism(folder, &["fit", "track.csv", "--out", "model.json"]);
     let evolve = ["evolve", "--model", "model.json", "--task", "task.toml", "--out", "evolution"];
     tropism(folder, &[&evolve[..], &["--runs", "2", "--generations", "10"]].concat());

@@ -67,6 +67,12 @@ impl Pixel {
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
+
+    /// Distance to `other`, in pixels.
+    #[must_use]
+    pub fn distance(self, other: Self) -> f64 {
+        math::hypot(self.x - other.x, self.y - other.y)
+    }
 }
 
 /// A rectangle of whole pixels in a photograph.

@@ -2,8 +2,12 @@
 //!
 //! Real ones are read from the folder named by `TROPISM_DATA`; where it is unset those tests say so and pass.
 
+#[path = "../examples/accuracy/marks.rs"]
+mod marks;
+
 use std::path::{Path, PathBuf};
 
+use marks::{Row, rows};
 use proptest::prelude::*;
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::light;
@@ -31,48 +35,6 @@ fn open(path: &Path) -> Image {
     Photo { name: path.display().to_string(), bytes, time_s: 0.0 }.decode().unwrap()
 }
 
-/// A row of a table: the values by column.
-struct Row {
-    header: csv::StringRecord,
-    record: csv::StringRecord,
-}
-
-impl Row {
-    fn text(&self, column: &str) -> &str {
-        let at = self.header.iter().position(|name| name == column);
-        &self.record[at.unwrap_or_else(|| panic!("no column {column}"))]
-    }
-
-    fn number(&self, column: &str) -> f64 {
-        self.text(column).parse().unwrap()
-    }
-
-    fn place(&self, name: &str) -> Pixel {
-        Pixel::new(self.number(&format!("{name}x_px")), self.number(&format!("{name}y_px")))
-    }
-}
-
-fn rows(path: &Path) -> Vec<Row> {
-    let mut table = csv::Reader::from_path(path).unwrap();
-    let header = table.headers().unwrap().clone();
-    table.records().map(|record| Row { header: header.clone(), record: record.unwrap() }).collect()
-}
-
-fn distance(one: Pixel, other: Pixel) -> f64 {
-    math::hypot(one.x - other.x, one.y - other.y)
-}
-
-/// How far a tip is from a marked one whose top is flat: anywhere along it is as good.
-fn miss(tip: Pixel, row: &Row) -> f64 {
-    let x = tip.x.clamp(row.number("top_flat_x_min_px"), row.number("top_flat_x_max_px"));
-    distance(tip, Pixel::new(x, row.number("top_y_px")))
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 fn worst(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
@@ -96,9 +58,9 @@ fn the_real_bean_is_seen_on_every_photograph() {
         let mut misses = Vec::new();
         for row in rows(&folder.with_file_name("annotations").join("flora-robotica.csv")) {
             let image = open(&folder.join(row.text("file")));
-            misses.push(miss(look_from(&image, Some(BEAN_BASE), &bean(mode)).unwrap().tip, &row));
+            misses.push(row.miss(look_from(&image, Some(BEAN_BASE), &bean(mode)).unwrap().tip));
         }
-        println!("{mode:?}: top, median {:.2} px, worst {:.2}", median(misses.clone()), worst(&misses));
+        println!("{mode:?}: top, median {:.2} px, worst {:.2}", math::quantile(&misses, 0.5), worst(&misses));
         assert!(worst(&misses) <= 4.0, "{mode:?}: {misses:.1?}");
     }
 }
@@ -112,21 +74,21 @@ fn the_real_beans_stem_is_followed() {
     for row in rows(&annotations.join("flora-robotica.csv")) {
         let image = open(&folder.join(row.text("file")));
         let Sighting { stem, apex, .. } = look_from(&image, Some(BEAN_BASE), &bean(Mode::Robust)).unwrap();
-        ends.push(distance(apex.unwrap(), row.place("apex_")));
+        ends.push(apex.unwrap().distance(row.place("apex_")));
         let stem = stem.unwrap();
         for mark in &stems {
             let is_seen = mark.number("hidden_by_leaf") == 0.0 && mark.text("kind") != "apex";
             if mark.number("frame") == row.number("frame") && is_seen {
                 let place = mark.place("");
-                sides.push(stem.iter().map(|&at| distance(at, place)).fold(f64::INFINITY, f64::min));
+                sides.push(stem.iter().map(|&at| at.distance(place)).fold(f64::INFINITY, f64::min));
             }
         }
     }
     let near = ends.iter().filter(|&&end| end <= 6.0).count();
-    println!("stem end within 6 px on {near} of {}, stem {:.2} px", ends.len(), median(sides.clone()));
+    println!("stem end within 6 px on {near} of {}, stem {:.2} px", ends.len(), math::quantile(&sides, 0.5));
     // On one photograph the hook is closed and its leaf hides where it ends.
     assert!(near >= 20, "{ends:.1?}");
-    assert!(median(sides.clone()) <= 1.0, "{sides:.1?}");
+    assert!(math::quantile(&sides, 0.5) <= 1.0, "{sides:.1?}");
 }
 
 #[test]
@@ -166,21 +128,25 @@ fn three_sunflowers_are_seen_by_day_and_night() {
                     mark.text("file") == row.text("file") && mark.number("plant") == f64::from(plant)
                 };
                 if let Some(mark) = marks.iter().find(is_marked) {
-                    misses.push(miss(seen.tip, mark));
+                    misses.push(mark.miss(seen.tip));
                     if let Some(apex) = seen.apex.filter(|_| mark.number("node_hidden") == 0.0) {
-                        ends.push(distance(apex, mark.place("node_")));
+                        ends.push(apex.distance(mark.place("node_")));
                     }
                 }
             }
         }
-        println!("{mode:?}: top, median {:.2} px, worst {:.2}", median(misses.clone()), worst(&misses));
+        println!("{mode:?}: top, median {:.2} px, worst {:.2}", math::quantile(&misses, 0.5), worst(&misses));
         assert_eq!(misses.len(), 30);
         assert!(worst(&misses) <= 5.0, "{mode:?}: {misses:.1?}");
     }
     let near = ends.iter().filter(|&&end| end <= 10.0).count();
-    println!("stem end, median {:.1} px, within 10 px on {near} of {}", median(ends.clone()), ends.len());
+    println!(
+        "stem end, median {:.1} px, within 10 px on {near} of {}",
+        math::quantile(&ends, 0.5),
+        ends.len()
+    );
     // Where a leaf hangs against the stem, the stem's end is not found.
-    assert!(median(ends.clone()) <= 6.0 && near + 4 >= ends.len(), "{ends:.1?}");
+    assert!(math::quantile(&ends, 0.5) <= 6.0 && near + 4 >= ends.len(), "{ends:.1?}");
 }
 
 /// A drawn photograph: a stem 3 pixels wide from the base to the tip before dark cloth with folds and noise, as JPEG.
@@ -210,7 +176,7 @@ impl Drawing {
             for x in 0..width {
                 let here = Pixel::new(x as f64, y as f64);
                 let near = middles.iter().filter(|at| (at.y - here.y).abs() < 3.0);
-                let away = near.map(|&at| distance(at, here));
+                let away = near.map(|&at| at.distance(here));
                 let plant = (2.0 - away.fold(f64::INFINITY, f64::min)).clamp(0.0, 1.0);
                 let fold = 6.0 * math::sin(x as f64 / 9.0);
                 for (stem, cloth) in [(190.0, 26.0), (205.0, 22.0), (70.0, 24.0)] {
@@ -258,7 +224,7 @@ proptest! {
             let eye = eye(drawing.base, mode);
             let image = drawing.photo().decode().unwrap();
             let seen = eye.judge(Ok(&image)).unwrap();
-            let miss = distance(seen.tip, drawing.top());
+            let miss = seen.tip.distance(drawing.top());
             prop_assert!(miss <= most, "{mode:?}: {:?}, wanted {:?}, missed by {miss}", seen.tip, drawing.top());
         }
     }
@@ -271,11 +237,11 @@ proptest! {
         let misses: Vec<f64> = (0..=20)
             .map(|i| {
                 let middle = drawing.middle(f64::from(i) / 20.0);
-                stem.iter().map(|&at| distance(at, middle)).fold(f64::INFINITY, f64::min)
+                stem.iter().map(|&at| at.distance(middle)).fold(f64::INFINITY, f64::min)
             })
             .collect();
         prop_assert!(worst(&misses) <= 2.0, "{misses:.2?}");
-        prop_assert!(distance(seen.apex.unwrap(), drawing.tip) <= 3.0);
+        prop_assert!(seen.apex.unwrap().distance(drawing.tip) <= 3.0);
     }
 
 }
@@ -417,7 +383,7 @@ fn a_leaf_that_falls_and_a_lamp_do_not_fool_the_robust_eye() {
         }
     }
     let seen = eye(drawing.base, Mode::Robust).judge(Ok(&image)).unwrap();
-    assert!(distance(seen.tip, drawing.top()) < 1.5, "{seen:?}");
+    assert!(seen.tip.distance(drawing.top()) < 1.5, "{seen:?}");
     let fooled = eye(drawing.base, Mode::Paper).judge(Ok(&image)).unwrap();
     assert!(fooled.tip.y < 12.0, "the paper's highest bright sample: {fooled:?}");
 }

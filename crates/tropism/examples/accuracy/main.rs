@@ -11,6 +11,7 @@
 //! below 100 000 were. `--mode paper` shows the paper's method instead. Virtual rows show whether a method survives a
 //! fault as drawn, not how often it occurs in a tent.
 
+mod marks;
 mod real;
 mod score;
 mod tent;

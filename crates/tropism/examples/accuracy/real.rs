@@ -6,53 +6,17 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tropism::geometry::{Pixel, Point, Polyline, Region};
 use tropism::light;
+use tropism::math::quantile;
 use tropism::photo::{Image, Photo};
 use tropism::vision::robust::silhouette;
 use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit, look_from};
 
-use crate::score::{off, quantile};
-
-/// A row of a table: the values by column.
-struct Row {
-    header: csv::StringRecord,
-    record: csv::StringRecord,
-}
-
-impl Row {
-    fn text(&self, column: &str) -> &str {
-        let at = self.header.iter().position(|name| name == column);
-        &self.record[at.unwrap_or_else(|| panic!("no column {column}"))]
-    }
-
-    fn number(&self, column: &str) -> f64 {
-        self.text(column).parse().unwrap_or_else(|_| panic!("{column}: {:?}", self.text(column)))
-    }
-
-    fn place(&self, name: &str) -> Pixel {
-        Pixel::new(self.number(&format!("{name}_x_px")), self.number(&format!("{name}_y_px")))
-    }
-
-    /// How far a tip is from the marked one, anywhere along whose flat top is as good.
-    fn miss(&self, tip: Pixel) -> f64 {
-        let x = tip.x.clamp(self.number("top_flat_x_min_px"), self.number("top_flat_x_max_px"));
-        distance(tip, Pixel::new(x, self.number("top_y_px")))
-    }
-}
-
-fn table(path: &Path) -> Vec<Row> {
-    let mut table =
-        csv::Reader::from_path(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let header = table.headers().expect("a header").clone();
-    table.records().map(|record| Row { header: header.clone(), record: record.expect("a row") }).collect()
-}
+use crate::marks::{Row, rows};
+use crate::score::off;
 
 fn open(path: &Path) -> Image {
     let bytes = std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     Photo { name: path.display().to_string(), bytes, time_s: 0.0 }.decode().expect("a whole photograph")
-}
-
-fn distance(one: Pixel, other: Pixel) -> f64 {
-    ((one.x - other.x).powi(2) + (one.y - other.y).powi(2)).sqrt()
 }
 
 /// Pixels as points, so that lines can be compared.
@@ -87,10 +51,10 @@ fn within(values: &[f64], most: f64) -> String {
 }
 
 fn flora(folder: &Path, mode: Mode) -> String {
-    let marks = table(&folder.join("annotations/flora-robotica.csv"));
+    let marks = rows(&folder.join("annotations/flora-robotica.csv"));
     let crop = Region { x: 290, y: 150, width: 150, height: 186 };
     let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
-    let lights = table(&folder.join("flora-robotica/light.csv"));
+    let lights = rows(&folder.join("flora-robotica/light.csv"));
     let (mut lost, mut lamps) = (0, 0);
     let (mut tops, mut ends) = (Vec::new(), Vec::new());
     for row in &lights {
@@ -103,7 +67,7 @@ fn flora(folder: &Path, mode: Mode) -> String {
         };
         if let Some(mark) = marks.iter().find(|mark| mark.text("file") == file) {
             tops.push(mark.miss(seen.tip));
-            ends.extend(seen.apex.map(|apex| distance(apex, mark.place("apex"))));
+            ends.extend(seen.apex.map(|apex| apex.distance(mark.place("apex_"))));
         }
     }
     let files =
@@ -138,7 +102,7 @@ const SUNFLOWERS: [(Region, Pixel); 3] = [
 ];
 
 fn timelapse(folder: &Path, mode: Mode) -> String {
-    let marks = table(&folder.join("annotations/sunflower-timelapse.csv"));
+    let marks = rows(&folder.join("annotations/sunflower-timelapse.csv"));
     let (mut lost, mut tops, mut ends) = (0, Vec::new(), Vec::new());
     for mark in &marks {
         let image = open(&folder.join("sunflower-timelapse").join(mark.text("file")));
@@ -150,10 +114,10 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
         };
         tops.push(mark.miss(seen.tip));
         if mark.number("node_hidden") == 0.0 {
-            ends.extend(seen.apex.map(|apex| distance(apex, mark.place("node"))));
+            ends.extend(seen.apex.map(|apex| apex.distance(mark.place("node_"))));
         }
     }
-    let frames = table(&folder.join("sunflower-timelapse/frames.csv"));
+    let frames = rows(&folder.join("sunflower-timelapse/frames.csv"));
     let order = SUNFLOWERS.map(|(crop, base)| {
         let calibration = Calibration::flat(base, 50.0, 1000, 700);
         let files = frames.iter().map(|row| folder.join("sunflower-timelapse").join(row.text("file")));
@@ -173,7 +137,7 @@ type Answer = (bool, Option<f64>);
 
 /// The stem marked from base to tip, and what is found when its base is clicked.
 fn centerlines(folder: &Path, mode: Mode) -> String {
-    let marks = table(&folder.join("sunflower-centerlines/centerlines.csv"));
+    let marks = rows(&folder.join("sunflower-centerlines/centerlines.csv"));
     let scored: Vec<Answer> = marks
         .par_iter()
         .map(|row| {
@@ -230,10 +194,10 @@ fn silhouettes(folder: &Path, _: Mode) -> String {
             // The columns are called x,y in some files and x(pix),y(pix) in others.
             let place =
                 |row: &Row| Some(Pixel::new(row.record[0].parse().ok()?, row.record[1].parse().ok()?));
-            let contour: Vec<Pixel> = table(&path("contour")).iter().filter_map(place).collect();
+            let contour: Vec<Pixel> = rows(&path("contour")).iter().filter_map(place).collect();
             let (x, y) = ("x_reoriented(pix)", "y_reoriented(pix)");
             let published =
-                table(&path("skeleton")).iter().map(|row| Point::new(row.number(x), row.number(y))).collect();
+                rows(&path("skeleton")).iter().map(|row| Point::new(row.number(x), row.number(y))).collect();
             compare(&contour, &Polyline(published))
         })
         .collect();

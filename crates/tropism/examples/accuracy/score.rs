@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use tropism::geometry::{Point, Polyline};
 use tropism::greenhouse::render::Truth;
+use tropism::math::quantile;
 use tropism::observation::Quality;
 use tropism::vision::{Class, Seen};
 
@@ -34,14 +35,6 @@ pub(crate) struct Score {
     /// Frames in a row without a measurement, now and at most.
     gap: usize,
     longest_gap: usize,
-}
-
-/// The value below which a share of the values lies; 0 without values.
-pub(crate) fn quantile(values: &[f64], share: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = (share * (sorted.len().saturating_sub(1)) as f64).round() as usize;
-    sorted.get(at).copied().unwrap_or(0.0)
 }
 
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {

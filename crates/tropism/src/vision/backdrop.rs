@@ -8,6 +8,7 @@
 //! Shi and Tomasi 1994, doi:10.1109/CVPR.1994.323794: which patches can be told from their surroundings.
 
 use crate::geometry::{Pixel, Region};
+use crate::math;
 use crate::photo::Image;
 
 /// Columns that a picture is read at.
@@ -169,7 +170,10 @@ impl Backdrop {
                 Some(patch.fine.as_deref().unwrap_or(patch).find(&fine, there, ratio)?.1)
             })
             .collect();
-        let middle = |axis: fn(&Pixel) -> f64| last * median(found.iter().map(axis).collect());
+        let middle = |axis: fn(&Pixel) -> f64| {
+            let values: Vec<f64> = found.iter().map(axis).collect();
+            last * math::quantile(&values, 0.5)
+        };
         let (x, y) = (middle(|at| at.x), middle(|at| at.y));
         let is_still = x.abs().max(y.abs()) < STILL * self.step as f64;
         Some(if is_still { Pixel::default() } else { Pixel::new(x, y) })
@@ -180,11 +184,6 @@ impl Backdrop {
     pub fn is_rich(&self) -> bool {
         self.patches.len() >= MOST / 2
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The lesser eigenvalue of the gradients' products around a place: what is large there is a corner.

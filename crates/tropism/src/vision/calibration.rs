@@ -48,7 +48,7 @@ impl Calibration {
     /// lengths are off, as a root mean square in mm, `None` for a single mark. `None` without a mark that has a length.
     #[must_use]
     pub fn scale_of(marks: &[([Pixel; 2], f64)]) -> Option<(f64, Option<f64>)> {
-        let long = |[a, b]: [Pixel; 2]| crate::math::hypot(a.x - b.x, a.y - b.y);
+        let long = |[a, b]: [Pixel; 2]| a.distance(b);
         let squares: f64 = marks.iter().map(|(_, cm)| cm * cm).sum();
         let scale = marks.iter().map(|&(ends, cm)| long(ends) * cm).sum::<f64>() / squares;
         let off: f64 =

@@ -88,8 +88,11 @@ fn thin_limb(plane: &Plane, window: &Window, start: usize, up: &Ways) -> Option<
         let stem = stem_width(&widths);
         let last = line.len().saturating_sub((END * stem) as usize);
         let end = &widths[last..widths.len().saturating_sub((0.5 * stem) as usize).max(last)];
-        let brightness = |line: &[Place]| quantile(line.iter().map(|&at| value(plane, at)).collect(), 0.5);
-        let is_thin = quantile(end.to_vec(), 0.7) <= SLENDER * stem;
+        let brightness = |line: &[Place]| {
+            let values: Vec<f64> = line.iter().map(|&at| value(plane, at)).collect();
+            math::quantile(&values, 0.5)
+        };
+        let is_thin = math::quantile(end, 0.7) <= SLENDER * stem;
         let share = brightness(&line[last..]) / brightness(&line[..line.len().div_ceil(2)]).max(1e-6);
         if last == 0 || !is_thin || share < BRIGHT || hangs(&line) > HANGS * stem || kink(&line, stem) > KINK
         {
@@ -158,13 +161,6 @@ pub fn longest(
     let (line, _) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
     // Side shoots that were cut off leave bumps, which would count as length.
     Some(resampled(&smoothed(&smoothed(&line, 12), 12), 1.0))
-}
-
-/// The value below which a share of the values lies; 0 without values.
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let at = (share * values.len().saturating_sub(1) as f64).round() as usize;
-    values.get(at).copied().unwrap_or(0.0)
 }
 
 /// A rough way through the plant moved to its middle, in two rounds, and how broad the plant is across each point. Where

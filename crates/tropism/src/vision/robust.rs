@@ -105,7 +105,7 @@ const END: (usize, usize, f64) = (8, 2, 0.75);
 fn fades(plant: &Plane, stem: Option<&[Pixel]>, tip: Pixel) -> bool {
     let Some(stem) = stem.filter(|stem| stem.len() > 2 * END.0) else { return false };
     let last = stem[stem.len() - 1];
-    if math::hypot(last.x - tip.x, last.y - tip.y) > (END.0 * plant.step) as f64 {
+    if last.distance(tip) > (END.0 * plant.step) as f64 {
         return false;
     }
     let values = |stem: &[Pixel]| -> Vec<f32> {
