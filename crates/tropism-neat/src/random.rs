@@ -1,6 +1,7 @@
 //! Random numbers: a stream of its own for every birth, so that nothing depends on threads or on who is born first.
 //!
-//! A stream is keyed by the run's seed and by what it is for, and numbered by generation and individual.
+//! A stream is keyed by the run's seed and by what it is for. Births are numbered by generation and individual; initial
+//! weights share one stream, each with a place of its own.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -9,7 +10,7 @@ use rand_chacha::rand_core::SeedableRng;
 /// What a stream is for.
 #[derive(Clone, Copy)]
 pub(crate) enum Purpose {
-    /// Weights of an initial population, numbered by individual.
+    /// Weights of initial populations.
     Origin = 1,
     /// Selection, crossover and mutation of one child, numbered by generation and place in it.
     Birth = 2,
@@ -31,6 +32,14 @@ impl Dice {
         let mut stream = ChaCha8Rng::from_seed(key);
         stream.set_stream(index);
         Self { stream, coins: 1 }
+    }
+
+    /// The stream of initial weights, from so many of them on.
+    pub(crate) fn of_origin(seed: u64, weights: u128) -> Self {
+        let mut dice = Self::new(seed, Purpose::Origin, 0);
+        // Two words for each.
+        dice.stream.set_word_pos(2 * weights);
+        dice
     }
 
     /// A uniform draw from `[0, 1)`, in steps of 2^-32.

@@ -1,6 +1,6 @@
 //! The paper's baseline: controllers "obtained from the initialization process of NEAT", tried at random.
 
-use crate::random::{Dice, Purpose};
+use crate::random::Dice;
 use crate::{Config, Genome};
 
 /// Number `index` of the random genomes of `seed`: distributed like, and for the same seed equal to, the members of the
@@ -23,7 +23,8 @@ pub fn random_genome(config: &Config, inputs: usize, outputs: usize, seed: u64, 
     Genome::random(config, inputs, outputs, seed, index)
 }
 
-/// The weights of [`random_genome`], in order of its links: for each output those of the inputs and of the bias.
+/// The weights of [`random_genome`], in order of its links (for each output those of the inputs and of the bias), then
+/// those of the next index, and so on without end.
 ///
 /// That is all that tells such genomes apart, and much cheaper than to make one.
 pub fn random_weights(
@@ -34,8 +35,9 @@ pub fn random_weights(
     index: u64,
 ) -> impl Iterator<Item = f64> {
     let range = config.initial_weight_range;
-    let mut dice = Dice::new(seed, Purpose::Origin, index);
-    (0..(inputs + 1) * outputs).map(move |_| dice.signed() * range)
+    let links = (inputs + 1) * outputs;
+    let mut dice = Dice::of_origin(seed, u128::from(index) * links as u128);
+    std::iter::repeat_with(move || dice.signed() * range)
 }
 
 #[cfg(test)]
@@ -45,10 +47,12 @@ mod tests {
     #[test]
     fn weights_are_those_of_the_genome() {
         let config = Config { initial_weight_range: 3.0, ..Config::paper() };
+        let mut of_all = random_weights(&config, 3, 2, 9, 0);
         for index in 0..20 {
             let genome = random_genome(&config, 3, 2, 9, index);
-            let weights = genome.links().iter().map(|link| link.weight);
-            assert!(weights.eq(random_weights(&config, 3, 2, 9, index)));
+            let weights: Vec<f64> = genome.links().iter().map(|link| link.weight).collect();
+            assert_eq!(weights, random_weights(&config, 3, 2, 9, index).take(8).collect::<Vec<_>>());
+            assert_eq!(weights, of_all.by_ref().take(8).collect::<Vec<_>>());
         }
     }
 }

@@ -165,7 +165,9 @@ impl<const INPUTS: usize> Default for StepNetwork<INPUTS> {
         let memory =
             Memory { records: Vec::new(), present: 0, layout: Layout::default(), index: [VACANT; PLACES] };
         let mut network = Self { memory, wiring: Wiring::default(), sensors: Vec::new() };
-        network.assign_seed([0.0; INPUTS], 0.0, 0.5);
+        network.sensors.push(Sensor { weights: [0.0; INPUTS], threshold: 0.5 });
+        network.wiring.begin(1, 1);
+        network.memory.forget(&network.wiring);
         network
     }
 }
@@ -189,16 +191,6 @@ impl<const INPUTS: usize> StepNetwork<INPUTS> {
             self.memory.forget(&self.wiring);
         }
         is_done
-    }
-
-    /// Becomes a network of nothing but an output that sees the inputs and the bias, as NEAT begins with.
-    pub fn assign_seed(&mut self, weights: [f64; INPUTS], bias: f64, threshold: f64) {
-        self.sensors.clear();
-        self.sensors.push(Sensor { weights, threshold });
-        self.wiring.begin(1, 1);
-        self.wiring.units[0].threshold = threshold;
-        self.wiring.link(1, 0, bias);
-        self.memory.forget(&self.wiring);
     }
 
     /// Numbers the units and links them; `false` if that cannot be done.
@@ -675,10 +667,5 @@ mod tests {
         assert_eq!(network.sensors(), [Sensor { weights: [weights[0], weights[1]], threshold: 0.5 }]);
         assert_eq!(network.rest().next(), Some([weights[2], 0.0, 0.0, 0.0]));
         assert_eq!((network.watched(), network.stay()), (0, 0));
-        let mut seed = StepNetwork::<2>::default();
-        seed.assign_seed([weights[0], weights[1]], weights[2], 0.5);
-        assert_eq!(seed.sensors(), network.sensors());
-        assert!(seed.rest().eq(network.rest()));
-        assert_eq!((seed.watched(), seed.stay()), (0, 0));
     }
 }

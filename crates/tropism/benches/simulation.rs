@@ -11,7 +11,7 @@ use tropism::observation::Quality;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::fitness_of;
-use tropism::simulation::lanes::{Candidate, Episode, fitness_of_all};
+use tropism::simulation::lanes::{Episode, fitness_of_all};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism_neat::{Config, Genome, Neat, random_genome};
@@ -63,8 +63,7 @@ fn draws(plant: usize) -> Draws {
 
 fn evaluate(model: &TipModel, task: &Task, genomes: &[Genome]) -> Vec<f64> {
     let episodes = genomes.iter().enumerate();
-    let episodes = episodes
-        .map(|(plant, genome)| Episode { controller: Candidate::Genome(genome), draws: draws(plant) });
+    let episodes = episodes.map(|(plant, genome)| Episode { controller: genome, draws: draws(plant) });
     fitness_of_all(model, task, episodes)
 }
 

@@ -8,7 +8,9 @@ mod saved;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism_neat::{Activation, Config, Generation, Genome, Neat, NeatError, random_genome, random_weights};
+use tropism_neat::{
+    Activation, Config, Generation, Genome, Neat, NeatError, Sensor, random_genome, random_weights,
+};
 
 use crate::control::Controller;
 use crate::control::network::{INPUTS, OUTPUTS};
@@ -16,7 +18,8 @@ use crate::plant::PlantModel;
 use crate::plant::tip::TipModel;
 use crate::random::{self, Draws, Purpose};
 use crate::simulation::fitness_of;
-use crate::simulation::lanes::{Candidate, Episode, fitness_of_all};
+use crate::simulation::lanes::{Episode, fitness_of_all, fitness_of_seeds};
+use crate::simulation::seeds::Seed;
 use crate::task::Task;
 
 pub use saved::SavedRunError;
@@ -114,10 +117,8 @@ impl Run {
         };
         let individuals = self.neat.ask().iter().enumerate();
         let episodes = individuals.flat_map(|(individual, genome)| {
-            (0..self.episodes).map(move |episode| Episode {
-                controller: Candidate::Genome(genome),
-                draws: draws(individual, episode),
-            })
+            (0..self.episodes)
+                .map(move |episode| Episode { controller: genome, draws: draws(individual, episode) })
         });
         let fitness = fitness_of_all(model, task, episodes);
         let count = self.episodes as usize;
@@ -162,7 +163,7 @@ pub fn baseline(
     count: u64,
     tick: impl Fn(u64) -> bool + Sync,
 ) -> Option<Baseline> {
-    const CHUNK: u64 = 8000;
+    const CHUNK: u64 = 20_000;
     assert!(count > 0, "at least one controller");
     let chunks: Option<Vec<Vec<f64>>> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
@@ -172,20 +173,20 @@ pub fn baseline(
                 |index: u64| Draws::new(seed, Purpose::Growth, [(index >> 32) as u32, index as u32, 0]);
             let scores = if neat.output_activation == Activation::UnsignedStep {
                 let threshold = 0.5 + neat.activation_b;
+                let mut weights = random_weights(neat, INPUTS, OUTPUTS, seed, indices.start);
                 let episodes = indices.map(|index| {
-                    let mut weights = random_weights(neat, INPUTS, OUTPUTS, seed, index);
-                    let mut next = || weights.next().expect("a weight for each input and the bias");
-                    let controller = Candidate::Seed { weights: [next(), next()], bias: next(), threshold };
-                    Episode { controller, draws: draws(index) }
+                    let mut next = || weights.next().expect("weights without end");
+                    let output = Sensor { weights: [next(), next()], threshold };
+                    Episode { controller: Seed { output, bias: next() }, draws: draws(index) }
                 });
-                fitness_of_all(model, task, episodes)
+                fitness_of_seeds(model, task, episodes)
             } else {
                 let genomes: Vec<Genome> =
                     indices.clone().map(|index| random_genome(neat, INPUTS, OUTPUTS, seed, index)).collect();
-                let episodes = genomes.iter().zip(indices).map(|(genome, index)| Episode {
-                    controller: Candidate::Genome(genome),
-                    draws: draws(index),
-                });
+                let episodes = genomes
+                    .iter()
+                    .zip(indices)
+                    .map(|(genome, index)| Episode { controller: genome, draws: draws(index) });
                 fitness_of_all(model, task, episodes)
             };
             tick(scores.len() as u64).then_some(scores)
@@ -195,10 +196,10 @@ pub fn baseline(
     let best =
         (0..scores.len()).fold(0, |best, index| if scores[index] > scores[best] { index } else { best });
     let (index, fitness) = (best as u64, scores[best]);
-    scores.sort_unstable_by(f64::total_cmp);
-    let middle = scores.len() / 2;
-    let median =
-        if scores.len() % 2 == 1 { scores[middle] } else { 0.5 * (scores[middle - 1] + scores[middle]) };
+    let half = scores.len() / 2;
+    let (lower, &mut upper_middle, _) = scores.select_nth_unstable_by(half, f64::total_cmp);
+    let lower_middle = lower.iter().copied().max_by(f64::total_cmp).filter(|_| count.is_multiple_of(2));
+    let median = 0.5 * (lower_middle.unwrap_or(upper_middle) + upper_middle);
     Some(Baseline {
         count,
         best: fitness,
@@ -270,7 +271,7 @@ pub fn trial_of_genome(models: &[TipModel], task: &Task, genome: &Genome, seed: 
         .zip(models)
         .flat_map(|(number, model)| {
             let episodes = (0..plants).map(|plant| Episode {
-                controller: Candidate::Genome(genome),
+                controller: genome,
                 draws: Draws::new(seed, Purpose::Trial, [plant, number, 0]),
             });
             fitness_of_all(model, task, episodes)

@@ -5,17 +5,20 @@ use super::tip::{Empty, TipModelConfig};
 use crate::geometry::Point;
 use crate::light::Light;
 
-/// The means on a grid around all data. Node (column, row) stands at `(left + column, bottom + row) * grid_cm`.
+/// The means on a grid around all data, with a margin of one node on each side that stands for all beyond. Node
+/// (column, row) of the margin and the grid stands at `(left + column, bottom + row) * grid_cm`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Table {
     pub(super) nodes_per_cm: f32,
-    left: i32,
-    bottom: i32,
+    pub(super) left: i32,
+    pub(super) bottom: i32,
     pub(super) columns: i32,
     pub(super) rows: i32,
-    /// Row by row, at each node the shift for left and for right, with the policy for empty windows already in it; and
-    /// at the end, for all that is beyond the grid, 0 twice.
-    pub(crate) shifts: Vec<f32>,
+    /// Where the node would stand of which [`counted`] tells 0 and 0.
+    origin: u32,
+    /// Row by row the shift at each node, with the policy for empty windows already in it, 0 on the margin: first those
+    /// for left, then those for right.
+    pub(super) shifts: Vec<f32>,
     /// In the same order: whether there are data.
     pub(super) has_data: Vec<bool>,
 }
@@ -56,101 +59,159 @@ impl Table {
         let means = sums
             .iter()
             .zip(&counts)
-            .map(|(sum, &count)| if count > 0 { sum / f64::from(count) } else { 0.0 });
-        let mut table = Self {
+            .map(|(sum, &count)| if count > 0 { (sum / f64::from(count)) as f32 } else { 0.0 });
+        let mut means: Vec<f32> = means.collect();
+        if config.empty == Empty::Nearest {
+            fill_from_nearest(&mut means, &has_data, columns as usize, rows as usize);
+        }
+        let (left, bottom, columns_in_all, rows_in_all) = (left - 1, bottom - 1, columns + 2, rows + 2);
+        let origin = 0_u32
+            .wrapping_sub(counted(bottom as f32).wrapping_mul(columns_in_all as u32))
+            .wrapping_sub(counted(left as f32));
+        Self {
             nodes_per_cm: (1.0 / config.grid_cm) as f32,
             left,
             bottom,
-            columns,
-            rows,
-            shifts: means.map(|mean| mean as f32).collect(),
-            has_data,
-        };
-        if config.empty == Empty::Nearest {
-            table.fill_from_nearest();
-        }
-        table.shifts.extend([0.0; 2]);
-        table
-    }
-
-    /// Gives each empty node the shift of the nearest node of the same light that has data; of several, of the one with
-    /// the least row, then the least column.
-    fn fill_from_nearest(&mut self) {
-        let (columns, rows) = (self.columns as usize, self.rows as usize);
-        for light in 0..2 {
-            let has_data = |row: usize, column: usize| self.has_data[2 * (row * columns + column) + light];
-            // The nearest column with data in each row, of two the left one.
-            let nearest_in_row: Vec<Option<usize>> = (0..rows)
-                .flat_map(|row| {
-                    let mut last = None;
-                    let mut left = vec![None; columns];
-                    for (column, left) in left.iter_mut().enumerate() {
-                        last = if has_data(row, column) { Some(column) } else { last };
-                        *left = last;
-                    }
-                    let mut next = None;
-                    for column in (0..columns).rev() {
-                        next = if has_data(row, column) { Some(column) } else { next };
-                        let is_nearer =
-                            |right: usize| left[column].is_none_or(|left| right - column < column - left);
-                        left[column] = next.filter(|&right| is_nearer(right)).or(left[column]);
-                    }
-                    left
-                })
-                .collect();
-            let filled: Vec<f32> = (0..rows * columns)
-                .map(|node| {
-                    let (row, column) = (node / columns, node % columns);
-                    let distance = |other: usize| -> Option<(usize, usize)> {
-                        let found = nearest_in_row[other * columns + column]?;
-                        Some((
-                            other.abs_diff(row).pow(2) + found.abs_diff(column).pow(2),
-                            other * columns + found,
-                        ))
-                    };
-                    // Rows from here outwards, until even their nearest column is farther than what was found.
-                    let mut nearest = distance(row);
-                    for away in 1..rows {
-                        if nearest.is_some_and(|(squared, _)| away * away > squared) {
-                            break;
-                        }
-                        let above = row.checked_sub(away).and_then(distance);
-                        let below = Some(row + away).filter(|&below| below < rows).and_then(distance);
-                        nearest = [nearest, above, below].into_iter().flatten().min();
-                    }
-                    nearest.map_or(0.0, |(_, found)| self.shifts[2 * found + light])
-                })
-                .collect();
-            for (node, shift) in filled.into_iter().enumerate() {
-                self.shifts[2 * node + light] = shift;
-            }
+            columns: columns_in_all,
+            rows: rows_in_all,
+            origin,
+            shifts: with_margin(&means, columns as usize),
+            has_data: with_margin(&has_data, columns as usize),
         }
     }
 
-    /// The nearest node, or the one past the last for all that is beyond the grid.
+    /// The nearest node; of all beyond the grid, one of its margin.
     #[inline]
-    pub(crate) fn node(&self, x: f32, y: f32) -> usize {
-        let (column, row) =
-            (self.nearest(x).wrapping_sub(self.left), self.nearest(y).wrapping_sub(self.bottom));
-        let is_inside = (column as u32) < (self.columns as u32) && (row as u32) < (self.rows as u32);
-        if is_inside { (row * self.columns + column) as usize } else { (self.rows * self.columns) as usize }
+    pub(super) fn node(&self, x: f32, y: f32) -> usize {
+        self.place(x, y, Light::Left as u32) as usize
     }
 
-    /// The number of the column or row that is nearest to a coordinate. Halves go to the even one, which is the same in
-    /// a mirror.
-    ///
-    /// Adding 1.5 x 2^23 leaves no room for a fraction, and the bits of the sum count up from there: `round_ties_even` and
-    /// a conversion, on any processor and in any vector.
-    #[inline]
+    /// Where the shift of the nearest node for a light (0 for left, 1 for right) stands in [`Self::shifts`]; below its
+    /// length, whatever the coordinates.
+    #[inline(always)]
+    pub(crate) fn place(&self, x: f32, y: f32, light: u32) -> u32 {
+        let column = self.clamped(x, self.left, self.columns);
+        let row = self.clamped(y, self.bottom, self.rows);
+        let of_light = if light == 0 { 0 } else { (self.columns * self.rows) as u32 };
+        let of_row = counted(row).wrapping_mul(self.columns as u32);
+        of_row.wrapping_add(self.origin).wrapping_add(counted(column)).wrapping_add(of_light)
+    }
+
+    /// A coordinate in steps of the grid, at most that of the margin. Where there is no number, the comparison fails: the
+    /// last one.
+    #[inline(always)]
+    fn clamped(&self, coordinate: f32, first: i32, count: i32) -> f32 {
+        let (least, most) = (first as f32, (first + count - 1) as f32);
+        let node = coordinate * self.nodes_per_cm;
+        let node = if node < most { node } else { most };
+        if node > least { node } else { least }
+    }
+
+    /// The number of the column or row that is nearest to a coordinate, be it on the grid or not.
     pub(super) fn nearest(&self, coordinate: f32) -> i32 {
-        const NO_FRACTION: f32 = 12_582_912.0;
         let node = (coordinate * self.nodes_per_cm).clamp(-4e6, 4e6);
-        ((node + NO_FRACTION).to_bits() as i32).wrapping_sub(NO_FRACTION.to_bits() as i32)
+        counted(node).wrapping_sub(counted(0.0)) as i32
+    }
+
+    /// All shifts, in the order of [`Self::place`].
+    #[inline(always)]
+    pub(crate) fn shifts(&self) -> &[f32] {
+        &self.shifts
     }
 
     /// The shift at a node.
     #[inline]
     pub(super) fn at(&self, node: usize, light: Light) -> f32 {
-        self.shifts[2 * node + light as usize]
+        self.shifts[self.of_light(node, light)]
+    }
+
+    /// Whether there are data at a node.
+    pub(super) fn has_data(&self, node: usize, light: Light) -> bool {
+        self.has_data[self.of_light(node, light)]
+    }
+
+    #[inline]
+    fn of_light(&self, node: usize, light: Light) -> usize {
+        node + light as usize * (self.columns * self.rows) as usize
+    }
+}
+
+/// A value of at most 4e6 in size rounded to a whole number, counted from an unimportant one. Halves go to the even one, which
+/// is the same in a mirror.
+///
+/// Adding 1.5 x 2^23 leaves no room for a fraction, and the bits of the sum count up from there: `round_ties_even` and
+/// a conversion, on any processor and in any vector.
+#[inline(always)]
+fn counted(value: f32) -> u32 {
+    (value + 12_582_912.0).to_bits()
+}
+
+/// Values at each node for both lights, light by light and with a margin of nothing around the grid.
+fn with_margin<T: Copy + Default>(values: &[T], columns: usize) -> Vec<T> {
+    let rows = values.len() / (2 * columns);
+    let nothing = T::default();
+    let mut all = Vec::with_capacity(2 * (columns + 2) * (rows + 2));
+    for light in 0..2 {
+        all.extend(std::iter::repeat_n(nothing, columns + 2));
+        for row in values.chunks_exact(2 * columns) {
+            all.push(nothing);
+            all.extend(row.iter().skip(light).step_by(2));
+            all.push(nothing);
+        }
+        all.extend(std::iter::repeat_n(nothing, columns + 2));
+    }
+    all
+}
+
+/// Gives each empty node the shift of the nearest node of the same light that has data; of several, of the one with
+/// the least row, then the least column.
+fn fill_from_nearest(shifts: &mut [f32], has_data: &[bool], columns: usize, rows: usize) {
+    for light in 0..2 {
+        let has_data = |row: usize, column: usize| has_data[2 * (row * columns + column) + light];
+        // The nearest column with data in each row, of two the left one.
+        let nearest_in_row: Vec<Option<usize>> = (0..rows)
+            .flat_map(|row| {
+                let mut last = None;
+                let mut left = vec![None; columns];
+                for (column, left) in left.iter_mut().enumerate() {
+                    last = if has_data(row, column) { Some(column) } else { last };
+                    *left = last;
+                }
+                let mut next = None;
+                for column in (0..columns).rev() {
+                    next = if has_data(row, column) { Some(column) } else { next };
+                    let is_nearer =
+                        |right: usize| left[column].is_none_or(|left| right - column < column - left);
+                    left[column] = next.filter(|&right| is_nearer(right)).or(left[column]);
+                }
+                left
+            })
+            .collect();
+        let filled: Vec<f32> = (0..rows * columns)
+            .map(|node| {
+                let (row, column) = (node / columns, node % columns);
+                let distance = |other: usize| -> Option<(usize, usize)> {
+                    let found = nearest_in_row[other * columns + column]?;
+                    Some((
+                        other.abs_diff(row).pow(2) + found.abs_diff(column).pow(2),
+                        other * columns + found,
+                    ))
+                };
+                // Rows from here outwards, until even their nearest column is farther than what was found.
+                let mut nearest = distance(row);
+                for away in 1..rows {
+                    if nearest.is_some_and(|(squared, _)| away * away > squared) {
+                        break;
+                    }
+                    let above = row.checked_sub(away).and_then(distance);
+                    let below = Some(row + away).filter(|&below| below < rows).and_then(distance);
+                    nearest = [nearest, above, below].into_iter().flatten().min();
+                }
+                nearest.map_or(0.0, |(_, found)| shifts[2 * found + light])
+            })
+            .collect();
+        for (node, shift) in filled.into_iter().enumerate() {
+            shifts[2 * node + light] = shift;
+        }
     }
 }

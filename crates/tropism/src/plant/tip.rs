@@ -222,8 +222,7 @@ impl TipModel {
     #[must_use]
     pub fn mean_shift(&self, tip: Point, light: Light) -> Option<f64> {
         let node = self.table.node(tip.x as f32, tip.y as f32);
-        let has_data = self.table.has_data.get(2 * node + light as usize).is_some_and(|&has_data| has_data);
-        has_data.then(|| self.table.at(node, light).into())
+        self.table.has_data(node, light).then(|| self.table.at(node, light).into())
     }
 
     /// The share of a track's steps that begin where the model has no data: there it is its policy that is tested, not a
@@ -483,16 +482,23 @@ mod tests {
 
         let nearest = model(TipModelConfig { empty: Empty::Nearest, ..TipModelConfig::default() });
         let table = &nearest.table;
-        let columns = table.columns as usize;
+        let (columns, nodes) = (table.columns as usize, (table.columns * table.rows) as usize);
+        let is_on_margin = |at: usize| {
+            let (row, column) = (at % nodes / columns, at % columns);
+            [row, table.rows as usize - 1 - row, column, columns - 1 - column].contains(&0)
+        };
         let mut filled = 0;
-        for at in (0..table.has_data.len()).step_by(37).filter(|&at| !table.has_data[at]) {
+        for at in (0..2 * nodes).step_by(37).filter(|&at| !table.has_data[at]) {
+            if is_on_margin(at) {
+                assert_eq!(table.shifts[at], 0.0, "beyond the grid");
+                continue;
+            }
             let distance = |other: usize| {
-                let (node, other) = (at / 2, other / 2);
-                (node / columns).abs_diff(other / columns).pow(2)
-                    + (node % columns).abs_diff(other % columns).pow(2)
+                (at / columns).abs_diff(other / columns).pow(2)
+                    + (at % columns).abs_diff(other % columns).pow(2)
             };
             let with_data =
-                || (0..table.has_data.len()).filter(|&other| other % 2 == at % 2 && table.has_data[other]);
+                || (0..2 * nodes).filter(|&other| other / nodes == at / nodes && table.has_data[other]);
             let least = with_data().map(distance).min().unwrap();
             let is_taken = with_data().any(|other| {
                 distance(other) == least && table.shifts[other].to_bits() == table.shifts[at].to_bits()
@@ -508,10 +514,19 @@ mod tests {
         let table = model(TipModelConfig::default()).table;
         for step in -40_000..40_000 {
             let coordinate = step as f32 * 0.000_83;
-            assert_eq!(table.nearest(coordinate), (coordinate * table.nodes_per_cm).round_ties_even() as i32);
+            let rounded = (coordinate * table.nodes_per_cm).round_ties_even() as i32;
+            assert_eq!(table.nearest(coordinate), rounded);
+            let (column, row) = (table.place(coordinate, 9.0, 0), table.place(0.0, coordinate, 0));
+            let (first, middle) = (table.place(-1e9, 9.0, 0), table.place(0.0, -1e9, 0));
+            let (most_right, highest) = (table.columns - 1, table.rows - 1);
+            assert_eq!((column - first) as i32, (rounded - table.left).clamp(0, most_right));
+            let rows_up = (row - middle) as i32 / table.columns;
+            assert_eq!(rows_up, (rounded - table.bottom).clamp(0, highest));
         }
         for beyond in [f32::NAN, f32::INFINITY, -1e30] {
-            assert_eq!(table.node(beyond, 5.0), (table.rows * table.columns) as usize);
+            let column = table.node(beyond, 5.0) as i32 % table.columns;
+            assert!([0, table.columns - 1].contains(&column), "{beyond}");
+            assert_eq!(table.at(table.node(beyond, 5.0), Light::Right), 0.0);
         }
     }
 

@@ -4,6 +4,9 @@
 //! the track, and [`lanes`] is that for many plants at once, for evolution.
 
 pub mod lanes;
+mod networks;
+mod plants;
+pub mod seeds;
 
 use std::convert::Infallible;
 
