@@ -163,7 +163,7 @@ pub fn baseline(
     count: u64,
     tick: impl Fn(u64) -> bool + Sync,
 ) -> Option<Baseline> {
-    const CHUNK: u64 = 20_000;
+    const CHUNK: u64 = 50_000;
     assert!(count > 0, "at least one controller");
     let chunks: Option<Vec<Vec<f64>>> = (0..count.div_ceil(CHUNK))
         .into_par_iter()

@@ -25,7 +25,7 @@ use crate::task::Task;
 const OF_NETWORKS: usize = 32;
 
 /// Plants side by side that are steered by the smallest ones.
-const OF_SEEDS: usize = 128;
+const OF_SEEDS: usize = 256;
 
 /// Steps after which lanes are refilled.
 const STRIDE: u32 = 16;
