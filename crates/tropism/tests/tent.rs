@@ -1,6 +1,7 @@
 //! The virtual tent as a rig: seen through photographs alone, near to what is true, and the same after an interruption
 //! whatever goes wrong.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Duration;
@@ -20,15 +21,20 @@ use tropism::task::Task;
 use tropism::track::Track;
 use tropism::vision::VisionConfig;
 
-/// Goes on with the run in `path` for at most `samples`; the track, and what is true at each step.
-fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> (Track, Vec<Point>) {
+/// What is seen of a run: its track, where the top truly is at each step, and its photographs from the side.
+type Told = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
+
+/// Goes on with the run in `path` for at most `samples`.
+fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told {
     let (device, eye) = greenhouse.open(3, &VisionConfig::default()).unwrap();
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
     let mut world = Recorded::new(rig, folder).unwrap();
     let mut left = samples;
+    let mut side = BTreeMap::new();
     let mut watch = |_: &_| {
+        side.extend(device.side_photograph());
         left -= 1;
         if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
@@ -39,14 +45,14 @@ fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> (Trac
         let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
         Point::new(numbers[1], numbers[2])
     };
-    (track, truth.lines().skip(1).map(top).collect())
+    (track, truth.lines().skip(1).map(top).collect(), side)
 }
 
 #[test]
 fn tips_in_photographs_are_where_they_are() {
     let folder = tempfile::tempdir().unwrap();
-    let (track, truth) = go(&Greenhouse::default(), folder.path(), 150, usize::MAX);
-    assert_eq!((track.samples.len(), truth.len()), (151, 151));
+    let (track, truth, side) = go(&Greenhouse::default(), folder.path(), 150, usize::MAX);
+    assert_eq!((track.samples.len(), truth.len(), side.len()), (151, 151, 0));
     let mut off: Vec<f64> =
         track.samples.iter().zip(&truth).map(|(sample, top)| sample.tip.distance(*top)).collect();
     off.sort_by(f64::total_cmp);
@@ -105,14 +111,19 @@ fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
         repeated: rate,
         dropped: rate,
     };
-    let greenhouse = Greenhouse { faults, ..Greenhouse::default() };
+    let scene = Scene { cameras: 2, width: 324, height: 243, ..Scene::default() };
+    let greenhouse = Greenhouse { faults, scene, ..Greenhouse::default() };
     let [whole, broken] = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    let (track, truth) = go(&greenhouse, whole.path(), 60, usize::MAX);
+    let (track, truth, side) = go(&greenhouse, whole.path(), 60, usize::MAX);
+    assert!(side.len() == 61 && side.values().any(Vec::is_empty), "a photograph from the side is dropped");
+    let repeated = |step: &u64| step > &0 && side[step] == side[&(step - 1)] && !side[step].is_empty();
+    assert!(side.keys().any(repeated), "a photograph from the side is repeated");
     assert!(track.samples.iter().any(|sample| sample.quality == Quality::Held), "something is not seen");
     for samples in [1, 4, 5, 17, 18, 40] {
         go(&greenhouse, broken.path(), 60, samples);
     }
-    assert_eq!(go(&greenhouse, broken.path(), 60, usize::MAX), (track, truth));
+    // Photographs from the side of steps that are lived through again are drawn again, and are the same.
+    assert!(go(&greenhouse, broken.path(), 60, usize::MAX) == (track, truth, side));
     for step in 0..=60 {
         let name = format!("photographs/{step:06}.jpg");
         let [one, other] = [&whole, &broken].map(|folder| std::fs::read(folder.path().join(&name)).unwrap());

@@ -200,7 +200,11 @@ impl RunPlan {
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
         }
         if let Some(calibration) = self.rig.calibration() {
-            files::write(&out.join("calibration.toml"), toml::to_string(&calibration)?.as_bytes())?;
+            let text = toml::to_string(&calibration)?;
+            files::write(&out.join("calibration.toml"), text.as_bytes())?;
+            if out.join("side").exists() {
+                files::write(&out.join("side/calibration.toml"), text.as_bytes())?;
+            }
         }
         recorded.folder().write_track(&track)?;
         Ok(Some(track))

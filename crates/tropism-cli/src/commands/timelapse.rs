@@ -12,6 +12,7 @@ use tropism::experiment::{Journal, Row, files};
 use tropism::geometry::Region;
 use tropism::photo::Image;
 use tropism::report::{Composite, Film, Plants, Step, cropped, scaled};
+use tropism::track::Sample;
 
 use self::sink::Sink;
 use super::run::RunPlan;
@@ -236,15 +237,24 @@ impl Timelapse {
             return Ok(Source { photographs, film, crop: None, width });
         }
         let plan = RunPlan::read(&self.folder)?;
+        film.plants = Some(plan.plants());
+        film.calibration = plan.calibration();
+        film.targets = plan.task.targets;
         let file = self.folder.join("journal.sqlite");
+        if !file.exists() {
+            // A plant that was grown: nobody looked at its photographs, but its track is known.
+            let photographs = files::photographs(&[self.folder.join("photographs")])?;
+            let track = files::read_track(&self.folder.join("track.csv"))?;
+            let step =
+                |sample: &Sample| Step { time_s: sample.time_s, tip: Some(sample.tip), light: sample.light };
+            film.steps = track.samples.iter().map(step).collect();
+            return Ok(Source { photographs, film, crop: None, width });
+        }
         let rows = Journal::open_to_read(&file)
             .and_then(|journal| journal.rows())
             .with_context(|| file.display().to_string())?;
         ensure!(!rows.is_empty(), "{}: found no steps, wanted a run that has begun", file.display());
         let photographs = rows.iter().map(|row| self.folder.join("photographs").join(&row.photo)).collect();
-        film.plants = Some(plan.plants());
-        film.calibration = plan.calibration();
-        film.targets = plan.task.targets;
         let step = |row: &Row| Step {
             time_s: row.time_s,
             tip: row.seen.observation.as_ref().map(|seen| seen.tip),

@@ -2,21 +2,27 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::ops::ControlFlow;
 use std::rc::Rc;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::bean::{Bean, Species};
+use super::bean::{Bean, Species, Watcher};
 use super::fault::{self, Fault, Faults, Happening, suffers};
 use super::render::{Renderer, Truth};
 use super::scene::Scene;
 use super::view::{Frame, View};
+use crate::control::Controller;
+use crate::environment::{Environment, run};
 use crate::geometry::{Point, Region};
 use crate::light::Light;
+use crate::observation::Observation;
 use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, RigError};
-use crate::track::PERIOD_MIN;
+use crate::task::Task;
+use crate::track::{PERIOD_MIN, Sample, Track};
 use crate::vision::{Calibration, Eye, VisionConfig, VisionError};
 
 /// A virtual tent and the plant in it.
@@ -55,6 +61,9 @@ pub struct Witness {
     pub lit: Option<Light>,
     /// What goes wrong with the front camera's photograph.
     pub faults: Vec<Fault>,
+    /// What goes wrong with the side camera's, where there is one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub side_faults: Vec<Fault>,
     /// The plant as the front camera sees it.
     pub front: Truth,
     /// The plant as the side camera sees it, where there is one: x is the distance behind the stem's foot.
@@ -74,8 +83,8 @@ struct Tent {
     now_min: f64,
     /// What is true at each step, by its number.
     truths: BTreeMap<u64, Witness>,
-    /// The photograph of this step, where the next one will repeat it.
-    last: Option<Vec<u8>>,
+    /// The photographs of this step, in the order of [`View::BOTH`], where the next one will repeat them.
+    last: [Option<Vec<u8>>; 2],
 }
 
 impl Tent {
@@ -83,9 +92,11 @@ impl Tent {
     fn advance_to(&mut self, minutes: f64) {
         if minutes > self.now_min {
             // Taken now, whether or not this step is one that is lived through again: a resumed run repeats it too.
-            let is_repeated = suffers(&self.happenings(1), Fault::Repeated);
-            self.last = if is_repeated { self.photograph() } else { None };
-            let has_failed = suffers(&self.happenings(0), Fault::LampFails);
+            self.last = View::BOTH.map(|view| {
+                let is_repeated = suffers(&self.happenings(view, 1), Fault::Repeated);
+                if is_repeated { self.photograph(view) } else { None }
+            });
+            let has_failed = suffers(&self.happenings(View::Front, 0), Fault::LampFails);
             let power = |light| if self.lit == Some(light) && !has_failed { 1.0 } else { 0.0 };
             self.bean.advance(Light::BOTH.map(power), minutes - self.now_min);
             self.now_min = minutes;
@@ -94,11 +105,14 @@ impl Tent {
     }
 
     fn note_truth(&mut self) {
-        let (pose, step, happenings) = (self.bean.pose(), self.frame(), self.happenings(0));
+        let (pose, step, happenings) = (self.bean.pose(), self.frame(), self.happenings(View::Front, 0));
+        let faults = |happenings: &[Happening]| happenings.iter().map(|happening| happening.fault).collect();
+        let side = self.side.as_ref().map(|_| self.happenings(View::Side, 0));
         let witness = Witness {
             step,
             lit: self.lit.filter(|_| !suffers(&happenings, Fault::LampFails)),
-            faults: happenings.iter().map(|happening| happening.fault).collect(),
+            faults: faults(&happenings),
+            side_faults: side.as_deref().map_or_else(Vec::new, faults),
             front: self.renderer.truth(&pose),
             side: self.side.as_ref().map(|side| side.truth(&pose)),
         };
@@ -111,15 +125,20 @@ impl Tent {
         (self.now_min / PERIOD_MIN).round() as u64
     }
 
-    /// What goes wrong with the photograph so many steps from now.
-    fn happenings(&self, ahead: u64) -> Vec<Happening> {
-        self.faults.at(self.seed, self.frame() + ahead)
+    /// What goes wrong with a camera's photograph so many steps from now.
+    fn happenings(&self, view: View, ahead: u64) -> Vec<Happening> {
+        self.faults.before(view, self.seed, self.frame() + ahead)
     }
 
-    /// The photograph of this step with its flash; `None` where the camera gives none.
-    fn photograph(&mut self) -> Option<Vec<u8>> {
-        let (happenings, pose, frame) = (self.happenings(0), self.bean.pose(), self.frame());
-        fault::photograph(&mut self.renderer, &happenings, &pose, self.lit, frame, self.last.as_deref())
+    /// A camera's photograph of this step with its flash; `None` where the camera gives none, or there is no such camera.
+    fn photograph(&mut self, view: View) -> Option<Vec<u8>> {
+        let (happenings, pose, frame) = (self.happenings(view, 0), self.bean.pose(), self.frame());
+        let renderer = match view {
+            View::Front => &mut self.renderer,
+            View::Side => self.side.as_mut()?,
+        };
+        let last = self.last[view as usize].as_deref();
+        fault::photograph(renderer, &happenings, &pose, self.lit, frame, last)
     }
 }
 
@@ -141,7 +160,8 @@ impl Greenhouse {
         self.faults.check().map_err(|error| format!("greenhouse.faults: {error}"))
     }
 
-    /// How this tent's photographs map to centimetres.
+    /// How this tent's photographs map to centimetres: the same for both cameras, whose centimetres are those of the plane
+    /// through the plant's foot that each of them faces.
     #[must_use]
     pub fn calibration(&self) -> Calibration {
         let frame = Frame::new(self.scene.width, self.scene.height);
@@ -172,6 +192,11 @@ impl Greenhouse {
     /// [`VisionError`] if `vision` is out of range for this tent's photographs.
     pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, Eye), VisionError> {
         let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
+        Ok((self.device(seed), Eye::new(self.calibration(), vision)?))
+    }
+
+    /// A hand on the tent with the plant of `seed`.
+    fn device(&self, seed: u64) -> Device {
         let mut tent = Tent {
             seed,
             faults: self.faults.clone(),
@@ -182,11 +207,51 @@ impl Greenhouse {
             has_flash: false,
             now_min: 0.0,
             truths: BTreeMap::new(),
-            last: None,
+            last: [None, None],
         };
         // The first step is one even if a resumed run does not photograph it again.
         tent.note_truth();
-        Ok((Device(Rc::new(RefCell::new(tent))), Eye::new(self.calibration(), vision)?))
+        Device(Rc::new(RefCell::new(tent)))
+    }
+
+    /// Grows the plant of `seed` under `controller` until `task` is over or `watch` breaks off: [`grow`](super::bean::grow) in a
+    /// tent with cameras. Its tip is placed as there, by the paper's detector without a photograph, and where no lamp fails
+    /// its track is the same. `watch` sees each sample, and may have the photographs of its step taken by the hand on the
+    /// tent.
+    pub fn grow(
+        &self,
+        seed: u64,
+        controller: &mut (impl Controller + ?Sized),
+        task: &Task,
+        watch: &mut dyn FnMut(&Sample, &Device) -> ControlFlow<()>,
+    ) -> Track {
+        let device = self.device(seed);
+        let mut growing = Growing { device: device.clone(), watcher: Watcher::of(seed), step: 0 };
+        let Ok(track) = run(&mut growing, controller, task, &mut |sample| watch(sample, &device));
+        growing.watcher.complete(track)
+    }
+}
+
+/// A plant that is watched without photographs.
+struct Growing {
+    device: Device,
+    watcher: Watcher,
+    step: u32,
+}
+
+impl Environment for Growing {
+    type Error = Infallible;
+
+    fn observe(&mut self) -> Result<Observation, Infallible> {
+        let tent = &mut *self.device.0.borrow_mut();
+        tent.advance_to(f64::from(self.step) * PERIOD_MIN);
+        Ok(self.watcher.observe(&tent.bean))
+    }
+
+    fn step(&mut self, light: Light) -> Result<(), Infallible> {
+        self.device.0.borrow_mut().lit = Some(light);
+        self.step += 1;
+        Ok(())
     }
 }
 
@@ -215,14 +280,18 @@ impl Device {
         text.into_bytes()
     }
 
-    /// Number and bytes of this step's photograph from the side, where there is a camera: with the flash, and without the
-    /// faults of the front camera, but for a lamp that fails.
+    /// The bytes of this step's photograph from the front, with the flash: none where the camera gives none.
+    #[must_use]
+    pub fn front_photograph(&self) -> Vec<u8> {
+        self.0.borrow_mut().photograph(View::Front).unwrap_or_default()
+    }
+
+    /// Number and bytes of this step's photograph from the side, where there is a camera: with the flash, and with the
+    /// faults of that camera. No bytes where it gives none.
     #[must_use]
     pub fn side_photograph(&self) -> Option<(u64, Vec<u8>)> {
         let tent = &mut *self.0.borrow_mut();
-        let (pose, step) = (tent.bean.pose(), tent.frame());
-        let lit = tent.lit.filter(|_| !suffers(&tent.happenings(0), Fault::LampFails));
-        tent.side.as_mut().map(|side| (step, side.photograph(&pose, lit, true, step)))
+        tent.side.is_some().then(|| (tent.frame(), tent.photograph(View::Side).unwrap_or_default()))
     }
 }
 
@@ -231,7 +300,7 @@ impl Camera for Device {
         let tent = &mut *self.0.borrow_mut();
         let bytes = if tent.has_flash {
             // No photograph at all is a file without bytes.
-            tent.photograph().unwrap_or_default()
+            tent.photograph(View::Front).unwrap_or_default()
         } else {
             let frame = tent.frame();
             tent.renderer.photograph(&tent.bean.pose(), tent.lit, false, frame)

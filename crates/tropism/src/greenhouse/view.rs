@@ -49,6 +49,23 @@ impl View {
         }
     }
 
+    /// A place or direction in this camera's coordinates in those of the tent: the inverse of [`Self::of`].
+    ///
+    /// ```
+    /// use tropism::greenhouse::view::View;
+    /// for view in View::BOTH {
+    ///     assert_eq!(view.back(view.of([3.0, 10.0, -2.0])), [3.0, 10.0, -2.0]);
+    /// }
+    /// ```
+    #[must_use]
+    pub const fn back(self, place: Place) -> Place {
+        let [x, y, z] = place;
+        match self {
+            Self::Front => place,
+            Self::Side => [z, y, -x],
+        }
+    }
+
     /// z of the wall behind the plant, in this camera's coordinates, in cm.
     #[must_use]
     pub const fn wall(self) -> f64 {

@@ -1,33 +1,38 @@
-//! `tropism grow`: virtual beans without photographs.
+//! `tropism grow`: virtual beans, many and fast.
 
 mod check;
 mod kinematics;
+mod photographs;
 mod tune;
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 use tropism::experiment::files;
-use tropism::greenhouse::bean::{Species, grow};
+use tropism::greenhouse::bean::grow;
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 
+use self::photographs::Nursery;
 use crate::controller::{ControllerName, LoadedController};
-use crate::options::{BeanOption, SeedOption, TaskOption};
+use crate::options::{SeedOption, TaskOption, TentOptions};
 use crate::shell::{Interrupted, Shell};
 
-/// Grow virtual beans without photographs, for statistics
+/// Grow virtual beans for statistics, without photographs or with them
 ///
 /// The tip is the highest point as the paper's detector would place it: projected, leaves included, on its grid and with
-/// its noise. Where the shoot apex truly is stands in further columns.
+/// its noise. Where the shoot apex truly is stands in further columns. No photograph is looked at, not even of those that
+/// --photographs writes: they are for `tropism track` and for vision of your own, with the truth beside them.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  tropism grow --plants 60 --steps 1000 --controller periodic:6h --out beans\n  \
+                  tropism grow --photographs --cameras 2 --faults fly=0.01 --out beans\n  \
                   tropism grow --check\n  \
                   tropism grow --kinematics figures"
 )]
@@ -44,30 +49,37 @@ pub(crate) struct Grow {
     #[arg(long, default_value = "periodic:6h", value_name = "CONTROLLER")]
     controller: ControllerName,
 
-    /// Folder to make, with a track a plant
+    /// Folder to make, with a track a plant; with --photographs, a run folder a plant
     #[arg(long, value_name = "DIR", required_unless_present_any = ["check", "kinematics"])]
     out: Option<PathBuf>,
 
+    /// Keep a photograph of each step, and what is true of it
+    #[arg(long)]
+    photographs: bool,
+
+    /// Go on with the plants in DIR where the same command stopped
+    #[arg(long, requires = "photographs")]
+    resume: bool,
+
     /// Hold open-loop and steered beans against what is published instead: each statistic with its range
-    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "scale", "task"])]
+    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "scale", "scene", "cameras", "faults"])]
     check: bool,
 
     /// Draw how the typical plant answers the experiments of plant physiology instead, into DIR
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "scale", "task"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "scale", "scene", "cameras", "faults"])]
     kinematics: Option<PathBuf>,
-
-    /// Individual variation: 0 for average beans, 1 as between real plants, up to 2
-    #[arg(long, default_value_t = 1.0, value_name = "X")]
-    scale: f64,
-
-    #[command(flatten)]
-    bean: BeanOption,
 
     #[command(flatten)]
     task: TaskOption,
 
     #[command(flatten)]
     seed: SeedOption,
+
+    #[command(
+        flatten,
+        next_help_heading = "The virtual tent (--scene, --cameras and --faults with --photographs)"
+    )]
+    tent: TentOptions,
 }
 
 #[derive(Serialize)]
@@ -84,32 +96,30 @@ struct Outcome {
 
 impl Grow {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let species = self.bean.load()?.unwrap_or_default();
+        let greenhouse = self.tent.load()?.unwrap_or_default();
+        let species = &greenhouse.bean;
         if let Some(folder) = &self.kinematics {
-            return kinematics::draw(&species, folder, shell);
+            return kinematics::draw(species, folder, shell);
         }
-        let Some(out) = &self.out else { return check::check(&species, self.seed.seed, shell) };
-        ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
+        let Some(out) = &self.out else { return check::check(species, self.seed.seed, shell) };
+        let plain = Greenhouse { scale: greenhouse.scale, bean: species.clone(), ..Greenhouse::default() };
+        ensure!(
+            self.photographs || greenhouse == plain,
+            "found --scene, --cameras or --faults, wanted --photographs with them: they are about photographs"
+        );
         let controller = self.controller.load()?;
         let task = controller.task(&self.task, self.steps)?;
         let is_open_loop = task.targets.is_empty();
         files::make_folder(out)?;
-        let progress = shell.progress("grow", self.plants.into());
-        let task = &task;
-        let plants: Vec<Option<(PathBuf, Track)>> = (0..self.plants)
-            .into_par_iter()
-            .map(|plant| {
-                let grown = self.grow(&species, &controller, task, plant);
-                progress.add(1);
-                let Some(track) = grown else { return Ok(None) };
-                let path = out.join(format!("plant-{:04}.csv", plant + 1));
-                files::write_track(&path, &track)?;
-                Ok(Some((path, track)))
-            })
-            .collect::<Result<_>>()?;
-        drop(progress);
+        let plants = match self.photographs {
+            true => self.photograph(&greenhouse, &controller, &task, out, shell)?,
+            false => self.grow(&greenhouse, &controller, &task, out, shell)?,
+        };
         let Some(plants) = plants.into_iter().collect::<Option<Vec<_>>>() else {
-            return Err(Interrupted("some tracks were not written".to_owned()).into());
+            return Err(match self.photographs {
+                true => Interrupted::resumable(out),
+                false => Interrupted("some tracks were not written".to_owned()).into(),
+            });
         };
         let count = plants.len() as f64;
         let fitness: Option<Vec<f64>> =
@@ -131,24 +141,82 @@ impl Grow {
         if let Some(mean) = outcome.mean_fitness {
             text += &format!("fitness {mean:.2} cm of at most {:.2} on average\n", task.best());
         }
-        text += &format!("wrote {0}\nnext: tropism fit {0}/*.csv --out model.json", out.display());
+        text += &format!("wrote {}\nnext: ", out.display());
+        text += &match self.photographs {
+            false => format!("tropism fit {}/*.csv --out model.json", out.display()),
+            true => {
+                let first = self.folder(out, 0);
+                format!(
+                    "tropism track {0}/photographs --calibration {0}/calibration.toml --out {0}.csv",
+                    first.display()
+                )
+            }
+        };
         shell.result(&text, &outcome)
     }
 
+    /// Seed of one of the plants: a number that TOML can hold, so that `tropism run --seed` grows the same plant.
+    fn seed_of(&self, plant: u32) -> u64 {
+        random::derive(self.seed.seed, Purpose::Plant, plant.into()) >> 1
+    }
+
+    /// What one of the plants is called, in `out`.
+    fn folder(&self, out: &Path, plant: u32) -> PathBuf {
+        out.join(format!("plant-{:04}", plant + 1))
+    }
+
+    /// Each plant's track and its file; `None` where the user asked for an end.
     fn grow(
         &self,
-        species: &Species,
+        greenhouse: &Greenhouse,
         controller: &LoadedController,
         task: &Task,
-        plant: u32,
-    ) -> Option<Track> {
-        let seed = random::derive(self.seed.seed, Purpose::Plant, plant.into());
-        let mut is_whole = true;
-        let mut watch = |_: &Sample| {
-            is_whole = !Shell::is_interrupted();
-            if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        out: &Path,
+        shell: &Shell,
+    ) -> Result<Vec<Option<(PathBuf, Track)>>> {
+        let progress = shell.progress("grow", self.plants.into());
+        let grow = |plant: u32| {
+            let mut is_whole = true;
+            let mut watch = |_: &Sample| {
+                is_whole = !Shell::is_interrupted();
+                if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            };
+            let Greenhouse { bean, scale, .. } = greenhouse;
+            let mut controller = controller.build(task);
+            let track = grow(bean, self.seed_of(plant), *scale, &mut *controller, task, &mut watch);
+            progress.add(1);
+            if !is_whole {
+                return Ok(None);
+            }
+            let path = self.folder(out, plant).with_extension("csv");
+            files::write_track(&path, &track)?;
+            Ok(Some((path, track)))
         };
-        let track = grow(species, seed, self.scale, &mut *controller.build(task), task, &mut watch);
-        is_whole.then_some(track)
+        (0..self.plants).into_par_iter().map(grow).collect()
+    }
+
+    /// The same with photographs, a run folder a plant.
+    fn photograph(
+        &self,
+        greenhouse: &Greenhouse,
+        controller: &LoadedController,
+        task: &Task,
+        out: &Path,
+        shell: &Shell,
+    ) -> Result<Vec<Option<(PathBuf, Track)>>> {
+        let progress = shell.progress("photograph", u64::from(self.plants) * (u64::from(task.max_steps) + 1));
+        let nursery = Nursery { greenhouse, controller, task, is_resumed: self.resume, progress: &progress };
+        // Nothing is begun that could not be ended.
+        for plant in 0..self.plants {
+            nursery.check(&self.folder(out, plant), self.seed_of(plant))?;
+        }
+        (0..self.plants)
+            .into_par_iter()
+            .map(|plant| {
+                let folder = self.folder(out, plant);
+                let track = nursery.grow(&folder, self.seed_of(plant))?;
+                Ok(track.map(|track| (folder.join("track.csv"), track)))
+            })
+            .collect()
     }
 }

@@ -21,30 +21,55 @@ pub fn lamps(light: Option<Light>) -> [f64; 2] {
     Light::BOTH.map(|lamp| if light == Some(lamp) { 1.0 } else { 0.0 })
 }
 
-/// A bean whose tip is placed as the paper's detector would place it in a photograph: projected, leaves included, on its
-/// grid and with its noise.
-struct Specimen {
-    bean: Bean,
+/// Whoever watches a bean without photographs: places its tip as the paper's detector would place it in one (projected,
+/// leaves included, on its grid and with its noise), and notes beside that what is true.
+#[derive(Default)]
+pub(in crate::greenhouse) struct Watcher {
     /// The detector's noise; without it the place is exact, but for the grid.
     noise: Option<ChaCha8Rng>,
     /// What is true at each observation, in the order of [`TRUTH`].
     truth: [Vec<f64>; 5],
 }
 
+impl Watcher {
+    /// The watcher of the plant of `seed`.
+    pub(in crate::greenhouse) fn of(seed: u64) -> Self {
+        Self { noise: Some(random::stream(seed, Purpose::Camera, 0)), ..Self::default() }
+    }
+
+    pub(in crate::greenhouse) fn observe(&mut self, bean: &Bean) -> Observation {
+        let [x, y, z] = bean.apex();
+        let truth = [x, y, z, bean.length(), bean.peak_curvature()];
+        for (column, value) in self.truth.iter_mut().zip(truth) {
+            column.push(value);
+        }
+        let pose = bean.pose();
+        Observation::simulated(match &mut self.noise {
+            Some(noise) => detector::detect(&pose, noise),
+            None => detector::highest(&pose),
+        })
+    }
+
+    /// `track` with what was true at each of its samples, in further columns.
+    pub(in crate::greenhouse) fn complete(self, mut track: Track) -> Track {
+        for (name, values) in TRUTH.into_iter().zip(self.truth) {
+            track.add_numbers(name, 5, values);
+        }
+        track
+    }
+}
+
+/// A bean by itself, and its watcher.
+struct Specimen {
+    bean: Bean,
+    watcher: Watcher,
+}
+
 impl Environment for Specimen {
     type Error = Infallible;
 
     fn observe(&mut self) -> Result<Observation, Infallible> {
-        let [x, y, z] = self.bean.apex();
-        let truth = [x, y, z, self.bean.length(), self.bean.peak_curvature()];
-        for (column, value) in self.truth.iter_mut().zip(truth) {
-            column.push(value);
-        }
-        let pose = self.bean.pose();
-        Ok(Observation::simulated(match &mut self.noise {
-            Some(noise) => detector::detect(&pose, noise),
-            None => detector::highest(&pose),
-        }))
+        Ok(self.watcher.observe(&self.bean))
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
@@ -78,8 +103,7 @@ pub fn grow(
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Track {
     let bean = Bean::new(species.draw(seed, scale), seed);
-    let noise = Some(random::stream(seed, Purpose::Camera, 0));
-    Specimen { bean, noise, truth: Default::default() }.live(controller, task, watch)
+    Specimen { bean, watcher: Watcher::of(seed) }.live(controller, task, watch)
 }
 
 /// [`grow`] of the species' average plant, with nothing left to chance: no noise, no events, no difference between plants
@@ -92,7 +116,7 @@ pub fn grow_quiet(
     task: &Task,
 ) -> Track {
     let bean = Bean { phase, ..Bean::quiet(species.average()) };
-    Specimen { bean, noise: None, truth: Default::default() }.live(controller, task, &mut unwatched)
+    Specimen { bean, watcher: Watcher::default() }.live(controller, task, &mut unwatched)
 }
 
 impl Specimen {
@@ -102,11 +126,8 @@ impl Specimen {
         task: &Task,
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Track {
-        let Ok(mut track) = run(&mut self, controller, task, watch);
-        for (name, values) in TRUTH.into_iter().zip(self.truth) {
-            track.add_numbers(name, 5, values);
-        }
-        track
+        let Ok(track) = run(&mut self, controller, task, watch);
+        self.watcher.complete(track)
     }
 }
 

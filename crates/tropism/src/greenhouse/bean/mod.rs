@@ -25,6 +25,7 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub use chance::Pause;
 pub use check::SpeciesError;
+pub(super) use grow::Watcher;
 pub use grow::{grow, grow_quiet, lamps};
 pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
 pub use species::{Species, Spread};

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pose::Pose;
 use super::render::Renderer;
+use super::view::View;
 use crate::light::Light;
 use crate::random::{Purpose, derive, stream, uniform};
 
@@ -65,6 +66,12 @@ impl Fault {
             Self::LeafAcross | Self::Fly => 2,
             Self::MissedFlash | Self::HalfWritten | Self::Repeated | Self::Dropped => 1,
         }
+    }
+
+    /// Whether all cameras of the tent suffer from it together: there is one flash, and one lamp is lit.
+    #[must_use]
+    pub const fn is_shared(self) -> bool {
+        matches!(self, Self::LampFails | Self::MissedFlash)
     }
 }
 
@@ -148,7 +155,8 @@ impl Faults {
         }
     }
 
-    /// What photograph number `frame` suffers under `seed`, in the order of [`Fault::ALL`], each fault at most once.
+    /// What photograph number `frame` of the camera in front suffers under `seed`, in the order of [`Fault::ALL`], each
+    /// fault at most once.
     ///
     /// ```
     /// use tropism::greenhouse::fault::{Fault, Faults};
@@ -158,9 +166,17 @@ impl Faults {
     /// ```
     #[must_use]
     pub fn at(&self, seed: u64, frame: u64) -> Vec<Happening> {
-        // A seed of its own, so that faults do not follow the folds of the cloth.
-        let seed = derive(seed, Purpose::Scene, u64::MAX);
+        self.before(View::Front, seed, frame)
+    }
+
+    /// [`Self::at`] for the camera of `view`: what is not shared happens to each camera at its own times.
+    #[must_use]
+    pub fn before(&self, view: View, seed: u64, frame: u64) -> Vec<Happening> {
+        // Seeds of their own, so that faults do not follow the folds of the cloth.
+        let of_camera = |view: View| derive(seed, Purpose::Scene, u64::MAX - view as u64);
+        let seeds = [of_camera(View::Front), of_camera(view)];
         let began = |fault: Fault, rate: f64, frame: u64| {
+            let seed = seeds[usize::from(!fault.is_shared())];
             let mut rng = stream(seed, Purpose::Events, 16 * frame + fault as u64);
             (uniform(&mut rng) < rate).then(|| rng.random())
         };
@@ -205,7 +221,7 @@ pub fn photograph(
     let flash = !suffers(happenings, Fault::MissedFlash);
     let mut pose = pose.clone();
     for happening in happenings.iter().filter(|happening| happening.fault == Fault::LeafAcross) {
-        spoil::leaf_across(&mut pose, &mut happening.draws());
+        spoil::leaf_across(&mut pose, renderer.view(), &mut happening.draws());
     }
     let mut image = renderer.draw(&pose, lit, flash, frame_index);
     let frame = renderer.frame();
@@ -300,6 +316,45 @@ mod tests {
         assert!((150..250).contains(&count(Fault::MissedFlash)), "{}", count(Fault::MissedFlash));
         assert!((700..900).contains(&count(Fault::HalfWritten)), "{}", count(Fault::HalfWritten));
         assert_eq!(count(Fault::Fly), 0);
+    }
+
+    #[test]
+    fn cameras_share_the_lights_and_nothing_else() {
+        let faults =
+            Faults { lamp_fails: 0.1, missed_flash: 0.1, fly: 0.1, dropped: 0.1, ..Faults::default() };
+        let (mut shared, mut own) = (0, [0; 3]);
+        for frame in 0..500 {
+            let [front, side] = View::BOTH.map(|view| faults.before(view, 4, frame));
+            assert_eq!(front, faults.at(4, frame));
+            for fault in [Fault::LampFails, Fault::MissedFlash] {
+                assert_eq!(suffers(&front, fault), suffers(&side, fault), "{fault:?} at {frame}");
+                shared += usize::from(suffers(&front, fault));
+            }
+            let has_fly = [&front, &side].map(|happenings| suffers(happenings, Fault::Fly));
+            own[0] += usize::from(has_fly[0]);
+            own[1] += usize::from(has_fly[1]);
+            own[2] += usize::from(has_fly == [true; 2]);
+        }
+        assert!(shared > 50 && own[0] > 50 && own[1] > 50 && own[2] < own[0] / 2, "{shared} {own:?}");
+    }
+
+    #[test]
+    fn a_leaf_across_hides_the_tip_from_either_side() {
+        for view in View::BOTH {
+            let mut renderer = Renderer::at(view, &Scene { width: 324, height: 243, ..Scene::default() }, 1);
+            let mut taken = |happenings: &[Happening]| {
+                let bytes = photograph(&mut renderer, happenings, &bean(), None, 3, None).unwrap();
+                Photo { name: String::new(), bytes, time_s: 0.0 }.decode().unwrap()
+            };
+            let (plain, hidden) = (taken(&[]), taken(&of(Fault::LeafAcross, 0)));
+            let top = renderer.frame().pixel(renderer.truth(&bean()).apex);
+            let at_apex = |image: &Image| {
+                (-2..=2)
+                    .map(|off| i32::from(image.at((top.x as i32 + 2 * off) as usize, top.y as usize + 4)[1]))
+                    .sum::<i32>()
+            };
+            assert!(at_apex(&hidden) > at_apex(&plain) + 60, "{view:?}");
+        }
     }
 
     #[test]

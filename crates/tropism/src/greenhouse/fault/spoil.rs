@@ -6,6 +6,7 @@ use crate::geometry::Pixel;
 use crate::greenhouse::pose::{Leaf, Pose};
 use crate::greenhouse::render::blurred;
 use crate::greenhouse::vector::{plus, scaled};
+use crate::greenhouse::view::View;
 use crate::math;
 use crate::photo::Image;
 use crate::random::uniform;
@@ -14,14 +15,14 @@ fn between(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * uniform(rng)
 }
 
-/// Hangs one of the leaves, face on, in front of the apex.
-pub(super) fn leaf_across(pose: &mut Pose, rng: &mut impl Rng) {
+/// Hangs one of the leaves, face on to the camera, in front of the apex.
+pub(super) fn leaf_across(pose: &mut Pose, view: View, rng: &mut impl Rng) {
     let slant = between(rng, -0.5, 0.5);
     let side = if uniform(rng) < 0.5 { 1.0 } else { -1.0 };
-    let along = [side * math::cos(slant), math::sin(slant), 0.0];
-    let across = [-math::sin(slant), side * math::cos(slant), 0.0];
+    let along = view.back([side * math::cos(slant), math::sin(slant), 0.0]);
+    let across = view.back([-math::sin(slant), side * math::cos(slant), 0.0]);
     let length = pose.leaves[1].length.max(3.5);
-    let in_front = plus(pose.apex(), [0.0, 0.0, 1.0]);
+    let in_front = plus(pose.apex(), view.back([0.0, 0.0, 1.0]));
     pose.leaves[1] = Leaf { base: plus(in_front, scaled(along, -0.6 * length)), along, across, length };
     pose.spread = 1.0;
 }

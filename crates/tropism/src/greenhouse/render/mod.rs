@@ -66,6 +66,12 @@ impl Renderer {
         }
     }
 
+    /// From where the camera sees the plant.
+    #[must_use]
+    pub const fn view(&self) -> View {
+        self.view
+    }
+
     /// How the photographs map the plane of the pot's axis to pixels.
     #[must_use]
     pub fn frame(&self) -> Frame {
