@@ -5,13 +5,14 @@ use std::f64::consts::{PI, TAU};
 
 use tropism::greenhouse::bean::Individual;
 use tropism::greenhouse::view::{LAMPS, Place, WALL};
+use tropism::math::{cos, exp, pow, sin};
 
 /// A piece of the stem: length, curvature at rest, curvature, two stages of light memory, gravity memory.
 type Segment = [f64; 11];
 
 /// The stem, base first, the segment with the leaves, and the time in h.
 #[derive(Clone)]
-pub struct Stem {
+pub(crate) struct Stem {
     segments: Vec<Segment>,
     leaf: usize,
     time_h: f64,
@@ -37,13 +38,13 @@ fn turned(vector: Place, axis: Place) -> Place {
         return vector;
     }
     let unit = axis.map(|part| part / angle);
-    let (sin, cos) = angle.sin_cos();
-    let along = (1.0 - cos) * dot(unit, vector);
-    sum(sum(vector.map(|part| cos * part), cross(unit, vector), sin), unit, along)
+    let along = (1.0 - cos(angle)) * dot(unit, vector);
+    let across = cross(unit, vector);
+    sum(sum(vector.map(|part| cos(angle) * part), across, sin(angle)), unit, along)
 }
 
 fn logistic(x: f64) -> f64 {
-    1.0 / (1.0 + (-x).exp())
+    1.0 / (1.0 + exp(-x))
 }
 
 /// The irradiance over the reference, compressed: from where the light comes, and how strongly it is felt.
@@ -58,11 +59,11 @@ fn felt(plant: &Individual, lamps: [f64; 2], at: Place) -> Place {
     if strength == 0.0 {
         return light;
     }
-    light.map(|part| part / strength * strength.powf(plant.tropism.light_exponent).min(2.5))
+    light.map(|part| part / strength * pow(strength, plant.tropism.light_exponent).min(2.5))
 }
 
 impl Stem {
-    pub fn seedling(plant: &Individual) -> Self {
+    pub(crate) fn seedling(plant: &Individual) -> Self {
         let mut segment = [0.0; 11];
         segment[0] = plant.growth.start / 8.0;
         Self { segments: vec![segment; 8], leaf: 6, time_h: 0.0, age_h: 0.0 }
@@ -86,11 +87,11 @@ impl Stem {
         (middles, at)
     }
 
-    pub fn apex(&self) -> Place {
+    pub(crate) fn apex(&self) -> Place {
         self.shape().1
     }
 
-    pub fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.segments.iter().map(|segment| segment[0]).sum()
     }
 
@@ -100,7 +101,7 @@ impl Stem {
         // Age changes a plant slowly: its growth, motility and motile zone are those of the last full five minutes.
         let t = self.age_h;
         let old = logistic((growth.slows_h - t) / growth.slowing_h);
-        let young = 1.0 - 0.4 * (-t / 8.0).exp();
+        let young = 1.0 - 0.4 * exp(-t / 8.0);
         let elongation = 12.0 * growth.rate * (growth.late + (1.13 - growth.late) * young * old);
         let gain =
             motility.late + (1.0 - motility.late) * logistic((motility.mature_h - t) / motility.maturing_h);
@@ -108,9 +109,9 @@ impl Stem {
             + (motility.zone - motility.zone_young) * logistic((t - motility.zone_h) / 4.0);
         let straightening = (tropism.light + tropism.gravity) * zone / tropism.balance;
         let turn = TAU * self.time_h / nutation.period_h;
-        let (wide, narrow) = (turn.cos(), nutation.roundness * nutation.hand * turn.sin());
+        let (wide, narrow) = (cos(turn), nutation.roundness * nutation.hand * sin(turn));
         let size = nutation.curvature * TAU / nutation.period_h;
-        let (s, c) = nutation.azimuth.sin_cos();
+        let (s, c) = (sin(nutation.azimuth), cos(nutation.azimuth));
         let steady = [
             size * (c * wide - s * narrow) + tropism.bias_x,
             size * (s * wide + c * narrow) - tropism.bias_z,
@@ -157,7 +158,7 @@ impl Stem {
                         sum(moment, cross(sum(*at, middle, -1.0), *force), 1.0)
                     });
                 let modulus =
-                    (stem.modulus_mpa * (below[i] / stem.modulus_length).exp()).min(stem.modulus_mature_mpa);
+                    (stem.modulus_mpa * exp(below[i] / stem.modulus_length)).min(stem.modulus_mature_mpa);
                 let stiffness = 1e7 * modulus * PI / 4.0 * radius(below[i]).powi(4);
                 let bent = |rest: f64, memory: f64, gravity: f64, k: f64, steady: f64, loaded: f64| {
                     let wanted =
@@ -195,7 +196,7 @@ impl Stem {
     }
 
     /// Lives on for `hours`, one step of the method.
-    pub fn step(&mut self, plant: &Individual, lamps: [f64; 2], hours: f64) {
+    pub(crate) fn step(&mut self, plant: &Individual, lamps: [f64; 2], hours: f64) {
         self.age_h = (12.0 * self.time_h + 1e-6).floor() / 12.0;
         let first = self.change(plant, lamps);
         let second = self.moved(&first, 0.5 * hours).change(plant, lamps);
