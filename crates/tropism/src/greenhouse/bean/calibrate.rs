@@ -35,6 +35,9 @@ pub const PARAMETERS: [(&str, &str, &str); 5] = [
 
 /// Those that the simplex fits: all but nutation's period.
 const FITTED: usize = 4;
+/// Those that move the tip and differ between plants: the fitted ones, and the age at which growth slows, which is left at
+/// the species' own but is easily mistaken for how fast the plant grows.
+const MOVING: usize = FITTED + 1;
 /// A track must have so many measured steps.
 const FEWEST: usize = 50;
 /// Sub-step of the fitted plants, in s: what it costs in accuracy (0.16 cm) is little beside what chance does to a plant.
@@ -96,8 +99,8 @@ struct Course<'t> {
     /// Length and lean of the plant at the start, in cm and rad.
     start: (f64, f64),
     species: &'t Species,
-    /// Standard deviations of the fitted parameters' logarithms over plants of the species.
-    spread: [f64; FITTED],
+    /// Standard deviations of the moving parameters' logarithms over plants of the species.
+    spread: [f64; MOVING],
 }
 
 /// Estimates the parameters of the plant of `track`, whose rows are `period_min` minutes apart. What is not estimated is the
@@ -110,20 +113,22 @@ pub fn calibrate(track: &Track, period_min: f64, species: &Species) -> Result<Ca
     let best = course.fit();
     let quiet = course.tips(&best);
     let rms_cm = course.distance(&quiet).sqrt();
-    let slopes: [Vec<f64>; FITTED] = core::array::from_fn(|parameter| {
+    let slopes: [Vec<f64>; MOVING] = core::array::from_fn(|parameter| {
         let mut nudged = best;
         nudged[parameter] += NUDGE;
         course.apart(&course.tips(&nudged), &quiet).into_iter().map(|apart| apart / NUDGE).collect()
     });
     let squares = rms_cm * rms_cm * slopes[0].len() as f64 / 2.0;
-    let precision: [[f64; FITTED]; FITTED] = core::array::from_fn(|row| {
+    let precision: [[f64; MOVING]; MOVING] = core::array::from_fn(|row| {
         core::array::from_fn(|column| {
             let both: f64 = slopes[row].iter().zip(&slopes[column]).map(|(a, b)| a * b).sum();
             let before = if row == column { course.spread[row].powi(-2) } else { 0.0 };
             course.news() / squares * both + before
         })
     });
-    let sd = variances(precision).map(f64::sqrt);
+    let mut variances = variances(precision);
+    variances[0] += course.growth_by_chance(&best);
+    let sd = variances.map(f64::sqrt);
     let plant = course.plant(&best);
     let fitted = [plant.growth.rate, plant.tropism.light, plant.motility.zone, plant.tropism.light_memory_h];
     let residual: Vec<f64> =
@@ -170,8 +175,13 @@ impl<'t> Course<'t> {
         }
         let start = (math::hypot(tip.x, tip.y), math::atan2(tip.x, tip.y));
         let spread = &species.spread;
-        let spread =
-            [spread.growth_rate, spread.tropism_light, spread.motility_zone, spread.tropism_light_memory_h];
+        let spread = [
+            spread.growth_rate,
+            spread.tropism_light,
+            spread.motility_zone,
+            spread.tropism_light_memory_h,
+            spread.growth_slows_h,
+        ];
         Ok(Self { track, period_min, start, species, spread: spread.map(logarithmic) })
     }
 
@@ -180,20 +190,27 @@ impl<'t> Course<'t> {
         self.track.samples.len() as f64 * self.period_min / 60.0 / NEWS_H
     }
 
-    /// The species' average plant with the fitted parameters at `moved`, logarithms of their change.
-    fn plant(&self, moved: &[f64; FITTED]) -> Individual {
+    /// The species' average plant with the moving parameters at `moved`, logarithms of their change.
+    fn plant(&self, moved: &[f64; MOVING]) -> Individual {
         let mut plant = self.species.average();
-        let [rate, light, zone, memory] = moved.map(|moved| math::exp(moved.clamp(-FARTHEST, FARTHEST)));
+        let [rate, light, zone, memory, slows] =
+            moved.map(|moved| math::exp(moved.clamp(-FARTHEST, FARTHEST)));
         plant.growth.rate *= rate;
         plant.tropism.light *= light;
         plant.motility.zone *= zone;
         plant.tropism.light_memory_h *= memory;
+        plant.growth.slows_h *= slows;
         plant
     }
 
     /// Where the tip of a plant without luck is at each sample: nothing fluctuates, its leaves unfold when they typically do,
     /// and it does not circle, for at which phase it would is not known.
-    fn tips(&self, moved: &[f64; FITTED]) -> Vec<Point> {
+    fn tips(&self, moved: &[f64; MOVING]) -> Vec<Point> {
+        self.live(moved, |bean| detector::highest(&bean.pose()))
+    }
+
+    /// What `look` sees of that plant at each sample.
+    fn live<T>(&self, moved: &[f64; MOVING], look: impl Fn(&Bean) -> T) -> Vec<T> {
         let mut plant = self.plant(moved);
         let (length, lean) = self.start;
         plant.growth.start = plant.growth.start.min(length);
@@ -209,13 +226,29 @@ impl<'t> Course<'t> {
         }
         bean.tip_over(lean);
         let samples = &self.track.samples;
-        let mut tips = Vec::with_capacity(samples.len());
+        let mut seen = Vec::with_capacity(samples.len());
         for (index, sample) in samples.iter().enumerate() {
-            tips.push(detector::highest(&bean.pose()));
+            seen.push(look(&bean));
             let steps = samples.get(index + 1).map_or(0, |next| next.step - sample.step);
             bean.advance(lamps(sample.light), f64::from(steps) * self.period_min);
         }
-        tips
+        seen
+    }
+
+    /// Variance that chance gives to the logarithm of mean growth over the track: it goes straight into the estimate and
+    /// leaves no trace in what the fit leaves over.
+    ///
+    /// That of the mean of a log-normal Ornstein-Uhlenbeck process over the time in which the plant grew, counted as Kish
+    /// counts unequal weights.
+    fn growth_by_chance(&self, moved: &[f64; MOVING]) -> f64 {
+        let Fluctuation { growth, growth_h, .. } = self.species.typical.fluctuation;
+        let lengths = self.live(moved, Bean::length);
+        let steps: Vec<f64> = lengths.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let squares: f64 = steps.iter().map(|step| step * step).sum();
+        let whole: f64 = steps.iter().sum();
+        let hours = self.period_min / 60.0 * whole * whole / squares.max(f64::MIN_POSITIVE);
+        let square = growth * growth;
+        (2.0 * growth_h * (square + square * square / 4.0) / hours.max(growth_h)).min(square)
     }
 
     /// x and y of `tips` less those of `others`, at the measured samples.
@@ -233,7 +266,7 @@ impl<'t> Course<'t> {
     }
 
     /// The fitted parameters, as logarithms of their change from the species' own.
-    fn fit(&self) -> [f64; FITTED] {
+    fn fit(&self) -> [f64; MOVING] {
         let corner = |which: usize| {
             (0..FITTED).map(|parameter| if parameter + 1 == which { SIMPLEX } else { 0.0 }).collect()
         };
@@ -244,8 +277,9 @@ impl<'t> Course<'t> {
             .run()
             .ok()
             .and_then(|result| result.state().get_best_param().cloned());
-        best.map_or([0.0; FITTED], |best| {
-            core::array::from_fn(|parameter| best[parameter].clamp(-FARTHEST, FARTHEST))
+        let best = best.unwrap_or_default();
+        core::array::from_fn(|parameter| {
+            best.get(parameter).map_or(0.0, |moved| moved.clamp(-FARTHEST, FARTHEST))
         })
     }
 }
@@ -258,7 +292,8 @@ impl CostFunction for Nearness<'_> {
     type Output = f64;
 
     fn cost(&self, moved: &Vec<f64>) -> Result<f64, argmin::core::Error> {
-        let moved: [f64; FITTED] = core::array::from_fn(|parameter| moved[parameter]);
+        let moved: [f64; MOVING] =
+            core::array::from_fn(|parameter| moved.get(parameter).copied().unwrap_or(0.0));
         let unlikely: f64 =
             moved.iter().zip(self.0.spread).map(|(moved, spread)| (moved / spread).powi(2)).sum();
         Ok(self.0.news() * math::ln(self.0.distance(&self.0.tips(&moved))) + unlikely)
@@ -266,18 +301,18 @@ impl CostFunction for Nearness<'_> {
 }
 
 /// The diagonal of a positive definite matrix's inverse (Gauss and Jordan).
-fn variances(mut matrix: [[f64; FITTED]; FITTED]) -> [f64; FITTED] {
-    let mut inverse: [[f64; FITTED]; FITTED] =
+fn variances<const SIDE: usize>(mut matrix: [[f64; SIDE]; SIDE]) -> [f64; SIDE] {
+    let mut inverse: [[f64; SIDE]; SIDE] =
         core::array::from_fn(|row| core::array::from_fn(|column| if row == column { 1.0 } else { 0.0 }));
-    for pivot in 0..FITTED {
+    for pivot in 0..SIDE {
         let whole = matrix[pivot][pivot];
-        for column in 0..FITTED {
+        for column in 0..SIDE {
             matrix[pivot][column] /= whole;
             inverse[pivot][column] /= whole;
         }
-        for row in (0..FITTED).filter(|&row| row != pivot) {
+        for row in (0..SIDE).filter(|&row| row != pivot) {
             let share = matrix[row][pivot];
-            for column in 0..FITTED {
+            for column in 0..SIDE {
                 matrix[row][column] -= share * matrix[pivot][column];
                 inverse[row][column] -= share * inverse[pivot][column];
             }
@@ -346,7 +381,7 @@ mod tests {
 
     #[test]
     fn variances_are_those_of_the_inverse() {
-        let mut matrix = [[0.0; FITTED]; FITTED];
+        let mut matrix = [[0.0; 4]; 4];
         for (row, values) in matrix.iter_mut().enumerate() {
             values[row] = 2.0;
         }

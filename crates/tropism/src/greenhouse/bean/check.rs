@@ -182,7 +182,8 @@ impl Spread {
         ] {
             share(key, value)?;
         }
-        Ok(())
+        let [least, most] = self.nutation_roundness;
+        within("spread.nutation_roundness", least, least <= most, "the least before the most")
     }
 }
 
@@ -199,5 +200,9 @@ mod tests {
         assert_eq!(error, "found typical.stem.radius_apex = -1, wanted a radius between 0.01 and 1 cm");
         species.typical.stem.radius_apex = f64::NAN;
         assert!(species.check().is_err());
+        let mut species = Species::default();
+        species.spread.nutation_roundness = [0.9, 0.3];
+        let error = species.check().unwrap_err().to_string();
+        assert_eq!(error, "found spread.nutation_roundness = 0.9, wanted the least before the most");
     }
 }
