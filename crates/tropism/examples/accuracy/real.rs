@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tropism::geometry::{Pixel, Point, Polyline, Region};
 use tropism::light;
-use tropism::math::quantile;
+use tropism::math::{self, quantile};
 use tropism::photo::{Image, Photo};
 use tropism::vision::robust::silhouette;
 use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit, look_from};
@@ -132,8 +132,15 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
     )
 }
 
-/// Whether a seedling's leaves are closed, and how far its stem is off in % of its length, where one is found.
-type Answer = (bool, Option<f64>);
+/// What is found of a seedling's stem.
+struct Answer {
+    /// Whether its leaves are closed.
+    is_young: bool,
+    /// Whether its picture's number is odd: thresholds were chosen on these.
+    is_odd: bool,
+    /// How far the stem is off in % of its length, where one is found.
+    off: Option<f64>,
+}
 
 /// The stem marked from base to tip, and what is found when its base is clicked.
 fn centerlines(folder: &Path, mode: Mode) -> String {
@@ -151,12 +158,13 @@ fn centerlines(folder: &Path, mode: Mode) -> String {
             let image = open(&folder.join("sunflower-centerlines/images").join(row.text("file")));
             let config = VisionConfig { mode, ..VisionConfig::default() };
             let is_young = ["Hook", "Closed"].contains(&row.text("stage"));
+            let is_odd = row.text("file").trim_end_matches(".jpg").ends_with(['1', '3', '5', '7', '9']);
             let seen = look_from(&image, Some(pixels[0]), &config).and_then(|seen| seen.stem);
-            (is_young, seen.map(|stem| apart(&line(&stem), &line(&pixels))))
+            Answer { is_young, is_odd, off: seen.map(|stem| apart(&line(&stem), &line(&pixels))) }
         })
         .collect();
     let share = |of: fn(&Answer) -> bool| {
-        let off: Vec<f64> = scored.iter().filter(|one| of(one)).filter_map(|one| one.1).collect();
+        let off: Vec<f64> = scored.iter().filter(|one| of(one)).filter_map(|one| one.off).collect();
         let all = scored.iter().filter(|one| of(one)).count();
         let wrong = off.iter().filter(|&&off| off > WRONG).count();
         format!(
@@ -165,7 +173,13 @@ fn centerlines(folder: &Path, mode: Mode) -> String {
             quantile(&off, 0.5)
         )
     };
-    format!("Hook and Closed: {} | all: {}", share(|one| one.0), share(|_| true))
+    format!(
+        "Hook and Closed: {} | of these, odd numbers (used to tune): {} | even: {} | all: {}",
+        share(|one| one.is_young),
+        share(|one| one.is_young && one.is_odd),
+        share(|one| one.is_young && !one.is_odd),
+        share(|_| true)
+    )
 }
 
 /// A stem this far from the marked one on the mean, in % of its length, is wrong.
@@ -187,7 +201,7 @@ fn silhouettes(folder: &Path, _: Mode) -> String {
         .filter_map(|name| name.strip_suffix("_contour.csv").map(str::to_owned))
         .collect();
     files.sort();
-    let found: Vec<Option<(f64, f64)>> = files
+    let found: Vec<Option<[Shoot; 2]>> = files
         .par_iter()
         .map(|number| {
             let path = |kind: &str| folder.join("bean-silhouettes").join(format!("{number}_{kind}.csv"));
@@ -201,31 +215,91 @@ fn silhouettes(folder: &Path, _: Mode) -> String {
             compare(&contour, &Polyline(published))
         })
         .collect();
-    let known: Vec<(f64, f64)> = found.into_iter().flatten().collect();
-    let lengths: Vec<f64> = known.iter().map(|one| one.0.abs()).collect();
-    let distances: Vec<f64> = known.iter().map(|one| one.1).collect();
+    let known: Vec<[Shoot; 2]> = found.into_iter().flatten().collect();
+    let off = |which: usize| {
+        let of = |value: fn(&Shoot) -> f64| known.iter().map(|one| value(&one[which])).collect::<Vec<_>>();
+        let (lengths, distances) = (of(|one| one.length), of(|one| one.distance));
+        let sizes: Vec<f64> = lengths.iter().map(|length| length.abs()).collect();
+        format!(
+            "length off by median {:.2} % (mean {:+.2} %), worst {:.2} %, mean distance median {:.2} % of length, worst {:.2} %",
+            quantile(&sizes, 0.5),
+            lengths.iter().sum::<f64>() / known.len().max(1) as f64,
+            quantile(&sizes, 1.0),
+            quantile(&distances, 0.5),
+            quantile(&distances, 1.0)
+        )
+    };
     format!(
-        "{} shoots, answered {} | length off by median {:.2} % (mean {:+.2} %), worst {:.2} % | mean distance median {:.2} % of length, worst {:.2} %",
+        "{} shoots, answered {} | {} | smoothed as the published line is: {}",
         files.len(),
         known.len(),
-        quantile(&lengths, 0.5),
-        known.iter().map(|one| one.0).sum::<f64>() / known.len().max(1) as f64,
-        quantile(&lengths, 1.0),
-        quantile(&distances, 0.5),
-        quantile(&distances, 1.0)
+        off(0),
+        off(1)
     )
 }
 
-/// Length (in % too long) and mean distance (in % of the length) of the midline of a contour beside the published one.
-fn compare(contour: &[Pixel], published: &Polyline) -> Option<(f64, f64)> {
+/// How far a shoot's midline is from the published one.
+struct Shoot {
+    /// By how much it is too long, in %.
+    length: f64,
+    /// The mean distance, in % of the length.
+    distance: f64,
+}
+
+/// The midline of a contour beside the published one, as it is and smoothed as the published one is.
+fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
     let (image, base) = filled(contour);
     let stem = silhouette(&image, base)?;
-    // As published: the base at the origin, y up, mirrored so that the tip lies at positive x.
-    let (first, last) = (stem[0], stem[stem.len() - 1]);
-    let side = if last.x >= first.x { 1.0 } else { -1.0 };
-    let found = Polyline(stem.iter().map(|at| Point::new(side * (at.x - first.x), first.y - at.y)).collect());
-    let length = 100.0 * (found.length() / published.length() - 1.0);
-    Some((length, apart(&found, published)))
+    let line = Polyline(stem.iter().map(|at| Point::new(at.x, -at.y)).collect());
+    let smooth = smoothed(&line, smoothing(published));
+    Some([line, smooth].map(|line| {
+        // As published: the base at the origin, y up, mirrored so that the tip lies at positive x.
+        let (first, last) = (line.0[0], line.0[line.0.len() - 1]);
+        let side = if last.x >= first.x { 1.0 } else { -1.0 };
+        let placed = line.0.iter().map(|at| Point::new(side * (at.x - first.x), at.y - first.y));
+        let found = Polyline(placed.collect());
+        Shoot {
+            length: 100.0 * (found.length() / published.length() - 1.0),
+            distance: apart(&found, published),
+        }
+    }))
+}
+
+/// The deviation, in pixels, of the Gaussian filter that the published line was smoothed with.
+///
+/// Its points were evenly spaced before. Where a filter mirrors a line at its end it draws the end in, by 0.8 of its
+/// deviation, and its points together: so far from the end that the filter deviates, they are erf(1 / sqrt 2) = 0.683 as
+/// far apart as in the middle.
+fn smoothing(published: &Polyline) -> f64 {
+    let spacings: Vec<f64> = published.0.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+    let usual = quantile(&spacings, 0.5);
+    let drawn_in = |spacing: &f64| *spacing < 0.683 * usual;
+    let ends = [
+        spacings.iter().take_while(|spacing| drawn_in(spacing)).count(),
+        spacings.iter().rev().take_while(|spacing| drawn_in(spacing)).count(),
+    ];
+    usual * (ends[0] + ends[1]) as f64 / 2.0
+}
+
+/// A line smoothed by a Gaussian filter of so many pixels' deviation that mirrors it at its ends.
+fn smoothed(line: &Polyline, deviation: f64) -> Polyline {
+    let count = line.length().ceil() as usize;
+    let even = line.equidistant(count).0;
+    let reach = (4.0 * deviation).ceil() as i64;
+    let bell: Vec<f64> =
+        (-reach..=reach).map(|i| math::exp(-0.5 * (i as f64 / deviation.max(0.5)).powi(2))).collect();
+    let sum: f64 = bell.iter().sum();
+    let mirrored = |i: i64| {
+        let i = i.rem_euclid(2 * count as i64) as usize;
+        even[if i < count { i } else { 2 * count - 1 - i }]
+    };
+    let mean = |at: i64| {
+        let near = (at - reach..).zip(&bell).map(|(i, weight)| (mirrored(i), weight / sum));
+        near.fold(Point::default(), |mean, (at, share)| {
+            Point::new(mean.x + share * at.x, mean.y + share * at.y)
+        })
+    };
+    Polyline((0..count as i64).map(mean).collect())
 }
 
 /// A contour filled with light before black, a margin around it, and its lowest place: the base.

@@ -268,7 +268,7 @@ fn bridged(values: impl Iterator<Item = Option<f64>>) -> Vec<f64> {
 }
 
 /// Each point moved to the mean of those up to `radius` before and after it; the ends stay.
-fn smoothed(line: &[Place], radius: usize) -> Vec<Place> {
+pub(super) fn smoothed(line: &[Place], radius: usize) -> Vec<Place> {
     (0..line.len())
         .map(|i| {
             let radius = radius.min(i).min(line.len() - 1 - i);
@@ -280,7 +280,7 @@ fn smoothed(line: &[Place], radius: usize) -> Vec<Place> {
 }
 
 /// The same line with points about `spacing` apart, both ends kept.
-fn resampled(line: &[Place], spacing: f64) -> Vec<Place> {
+pub(super) fn resampled(line: &[Place], spacing: f64) -> Vec<Place> {
     let mut lengths = vec![0.0];
     for pair in line.windows(2) {
         let last = lengths[lengths.len() - 1];

@@ -18,6 +18,7 @@ pub mod lit;
 pub mod midline;
 pub mod overlay;
 pub mod parts;
+mod ridge;
 pub mod robust;
 pub mod segment;
 pub mod shape;
@@ -226,7 +227,11 @@ pub fn look_from(image: &Image, base: Option<Pixel>, config: &VisionConfig) -> O
     config.check(image.width, image.height).ok()?;
     let crop = config.region(image.width, image.height);
     if config.mode == Mode::Robust {
-        return robust::look(image, crop, base, config);
+        let seen = robust::look(image, crop, base, config);
+        return match base.filter(|_| config.stem) {
+            Some(base) => ridge::look(image, crop, base, config, seen),
+            None => seen,
+        };
     }
     let step = config.step(image.width);
     let plane = segment::sample(image, crop, segment::LUMA, config.sigma * step as f64, step);
