@@ -4,11 +4,14 @@
 
 #[path = "../examples/accuracy/marks.rs"]
 mod marks;
+#[path = "../examples/accuracy/published.rs"]
+mod published;
 
 use std::path::{Path, PathBuf};
 
 use marks::{Row, rows};
 use proptest::prelude::*;
+use published::{Shoot, WRONG, open};
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::light;
 use tropism::math;
@@ -28,11 +31,6 @@ fn real(folder: &str) -> Option<PathBuf> {
         return None;
     };
     Some(Path::new(&data).join("real").join(folder))
-}
-
-fn open(path: &Path) -> Image {
-    let bytes = std::fs::read(path).unwrap();
-    Photo { name: path.display().to_string(), bytes, time_s: 0.0 }.decode().unwrap()
 }
 
 fn worst(values: &[f64]) -> f64 {
@@ -147,6 +145,37 @@ fn three_sunflowers_are_seen_by_day_and_night() {
     );
     // Where a leaf hangs against the stem, the stem's end is not found.
     assert!(math::quantile(&ends, 0.5) <= 6.0 && near + 4 >= ends.len(), "{ends:.1?}");
+}
+
+#[test]
+fn stems_of_other_scenes_are_right_or_not_given() {
+    let Some(folder) = real("sunflower-centerlines") else { return };
+    let marked = rows(&folder.join("centerlines.csv"));
+    // Every fourth, for time. The accuracy example looks at all.
+    let young: Vec<&Row> = marked.iter().filter(|row| published::is_young(row)).step_by(4).collect();
+    let off: Vec<f64> = young.iter().filter_map(|row| published::stem(&folder, row, Mode::Robust)).collect();
+    let wrong = off.iter().filter(|&&off| off > WRONG).count();
+    println!("{} of {}, median {:.2} % of length", off.len(), young.len(), math::quantile(&off, 0.5));
+    assert!(2 * off.len() > young.len() && wrong == 0, "{off:.1?}");
+    assert!(math::quantile(&off, 0.5) <= 2.5, "{off:.1?}");
+}
+
+#[test]
+fn midlines_of_bean_shoots_are_the_published_ones() {
+    let Some(folder) = real("bean-silhouettes") else { return };
+    let shoots: Vec<Shoot> = published::shoots(&folder)
+        .iter()
+        .step_by(6)
+        .map(|number| {
+            let [as_it_is, smoothed] = published::midline(&folder, number).unwrap();
+            assert!(as_it_is.distance < 3.0 && as_it_is.length > smoothed.length, "{number}");
+            smoothed
+        })
+        .collect();
+    let of = |value: fn(&Shoot) -> f64| shoots.iter().map(value).collect::<Vec<_>>();
+    let (lengths, distances) = (of(|one| one.length.abs()), of(|one| one.distance));
+    assert!(math::quantile(&lengths, 0.5) <= 3.0 && worst(&lengths) <= 3.0, "{lengths:.2?}");
+    assert!(math::quantile(&distances, 0.5) <= 1.5 && worst(&distances) <= 1.5, "{distances:.2?}");
 }
 
 /// A drawn photograph: a stem 3 pixels wide from the base to the tip before dark cloth with folds and noise, as JPEG.

@@ -12,6 +12,7 @@
 //! fault as drawn, not how often it occurs in a tent.
 
 mod marks;
+mod published;
 mod real;
 mod score;
 mod tent;

@@ -4,25 +4,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use tropism::geometry::{Pixel, Point, Polyline, Region};
+use tropism::geometry::{Pixel, Region};
 use tropism::light;
-use tropism::math::{self, quantile};
-use tropism::photo::{Image, Photo};
-use tropism::vision::robust::silhouette;
+use tropism::math::quantile;
+use tropism::photo::Photo;
 use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit, look_from};
 
-use crate::marks::{Row, rows};
-use crate::score::off;
-
-fn open(path: &Path) -> Image {
-    let bytes = std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    Photo { name: path.display().to_string(), bytes, time_s: 0.0 }.decode().expect("a whole photograph")
-}
-
-/// Pixels as points, so that lines can be compared.
-fn line(pixels: &[Pixel]) -> Polyline {
-    Polyline(pixels.iter().map(|at| Point::new(at.x, at.y)).collect())
-}
+use crate::marks::rows;
+use crate::published::{self, Shoot, WRONG, open};
 
 /// Makes a row of the photographs of a folder.
 type Sum = fn(&Path, Mode) -> String;
@@ -144,23 +133,13 @@ struct Answer {
 
 /// The stem marked from base to tip, and what is found when its base is clicked.
 fn centerlines(folder: &Path, mode: Mode) -> String {
-    let marks = rows(&folder.join("sunflower-centerlines/centerlines.csv"));
+    let folder = folder.join("sunflower-centerlines");
+    let marks = rows(&folder.join("centerlines.csv"));
     let scored: Vec<Answer> = marks
         .par_iter()
         .map(|row| {
-            let number = |text: &str| text.parse::<f64>().expect("a pixel");
-            let pixels: Vec<Pixel> = row
-                .text("points_base_to_tip_px")
-                .split(';')
-                .filter_map(|point| point.split_once(' '))
-                .map(|(x, y)| Pixel::new(number(x), number(y)))
-                .collect();
-            let image = open(&folder.join("sunflower-centerlines/images").join(row.text("file")));
-            let config = VisionConfig { mode, ..VisionConfig::default() };
-            let is_young = ["Hook", "Closed"].contains(&row.text("stage"));
             let is_odd = row.text("file").trim_end_matches(".jpg").ends_with(['1', '3', '5', '7', '9']);
-            let seen = look_from(&image, Some(pixels[0]), &config).and_then(|seen| seen.stem);
-            Answer { is_young, is_odd, off: seen.map(|stem| apart(&line(&stem), &line(&pixels))) }
+            Answer { is_young: published::is_young(row), is_odd, off: published::stem(&folder, row, mode) }
         })
         .collect();
     let share = |of: fn(&Answer) -> bool| {
@@ -182,39 +161,11 @@ fn centerlines(folder: &Path, mode: Mode) -> String {
     )
 }
 
-/// A stem this far from the marked one on the mean, in % of its length, is wrong.
-const WRONG: f64 = 10.0;
-
-/// Mean distance between two lines, both ways, in % of the second's length.
-fn apart(found: &Polyline, marked: &Polyline) -> f64 {
-    let one = |from: &Polyline, to: &Polyline| {
-        let points = from.equidistant(50).0;
-        points.iter().map(|&point| off(point, to)).sum::<f64>() / points.len() as f64
-    };
-    100.0 * 0.5 * (one(found, marked) + one(marked, found)) / marked.length()
-}
-
 fn silhouettes(folder: &Path, _: Mode) -> String {
-    let mut files: Vec<_> = std::fs::read_dir(folder.join("bean-silhouettes"))
-        .expect("the folder of silhouettes")
-        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .filter_map(|name| name.strip_suffix("_contour.csv").map(str::to_owned))
-        .collect();
-    files.sort();
-    let found: Vec<Option<[Shoot; 2]>> = files
-        .par_iter()
-        .map(|number| {
-            let path = |kind: &str| folder.join("bean-silhouettes").join(format!("{number}_{kind}.csv"));
-            // The columns are called x,y in some files and x(pix),y(pix) in others.
-            let place =
-                |row: &Row| Some(Pixel::new(row.record[0].parse().ok()?, row.record[1].parse().ok()?));
-            let contour: Vec<Pixel> = rows(&path("contour")).iter().filter_map(place).collect();
-            let (x, y) = ("x_reoriented(pix)", "y_reoriented(pix)");
-            let published =
-                rows(&path("skeleton")).iter().map(|row| Point::new(row.number(x), row.number(y))).collect();
-            compare(&contour, &Polyline(published))
-        })
-        .collect();
+    let folder = folder.join("bean-silhouettes");
+    let numbers = published::shoots(&folder);
+    let found: Vec<Option<[Shoot; 2]>> =
+        numbers.par_iter().map(|number| published::midline(&folder, number)).collect();
     let known: Vec<[Shoot; 2]> = found.into_iter().flatten().collect();
     let off = |which: usize| {
         let of = |value: fn(&Shoot) -> f64| known.iter().map(|one| value(&one[which])).collect::<Vec<_>>();
@@ -231,103 +182,9 @@ fn silhouettes(folder: &Path, _: Mode) -> String {
     };
     format!(
         "{} shoots, answered {} | {} | smoothed as the published line is: {}",
-        files.len(),
+        numbers.len(),
         known.len(),
         off(0),
         off(1)
     )
-}
-
-/// How far a shoot's midline is from the published one.
-struct Shoot {
-    /// By how much it is too long, in %.
-    length: f64,
-    /// The mean distance, in % of the length.
-    distance: f64,
-}
-
-/// The midline of a contour beside the published one, as it is and smoothed as the published one is.
-fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
-    let (image, base) = filled(contour);
-    let stem = silhouette(&image, base)?;
-    let line = Polyline(stem.iter().map(|at| Point::new(at.x, -at.y)).collect());
-    let smooth = smoothed(&line, smoothing(published));
-    Some([line, smooth].map(|line| {
-        // As published: the base at the origin, y up, mirrored so that the tip lies at positive x.
-        let (first, last) = (line.0[0], line.0[line.0.len() - 1]);
-        let side = if last.x >= first.x { 1.0 } else { -1.0 };
-        let placed = line.0.iter().map(|at| Point::new(side * (at.x - first.x), at.y - first.y));
-        let found = Polyline(placed.collect());
-        Shoot {
-            length: 100.0 * (found.length() / published.length() - 1.0),
-            distance: apart(&found, published),
-        }
-    }))
-}
-
-/// The deviation, in pixels, of the Gaussian filter that the published line was smoothed with.
-///
-/// Its points were evenly spaced before. Where a filter mirrors a line at its end it draws the end in, by 0.8 of its
-/// deviation, and its points together: so far from the end that the filter deviates, they are erf(1 / sqrt 2) = 0.683 as
-/// far apart as in the middle.
-fn smoothing(published: &Polyline) -> f64 {
-    let spacings: Vec<f64> = published.0.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
-    let usual = quantile(&spacings, 0.5);
-    let drawn_in = |spacing: &f64| *spacing < 0.683 * usual;
-    let ends = [
-        spacings.iter().take_while(|spacing| drawn_in(spacing)).count(),
-        spacings.iter().rev().take_while(|spacing| drawn_in(spacing)).count(),
-    ];
-    usual * (ends[0] + ends[1]) as f64 / 2.0
-}
-
-/// A line smoothed by a Gaussian filter of so many pixels' deviation that mirrors it at its ends.
-fn smoothed(line: &Polyline, deviation: f64) -> Polyline {
-    let count = line.length().ceil() as usize;
-    let even = line.equidistant(count).0;
-    let reach = (4.0 * deviation).ceil() as i64;
-    let bell: Vec<f64> =
-        (-reach..=reach).map(|i| math::exp(-0.5 * (i as f64 / deviation.max(0.5)).powi(2))).collect();
-    let sum: f64 = bell.iter().sum();
-    let mirrored = |i: i64| {
-        let i = i.rem_euclid(2 * count as i64) as usize;
-        even[if i < count { i } else { 2 * count - 1 - i }]
-    };
-    let mean = |at: i64| {
-        let near = (at - reach..).zip(&bell).map(|(i, weight)| (mirrored(i), weight / sum));
-        near.fold(Point::default(), |mean, (at, share)| {
-            Point::new(mean.x + share * at.x, mean.y + share * at.y)
-        })
-    };
-    Polyline((0..count as i64).map(mean).collect())
-}
-
-/// A contour filled with light before black, a margin around it, and its lowest place: the base.
-fn filled(contour: &[Pixel]) -> (Image, Pixel) {
-    const MARGIN: f64 = 40.0;
-    let most = |of: fn(&Pixel) -> f64| contour.iter().map(of).fold(0.0, f64::max);
-    let (width, height) =
-        ((most(|at| at.x) + 2.0 * MARGIN) as usize, (most(|at| at.y) + 2.0 * MARGIN) as usize);
-    let mut image = Image { width, height, rgb: vec![10; 3 * width * height] };
-    for y in 0..height {
-        let at = y as f64 - MARGIN + 0.01;
-        let mut crossings: Vec<f64> = (0..contour.len())
-            .filter_map(|i| {
-                let (one, other) = (contour[i], contour[(i + 1) % contour.len()]);
-                ((one.y <= at) != (other.y <= at))
-                    .then(|| one.x + (at - one.y) / (other.y - one.y) * (other.x - one.x) + MARGIN)
-            })
-            .collect();
-        crossings.sort_by(f64::total_cmp);
-        for pair in crossings.chunks_exact(2) {
-            let (from, to) = (pair[0].ceil() as usize, pair[1].floor() as usize);
-            if from <= to {
-                image.rgb[3 * (y * width + from)..3 * (y * width + to + 1)].fill(220);
-            }
-        }
-    }
-    let lowest = contour.iter().max_by(|a, b| a.y.total_cmp(&b.y)).copied().unwrap_or_default();
-    let row: Vec<f64> = contour.iter().filter(|at| (at.y - lowest.y).abs() < 1.5).map(|at| at.x).collect();
-    let x = row.iter().sum::<f64>() / row.len().max(1) as f64;
-    (image, Pixel::new(x + MARGIN, lowest.y + MARGIN))
 }

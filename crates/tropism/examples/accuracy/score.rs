@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use tropism::geometry::{Point, Polyline};
 use tropism::greenhouse::render::Truth;
 use tropism::math::quantile;
 use tropism::observation::Quality;
 use tropism::vision::{Class, Seen};
+
+use crate::published::off;
 
 /// A tip this far from the true one, in mm, is wrong: a model must not be built on it.
 const WRONG_MM: f64 = 5.0;
@@ -40,18 +41,6 @@ pub(crate) struct Score {
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len().max(1) as f64;
     values.sum::<f64>() / count
-}
-
-/// Distance of a point to a line.
-pub(crate) fn off(point: Point, line: &Polyline) -> f64 {
-    let along = line.0.windows(2).map(|pair| {
-        let (dx, dy) = (pair[1].x - pair[0].x, pair[1].y - pair[0].y);
-        let share =
-            ((point.x - pair[0].x) * dx + (point.y - pair[0].y) * dy) / (dx * dx + dy * dy).max(1e-12);
-        let share = share.clamp(0.0, 1.0);
-        point.distance(Point::new(pair[0].x + share * dx, pair[0].y + share * dy))
-    });
-    along.fold(f64::INFINITY, f64::min)
 }
 
 impl Score {
