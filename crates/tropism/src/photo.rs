@@ -1,6 +1,7 @@
 //! A photograph: the bytes as the camera gave them, and the picture in them.
 
 mod header;
+pub mod jpeg;
 
 use std::io::Cursor;
 
@@ -10,6 +11,9 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 pub use header::{Header, Turn, time_in_name};
+
+use crate::geometry::Region;
+use jpeg::Jpeg;
 
 /// The largest picture that is decoded, in pixels: a bound on memory when the bytes are foreign.
 pub const MAX_PIXELS: usize = 64 << 20;
@@ -64,6 +68,15 @@ impl Image {
     }
 }
 
+/// A photograph that is known to be whole, decoded only where somebody looks if its file allows for it.
+#[derive(Clone, Debug)]
+pub enum Picture {
+    /// Most files of cameras.
+    Jpeg(Jpeg),
+    /// All others.
+    Image(Image),
+}
+
 /// Why bytes are not a picture.
 #[derive(Debug, thiserror::Error)]
 pub enum PhotoError {
@@ -105,6 +118,36 @@ impl Photo {
     }
 }
 
+impl Picture {
+    /// All of its pixels.
+    #[must_use]
+    pub fn into_image(self) -> Image {
+        match self {
+            Self::Jpeg(jpeg) => jpeg.part(Region { x: 0, y: 0, width: jpeg.width, height: jpeg.height }),
+            Self::Image(image) => image,
+        }
+    }
+}
+
+impl Photo {
+    /// What [`Photo::decode`] decodes, opened.
+    ///
+    /// # Errors
+    /// Those of [`Photo::decode`].
+    pub fn open(&self) -> Result<Picture, PhotoError> {
+        let is_upright = || Header::read(&mut Cursor::new(&self.bytes)).turn == Turn::default();
+        match Jpeg::read(unpadded(&self.bytes)) {
+            Some(jpeg) if is_upright() => Ok(Picture::Jpeg(jpeg)),
+            _ => self.decode().map(Picture::Image),
+        }
+    }
+}
+
+/// A file without the zeros with which some cameras pad it.
+fn unpadded(bytes: &[u8]) -> &[u8] {
+    &bytes[..bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)]
+}
+
 fn bounded(width: usize, height: usize) -> Result<(), PhotoError> {
     match width.checked_mul(height) {
         Some(0) => Err(PhotoError::Damaged("no pixels".to_owned())),
@@ -115,9 +158,8 @@ fn bounded(width: usize, height: usize) -> Result<(), PhotoError> {
 
 fn decode_jpeg(bytes: &[u8]) -> Result<Image, PhotoError> {
     // A decoder fills in what is missing at the end without a word, even in strict mode: demand the end marker first.
-    // Some cameras pad the file with zeros after it.
-    let end = bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
-    if !bytes[..end].ends_with(&[0xff, 0xd9]) {
+    let whole = unpadded(bytes);
+    if !whole.ends_with(&[0xff, 0xd9]) {
         return Err(PhotoError::Damaged(format!("no end marker after {} bytes", bytes.len())));
     }
     let options = DecoderOptions::default()
@@ -126,7 +168,7 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Image, PhotoError> {
         .set_max_height(1 << 16)
         .jpeg_set_out_colorspace(ColorSpace::RGB);
     let damaged = |error: &dyn std::fmt::Debug| PhotoError::Damaged(format!("{error:?}").replace('\n', " "));
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&bytes[..end]), options);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(whole), options);
     decoder.decode_headers().map_err(|error| damaged(&error))?;
     let (width, height) = decoder.dimensions().ok_or_else(|| PhotoError::Damaged("no size".to_owned()))?;
     bounded(width, height)?;
