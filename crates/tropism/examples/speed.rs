@@ -15,7 +15,8 @@ use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::light::Light;
 use tropism::photo::Photo;
-use tropism::vision::{Eye, Mode, VisionConfig};
+use tropism::photo::jpeg::Jpeg;
+use tropism::vision::{Eye, Mode, VisionConfig, lit};
 
 fn greenhouse(width: u32) -> Greenhouse {
     Greenhouse { scene: Scene { width, height: width * 3 / 4, ..Scene::default() }, ..Greenhouse::default() }
@@ -56,6 +57,12 @@ fn time(folder: &Path, width: u32) -> Result<(), Box<dyn Error>> {
     let (mut tip, mut paper, mut robust) =
         (eye(Mode::Paper, false)?, eye(Mode::Paper, true)?, eye(Mode::Robust, true)?);
     let decode = cost(&mut |photo| drop(black_box(photo.decode())));
+    let floor = cost(&mut |photo| {
+        black_box(Jpeg::floor(&photo.bytes));
+    });
+    let lamp = cost(&mut |photo| {
+        black_box(photo.open().is_ok_and(|picture| lit(&picture, None).is_some()));
+    });
     let see = |eye: &mut Eye| {
         cost(&mut |photo| {
             black_box(eye.observe(photo));
@@ -63,7 +70,7 @@ fn time(folder: &Path, width: u32) -> Result<(), Box<dyn Error>> {
     };
     let (tip, paper, robust) = (see(&mut tip), see(&mut paper), see(&mut robust));
     println!(
-        "{{\"decode\": {decode:.3}, \"paper tip\": {tip:.3}, \"paper\": {paper:.3}, \"robust\": {robust:.3}}}"
+        "{{\"floor\": {floor:.3}, \"decode\": {decode:.3}, \"lit lamp\": {lamp:.3}, \"paper tip\": {tip:.3}, \"paper\": {paper:.3}, \"robust\": {robust:.3}}}"
     );
     Ok(())
 }

@@ -19,7 +19,8 @@ use serde::{Deserialize, Serialize};
 use tropism::experiment::files;
 use tropism::geometry::Region;
 use tropism::light::{self, Light};
-use tropism::photo::{Image, Photo};
+use tropism::photo::{Image, Photo, PhotoError, Picture};
+use tropism::vision::pixels::Pixels;
 use tropism::vision::{Calibration, Class, Eye, Mode, VisionConfig, lit};
 
 use self::drawing::{Drawings, Drawn};
@@ -227,10 +228,9 @@ impl Track {
             problems: BTreeMap::new(),
         };
         // What stands still in the first picture tells how far the camera has moved in later ones.
-        let first =
-            series.shots.iter().find_map(|shot| files::read_photo(&shot.path, 0.0).ok()?.decode().ok());
+        let first = series.shots.iter().find_map(|shot| files::read_photo(&shot.path, 0.0).ok()?.open().ok());
         for eye in &mut work.eyes {
-            first.iter().for_each(|image| eye.refer(image));
+            first.iter().for_each(|picture| eye.refer(picture));
         }
         let progress = shell.progress("track", series.shots.len() as u64);
         for start in (0..series.shots.len()).step_by(BATCH) {
@@ -580,20 +580,20 @@ fn look(
     is_drawn: bool,
 ) -> Look {
     let is_new = known.is_none();
-    let decode = || photo.map(|photo| photo.decode());
+    let open = || photo.map(|photo| photo.open());
     let (judged, picture) = match known {
-        Some(judged) => (judged, if is_drawn { decode().ok().and_then(Result::ok) } else { None }),
-        None => judge(eyes, name, decode(), sha256),
+        Some(judged) => (judged, if is_drawn { open().ok().and_then(Result::ok) } else { None }),
+        None => judge(eyes, name, open(), sha256),
     };
-    Look { judged, is_new, image: picture.filter(|_| is_drawn).map(Arc::new) }
+    Look { judged, is_new, image: picture.filter(|_| is_drawn).map(|picture| Arc::new(picture.into_image())) }
 }
 
 fn judge(
     eyes: &[Eye],
     name: &str,
-    picture: Result<Result<Image, tropism::photo::PhotoError>, String>,
+    picture: Result<Result<Picture, PhotoError>, String>,
     sha256: String,
-) -> (Judged, Option<Image>) {
+) -> (Judged, Option<Picture>) {
     // A file that cannot be read is a damaged photograph, not the end of the batch.
     let looked = |eye: &Eye| match &picture {
         Ok(picture) => Looked::new(eye.judge(picture.as_ref())),
@@ -603,11 +603,12 @@ fn judge(
     let problem = match &picture {
         Err(problem) => Some(problem.clone()),
         Ok(Err(error)) => Some(error.to_string()),
-        Ok(Ok(image)) => {
-            eyes[0].calibration().fits(image.width, image.height).err().map(|error| error.to_string())
+        Ok(Ok(picture)) => {
+            let (width, height) = picture.size();
+            eyes[0].calibration().fits(width, height).err().map(|error| error.to_string())
         }
     };
-    let image = picture.ok().and_then(Result::ok);
-    let light = image.as_ref().and_then(|image| lit(image, None));
-    (Judged { frame: name.to_owned(), sha256, light, problem, plants }, image)
+    let picture = picture.ok().and_then(Result::ok);
+    let light = picture.as_ref().and_then(|picture| lit(picture, None));
+    (Judged { frame: name.to_owned(), sha256, light, problem, plants }, picture)
 }

@@ -9,7 +9,7 @@
 
 use crate::geometry::{Pixel, Region};
 use crate::math;
-use crate::photo::Image;
+use crate::vision::pixels::Pixels;
 
 /// Columns that a picture is read at.
 const COLUMNS: usize = 324;
@@ -55,53 +55,77 @@ struct Patch {
     norm: f32,
 }
 
-/// A picture read at a lower resolution, sample by sample.
-struct Samples<'a> {
-    image: &'a Image,
-    step: usize,
+/// Samples of a part of a picture read at a lower resolution; beyond the picture's edge its outermost are repeated.
+struct Samples {
+    /// Columns and rows of the whole picture.
+    size: (i32, i32),
+    /// Column and row of the first sample, and columns of them.
+    first: (i32, i32),
+    width: i32,
+    /// The mean brightness of the pixels of each.
+    values: Vec<f32>,
 }
 
-impl Samples<'_> {
-    const fn size(&self) -> (i32, i32) {
-        ((self.image.width / self.step) as i32, (self.image.height / self.step) as i32)
+impl Samples {
+    fn size(image: &impl Pixels, step: usize) -> (i32, i32) {
+        ((image.size().0 / step) as i32, (image.size().1 / step) as i32)
     }
 
-    /// The mean brightness of the pixels of a sample.
+    /// All samples of a picture.
+    fn all(image: &impl Pixels, step: usize) -> Self {
+        let (width, height) = Self::size(image, step);
+        Self::within(image, step, (0, 0), (width - 1, height - 1))
+    }
+
+    /// Those around a place, `half` to each side.
+    fn around(image: &impl Pixels, step: usize, (x, y): (i32, i32), half: i32) -> Self {
+        Self::within(image, step, (x - half, y - half), (x + half, y + half))
+    }
+
+    fn within(image: &impl Pixels, step: usize, first: (i32, i32), last: (i32, i32)) -> Self {
+        let size = Self::size(image, step);
+        let inside = |at: (i32, i32)| (at.0.clamp(0, size.0 - 1), at.1.clamp(0, size.1 - 1));
+        let (first, last) = (inside(first), inside(last));
+        let length = |from: i32, to: i32| (to - from + 1) as usize * step;
+        let region = Region {
+            x: first.0 as usize * step,
+            y: first.1 as usize * step,
+            width: length(first.0, last.0),
+            height: length(first.1, last.1),
+        };
+        Self { size, first, width: last.0 - first.0 + 1, values: image.shrunk_grey(region, step) }
+    }
+
     fn at(&self, x: i32, y: i32) -> f32 {
-        let (width, height) = self.size();
-        let (x, y) = (x.clamp(0, width - 1) as usize, y.clamp(0, height - 1) as usize);
-        let stride = (self.step / 4).max(1);
-        let (mut sum, mut count) = (0_u32, 0_u32);
-        for row in (y * self.step..(y + 1) * self.step).step_by(stride) {
-            for column in (x * self.step..(x + 1) * self.step).step_by(stride) {
-                let [r, g, b] = self.image.at(column, row).map(u32::from);
-                sum += r + 2 * g + b;
-                count += 1;
-            }
-        }
-        sum as f32 / (4 * count) as f32
+        let (x, y) = (x.clamp(0, self.size.0 - 1), y.clamp(0, self.size.1 - 1));
+        self.values[((y - self.first.1) * self.width + x - self.first.0) as usize]
     }
 
-    /// Samples around a place, `half` to each side, row by row.
-    fn around(&self, x: i32, y: i32, half: i32) -> Vec<f32> {
+    /// The samples around a place, `half` to each side, row by row.
+    fn square(&self, (x, y): (i32, i32), half: i32) -> Vec<f32> {
         (y - half..=y + half).flat_map(|y| (x - half..=x + half).map(move |x| self.at(x, y))).collect()
     }
 }
 
-fn step(image: &Image) -> usize {
-    (image.width / COLUMNS).max(1)
+fn step(image: &impl Pixels) -> usize {
+    (image.size().0 / COLUMNS).max(1)
 }
 
 impl Backdrop {
     /// The patches of a picture; those in the inner part of `crop`, where the plant moves, are left out as long as others
     /// are there.
     #[must_use]
-    pub fn of(image: &Image, crop: Option<Region>) -> Self {
-        let samples = Samples { image, step: step(image) };
-        let (width, height) = samples.size();
+    pub fn of(image: &impl Pixels, crop: Option<Region>) -> Self {
+        let step = step(image);
+        let (width, height) = Samples::size(image, step);
+        let fine = (step / 4).max(1);
+        if width.min(height) <= 0 {
+            return Self { patches: Vec::new(), step, fine };
+        }
+        let samples = Samples::all(image, step);
         let is_plants = |x: i32, y: i32| {
             crop.is_some_and(|crop| {
-                let (x, y) = (x as usize * samples.step, y as usize * samples.step);
+                let (x, y) = (x as usize * step, y as usize * step);
                 let edge = crop.width / 5;
                 (crop.x + edge..crop.x + crop.width - edge).contains(&x)
                     && (crop.y..crop.y + crop.height).contains(&y)
@@ -124,30 +148,28 @@ impl Backdrop {
         }
         found.sort_by(|one, other| other.0.total_cmp(&one.0));
         found.truncate(MOST);
-        let fine = Samples { image, step: (samples.step / 4).max(1) };
-        let ratio = (samples.step / fine.step) as i32;
+        let ratio = (step / fine) as i32;
         let both = |(_, x, y): (f32, i32, i32)| Patch {
-            fine: Some(Box::new(Patch::of(&fine, x * ratio, y * ratio))),
-            ..Patch::of(&samples, x, y)
+            fine: Some(Box::new(Patch::of(image, fine, (x * ratio, y * ratio)))),
+            ..Patch::of(image, step, (x, y))
         };
-        Self { patches: found.into_iter().map(both).collect(), step: samples.step, fine: fine.step }
+        Self { patches: found.into_iter().map(both).collect(), step, fine }
     }
 
     /// How far the camera's picture has moved, in pixels to the right and down; `None` where too little is found again to
     /// say.
     #[must_use]
-    pub fn shift(&self, image: &Image) -> Option<Pixel> {
-        let samples = Samples { image, step: self.step };
+    pub fn shift(&self, image: &impl Pixels) -> Option<Pixel> {
         let nowhere = (0, 0);
         // Where most patches stand still there is no need to look farther.
-        let near = self.patches.iter().filter_map(|patch| patch.find(&samples, nowhere, 1));
+        let near = self.patches.iter().filter_map(|patch| patch.find(image, self.step, nowhere, 1));
         if near.filter(|found| found.0 == nowhere).count() >= LEAST.max(self.patches.len() / 3) {
             return Some(Pixel::default());
         }
         let far: Vec<_> = self
             .patches
             .iter()
-            .filter_map(|patch| Some((patch, patch.find(&samples, nowhere, FAR)?.0)))
+            .filter_map(|patch| Some((patch, patch.find(image, self.step, nowhere, FAR)?.0)))
             .collect();
         let is_like =
             |one: (i32, i32), other: (i32, i32)| (one.0 - other.0).abs().max((one.1 - other.1).abs()) <= 1;
@@ -162,12 +184,11 @@ impl Backdrop {
             return None;
         }
         // Then between pixels, at the resolution of a pixel or as near to it as is worth the time.
-        let fine = Samples { image, step: self.fine };
         let (ratio, last) = ((self.step / self.fine) as i32, self.fine as f64);
         let found: Vec<Pixel> = agree(best)
             .filter_map(|(patch, at)| {
                 let there = (at.0 * ratio, at.1 * ratio);
-                Some(patch.fine.as_deref().unwrap_or(patch).find(&fine, there, ratio)?.1)
+                Some(patch.fine.as_deref().unwrap_or(patch).find(image, self.fine, there, ratio)?.1)
             })
             .collect();
         let middle = |axis: fn(&Pixel) -> f64| {
@@ -187,7 +208,7 @@ impl Backdrop {
 }
 
 /// The lesser eigenvalue of the gradients' products around a place: what is large there is a corner.
-fn corner(samples: &Samples<'_>, x: i32, y: i32) -> f32 {
+fn corner(samples: &Samples, x: i32, y: i32) -> f32 {
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for row in (y - HALF..=y + HALF).step_by(2) {
         for column in (x - HALF..=x + HALF).step_by(2) {
@@ -201,8 +222,8 @@ fn corner(samples: &Samples<'_>, x: i32, y: i32) -> f32 {
 }
 
 impl Patch {
-    fn of(samples: &Samples<'_>, x: i32, y: i32) -> Self {
-        let mut values = samples.around(x, y, HALF);
+    fn of(image: &impl Pixels, step: usize, (x, y): (i32, i32)) -> Self {
+        let mut values = Samples::around(image, step, (x, y), HALF).square((x, y), HALF);
         let mean = values.iter().sum::<f32>() / values.len() as f32;
         values.iter_mut().for_each(|value| *value -= mean);
         let norm = values.iter().map(|value| value * value).sum::<f32>().sqrt();
@@ -211,8 +232,15 @@ impl Patch {
 
     /// Where the patch is found again within `far` samples of a shift, and where between samples; `None` where nothing is
     /// alike.
-    fn find(&self, samples: &Samples<'_>, shift: (i32, i32), far: i32) -> Option<((i32, i32), Pixel)> {
-        let around = samples.around(self.x + shift.0, self.y + shift.1, HALF + far);
+    fn find(
+        &self,
+        image: &impl Pixels,
+        step: usize,
+        shift: (i32, i32),
+        far: i32,
+    ) -> Option<((i32, i32), Pixel)> {
+        let place = (self.x + shift.0, self.y + shift.1);
+        let around = Samples::around(image, step, place, HALF + far).square(place, HALF + far);
         let (side, wide) = (2 * HALF + 1, 2 * (HALF + far) + 1);
         let alike = |dx: i32, dy: i32| {
             let (mut sum, mut squares, mut product) = (0.0_f32, 0.0_f32, 0.0_f32);
@@ -255,6 +283,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::photo::Image;
     use crate::random::{self, Purpose};
 
     /// Boxes of many sizes and shades, moved by whole pixels, and noise.

@@ -2,57 +2,62 @@
 
 use crate::geometry::Region;
 use crate::light::Light;
-use crate::photo::Image;
+use crate::vision::pixels::{Pixels, whole};
 
 /// How much brighter one side must be: the difference of both sides' glow over their sum.
 const CLEAR: f64 = 0.25;
 
+/// Columns that a picture is read at, at least, and the most pixels that make one.
+const COLUMNS: usize = 80;
+const COARSEST: usize = 8;
+
 /// The lamp that is lit in a picture; `None` where no side is clearly brighter: both dark, both lit, or no lamps in view.
 ///
 /// `lamps` are the places of the left and the right lamp; without them the outer thirds of the picture are compared.
-/// A side's glow is the mean square of what its pixels exceed the picture's median by, so that a saturated lamp
+/// A side's glow is the mean square of what its squares of up to eight pixels exceed the picture's median by, so that a saturated lamp
 /// outweighs the fitting of the unlit one, which a flash lights up, and things that stand on both sides cancel out.
 ///
 /// A lamp's place that does not lie in the picture glows as little as darkness.
 #[must_use]
-pub fn lit(image: &Image, lamps: Option<[Region; 2]>) -> Option<Light> {
-    let third = Region { x: 0, y: 0, width: (image.width / 3).max(1), height: image.height };
-    let sides = lamps.unwrap_or([third, Region { x: image.width - third.width, ..third }]);
-    let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
+pub fn lit(image: &impl Pixels, lamps: Option<[Region; 2]>) -> Option<Light> {
+    let (width, height) = image.size();
+    let third = Region { x: 0, y: 0, width: (width / 3).max(1), height };
+    let sides = lamps.unwrap_or([third, Region { x: width - third.width, ..third }]);
+    let step = (width / COLUMNS).clamp(1, COARSEST);
+    let greys = image.shrunk_grey(whole((width, height)), step);
+    if greys.is_empty() {
+        return None;
+    }
     let median = {
-        let mut greys: Vec<u16> = greys(image, whole, (image.width / 80).max(1)).collect();
+        let mut greys = greys.clone();
         let middle = greys.len() / 2;
-        *greys.select_nth_unstable(middle).1
+        *greys.select_nth_unstable_by(middle, f32::total_cmp).1
     };
     let [left, right] = sides.map(|side| {
-        let (mut glow, mut count) = (0_u64, 0_u64);
-        for grey in greys(image, side, (image.width / 320).max(2)) {
-            let excess = u64::from(grey.saturating_sub(median));
-            glow += excess * excess;
-            count += 1;
+        if !side.fits(width, height) {
+            return 0.0;
         }
-        glow as f64 / count.max(1) as f64
+        let columns = side.x / step..(side.x + side.width).div_ceil(step).min(width / step);
+        let rows = side.y / step..(side.y + side.height).div_ceil(step).min(height / step);
+        let (mut glow, mut count) = (0.0, 0.0);
+        for row in rows {
+            for grey in &greys[row * (width / step)..][columns.clone()] {
+                let excess = f64::from((grey - median).max(0.0));
+                glow += excess * excess;
+                count += 1.0;
+            }
+        }
+        glow / f64::max(count, 1.0)
     });
     // Less than one grey value of glow is the camera's noise.
     let difference = (right - left) / (left + right).max(1.0);
     (difference.abs() >= CLEAR).then_some(if difference > 0.0 { Light::Right } else { Light::Left })
 }
 
-/// Sums of red, twice green and blue over 4 of every `step`-th pixel of `region`, both ways; none outside the picture.
-fn greys(image: &Image, region: Region, step: usize) -> impl Iterator<Item = u16> {
-    let is_inside = region.fits(image.width, image.height);
-    let rows = if is_inside { region.y..region.y + region.height } else { 0..0 };
-    rows.step_by(step).flat_map(move |y| {
-        (region.x..region.x + region.width).step_by(step).map(move |x| {
-            let [r, g, b] = image.at(x, y).map(u16::from);
-            (r + 2 * g + b) / 4
-        })
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::photo::Image;
 
     fn tent(lamps: &[(usize, u8)]) -> Image {
         let (width, height) = (120, 80);

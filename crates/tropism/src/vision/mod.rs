@@ -18,6 +18,7 @@ pub mod lit;
 pub mod midline;
 pub mod overlay;
 pub mod parts;
+pub mod pixels;
 mod ridge;
 pub mod robust;
 pub mod segment;
@@ -31,7 +32,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pixel, Point, Polyline, Region};
 use crate::observation::{Observation, Quality};
-use crate::photo::{Image, Photo, PhotoError};
+use crate::photo::{Photo, PhotoError};
 
 pub use calibration::Calibration;
 pub use lit::lit;
@@ -39,7 +40,8 @@ pub use lit::lit;
 use backdrop::Backdrop;
 use follow::{Follow, Glimpse};
 use hold::{Hold, HoldConfig};
-use segment::Levels;
+use pixels::{Pixels, desaturated, whole};
+use segment::{Levels, Plane};
 use shape::Shape;
 use stem::StemConfig;
 
@@ -216,16 +218,17 @@ pub struct Sighting {
 /// assert!((tip.x - 41.0).abs() < 0.1 && (tip.y - 19.5).abs() < 0.5);
 /// ```
 #[must_use]
-pub fn look(image: &Image, config: &VisionConfig) -> Option<Sighting> {
+pub fn look(image: &impl Pixels, config: &VisionConfig) -> Option<Sighting> {
     look_from(image, None, config)
 }
 
 /// [`look`], for a plant whose stem leaves the soil at `base`; without one it is taken to stand at the middle of the
 /// crop's lower edge.
 #[must_use]
-pub fn look_from(image: &Image, base: Option<Pixel>, config: &VisionConfig) -> Option<Sighting> {
-    config.check(image.width, image.height).ok()?;
-    let crop = config.region(image.width, image.height);
+pub fn look_from(image: &impl Pixels, base: Option<Pixel>, config: &VisionConfig) -> Option<Sighting> {
+    let (width, height) = image.size();
+    config.check(width, height).ok()?;
+    let crop = config.region(width, height);
     if config.mode == Mode::Robust {
         let seen = robust::look(image, crop, base, config);
         return match base.filter(|_| config.stem) {
@@ -233,15 +236,20 @@ pub fn look_from(image: &Image, base: Option<Pixel>, config: &VisionConfig) -> O
             None => seen,
         };
     }
-    let step = config.step(image.width);
-    let plane = segment::sample(image, crop, segment::LUMA, config.sigma * step as f64, step);
+    let step = config.step(width);
+    let plane = desaturated(image, crop, config.sigma * step as f64, step);
     let levels = Levels::of(&plane, config.bright_samples);
     let contrast = levels.contrast();
     if contrast <= config.contrast {
         return None;
     }
     let tip = tip::highest(&plane, levels.threshold(config.threshold))?;
-    let stem = config.stem.then(|| stem::medians(image, crop, &config.gates)).filter(|stem| stem.len() > 1);
+    let medians = || {
+        let mut stem = stem::medians(&image.part(crop), whole((crop.width, crop.height)), &config.gates);
+        stem.iter_mut().for_each(|at| *at = Pixel::new(at.x + crop.x as f64, at.y + crop.y as f64));
+        stem
+    };
+    let stem = config.stem.then(medians).filter(|stem| stem.len() > 1);
     Some(Sighting { tip, stem, contrast, ..Sighting::default() })
 }
 
@@ -390,9 +398,10 @@ impl Eye {
 
     /// Takes the first picture of a camera for what stands still in all of them, unless there is one already or it is of
     /// another size. [`Eye::observe`] does so by itself.
-    pub fn refer(&mut self, image: &Image) {
+    pub fn refer(&mut self, image: &impl Pixels) {
         let is_new = self.reference.is_none() && self.config.mode == Mode::Robust;
-        if is_new && self.calibration.fits(image.width, image.height).is_ok() {
+        let (width, height) = image.size();
+        if is_new && self.calibration.fits(width, height).is_ok() {
             let backdrop = Backdrop::of(image, self.config.crop);
             self.reference = Some(Reference { backdrop, brightness: brightness(image) });
         }
@@ -402,7 +411,7 @@ impl Eye {
     /// judged as if the run had not been cut off.
     pub fn resume(&mut self, photo: &Photo, seen: &Seen) {
         if self.reference.is_none() && ![Class::Corrupt, Class::Foreign].contains(&seen.class) {
-            photo.decode().iter().for_each(|image| self.refer(image));
+            photo.open().iter().for_each(|picture| self.refer(picture));
         }
         self.bytes.clone_from(&photo.bytes);
         if seen.is_measured() {
@@ -420,7 +429,7 @@ impl Eye {
     /// Judges once more what the run that was cut off had judged and what is still of use.
     fn catch_up(&mut self) {
         for (photo, seen) in std::mem::take(&mut self.past) {
-            let Ok(sighting) = self.judge(photo.decode().as_ref()) else { continue };
+            let Ok(sighting) = self.judge(photo.open().as_ref()) else { continue };
             let glimpse = self.glimpse(&sighting);
             if seen.is_measured() {
                 self.follow.recognise(glimpse.shape);
@@ -445,8 +454,8 @@ impl Eye {
         let sighting = if is_repeated {
             Err(Class::Repeated)
         } else {
-            let picture = photo.decode();
-            picture.iter().for_each(|image| self.refer(image));
+            let picture = photo.open();
+            picture.iter().for_each(|picture| self.refer(picture));
             self.judge(picture.as_ref())
         };
         self.settle_at(sighting, photo.time_s)
@@ -457,19 +466,20 @@ impl Eye {
     ///
     /// # Errors
     /// The class of a photograph that shows no plant.
-    pub fn judge(&self, picture: Result<&Image, &PhotoError>) -> Result<Sighting, Class> {
+    pub fn judge(&self, picture: Result<&impl Pixels, &PhotoError>) -> Result<Sighting, Class> {
         let image = picture.map_err(|error| match error {
             PhotoError::Foreign(_) | PhotoError::TooLarge { .. } => Class::Foreign,
             _ => Class::Corrupt,
         })?;
-        self.calibration.fits(image.width, image.height).map_err(|_| Class::Foreign)?;
+        let (width, height) = image.size();
+        self.calibration.fits(width, height).map_err(|_| Class::Foreign)?;
         let backdrop = self.reference.as_ref().map(|reference| &reference.backdrop);
         let found = backdrop.and_then(|backdrop| backdrop.shift(image));
         // Where nothing is found again of what was there to be found, the camera may look elsewhere.
         let is_lost = found.is_none() && backdrop.is_some_and(Backdrop::is_rich);
         let shift = found.unwrap_or_default();
         let base = Pixel::new(self.calibration.base.x + shift.x, self.calibration.base.y + shift.y);
-        let crop = self.config.crop.map(|crop| moved(crop, shift, image));
+        let crop = self.config.crop.map(|crop| moved(crop, shift, (width, height)));
         let sighting = look_from(image, Some(base), &VisionConfig { crop, ..self.config.clone() })
             .ok_or_else(|| if self.is_dark(image) { Class::Dark } else { Class::NoPlant })?;
         Ok(Sighting { shift, is_veiled: sighting.is_veiled || is_lost, ..sighting })
@@ -477,7 +487,7 @@ impl Eye {
 
     /// Whether there is too little light to see a plant by: the picture is black but for noise, or much darker than the
     /// first one.
-    fn is_dark(&self, image: &Image) -> bool {
+    fn is_dark(&self, image: &impl Pixels) -> bool {
         let is_darker = |first: &Reference| brightness(image) < 0.5 * first.brightness;
         self.reference.as_ref().is_some_and(is_darker) || is_black(image)
     }
@@ -545,28 +555,26 @@ impl Seen {
 }
 
 /// A crop that follows a camera's picture, as far as the picture reaches.
-fn moved(crop: Region, shift: Pixel, image: &Image) -> Region {
+fn moved(crop: Region, shift: Pixel, size: (usize, usize)) -> Region {
     let along =
         |from: usize, by: f64, most: usize| (from as f64 + by.round()).clamp(0.0, most as f64) as usize;
-    let (width, height) = (crop.width.min(image.width), crop.height.min(image.height));
-    Region {
-        x: along(crop.x, shift.x, image.width - width),
-        y: along(crop.y, shift.y, image.height - height),
-        ..crop
-    }
+    let (width, height) = (crop.width.min(size.0), crop.height.min(size.1));
+    Region { x: along(crop.x, shift.x, size.0 - width), y: along(crop.y, shift.y, size.1 - height), ..crop }
 }
 
 /// The median brightness of a picture.
-fn brightness(image: &Image) -> f64 {
-    let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-    let plane = segment::sample(image, whole, segment::LUMA, 0.0, (image.width / 128).max(1));
-    f64::from(Levels::of(&plane, 1).background)
+fn brightness(image: &impl Pixels) -> f64 {
+    f64::from(Levels::of(&coarse(image, 128), 1).background)
 }
 
 /// Whether a picture is black but for noise: its brightest parts exceed its median by fewer than five deviations.
-fn is_black(image: &Image) -> bool {
-    let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-    let plane = segment::sample(image, whole, segment::LUMA, 0.0, (image.width / 256).max(1));
+fn is_black(image: &impl Pixels) -> bool {
+    let plane = coarse(image, 256);
     let levels = Levels::of(&plane, plane.values.len() / 1_000);
     levels.contrast() < 5.0
+}
+
+/// A picture in grey, unfiltered, at so many columns.
+fn coarse(image: &impl Pixels, columns: usize) -> Plane {
+    desaturated(image, whole(image.size()), 0.0, (image.size().0 / columns).max(1))
 }

@@ -11,6 +11,7 @@ use crate::geometry::{Pixel, Region};
 use crate::math;
 use crate::photo::Image;
 use crate::vision::midline::{Place, resampled, smoothed};
+use crate::vision::pixels::Pixels;
 use crate::vision::segment::Levels;
 use crate::vision::shape::Shape;
 use crate::vision::{Sighting, VisionConfig, segment};
@@ -132,13 +133,13 @@ pub(super) fn find(image: &Image, base: Place, contrast: f64) -> Option<Ridge> {
 /// Where the crop does not "exclude the pot" (section 2.2.2) and what lies below the base stands out from the background,
 /// too, colour does not tell where the stem begins and what is beside it. Then its form must, or no stem is seen.
 pub(super) fn look(
-    image: &Image,
+    image: &impl Pixels,
     crop: Region,
     base: Pixel,
     config: &VisionConfig,
     seen: Option<Sighting>,
 ) -> Option<Sighting> {
-    let step = config.step(image.width).min(crop.width).min(crop.height);
+    let step = config.step(image.size().0).min(crop.width).min(crop.height);
     let far = step as f64;
     let middle = (far - 1.0) / 2.0;
     let origin = Pixel::new(crop.x as f64 + middle, crop.y as f64 + middle);
@@ -146,7 +147,7 @@ pub(super) fn look(
     if seen.is_some() && foot.1 + 1.0 >= (crop.height / step) as f64 {
         return seen;
     }
-    let small = segment::shrink(image, crop, step);
+    let small = image.shrunk(crop, step);
     if seen.is_some() && !is_potted(&small, foot, config) {
         return seen;
     }

@@ -9,6 +9,7 @@ use crate::math;
 use crate::photo::Image;
 use crate::vision::colour::{Colours, Discriminant};
 use crate::vision::parts::{Belief, Bounds, Parts};
+use crate::vision::pixels::{Pixels, aligned};
 use crate::vision::segment::{self, LUMA, Levels, Plane};
 use crate::vision::shape::Shape;
 use crate::vision::{Sighting, VisionConfig, midline, tip};
@@ -34,14 +35,15 @@ const LEARNED: f64 = 0.12;
 
 /// What a picture shows of the plant at `base`; without one, of the largest plant.
 pub(super) fn look(
-    image: &Image,
+    image: &impl Pixels,
     crop: Region,
     base: Option<Pixel>,
     config: &VisionConfig,
 ) -> Option<Sighting> {
-    // A crop of fewer pixels than samples are apart is read as it is.
-    let step = config.step(image.width).min(crop.width).min(crop.height);
-    let small = segment::shrink(image, crop, step);
+    // A crop without a whole square of the picture's grid is read as it is.
+    let step = config.step(image.size().0);
+    let (crop, step) = aligned(crop, step).map_or((crop, 1), |crop| (crop, step));
+    let small = image.shrunk(crop, step);
     let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
     let middle = (step - 1) as f64 / 2.0;
     let origin = (crop.x as f64 + middle, crop.y as f64 + middle);

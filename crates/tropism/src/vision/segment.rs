@@ -167,6 +167,31 @@ pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step:
     Plane { width, height, values, origin: ((crop.x + across) as f64, line(0) as f64), step }
 }
 
+/// A plane smoothed by a Gaussian of deviation `sigma` samples; beyond its edges the outermost samples are repeated.
+#[must_use]
+pub fn smooth(plane: Plane, sigma: f64) -> Plane {
+    let weights = gaussian(sigma);
+    let radius = weights.len() / 2;
+    let (width, height) = (plane.width, plane.height);
+    let mut values = vec![0.0; width * height];
+    let mut line = vec![0.0; width + 2 * radius];
+    for (y, out) in values.chunks_exact_mut(width).enumerate() {
+        let middle = &mut line[radius..radius + width];
+        middle.fill(0.0);
+        for (k, weight) in weights.iter().enumerate() {
+            let row = plane.row((y + k).saturating_sub(radius).min(height - 1));
+            middle.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+        }
+        let (first, last) = (middle[0], middle[width - 1]);
+        line[..radius].fill(first);
+        line[radius + width..].fill(last);
+        for (k, weight) in weights.iter().enumerate() {
+            out.iter_mut().zip(&line[k..]).for_each(|(sum, value)| *sum += weight * value);
+        }
+    }
+    Plane { values, ..plane }
+}
+
 /// How bright background and plant are in one crop, in grey values of 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Levels {

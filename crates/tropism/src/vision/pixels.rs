@@ -1,0 +1,163 @@
+//! What can be looked at: a picture of which any part can be had, and the means of squares of it.
+//!
+//! The one idea: seeing needs few of a photograph's pixels. It asks for those, and how they are had is the picture's own.
+
+use std::borrow::Cow;
+
+use crate::geometry::Region;
+use crate::photo::jpeg::Jpeg;
+use crate::photo::{Image, Picture};
+use crate::vision::segment::{self, LUMA, Plane};
+
+/// A picture, whole or to be decoded where it is looked at.
+pub trait Pixels {
+    /// Columns and rows.
+    fn size(&self) -> (usize, usize);
+
+    /// The pixels of a region.
+    ///
+    /// # Panics
+    /// If it does not lie in the picture.
+    fn part(&self, region: Region) -> Cow<'_, Image>;
+
+    /// A region at one `factor`-th of its size, each pixel the mean of a square; squares that are not whole are left off.
+    ///
+    /// # Panics
+    /// If the region does not lie in the picture or `factor` is 0.
+    fn shrunk(&self, region: Region, factor: usize) -> Image {
+        segment::shrink(&self.part(region), whole((region.width, region.height)), factor)
+    }
+
+    /// The mean brightness of each square of a region, row by row, 0 to 255; squares that are not whole are left off.
+    ///
+    /// # Panics
+    /// If the region does not lie in the picture or `factor` is 0.
+    fn shrunk_grey(&self, region: Region, factor: usize) -> Vec<f32> {
+        let part = self.part(region);
+        let (width, height) = (region.width / factor, region.height / factor);
+        let mut sums = vec![0.0; width * height];
+        for (row, line) in sums.chunks_exact_mut(width.max(1)).enumerate() {
+            for y in row * factor..(row + 1) * factor {
+                let pixels = part.rgb[3 * y * part.width..][..3 * width * factor].chunks_exact(3 * factor);
+                for (sum, square) in line.iter_mut().zip(pixels) {
+                    for pixel in square.chunks_exact(3) {
+                        *sum += LUMA
+                            .iter()
+                            .zip(pixel)
+                            .map(|(weight, &value)| weight * f32::from(value))
+                            .sum::<f32>();
+                    }
+                }
+            }
+        }
+        let pixels = (factor * factor) as f32;
+        sums.iter_mut().for_each(|sum| *sum /= pixels);
+        sums
+    }
+}
+
+/// All of a picture of this size.
+pub(super) const fn whole((width, height): (usize, usize)) -> Region {
+    Region { x: 0, y: 0, width, height }
+}
+
+/// The samples of a crop in grey, smoothed by a filter of deviation `sigma` pixels, one of every `step` pixels.
+///
+/// Where the mean of the square that a sample stands for is part of so broad a filter, it is taken first, and a Gaussian
+/// makes up the rest of the deviation: that needs no pixels of a file that knows its means. Otherwise this is
+/// [`segment::sample`]. Squares lie on the picture's own grid; those that the crop cuts are left off.
+///
+/// # Panics
+/// If `crop` does not lie inside the picture or `step` is 0.
+#[must_use]
+pub fn desaturated(picture: &impl Pixels, crop: Region, sigma: f64, step: usize) -> Plane {
+    // The variance of the mean of so many pixels.
+    let square = ((step * step) as f64 - 1.0) / 12.0;
+    match aligned(crop, step) {
+        Some(crop) if step > 1 && sigma * sigma > square => {
+            let (width, height) = (crop.width / step, crop.height / step);
+            let middle = (step - 1) as f64 / 2.0;
+            let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
+            let values = picture.shrunk_grey(crop, step);
+            let rest = (sigma * sigma - square).sqrt() / step as f64;
+            segment::smooth(Plane { width, height, values, origin, step }, rest)
+        }
+        _ => {
+            // What the filter weighs beyond the crop.
+            let margin = (3.0 * sigma).ceil() as usize;
+            let (width, height) = picture.size();
+            let (x, y) = (crop.x.saturating_sub(margin), crop.y.saturating_sub(margin));
+            let reach = |from: usize, length: usize, most: usize| (from + length + margin).min(most);
+            let around = Region {
+                x,
+                y,
+                width: reach(crop.x, crop.width, width) - x,
+                height: reach(crop.y, crop.height, height) - y,
+            };
+            let within = Region { x: crop.x - x, y: crop.y - y, ..crop };
+            let plane = segment::sample(&picture.part(around), within, LUMA, sigma, step);
+            Plane { origin: (plane.origin.0 + x as f64, plane.origin.1 + y as f64), ..plane }
+        }
+    }
+}
+
+/// The part of a region that is made of whole squares of the picture's grid; `None` where there is none.
+pub(super) fn aligned(region: Region, step: usize) -> Option<Region> {
+    let side = |from: usize, length: usize| {
+        let first = from.next_multiple_of(step);
+        (first, (from + length).saturating_sub(first) / step * step)
+    };
+    let ((x, width), (y, height)) = (side(region.x, region.width), side(region.y, region.height));
+    (width > 0 && height > 0).then_some(Region { x, y, width, height })
+}
+
+impl Pixels for Image {
+    fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    fn part(&self, region: Region) -> Cow<'_, Image> {
+        if region == whole(self.size()) {
+            return Cow::Borrowed(self);
+        }
+        Cow::Owned(segment::shrink(self, region, 1))
+    }
+
+    fn shrunk(&self, region: Region, factor: usize) -> Image {
+        segment::shrink(self, region, factor)
+    }
+}
+
+impl Pixels for Picture {
+    fn size(&self) -> (usize, usize) {
+        match self {
+            Self::Jpeg(jpeg) => (jpeg.width, jpeg.height),
+            Self::Image(image) => image.size(),
+        }
+    }
+
+    fn part(&self, region: Region) -> Cow<'_, Image> {
+        match self {
+            Self::Jpeg(jpeg) => Cow::Owned(jpeg.part(region)),
+            Self::Image(image) => image.part(region),
+        }
+    }
+
+    fn shrunk(&self, region: Region, factor: usize) -> Image {
+        match self {
+            Self::Jpeg(jpeg) if Jpeg::shrinks(region, factor) => jpeg.shrunk(region, factor),
+            Self::Jpeg(_) => {
+                segment::shrink(&self.part(region), whole((region.width, region.height)), factor)
+            }
+            Self::Image(image) => image.shrunk(region, factor),
+        }
+    }
+
+    fn shrunk_grey(&self, region: Region, factor: usize) -> Vec<f32> {
+        match self {
+            Self::Jpeg(jpeg) if Jpeg::shrinks(region, factor) => jpeg.shrunk_grey(region, factor),
+            Self::Jpeg(jpeg) => jpeg.part(region).shrunk_grey(whole((region.width, region.height)), factor),
+            Self::Image(image) => image.shrunk_grey(region, factor),
+        }
+    }
+}
