@@ -8,7 +8,9 @@ use std::time::Duration;
 
 use tropism::control::chase::Chase;
 use tropism::environment::{run, unwatched};
-use tropism::experiment::{Durability, RecordError, Recorded, RunFolder, files};
+use tropism::experiment::{
+    Durability, EventKind, Journal, RecordError, Recorded, RunFolder, Unwatched, files,
+};
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::light::Light;
 use tropism::photo::{Image, Photo};
@@ -102,7 +104,7 @@ fn open(path: &Path, is_resumed: bool, dark_at: &[u32]) -> Result<(Recording, Ha
     let device = || hand.clone();
     let rig = Rig::new(device(), device(), device(), device(), eye, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 1\n", Durability::Fast, is_resumed)?;
-    Ok((Recorded::new(rig, folder)?, hand))
+    Ok((Recorded::new(rig, folder, Box::new(Unwatched))?, hand))
 }
 
 /// Goes on with the run in `path` for at most `steps` samples.
@@ -219,4 +221,17 @@ fn a_first_photograph_without_a_plant_is_an_error() {
     let (mut world, _) = open(folder.path(), false, &[0]).unwrap();
     let error = run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched).unwrap_err();
     assert!(error.to_string().contains("000000.jpg: found no plant (dark)"), "{error}");
+}
+
+#[test]
+fn what_happened_to_a_run_stands_in_its_journal() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 20);
+    go(folder.path(), true, &[], 30);
+    let journal = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap();
+    let events: Vec<_> =
+        journal.events().unwrap().into_iter().map(|event| (event.step, event.kind, event.text)).collect();
+    assert_eq!(events[0], (0, EventKind::Started, "the run begins".to_owned()));
+    assert_eq!(events[1], (19, EventKind::Resumed, "found 20 steps, going on with the next".to_owned()));
+    assert_eq!(journal.state().unwrap().unwrap().kind, EventKind::Resumed);
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use tropism::control::periodic::Periodic;
 use tropism::environment::run;
-use tropism::experiment::{Durability, Recorded, RunFolder};
+use tropism::experiment::{Durability, Recorded, RunFolder, Unwatched};
 use tropism::geometry::Point;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::scene::Scene;
@@ -30,7 +30,7 @@ fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told 
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
-    let mut world = Recorded::new(rig, folder).unwrap();
+    let mut world = Recorded::new(rig, folder, Box::new(Unwatched)).unwrap();
     let mut left = samples;
     let mut side = BTreeMap::new();
     let mut watch = |_: &_| {

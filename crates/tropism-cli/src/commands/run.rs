@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
-use tropism::experiment::{Journal, Recorded, RunFolder, files};
+use tropism::experiment::{Event, EventKind, Journal, RecordError, Recorded, RunFolder, Watcher, files};
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::observation::Quality;
 use tropism::report::Plants;
@@ -178,7 +178,7 @@ impl RunPlan {
             folder.journal().start(now).with_context(|| out.join("journal.sqlite").display().to_string())?
         };
         let open = self.rig.open(self.seed, UNIX_EPOCH + Duration::from_secs_f64(start))?;
-        let mut recorded = Recorded::new(open.rig, folder)?;
+        let mut recorded = Recorded::new(open.rig, folder, Box::new(Ears))?;
         let mut is_over = true;
         let mut beside = Ok(());
         let mut watch = |sample: &Sample| {
@@ -189,12 +189,17 @@ impl RunPlan {
             is_over &= flow.is_continue() || sample.light.is_none();
             flow
         };
-        let track =
-            environment::run(&mut recorded, &mut *controller.build(&self.task), &self.task, &mut watch)?;
+        let controller = &mut *controller.build(&self.task);
+        let track = match environment::run(&mut recorded, controller, &self.task, &mut watch) {
+            Err(RecordError::Stopped) => return Ok(None),
+            other => other?,
+        };
         beside?;
         if !is_over {
+            recorded.tell(EventKind::Stopped, "asked to end".to_owned())?;
             return Ok(None);
         }
+        recorded.tell(EventKind::Finished, format!("{} steps", track.samples.len() - 1))?;
         if let Some(device) = &open.truth {
             files::write(&out.join("truth.csv"), &device.truth_csv())?;
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
@@ -208,6 +213,17 @@ impl RunPlan {
         }
         recorded.folder().write_track(&track)?;
         Ok(Some(track))
+    }
+}
+
+/// Hears Ctrl-C and SIGTERM.
+struct Ears;
+
+impl Watcher for Ears {
+    fn event(&mut self, _event: &Event) {}
+
+    fn beat(&mut self) -> ControlFlow<()> {
+        if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 

@@ -1,9 +1,10 @@
-//! The journal of a run: SQLite, one row a step.
+//! The journal of a run: SQLite, one row a step and one an event.
 
 use std::path::Path;
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
 
+use super::event::Event;
 use crate::geometry::{Pixel, Point};
 use crate::light::{self, Light};
 use crate::observation::{Observation, Quality};
@@ -66,7 +67,10 @@ pub enum JournalError {
     Schema(i64),
 }
 
-const SCHEMA: i64 = 2;
+const SCHEMA: i64 = 3;
+
+/// The oldest schema whose rows can still be read; a run of it cannot be gone on with.
+const READABLE: i64 = 2;
 
 /// An open journal.
 #[derive(Debug)]
@@ -99,6 +103,9 @@ impl Journal {
                      tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
                      quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
                      decided TEXT, done INTEGER NOT NULL DEFAULT 0);
+                 CREATE TABLE event (
+                     id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
+                     unix_s REAL);
                  CREATE TABLE start (unix_s REAL NOT NULL);
                  PRAGMA user_version = {SCHEMA};
                  COMMIT;"
@@ -115,7 +122,7 @@ impl Journal {
     pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
         let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
         match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-            SCHEMA => Ok(Self { db }),
+            READABLE..=SCHEMA => Ok(Self { db }),
             other => Err(JournalError::Schema(other)),
         }
     }
@@ -127,6 +134,59 @@ impl Journal {
     pub fn start(&self, now: f64) -> Result<f64, JournalError> {
         self.db.execute("INSERT INTO start SELECT ? WHERE NOT EXISTS (SELECT * FROM start)", [now])?;
         Ok(self.db.query_row("SELECT unix_s FROM start", [], |row| row.get(0))?)
+    }
+
+    /// Writes down something that happened.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn happened(&self, event: &Event) -> Result<(), JournalError> {
+        self.db
+            .prepare_cached("INSERT INTO event (step, kind, text, unix_s) VALUES (?, ?, ?, ?)")?
+            .execute(params![event.step, event.kind.name(), event.text, event.unix_s])?;
+        Ok(())
+    }
+
+    /// All that happened, in order. Nothing in a journal of a version before 3.
+    ///
+    /// # Errors
+    /// [`JournalError`] names what cannot be read.
+    pub fn events(&self) -> Result<Vec<Event>, JournalError> {
+        if !self.has_table("event")? {
+            return Ok(Vec::new());
+        }
+        let mut statement = self.db.prepare("SELECT step, kind, text, unix_s FROM event ORDER BY id")?;
+        let mut found = statement.query([])?;
+        let mut events = Vec::new();
+        while let Some(row) = found.next()? {
+            let (step, word): (u32, String) = (row.get(0)?, row.get(1)?);
+            let Ok(kind) = word.parse() else {
+                return Err(JournalError::Value {
+                    step,
+                    column: "kind",
+                    found: word,
+                    wanted: "a kind of event",
+                });
+            };
+            events.push(Event { step, kind, text: row.get(2)?, unix_s: row.get(3)? });
+        }
+        Ok(events)
+    }
+
+    /// What the run is doing: the latest event that says so; `None` if it has not begun. A run that was killed still
+    /// says that it has started or resumed.
+    ///
+    /// # Errors
+    /// As [`Self::events`].
+    pub fn state(&self) -> Result<Option<Event>, JournalError> {
+        Ok(self.events()?.into_iter().rfind(|event| event.kind.is_state()))
+    }
+
+    fn has_table(&self, name: &str) -> Result<bool, JournalError> {
+        let count: i64 =
+            self.db
+                .query_row("SELECT count(*) FROM sqlite_master WHERE name = ?", [name], |row| row.get(0))?;
+        Ok(count > 0)
     }
 
     /// Writes down a photograph that is safe on the disk, and what was seen in it.

@@ -6,12 +6,14 @@
 //! controller before the loop goes on.
 
 mod checkpoint;
+mod event;
 pub mod files;
 mod folder;
 mod journal;
 mod recorded;
 
 pub use checkpoint::{Checkpoint, Loaded};
+pub use event::{Event, EventKind, Unwatched, Watcher};
 pub use folder::{FolderError, RunFolder, lock};
 pub use journal::{Durability, Journal, JournalError, Row};
 pub use recorded::{RecordError, Recorded};

@@ -1,5 +1,6 @@
 //! A rig whose every step is written down, and taken up again after an interruption.
 
+use super::event::{Event, EventKind, Watcher};
 use super::files::{self, FileError};
 use super::folder::{FolderError, RunFolder};
 use super::journal::{JournalError, Row};
@@ -13,12 +14,12 @@ use crate::rig::{Camera, Clock, Flash, Lamps, Rig, RigError, Shot};
 /// Each step is recorded in the order in which it happens: the photograph is kept and what was seen is committed, then
 /// the decision, then that the lamp was lit. Steps that the folder holds already are played back: the loop and its
 /// controller go through them as they did before, without touching the plant, and then go on.
-#[derive(Debug)]
 pub struct Recorded<C, L: Lamps, F, K> {
     rig: Rig<C, L, F, K>,
     folder: RunFolder,
     past: Vec<Row>,
     step: usize,
+    watcher: Box<dyn Watcher>,
 }
 
 /// Why a recorded run cannot go on.
@@ -36,6 +37,9 @@ pub enum RecordError {
     /// A step that cannot be written down.
     #[error("journal.sqlite: {0}")]
     Journal(#[from] JournalError),
+    /// A watcher asked for an end. The run can be gone on with.
+    #[error("the run was asked to end")]
+    Stopped,
     /// The controller decides otherwise than it did.
     #[error(
         "step {step}: found the decision {found} in the journal, wanted {wanted}, which the controller decides now"
@@ -51,13 +55,35 @@ pub enum RecordError {
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
-    /// Records `rig` in `folder`, after playing back what is recorded there.
+    /// Records `rig` in `folder`, after playing back what is recorded there. `watcher` hears of all that happens.
     ///
     /// # Errors
     /// [`RecordError::Folder`] if the journal cannot be read.
-    pub fn new(rig: Rig<C, L, F, K>, folder: RunFolder) -> Result<Self, RecordError> {
+    pub fn new(
+        rig: Rig<C, L, F, K>,
+        folder: RunFolder,
+        watcher: Box<dyn Watcher>,
+    ) -> Result<Self, RecordError> {
         let past = folder.rows()?;
-        Ok(Self { rig, folder, past, step: 0 })
+        let mut recorded = Self { rig, folder, past, step: 0, watcher };
+        let (kind, text) = match recorded.past.len() {
+            0 => (EventKind::Started, "the run begins".to_owned()),
+            steps => (EventKind::Resumed, format!("found {steps} steps, going on with the next")),
+        };
+        recorded.tell(kind, text)?;
+        Ok(recorded)
+    }
+
+    /// Writes down that something happened, and tells the watcher.
+    ///
+    /// # Errors
+    /// [`RecordError::Journal`] if it cannot be written down; the watcher has been told all the same.
+    pub fn tell(&mut self, kind: EventKind, text: String) -> Result<(), RecordError> {
+        let step = self.step.max(self.past.len().saturating_sub(1)) as u32;
+        let event = Event { step, kind, text, unix_s: None };
+        let written = self.folder.journal().happened(&event);
+        self.watcher.event(&event);
+        Ok(written?)
     }
 
     /// The run folder.
@@ -93,6 +119,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<C, L, F, 
     fn observe(&mut self) -> Result<Observation, RecordError> {
         if let Some(observation) = self.past.get(self.step).and_then(|row| row.seen.observation.clone()) {
             return Ok(observation);
+        }
+        if self.watcher.beat().is_break() {
+            self.tell(EventKind::Stopped, "asked to end".to_owned())?;
+            return Err(RecordError::Stopped);
         }
         let observation = self.rig.observe()?;
         self.record(self.rig.shot().expect("an observed rig has a shot"))?;
