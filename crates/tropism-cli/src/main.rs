@@ -11,6 +11,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use crate::commands::Command;
+use crate::commands::run::Paused;
 use crate::shell::{Interrupted, Shell};
 
 /// Steers living plants with light: photograph, model, evolution, controller, lamps.
@@ -51,6 +52,10 @@ fn main() -> ExitCode {
         Err(error) if error.is::<Interrupted>() => {
             shell.note(&error.to_string());
             ExitCode::from(130)
+        }
+        Err(error) if error.is::<Paused>() => {
+            eprintln!("{error}");
+            ExitCode::from(3)
         }
         Err(error) => {
             eprintln!("error: {}", in_one_line(&error));

@@ -1,45 +1,200 @@
-//! The clock on the wall.
+//! The clock of a tent: even time since the start, and the clock on the wall beside it as a label.
 
-use std::time::{Duration, SystemTime};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use tropism::rig::Clock;
+use tropism::rig::{Boot, Clock, Moment};
 
-/// Sleeps until a step is due.
-#[derive(Clone, Copy, Debug)]
-pub struct WallClock {
-    start: SystemTime,
+/// How long it sleeps before it asks whether to go on.
+const STRETCH: Duration = Duration::from_millis(400);
+
+/// What shows the time.
+pub trait Time {
+    /// Seconds since the computer was started, those asleep included. Nobody can set it.
+    fn boot_s(&self) -> f64;
+
+    /// Names this start of the computer.
+    fn boot_id(&self) -> String;
+
+    /// The clock on the wall, in seconds since 1970.
+    fn unix_s(&self) -> f64;
+
+    /// Whether the clock on the wall is known to be right.
+    fn is_wall_set(&self) -> bool;
+
+    /// Sleeps.
+    fn sleep(&self, time: Duration);
 }
 
-impl WallClock {
-    /// A clock whose experiment began at `start`: before now, if the run is resumed.
-    #[must_use]
-    pub const fn new(start: SystemTime) -> Self {
-        Self { start }
+/// The computer's clocks.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SystemTimes;
+
+impl Time for SystemTimes {
+    #[cfg(target_os = "linux")]
+    fn boot_s(&self) -> f64 {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
+        time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+    }
+
+    /// Since this program first asked: elsewhere nothing outlives it that could be asked.
+    #[cfg(not(target_os = "linux"))]
+    fn boot_s(&self) -> f64 {
+        static FIRST: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+        FIRST.get_or_init(std::time::Instant::now).elapsed().as_secs_f64()
+    }
+
+    fn boot_id(&self) -> String {
+        let id = std::fs::read_to_string("/proc/sys/kernel/random/boot_id");
+        id.map_or_else(|_| format!("process {}", std::process::id()), |id| id.trim().to_owned())
+    }
+
+    fn unix_s(&self) -> f64 {
+        SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
+    }
+
+    /// As systemd says; where there is none, it is not known.
+    fn is_wall_set(&self) -> bool {
+        Path::new("/run/systemd/timesync/synchronized").exists()
+            || Command::new("timedatectl")
+                .args(["show", "--property=NTPSynchronized", "--value"])
+                .output()
+                .is_ok_and(|answer| answer.stdout.trim_ascii() == b"yes")
+    }
+
+    fn sleep(&self, time: Duration) {
+        std::thread::sleep(time);
     }
 }
 
-impl Clock for WallClock {
-    /// Sleeps in short stretches, so that a clock which was set meanwhile is noticed.
-    fn wait_until(&mut self, since_start: Duration) {
-        while let Some(left) =
-            (self.start + since_start).duration_since(SystemTime::now()).ok().filter(|left| !left.is_zero())
-        {
-            std::thread::sleep(left.min(Duration::from_secs(1)));
+/// Counts from the start of an experiment. What is done to the clock on the wall does not move it.
+#[derive(Clone, Debug)]
+pub struct TentClock<T = SystemTimes> {
+    time: T,
+    boot: Boot,
+}
+
+impl TentClock {
+    /// For an experiment that began so long ago.
+    #[must_use]
+    pub fn new(since_start: Duration) -> Self {
+        Self::of(SystemTimes, since_start)
+    }
+}
+
+impl<T: Time> TentClock<T> {
+    /// A clock that goes by `time`.
+    #[must_use]
+    pub fn of(time: T, since_start: Duration) -> Self {
+        let boot = Boot {
+            id: time.boot_id(),
+            start_s: time.boot_s() - since_start.as_secs_f64(),
+            is_wall_set: time.is_wall_set(),
+        };
+        Self { time, boot }
+    }
+
+    fn since_start(&self) -> Duration {
+        Duration::try_from_secs_f64((self.time.boot_s() - self.boot.start_s).max(0.0)).unwrap_or_default()
+    }
+}
+
+impl<T: Time> Clock for TentClock<T> {
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        while let Some(left) = since_start.checked_sub(self.since_start()).filter(|left| !left.is_zero()) {
+            self.time.sleep(left.min(STRETCH));
+            meanwhile()?;
         }
+        ControlFlow::Continue(())
+    }
+
+    fn now(&self) -> Option<Moment> {
+        Some(Moment { since_start: self.since_start(), unix_s: self.time.unix_s() })
+    }
+
+    fn boot(&self) -> Option<Boot> {
+        Some(self.boot.clone())
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+    use std::rc::Rc;
+
     use super::*;
 
+    /// Time that passes only while somebody sleeps, and a wall clock that is set by hours with every sleep.
+    #[derive(Clone, Default)]
+    struct Jumpy {
+        boot_s: Rc<Cell<f64>>,
+        sleeps: Rc<Cell<u32>>,
+    }
+
+    impl Time for Jumpy {
+        fn boot_s(&self) -> f64 {
+            self.boot_s.get()
+        }
+        fn boot_id(&self) -> String {
+            "this one".to_owned()
+        }
+        fn unix_s(&self) -> f64 {
+            1e9 + f64::from(self.sleeps.get() % 5) * 7200.0 - f64::from(self.sleeps.get() % 3) * 86_400.0
+        }
+        fn is_wall_set(&self) -> bool {
+            false
+        }
+        fn sleep(&self, time: Duration) {
+            self.boot_s.set(self.boot_s.get() + time.as_secs_f64());
+            self.sleeps.set(self.sleeps.get() + 1);
+        }
+    }
+
     #[test]
-    fn waits_until_the_step_is_due_and_no_longer_for_one_that_has_passed() {
-        let start = SystemTime::now();
-        let mut clock = WallClock::new(start);
-        clock.wait_until(Duration::from_millis(60));
-        assert!(start.elapsed().unwrap() >= Duration::from_millis(60));
-        let mut late = WallClock::new(start - Duration::from_secs(3600));
-        late.wait_until(Duration::from_secs(3000));
+    fn a_step_comes_when_it_is_due_whatever_is_done_to_the_clock_on_the_wall() {
+        let time = Jumpy::default();
+        let mut clock = TentClock::of(time.clone(), Duration::ZERO);
+        for step in 0..50_u32 {
+            let due = Duration::from_secs(300) * step;
+            assert!(clock.wait_until(due, &mut || ControlFlow::Continue(())).is_continue());
+            assert!(clock.since_start().abs_diff(due) < Duration::from_millis(1), "step {step}");
+        }
+        // One that has passed is not waited for.
+        let before = time.sleeps.get();
+        assert!(clock.wait_until(Duration::from_secs(3), &mut || ControlFlow::Break(())).is_continue());
+        assert_eq!(time.sleeps.get(), before);
+    }
+
+    #[test]
+    fn an_experiment_that_is_gone_on_with_keeps_its_times() {
+        let time = Jumpy::default();
+        time.boot_s.set(50.0);
+        let clock = TentClock::of(time, Duration::from_secs(3600));
+        assert_eq!(clock.boot().unwrap().start_s, -3550.0);
+        assert_eq!(clock.now().unwrap().since_start, Duration::from_secs(3600));
+    }
+
+    #[test]
+    fn whoever_asks_for_an_end_is_heard_within_half_a_second_of_a_wait_of_hours() {
+        let time = Jumpy::default();
+        let mut clock = TentClock::of(time.clone(), Duration::ZERO);
+        let mut meanwhile =
+            || if time.sleeps.get() > 9 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        assert!(clock.wait_until(Duration::from_secs(36_000), &mut meanwhile).is_break());
+        assert!(time.boot_s.get() <= 10.0 * 0.5);
+    }
+
+    #[test]
+    fn the_computers_own_clock_goes_on() {
+        let mut clock = TentClock::new(Duration::from_secs(60));
+        let due = clock.since_start() + Duration::from_millis(30);
+        assert!(clock.wait_until(due, &mut || ControlFlow::Continue(())).is_continue());
+        assert!(clock.since_start() >= due && !clock.boot().unwrap().id.is_empty());
     }
 }

@@ -1,18 +1,18 @@
 //! The rig file: what stands in a tent.
 
 use std::fmt;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
-use tropism::experiment::Durability;
+use tropism::experiment::{Durability, LampsInView, Patience};
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
 use tropism::track::PERIOD_MIN;
 use tropism::vision::{Calibration, Eye, VisionConfig};
 
-use crate::clock::WallClock;
+use crate::clock::TentClock;
 use crate::command::CommandLamps;
 use crate::driver::{CameraDriver, FlashDriver, LampDriver};
 use crate::mqtt::Broker;
@@ -33,6 +33,12 @@ pub struct RigFile {
     /// Minutes between photographs. Paper: 5.
     #[serde(default = "five")]
     pub period_min: f64,
+    /// What a run bears before it asks. A virtual tent bears everything if the file does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patience: Option<Patience>,
+    /// Where the photographs show the lamps; if it is left out, that is not looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lamps_in_view: Option<LampsInView>,
     /// The virtual tent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub greenhouse: Option<Greenhouse>,
@@ -187,6 +193,8 @@ impl RigFile {
         Self {
             durability: None,
             period_min: PERIOD_MIN,
+            patience: None,
+            lamps_in_view: None,
             greenhouse: Some(greenhouse),
             camera: None,
             lamps: None,
@@ -209,6 +217,13 @@ impl RigFile {
         self.durability.unwrap_or(if self.is_virtual() { Durability::Fast } else { Durability::Full })
     }
 
+    /// What a run in it bears before it asks.
+    #[must_use]
+    pub fn patience(&self) -> Patience {
+        let usual = if self.is_virtual() { Patience::endless } else { Patience::default };
+        self.patience.clone().unwrap_or_else(usual)
+    }
+
     /// How photographs of this rig map to centimetres.
     #[must_use]
     pub fn calibration(&self) -> Option<Calibration> {
@@ -223,6 +238,12 @@ impl RigFile {
         let error = |line: String| Err(RigFileError(line));
         if !(self.period_min > 0.0 && self.period_min <= 24.0 * 60.0) {
             return error(format!("found period_min = {}, wanted above 0 and at most 1440", self.period_min));
+        }
+        self.patience.iter().try_for_each(Patience::check).map_err(RigFileError)?;
+        if let (Some(lamps), Some(Calibration { width, height, .. })) =
+            (&self.lamps_in_view, self.calibration())
+        {
+            lamps.check(width, height).map_err(RigFileError)?;
         }
         if let Some(greenhouse) = &self.greenhouse {
             if self.camera.is_some()
@@ -258,11 +279,11 @@ impl RigFile {
         self.vision.check(calibration.width, calibration.height).map_err(found)
     }
 
-    /// Opens the rig. `seed` is the plant's if it is virtual; `start` is when the experiment began if it is real.
+    /// Opens the rig. `seed` is the plant's if it is virtual; a real one's experiment began `since_start` ago.
     ///
     /// # Errors
     /// [`RigFileError`], as [`Self::check`], or if a device cannot be found.
-    pub fn open(&self, seed: u64, start: SystemTime) -> Result<OpenRig, RigFileError> {
+    pub fn open(&self, seed: u64, since_start: Duration) -> Result<OpenRig, RigFileError> {
         self.check()?;
         let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
         let period = Duration::from_secs_f64(self.period_min * 60.0);
@@ -289,7 +310,7 @@ impl RigFile {
             Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
             None => Box::new(NoFlash),
         };
-        let clock = Box::new(WallClock::new(start)) as Box<dyn Clock>;
+        let clock = Box::new(TentClock::new(since_start)) as Box<dyn Clock>;
         let (camera, lamps) =
             (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
         let rig = Rig::new(camera, lamps, flash, clock, eye, period);
@@ -448,7 +469,7 @@ mod tests {
     fn a_recorded_run_is_seen_again_through_a_rig_of_drivers() {
         let greenhouse = Greenhouse::default();
         let folder = tempfile::tempdir().unwrap();
-        let start = SystemTime::now();
+        let start = Duration::ZERO;
         let tent = RigFile::greenhouse(greenhouse.clone(), VisionConfig::default());
         let mut tent = tent.open(3, start).unwrap().rig;
         let (mut seen, mut shots) = (Vec::new(), Vec::new());
@@ -503,8 +524,8 @@ mod tests {
         );
 
         let mut resumed = rig.open(0, start).unwrap().rig;
-        resumed.relive(&shots[0], Light::Left);
-        resumed.relive(&shots[1], Light::Right);
+        resumed.relive(0, &shots[0], Light::Left, 1);
+        resumed.relive(1, &shots[1], Light::Right, 2);
         assert_eq!(resumed.observe().unwrap(), seen[2]);
     }
 

@@ -30,6 +30,12 @@ pub trait Environment {
     /// If the lamp cannot be lit.
     fn step(&mut self, light: Light) -> Result<(), Self::Error>;
 
+    /// How many steps have passed so far without an observation, because something went wrong. They count for the task,
+    /// and are gaps in the track.
+    fn missed(&self) -> u32 {
+        0
+    }
+
     /// Minutes between observations.
     fn period_min(&self) -> f64 {
         PERIOD_MIN
@@ -39,7 +45,7 @@ pub trait Environment {
 /// Runs `controller` in `world` until `task` is over, or `watch` breaks off.
 ///
 /// `watch` sees each sample as it is complete: tip and the light decided for it. The track of N steps has N + 1 samples,
-/// the last one dark. A broken-off track ends with the sample at which `watch` broke off.
+/// the last one dark, fewer if the world missed some. A broken-off track ends with the sample at which `watch` broke off.
 ///
 /// # Errors
 /// Those of the world.
@@ -50,8 +56,9 @@ pub fn run<W: Environment>(
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Result<Track, W::Error> {
     let mut track = Track::default();
-    for step in 0.. {
+    for taken in 0.. {
         let seen = world.observe()?;
+        let step = taken + world.missed();
         let is_over = task.is_over(step, seen.tip);
         let light = (!is_over).then(|| controller.decide(&seen));
         let sample = Sample {

@@ -3,6 +3,7 @@
 //! Drivers implement four small traits; [`Rig`] makes an [`Environment`] of them and an [`Eye`]. The virtual tent
 //! ([`crate::greenhouse`]) is a rig like any other, so it exercises all of this.
 
+use std::ops::ControlFlow;
 use std::time::Duration;
 
 use crate::environment::Environment;
@@ -43,10 +44,45 @@ pub trait Flash {
     fn flash(&mut self, is_on: bool) -> Result<(), RigError>;
 }
 
+/// A moment, as the clocks of a real tent show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Since the start of the experiment, on a clock that grows evenly, whatever is done to the one on the wall.
+    pub since_start: Duration,
+    /// The clock on the wall, in seconds since 1970: a label for people.
+    pub unix_s: f64,
+}
+
+/// The clock that counts from the start of a computer, and where on it an experiment began.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boot {
+    /// Names this start of the computer.
+    pub id: String,
+    /// The start of the experiment, in seconds on this clock; below 0 if it was before the start of the computer.
+    pub start_s: f64,
+    /// Whether the clock on the wall is known to be right.
+    pub is_wall_set: bool,
+}
+
 /// Time since the start of an experiment: sleeps in a tent, jumps in the virtual one.
 pub trait Clock {
-    /// Returns when `since_start` has come. Returns at once if it has passed.
-    fn wait_until(&mut self, since_start: Duration);
+    /// Returns when `since_start` has come; at once if it has passed. A clock that sleeps asks `meanwhile` about twice a
+    /// second, and returns early with its `Break`.
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()>;
+
+    /// What it shows; `None` of a clock that jumps.
+    fn now(&self) -> Option<Moment> {
+        None
+    }
+
+    /// What it counts from; `None` of a clock that jumps.
+    fn boot(&self) -> Option<Boot> {
+        None
+    }
 
     /// Lives again through a step that was recorded before an interruption: `light` is lit until `until`.
     ///
@@ -77,8 +113,20 @@ impl<T: Flash + ?Sized> Flash for Box<T> {
 }
 
 impl<T: Clock + ?Sized> Clock for Box<T> {
-    fn wait_until(&mut self, since_start: Duration) {
-        (**self).wait_until(since_start);
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        (**self).wait_until(since_start, meanwhile)
+    }
+
+    fn now(&self) -> Option<Moment> {
+        (**self).now()
+    }
+
+    fn boot(&self) -> Option<Boot> {
+        (**self).boot()
     }
 
     fn relive(&mut self, light: Light, until: Duration) {
@@ -129,8 +177,14 @@ pub struct Rig<C, L: Lamps, F, K> {
     clock: K,
     eye: Eye,
     period: Duration,
+    /// The next step.
     step: u32,
     shot: Option<Shot>,
+}
+
+/// For those who do not want to break off.
+fn go_on() -> ControlFlow<()> {
+    ControlFlow::Continue(())
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
@@ -144,43 +198,109 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
         self.shot.as_ref()
     }
 
-    /// Lives again through a recorded step: what was seen at its beginning, and the light that was lit until its end.
-    pub fn relive(&mut self, shot: &Shot, light: Light) {
-        self.recall(shot);
-        self.clock.relive(light, self.period * self.step);
+    /// The clock.
+    pub const fn clock(&self) -> &K {
+        &self.clock
+    }
+
+    /// The next step.
+    pub const fn next_step(&self) -> u32 {
+        self.step
+    }
+
+    /// When `step` is due, since the start.
+    pub fn due(&self, step: u32) -> Duration {
+        self.period * step
+    }
+
+    /// Passes over steps that cannot be taken any more: the next one is `step`.
+    pub const fn skip_to(&mut self, step: u32) {
+        self.step = step;
+    }
+
+    /// Waits for a time since the start, as [`Clock::wait_until`].
+    pub fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        self.clock.wait_until(since_start, meanwhile)
+    }
+
+    /// The photograph of the next step, taken now.
+    ///
+    /// # Errors
+    /// Those of camera and flash; the flash is told to be off all the same.
+    pub fn photograph(&mut self) -> Result<Photo, RigError> {
+        let lit = self.flash.flash(true);
+        let photo = lit.and_then(|()| self.camera.photograph());
+        // Off again whether or not flash and camera obeyed.
+        let off = self.flash.flash(false);
+        let mut photo = photo?;
+        off?;
+        photo.name = photo_name(self.step);
+        photo.time_s = self.due(self.step).as_secs_f64();
+        Ok(photo)
+    }
+
+    /// What stands for the photograph of the next step where there is none: a file without bytes.
+    pub fn no_photograph(&self) -> Photo {
+        Photo { name: photo_name(self.step), bytes: Vec::new(), time_s: self.due(self.step).as_secs_f64() }
+    }
+
+    /// Takes the next step with what `photo` shows of the plant.
+    ///
+    /// # Errors
+    /// [`RigError::NeverSeen`]; then the step is still the next one.
+    pub fn see(&mut self, photo: Photo) -> Result<Observation, RigError> {
+        let seen = self.eye.observe(&photo);
+        let Some(observation) = seen.observation.clone() else {
+            return Err(RigError::NeverSeen { photo: photo.name, class: seen.class.to_string() });
+        };
+        self.step += 1;
+        self.shot = Some(Shot { photo, seen });
+        Ok(observation)
+    }
+
+    /// Lights one lamp, or none.
+    ///
+    /// # Errors
+    /// Those of the lamps.
+    pub fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        self.lamps.light(light)
+    }
+
+    /// Lives again through a recorded step: what was seen at its beginning, and the light that was lit until the step
+    /// `until`.
+    pub fn relive(&mut self, step: u32, shot: &Shot, light: Light, until: u32) {
+        self.recall(step, shot);
+        self.clock.relive(light, self.due(until));
     }
 
     /// Takes up what was seen at the latest step, which is not over: its photograph need not be taken again.
-    pub fn recall(&mut self, shot: &Shot) {
+    pub fn recall(&mut self, step: u32, shot: &Shot) {
         self.eye.resume(&shot.photo, &shot.seen);
         self.camera.skip();
-        self.step += 1;
+        self.step = step + 1;
     }
+}
+
+fn photo_name(step: u32) -> String {
+    format!("{step:06}.jpg")
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
     type Error = RigError;
 
     fn observe(&mut self) -> Result<Observation, RigError> {
-        self.clock.wait_until(self.period * self.step);
-        self.flash.flash(true)?;
-        let photo = self.camera.photograph();
-        // Off again whether or not the camera obeyed.
-        self.flash.flash(false)?;
-        let mut photo = photo?;
-        photo.name = format!("{:06}.jpg", self.step);
-        photo.time_s = (self.period * self.step).as_secs_f64();
-        self.step += 1;
-        let seen = self.eye.observe(&photo);
-        let Some(observation) = seen.observation.clone() else {
-            return Err(RigError::NeverSeen { photo: photo.name, class: seen.class.to_string() });
-        };
-        self.shot = Some(Shot { photo, seen });
-        Ok(observation)
+        // Nobody can break this off.
+        let _ = self.wait_until(self.due(self.step), &mut go_on);
+        let photo = self.photograph()?;
+        self.see(photo)
     }
 
     fn step(&mut self, light: Light) -> Result<(), RigError> {
-        self.lamps.light(Some(light))
+        self.light(Some(light))
     }
 
     fn period_min(&self) -> f64 {

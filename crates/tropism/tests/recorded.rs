@@ -1,7 +1,7 @@
 //! A run folder survives whatever ends the program: the run goes on as if nothing had happened.
 
-use std::cell::RefCell;
-use std::ops::ControlFlow;
+use std::cell::{Cell, RefCell};
+use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
@@ -9,17 +9,18 @@ use std::time::Duration;
 use tropism::control::chase::Chase;
 use tropism::environment::{run, unwatched};
 use tropism::experiment::{
-    Durability, EventKind, Journal, RecordError, Recorded, RunFolder, Unwatched, files,
+    Care, Durability, Event, EventKind, Journal, LampsInView, OnFault, Patience, RecordError, Recorded,
+    RunFolder, Watcher, files,
 };
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::light::Light;
 use tropism::photo::{Image, Photo};
-use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
+use tropism::rig::{Boot, Camera, Clock, Flash, Lamps, Moment, Rig, RigError};
 use tropism::task::Task;
 use tropism::track::Track;
 use tropism::vision::{Calibration, Eye, VisionConfig};
 
-/// A straight stem that grows and leans to the lit lamp, and a log of what was done to it.
+/// A straight stem that grows and leans to the lit lamp, what goes wrong in its tent, and a log of what was done to it.
 #[derive(Default)]
 struct Tent {
     lean: f64,
@@ -28,8 +29,36 @@ struct Tent {
     has_flash: bool,
     photographs: u32,
     lights: Vec<Option<Light>>,
-    /// Photographs that come out black, by minute.
+    wrong: Wrong,
+}
+
+/// What goes wrong, by minute.
+#[derive(Clone, Default)]
+struct Wrong {
+    /// Photographs that come out black.
     dark_at: Vec<u32>,
+    /// Photographs that are none.
+    camera_fails: Range<u32>,
+    /// Photographs that take so many minutes.
+    camera_takes: Vec<(u32, f64)>,
+    /// Commands that the lamps do not obey, and say so.
+    lamps_fail: Range<u32>,
+    /// Commands that the lamps do not obey, and say nothing.
+    lamps_lie: Range<u32>,
+    /// Whether it has the clocks of a real tent; the one on the wall is set by two hours after 100 minutes.
+    is_real: bool,
+}
+
+impl Tent {
+    fn is_in(&self, range: &Range<u32>) -> bool {
+        range.contains(&(self.minutes as u32))
+    }
+
+    fn advance_to(&mut self, minutes: f64) {
+        let sign = self.lit.map_or(0.0, Light::sign);
+        self.lean = (self.lean + 0.02 * sign * (minutes - self.minutes)).clamp(-7.0, 7.0);
+        self.minutes = minutes;
+    }
 }
 
 #[derive(Clone)]
@@ -37,12 +66,19 @@ struct Hand(Rc<RefCell<Tent>>);
 
 const CALIBRATION: Calibration = Calibration::flat(Pixel::new(100.0, 189.0), 10.0, 200, 200);
 
+fn failed(device: &str) -> RigError {
+    RigError::Device { device: device.to_owned(), problem: "found silence, wanted an answer".to_owned() }
+}
+
 impl Camera for Hand {
     fn photograph(&mut self) -> Result<Photo, RigError> {
         let mut tent = self.0.borrow_mut();
         tent.photographs += 1;
+        if tent.is_in(&tent.wrong.camera_fails) {
+            return Err(failed("camera"));
+        }
         let mut image = Image { width: 200, height: 200, rgb: vec![12; 3 * 200 * 200] };
-        let is_dark = !tent.has_flash || tent.dark_at.contains(&(tent.minutes as u32));
+        let is_dark = !tent.has_flash || tent.wrong.dark_at.contains(&(tent.minutes as u32));
         let height = 4.0 + 0.02 * tent.minutes;
         for step in 0..=(if is_dark { 0 } else { 400 }) {
             let share = f64::from(step) / 400.0;
@@ -52,7 +88,16 @@ impl Camera for Hand {
                 image.rgb[3 * (200 * y + x)..][..3].copy_from_slice(&[150, 210, 80]);
             }
         }
+        // The lit lamp, below the crop.
+        if let Some(light) = tent.lit.filter(|_| !is_dark) {
+            let left = if light == Light::Left { 4 } else { 180 };
+            (190..198).for_each(|y| image.rgb[3 * (200 * y + left)..][..48].fill(250));
+        }
         let bytes = image.to_jpeg(90).unwrap();
+        let minutes = tent.minutes;
+        if let Some(&(_, takes)) = tent.wrong.camera_takes.iter().find(|(at, _)| *at == minutes as u32) {
+            tent.advance_to(minutes + takes);
+        }
         Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
     }
 }
@@ -60,7 +105,12 @@ impl Camera for Hand {
 impl Lamps for Hand {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
         let mut tent = self.0.borrow_mut();
-        tent.lit = light;
+        if light.is_some() && tent.is_in(&tent.wrong.lamps_fail) {
+            return Err(failed("left lamp"));
+        }
+        if light.is_none() || !tent.is_in(&tent.wrong.lamps_lie) {
+            tent.lit = light;
+        }
         tent.lights.push(light);
         Ok(())
     }
@@ -74,17 +124,36 @@ impl Flash for Hand {
 }
 
 impl Clock for Hand {
-    fn wait_until(&mut self, since_start: Duration) {
-        let mut tent = self.0.borrow_mut();
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let minutes = since_start.as_secs_f64() / 60.0;
-        let sign = tent.lit.map_or(0.0, Light::sign);
-        tent.lean = (tent.lean + 0.02 * sign * (minutes - tent.minutes)).clamp(-7.0, 7.0);
-        tent.minutes = minutes;
+        let now = self.0.borrow().minutes;
+        if minutes > now {
+            self.0.borrow_mut().advance_to(minutes);
+            meanwhile()?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn now(&self) -> Option<Moment> {
+        let tent = self.0.borrow();
+        let wall_s = if tent.minutes > 100.0 { 1e9 + 7200.0 } else { 1e9 };
+        let since_start = Duration::from_secs_f64(60.0 * tent.minutes);
+        tent.wrong.is_real.then_some(Moment { since_start, unix_s: wall_s + since_start.as_secs_f64() })
+    }
+
+    fn boot(&self) -> Option<Boot> {
+        let boot = Boot { id: "a".to_owned(), start_s: 7.0, is_wall_set: true };
+        self.0.borrow().wrong.is_real.then_some(boot)
     }
 
     fn relive(&mut self, light: Light, until: Duration) {
-        self.0.borrow_mut().lit = Some(light);
-        self.wait_until(until);
+        let mut tent = self.0.borrow_mut();
+        tent.lit = Some(light);
+        tent.advance_to(until.as_secs_f64() / 60.0);
     }
 }
 
@@ -95,7 +164,17 @@ fn task() -> Task {
 type Recording = Recorded<Hand, Hand, Hand, Hand>;
 
 fn open(path: &Path, is_resumed: bool, dark_at: &[u32]) -> Result<(Recording, Hand), RecordError> {
-    let hand = Hand(Rc::new(RefCell::new(Tent { dark_at: dark_at.to_vec(), ..Tent::default() })));
+    let wrong = Wrong { dark_at: dark_at.to_vec(), ..Wrong::default() };
+    open_with(path, is_resumed, wrong, Care::default())
+}
+
+fn open_with(
+    path: &Path,
+    is_resumed: bool,
+    wrong: Wrong,
+    care: Care,
+) -> Result<(Recording, Hand), RecordError> {
+    let hand = Hand(Rc::new(RefCell::new(Tent { wrong, ..Tent::default() })));
     let config = VisionConfig {
         crop: Some(Region { x: 0, y: 0, width: 200, height: 185 }),
         ..VisionConfig::default()
@@ -104,7 +183,7 @@ fn open(path: &Path, is_resumed: bool, dark_at: &[u32]) -> Result<(Recording, Ha
     let device = || hand.clone();
     let rig = Rig::new(device(), device(), device(), device(), eye, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 1\n", Durability::Fast, is_resumed)?;
-    Ok((Recorded::new(rig, folder, Box::new(Unwatched))?, hand))
+    Ok((Recorded::new(rig, folder, care)?, hand))
 }
 
 /// Goes on with the run in `path` for at most `steps` samples.
@@ -158,7 +237,8 @@ fn lamps_are_dark_when_a_run_ends() {
     let (_, hand) = go(folder.path(), false, &[], 20);
     let tent = hand.0.borrow();
     assert_eq!(tent.lights.last(), Some(&None));
-    assert!(tent.lights[..19].iter().all(Option::is_some));
+    assert_eq!(tent.lights[0], None, "and when it begins");
+    assert!(tent.lights[1..20].iter().all(Option::is_some));
     assert!(!tent.has_flash);
 }
 
@@ -198,9 +278,14 @@ fn a_folder_is_not_taken_twice() {
     let folder = tempfile::tempdir().unwrap();
     let (world, _) = open(folder.path(), false, &[]).unwrap();
     let error = |is_resumed| open(folder.path(), is_resumed, &[]).err().unwrap().to_string();
-    assert!(error(false).contains("--resume"), "{}", error(false));
-    assert!(error(true).contains("in use"), "{}", error(true));
+    assert!(error(false).contains("in use"), "{}", error(false));
     drop(world);
+    // One that is not over is gone on with; one that is over, only if that is wanted.
+    let (mut world, _) = open(folder.path(), false, &[]).unwrap();
+    world.tell(EventKind::Finished, "60 steps".to_owned()).unwrap();
+    drop(world);
+    assert!(error(false).contains("already, and it is over"), "{}", error(false));
+    open(folder.path(), true, &[]).unwrap();
     let other = RunFolder::open(folder.path(), "seed = 2\n", Durability::Fast, true).unwrap_err().to_string();
     assert!(other.contains("found a run that was started with other settings (\"seed = 1\")"), "{other}");
 }
@@ -223,6 +308,216 @@ fn a_first_photograph_without_a_plant_is_an_error() {
     assert!(error.to_string().contains("000000.jpg: found no plant (dark)"), "{error}");
 }
 
+/// Hears all, and asks for an end at a beat.
+#[derive(Clone, Default)]
+struct Ears {
+    heard: Rc<RefCell<Vec<Event>>>,
+    beats: Rc<Cell<u32>>,
+    ends_at: Option<u32>,
+}
+
+impl Watcher for Ears {
+    fn event(&mut self, event: &Event) {
+        self.heard.borrow_mut().push(event.clone());
+    }
+
+    fn beat(&mut self) -> ControlFlow<()> {
+        self.beats.set(self.beats.get() + 1);
+        if self.ends_at == Some(self.beats.get()) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+}
+
+struct Outcome {
+    track: Result<Track, RecordError>,
+    hand: Hand,
+    rows: Vec<tropism::experiment::Row>,
+    /// What happened, by minute and kind, without the beginning.
+    events: Vec<(u32, EventKind)>,
+    texts: Vec<String>,
+}
+
+/// A run of 60 steps in a real tent, in which much is `wrong`.
+fn real(path: &Path, wrong: Wrong, patience: Patience, ends_at: Option<u32>) -> Outcome {
+    let ears = Ears { ends_at, ..Ears::default() };
+    let care = Care {
+        patience: Patience { ballast_mb: 0, ..patience },
+        lamps_in_view: Some(LampsInView::default()),
+        watcher: Box::new(ears.clone()),
+    };
+    let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, care).unwrap();
+    let track = run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched);
+    let rows = world.folder().rows().unwrap();
+    let heard = ears.heard.borrow();
+    let written = world.folder().journal().events().unwrap();
+    assert_eq!(written[written.len() - heard.len()..], heard[..], "all that is told is written down");
+    let events =
+        heard[1..].iter().map(|event| (event.at.unwrap().since_start.as_secs() as u32 / 60, event.kind));
+    let texts = heard.iter().map(|event| event.text.clone()).collect();
+    Outcome { track, hand, rows, events: events.collect(), texts }
+}
+
+fn steps(track: &Track) -> Vec<u32> {
+    track.samples.iter().map(|sample| sample.step).collect()
+}
+
+#[test]
+fn a_camera_that_fails_for_some_steps_is_stood_in_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_fails: 50..65, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, Patience::default(), None);
+    let track = outcome.track.unwrap();
+    assert_eq!(steps(&track), (0..=60).collect::<Vec<_>>());
+    let qualities: Vec<&str> = track.samples[9..14].iter().map(|sample| sample.quality.name()).collect();
+    assert_eq!(qualities, ["measured", "held", "held", "held", "measured"]);
+    assert_eq!(outcome.rows[11].photo_bytes, 0);
+    use EventKind::{Camera, Clock, Lost, Recovered};
+    assert_eq!(
+        outcome.events,
+        [
+            (50, Camera),
+            (55, Camera),
+            (60, Camera),
+            (60, Lost),
+            (65, Recovered),
+            (65, Recovered),
+            (105, Clock)
+        ]
+    );
+    assert!(outcome.texts[1].contains("camera: found silence, wanted an answer"), "{:?}", outcome.texts);
+}
+
+#[test]
+fn a_camera_that_fails_for_longer_costs_steps_in_which_nothing_is_decided() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_fails: 50..75, ..Wrong::default() };
+    let patience = Patience { on_fault: OnFault::Dark, ..Patience::default() };
+    let outcome = real(folder.path(), wrong, patience, None);
+    let track = outcome.track.unwrap();
+    // Held at 10, 11 and 12; 13 and 14 are missed; the experiment is not longer for it.
+    assert_eq!(steps(&track), (0..=12).chain(15..=60).collect::<Vec<_>>());
+    assert_eq!(track.samples[13].time_s, 75.0 * 60.0);
+    let missed = outcome.events.iter().filter(|(_, kind)| *kind == EventKind::Missed).count();
+    assert_eq!(missed, 2);
+    assert!(outcome.hand.0.borrow().lights[1..].contains(&None), "dark meanwhile");
+    assert_eq!(track.samples[12].light, outcome.rows[12].decided);
+}
+
+#[test]
+fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_fails: 50..10_000, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, Patience::default(), None);
+    let error = outcome.track.unwrap_err();
+    assert!(matches!(&error, RecordError::Paused(why) if why == "no believed plant for 12 steps"), "{error}");
+    assert_eq!(outcome.rows.len(), 13);
+    assert_eq!(outcome.events.last(), Some(&(105, EventKind::Paused)));
+    let outcome = real(folder.path(), Wrong::default(), Patience::default(), None);
+    assert_eq!(*steps(&outcome.track.unwrap()).last().unwrap(), 60);
+}
+
+#[test]
+fn a_lamp_that_does_not_obey_is_told_again_until_it_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { lamps_fail: 50..58, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, Patience::default(), None);
+    assert_eq!(steps(&outcome.track.unwrap()).len(), 61);
+    use EventKind::{Clock, Lamp, Recovered};
+    // Not at the next step but as soon as it obeys.
+    assert_eq!(outcome.events, [(50, Lamp), (55, Lamp), (58, Recovered), (105, Clock)]);
+    assert!(!outcome.rows[10].is_done && outcome.rows[11].is_done);
+    let wrong = Wrong { lamps_fail: 50..10_000, ..Wrong::default() };
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), wrong, Patience::default(), None);
+    assert!(matches!(outcome.track, Err(RecordError::Paused(why)) if why.contains("no lamp for 12 steps")));
+}
+
+#[test]
+fn a_lamp_that_says_it_obeys_and_does_not_is_seen_in_the_photograph() {
+    let folder = tempfile::tempdir().unwrap();
+    // The hand-written controller changes lamps now and then, and the lamps then stay as they were.
+    let wrong = Wrong { lamps_lie: 0..10_000, ..Wrong::default() };
+    let patience = Patience { pause_steps: 5, ..Patience::default() };
+    let outcome = real(folder.path(), wrong, patience, None);
+    let error = outcome.track.unwrap_err().to_string();
+    assert!(error.contains("found dark lit in the photograph, wanted right, 5 in a row"), "{error}");
+    assert_eq!(outcome.rows[1].lit, Some(None));
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), Wrong::default(), Patience::default(), None);
+    let seen: Vec<_> = outcome.rows[1..].iter().map(|row| row.lit.unwrap()).collect();
+    let decided: Vec<_> = outcome.rows[..60].iter().map(|row| row.decided).collect();
+    assert_eq!(seen, decided);
+}
+
+#[test]
+fn steps_whose_time_has_passed_are_missed_and_none_come_in_a_burst() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_takes: vec![(50, 17.0), (100, 5.6)], ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, Patience::default(), None);
+    // Begun at 50 and over at 67: 55 and 60 are missed, and 65 would be two minutes late. At 105.6, 105 is in time.
+    let track = outcome.track.unwrap();
+    assert_eq!(steps(&track), (0..=10).chain(14..=60).collect::<Vec<_>>());
+    use EventKind::{Clock, Late, Missed};
+    assert_eq!(outcome.events, [(67, Missed), (105, Late), (105, Clock)]);
+    assert!(
+        outcome.texts[1].starts_with("3 without a photograph and a decision: step 11 would be 720 s late")
+    );
+    let begun: Vec<f64> =
+        outcome.rows.iter().map(|row| row.begun.unwrap().since_start.as_secs_f64() - row.time_s).collect();
+    assert!(begun.iter().all(|late| (0.0..=60.0).contains(late)), "{begun:?}");
+}
+
+#[test]
+fn the_clock_on_the_wall_moves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), Wrong::default(), Patience::default(), None);
+    assert_eq!(outcome.events, [(105, EventKind::Clock)]);
+    assert!(outcome.texts[1].contains("set by +7200 s"), "{:?}", outcome.texts);
+    assert_eq!(steps(&outcome.track.unwrap()), (0..=60).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_run_that_is_asked_to_end_ends_while_it_waits_and_goes_on_with_its_lamp_lit_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), Wrong::default(), Patience::default(), Some(40));
+    assert!(matches!(outcome.track, Err(RecordError::Stopped)));
+    let rows = outcome.rows.len();
+    assert_eq!(outcome.hand.0.borrow().lights.last(), Some(&None), "dark when it ends");
+    let wrong = Wrong { is_real: true, ..Wrong::default() };
+    let (world, hand) = open_with(folder.path(), true, wrong, Care::default()).unwrap();
+    let lit = world.folder().rows().unwrap()[rows - 1].decided;
+    assert!(lit.is_some());
+    assert_eq!(hand.0.borrow().lights, [lit], "before anything else");
+    drop(world);
+    let outcome = real(folder.path(), Wrong::default(), Patience::default(), None);
+    assert_eq!(steps(&outcome.track.unwrap()).len(), 61);
+}
+
+#[test]
+fn a_run_goes_on_with_the_photographs_that_it_needs_and_says_which_are_damaged() {
+    let dark = [95, 100];
+    let (_, track) = whole(&dark);
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &dark, 21);
+    let photo = |step: u32| folder.path().join(format!("photographs/{step:06}.jpg"));
+    // Only the first, the last one believed and those after it are needed.
+    (1..18).for_each(|step| std::fs::remove_file(photo(step)).unwrap());
+    let (resumed, _) = go(folder.path(), true, &dark, 30);
+    assert_eq!(resumed.samples[..], track.samples[..30]);
+    std::fs::write(photo(0), b"no photograph").unwrap();
+    std::fs::remove_file(photo(29)).unwrap();
+    let (resumed, _) = go(folder.path(), true, &dark, usize::MAX);
+    assert_eq!(resumed.samples.len(), 61);
+    let journal = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap();
+    let damaged: Vec<_> =
+        journal.events().unwrap().into_iter().filter(|event| event.kind == EventKind::Damaged).collect();
+    assert_eq!(damaged.iter().map(|event| event.step).collect::<Vec<_>>(), [0, 29]);
+    assert!(damaged[0].text.contains("000000.jpg: found 13 bytes with SHA-256"), "{}", damaged[0].text);
+}
+
 #[test]
 fn what_happened_to_a_run_stands_in_its_journal() {
     let folder = tempfile::tempdir().unwrap();
@@ -232,6 +527,9 @@ fn what_happened_to_a_run_stands_in_its_journal() {
     let events: Vec<_> =
         journal.events().unwrap().into_iter().map(|event| (event.step, event.kind, event.text)).collect();
     assert_eq!(events[0], (0, EventKind::Started, "the run begins".to_owned()));
-    assert_eq!(events[1], (19, EventKind::Resumed, "found 20 steps, going on with the next".to_owned()));
+    assert_eq!(
+        events[1],
+        (19, EventKind::Resumed, "found 20 steps, going on; right is lit as before".to_owned())
+    );
     assert_eq!(journal.state().unwrap().unwrap().kind, EventKind::Resumed);
 }

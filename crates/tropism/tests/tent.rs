@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use tropism::control::periodic::Periodic;
 use tropism::environment::run;
-use tropism::experiment::{Durability, Recorded, RunFolder, Unwatched};
+use tropism::experiment::{Care, Durability, Recorded, RunFolder};
 use tropism::geometry::Point;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::scene::Scene;
@@ -30,7 +30,7 @@ fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told 
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
-    let mut world = Recorded::new(rig, folder, Box::new(Unwatched)).unwrap();
+    let mut world = Recorded::new(rig, folder, Care::default()).unwrap();
     let mut left = samples;
     let mut side = BTreeMap::new();
     let mut watch = |_: &_| {
@@ -66,7 +66,9 @@ fn what_is_true_is_told_from_both_sides() {
     let greenhouse = Greenhouse { scene, ..Greenhouse::default() };
     let (mut device, _) = greenhouse.open(5, &VisionConfig::default()).unwrap();
     device.light(Some(Light::Right)).unwrap();
-    device.wait_until(Duration::from_secs(20 * 3600));
+    assert!(
+        device.wait_until(Duration::from_secs(20 * 3600), &mut || ControlFlow::Continue(())).is_continue()
+    );
     let (step, bytes) = device.side_photograph().unwrap();
     assert_eq!(step, 240);
     let text = String::from_utf8(device.truth_json()).unwrap();

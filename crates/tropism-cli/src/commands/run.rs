@@ -2,29 +2,35 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::rc::Rc;
+use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
-use tropism::experiment::{Event, EventKind, Journal, RecordError, Recorded, RunFolder, Watcher, files};
+use tropism::experiment::{
+    Care, Event, EventKind, Gap, Journal, OnGap, RecordError, Recorded, RunFolder, Watcher, files,
+};
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::observation::Quality;
 use tropism::report::Plants;
+use tropism::rig::Moment;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism_rig::clock::{SystemTimes, Time};
 use tropism_rig::file::RigFile;
 
 use crate::controller::{ControllerName, LoadedController};
 use crate::options::{SeedOption, TaskOption, TentOptions};
-use crate::shell::{Interrupted, Shell};
+use crate::shell::{Interrupted, Progress, Shell};
 
 /// Run an experiment: a photograph every five minutes, a decision, a lamp
 ///
 /// In the virtual tent (`--rig greenhouse`) five minutes pass in milliseconds, and the plant is virtual. A run that was
-/// broken off, by Ctrl-C or a kill, goes on with --resume and ends as it would have ended.
+/// broken off, by Ctrl-C, a kill or a power cut, goes on with the same command and ends as it would have ended. One that
+/// paused, because it met something that its user must decide (exit code 3), goes on with --resume.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism run --rig greenhouse --controller periodic:6h --out tent/1 --seed 1\n  \
@@ -55,7 +61,7 @@ pub(crate) struct Run {
     #[arg(long, value_name = "max|N", default_value = "max", value_parser = parse_speed)]
     speed: Speed,
 
-    /// Go on with the run in DIR where it stopped
+    /// Go on with the run in DIR even if it paused or nobody looked after it for long
     #[arg(long)]
     resume: bool,
 
@@ -161,24 +167,30 @@ impl RunPlan {
         self.rig.calibration()
     }
 
-    /// Runs it in `out`, or with `is_resumed` goes on there. `watch` sees every sample, recorded ones included, and may
-    /// break off; then the track so far is complete in the folder's journal and `None` is returned.
+    /// Runs it in `out`, or goes on there if there is a run that is not over, or with `is_resumed` whatever it is.
+    /// `watchers` hear of what happens. `watch` sees every sample, recorded ones included, and may break off; then the
+    /// track so far is complete in the folder's journal and `None` is returned.
     pub(crate) fn execute(
         &self,
         controller: &LoadedController,
         out: &Path,
         is_resumed: bool,
+        mut watchers: Vec<Box<dyn Watcher>>,
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Result<Option<Track>> {
         let folder = RunFolder::open(out, &toml::to_string(self)?, self.rig.durability(), is_resumed)?;
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
-        let start = if self.is_virtual {
-            now
-        } else {
-            folder.journal().start(now).with_context(|| out.join("journal.sqlite").display().to_string())?
+        watchers.push(Box::new(Ears));
+        let since_start = match self.rig.is_virtual() {
+            true => Duration::ZERO,
+            false => self.since_start(&folder, is_resumed, &mut watchers)?,
         };
-        let open = self.rig.open(self.seed, UNIX_EPOCH + Duration::from_secs_f64(start))?;
-        let mut recorded = Recorded::new(open.rig, folder, Box::new(Ears))?;
+        let open = self.rig.open(self.seed, since_start)?;
+        let care = Care {
+            patience: self.rig.patience(),
+            lamps_in_view: self.rig.lamps_in_view.clone(),
+            watcher: Box::new(watchers),
+        };
+        let mut recorded = Recorded::new(open.rig, folder, care)?;
         let mut is_over = true;
         let mut beside = Ok(());
         let mut watch = |sample: &Sample| {
@@ -192,6 +204,7 @@ impl RunPlan {
         let controller = &mut *controller.build(&self.task);
         let track = match environment::run(&mut recorded, controller, &self.task, &mut watch) {
             Err(RecordError::Stopped) => return Ok(None),
+            Err(RecordError::Paused(why)) => return Err(Paused::at(out, &why)),
             other => other?,
         };
         beside?;
@@ -199,7 +212,6 @@ impl RunPlan {
             recorded.tell(EventKind::Stopped, "asked to end".to_owned())?;
             return Ok(None);
         }
-        recorded.tell(EventKind::Finished, format!("{} steps", track.samples.len() - 1))?;
         if let Some(device) = &open.truth {
             files::write(&out.join("truth.csv"), &device.truth_csv())?;
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
@@ -212,7 +224,77 @@ impl RunPlan {
             }
         }
         recorded.folder().write_track(&track)?;
+        if recorded.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
+            recorded.tell(EventKind::Finished, format!("{} steps", track.samples.len() - 1))?;
+        }
         Ok(Some(track))
+    }
+
+    /// How long ago the experiment of a real rig began. An error if a run that goes on must ask first.
+    fn since_start(
+        &self,
+        folder: &RunFolder,
+        is_resumed: bool,
+        watchers: &mut Vec<Box<dyn Watcher>>,
+    ) -> Result<Duration> {
+        let (patience, journal, times) = (self.rig.patience(), folder.journal(), SystemTimes);
+        let state = journal.state()?;
+        if let Some(Event { kind: EventKind::Paused, text, .. }) = state.as_ref().filter(|_| !is_resumed) {
+            return Err(Paused::at(folder.path(), text));
+        }
+        let gap = Gap::of(journal, &times.boot_id(), times.boot_s(), times.unix_s(), times.is_wall_set())?;
+        let goes_on = is_resumed || patience.on_gap == OnGap::Resume;
+        let why = match gap {
+            Gap::New => {
+                let (free, wanted) = (folder.free_bytes(), u64::from(patience.free_mb) << 20);
+                if let Some(free) = free.filter(|&free| free < wanted) {
+                    bail!(
+                        "{}: found {} MB of disk free, wanted {}: make room, or change patience.free_mb",
+                        folder.path().display(),
+                        free >> 20,
+                        patience.free_mb
+                    );
+                }
+                return Ok(Duration::ZERO);
+            }
+            Gap::Known { away, since_start } if goes_on || away.as_secs_f64() <= 60.0 * patience.gap_min => {
+                return Ok(since_start);
+            }
+            Gap::Unknown { last } if goes_on => {
+                // As if no time had passed: the next step is due now.
+                let period_s = 60.0 * self.rig.period_min;
+                return Ok(Duration::from_secs_f64(
+                    period_s * ((last.as_secs_f64() / period_s).floor() + 1.0),
+                ));
+            }
+            Gap::Known { away, .. } => format!(
+                "nobody looked after the plant for {:.0} minutes, more than patience.gap_min = {}",
+                away.as_secs_f64() / 60.0,
+                patience.gap_min
+            ),
+            Gap::Unknown { .. } => {
+                "the computer was started again, and its clock was not known to be right then \
+                                    or is not now: nobody knows for how long"
+                    .to_owned()
+            }
+        };
+        let at = journal.latest_moment()?.map(|last| Moment { unix_s: times.unix_s(), ..last });
+        let step = journal.rows()?.last().map_or(0, |row| row.step);
+        let event = Event { step, kind: EventKind::Paused, text: why.clone(), at };
+        journal.happened(&event)?;
+        watchers.event(&event);
+        Err(Paused::at(folder.path(), &why))
+    }
+}
+
+/// A run has met something that its user must decide.
+#[derive(Debug, thiserror::Error)]
+#[error("paused: {0}")]
+pub(crate) struct Paused(String);
+
+impl Paused {
+    fn at(folder: &Path, why: &str) -> anyhow::Error {
+        Self(format!("{}: {why}; the same command with --resume goes on", folder.display())).into()
     }
 }
 
@@ -224,6 +306,15 @@ impl Watcher for Ears {
 
     fn beat(&mut self) -> ControlFlow<()> {
         if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// Shows what happens to a run in a real tent.
+struct Notes(Rc<Progress>);
+
+impl Watcher for Notes {
+    fn event(&mut self, event: &Event) {
+        self.0.note(&format!("step {}: {}: {}", event.step, event.kind, event.text));
     }
 }
 
@@ -257,7 +348,7 @@ impl Run {
             "--speed {times}: found a real tent, wanted --rig greenhouse: plants take their time"
         );
         let journal = self.out.join("journal.sqlite");
-        let past = match self.resume && journal.exists() {
+        let past = match journal.exists() {
             true => Journal::open_to_read(&journal)
                 .and_then(|journal| journal.count())
                 .with_context(|| journal.display().to_string())?,
@@ -289,7 +380,11 @@ impl Run {
         if plan.is_virtual {
             shell.note("a virtual plant in a virtual tent");
         }
-        let progress = shell.progress("run", u64::from(plan.task.max_steps));
+        let progress = Rc::new(shell.progress("run", u64::from(plan.task.max_steps)));
+        let mut watchers: Vec<Box<dyn Watcher>> = Vec::new();
+        if !plan.is_virtual {
+            watchers.push(Box::new(Notes(Rc::clone(&progress))));
+        }
         let mut watch = |sample: &Sample| {
             if let Some(pace) = &mut pace {
                 pace.wait_for(sample.step);
@@ -298,7 +393,7 @@ impl Run {
             progress.say(format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y));
             if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let track = plan.execute(&controller, &self.out, self.resume, &mut watch)?;
+        let track = plan.execute(&controller, &self.out, self.resume, watchers, &mut watch)?;
         drop(progress);
         let Some(track) = track else {
             return Err(Interrupted::resumable(&self.out));

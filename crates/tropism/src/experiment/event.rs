@@ -4,6 +4,8 @@ use std::fmt;
 use std::ops::ControlFlow;
 use std::str::FromStr;
 
+use crate::rig::Moment;
+
 /// A kind of event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EventKind {
@@ -118,8 +120,8 @@ pub struct Event {
     pub kind: EventKind,
     /// What was found and what was done about it, in one line.
     pub text: String,
-    /// When, in seconds since 1970 by the clock on the wall; `None` in the virtual tent.
-    pub unix_s: Option<f64>,
+    /// When; `None` in the virtual tent.
+    pub at: Option<Moment>,
 }
 
 /// Somebody who watches over a run: tells people, feeds a watchdog, asks for an end.
@@ -197,8 +199,7 @@ mod tests {
         let watcher = |asks| Box::new(Counting(std::rc::Rc::clone(&count), asks)) as Box<dyn Watcher>;
         let mut all = vec![watcher(true), watcher(false)];
         assert!(all.beat().is_break());
-        let event =
-            Event { step: 3, kind: EventKind::Lamp, text: "left lamp: silent".to_owned(), unix_s: None };
+        let event = Event { step: 3, kind: EventKind::Lamp, text: "left lamp: silent".to_owned(), at: None };
         all.event(&event);
         assert_eq!(count.get(), 22);
     }

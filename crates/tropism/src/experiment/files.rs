@@ -34,6 +34,42 @@ pub enum FileError {
     },
 }
 
+impl FileError {
+    /// Whether the disk is full, or what its user may have of it.
+    #[must_use]
+    pub fn is_disk_full(&self) -> bool {
+        use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+        matches!(self, Self::Disk { source, .. } if [FileTooLarge, QuotaExceeded, StorageFull].contains(&source.kind()))
+    }
+}
+
+/// How much room the disk of `path` has left for its user, in bytes; `None` where the system does not say.
+#[cfg(unix)]
+#[must_use]
+pub fn free_bytes(path: &Path) -> Option<u64> {
+    let disk = rustix::fs::statvfs(path).ok()?;
+    Some(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+/// How much room the disk of `path` has left for its user, in bytes; `None` where the system does not say.
+#[cfg(not(unix))]
+#[must_use]
+pub fn free_bytes(_path: &Path) -> Option<u64> {
+    None
+}
+
+/// Has the names of the files in a folder on the disk.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn sync_folder(path: &Path) -> Result<(), FileError> {
+    // Elsewhere folders cannot be opened, and need not be.
+    if cfg!(not(unix)) {
+        return Ok(());
+    }
+    fs::File::open(path).and_then(|folder| folder.sync_all()).map_err(disk("sync", path))
+}
+
 fn disk(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> FileError {
     move |source| FileError::Disk { action, path: path.to_owned(), source }
 }

@@ -1,8 +1,10 @@
 //! The folder of a run.
 
 use std::fs::{File, TryLockError};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::event::EventKind;
 use super::files::{self, FileError};
 use super::journal::{Durability, Journal, JournalError, Row};
 use crate::observation::Quality;
@@ -32,8 +34,10 @@ pub enum FolderError {
         /// What is wrong.
         source: JournalError,
     },
-    /// A run is there already.
-    #[error("{path}: found a run here already, wanted a new folder (or --resume to go on with it)")]
+    /// A run that is over is there already.
+    #[error(
+        "{path}: found a run here already, and it is over; wanted a new folder (or --resume to write its track again)"
+    )]
     Taken {
         /// The folder.
         path: PathBuf,
@@ -59,7 +63,8 @@ pub enum FolderError {
 }
 
 impl RunFolder {
-    /// Makes the run folder at `path`, or with `is_resumed` opens the one that is there if its configuration is `run`.
+    /// Makes the run folder at `path`, or opens the one that is there if its configuration is `run`; one whose run is over
+    /// only with `is_resumed`.
     ///
     /// `run` is the text of `run.toml`: all that decides the run's outcome.
     ///
@@ -73,9 +78,6 @@ impl RunFolder {
     ) -> Result<Self, FolderError> {
         let config = path.join("run.toml");
         let is_there = config.exists();
-        if is_there && !is_resumed {
-            return Err(FolderError::Taken { path: path.to_owned() });
-        }
         files::make_folder(&path.join("photographs"))?;
         let lock = lock(path)?;
         if is_there {
@@ -85,11 +87,19 @@ impl RunFolder {
                 return Err(FolderError::OtherRun { path: config, found, wanted });
             }
         } else {
-            files::write(&config, run.as_bytes())?;
+            files::write_with(&config, run.as_bytes(), durability == Durability::Full)?;
         }
         let file = path.join("journal.sqlite");
-        let journal =
-            Journal::open(&file, durability).map_err(|source| FolderError::Journal { path: file, source })?;
+        let named = |source| FolderError::Journal { path: file.clone(), source };
+        let journal = Journal::open(&file, durability).map_err(named)?;
+        let is_over = journal.state().map_err(named)?.is_some_and(|state| state.kind == EventKind::Finished);
+        if is_over && !is_resumed {
+            return Err(FolderError::Taken { path: path.to_owned() });
+        }
+        if durability == Durability::Full {
+            // SQLite syncs what is in its files, this their names.
+            files::sync_folder(path)?;
+        }
         Ok(Self { path: path.to_owned(), journal, durability, _lock: lock })
     }
 
@@ -120,9 +130,58 @@ impl RunFolder {
     /// The photograph of a recorded step.
     ///
     /// # Errors
-    /// [`FileError`] if it is gone.
+    /// [`FileError`] if it is gone, or not what was kept.
     pub fn photo(&self, row: &Row) -> Result<Photo, FileError> {
-        files::read_photo(&self.path.join("photographs").join(&row.photo), row.time_s)
+        let path = self.path.join("photographs").join(&row.photo);
+        let photo = files::read_photo(&path, row.time_s)?;
+        let found = files::sha256(&photo.bytes);
+        if found != row.photo_sha256 {
+            let problem = format!(
+                "found {} bytes with SHA-256 {found}, wanted {} with {}",
+                photo.bytes.len(),
+                row.photo_bytes,
+                row.photo_sha256
+            );
+            return Err(FileError::Content { path, problem });
+        }
+        Ok(photo)
+    }
+
+    fn ballast(&self) -> PathBuf {
+        self.path.join("ballast")
+    }
+
+    /// Takes so many megabytes of the disk that can be given up when it is full, unless they are taken already.
+    ///
+    /// # Errors
+    /// [`FileError::Disk`]; then nothing is taken.
+    pub fn make_ballast(&self, megabytes: u32) -> Result<(), FileError> {
+        let (path, size) = (self.ballast(), u64::from(megabytes) << 20);
+        if size == 0 || path.metadata().is_ok_and(|there| there.len() == size) {
+            return Ok(());
+        }
+        let fill = || {
+            let mut file = File::create(&path)?;
+            for _ in 0..megabytes {
+                file.write_all(&[0; 1 << 20])?;
+            }
+            file.sync_all()
+        };
+        fill().map_err(|source| {
+            self.drop_ballast();
+            FileError::Disk { action: "keep room for the journal in", path: path.clone(), source }
+        })
+    }
+
+    /// Gives the ballast up; false if there was none.
+    pub fn drop_ballast(&self) -> bool {
+        std::fs::remove_file(self.ballast()).is_ok()
+    }
+
+    /// How much room its disk has left; `None` where the system does not say.
+    #[must_use]
+    pub fn free_bytes(&self) -> Option<u64> {
+        files::free_bytes(&self.path)
     }
 
     /// All recorded steps.

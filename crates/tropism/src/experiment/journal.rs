@@ -1,6 +1,7 @@
-//! The journal of a run: SQLite, one row a step and one an event.
+//! The journal of a run: SQLite, one row a step, one an event, and one for each time that a program took the run up.
 
 use std::path::Path;
+use std::time::Duration;
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
 
@@ -8,6 +9,7 @@ use super::event::Event;
 use crate::geometry::{Pixel, Point};
 use crate::light::{self, Light};
 use crate::observation::{Observation, Quality};
+use crate::rig::{Boot, Moment};
 use crate::vision::{Class, Seen};
 
 /// What a power cut may cost.
@@ -23,9 +25,9 @@ pub enum Durability {
 /// One step as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Step, from 0.
+    /// Step, from 0. One that was missed is not there.
     pub step: u32,
-    /// Seconds since the start.
+    /// Seconds since the start, as it was due.
     pub time_s: f64,
     /// File of the photograph in `photographs/`.
     pub photo: String,
@@ -39,6 +41,10 @@ pub struct Row {
     pub decided: Option<Light>,
     /// Whether the lamp was then lit.
     pub is_done: bool,
+    /// When the step was really begun; `None` in the virtual tent.
+    pub begun: Option<Moment>,
+    /// The lamp that this photograph shows lit, `Some(None)` if none or both; `None` if that was not looked for.
+    pub lit: Option<Option<Light>>,
 }
 
 /// Why a journal cannot be used.
@@ -76,6 +82,7 @@ const READABLE: i64 = 2;
 #[derive(Debug)]
 pub struct Journal {
     db: Connection,
+    schema: i64,
 }
 
 impl Journal {
@@ -102,17 +109,19 @@ impl Journal {
                      photo TEXT NOT NULL, photo_bytes INTEGER NOT NULL, photo_sha256 TEXT NOT NULL,
                      tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
                      quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
-                     decided TEXT, done INTEGER NOT NULL DEFAULT 0);
+                     decided TEXT, done INTEGER NOT NULL DEFAULT 0,
+                     begun_s REAL, unix_s REAL, lit TEXT);
                  CREATE TABLE event (
                      id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
-                     unix_s REAL);
-                 CREATE TABLE start (unix_s REAL NOT NULL);
+                     since_start_s REAL, unix_s REAL);
+                 CREATE TABLE boot (
+                     id INTEGER PRIMARY KEY, boot TEXT NOT NULL, start_s REAL NOT NULL, wall_set INTEGER NOT NULL);
                  PRAGMA user_version = {SCHEMA};
                  COMMIT;"
             ))?,
             other => return Err(JournalError::Schema(other)),
         }
-        Ok(Self { db })
+        Ok(Self { db, schema: SCHEMA })
     }
 
     /// Opens the journal at `path` to read its rows, also while a run writes them.
@@ -122,18 +131,52 @@ impl Journal {
     pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
         let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
         match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-            READABLE..=SCHEMA => Ok(Self { db }),
+            schema @ READABLE..=SCHEMA => Ok(Self { db, schema }),
             other => Err(JournalError::Schema(other)),
         }
     }
 
-    /// When the experiment began, in seconds since 1970: `now` if this is its beginning.
+    /// Writes down that a program has taken the run up, and what its clock counts from.
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].
-    pub fn start(&self, now: f64) -> Result<f64, JournalError> {
-        self.db.execute("INSERT INTO start SELECT ? WHERE NOT EXISTS (SELECT * FROM start)", [now])?;
-        Ok(self.db.query_row("SELECT unix_s FROM start", [], |row| row.get(0))?)
+    pub fn taken_up(&self, boot: &Boot) -> Result<(), JournalError> {
+        self.db
+            .prepare_cached("INSERT INTO boot (boot, start_s, wall_set) VALUES (?, ?, ?)")?
+            .execute(params![boot.id, boot.start_s, boot.is_wall_set])?;
+        Ok(())
+    }
+
+    /// What the clock of the program counted from that took the run up last; `None` of a virtual tent.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn latest_boot(&self) -> Result<Option<Boot>, JournalError> {
+        let boot = |row: &rusqlite::Row<'_>| {
+            Ok(Boot { id: row.get(0)?, start_s: row.get(1)?, is_wall_set: row.get(2)? })
+        };
+        Ok(self
+            .db
+            .query_row("SELECT boot, start_s, wall_set FROM boot ORDER BY id DESC LIMIT 1", [], boot)
+            .optional()?)
+    }
+
+    /// The last sign of the run: the latest moment that stands in the journal.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn latest_moment(&self) -> Result<Option<Moment>, JournalError> {
+        let latest = self
+            .db
+            .query_row(
+                "SELECT begun_s, unix_s FROM steps WHERE begun_s IS NOT NULL
+                 UNION ALL SELECT since_start_s, unix_s FROM event WHERE since_start_s IS NOT NULL
+                 ORDER BY 1 DESC LIMIT 1",
+                [],
+                |row| Ok(moment(row.get(0)?, row.get(1)?)),
+            )
+            .optional()?;
+        Ok(latest.flatten())
     }
 
     /// Writes down something that happened.
@@ -142,8 +185,16 @@ impl Journal {
     /// [`JournalError::Sqlite`].
     pub fn happened(&self, event: &Event) -> Result<(), JournalError> {
         self.db
-            .prepare_cached("INSERT INTO event (step, kind, text, unix_s) VALUES (?, ?, ?, ?)")?
-            .execute(params![event.step, event.kind.name(), event.text, event.unix_s])?;
+            .prepare_cached(
+                "INSERT INTO event (step, kind, text, since_start_s, unix_s) VALUES (?, ?, ?, ?, ?)",
+            )?
+            .execute(params![
+                event.step,
+                event.kind.name(),
+                event.text,
+                event.at.map(|at| at.since_start.as_secs_f64()),
+                event.at.map(|at| at.unix_s),
+            ])?;
         Ok(())
     }
 
@@ -152,10 +203,11 @@ impl Journal {
     /// # Errors
     /// [`JournalError`] names what cannot be read.
     pub fn events(&self) -> Result<Vec<Event>, JournalError> {
-        if !self.has_table("event")? {
+        if self.schema < 3 {
             return Ok(Vec::new());
         }
-        let mut statement = self.db.prepare("SELECT step, kind, text, unix_s FROM event ORDER BY id")?;
+        let mut statement =
+            self.db.prepare("SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id")?;
         let mut found = statement.query([])?;
         let mut events = Vec::new();
         while let Some(row) = found.next()? {
@@ -168,7 +220,7 @@ impl Journal {
                     wanted: "a kind of event",
                 });
             };
-            events.push(Event { step, kind, text: row.get(2)?, unix_s: row.get(3)? });
+            events.push(Event { step, kind, text: row.get(2)?, at: moment(row.get(3)?, row.get(4)?) });
         }
         Ok(events)
     }
@@ -182,13 +234,6 @@ impl Journal {
         Ok(self.events()?.into_iter().rfind(|event| event.kind.is_state()))
     }
 
-    fn has_table(&self, name: &str) -> Result<bool, JournalError> {
-        let count: i64 =
-            self.db
-                .query_row("SELECT count(*) FROM sqlite_master WHERE name = ?", [name], |row| row.get(0))?;
-        Ok(count > 0)
-    }
-
     /// Writes down a photograph that is safe on the disk, and what was seen in it.
     ///
     /// # Errors
@@ -198,8 +243,9 @@ impl Journal {
         self.db
             .prepare_cached(
                 "INSERT OR REPLACE INTO steps (step, time_s, photo, photo_bytes, photo_sha256,
-                     tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, confidence)
-                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                     tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, confidence,
+                     begun_s, unix_s, lit)
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             )?
             .execute(params![
                 row.step,
@@ -214,6 +260,9 @@ impl Journal {
                 tip.map(|seen| seen.quality.name()),
                 row.seen.class.to_string(),
                 row.seen.confidence,
+                row.begun.map(|begun| begun.since_start.as_secs_f64()),
+                row.begun.map(|begun| begun.unix_s),
+                row.lit.map(light::name),
             ])?;
         Ok(())
     }
@@ -238,28 +287,20 @@ impl Journal {
         Ok(())
     }
 
-    /// All steps in order. They are numbered from 0 without a gap.
+    /// All steps in order; those that were missed are not among them.
     ///
     /// # Errors
     /// [`JournalError`] names the step and the column that cannot be read.
     pub fn rows(&self) -> Result<Vec<Row>, JournalError> {
-        let mut statement = self.db.prepare(
+        let later = if self.schema < 3 { "NULL, NULL, NULL" } else { "begun_s, unix_s, lit" };
+        let mut statement = self.db.prepare(&format!(
             "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px,
-                    quality, class, decided, done, confidence FROM steps ORDER BY step",
-        )?;
+                    quality, class, decided, done, confidence, {later} FROM steps ORDER BY step",
+        ))?;
         let mut found = statement.query([])?;
         let mut rows = Vec::new();
         while let Some(row) = found.next()? {
             let step: u32 = row.get(0)?;
-            if step as usize != rows.len() {
-                let found = step.to_string();
-                return Err(JournalError::Value {
-                    step,
-                    column: "step",
-                    found,
-                    wanted: "the step after the one above",
-                });
-            }
             rows.push(Row {
                 step,
                 time_s: row.get(1)?,
@@ -267,16 +308,10 @@ impl Journal {
                 photo_bytes: row.get::<_, i64>(3)? as u64,
                 photo_sha256: row.get(4)?,
                 seen: seen(step, row)?,
-                decided: match row.get::<_, Option<String>>(11)? {
-                    None => None,
-                    Some(word) => light::parse(&word).map_err(|_| JournalError::Value {
-                        step,
-                        column: "decided",
-                        found: word,
-                        wanted: "left or right",
-                    })?,
-                },
+                decided: lamp(step, "decided", row.get(11)?)?.flatten(),
                 is_done: row.get(12)?,
+                begun: moment(row.get(14)?, row.get(15)?),
+                lit: lamp(step, "lit", row.get(16)?)?,
             });
         }
         Ok(rows)
@@ -287,10 +322,32 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn count(&self) -> Result<u32, JournalError> {
-        let last: Option<u32> =
-            self.db.query_row("SELECT max(step) FROM steps", [], |row| row.get(0)).optional()?.flatten();
-        Ok(last.map_or(0, |last| last + 1))
+        Ok(self.db.query_row("SELECT count(*) FROM steps", [], |row| row.get(0))?)
     }
+}
+
+impl JournalError {
+    /// Whether the disk is full.
+    #[must_use]
+    pub fn is_disk_full(&self) -> bool {
+        matches!(self, Self::Sqlite(error) if error.sqlite_error_code() == Some(rusqlite::ErrorCode::DiskFull))
+    }
+}
+
+/// A moment of two columns, neither of which a virtual tent has.
+fn moment(since_start_s: Option<f64>, unix_s: Option<f64>) -> Option<Moment> {
+    let since_start = Duration::try_from_secs_f64(since_start_s?).ok()?;
+    Some(Moment { since_start, unix_s: unix_s? })
+}
+
+fn lamp(
+    step: u32,
+    column: &'static str,
+    word: Option<String>,
+) -> Result<Option<Option<Light>>, JournalError> {
+    let Some(word) = word else { return Ok(None) };
+    let error = |_| JournalError::Value { step, column, found: word.clone(), wanted: "left, right or dark" };
+    light::parse(&word).map(Some).map_err(error)
 }
 
 fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<Seen, JournalError> {

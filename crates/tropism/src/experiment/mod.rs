@@ -9,11 +9,15 @@ mod checkpoint;
 mod event;
 pub mod files;
 mod folder;
+mod gap;
 mod journal;
+mod patience;
 mod recorded;
 
 pub use checkpoint::{Checkpoint, Loaded};
 pub use event::{Event, EventKind, Unwatched, Watcher};
 pub use folder::{FolderError, RunFolder, lock};
+pub use gap::Gap;
 pub use journal::{Durability, Journal, JournalError, Row};
-pub use recorded::{RecordError, Recorded};
+pub use patience::{LampsInView, OnFault, OnGap, Patience};
+pub use recorded::{Care, RecordError, Recorded};

@@ -1,25 +1,103 @@
 //! A rig whose every step is written down, and taken up again after an interruption.
 
-use super::event::{Event, EventKind, Watcher};
+use std::time::Duration;
+
+use super::event::{Event, EventKind, Unwatched, Watcher};
 use super::files::{self, FileError};
 use super::folder::{FolderError, RunFolder};
-use super::journal::{JournalError, Row};
+use super::journal::{Journal, JournalError, Row};
+use super::patience::{LampsInView, OnFault, Patience};
 use crate::environment::Environment;
-use crate::light::Light;
+use crate::light::{self, Light};
 use crate::observation::Observation;
-use crate::rig::{Camera, Clock, Flash, Lamps, Rig, RigError, Shot};
+use crate::photo::Photo;
+use crate::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
+use crate::vision::{self, Class};
+
+/// How long after a lamp did not obey it is told again, before the next step is due.
+const AGAIN: Duration = Duration::from_secs(30);
+
+/// How often a lamp is told to do the same at a step.
+const TRIES: usize = 3;
+
+/// By how much the clock on the wall may move against the even one from step to step, in seconds.
+const SLEW_S: f64 = 2.0;
+
+/// Who looks after a run.
+pub struct Care {
+    /// What it bears.
+    pub patience: Patience,
+    /// Where photographs show the lamps; `None` if that is not looked at.
+    pub lamps_in_view: Option<LampsInView>,
+    /// Who hears of what happens.
+    pub watcher: Box<dyn Watcher>,
+}
+
+impl Default for Care {
+    /// Of a virtual plant.
+    fn default() -> Self {
+        Self { patience: Patience::endless(), lamps_in_view: None, watcher: Box::new(Unwatched) }
+    }
+}
 
 /// A rig with a run folder.
 ///
 /// Each step is recorded in the order in which it happens: the photograph is kept and what was seen is committed, then
-/// the decision, then that the lamp was lit. Steps that the folder holds already are played back: the loop and its
-/// controller go through them as they did before, without touching the plant, and then go on.
+/// the decision, then, when the lamp has obeyed, that it was lit. Steps that the folder holds already are played back:
+/// the loop and its controller go through them as they did before, without touching the plant, and then go on.
+///
+/// What goes wrong is borne as far as [`Patience`] goes, written down, and told to the [`Watcher`]. A step whose
+/// photograph cannot be had, or whose time has passed, is missed: nothing is decided, and it is a gap in the track.
 pub struct Recorded<C, L: Lamps, F, K> {
     rig: Rig<C, L, F, K>,
     folder: RunFolder,
+    care: Care,
     past: Vec<Row>,
-    step: usize,
-    watcher: Box<dyn Watcher>,
+    /// The first recorded picture, and the one in which the plant was last believed.
+    first: usize,
+    believed: usize,
+    /// How many observations the loop has had.
+    taken: usize,
+    /// The step of the latest one.
+    step: u32,
+    /// What the lamps were last told, and whether they obeyed.
+    commanded: Option<Light>,
+    is_lit: bool,
+    streaks: Streaks,
+    /// Whether photographs cannot be kept.
+    is_full: bool,
+    /// The clock on the wall less the even one, in seconds.
+    wall_s: Option<f64>,
+}
+
+/// How many steps in a row something has gone wrong.
+#[derive(Clone, Copy, Debug, Default)]
+struct Streaks {
+    /// The camera gave no photograph.
+    camera: u32,
+    /// No plant was seen that could be believed.
+    held: u32,
+    /// The lamp did not obey.
+    lamp: u32,
+    /// The photograph showed another lamp than was commanded.
+    mismatch: u32,
+}
+
+impl Streaks {
+    /// As a run that was cut off has left them.
+    fn of(past: &[Row]) -> Self {
+        let last = |is_so: &dyn Fn(usize, &Row) -> bool| {
+            past.iter().enumerate().rev().take_while(|(index, row)| is_so(*index, row)).count() as u32
+        };
+        Self {
+            camera: last(&|_, row| row.photo_bytes == 0),
+            held: last(&|_, row| !row.seen.is_measured()),
+            lamp: 0,
+            mismatch: last(&|index, row| {
+                index > 0 && row.lit.is_some_and(|lit| lit != past[index - 1].decided)
+            }),
+        }
+    }
 }
 
 /// Why a recorded run cannot go on.
@@ -40,13 +118,16 @@ pub enum RecordError {
     /// A watcher asked for an end. The run can be gone on with.
     #[error("the run was asked to end")]
     Stopped,
+    /// Something that the run must not decide. The run can be gone on with.
+    #[error("paused: {0}")]
+    Paused(String),
     /// The controller decides otherwise than it did.
     #[error(
         "step {step}: found the decision {found} in the journal, wanted {wanted}, which the controller decides now"
     )]
     Diverged {
         /// Step.
-        step: usize,
+        step: u32,
         /// The recorded light.
         found: Light,
         /// What the controller says now.
@@ -55,35 +136,52 @@ pub enum RecordError {
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
-    /// Records `rig` in `folder`, after playing back what is recorded there. `watcher` hears of all that happens.
+    /// Records `rig` in `folder`, after playing back what is recorded there. The lamps are at once as the journal says:
+    /// the last light decided upon, or dark.
     ///
     /// # Errors
-    /// [`RecordError::Folder`] if the journal cannot be read.
-    pub fn new(
-        rig: Rig<C, L, F, K>,
-        folder: RunFolder,
-        watcher: Box<dyn Watcher>,
-    ) -> Result<Self, RecordError> {
+    /// [`RecordError`] if the journal cannot be read or written.
+    pub fn new(rig: Rig<C, L, F, K>, folder: RunFolder, care: Care) -> Result<Self, RecordError> {
         let past = folder.rows()?;
-        let mut recorded = Self { rig, folder, past, step: 0, watcher };
-        let (kind, text) = match recorded.past.len() {
-            0 => (EventKind::Started, "the run begins".to_owned()),
-            steps => (EventKind::Resumed, format!("found {steps} steps, going on with the next")),
+        let state = folder.journal().state()?.map(|event| event.kind);
+        let lit = past.iter().rev().take(2).find_map(|row| row.decided);
+        let (streaks, step) = (Streaks::of(&past), past.last().map_or(0, |row| row.step));
+        let is_picture = |row: &Row| ![Class::Corrupt, Class::Foreign].contains(&row.seen.class);
+        let first = past.iter().position(is_picture).unwrap_or(past.len());
+        let believed = past.iter().rposition(|row| row.seen.is_measured()).unwrap_or(0);
+        let mut recorded = Self {
+            rig,
+            folder,
+            care,
+            past,
+            first,
+            believed,
+            taken: 0,
+            step,
+            commanded: None,
+            is_lit: false,
+            streaks,
+            is_full: false,
+            wall_s: None,
         };
-        recorded.tell(kind, text)?;
+        if state == Some(EventKind::Finished) {
+            return Ok(recorded);
+        }
+        if let Some(boot) = recorded.rig.clock().boot() {
+            recorded.write(|journal| journal.taken_up(&boot))?;
+        }
+        match recorded.past.len() {
+            0 if state.is_none() => recorded.tell(EventKind::Started, "the run begins".to_owned())?,
+            steps => {
+                let text = format!("found {steps} steps, going on; {} is lit as before", light::name(lit));
+                recorded.tell(EventKind::Resumed, text)?;
+            }
+        }
+        recorded.make_ballast()?;
+        if let Err(error) = recorded.rig.light(lit) {
+            recorded.tell(EventKind::Lamp, error.to_string())?;
+        }
         Ok(recorded)
-    }
-
-    /// Writes down that something happened, and tells the watcher.
-    ///
-    /// # Errors
-    /// [`RecordError::Journal`] if it cannot be written down; the watcher has been told all the same.
-    pub fn tell(&mut self, kind: EventKind, text: String) -> Result<(), RecordError> {
-        let step = self.step.max(self.past.len().saturating_sub(1)) as u32;
-        let event = Event { step, kind, text, unix_s: None };
-        let written = self.folder.journal().happened(&event);
-        self.watcher.event(&event);
-        Ok(written?)
     }
 
     /// The run folder.
@@ -96,11 +194,132 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         self.past.len()
     }
 
-    fn record(&self, shot: &Shot) -> Result<(), RecordError> {
-        let Shot { photo, seen } = shot;
-        self.folder.keep_photo(&photo.name, &photo.bytes)?;
+    /// Writes down that something happened, and tells the watcher.
+    ///
+    /// # Errors
+    /// [`RecordError::Journal`] if it cannot be written down; the watcher has been told all the same.
+    pub fn tell(&mut self, kind: EventKind, text: String) -> Result<(), RecordError> {
+        let event = Event { step: self.step, kind, text, at: self.rig.clock().now() };
+        let written = self.write(|journal| journal.happened(&event));
+        self.care.watcher.event(&event);
+        written
+    }
+
+    /// Ends the run until its user has looked.
+    fn pause(&mut self, why: String) -> RecordError {
+        match self.tell(EventKind::Paused, why.clone()) {
+            Ok(()) => RecordError::Paused(why),
+            Err(error) => error,
+        }
+    }
+
+    /// Writes into the journal. A full disk gives up the ballast.
+    fn write(&mut self, what: impl Fn(&Journal) -> Result<(), JournalError>) -> Result<(), RecordError> {
+        match what(self.folder.journal()) {
+            Err(error) if error.is_disk_full() && self.folder.drop_ballast() => {
+                self.is_full = true;
+                Ok(what(self.folder.journal())?)
+            }
+            done => Ok(done?),
+        }
+    }
+
+    fn make_ballast(&mut self) -> Result<(), RecordError> {
+        match self.folder.make_ballast(self.care.patience.ballast_mb) {
+            Err(error) if error.is_disk_full() => {
+                self.is_full = true;
+                self.tell(EventKind::Disk, format!("{error}; photographs are not kept"))
+            }
+            done => Ok(done?),
+        }
+    }
+
+    /// Waits for the next step; meanwhile a lamp that did not obey is told again.
+    fn wait(&mut self) -> Result<(), RecordError> {
+        let due = self.rig.due(self.rig.next_step());
+        loop {
+            let is_failing = self.commanded.is_some() && !self.is_lit;
+            let until = match self.rig.clock().now().filter(|_| is_failing) {
+                Some(now) => due.min(now.since_start + AGAIN),
+                None => due,
+            };
+            let watcher = &mut self.care.watcher;
+            if watcher.beat().is_break() || self.rig.wait_until(until, &mut || watcher.beat()).is_break() {
+                self.tell(EventKind::Stopped, "asked to end".to_owned())?;
+                return Err(RecordError::Stopped);
+            }
+            if until == due {
+                return Ok(());
+            }
+            // That it fails was told at its step.
+            self.act()?;
+        }
+    }
+
+    /// Passes over steps whose time has passed; true if there were any.
+    fn miss_what_passed(&mut self) -> Result<bool, RecordError> {
+        let Some(now) = self.rig.clock().now() else { return Ok(false) };
+        let (step, late_s) = (self.rig.next_step(), self.care.patience.late_s);
+        let now_s = now.since_start.as_secs_f64();
+        let by_s = now_s - self.rig.due(step).as_secs_f64();
+        if by_s > late_s {
+            let next = ((now_s - late_s) / self.rig.due(1).as_secs_f64()).ceil() as u32;
+            let why = format!("step {step} would be {by_s:.0} s late, more than {late_s}");
+            self.miss(next.max(step + 1), &why)?;
+            return Ok(true);
+        }
+        if by_s > late_s / 2.0 {
+            self.tell(EventKind::Late, format!("step {step} begins {by_s:.0} s late"))?;
+        }
+        Ok(false)
+    }
+
+    /// Passes over the steps before `next`.
+    fn miss(&mut self, next: u32, why: &str) -> Result<(), RecordError> {
+        let steps = next - self.rig.next_step();
+        self.rig.skip_to(next);
+        self.tell(EventKind::Missed, format!("{steps} without a photograph and a decision: {why}"))
+    }
+
+    /// The photograph of the next step, what stands for it if the camera has none, and when it was begun.
+    fn photograph(&mut self) -> Result<(Photo, Option<Moment>), RecordError> {
+        loop {
+            self.wait()?;
+            if self.miss_what_passed()? {
+                continue;
+            }
+            let begun = self.rig.clock().now();
+            let error = match self.rig.photograph() {
+                Ok(photo) => return Ok((photo, begun)),
+                // Nothing was ever seen that could stand in.
+                Err(error) if self.taken == 0 => return Err(error.into()),
+                Err(error) => error,
+            };
+            self.streaks.camera += 1;
+            if self.streaks.camera <= self.care.patience.hold_steps {
+                self.tell(EventKind::Camera, format!("{error}; the last sighting stands in"))?;
+                return Ok((self.rig.no_photograph(), begun));
+            }
+            self.miss(self.rig.next_step() + 1, &error.to_string())?;
+            if self.care.patience.on_fault == OnFault::Dark && self.commanded.take().is_some() {
+                let done = self.rig.light(None);
+                let text = done.err().map_or("both are dark while nothing is decided".to_owned(), |error| {
+                    format!("both should be dark while nothing is decided: {error}")
+                });
+                self.tell(EventKind::Lamp, text)?;
+            }
+            self.streaks.held += 1;
+            self.look_after_held()?;
+        }
+    }
+
+    /// Writes down what was seen at this step.
+    fn record(&mut self, begun: Option<Moment>) -> Result<(), RecordError> {
+        let Some(Shot { photo, seen }) = self.rig.shot().cloned() else { return Ok(()) };
+        let lit = self.lamp_in(&photo, seen.class);
+        self.keep(&photo)?;
         let row = Row {
-            step: self.step as u32,
+            step: self.step,
             time_s: photo.time_s,
             photo: photo.name.clone(),
             photo_bytes: photo.bytes.len() as u64,
@@ -108,8 +327,157 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
             seen: seen.clone(),
             decided: None,
             is_done: false,
+            begun,
+            lit,
         };
-        Ok(self.folder.journal().saw(&row)?)
+        self.write(|journal| journal.saw(&row))?;
+        self.look_at_clock(begun)?;
+        self.look_at_lamp(lit)?;
+        if !photo.bytes.is_empty() && self.streaks.camera > 0 {
+            let steps = std::mem::take(&mut self.streaks.camera);
+            self.tell(EventKind::Recovered, format!("a photograph again after {steps} steps without"))?;
+        }
+        if seen.is_measured() {
+            match std::mem::take(&mut self.streaks.held) {
+                0 => Ok(()),
+                steps => self.tell(EventKind::Recovered, format!("the plant again after {steps} steps")),
+            }
+        } else {
+            self.streaks.held += 1;
+            if self.streaks.held == 1 && !photo.bytes.is_empty() {
+                let text = format!("{} ({}): the last sighting stands in", photo.name, seen.class);
+                self.tell(EventKind::Held, text)?;
+            }
+            self.look_after_held()
+        }
+    }
+
+    fn look_after_held(&mut self) -> Result<(), RecordError> {
+        let held = self.streaks.held;
+        if held == self.care.patience.alert_steps {
+            self.tell(EventKind::Lost, format!("no believed plant for {held} steps"))?;
+        }
+        if held >= self.care.patience.pause_steps {
+            return Err(self.pause(format!("no believed plant for {held} steps")));
+        }
+        Ok(())
+    }
+
+    /// The lamp that a photograph shows lit, where that is looked at and can be seen.
+    fn lamp_in(&self, photo: &Photo, class: Class) -> Option<Option<Light>> {
+        let places = self.care.lamps_in_view.as_ref()?.places();
+        if [Class::Dark, Class::Repeated].contains(&class) {
+            return None;
+        }
+        Some(vision::lit(&photo.decode().ok()?, places))
+    }
+
+    fn look_at_lamp(&mut self, lit: Option<Option<Light>>) -> Result<(), RecordError> {
+        let (Some(lit), Some(commanded), true) = (lit, self.commanded, self.is_lit) else { return Ok(()) };
+        if lit == Some(commanded) {
+            let steps = std::mem::take(&mut self.streaks.mismatch);
+            if steps >= self.care.patience.alert_steps {
+                self.tell(EventKind::Recovered, format!("{commanded} is lit again after {steps} steps"))?;
+            }
+            return Ok(());
+        }
+        self.streaks.mismatch += 1;
+        let steps = self.streaks.mismatch;
+        let text =
+            format!("found {} lit in the photograph, wanted {commanded}, {steps} in a row", light::name(lit));
+        self.tell(EventKind::Mismatch, text.clone())?;
+        if steps >= self.care.patience.pause_steps { Err(self.pause(text)) } else { Ok(()) }
+    }
+
+    /// Notes when the clock on the wall was set.
+    fn look_at_clock(&mut self, now: Option<Moment>) -> Result<(), RecordError> {
+        let Some(now) = now else { return Ok(()) };
+        let wall_s = now.unix_s - now.since_start.as_secs_f64();
+        let by_s = wall_s - self.wall_s.replace(wall_s).unwrap_or(wall_s);
+        if by_s.abs() <= SLEW_S {
+            return Ok(());
+        }
+        let text = format!("the clock on the wall was set by {by_s:+.0} s; the schedule stays");
+        self.tell(EventKind::Clock, text)
+    }
+
+    /// Keeps a photograph, if the disk has room for it beside what the journal needs.
+    fn keep(&mut self, photo: &Photo) -> Result<(), RecordError> {
+        if self.is_full {
+            let needed = 8 * photo.bytes.len() as u64 + (u64::from(self.care.patience.ballast_mb) << 20);
+            if self.folder.free_bytes().is_none_or(|free| free < needed) {
+                return Ok(());
+            }
+            self.is_full = false;
+            self.make_ballast()?;
+        }
+        match self.folder.keep_photo(&photo.name, &photo.bytes) {
+            Err(error) if error.is_disk_full() => {
+                self.is_full = true;
+                self.folder.drop_ballast();
+                self.tell(
+                    EventKind::Disk,
+                    format!("{error}; photographs are not kept until there is room, all else goes on"),
+                )
+            }
+            done => Ok(done?),
+        }
+    }
+
+    /// Commits the decision, then acts upon it.
+    fn decide(&mut self, light: Light) -> Result<(), RecordError> {
+        let step = self.step;
+        self.write(|journal| journal.decided(step, light))?;
+        (self.commanded, self.is_lit) = (Some(light), false);
+        let mut failed = None;
+        for _ in 0..TRIES {
+            failed = self.act()?;
+            if failed.is_none() {
+                return Ok(());
+            }
+        }
+        let Some(error) = failed else { return Ok(()) };
+        self.streaks.lamp += 1;
+        let text = format!("{error}; it is told again, {} steps in a row so far", self.streaks.lamp);
+        self.tell(EventKind::Lamp, text)?;
+        if self.streaks.lamp >= self.care.patience.pause_steps {
+            return Err(self.pause(format!("no lamp for {} steps: {error}", self.streaks.lamp)));
+        }
+        Ok(())
+    }
+
+    /// Lights the lamp that was decided upon, and commits that it is lit; or why it is not.
+    fn act(&mut self) -> Result<Option<RigError>, RecordError> {
+        let Some(light) = self.commanded else { return Ok(None) };
+        if let Err(error) = self.rig.light(Some(light)) {
+            return Ok(Some(error));
+        }
+        self.is_lit = true;
+        let step = self.step;
+        self.write(|journal| journal.done(step))?;
+        if std::mem::take(&mut self.streaks.lamp) > 0 {
+            self.tell(EventKind::Recovered, format!("{light} obeys again"))?;
+        }
+        Ok(None)
+    }
+
+    /// What was seen at a recorded step, with the photograph if the eye still needs it: the first one, by which it knows
+    /// what stands still, and those since the plant was last believed.
+    fn remembered(&mut self, index: usize) -> Result<Shot, RecordError> {
+        let row = self.past[index].clone();
+        let nothing = Photo { name: row.photo.clone(), bytes: Vec::new(), time_s: row.time_s };
+        let photo = if index <= self.first || index >= self.believed {
+            match self.folder.photo(&row) {
+                Ok(photo) => photo,
+                Err(error) => {
+                    self.tell(EventKind::Damaged, format!("{error}; going on without it"))?;
+                    nothing
+                }
+            }
+        } else {
+            nothing
+        };
+        Ok(Shot { photo, seen: row.seen })
     }
 }
 
@@ -117,47 +485,43 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<C, L, F, 
     type Error = RecordError;
 
     fn observe(&mut self) -> Result<Observation, RecordError> {
-        if let Some(observation) = self.past.get(self.step).and_then(|row| row.seen.observation.clone()) {
-            return Ok(observation);
+        if let Some(row) = self.past.get(self.taken) {
+            (self.step, self.taken) = (row.step, self.taken + 1);
+            let wanted = "a tip: each step has one, measured or held";
+            let found = "none".to_owned();
+            let error = JournalError::Value { step: row.step, column: "tip_x_cm", found, wanted };
+            return row.seen.observation.clone().ok_or(RecordError::Journal(error));
         }
-        if self.watcher.beat().is_break() {
-            self.tell(EventKind::Stopped, "asked to end".to_owned())?;
-            return Err(RecordError::Stopped);
-        }
-        let observation = self.rig.observe()?;
-        self.record(self.rig.shot().expect("an observed rig has a shot"))?;
+        let (photo, begun) = self.photograph()?;
+        let observation = self.rig.see(photo)?;
+        (self.step, self.taken) = (self.rig.next_step() - 1, self.taken + 1);
+        self.record(begun)?;
         Ok(observation)
     }
 
     fn step(&mut self, light: Light) -> Result<(), RecordError> {
-        let step = self.step;
-        self.step += 1;
-        let Some(row) = self.past.get(step) else {
-            return self.act(step, light);
-        };
-        if let Some(found) = row.decided.filter(|&found| found != light) {
-            return Err(RecordError::Diverged { step, found, wanted: light });
+        let index = self.taken - 1;
+        if let Some(&Row { step, decided, .. }) = self.past.get(index) {
+            if let Some(found) = decided.filter(|&found| found != light) {
+                return Err(RecordError::Diverged { step, found, wanted: light });
+            }
+            let shot = self.remembered(index)?;
+            if let Some(next) = self.past.get(index + 1) {
+                self.rig.relive(step, &shot, light, next.step);
+                return Ok(());
+            }
+            // The last recorded step: its photograph stands, its decision stands or is the same now, and whether or not
+            // the lamp was lit, it is to be lit again: nobody knows what happened to it since.
+            self.rig.recall(step, &shot);
         }
-        let shot = Shot { photo: self.folder.photo(row)?, seen: row.seen.clone() };
-        if step + 1 < self.past.len() {
-            self.rig.relive(&shot, light);
-            return Ok(());
-        }
-        // The last recorded step: its photograph stands, its decision stands or is the same now, and whether or not the
-        // lamp was lit, it is to be lit again: nobody knows what happened to it since.
-        self.rig.recall(&shot);
-        self.act(step, light)
+        self.decide(light)
+    }
+
+    fn missed(&self) -> u32 {
+        (self.step + 1).saturating_sub(self.taken as u32)
     }
 
     fn period_min(&self) -> f64 {
         self.rig.period_min()
-    }
-}
-
-impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
-    fn act(&mut self, step: usize, light: Light) -> Result<(), RecordError> {
-        self.folder.journal().decided(step as u32, light)?;
-        self.rig.step(light)?;
-        Ok(self.folder.journal().done(step as u32)?)
     }
 }

@@ -324,8 +324,13 @@ impl Flash for Device {
 }
 
 impl Clock for Device {
-    fn wait_until(&mut self, since_start: Duration) {
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        _meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         self.0.borrow_mut().advance_to(since_start.as_secs_f64() / 60.0);
+        ControlFlow::Continue(())
     }
 
     fn relive(&mut self, light: Light, until: Duration) {
