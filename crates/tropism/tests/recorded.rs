@@ -290,14 +290,52 @@ fn a_folder_is_not_taken_twice() {
     assert!(other.contains("found a run that was started with other settings (\"seed = 1\")"), "{other}");
 }
 
+/// Overwrites the middle of the journal, or all of it.
+fn damage(folder: &Path, is_whole: bool) {
+    let path = folder.join("journal.sqlite");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let from = if is_whole { 0 } else { bytes.len() / 3 };
+    bytes[from..].fill(0x5a);
+    std::fs::write(&path, bytes).unwrap();
+    let _ = std::fs::remove_file(folder.join("journal.sqlite-wal"));
+    let _ = std::fs::remove_file(folder.join("journal.sqlite-shm"));
+}
+
 #[test]
 fn a_journal_that_is_none_is_named() {
     let folder = tempfile::tempdir().unwrap();
     go(folder.path(), false, &[], 5);
-    std::fs::write(folder.path().join("journal.sqlite"), b"this is not a database, not at all").unwrap();
-    let _ = std::fs::remove_file(folder.path().join("journal.sqlite-wal"));
+    damage(folder.path(), true);
+    std::fs::remove_file(folder.path().join("journal.jsonl")).unwrap();
     let error = open(folder.path(), true, &[]).err().unwrap().to_string();
     assert!(error.contains("journal.sqlite"), "{error}");
+}
+
+#[test]
+fn a_damaged_journal_is_set_aside_and_made_again_from_its_copy() {
+    let (_, track) = whole(&[50]);
+    let folder = tempfile::tempdir().unwrap();
+    let hurts: [&dyn Fn(); 3] = [&|| damage(folder.path(), true), &|| damage(folder.path(), false), &|| {
+        std::fs::remove_file(folder.path().join("journal.sqlite")).unwrap()
+    }];
+    go(folder.path(), false, &[50], 20);
+    for (turn, hurt) in hurts.iter().enumerate() {
+        let copy = folder.path().join("journal.jsonl");
+        // A line that was cut short is as if it had not been.
+        let mut text = std::fs::read_to_string(&copy).unwrap();
+        text.push_str("[\"saw\",20,6000.0,\"0000");
+        std::fs::write(&copy, text).unwrap();
+        hurt();
+        go(folder.path(), true, &[50], 22 + turn);
+    }
+    let (resumed, _) = go(folder.path(), true, &[50], usize::MAX);
+    assert_eq!(resumed, track);
+    assert!(folder.path().join("journal.broken.sqlite").exists());
+    let journal = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap();
+    let events = journal.events().unwrap();
+    let damaged: Vec<_> = events.iter().filter(|event| event.kind == EventKind::Damaged).collect();
+    assert_eq!(damaged.len(), 3, "{damaged:?}");
+    assert!(damaged[0].text.contains("made again from its copy"), "{}", damaged[0].text);
 }
 
 #[test]

@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::time::Duration;
 
-use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
+use rusqlite::types::Value;
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_iter};
 
+use super::copy::{self, Copy};
 use super::event::Event;
 use crate::geometry::{Pixel, Point};
 use crate::light::{self, Light};
@@ -78,19 +80,78 @@ const SCHEMA: i64 = 3;
 /// The oldest schema whose rows can still be read; a run of it cannot be gone on with.
 const READABLE: i64 = 2;
 
+/// What is written, by name, and what of a journal it is made of: the same values in the same order.
+const WRITES: [(&str, &str, &str); 5] = [
+    (
+        "boot",
+        "INSERT INTO boot (boot, start_s, wall_set) VALUES (?, ?, ?)",
+        "SELECT boot, start_s, wall_set FROM boot ORDER BY id",
+    ),
+    (
+        "saw",
+        "INSERT OR REPLACE INTO steps (step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px,
+             tip_y_px, quality, class, confidence, begun_s, unix_s, lit)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px,
+             tip_y_px, quality, class, confidence, begun_s, unix_s, lit FROM steps ORDER BY step",
+    ),
+    (
+        "decided",
+        "UPDATE steps SET decided = ? WHERE step = ?",
+        "SELECT decided, step FROM steps WHERE decided IS NOT NULL ORDER BY step",
+    ),
+    (
+        "done",
+        "UPDATE steps SET done = 1 WHERE step = ?",
+        "SELECT step FROM steps WHERE done = 1 ORDER BY step",
+    ),
+    (
+        "event",
+        "INSERT INTO event (step, kind, text, since_start_s, unix_s) VALUES (?, ?, ?, ?, ?)",
+        "SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id",
+    ),
+];
+
 /// An open journal.
 #[derive(Debug)]
 pub struct Journal {
     db: Connection,
     schema: i64,
+    copy: Copy,
+    restored: Option<String>,
 }
 
 impl Journal {
-    /// Opens the journal at `path`, or makes one.
+    /// Opens the journal at `path`, or makes one. One that is damaged or gone is made again from its copy, a `.jsonl`
+    /// file beside it, if there is one.
     ///
     /// # Errors
-    /// [`JournalError`] if the file is no journal, damaged, or of another schema.
+    /// [`JournalError`] if the file is no journal, or damaged without a copy, or of another schema.
     pub fn open(path: &Path, durability: Durability) -> Result<Self, JournalError> {
+        let is_gone = copy::is_left(path);
+        let opened = match is_gone {
+            true => Err(JournalError::Damaged("no such file".to_owned())),
+            false => Self::at(path, durability),
+        };
+        let mut journal = match opened {
+            Err(error) if error.is_damage() => {
+                let Some(entries) = copy::restore(path, durability)? else { return Err(error) };
+                let restored = Some(format!("{error}; made again from its copy, {entries} entries"));
+                Self { restored, ..Self::at(path, durability)? }
+            }
+            other => other?,
+        };
+        journal.copy = Copy::of(path, &journal.entries()?);
+        Ok(journal)
+    }
+
+    /// What was wrong with the journal and what was done about it, if it had to be made again.
+    #[must_use]
+    pub fn restored(&self) -> Option<&str> {
+        self.restored.as_deref()
+    }
+
+    fn at(path: &Path, durability: Durability) -> Result<Self, JournalError> {
         let db = Connection::open(path)?;
         db.pragma_update(None, "journal_mode", "WAL")?;
         // FULL syncs the log at every commit; OFF leaves that to the system, which a killed program does not disturb.
@@ -121,7 +182,44 @@ impl Journal {
             ))?,
             other => return Err(JournalError::Schema(other)),
         }
-        Ok(Self { db, schema: SCHEMA })
+        Ok(Self { db, schema: SCHEMA, copy: Copy::default(), restored: None })
+    }
+
+    /// Makes a new journal at `path` of `entries`.
+    pub(super) fn make(
+        path: &Path,
+        durability: Durability,
+        entries: &[(String, Vec<Value>)],
+    ) -> Result<(), JournalError> {
+        let journal = Self::at(path, durability)?;
+        journal.db.execute_batch("BEGIN")?;
+        for (name, values) in entries {
+            journal.write(name, values)?;
+        }
+        Ok(journal.db.execute_batch("COMMIT")?)
+    }
+
+    /// All that it is made of.
+    fn entries(&self) -> Result<Vec<(&'static str, Vec<Value>)>, JournalError> {
+        let mut entries = Vec::new();
+        for (name, _, select) in WRITES {
+            let mut statement = self.db.prepare(select)?;
+            let columns = statement.column_count();
+            let mut found = statement.query([])?;
+            while let Some(row) = found.next()? {
+                entries.push((name, (0..columns).map(|column| row.get(column)).collect::<Result<_, _>>()?));
+            }
+        }
+        Ok(entries)
+    }
+
+    fn write(&self, name: &str, values: &[Value]) -> Result<(), JournalError> {
+        let Some((_, sql, _)) = WRITES.iter().find(|(known, ..)| *known == name) else {
+            return Err(JournalError::Damaged(format!("an entry {name:?} in its copy")));
+        };
+        self.db.prepare_cached(sql)?.execute(params_from_iter(values))?;
+        self.copy.add(name, values);
+        Ok(())
     }
 
     /// Opens the journal at `path` to read its rows, also while a run writes them.
@@ -131,7 +229,7 @@ impl Journal {
     pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
         let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
         match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-            schema @ READABLE..=SCHEMA => Ok(Self { db, schema }),
+            schema @ READABLE..=SCHEMA => Ok(Self { db, schema, copy: Copy::default(), restored: None }),
             other => Err(JournalError::Schema(other)),
         }
     }
@@ -141,10 +239,7 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn taken_up(&self, boot: &Boot) -> Result<(), JournalError> {
-        self.db
-            .prepare_cached("INSERT INTO boot (boot, start_s, wall_set) VALUES (?, ?, ?)")?
-            .execute(params![boot.id, boot.start_s, boot.is_wall_set])?;
-        Ok(())
+        self.write("boot", &[boot.id.clone().into(), boot.start_s.into(), boot.is_wall_set.into()])
     }
 
     /// What the clock of the program counted from that took the run up last; `None` of a virtual tent.
@@ -184,18 +279,14 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn happened(&self, event: &Event) -> Result<(), JournalError> {
-        self.db
-            .prepare_cached(
-                "INSERT INTO event (step, kind, text, since_start_s, unix_s) VALUES (?, ?, ?, ?, ?)",
-            )?
-            .execute(params![
-                event.step,
-                event.kind.name(),
-                event.text,
-                event.at.map(|at| at.since_start.as_secs_f64()),
-                event.at.map(|at| at.unix_s),
-            ])?;
-        Ok(())
+        let values = [
+            event.step.into(),
+            event.kind.name().to_owned().into(),
+            event.text.clone().into(),
+            event.at.map(|at| at.since_start.as_secs_f64()).into(),
+            event.at.map(|at| at.unix_s).into(),
+        ];
+        self.write("event", &values)
     }
 
     /// All that happened, in order. Nothing in a journal of a version before 3.
@@ -240,31 +331,25 @@ impl Journal {
     /// [`JournalError::Sqlite`].
     pub fn saw(&self, row: &Row) -> Result<(), JournalError> {
         let tip = row.seen.observation.as_ref();
-        self.db
-            .prepare_cached(
-                "INSERT OR REPLACE INTO steps (step, time_s, photo, photo_bytes, photo_sha256,
-                     tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, confidence,
-                     begun_s, unix_s, lit)
-                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            )?
-            .execute(params![
-                row.step,
-                row.time_s,
-                row.photo,
-                row.photo_bytes as i64,
-                row.photo_sha256,
-                tip.map(|seen| seen.tip.x),
-                tip.map(|seen| seen.tip.y),
-                row.seen.pixel.map(|pixel| pixel.x),
-                row.seen.pixel.map(|pixel| pixel.y),
-                tip.map(|seen| seen.quality.name()),
-                row.seen.class.to_string(),
-                row.seen.confidence,
-                row.begun.map(|begun| begun.since_start.as_secs_f64()),
-                row.begun.map(|begun| begun.unix_s),
-                row.lit.map(light::name),
-            ])?;
-        Ok(())
+        let text = |text: &str| Value::from(text.to_owned());
+        let values = [
+            row.step.into(),
+            row.time_s.into(),
+            text(&row.photo),
+            (row.photo_bytes as i64).into(),
+            text(&row.photo_sha256),
+            tip.map(|seen| seen.tip.x).into(),
+            tip.map(|seen| seen.tip.y).into(),
+            row.seen.pixel.map(|pixel| pixel.x).into(),
+            row.seen.pixel.map(|pixel| pixel.y).into(),
+            tip.map(|seen| seen.quality.name().to_owned()).into(),
+            text(row.seen.class.name()),
+            row.seen.confidence.into(),
+            row.begun.map(|begun| begun.since_start.as_secs_f64()).into(),
+            row.begun.map(|begun| begun.unix_s).into(),
+            row.lit.map(|lit| light::name(lit).to_owned()).into(),
+        ];
+        self.write("saw", &values)
     }
 
     /// Writes down the decision of a step, before it is acted upon.
@@ -272,10 +357,7 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn decided(&self, step: u32, light: Light) -> Result<(), JournalError> {
-        self.db
-            .prepare_cached("UPDATE steps SET decided = ? WHERE step = ?")?
-            .execute(params![light.name(), step])?;
-        Ok(())
+        self.write("decided", &[light.name().to_owned().into(), step.into()])
     }
 
     /// Writes down that the decision of a step was acted upon.
@@ -283,8 +365,7 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn done(&self, step: u32) -> Result<(), JournalError> {
-        self.db.prepare_cached("UPDATE steps SET done = 1 WHERE step = ?")?.execute([step])?;
-        Ok(())
+        self.write("done", &[step.into()])
     }
 
     /// All steps in order; those that were missed are not among them.
@@ -330,7 +411,19 @@ impl JournalError {
     /// Whether the disk is full.
     #[must_use]
     pub fn is_disk_full(&self) -> bool {
-        matches!(self, Self::Sqlite(error) if error.sqlite_error_code() == Some(rusqlite::ErrorCode::DiskFull))
+        matches!(self, Self::Sqlite(error) if error.sqlite_error_code() == Some(ErrorCode::DiskFull))
+    }
+
+    /// Whether the file is no journal any more.
+    fn is_damage(&self) -> bool {
+        match self {
+            Self::Damaged(_) => true,
+            Self::Sqlite(error) => {
+                let code = error.sqlite_error_code();
+                [Some(ErrorCode::DatabaseCorrupt), Some(ErrorCode::NotADatabase)].contains(&code)
+            }
+            _ => false,
+        }
     }
 }
 

@@ -1,11 +1,12 @@
 //! What is kept of an experiment: the only module that touches the disk.
 //!
-//! A run folder holds `run.toml` (configuration, seed and version), `journal.sqlite` (one row a step), `photographs/`,
-//! and `track.csv` when the run is over. [`Recorded`] wraps a rig so that the loop itself need not know: it writes down
-//! each step in the order photograph, decision, action, and after an interruption it plays the journal back to the
-//! controller before the loop goes on.
+//! A run folder holds `run.toml` (configuration, seed and version), `journal.sqlite` (one row a step, one an event),
+//! `photographs/`, and `track.csv` when the run is over. [`Recorded`] wraps a rig so that the loop itself need not know: it
+//! writes down each step in the order photograph, decision, action, bears what goes wrong as far as [`Patience`] goes,
+//! tells a [`Watcher`] of it, and after an interruption plays the journal back to the controller before the loop goes on.
 
 mod checkpoint;
+mod copy;
 mod event;
 pub mod files;
 mod folder;

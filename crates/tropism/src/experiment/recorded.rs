@@ -177,6 +177,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
                 recorded.tell(EventKind::Resumed, text)?;
             }
         }
+        if let Some(what) = recorded.folder.journal().restored().map(str::to_owned) {
+            recorded.tell(EventKind::Damaged, format!("journal.sqlite: {what}"))?;
+        }
         recorded.make_ballast()?;
         if let Err(error) = recorded.rig.light(lit) {
             recorded.tell(EventKind::Lamp, error.to_string())?;
