@@ -245,7 +245,8 @@ impl RunPlan {
         let gap = Gap::of(journal, &times.boot_id(), times.boot_s(), times.unix_s(), times.is_wall_set())?;
         let goes_on = is_resumed || patience.on_gap == OnGap::Resume;
         let why = match gap {
-            Gap::New => {
+            // One that has no step yet has lost none.
+            _ if journal.count()? == 0 => {
                 let (free, wanted) = (folder.free_bytes(), u64::from(patience.free_mb) << 20);
                 if let Some(free) = free.filter(|&free| free < wanted) {
                     bail!(
@@ -257,6 +258,7 @@ impl RunPlan {
                 }
                 return Ok(Duration::ZERO);
             }
+            Gap::New => return Ok(Duration::ZERO),
             Gap::Known { away, since_start } if goes_on || away.as_secs_f64() <= 60.0 * patience.gap_min => {
                 return Ok(since_start);
             }

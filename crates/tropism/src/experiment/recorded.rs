@@ -23,6 +23,9 @@ const TRIES: usize = 3;
 /// By how much the clock on the wall may move against the even one from step to step, in seconds.
 const SLEW_S: f64 = 2.0;
 
+/// What a full disk means.
+const FULL: &str = "photographs are not kept until there is room, all else goes on";
+
 /// Who looks after a run.
 pub struct Care {
     /// What it bears.
@@ -220,8 +223,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
     fn write(&mut self, what: impl Fn(&Journal) -> Result<(), JournalError>) -> Result<(), RecordError> {
         match what(self.folder.journal()) {
             Err(error) if error.is_disk_full() && self.folder.drop_ballast() => {
+                what(self.folder.journal())?;
                 self.is_full = true;
-                Ok(what(self.folder.journal())?)
+                self.tell(EventKind::Disk, format!("journal.sqlite: {error}; {FULL}"))
             }
             done => Ok(done?),
         }
@@ -231,7 +235,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         match self.folder.make_ballast(self.care.patience.ballast_mb) {
             Err(error) if error.is_disk_full() => {
                 self.is_full = true;
-                self.tell(EventKind::Disk, format!("{error}; photographs are not kept"))
+                self.tell(EventKind::Disk, format!("{error}; {FULL}"))
             }
             done => Ok(done?),
         }
@@ -418,10 +422,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
             Err(error) if error.is_disk_full() => {
                 self.is_full = true;
                 self.folder.drop_ballast();
-                self.tell(
-                    EventKind::Disk,
-                    format!("{error}; photographs are not kept until there is room, all else goes on"),
-                )
+                self.tell(EventKind::Disk, format!("{error}; {FULL}"))
             }
             done => Ok(done?),
         }

@@ -1,0 +1,308 @@
+//! Whatever ends a run, the same command goes on with it, to the same bits.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use tempfile::TempDir;
+use tropism::experiment::{Event, EventKind, Journal, Row};
+
+const STEPS: usize = 40;
+
+/// The virtual tent with small photographs in which much goes wrong, as durable as a real one.
+const TENT: &str = "durability = \"full\"\n[lamps_in_view]\n[greenhouse.scene]\nwidth = 324\nheight = 243\n\
+                    [greenhouse.faults]\nmissed_flash = 0.05\ndropped = 0.05\nrepeated = 0.05\nfly = 0.05\n";
+
+fn command(folder: &Path, words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+    command.current_dir(folder).args(words).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// A run of the virtual tent into `out`.
+fn tent(folder: &Path, out: &str) -> Command {
+    command(
+        folder,
+        &[
+            "run",
+            "--rig",
+            "tent.toml",
+            "--controller",
+            "chase",
+            "--steps",
+            "40",
+            "--out",
+            out,
+            "--threads",
+            "1",
+        ],
+    )
+}
+
+#[track_caller]
+fn done(output: &Output) {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn rows(run: &Path) -> Vec<Row> {
+    // Before there is a journal, and while it is made, there are none.
+    Journal::open_to_read(&run.join("journal.sqlite")).and_then(|journal| journal.rows()).unwrap_or_default()
+}
+
+fn events(run: &Path) -> Vec<Event> {
+    Journal::open_to_read(&run.join("journal.sqlite")).unwrap().events().unwrap()
+}
+
+fn count(run: &Path, kind: EventKind) -> usize {
+    events(run).iter().filter(|event| event.kind == kind).count()
+}
+
+/// Compares all that a run leaves, but for what the journal says of its interruptions.
+#[track_caller]
+fn same(one: &Path, other: &Path) {
+    let read =
+        |run: &Path, name: &str| fs::read(run.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    for name in ["track.csv", "truth.csv", "truth.jsonl", "calibration.toml", "run.toml"] {
+        assert!(read(one, name) == read(other, name), "{name} of {} and {}", one.display(), other.display());
+    }
+    for step in 0..=STEPS {
+        let name = format!("photographs/{step:06}.jpg");
+        assert!(read(one, &name) == read(other, &name), "{name}");
+    }
+    assert_eq!(rows(one), rows(other));
+}
+
+/// Where in a run it is killed: numbers that look random, the same in every test.
+struct Moments(u64);
+
+impl Moments {
+    fn next_ms(&mut self, most: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % most
+    }
+}
+
+/// `TROPISM_KILLS` says how often; `scripts/kills` asks for a thousand.
+#[test]
+fn a_run_that_is_killed_again_and_again_loses_nothing_and_ends_as_if_it_had_not_been() {
+    let kills = std::env::var("TROPISM_KILLS").map_or(24, |kills| kills.parse().expect("a number of kills"));
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("tent.toml"), TENT).unwrap();
+    done(&tent(folder.path(), "whole").output().unwrap());
+    let whole = folder.path().join("whole");
+    let (mut killed, mut runs, mut acknowledged, mut most_ms) = (0, 0, 0, 60);
+    let mut moments = Moments(1);
+    while killed < kills {
+        runs += 1;
+        let run = folder.path().join(format!("run-{runs}"));
+        let (mut broken_off, mut recorded) = (0, 0);
+        let mut output = None;
+        while output.is_none() {
+            let mut child = tent(folder.path(), run.file_name().unwrap().to_str().unwrap()).spawn().unwrap();
+            let mut left_ms = moments.next_ms(most_ms);
+            while left_ms > 0 && child.try_wait().unwrap().is_none() {
+                let nap = left_ms.min(10);
+                sleep(Duration::from_millis(nap));
+                left_ms -= nap;
+            }
+            // What another program can read is acknowledged.
+            let before = rows(&run);
+            let has_ended = child.try_wait().unwrap().is_some() || broken_off > 30;
+            if !has_ended {
+                child.kill().unwrap();
+                (killed, broken_off) = (killed + 1, broken_off + 1);
+            }
+            let ended = child.wait_with_output().unwrap();
+            let after = rows(&run);
+            assert!(after.len() >= before.len(), "{} steps, {} after a kill", before.len(), after.len());
+            for (was, is) in before.iter().zip(&after) {
+                // A decision and its confirmation may have come since.
+                let mut is = is.clone();
+                if was.decided.is_none() {
+                    is.decided = None;
+                }
+                is.is_done &= was.is_done;
+                assert_eq!(*was, is);
+            }
+            acknowledged += before.len();
+            // A machine that is busy or slow gives longer lives, so that there is something to kill.
+            most_ms = if after.len() > recorded { (most_ms * 4 / 5).max(60) } else { most_ms * 3 / 2 };
+            recorded = after.len();
+            if has_ended {
+                output = Some(ended);
+            }
+        }
+        done(&output.unwrap());
+        same(&whole, &run);
+        assert!(count(&run, EventKind::Resumed) <= broken_off);
+        fs::remove_dir_all(&run).unwrap();
+    }
+    println!(
+        "{killed} kills in {runs} runs of {STEPS} steps: 0 of {acknowledged} acknowledged steps lost, \
+         {runs} of {runs} tracks, photographs and journals identical"
+    );
+}
+
+/// A real rig of programs and recorded photographs, with a step every 50 milliseconds.
+struct Real {
+    folder: TempDir,
+}
+
+impl Real {
+    fn new(more: &str) -> Self {
+        Self::with_period(8e-4, more)
+    }
+
+    fn with_period(period_min: f64, more: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        fs::write(path.join("tent.toml"), TENT).unwrap();
+        done(&tent(path, "tent").output().unwrap());
+        let calibration = fs::read_to_string(path.join("tent/calibration.toml")).unwrap();
+        let photographs = path.join("tent/photographs");
+        let rig = format!(
+            "period_min = {period_min}\n[patience]\nlate_s = 3600\nfree_mb = 0\n{more}\n\
+             [camera]\ndriver = \"replay\"\nfolder = {photographs:?}\n\
+             [lamps]\nleft = [\"true\"]\nright = [\"true\"]\ndark = [\"true\"]\n\
+             [vision.crop]\nx = 4\ny = 10\nwidth = 316\nheight = 190\n\
+             [calibration]\n{}",
+            calibration.replace("[base]", "[calibration.base]")
+        );
+        fs::write(path.join("rig.toml"), rig).unwrap();
+        Self { folder }
+    }
+
+    fn command(&self, more: &[&str]) -> Command {
+        let words = ["run", "--rig", "rig.toml", "--controller", "periodic", "--steps", "40", "--out", "run"];
+        command(self.folder.path(), &[&words[..], more].concat())
+    }
+
+    fn run(&self) -> std::path::PathBuf {
+        self.folder.path().join("run")
+    }
+
+    /// Runs it until so many steps are recorded.
+    fn until(&self, steps: usize) -> Child {
+        let mut child = self.command(&[]).spawn().unwrap();
+        while rows(&self.run()).len() < steps {
+            assert!(child.try_wait().unwrap().is_none(), "it ended: {:?}", child.wait_with_output());
+            sleep(Duration::from_millis(5));
+        }
+        child
+    }
+}
+
+#[test]
+fn a_second_program_is_refused_and_the_first_goes_on() {
+    let real = Real::new("");
+    let child = real.until(3);
+    let second = real.command(&["--resume"]).output().unwrap();
+    let error = String::from_utf8_lossy(&second.stderr);
+    assert!(second.status.code() == Some(1) && error.contains("in use by another program"), "{error}");
+    done(&child.wait_with_output().unwrap());
+    assert_eq!((rows(&real.run()).len(), count(&real.run(), EventKind::Resumed)), (41, 0));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_ends_in_order_while_it_waits_for_its_next_step_and_goes_on_by_itself() {
+    let real = Real::with_period(5.0, "");
+    let mut child = real.until(1);
+    let pid = child.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+    // Its next step is due in five minutes: it would not end by itself before.
+    let mut tenths = 0;
+    while child.try_wait().unwrap().is_none() {
+        tenths += 1;
+        assert!(tenths < 1200, "SIGTERM was not heard");
+        sleep(Duration::from_millis(100));
+    }
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
+    assert_eq!(events(&real.run()).last().unwrap().kind, EventKind::Stopped);
+    let mut child = real.command(&[]).spawn().unwrap();
+    while events(&real.run()).last().unwrap().kind != EventKind::Resumed {
+        assert!(child.try_wait().unwrap().is_none());
+        sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn a_run_that_nobody_looked_after_for_long_asks_before_it_goes_on() {
+    let real = Real::new("gap_min = 0");
+    let mut child = real.until(3);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    for _ in 0..2 {
+        let paused = real.command(&[]).output().unwrap();
+        let error = String::from_utf8_lossy(&paused.stderr);
+        assert_eq!(paused.status.code(), Some(3), "{error}");
+        assert!(error.contains("nobody looked after the plant for") && error.contains("--resume"), "{error}");
+    }
+    assert_eq!(count(&real.run(), EventKind::Paused), 1);
+    done(&real.command(&["--resume"]).output().unwrap());
+    assert_eq!(rows(&real.run()).len(), 41);
+    let again = real.command(&[]).output().unwrap();
+    assert!(String::from_utf8_lossy(&again.stderr).contains("found a run here already, and it is over"));
+}
+
+/// On a disk of its own, which needs the right to mount one.
+#[test]
+fn a_full_disk_costs_photographs_and_nothing_else() {
+    let may = Command::new("unshare")
+        .args(["-rm", "mount", "-t", "tmpfs", "-o", "size=1m", "none", "/mnt"])
+        .status();
+    if !may.is_ok_and(|status| status.success()) {
+        println!("skipped: no disk can be mounted here");
+        return;
+    }
+    let real = Real::new("ballast_mb = 1");
+    fs::create_dir(real.run()).unwrap();
+    fs::create_dir(real.folder.path().join("saved")).unwrap();
+    let script = "mount -t tmpfs -o size=4m none run || exit 9
+        $TROPISM run --rig rig.toml --controller periodic --steps 40 --out run --quiet
+        code=$?; cp -r run/. saved/; exit $code";
+    let mut child = Command::new("unshare")
+        .args(["-rm", "sh", "-c", script])
+        .current_dir(real.folder.path())
+        .env("TROPISM", env!("CARGO_BIN_EXE_tropism"))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The same folder as that program sees it, and its journal, which SQLite does not find there, copied.
+    let run = format!("/proc/{}/root{}", child.id(), real.run().display());
+    let run = Path::new(&run);
+    let seen = tempfile::tempdir().unwrap();
+    let mut until = |steps| {
+        loop {
+            for name in ["journal.sqlite", "journal.sqlite-wal"] {
+                let _ = fs::copy(run.join(name), seen.path().join(name));
+            }
+            if rows(seen.path()).len() >= steps {
+                return;
+            }
+            assert!(child.try_wait().unwrap().is_none(), "it ended before {steps} steps");
+            sleep(Duration::from_millis(2));
+        }
+    };
+    until(6);
+    let mut fill = fs::File::create(run.join("fill")).unwrap();
+    while fill.write_all(&[0; 1024]).is_ok() {}
+    until(20);
+    fs::remove_file(run.join("fill")).unwrap();
+    drop(fill);
+    done(&child.wait_with_output().unwrap());
+    let saved = real.folder.path().join("saved");
+    let rows = rows(&saved);
+    assert_eq!(rows.len(), 41);
+    assert!(rows[..40].iter().all(|row| row.is_done));
+    let is_kept = |row: &Row| saved.join("photographs").join(&row.photo).exists();
+    let kept = rows.iter().filter(|row| is_kept(row)).count();
+    assert!(kept < 40 && is_kept(&rows[4]) && is_kept(&rows[40]), "{kept} of 41 photographs");
+    assert_eq!(count(&saved, EventKind::Disk), 1);
+    assert!(saved.join("track.csv").exists());
+}
