@@ -3,6 +3,7 @@
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::event::EventKind;
 use super::files::{self, FileError};
@@ -55,10 +56,12 @@ pub enum FolderError {
         wanted: String,
     },
     /// Another program has it.
-    #[error("{path}: found the run in use by another program, wanted it free")]
+    #[error("{path}: found the run in use by another program{}, wanted it free", named(*process))]
     InUse {
         /// The folder.
         path: PathBuf,
+        /// Number of the program, if it has said so already.
+        process: Option<u32>,
     },
 }
 
@@ -223,19 +226,67 @@ impl RunFolder {
     }
 }
 
-/// Keeps other programs out of the folder at `path` until it is dropped.
+/// How often a taken lock is asked for again, and how long after: whoever only looks who has it holds it for an instant.
+const LOOKS: (u32, Duration) = (10, Duration::from_millis(10));
+
+/// Keeps other programs out of the folder at `path` until it is dropped. The file `run.lock` there then holds the number
+/// of this process.
 ///
 /// # Errors
 /// [`FolderError::InUse`] if another program keeps it already.
 pub fn lock(path: &Path) -> Result<File, FolderError> {
     let name = path.join("run.lock");
     let disk = |source| FileError::Disk { action: "lock", path: name.clone(), source };
-    let file = File::create(&name).map_err(disk)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(FolderError::InUse { path: path.to_owned() }),
-        Err(TryLockError::Error(source)) => Err(disk(source).into()),
+    // What is in it stays until it is ours: the number of the program that has it.
+    let options = File::options().read(true).write(true).create(true).truncate(false).open(&name);
+    let mut file = options.map_err(disk)?;
+    for _ in 0..LOOKS.0 {
+        match file.try_lock() {
+            Ok(()) => {
+                file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id())).map_err(disk)?;
+                return Ok(file);
+            }
+            Err(TryLockError::WouldBlock) => std::thread::sleep(LOOKS.1),
+            Err(TryLockError::Error(source)) => return Err(disk(source).into()),
+        }
     }
+    Err(FolderError::InUse { path: path.to_owned(), process: number_in(&name) })
+}
+
+/// The number of the process that keeps the folder at `path` to itself; `None` if nobody does.
+///
+/// # Errors
+/// [`FileError`] if its lock cannot be read, or is held without a number.
+pub fn holder(path: &Path) -> Result<Option<u32>, FileError> {
+    let name = path.join("run.lock");
+    let disk = |source| FileError::Disk { action: "read", path: name.clone(), source };
+    let file = match File::open(&name) {
+        Ok(file) => file,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(disk(error)),
+    };
+    for _ in 0..LOOKS.0 {
+        match file.try_lock_shared() {
+            Ok(()) => return Ok(None),
+            Err(TryLockError::Error(source)) => return Err(disk(source)),
+            Err(TryLockError::WouldBlock) => {}
+        }
+        if let Some(process) = number_in(&name) {
+            return Ok(Some(process));
+        }
+        // It has just taken the lock.
+        std::thread::sleep(LOOKS.1);
+    }
+    let problem = "found it locked without the number of a process, wanted one".to_owned();
+    Err(FileError::Content { path: name, problem })
+}
+
+fn number_in(lock: &Path) -> Option<u32> {
+    std::fs::read_to_string(lock).ok()?.trim().parse().ok()
+}
+
+fn named(process: Option<u32>) -> String {
+    process.map_or_else(String::new, |process| format!(" (process {process})"))
 }
 
 fn first_difference(there: &str, here: &str) -> (String, String) {
@@ -246,5 +297,38 @@ fn first_difference(there: &str, here: &str) -> (String, String) {
             (Some(a), Some(b)) if a == b => {}
             (a, b) => return (a.unwrap_or(end).to_owned(), b.unwrap_or(end).to_owned()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_says_who_has_it() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(holder(folder.path()).unwrap(), None, "no lock at all");
+        let held = lock(folder.path()).unwrap();
+        assert_eq!(holder(folder.path()).unwrap(), Some(std::process::id()));
+        let error = lock(folder.path()).unwrap_err().to_string();
+        assert!(error.contains(&format!("(process {})", std::process::id())), "{error}");
+        assert_eq!(holder(folder.path()).unwrap(), Some(std::process::id()), "a refusal leaves the number");
+        drop(held);
+        assert_eq!(holder(folder.path()).unwrap(), None);
+        drop(lock(folder.path()).unwrap());
+    }
+
+    #[test]
+    fn who_looks_keeps_nobody_out() {
+        let folder = tempfile::tempdir().unwrap();
+        drop(lock(folder.path()).unwrap());
+        let looking = File::open(folder.path().join("run.lock")).unwrap();
+        looking.lock_shared().unwrap();
+        std::thread::scope(|scope| {
+            let locked = scope.spawn(|| lock(folder.path()).map(drop));
+            std::thread::sleep(Duration::from_millis(20));
+            looking.unlock().unwrap();
+            locked.join().unwrap().unwrap();
+        });
     }
 }

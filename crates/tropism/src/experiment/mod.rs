@@ -17,7 +17,7 @@ mod recorded;
 
 pub use checkpoint::{Checkpoint, Loaded};
 pub use event::{Event, EventKind, Unwatched, Watcher};
-pub use folder::{FolderError, RunFolder, lock};
+pub use folder::{FolderError, RunFolder, holder, lock};
 pub use gap::Gap;
 pub use journal::{Durability, Journal, JournalError, Row};
 pub use patience::{LampsInView, OnFault, OnGap, Patience};
