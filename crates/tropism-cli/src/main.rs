@@ -2,6 +2,7 @@
 
 mod commands;
 mod controller;
+mod disk;
 mod findings;
 mod options;
 mod shell;

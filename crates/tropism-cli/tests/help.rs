@@ -2,9 +2,13 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 19] = [
     "study",
     "run",
+    "status",
+    "stop",
+    "safe-state",
+    "export",
     "calibrate-camera",
     "track",
     "depth",

@@ -157,19 +157,22 @@ impl LampsTable {
                 right.open("right lamp", broker)?,
                 pause,
             )),
-            (left, right) => {
-                let words = |lamp: &Lamp| match lamp {
-                    Lamp::Command(words) => words.clone(),
-                    Lamp::Driver(_) => Vec::new(),
-                };
-                Box::new(CommandLamps {
-                    left: words(left),
-                    right: words(right),
-                    dark: self.dark.clone().unwrap_or_default(),
-                    timeout: self.timeout_s.map_or(Duration::from_secs(20), Seconds::duration),
-                })
-            }
+            _ => Box::new(self.programs()),
         })
+    }
+
+    /// The programs that know both lamps.
+    pub(crate) fn programs(&self) -> CommandLamps {
+        let words = |lamp: &Lamp| match lamp {
+            Lamp::Command(words) => words.clone(),
+            Lamp::Driver(_) => Vec::new(),
+        };
+        CommandLamps {
+            left: words(&self.left),
+            right: words(&self.right),
+            dark: self.dark.clone().unwrap_or_default(),
+            timeout: self.timeout_s.map_or(Duration::from_secs(20), Seconds::duration),
+        }
     }
 }
 

@@ -20,6 +20,7 @@ pub mod leds;
 pub mod mqtt;
 pub mod replay;
 pub mod rpicam;
+pub mod safe;
 pub mod seconds;
 pub mod strip;
 pub mod switch;

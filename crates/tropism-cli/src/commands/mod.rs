@@ -5,13 +5,17 @@ mod calibrate;
 mod calibrate_camera;
 mod depth;
 mod evolve;
+mod export;
 mod fit;
 mod grow;
 mod report;
 pub(crate) mod run;
+mod safe_state;
 mod score;
 mod show;
 mod simulate;
+mod status;
+mod stop;
 mod study;
 mod timelapse;
 mod track;
@@ -26,6 +30,10 @@ use crate::shell::Shell;
 pub(crate) enum Command {
     Study(study::Study),
     Run(run::Run),
+    Status(status::Status),
+    Stop(stop::Stop),
+    SafeState(safe_state::SafeState),
+    Export(export::Export),
     CalibrateCamera(calibrate_camera::CalibrateCamera),
     Track(track::Track),
     Depth(depth::Depth),
@@ -47,6 +55,10 @@ impl Command {
         match self {
             Self::Study(study) => study.execute(shell),
             Self::Run(run) => run.execute(shell),
+            Self::Status(status) => status.execute(shell),
+            Self::Stop(stop) => stop.execute(shell),
+            Self::SafeState(safe_state) => safe_state.execute(shell),
+            Self::Export(export) => export.execute(shell),
             Self::CalibrateCamera(calibrate) => calibrate.execute(shell),
             Self::Track(track) => track.execute(shell),
             Self::Depth(depth) => depth.execute(shell),
