@@ -7,6 +7,7 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use tropism::rig::{Camera, Flash, RigError};
 
+use crate::alert::{CommandAlert, Heartbeat, MqttAlert, Ntfy, Settings, Webhook};
 use crate::command::{CommandCamera, CommandFlash, CommandLamp, CommandSwitch};
 use crate::folder::FolderCamera;
 use crate::gpio::{GpioFlash, GpioLamp};
@@ -244,5 +245,52 @@ impl FlashDriver {
             }
         };
         Ok(Box::new(BoundedFlash::new(switch, settle_s.duration(), max_on_s.duration())?))
+    }
+}
+
+drivers! {
+    /// By which people are told what happens to a run.
+    AlertDriver {
+        /// A program.
+        "command" => Command(CommandAlert),
+        /// An ntfy server.
+        "ntfy" => Ntfy(Ntfy),
+        /// A POST of JSON.
+        "webhook" => Webhook(Webhook),
+        /// The rig's broker.
+        "mqtt" => Mqtt(MqttAlert),
+        /// A GET after each step: silence alarms.
+        "heartbeat" => Heartbeat(Heartbeat),
+    }
+}
+
+impl AlertDriver {
+    pub(crate) const fn settings(&self) -> Settings<'_> {
+        match self {
+            Self::Command(alert) => Settings::Command(alert),
+            Self::Ntfy(alert) => Settings::Ntfy(alert),
+            Self::Webhook(alert) => Settings::Webhook(alert),
+            Self::Mqtt(alert) => Settings::Mqtt(alert),
+            Self::Heartbeat(alert) => Settings::Heartbeat(alert),
+        }
+    }
+
+    /// What is wrong with its settings.
+    ///
+    /// # Errors
+    /// What was found, and what was wanted.
+    pub fn check(&self) -> Result<(), String> {
+        self.settings().check()
+    }
+
+    /// The files that hold its secrets.
+    pub fn secrets(&self) -> impl Iterator<Item = &std::path::Path> {
+        let files = match self {
+            Self::Ntfy(alert) => [alert.url_file.as_deref(), alert.authorization_file.as_deref()],
+            Self::Webhook(alert) => [alert.url_file.as_deref(), alert.authorization_file.as_deref()],
+            Self::Heartbeat(alert) => [alert.url_file.as_deref(), None],
+            Self::Command(_) | Self::Mqtt(_) => [None, None],
+        };
+        files.into_iter().flatten()
     }
 }

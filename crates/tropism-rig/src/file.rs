@@ -12,9 +12,10 @@ use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
 use tropism::track::PERIOD_MIN;
 use tropism::vision::{Calibration, Eye, VisionConfig};
 
+use crate::alert::Alerts;
 use crate::clock::TentClock;
 use crate::command::CommandLamps;
-use crate::driver::{CameraDriver, FlashDriver, LampDriver};
+use crate::driver::{AlertDriver, CameraDriver, FlashDriver, LampDriver};
 use crate::mqtt::Broker;
 use crate::seconds::Seconds;
 use crate::switch::{Interlock, NoFlash};
@@ -54,6 +55,10 @@ pub struct RigFile {
     /// The broker behind which plugs and relays are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mqtt: Option<Broker>,
+    /// By which people are told what happens. Not written into run folders: it decides nothing of a run's outcome, may
+    /// change while a run is interrupted, and holds addresses that are nobody's business.
+    #[serde(default, skip_serializing)]
+    pub alert: Vec<AlertDriver>,
     /// How the real camera's photographs map to centimetres. The virtual camera knows its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
@@ -203,6 +208,7 @@ impl RigFile {
             lamps: None,
             flash: None,
             mqtt: None,
+            alert: Vec::new(),
             calibration: None,
             vision,
         }
@@ -233,6 +239,15 @@ impl RigFile {
         self.greenhouse.as_ref().map(Greenhouse::calibration).or(self.calibration)
     }
 
+    /// Opens all channels by which people are told; `run` is the run's name.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if a secret cannot be read or a channel wants a broker that the file does not name. A network
+    /// that is down is no error.
+    pub fn open_alerts(&self, run: &str) -> Result<Alerts, RigError> {
+        Alerts::open(self.alert.iter().map(AlertDriver::settings), self.mqtt.as_ref(), run)
+    }
+
     /// Checks what a file may have got wrong.
     ///
     /// # Errors
@@ -247,6 +262,9 @@ impl RigFile {
             (&self.lamps_in_view, self.calibration())
         {
             lamps.check(width, height).map_err(RigFileError)?;
+        }
+        for (number, alert) in (1..).zip(&self.alert) {
+            alert.check().map_err(|problem| RigFileError(format!("alert {number}: {problem}")))?;
         }
         if let Some(greenhouse) = &self.greenhouse {
             if self.camera.is_some()

@@ -9,6 +9,7 @@
 //!
 //! None of this was checked on a physical camera, lamp or relay.
 
+pub mod alert;
 pub mod clock;
 pub mod command;
 pub mod driver;

@@ -323,7 +323,7 @@ impl Switch for OpenPlug {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::net::TcpListener;
     use std::process::{Child, Command, Stdio};
     use std::sync::{Arc, Mutex};
@@ -403,14 +403,14 @@ mod tests {
     }
 
     /// A broker that is killed when it goes.
-    struct Mosquitto {
-        port: u16,
+    pub(crate) struct Mosquitto {
+        pub(crate) port: u16,
         child: Child,
     }
 
     impl Mosquitto {
         /// `None` where it is not installed.
-        fn start(port: Option<u16>) -> Option<Self> {
+        pub(crate) fn start(port: Option<u16>) -> Option<Self> {
             let program = ["/usr/sbin/mosquitto", "/usr/bin/mosquitto"]
                 .into_iter()
                 .find(|path| std::path::Path::new(path).is_file());

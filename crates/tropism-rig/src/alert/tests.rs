@@ -1,0 +1,257 @@
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
+use serde_json::Value;
+
+use super::channel::{Channel, Pace};
+use super::*;
+use crate::driver::AlertDriver;
+use crate::http::tests::{device, reply};
+use crate::mqtt::tests::Mosquitto;
+
+/// Quick, so that a test need not wait a minute.
+const QUICK: Pace = Pace {
+    gap: Duration::from_millis(40),
+    waits: true,
+    again: Duration::from_millis(10),
+    longest: Duration::from_millis(20),
+};
+
+fn happening(kind: Kind, step: u32) -> Happening {
+    Happening::now(kind, Some(step), format!("text {step}"))
+}
+
+fn open(text: &str, broker: Option<&Broker>) -> Alerts {
+    let driver: AlertDriver = toml::from_str(text).unwrap();
+    driver.check().unwrap();
+    Alerts::open(std::iter::once(driver.settings()), broker, "bean").unwrap()
+}
+
+/// What a server was asked, in order.
+type Asked = Arc<Mutex<Vec<(String, String, String)>>>;
+
+/// A server that fails as long as `is_down` says so.
+fn server(is_down: &Arc<AtomicBool>) -> (String, Asked) {
+    let asked = Asked::default();
+    let (log, is_down) = (Arc::clone(&asked), Arc::clone(is_down));
+    let url = device(move |_, request, socket| {
+        if is_down.load(Ordering::SeqCst) {
+            let _ = socket.write_all(b"HTTP/1.1 503 Busy\r\nContent-Length: 0\r\n\r\n");
+            return;
+        }
+        let entry = (request.line.trim().to_owned(), request.headers.to_lowercase(), request.body.clone());
+        log.lock().unwrap().push(entry);
+        reply(socket, b"ok");
+    });
+    (url, asked)
+}
+
+fn wait_until(what: impl Fn() -> bool) {
+    while !what() {
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn kinds_are_read_as_they_are_written() {
+    for kind in Kind::ALL {
+        assert_eq!(kind.name().parse(), Ok(kind));
+        assert_eq!(serde_json::to_value(kind).unwrap(), kind.name());
+    }
+    assert!("misstake".parse::<Kind>().unwrap_err().contains("wanted one of started"));
+}
+
+#[test]
+fn ntfy_gets_title_priority_and_text_and_its_secret_stays_out_of_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let (address, token) = (folder.path().join("address"), folder.path().join("token"));
+    let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
+    std::fs::write(&address, format!("{url}/my-secret-topic\n")).unwrap();
+    std::fs::write(&token, "Bearer tk_1\n").unwrap();
+    let alerts = open(
+        &format!(
+            "driver = \"ntfy\"\nurl_file = {address:?}\nauthorization_file = {token:?}\non = [\"fault\"]"
+        ),
+        None,
+    );
+    alerts.tell(&happening(Kind::Started, 0));
+    alerts.tell(&happening(Kind::Fault, 7));
+    assert_eq!(alerts.close(), []);
+    let asked = asked.lock().unwrap();
+    let [(line, headers, body)] = &asked[..] else { panic!("{asked:?}") };
+    assert!(line.starts_with("POST /my-secret-topic "), "{line}");
+    assert!(headers.contains("title: tropism: fault") && headers.contains("priority: high"), "{headers}");
+    assert!(headers.contains("authorization: bearer tk_1"), "{headers}");
+    assert_eq!(body, "bean\nfault, step 7: text 7");
+
+    std::fs::write(&address, "not-an-address secret\n").unwrap();
+    let driver: AlertDriver = toml::from_str(&format!("driver = \"ntfy\"\nurl_file = {address:?}")).unwrap();
+    let error = Alerts::open(std::iter::once(driver.settings()), None, "bean").unwrap_err().to_string();
+    assert!(error.contains("found no address") && !error.contains("secret"), "{error}");
+}
+
+#[test]
+fn a_webhook_gets_an_object_for_each_message_and_a_heartbeat_one_request_for_many_steps() {
+    let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
+    let alerts = open(&format!("driver = \"webhook\"\nurl = \"{url}/hook\""), None);
+    for step in 0..3 {
+        alerts.tell(&happening(Kind::Step, step));
+    }
+    alerts.tell(&happening(Kind::Finished, 3));
+    assert_eq!(alerts.close(), []);
+    {
+        let asked = asked.lock().unwrap();
+        let [(_, headers, body)] = &asked[..] else { panic!("{asked:?}") };
+        assert!(headers.contains("content-type: application/json"), "{headers}");
+        let said: Value = serde_json::from_str(body).unwrap();
+        assert_eq!(
+            (&said["kind"], &said["step"], &said["run"]),
+            (&"finished".into(), &3.into(), &"bean".into())
+        );
+    }
+
+    let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
+    let alerts = open(&format!("driver = \"heartbeat\"\nurl = \"{url}/beat\""), None);
+    alerts.tell(&happening(Kind::Fault, 0));
+    for step in 0..5 {
+        alerts.tell(&happening(Kind::Step, step));
+    }
+    wait_until(|| !asked.lock().unwrap().is_empty());
+    assert_eq!(alerts.close(), []);
+    let asked = asked.lock().unwrap();
+    assert_eq!(asked.iter().map(|(line, ..)| line.as_str()).collect::<Vec<_>>(), ["GET /beat HTTP/1.1"]);
+}
+
+#[test]
+fn what_could_not_be_delivered_is_delivered_later_together_and_once() {
+    let is_down = Arc::new(AtomicBool::new(true));
+    let (url, asked) = server(&is_down);
+    let deliver =
+        Deliver::Ntfy { url, authorization: None, timeout: Duration::from_secs(5), run: "bean".to_owned() };
+    let tries = Arc::new(Mutex::new(0));
+    let counted = Arc::clone(&tries);
+    let channel = Channel::start("ntfy", told(), QUICK, move |happenings| {
+        *counted.lock().unwrap() += 1;
+        deliver.deliver(happenings)
+    });
+    channel.tell(&happening(Kind::Mismatch, 1));
+    wait_until(|| *tries.lock().unwrap() >= 3);
+    channel.tell(&happening(Kind::Recovered, 2));
+    is_down.store(false, Ordering::SeqCst);
+    wait_until(|| !asked.lock().unwrap().is_empty());
+    assert_eq!(channel.end().wait(), None);
+    let bodies: Vec<_> = asked.lock().unwrap().iter().map(|(_, _, body)| body.clone()).collect();
+    assert_eq!(bodies.concat().matches("text 1").count(), 1, "{bodies:?}");
+    assert_eq!(bodies.concat().matches("text 2").count(), 1, "{bodies:?}");
+}
+
+#[test]
+fn many_messages_at_once_are_few_and_a_network_that_hangs_delays_nobody() {
+    let messages = Arc::new(Mutex::new(Vec::new()));
+    let log = Arc::clone(&messages);
+    let (enter, entered) = std::sync::mpsc::channel::<()>();
+    let channel = Channel::start("ntfy", told(), QUICK, move |happenings| {
+        // The first one hangs until the test lets it go.
+        if log.lock().unwrap().is_empty() {
+            let _ = entered.recv();
+        }
+        log.lock().unwrap().push(happenings.len());
+        Ok(())
+    });
+    for step in 0..50 {
+        channel.tell(&happening(Kind::Mismatch, step));
+    }
+    assert!(messages.lock().unwrap().is_empty(), "all were told while the first one hangs");
+    enter.send(()).unwrap();
+    assert_eq!(channel.end().wait(), None);
+    let messages = messages.lock().unwrap();
+    assert_eq!(messages.iter().sum::<usize>(), 50);
+    assert!(messages.len() <= 3, "{messages:?}");
+}
+
+#[test]
+fn at_the_end_it_is_tried_once_more_and_then_said() {
+    let (url, _) = server(&Arc::new(AtomicBool::new(true)));
+    let alerts = open(&format!("driver = \"webhook\"\nurl = \"{url}\""), None);
+    alerts.tell(&happening(Kind::Fault, 1));
+    let left = alerts.close();
+    assert!(matches!(&left[..], [("webhook", problem)] if problem.contains("503")), "{left:?}");
+}
+
+#[test]
+fn a_program_gets_kind_and_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log");
+    let script = format!("printf '%s|%s' \"$1\" \"$2\" > {}", log.display());
+    let alerts = open(&format!("driver = \"command\"\ncommand = [\"sh\", \"-c\", {script:?}, \"sh\"]"), None);
+    alerts.tell(&Happening::now(Kind::Paused, None, "the lamp; $(reboot)"));
+    assert_eq!(alerts.close(), []);
+    assert_eq!(std::fs::read_to_string(log).unwrap(), "paused|paused: the lamp; $(reboot)");
+}
+
+/// What came through a broker: topics and messages.
+type Heard = Arc<Mutex<Vec<(String, Value)>>>;
+
+/// Listens to a broker as long as it lives; the second value says when.
+fn listen(port: u16) -> (Heard, Arc<AtomicBool>) {
+    let (heard, is_there) = (Heard::default(), Arc::new(AtomicBool::new(false)));
+    let (log, there) = (Arc::clone(&heard), Arc::clone(&is_there));
+    let (client, mut connection) = Client::new(MqttOptions::new("listener", "127.0.0.1", port), 8);
+    client.try_subscribe("tent/#", QoS::AtLeastOnce).unwrap();
+    thread::spawn(move || {
+        let _client = client;
+        for event in connection.iter() {
+            match event {
+                Ok(Event::Incoming(Packet::SubAck(_))) => there.store(true, Ordering::SeqCst),
+                Ok(Event::Incoming(Packet::Publish(message))) => {
+                    let said = serde_json::from_slice(&message.payload).unwrap();
+                    log.lock().unwrap().push((message.topic, said));
+                }
+                Ok(_) => {}
+                Err(_) => return,
+            }
+        }
+    });
+    (heard, is_there)
+}
+
+#[test]
+fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
+    let Some(mosquitto) = Mosquitto::start(None) else { return };
+    let rig =
+        Broker { host: "127.0.0.1".to_owned(), port: mosquitto.port, username: None, password_file: None };
+    let (heard, is_there) = listen(mosquitto.port);
+    wait_until(|| is_there.load(Ordering::SeqCst));
+    let settings = "driver = \"mqtt\"\ntopic = \"tent\"\non = [\"mismatch\"]";
+    let states = || -> Vec<String> {
+        let heard = heard.lock().unwrap();
+        let states = heard.iter().filter(|(topic, _)| topic == "tent/status");
+        states.map(|(_, said)| said["state"].as_str().unwrap().to_owned()).collect()
+    };
+    let alerts = open(settings, Some(&rig));
+    alerts.tell(&happening(Kind::Mismatch, 4));
+    wait_until(|| {
+        heard.lock().unwrap().iter().any(|(topic, said)| topic == "tent/event" && said["step"] == 4)
+    });
+    alerts.tell(&happening(Kind::Finished, 5));
+    assert_eq!(alerts.close(), []);
+    wait_until(|| states().last().is_some_and(|state| state == "finished"));
+    assert!(!states().contains(&"lost".to_owned()), "an end in order is no loss: {:?}", states());
+    let events = heard.lock().unwrap().iter().filter(|(topic, _)| topic == "tent/event").count();
+    assert_eq!(events, 1, "only what was asked for");
+
+    // A second program of the same name throws the first out, as a broken line would: the will is spoken, then the
+    // status is put right again by the one that lives.
+    let alerts = open(settings, Some(&rig));
+    let count = states().len();
+    wait_until(|| states().len() > count);
+    let name = format!("tropism-run-{}", std::process::id());
+    let (_client, mut thief) = Client::new(MqttOptions::new(name, "127.0.0.1", mosquitto.port), 8);
+    while !matches!(thief.recv(), Ok(Ok(Event::Incoming(Packet::ConnAck(_))))) {}
+    wait_until(|| states().contains(&"lost".to_owned()));
+    drop(alerts);
+}
