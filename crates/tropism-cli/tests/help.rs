@@ -2,8 +2,9 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 20] = [
     "study",
+    "check",
     "run",
     "status",
     "stop",

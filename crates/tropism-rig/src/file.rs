@@ -154,7 +154,11 @@ impl LampsTable {
         }
     }
 
-    fn open(&self, broker: Option<&Broker>) -> Result<Box<dyn Lamps>, RigError> {
+    /// Both lamps. `broker` is the rig's, if it has one.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if one cannot be found.
+    pub fn open(&self, broker: Option<&Broker>) -> Result<Box<dyn Lamps>, RigError> {
         let pause = self.pause_s.unwrap_or(Seconds::new(0.2)).duration();
         Ok(match (&self.left, &self.right) {
             (Lamp::Driver(left), Lamp::Driver(right)) => Box::new(Interlock::new(

@@ -19,6 +19,7 @@ pub mod gpio;
 pub mod http;
 pub mod leds;
 pub mod mqtt;
+pub mod probe;
 pub mod replay;
 pub mod rpicam;
 pub mod safe;

@@ -157,6 +157,12 @@ impl Plug {
         }
     }
 
+    /// The topic of its orders, and the one in which it says whether it is there, if it does.
+    pub(crate) fn watched(&self) -> Result<(String, Option<String>), String> {
+        let Topics { set, availability, .. } = self.topics()?;
+        Ok((set, availability))
+    }
+
     fn order(&self, is_on: bool) -> String {
         let state = if is_on { "ON" } else { "OFF" };
         match (self.dialect, self.on_time_s) {

@@ -3,6 +3,7 @@
 mod baseline;
 mod calibrate;
 mod calibrate_camera;
+mod check;
 mod depth;
 mod evolve;
 mod export;
@@ -29,6 +30,7 @@ use crate::shell::Shell;
 #[derive(Subcommand)]
 pub(crate) enum Command {
     Study(study::Study),
+    Check(check::Check),
     Run(run::Run),
     Status(status::Status),
     Stop(stop::Stop),
@@ -54,6 +56,7 @@ impl Command {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         match self {
             Self::Study(study) => study.execute(shell),
+            Self::Check(check) => check.execute(shell),
             Self::Run(run) => run.execute(shell),
             Self::Status(status) => status.execute(shell),
             Self::Stop(stop) => stop.execute(shell),

@@ -1,0 +1,221 @@
+//! `tropism check`, against the virtual tent and against a tent of programs with what can be wrong in one.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use serde_json::Value;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::light::Light;
+use tropism::rig::{Camera, Clock, Flash, Lamps};
+use tropism::vision::VisionConfig;
+
+/// Exit code, and all lines as `verdict group found`.
+fn check(folder: &Path, words: &[&str]) -> (i32, Vec<String>) {
+    let output = Command::new(env!("CARGO_BIN_EXE_tropism"))
+        .current_dir(folder)
+        .args(["check", "rig.toml", "--json"])
+        .args(words)
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!error.contains("panicked"), "{error}");
+    let said: Value =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|cause| panic!("{cause}: {error}"));
+    let line = |finding: &Value| {
+        let text = |key: &str| finding[key].as_str().unwrap().to_owned();
+        if finding["verdict"] != "pass" {
+            assert!(!text("remedy").is_empty(), "{finding}");
+        }
+        format!("{} {} {}", text("verdict"), text("group"), text("found"))
+    };
+    (output.status.code().unwrap(), said["findings"].as_array().unwrap().iter().map(line).collect())
+}
+
+#[track_caller]
+fn has(lines: &[String], wanted: &str) {
+    assert!(lines.iter().any(|line| line.contains(wanted)), "{wanted:?} is not in {lines:#?}");
+}
+
+#[track_caller]
+fn never_fails(lines: &[String]) {
+    let failed: Vec<_> = lines.iter().filter(|line| line.starts_with("fail")).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+}
+
+/// The camera of a tent of programs: a picture of what is lit, and of two of each kind never the same twice.
+const CAMERA: &str = "s=dark; test -e left && s=left; test -e right && s=right; test -e flash && s=flash\n\
+                      n=$(cat n 2>/dev/null || echo 0); echo $((n + 1)) > n; cat $s-$((n % 2)).jpg\n";
+
+/// A tent of programs in `folder`, whose pictures are of the virtual tent.
+fn tent(folder: &Path) {
+    let mut greenhouse = Greenhouse::default();
+    // Small, so that all of it is quick.
+    (greenhouse.scene.width, greenhouse.scene.height) = (432, 324);
+    let (device, _) = greenhouse.open(3, &VisionConfig::default()).unwrap();
+    let (mut camera, mut lamps, mut flash, mut clock) =
+        (device.clone(), device.clone(), device.clone(), device);
+    for number in 0..2 {
+        clock.wait_until(Duration::from_secs(300 * number));
+        for (name, light, has_flash) in [
+            ("dark", None, false),
+            ("left", Some(Light::Left), false),
+            ("right", Some(Light::Right), false),
+            ("flash", None, true),
+        ] {
+            lamps.light(light).unwrap();
+            flash.flash(has_flash).unwrap();
+            let photo = camera.photograph().unwrap();
+            fs::write(folder.join(format!("{name}-{number}.jpg")), photo.bytes).unwrap();
+        }
+    }
+    fs::write(folder.join("camera"), CAMERA).unwrap();
+    let switch = |name: &str| format!("on = [\"touch\", \"{name}\"]\noff = [\"rm\", \"-f\", \"{name}\"]\n");
+    let text = format!(
+        "[camera]\ncommand = [\"sh\", \"camera\"]\nretries = 0\n[lamps]\npause_s = 0\n[lamps.left]\n{}[lamps.right]\n{}\
+         [flash]\nsettle_s = 0\nmax_on_s = 30\n{}[vision]\ncrop = {{ {} }}\n[calibration]\n{}",
+        switch("left"),
+        switch("right"),
+        switch("flash"),
+        toml::to_string(&greenhouse.crop()).unwrap().trim().replace('\n', ", "),
+        toml::to_string(&greenhouse.calibration()).unwrap().replace("[base]", "[calibration.base]"),
+    );
+    fs::write(folder.join("rig.toml"), text).unwrap();
+}
+
+/// Changes a file of the tent.
+fn change(folder: &Path, file: &str, from: &str, to: &str) {
+    let text = fs::read_to_string(folder.join(file)).unwrap();
+    assert!(text.contains(from), "{from:?} is not in {text}");
+    fs::write(folder.join(file), text.replace(from, to)).unwrap();
+}
+
+#[test]
+fn the_virtual_tent_passes_and_survives_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rig.toml"), "[greenhouse]\n").unwrap();
+    let (code, lines) = check(folder.path(), &["--rehearse"]);
+    never_fails(&lines);
+    assert_eq!(code, 0);
+    has(&lines, "pass flash photographs are fresh");
+    has(&lines, "pass lamps left is left, and right is right");
+    has(&lines, "pass plant its tip is at");
+    has(&lines, "of 4 steps and gone on: no step lost, 5 photographs whole");
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["rig.toml"], "nothing stays");
+}
+
+#[test]
+fn a_tent_that_works_passes_and_is_dark_afterwards() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    tent(folder);
+    let (code, lines) = check(folder, &["--rehearse", "6", "--photographs", "kept"]);
+    never_fails(&lines);
+    assert_eq!(code, 0);
+    has(&lines, "pass rehearsal killed after");
+    assert!(["left", "right", "flash"].iter().all(|name| !folder.join(name).exists()));
+    assert_eq!(fs::read_dir(folder.join("kept")).unwrap().count(), 13);
+    let (_, dry) = check(folder, &["--dry"]);
+    assert!(dry.iter().all(|line| line.contains(" settings ") || line.contains(" system ")), "{dry:#?}");
+}
+
+#[test]
+fn what_is_wrong_in_a_tent_is_found() {
+    let changed = |file: &str, from: &str, to: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        tent(folder.path());
+        change(folder.path(), file, from, to);
+        let (code, lines) = check(folder.path(), &["--only", "camera,flash,lamps,plant"]);
+        (code, lines)
+    };
+    for (file, from, to, wanted) in [
+        ("camera", "n % 2", "0", "fail camera two photographs are the same"),
+        (
+            "camera",
+            "n=$(",
+            "exit 1; n=$(",
+            "fail camera photograph 1 (dark): camera (sh camera): found exit status: 1",
+        ),
+        // The frame before this one, as cameras with a queue give.
+        (
+            "camera",
+            "cat $s",
+            "mv next this; cat $s-$((n % 2)).jpg > next; test -e this && cat this || cat $s",
+            "fail flash it shows 1 photographs late",
+        ),
+        ("rig.toml", "[\"touch\", \"flash\"]", "[\"true\"]", "fail flash no photograph is brighter by it"),
+        (
+            "rig.toml",
+            "[\"touch\", \"flash\"]",
+            "[\"false\"]",
+            "fail flash flash (false): found exit status: 1",
+        ),
+        (
+            "rig.toml",
+            "[\"rm\", \"-f\", \"left\"]",
+            "[\"true\"]",
+            "fail lamps left lamp: the photograph after it shows it still",
+        ),
+        (
+            "rig.toml",
+            "[\"touch\", \"left\"]",
+            "[\"true\"]",
+            "warn lamps left lamp: did what it was told, and the photograph does not",
+        ),
+        (
+            "rig.toml",
+            "width = 648",
+            "width = 640",
+            "fail camera photographs of 432 x 324 pixels, calibrated for 430 x 324",
+        ),
+        ("rig.toml", "[\"sh\", \"camera\"]", "[\"cat\", \"rig.toml\"]", "wanted a JPEG or PNG"),
+    ] {
+        let (code, lines) = changed(file, from, to);
+        has(&lines, wanted);
+        assert_eq!(code, i32::from(wanted.contains("fail ") || wanted.contains("wanted a JPEG")), "{wanted}");
+    }
+    // Lamps that are exchanged: the pictures of one are taken by the light of the other.
+    let folder = tempfile::tempdir().unwrap();
+    tent(folder.path());
+    change(
+        folder.path(),
+        "camera",
+        "test -e left && s=left; test -e right && s=right",
+        "test -e left && s=right; test -e right && s=left",
+    );
+    let (code, lines) = check(folder.path(), &[]);
+    has(&lines, "fail lamps left and right are the wrong way round");
+    assert_eq!(code, 1);
+    // And no run is rehearsed in such a tent.
+    let (_, lines) = check(folder.path(), &["--rehearse"]);
+    has(&lines, "warn rehearsal not held");
+}
+
+#[test]
+fn settings_are_judged_without_devices() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    tent(folder);
+    fs::write(folder.join("secret"), "x\n").unwrap();
+    let text = fs::read_to_string(folder.join("rig.toml")).unwrap();
+    let with = |more: &str| {
+        fs::write(folder.join("rig.toml"), format!("{more}{text}")).unwrap();
+        check(folder, &["--dry", "--only", "settings"])
+    };
+    let (code, lines) = with("period_min = 0.1\ndurability = \"fast\"\n");
+    has(&lines, "warn settings a step takes");
+    has(&lines, "warn settings durability is \"fast\"");
+    assert_eq!(code, 0);
+    let (code, lines) = with("[mqtt]\nhost = \"localhost\"\npassword_file = \"secret\"\n");
+    has(&lines, "warn settings secret: everybody on this computer can read it");
+    assert_eq!(code, 0);
+    let (code, lines) = with("[mqtt]\nhost = \"localhost\"\npassword_file = \"absent\"\n");
+    has(&lines, "fail settings absent: cannot be read");
+    assert_eq!(code, 1);
+    let (code, lines) = with("[camra]\n");
+    has(&lines, "fail settings rig.toml: line 1: found \"[camra]\": unknown field `camra`");
+    assert_eq!(code, 1);
+}
