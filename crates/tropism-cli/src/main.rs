@@ -1,5 +1,6 @@
 //! `tropism`: steers living plants with light, from photograph to lamp.
 
+mod announce;
 mod commands;
 mod controller;
 mod disk;

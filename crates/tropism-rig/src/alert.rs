@@ -17,6 +17,7 @@ use std::str::FromStr;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
+use tropism::experiment::EventKind;
 use tropism::rig::RigError;
 
 use crate::child::run;
@@ -138,6 +139,29 @@ impl Kind {
                 | Self::Disk
                 | Self::Damaged
         )
+    }
+}
+
+impl From<EventKind> for Kind {
+    fn from(kind: EventKind) -> Self {
+        match kind {
+            EventKind::Started => Self::Started,
+            EventKind::Resumed => Self::Resumed,
+            EventKind::Stopped => Self::Stopped,
+            EventKind::Paused => Self::Paused,
+            EventKind::Finished => Self::Finished,
+            EventKind::Late => Self::Late,
+            EventKind::Missed => Self::Missed,
+            EventKind::Camera => Self::Camera,
+            EventKind::Held => Self::Held,
+            EventKind::Lost => Self::Lost,
+            EventKind::Lamp => Self::Lamp,
+            EventKind::Mismatch => Self::Mismatch,
+            EventKind::Recovered => Self::Recovered,
+            EventKind::Clock => Self::Clock,
+            EventKind::Disk => Self::Disk,
+            EventKind::Damaged => Self::Damaged,
+        }
     }
 }
 

@@ -19,9 +19,11 @@ use tropism::rig::Moment;
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism_rig::alert::Kind;
 use tropism_rig::clock::{SystemTimes, Time};
 use tropism_rig::file::RigFile;
 
+use crate::announce::Announcer;
 use crate::controller::{ControllerName, LoadedController};
 use crate::options::{SeedOption, TaskOption, TentOptions};
 use crate::shell::{Interrupted, Progress, Shell};
@@ -311,6 +313,20 @@ impl Watcher for Ears {
     }
 }
 
+/// Passes on what happens to a run.
+struct Told(Rc<Announcer>);
+
+impl Watcher for Told {
+    fn event(&mut self, event: &Event) {
+        self.0.happened(event.kind.into(), Some(event.step), &event.text);
+    }
+
+    fn beat(&mut self) -> ControlFlow<()> {
+        self.0.beat();
+        ControlFlow::Continue(())
+    }
+}
+
 /// Shows what happens to a run in a real tent.
 struct Notes(Rc<Progress>);
 
@@ -383,7 +399,8 @@ impl Run {
             shell.note("a virtual plant in a virtual tent");
         }
         let progress = Rc::new(shell.progress("run", u64::from(plan.task.max_steps)));
-        let mut watchers: Vec<Box<dyn Watcher>> = Vec::new();
+        let announcer = Rc::new(Announcer::open(&plan.rig, &self.out)?);
+        let mut watchers: Vec<Box<dyn Watcher>> = vec![Box::new(Told(Rc::clone(&announcer)))];
         if !plan.is_virtual {
             watchers.push(Box::new(Notes(Rc::clone(&progress))));
         }
@@ -392,12 +409,23 @@ impl Run {
                 pace.wait_for(sample.step);
             }
             progress.add(1);
-            progress.say(format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y));
+            let place = format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y);
+            announcer.step(sample.step, &place);
+            progress.say(place);
             if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let track = plan.execute(&controller, &self.out, self.resume, watchers, &mut watch)?;
+        let done = plan.execute(&controller, &self.out, self.resume, watchers, &mut watch);
         drop(progress);
-        let Some(track) = track else {
+        // Of a pause people have heard as it came.
+        if let Err(error) = done.as_ref()
+            && !error.is::<Paused>()
+        {
+            announcer.happened(Kind::Fault, None, &format!("{error:#}"));
+        }
+        if let Some(announcer) = Rc::into_inner(announcer) {
+            announcer.close(shell);
+        }
+        let Some(track) = done? else {
             return Err(Interrupted::resumable(&self.out));
         };
         let file = self.out.join("track.csv");

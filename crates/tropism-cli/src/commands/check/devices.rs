@@ -1,5 +1,6 @@
 //! Camera, flash and lamps, tried one after the other and judged by photographs.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -153,7 +154,12 @@ impl Devices {
             return Err(Interrupted("all light is off".to_owned()).into());
         }
         if let Some((clock, period)) = &mut self.clock {
-            clock.wait_until(*period * self.shots);
+            let flow = clock.wait_until(*period * self.shots, &mut || {
+                if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            if flow.is_break() {
+                return Err(Interrupted("all light is off".to_owned()).into());
+            }
         }
         self.shots += 1;
         let lit = if has_flash { self.flash.flash(true) } else { Ok(()) };

@@ -1,0 +1,61 @@
+//! What a run tells people and systemd.
+#![cfg(unix)]
+
+use std::fs;
+use std::os::unix::net::UnixDatagram;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(folder: &Path, controller: &str) -> Output {
+    let alert =
+        "[[alert]]\ndriver = \"command\"\ncommand = [\"sh\", \"-c\", \"echo \\\"$2\\\" >> told\", \"sh\"]\n";
+    fs::write(folder.join("rig.toml"), format!("{alert}[greenhouse]\n")).unwrap();
+    let socket = UnixDatagram::bind(folder.join("socket")).unwrap();
+    socket.set_read_timeout(Some(std::time::Duration::from_millis(10))).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_tropism"))
+        .current_dir(folder)
+        .env("NOTIFY_SOCKET", folder.join("socket"))
+        .args(["run", "--rig", "rig.toml", "--controller", controller, "--out", "bean", "--steps", "5"])
+        .output()
+        .unwrap();
+    let mut said = String::new();
+    let mut bytes = [0; 4096];
+    while let Ok(count) = socket.recv(&mut bytes) {
+        said += std::str::from_utf8(&bytes[..count]).unwrap();
+    }
+    fs::write(folder.join("said"), said).unwrap();
+    output
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).unwrap_or_default()
+}
+
+#[test]
+fn people_hear_how_a_run_begins_and_ends_and_systemd_that_it_lives() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), "periodic:10m");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let told = read(folder.path(), "told");
+    let lines: Vec<&str> = told.lines().collect();
+    assert!(lines[0].starts_with("started, step 0: "), "{told}");
+    assert!(lines[lines.len() - 1].contains(": 5 steps"), "{told}");
+    let said = read(folder.path(), "said");
+    for word in ["READY=1", "WATCHDOG=1", "STATUS=step 5: tip at ", "STOPPING=1"] {
+        assert!(said.lines().any(|line| line.starts_with(word)), "{word} is not in {said}");
+    }
+    assert_eq!(said.matches("READY=1").count(), 1);
+    assert!(!read(folder.path(), "bean/run.toml").contains("alert"), "channels stay out of run folders");
+}
+
+#[test]
+fn people_hear_of_an_error_that_ends_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    // A photograph that cannot be kept.
+    fs::create_dir_all(folder.path().join("bean/photographs/000002.jpg")).unwrap();
+    let output = run(folder.path(), "periodic:10m");
+    assert_eq!(output.status.code(), Some(1));
+    let told = read(folder.path(), "told");
+    assert!(told.contains("fault: ") && told.contains("000002.jpg"), "{told}");
+    assert!(!told.contains("finished"), "{told}");
+}
