@@ -169,7 +169,7 @@ fn what_is_wrong_in_a_tent_is_found() {
         (
             "rig.toml",
             "width = 432",
-            "width = 440",
+            "width = 430",
             "fail camera photographs of 432 x 324 pixels, calibrated for 430 x 324",
         ),
         ("rig.toml", "[\"sh\", \"camera\"]", "[\"cat\", \"rig.toml\"]", "wanted a JPEG or PNG"),
