@@ -5,8 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::vector::{dot, length, minus, plus, scaled};
-use super::view::{Frame, LAMPS, Place, View, WALL};
+use super::vector::{dot, length, minus, plus, scaled, unit};
+use super::view::{CAMERA, Frame, LAMPS, Place, View, WALL};
 use crate::light::Light;
 use crate::math;
 
@@ -184,10 +184,22 @@ impl Lighting {
         scaled(LAMP_TINT, self.lamp * direct)
     }
 
+    /// What a glossy surface at `place` mirrors of the lights into the camera, as soft spots (Blinn and Phong).
+    pub(super) fn gloss(&self, place: Place, normal: Place) -> Rgb {
+        let to_camera = unit(minus(CAMERA, place), normal);
+        let spot = |light: Place| {
+            let half = unit(plus(unit(minus(light, place), normal), to_camera), normal);
+            math::pow(dot(half, normal).max(0.0), 30.0)
+        };
+        let flash = scaled(FLASH_TINT, self.flash * spot(FLASH));
+        let lamp = |light| scaled(LAMP_TINT, 2.0 * self.lamp * spot(self.view.of(bulb(light))));
+        plus(flash, self.lit.map_or([0.0; 3], lamp))
+    }
+
     /// The veil that the lit lamp's glow lays over the picture `far` cm from its coil, in the plane of the pot's axis:
-    /// a steep core, which clips, and a faint wide skirt, as scatter in a cheap lens gives.
+    /// a steep core and a faint wide skirt, as scatter in a cheap lens gives.
     pub(super) fn veil(&self, far: f64) -> Rgb {
-        let falloff = 9.0 * math::exp(-far / 1.3) + 0.10 * math::exp(-far / 4.5);
+        let falloff = 6.0 * math::exp(-far / 0.9) + 0.10 * math::exp(-far / 4.5);
         scaled(LAMP_TINT, self.lamp * self.glow / 0.20 * falloff)
     }
 

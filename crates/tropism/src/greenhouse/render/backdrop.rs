@@ -13,8 +13,12 @@ use crate::greenhouse::view::{CAMERA, LAMPS, Place, View, WALL, project};
 use crate::light::Light;
 use crate::math;
 
-/// Black cloth is a dull red-brown to a sensor: its dye lets the longest waves go.
-const CLOTH: Rgb = [0.062, 0.037, 0.040];
+/// Black cloth is a dull brown to a sensor: its dye lets the longest waves go, here more, there less.
+const CLOTH: [Rgb; 2] = [[0.068, 0.040, 0.044], [0.055, 0.047, 0.030]];
+
+/// How much more of the diodes' narrow light the dye gives back than of a bulb's.
+const BLUE_ON_CLOTH: Rgb = [0.6, 1.0, 1.4];
+
 const LINER: Rgb = [0.062, 0.042, 0.046];
 const POT: Rgb = [0.62, 0.60, 0.64];
 const LAMP: Rgb = [0.10, 0.10, 0.10];
@@ -23,7 +27,7 @@ const DIODE: Rgb = [0.52, 0.52, 0.48];
 const CABLE: Rgb = [0.035, 0.035, 0.04];
 
 /// Share of the bounced light that gets between the folds of the cloth.
-const BETWEEN: f64 = 0.36;
+const BETWEEN: f64 = 0.27;
 
 /// How far the pot's cloth liner hangs over its rim, in cm.
 const HEM: f64 = 1.0;
@@ -48,6 +52,8 @@ struct Hit {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Thing {
     Wall,
+    /// Cloth and cable in front of the wall.
+    Matt,
     Pot,
     Coil(Light),
 }
@@ -91,9 +97,12 @@ impl Tent {
             Thing::Coil(light) if lighting.lit() == Some(light) => [40.0; 3],
             Thing::Wall => self.on_wall(&hit, lighting),
             Thing::Coil(_) => lighting.at(hit.at, hit.normal, 0.2),
-            Thing::Pot => lighting.at(hit.at, hit.normal, 0.3),
+            Thing::Matt | Thing::Pot => lighting.at(hit.at, hit.normal, 0.3),
         };
-        let shine = core::array::from_fn(|band| light[band] * hit.colour[band]);
+        let mut shine = core::array::from_fn(|band| light[band] * hit.colour[band]);
+        if hit.what == Thing::Pot {
+            shine = plus(shine, scaled(lighting.gloss(hit.at, hit.normal), 0.35));
+        }
         let veil = lighting.lit().map_or([0.0; 3], |light| lighting.veil(self.off_coil(point, light)));
         // A wide lens darkens towards its corners.
         let slant = CAMERA[2] / length(along);
@@ -101,14 +110,29 @@ impl Tent {
     }
 
     /// The light on the cloth. Half of a lamp's coil faces the cloth from close by, so that it gets more of the lamp than
-    /// its distance from the lamp's middle tells.
+    /// its distance from the lamp's middle tells: around the lamp the cloth is brighter than the sensor can tell.
     fn on_wall(&self, hit: &Hit, lighting: &Lighting) -> Rgb {
-        let near = lighting.lit().map_or(0.0, |light| 9.0 / length(minus(hit.at, self.lamp(light))).max(4.0));
+        let flood = lighting.lit().map_or(0.0, |light| {
+            let from_lamp = minus(hit.at, self.lamp(light));
+            let near = 9.0 / length(from_lamp).max(4.0);
+            2.3 * (1.0 + 2.5 * near * near * near * near) * self.beam(from_lamp, light)
+        });
         let lamp = lighting.by_lamp(hit.at, hit.normal, 0.1);
-        plus(
-            plus(scaled(lighting.bounced(), BETWEEN), lighting.by_flash(hit.at, hit.normal, 0.0)),
-            scaled(lamp, 2.6 * (1.0 + near * near * near * near)),
-        )
+        let flash = scaled(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35);
+        let lamp = core::array::from_fn(|band| lamp[band] * flood * BLUE_ON_CLOTH[band]);
+        plus(plus(scaled(lighting.bounced(), BETWEEN), flash), lamp)
+    }
+
+    /// How much of its light a lamp sends along the cloth in some direction: its collar keeps the light from what hangs
+    /// straight below it, and a coil that was wound by hand shines in broad rays.
+    fn beam(&self, [x, y, z]: Place, light: Light) -> f64 {
+        // The cloth behind the lamps runs along the side camera's view.
+        let turn = math::atan2(if self.view == View::Front { x } else { z }, -y);
+        let below = ((0.55 - turn.abs()) / 0.25).clamp(0.0, 1.0);
+        let layer = 30 + light as u64;
+        let rays = 0.26 * self.texture.noise(layer, 1.6 * turn, 0.0)
+            + 0.16 * self.texture.noise(layer, 5.0 * turn, 7.0);
+        (1.0 + rays) * (1.0 - 0.7 * below * below * (3.0 - 2.0 * below))
     }
 
     /// The nearest thing along a ray from the camera. The things do not overlap as the camera sees them, apart from the
@@ -139,18 +163,28 @@ impl Tent {
             && let Some(across) = Light::BOTH.into_iter().find_map(|light| on_cable(at, light))
         {
             let normal = [across, 0.0, (1.0 - across * across).sqrt()];
-            return Hit { at, normal, colour: CABLE, what: Thing::Pot };
+            return Hit { at, normal, colour: CABLE, what: Thing::Matt };
         }
         let [slope_x, slope_y, brightness] = self.cloth.at(at[0], at[1]);
         let normal = unit([-slope_x, -slope_y, 1.0], [0.0, 0.0, 1.0]);
-        Hit { at, normal, colour: scaled(CLOTH, brightness), what: Thing::Wall }
+        Hit { at, normal, colour: self.cloth_colour(at[0], at[1], brightness), what: Thing::Wall }
+    }
+
+    /// The cloth's colour at a place of a wall.
+    fn cloth_colour(&self, x: f64, y: f64, brightness: f64) -> Rgb {
+        let other = (0.5 + 0.8 * self.texture.noise(26, 0.045 * x, 0.03 * y)).clamp(0.0, 1.0);
+        let weave = 1.0 + 0.07 * self.texture.noise(27, 6.0 * x, 4.0 * y);
+        plus(
+            scaled(CLOTH[0], (1.0 - other) * brightness * weave),
+            scaled(CLOTH[1], other * brightness * weave),
+        )
     }
 
     /// The tent's back wall as the side camera sees it.
     fn back_wall(&self, at: Place) -> Hit {
         let [slope_x, slope_y, brightness] = self.cloth.at(at[2], at[1]);
         let normal = unit([-1.0, -slope_y, -slope_x], [-1.0, 0.0, 0.0]);
-        Hit { at, normal, colour: scaled(CLOTH, brightness), what: Thing::Wall }
+        Hit { at, normal, colour: self.cloth_colour(at[2], at[1], brightness), what: Thing::Wall }
     }
 
     fn lamp(&self, light: Light) -> Place {
@@ -167,7 +201,7 @@ impl Tent {
                 at,
                 normal: unit(plus(normal, [crumple, 0.5, 0.0]), normal),
                 colour: LINER,
-                what: Thing::Pot,
+                what: Thing::Matt,
             }
         };
         if let Some(hem) =
@@ -222,7 +256,7 @@ impl Tent {
         let slope = plus(scaled(tangent, -around), scaled(radial, -outward - 0.6 * rising));
         // Hollows are darker than ridges.
         let colour = scaled(LINER, (0.70 + 1.1 * here).clamp(0.15, 1.4));
-        Hit { at, normal: unit(plus(slope, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]), colour, what: Thing::Pot }
+        Hit { at, normal: unit(plus(slope, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]), colour, what: Thing::Matt }
     }
 
     fn meet_lamp(&self, along: Place, light: Light) -> Option<Hit> {

@@ -19,6 +19,8 @@ const FINE: usize = 5;
 pub(super) struct Body {
     /// The stem, smooth, from the base to the apex.
     pub(super) stem: Vec<Node>,
+    /// Index of the cotyledons' place on the stem, or of the place where they were.
+    pub(super) node: usize,
     /// What is left of the apical hook, from the apex on; empty when it has opened.
     pub(super) hook: Vec<Node>,
     /// The terminal bud.
@@ -66,10 +68,11 @@ impl Body {
         };
         let bud = Oval { centre: minus(end, scaled(heading, 0.12)), half: scaled(heading, 0.26), wide: 0.14 };
         let withered = pose.withered;
+        let node = cotyledonary(&stem);
         let cotyledons =
-            if withered < 1.0 { cotyledons(&stem, side, pose.age_h, withered) } else { Vec::new() };
+            if withered < 1.0 { cotyledons(&stem[node..], side, pose.age_h, withered) } else { Vec::new() };
         let leaves = core::array::from_fn(|which| Blade::new(&pose.leaves[which], pose.spread));
-        Self { stem, hook, bud, cotyledons, withered, leaves }
+        Self { stem, node, hook, bud, cotyledons, withered, leaves }
     }
 
     /// The highest point of the plant as the camera sees it.
@@ -132,21 +135,27 @@ fn hook(pose: &Pose, side: Place) -> Vec<Node> {
     nodes
 }
 
-fn cotyledons(stem: &[Node], side: Place, age_h: f64, withered: f64) -> Vec<Oval> {
+/// Index of the place of the stem that bears the cotyledons.
+fn cotyledonary(stem: &[Node]) -> usize {
     let length = |pair: &[Node]| {
         let [dx, dy, dz] = minus(pair[1].at, pair[0].at);
         (dx * dx + dy * dy + dz * dz).sqrt()
     };
     let whole: f64 = stem.windows(2).map(length).sum();
-    // Their node is carried up while the hypocotyl below it still grows.
+    // They are carried up while the hypocotyl below them still grows.
     let wanted = (0.72 * whole).min(5.5);
     let mut walked = 0.0;
-    let Some(pair) = stem.windows(2).find(|pair| {
+    let mut is_below = |pair: &[Node]| {
         walked += length(pair);
-        walked >= wanted
-    }) else {
-        return Vec::new();
+        walked < wanted
     };
+    stem.windows(2).take_while(|pair| is_below(pair)).count()
+}
+
+/// The pair of cotyledons at the foot of `stem`.
+fn cotyledons(stem: &[Node], side: Place, age_h: f64, withered: f64) -> Vec<Oval> {
+    let [foot, next, ..] = stem else { return Vec::new() };
+    let pair = [foot, next];
     let along = unit(minus(pair[1].at, pair[0].at), [0.0, 1.0, 0.0]);
     let side = square_to(side, along);
     // From half raised they sink, and shrivel.

@@ -54,12 +54,12 @@ impl Cloth {
     /// Sharp creases from folding, long and mostly upright.
     fn crease(&self, height: &mut [f64], seed: u64) {
         let mut rng = stream(seed, Purpose::Scene, 1);
-        for _ in 0..22 {
+        for _ in 0..34 {
             let mut draw = |low: f64, high: f64| low + (high - low) * uniform(&mut rng);
             let start =
                 [draw(self.left, -self.left), draw(self.bottom, self.bottom + self.rows as f64 * SPACING)];
-            let (turn, long) = (draw(0.9, 2.2), draw(5.0, 22.0));
-            let (deep, wide) = (draw(-0.09, 0.09), draw(0.12, 0.26));
+            let (turn, long) = (draw(0.9, 2.2), draw(5.0, 30.0));
+            let (deep, wide) = (draw(-0.10, 0.10), draw(0.12, 0.24));
             let bow = draw(-0.012, 0.012);
             let (along_x, along_y) = (math::cos(turn), math::sin(turn));
             let reach = |centre: f64, from: f64, count: usize| {

@@ -6,6 +6,7 @@
 mod backdrop;
 mod body;
 mod cloth;
+mod film;
 mod jpeg;
 mod paint;
 mod sensor;
@@ -14,6 +15,7 @@ mod truth;
 
 use self::backdrop::Tent;
 use self::body::Body;
+use self::film::Film;
 use self::paint::Canvas;
 use self::sensor::{Blur, Noise};
 use self::tone::Tone;
@@ -35,9 +37,9 @@ pub struct Renderer {
     noise: Noise,
     /// The tent without a plant, for each state of the lights once it was asked for: dark, left, right; without and
     /// with flash.
-    backdrops: [Option<Vec<u8>>; 6],
+    backdrops: [Option<Film>; 6],
     /// Memory for the next photograph: fetching it anew costs more than filling it.
-    sheet: Vec<u8>,
+    film: Film,
 }
 
 impl Renderer {
@@ -61,7 +63,7 @@ impl Renderer {
             blur: Blur::new(scene.blur * scene.frame().px_per_cm),
             noise: Noise::new(seed, scene.noise, scene.width as usize),
             backdrops: Default::default(),
-            sheet: Vec::new(),
+            film: Film::default(),
             scene: scene.clone(),
         }
     }
@@ -89,41 +91,31 @@ impl Renderer {
     /// The same picture for the same arguments, whatever was drawn before; `frame_index` picks the noise.
     #[must_use]
     pub fn draw(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Image {
-        let mut rgb = Vec::new();
-        let lighting = Lighting::new(&self.scene, lit, flash, self.view);
-        self.expose(&mut rgb, pose, lighting, flash, frame_index);
-        self.picture(rgb)
+        self.expose(pose, lit, flash, frame_index);
+        self.film.picture()
     }
 
     /// The same picture as [`Self::draw`] gives, as the bytes of a JPEG file.
     #[must_use]
     pub fn photograph(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Vec<u8> {
-        let mut rgb = std::mem::take(&mut self.sheet);
+        self.expose(pose, lit, flash, frame_index);
+        jpeg::encode(&self.film, self.scene.jpeg_quality)
+    }
+
+    fn expose(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) {
         let lighting = Lighting::new(&self.scene, lit, flash, self.view);
-        self.expose(&mut rgb, pose, lighting, flash, frame_index);
-        let image = self.picture(rgb);
-        let bytes = self.develop(&image);
-        self.sheet = image.rgb;
-        bytes
-    }
-
-    fn picture(&self, rgb: Vec<u8>) -> Image {
-        Image { width: self.scene.width as usize, height: self.scene.height as usize, rgb }
-    }
-
-    fn expose(&mut self, rgb: &mut Vec<u8>, pose: &Pose, lighting: Lighting, flash: bool, frame_index: u64) {
-        rgb.clear();
-        rgb.extend_from_slice(self.backdrop(&lighting, flash));
-        let (frame, width) = (self.frame(), self.scene.width as usize);
+        let mut film = std::mem::take(&mut self.film);
+        film.clone_from(self.backdrop(&lighting, flash));
         let margin = self.blur.reach() as i64 + 1;
         if let Some(mut canvas) =
-            Canvas::paint(&Body::new(&pose.seen_from(self.view)), frame, margin, &lighting, &self.tone)
+            Canvas::paint(&Body::new(&pose.seen_from(self.view)), self.frame(), margin, &lighting, &self.tone)
         {
             let columns = canvas.pixmap.width() as usize;
             self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
-            lay_over(rgb, width, &canvas);
+            film.lay_over(&canvas);
         }
-        self.noise.add(rgb, width, frame_index);
+        self.noise.add(&mut film.luma, film.width, frame_index);
+        self.film = film;
     }
 
     /// A picture as the bytes of a JPEG file, of the scene's quality and with colour at half resolution, as cameras
@@ -133,33 +125,18 @@ impl Renderer {
     /// If the picture has a side of 0 or above 65 535.
     #[must_use]
     pub fn develop(&self, image: &Image) -> Vec<u8> {
-        jpeg::encode(image, self.scene.jpeg_quality)
+        jpeg::encode(&Film::of(image), self.scene.jpeg_quality)
     }
 
-    fn backdrop(&mut self, lighting: &Lighting, flash: bool) -> &[u8] {
+    fn backdrop(&mut self, lighting: &Lighting, flash: bool) -> &Film {
         let state = 2 * lighting.lit().map_or(0, |light| 1 + light as usize) + usize::from(flash);
         let Self { scene, tent, tone, blur, backdrops, .. } = self;
         backdrops[state].get_or_insert_with(|| {
+            let (width, height) = (scene.width as usize, scene.height as usize);
             let mut rgb = tent.photograph(scene, lighting, tone);
-            blur.apply(&mut rgb, scene.width as usize, 3);
-            rgb
+            blur.apply(&mut rgb, width, 3);
+            Film::of(&Image { width, height, rgb })
         })
-    }
-}
-
-/// The canvas over the photograph that it is a part of.
-fn lay_over(rgb: &mut [u8], width: usize, canvas: &Canvas<'_>) {
-    let columns = canvas.pixmap.width() as usize;
-    for (y, line) in canvas.pixmap.data().chunks_exact(4 * columns).enumerate() {
-        let start = 3 * ((canvas.corner[1] as usize + y) * width + canvas.corner[0] as usize);
-        for (below, above) in rgb[start..start + 3 * columns].chunks_exact_mut(3).zip(line.chunks_exact(4)) {
-            if above[3] > 0 {
-                for band in 0..3 {
-                    let through = u16::from(below[band]) * (255 - u16::from(above[3]));
-                    below[band] = above[band].saturating_add(((through + 127) / 255) as u8);
-                }
-            }
-        }
     }
 }
 

@@ -13,8 +13,10 @@ use crate::greenhouse::scene::{Lighting, Rgb};
 use crate::greenhouse::vector::{dot, minus, plus, scaled, unit};
 use crate::greenhouse::view::{CAMERA, Frame, Place, project};
 
-const STEM: Rgb = [0.72, 0.92, 0.20];
-const STEM_BASE: Rgb = [0.78, 0.94, 0.42];
+/// A stem is pale where it left the soil, green where the cotyledons were, and yellowish where it is young.
+const STEM: Rgb = [0.74, 0.90, 0.19];
+const STEM_NODE: Rgb = [0.62, 0.84, 0.26];
+const STEM_BASE: Rgb = [0.82, 0.90, 0.52];
 const BUD: Rgb = [0.74, 0.90, 0.17];
 const COTYLEDON: Rgb = [0.66, 0.66, 0.15];
 const WITHERED: Rgb = [0.30, 0.20, 0.07];
@@ -28,7 +30,7 @@ const THIN: f64 = 1.2;
 /// A part of the photograph on which the plant is painted.
 pub(super) struct Canvas<'a> {
     pub(super) pixmap: Pixmap,
-    /// Column and row of the photograph at the canvas's corner.
+    /// Column and row of the photograph at the canvas's corner: even ones, for colour is kept for 2 x 2 pixels.
     pub(super) corner: [i64; 2],
     frame: Frame,
     lighting: &'a Lighting,
@@ -47,9 +49,10 @@ impl<'a> Canvas<'a> {
         let ([left, top], [right, bottom]) = bounds(body, frame)?;
         let low = |value: f64, size: u32| (value.floor() as i64 - margin).clamp(0, i64::from(size));
         let high = |value: f64, size: u32| (value.ceil() as i64 + 1 + margin).clamp(0, i64::from(size));
-        let corner = [low(left, frame.width), low(top, frame.height)];
-        let width = high(right, frame.width) - corner[0];
-        let height = high(bottom, frame.height) - corner[1];
+        let corner = [low(left, frame.width), low(top, frame.height)].map(|corner| corner & !1);
+        let even = |size: i64, most: i64| ((size + 1) & !1).min(most);
+        let width = even(high(right, frame.width) - corner[0], i64::from(frame.width) - corner[0]);
+        let height = even(high(bottom, frame.height) - corner[1], i64::from(frame.height) - corner[1]);
         let pixmap = Pixmap::new(width as u32, height as u32)?;
         let mut canvas = Self { pixmap, corner, frame, lighting, tone };
         canvas.body(body);
@@ -62,15 +65,18 @@ impl<'a> Canvas<'a> {
         for leaf in body.leaves.iter().filter(behind) {
             self.leaf(leaf);
         }
-        let colour = |share: f64| -> Rgb {
-            core::array::from_fn(|band| STEM_BASE[band] + share * (STEM[band] - STEM_BASE[band]))
+        let between = |below: Rgb, above: Rgb| {
+            move |share: f64| -> Rgb {
+                core::array::from_fn(|band| below[band] + share * (above[band] - below[band]))
+            }
         };
         let withered: Rgb =
             core::array::from_fn(|band| COTYLEDON[band] + body.withered * (WITHERED[band] - COTYLEDON[band]));
         for oval in body.cotyledons.iter().filter(|oval| oval.centre[2] < stem_z) {
             self.oval(oval, withered);
         }
-        self.ribbon(&body.stem, colour);
+        self.ribbon(&body.stem[..=body.node], between(STEM_BASE, STEM_NODE));
+        self.ribbon(&body.stem[body.node..], between(STEM_NODE, STEM));
         self.ribbon(&body.hook, |_| BUD);
         self.oval(&body.bud, BUD);
         for oval in body.cotyledons.iter().filter(|oval| oval.centre[2] >= stem_z) {

@@ -83,6 +83,9 @@ impl Blur {
 }
 
 /// The sensor's noise: a tape of it, of which every row of every photograph takes another stretch.
+///
+/// It is noise of brightness: that of colour, which is a third of the variance of a sensor's pixels, is lost where a file
+/// keeps colour at half resolution.
 #[derive(Clone, Debug)]
 pub(super) struct Noise {
     seed: u64,
@@ -90,33 +93,30 @@ pub(super) struct Noise {
 }
 
 /// Pixels on the tape beyond one row.
-const TAPE: usize = 1 << 13;
+const TAPE: usize = 1 << 14;
+
+/// Standard deviation of the brightness over that of one colour, where two thirds of the variance are common to all.
+const GREY: f64 = 0.90;
 
 impl Noise {
-    /// Noise of standard deviation `sigma` grey levels for rows of `width` pixels: two thirds of its variance in
-    /// brightness, the rest in colour.
+    /// Noise of standard deviation `sigma` grey levels in each colour, for rows of `width` pixels.
     pub(super) fn new(seed: u64, sigma: f64, width: usize) -> Self {
         if sigma == 0.0 {
             return Self { seed, tape: Vec::new() };
         }
         let mut rng = stream(seed, Purpose::Camera, u64::MAX);
-        let tape = (0..TAPE + width)
-            .flat_map(|_| {
-                let grey = 0.82 * normal(&mut rng);
-                [0; 3].map(|_| (sigma * (grey + 0.57 * normal(&mut rng))).round().clamp(-127.0, 127.0) as i8)
-            })
-            .collect();
-        Self { seed, tape }
+        let level = |_| (GREY * sigma * normal(&mut rng)).round().clamp(-127.0, 127.0) as i8;
+        Self { seed, tape: (0..TAPE + width).map(level).collect() }
     }
 
-    /// Adds the noise of photograph `frame`. What the sensor clipped stays clipped.
-    pub(super) fn add(&self, rgb: &mut [u8], width: usize, frame: u64) {
+    /// Adds the noise of photograph `frame` to rows of brightness. What the sensor clipped stays clipped.
+    pub(super) fn add(&self, luma: &mut [u8], width: usize, frame: u64) {
         if self.tape.is_empty() {
             return;
         }
         let mut rng = stream(self.seed, Purpose::Camera, frame);
-        for row in rgb.chunks_exact_mut(3 * width) {
-            let start = 3 * (rng.next_u32() as usize % TAPE);
+        for row in luma.chunks_exact_mut(width) {
+            let start = rng.next_u32() as usize % TAPE;
             for (byte, &noise) in row.iter_mut().zip(&self.tape[start..]) {
                 let noisy = byte.saturating_add_signed(noise);
                 *byte = if *byte == u8::MAX { u8::MAX } else { noisy };
