@@ -144,14 +144,14 @@ pub(super) fn look(
     let middle = (far - 1.0) / 2.0;
     let origin = Pixel::new(crop.x as f64 + middle, crop.y as f64 + middle);
     let foot = ((base.x - origin.x) / far, (base.y - origin.y) / far);
-    if seen.is_some() && foot.1 + 1.0 >= (crop.height / step) as f64 {
+    if foot.1 + 1.0 >= (crop.height / step) as f64 {
         return seen;
     }
     let small = image.shrunk(crop, step);
     if seen.is_some() && !is_potted(&small, foot, config) {
         return seen;
     }
-    let Some(ridge) = find(&small, (foot.0, foot.1.min(small.height as f64 - 1.0)), config.contrast) else {
+    let Some(ridge) = find(&small, foot, config.contrast) else {
         return seen.map(|seen| Sighting { stem: None, apex: None, ..seen });
     };
     let stem: Vec<Pixel> =
