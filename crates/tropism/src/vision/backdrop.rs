@@ -50,9 +50,10 @@ struct Patch {
     fine: Option<Box<Self>>,
     x: i32,
     y: i32,
-    /// Values less their mean, and the root of the sum of their squares.
+    /// Values less their mean, the root of the sum of their squares, and their mean.
     values: Vec<f32>,
     norm: f32,
+    mean: f32,
 }
 
 /// Samples of a part of a picture read at a lower resolution; beyond the picture's edge its outermost are repeated.
@@ -200,6 +201,20 @@ impl Backdrop {
         Some(if is_still { Pixel::default() } else { Pixel::new(x, y) })
     }
 
+    /// How clear a picture whose camera moved by `shift` is, as a share of the first: how much its patches vary for their
+    /// brightness. Mist on the lens takes both fine detail and contrast away.
+    #[must_use]
+    pub fn clearness(&self, image: &impl Pixels, shift: Pixel) -> f64 {
+        let along = |by: f64| (by / self.step as f64).round() as i32;
+        let (right, down) = (along(shift.x), along(shift.y));
+        let share = |patch: &Patch| {
+            let now = Patch::of(image, self.step, (patch.x + right, patch.y + down));
+            f64::from(now.norm / now.mean.max(1.0) / (patch.norm / patch.mean.max(1.0)).max(1e-6))
+        };
+        let shares: Vec<f64> = self.patches.iter().map(share).collect();
+        if shares.is_empty() { 1.0 } else { math::quantile(&shares, 0.5) }
+    }
+
     /// Whether there is enough in the first picture to find again.
     #[must_use]
     pub fn is_rich(&self) -> bool {
@@ -227,7 +242,7 @@ impl Patch {
         let mean = values.iter().sum::<f32>() / values.len() as f32;
         values.iter_mut().for_each(|value| *value -= mean);
         let norm = values.iter().map(|value| value * value).sum::<f32>().sqrt();
-        Self { fine: None, x, y, values, norm }
+        Self { fine: None, x, y, values, norm, mean }
     }
 
     /// Where the patch is found again within `far` samples of a shift, and where between samples; `None` where nothing is
@@ -318,6 +333,19 @@ mod tests {
             prop_assert!((found.x - f64::from(right)).abs() <= 1.0, "{found:?}");
             prop_assert!((found.y - f64::from(down)).abs() <= 1.0, "{found:?}");
         }
+    }
+
+    #[test]
+    fn mist_is_found_out_and_dimmer_light_is_none() {
+        let first = scene(0, 0, 0);
+        let backdrop = Backdrop::of(&first, None);
+        let changed = |change: &dyn Fn(u8) -> u8| {
+            let rgb = first.rgb.iter().map(|&value| change(value)).collect();
+            backdrop.clearness(&Image { rgb, ..first.clone() }, Pixel::default())
+        };
+        assert!((changed(&|value| value) - 1.0).abs() < 1e-6);
+        assert!((changed(&|value| value / 2) - 1.0).abs() < 0.1);
+        assert!(changed(&|value| value / 2 + 80) < 0.6);
     }
 
     #[test]

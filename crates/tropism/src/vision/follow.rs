@@ -6,6 +6,8 @@
 
 use crate::geometry::Point;
 use crate::math;
+use crate::vision::hold::STEERS;
+use crate::vision::motion::{Motion, STEADY};
 use crate::vision::shape::Shape;
 use crate::vision::{Calibration, Class};
 
@@ -16,8 +18,9 @@ const PERIOD_MIN: f64 = 5.0;
 const GATE: f64 = 2.2;
 
 /// How far from where it is expected a tip is believed whatever else has changed, in cm, after one period and for each
-/// further one, and at most: below half a centimetre nothing is called wrong.
-const NEAR: (f64, f64, f64) = (0.3, 0.05, 0.45);
+/// further one, and at most: below half a centimetre nothing is called wrong. With something on the tip that holds for as
+/// long as a held tip may steer.
+const NEAR: (f64, f64, f64) = (0.25, 0.05, 0.4);
 
 /// Tissue moves as far as the tip does, and at least this far, in cm.
 const MOVES: f64 = 0.5;
@@ -34,71 +37,44 @@ const UNEVEN: f64 = 0.3;
 /// Two photographs agree where less than this share of the plant is not where it was.
 const ALIKE: f64 = 0.1;
 
-/// Photographs that must agree before a jump is believed, and before a plant is believed that looks otherwise.
-const AGREE: (usize, usize) = (2, 5);
+/// Photographs that must agree before a jump is believed, before a plant is believed that looks otherwise, and before one
+/// is believed with something on its tip.
+const AGREE: (usize, usize, usize) = (2, 5, 24);
 
-/// A tip farther than this from where it was expected has jumped, in cm a period.
-const STEADY: f64 = 0.8;
+/// Photographs at the beginning that may all be wrong: as long as no more were believed, two that agree outvote them.
+const YOUNG: usize = 2;
 
-/// Deviation of a measured tip, in cm, and of what its velocity gains in a period, in cm per period.
-const NOISE: (f64, f64) = (0.05, 0.06);
+/// Photographs in a row that must be known for the next to be judged: where more agree, they are believed.
+pub(super) const MEMORY: usize = AGREE.2;
+
+/// Where the contrast of a plant falls below this share of what it was, mist or a shadow took it.
+const DIMMED: f64 = 0.85;
+
+/// A tip farther than this from the stem, in cm, is no end of it: a leaf is.
+const APART: f64 = 0.4;
 
 /// What a photograph shows of a plant, in cm.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Glimpse {
     pub(super) tip: Point,
     pub(super) shape: Shape,
+    /// How many deviations of the background the plant exceeds it by.
+    pub(super) contrast: f64,
+    /// How far the tip is from the nearest point of the stem, in cm, where there is one.
+    pub(super) apart: Option<f64>,
     /// Whether something lies on the tip.
     pub(super) is_veiled: bool,
     pub(super) calibration: Calibration,
-}
-
-/// A tip that moves at a constant velocity but for chance: a Kalman filter, the same for both axes (R. E. Kalman 1960,
-/// doi:10.1115/1.3662552).
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Motion {
-    tip: Point,
-    /// cm per period.
-    velocity: Point,
-    /// Covariances: place, place with velocity, velocity.
-    spread: [f64; 3],
-}
-
-impl Motion {
-    fn begin(tip: Point) -> Self {
-        Self { tip, velocity: Point::default(), spread: [NOISE.0 * NOISE.0, 0.0, 0.1] }
-    }
-
-    /// Where the tip is to be expected after so many periods. Far ahead the velocity says nothing any more.
-    fn expected(&self, periods: f64) -> Point {
-        let ahead = periods.min(2.0);
-        Point::new(self.tip.x + ahead * self.velocity.x, self.tip.y + ahead * self.velocity.y)
-    }
-
-    fn measured(&self, tip: Point, periods: f64) -> Self {
-        let [pp, pv, vv] = self.spread;
-        let gain = NOISE.1 * NOISE.1 * periods;
-        let pp = pp + 2.0 * periods * pv + periods * periods * vv + gain * periods * periods / 3.0;
-        let (pv, vv) = (pv + periods * vv + gain * periods / 2.0, vv + gain);
-        let sum = pp + NOISE.0 * NOISE.0;
-        let (place, speed) = (pp / sum, pv / sum);
-        let expected =
-            Point::new(self.tip.x + periods * self.velocity.x, self.tip.y + periods * self.velocity.y);
-        let (dx, dy) = (tip.x - expected.x, tip.y - expected.y);
-        Self {
-            tip: Point::new(expected.x + place * dx, expected.y + place * dy),
-            velocity: Point::new(self.velocity.x + speed * dx, self.velocity.y + speed * dy),
-            spread: [pp * (1.0 - place), pv * (1.0 - place), vv - speed * pv],
-        }
-    }
 }
 
 /// What is known of a plant from the photographs so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Follow {
     motion: Option<Motion>,
-    /// The plant in the latest photograph that was believed.
-    shape: Option<Shape>,
+    /// How many photographs were believed.
+    believed: usize,
+    /// The latest photograph that was believed.
+    before: Option<Glimpse>,
     /// Time of that photograph, in seconds.
     time_s: f64,
     /// What the latest photograph showed if it was not believed, how many before it agree with each other, and it with
@@ -109,53 +85,96 @@ pub(super) struct Follow {
 impl Follow {
     /// Whether what a photograph shows is believed, and how well it fits what is known, 0 to 1.
     pub(super) fn judge(&mut self, glimpse: Glimpse, time_s: f64) -> (Class, f64) {
-        let Some(motion) = self.motion else {
-            self.believe(glimpse.tip, Some(glimpse.shape), time_s);
-            return (Class::Ok, 1.0);
-        };
         let periods = self.periods(time_s);
-        let miss = motion.expected(periods).distance(glimpse.tip);
+        let far = GATE * periods.max(1.0);
         let grows = |(one, more, most): (f64, f64, f64)| (one + more * (periods - 1.0).max(0.0)).min(most);
-        let is_otherwise = glimpse.is_veiled
-            || self.shape.as_ref().is_some_and(|shape| is_changed(&glimpse, shape, motion.tip));
-        let gate = if is_otherwise { grows(NEAR) } else { GATE * periods.max(1.0) };
+        let doubt = self.doubt(&glimpse);
+        let gate = match doubt {
+            Doubt::None => far,
+            Doubt::Veiled if periods > f64::from(STEERS) + 1.5 => 0.0,
+            Doubt::Changed | Doubt::Veiled => grows(NEAR),
+        };
+        // Before anything is known, what nothing lies on is believed, and nothing else.
+        let nowhere = if doubt == Doubt::None { 0.0 } else { far };
+        let expected = self.motion.map(|motion| motion.expected(periods));
+        let miss = expected.map_or(nowhere, |expected| expected.distance(glimpse.tip));
         let fit = math::exp(-0.5 * (miss / gate.max(0.1)) * (miss / gate.max(0.1)));
-        if miss <= gate {
-            self.believe(glimpse.tip, Some(glimpse.shape), time_s);
-            return (Class::Ok, fit);
-        }
         let alike = match &self.doubted {
-            Some((before, count)) if !glimpse.is_veiled && agree(&glimpse, before) => count + 1,
+            Some((before, count)) if agree(&glimpse, before) => count + 1,
             _ => 1,
         };
-        if alike >= if is_otherwise { AGREE.1 } else { AGREE.0 } {
-            self.believe(glimpse.tip, Some(glimpse.shape), time_s);
-            return (Class::Ok, 0.5);
+        let enough = if self.believed <= YOUNG { AGREE.0 } else { doubt.agreeing() };
+        if miss <= gate || alike >= enough {
+            self.believe(glimpse.tip, time_s);
+            self.recognise(glimpse);
+            return (Class::Ok, if miss <= gate { fit } else { 0.5 });
         }
-        let class = if miss > GATE * periods.max(1.0) { Class::Jump } else { Class::Ambiguous };
+        let class = if miss > far { Class::Jump } else { Class::Ambiguous };
         self.doubted = Some((glimpse, alike));
         (class, fit)
     }
 
-    /// Takes up how the plant looks in the latest photograph that was believed.
-    pub(super) fn recognise(&mut self, shape: Shape) {
-        self.shape = Some(shape);
+    fn doubt(&self, glimpse: &Glimpse) -> Doubt {
+        match (&self.before, self.motion) {
+            (Some(before), Some(motion)) => Doubt::of(glimpse, before, motion.tip()),
+            _ if glimpse.is_veiled => Doubt::Veiled,
+            _ => Doubt::None,
+        }
     }
 
-    /// Takes a measured tip for true.
-    pub(super) fn believe(&mut self, tip: Point, shape: Option<Shape>, time_s: f64) {
+    /// Takes up how the plant looks in the latest photograph that was believed.
+    pub(super) fn recognise(&mut self, glimpse: Glimpse) {
+        self.before = Some(glimpse);
+    }
+
+    /// Takes a measured tip for true. How the plant looks there is not known until it is [recognised](Self::recognise).
+    pub(super) fn believe(&mut self, tip: Point, time_s: f64) {
         let periods = self.periods(time_s);
         // What is believed after a jump says nothing about velocity.
         let is_steady = |motion: &Motion| motion.expected(periods).distance(tip) <= STEADY * periods.max(1.0);
         let motion = self.motion.filter(is_steady);
         self.motion = Some(motion.map_or_else(|| Motion::begin(tip), |motion| motion.measured(tip, periods)));
-        (self.shape, self.time_s, self.doubted) = (shape, time_s, None);
+        self.believed += 1;
+        (self.before, self.time_s, self.doubted) = (None, time_s, None);
     }
 
     /// Periods since the latest photograph that was believed; one where times say nothing.
     fn periods(&self, time_s: f64) -> f64 {
         let periods = (time_s - self.time_s) / (60.0 * PERIOD_MIN);
         if periods > 0.0 { periods } else { 1.0 }
+    }
+}
+
+/// Why a plant is believed only where it is expected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Doubt {
+    None,
+    /// Tissue appeared or vanished.
+    Changed,
+    /// Something lies on the tip.
+    Veiled,
+}
+
+impl Doubt {
+    fn of(glimpse: &Glimpse, before: &Glimpse, tip: Point) -> Self {
+        let is_leaf = |glimpse: &Glimpse| glimpse.apart.is_some_and(|apart| apart > APART);
+        let is_veiled = glimpse.is_veiled
+            || glimpse.contrast < DIMMED * before.contrast
+            || is_leaf(glimpse) && !is_leaf(before);
+        match () {
+            () if is_veiled => Self::Veiled,
+            () if is_changed(glimpse, &before.shape, tip) => Self::Changed,
+            () => Self::None,
+        }
+    }
+
+    /// Photographs that must agree before one is believed that shows the tip elsewhere.
+    const fn agreeing(self) -> usize {
+        match self {
+            Self::None => AGREE.0,
+            Self::Changed => AGREE.1,
+            Self::Veiled => AGREE.2,
+        }
     }
 }
 
@@ -203,7 +222,8 @@ mod tests {
         };
         let stem = line([300.0, 400.0], [300.0 + 10.0 * tip.x, 400.0 - 10.0 * tip.y]);
         let more = more.into_iter().flat_map(|[a, b, c, d]| line([a, b], [c, d]));
-        Glimpse { tip, shape: Shape::of(stem.chain(more), 2.5), is_veiled: false, calibration }
+        let shape = Shape::of(stem.chain(more), 2.5);
+        Glimpse { tip, shape, contrast: 20.0, apart: Some(0.1), is_veiled: false, calibration }
     }
 
     fn followed(steps: u32) -> Follow {
@@ -226,6 +246,37 @@ mod tests {
     }
 
     #[test]
+    fn what_lies_on_the_tip_is_doubted_unless_it_is_where_it_should_be() {
+        let mut follow = followed(8);
+        let veiled = |tip| Glimpse { is_veiled: true, ..glimpse(tip, None) };
+        assert_eq!(follow.judge(veiled(Point::new(0.8, 9.8)), 2_400.0).0, Class::Ambiguous);
+        assert_eq!(follow.judge(veiled(Point::new(0.9, 10.45)), 2_700.0).0, Class::Ok);
+        let misty = Glimpse { contrast: 12.0, ..glimpse(Point::new(1.0, 9.9), None) };
+        assert_eq!(follow.judge(misty, 3_000.0).0, Class::Ambiguous);
+        let leaf = Glimpse { apart: Some(0.9), ..glimpse(Point::new(1.0, 11.4), None) };
+        assert_eq!(follow.judge(leaf, 3_300.0).0, Class::Ambiguous);
+    }
+
+    #[test]
+    fn a_spoiled_beginning_is_outvoted() {
+        let good = |step: u32| glimpse(Point::new(0.1 * f64::from(step), 10.0), None);
+        let hidden = || glimpse(Point::new(0.0, 11.5), Some([260.0, 285.0, 350.0, 290.0]));
+        let mut follow = Follow::default();
+        let seen: Vec<Class> = [hidden(), hidden(), good(2), good(3)]
+            .into_iter()
+            .zip([0.0, 300.0, 600.0, 900.0])
+            .map(|(glimpse, time_s)| follow.judge(glimpse, time_s).0)
+            .collect();
+        assert_eq!(seen, [Class::Ok, Class::Ok, Class::Ambiguous, Class::Ok]);
+        // What lies on the very first tip is seen, and not believed before a second one agrees.
+        let mut follow = Follow::default();
+        let veiled = Glimpse { is_veiled: true, ..good(0) };
+        assert_eq!(follow.judge(veiled.clone(), 0.0).0, Class::Ambiguous);
+        assert_eq!(follow.clone().judge(veiled, 300.0).0, Class::Ok);
+        assert_eq!(follow.judge(good(1), 300.0).0, Class::Ok);
+    }
+
+    #[test]
     fn what_is_far_from_the_tip_does_not_matter() {
         let mut follow = followed(8);
         let fallen = glimpse(Point::new(0.8, 10.4), Some([200.0, 390.0, 300.0, 390.0]));
@@ -238,7 +289,8 @@ mod tests {
         // The highest point goes over from one leaf to the other: both were there all along.
         let wide =
             |tip| Glimpse { tip, ..glimpse(Point::new(0.0, 10.0), Some([240.0, 300.0, 340.0, 300.0])) };
-        follow.believe(Point::new(4.0, 10.0), Some(wide(Point::default()).shape), 2_400.0);
+        follow.believe(Point::new(4.0, 10.0), 2_400.0);
+        follow.recognise(wide(Point::default()));
         assert_eq!(follow.judge(wide(Point::new(-6.0, 10.0)), 2_700.0).0, Class::Jump);
         assert_eq!(follow.judge(wide(Point::new(-6.0, 10.1)), 3_000.0).0, Class::Ok);
     }

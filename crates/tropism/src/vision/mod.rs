@@ -16,6 +16,7 @@ pub mod hold;
 pub mod lens;
 pub mod lit;
 pub mod midline;
+pub mod motion;
 pub mod overlay;
 pub mod parts;
 pub mod pixels;
@@ -39,7 +40,7 @@ pub use lit::lit;
 
 use backdrop::Backdrop;
 use follow::{Follow, Glimpse};
-use hold::{Hold, HoldConfig};
+use hold::{Gap, Hold, HoldConfig};
 use pixels::{Pixels, desaturated, whole};
 use segment::{Levels, Plane};
 use shape::Shape;
@@ -182,6 +183,30 @@ impl VisionConfig {
     }
 }
 
+/// An edge of a crop that a plant can grow out of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Edge {
+    /// The upper one.
+    Top,
+    /// The left one.
+    Left,
+    /// The right one.
+    Right,
+}
+
+impl Edge {
+    /// The word used in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Top => "top",
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+}
+
 /// What one photograph shows of a plant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
@@ -197,10 +222,12 @@ pub struct Sighting {
     pub contrast: f64,
     /// Where there is tissue, in mode `robust`.
     pub shape: Shape,
-    /// Whether the plant reaches the left, right or upper edge of the crop: its tip may lie beyond.
-    pub is_cut: bool,
-    /// Whether glare or a shadow lies on the tip, or the backdrop is not found again: the tip may be elsewhere.
+    /// The edge of the crop that the plant reaches, if it does: its tip may lie beyond.
+    pub cut: Option<Edge>,
+    /// Whether glare, a shadow or mist lies on the tip, or the backdrop is not found again: the tip may be elsewhere.
     pub is_veiled: bool,
+    /// Whether there is a backdrop and it is not found again: the camera may look elsewhere.
+    pub is_lost: bool,
     /// How far the camera's picture has moved since the first one, in pixels to the right and down, as an [`Eye`] finds.
     pub shift: Pixel,
 }
@@ -347,6 +374,12 @@ pub struct Seen {
 /// Minutes from one photograph to the next, unless their times say otherwise (section 2.2.2).
 const PERIOD_MIN: f64 = 5.0;
 
+/// A picture is clearer than another that is this many times as bright, or varies as many times as much.
+const BETTER: f64 = 1.6;
+
+/// A picture that varies less than this share of the first is misty.
+const MISTY: f64 = 0.6;
+
 /// Sees one plant in the photographs of one camera, and remembers what it needs to judge the next.
 ///
 /// A killed run goes on as if it had not been: see [`Eye::resume`].
@@ -356,11 +389,13 @@ pub struct Eye {
     config: VisionConfig,
     last: Option<Point>,
     confidence: f64,
+    gap: Gap,
     stems: Hold,
     /// The bytes of the latest photograph.
     bytes: Vec<u8>,
-    /// What stands still in the first picture.
+    /// What stands still in the first picture, and how many pictures were looked at for a better one.
     reference: Option<Reference>,
+    referred: usize,
     follow: Follow,
     time_s: f64,
     /// Photographs from the latest believed one on that a run that was cut off has left, to be judged again.
@@ -375,6 +410,9 @@ struct Reference {
 }
 
 impl Eye {
+    /// Pictures at the beginning that [`Eye::refer`] takes up.
+    pub const REFERS: usize = 6;
+
     /// An eye that has seen nothing yet.
     ///
     /// # Errors
@@ -387,43 +425,71 @@ impl Eye {
             config,
             last: None,
             confidence: 0.0,
+            gap: Gap::default(),
             stems: Hold::default(),
             bytes: Vec::new(),
             reference: None,
+            referred: 0,
             follow: Follow::default(),
             time_s: -60.0 * PERIOD_MIN,
             past: Vec::new(),
         })
     }
 
-    /// Takes the first picture of a camera for what stands still in all of them, unless there is one already or it is of
-    /// another size. [`Eye::observe`] does so by itself.
+    /// Takes the first picture of a camera for what stands still in all of them, unless it is of another size than the
+    /// calibration's; one of the next few takes its place where the first was dark or misty. [`Eye::observe`] does so by
+    /// itself.
     pub fn refer(&mut self, image: &impl Pixels) {
-        let is_new = self.reference.is_none() && self.config.mode == Mode::Robust;
         let (width, height) = image.size();
-        if is_new && self.calibration.fits(width, height).is_ok() {
-            let backdrop = Backdrop::of(image, self.config.crop);
-            self.reference = Some(Reference { backdrop, brightness: brightness(image) });
+        let is_needed = self.config.mode == Mode::Robust && self.referred < Self::REFERS;
+        if !is_needed || self.calibration.fits(width, height).is_err() {
+            return;
         }
+        self.referred += 1;
+        let brightness = brightness(image);
+        let is_better = |first: &Reference| {
+            let clearness = first.backdrop.clearness(image, Pixel::default());
+            brightness > BETTER * first.brightness.max(1.0) || clearness > BETTER
+        };
+        if self.reference.as_ref().is_none_or(is_better) {
+            self.reference = Some(Reference { backdrop: Backdrop::of(image, self.config.crop), brightness });
+        }
+    }
+
+    /// How many photographs in a row have shown no tip that can be believed, and whether the last one may still steer.
+    #[must_use]
+    pub const fn gap(&self) -> Gap {
+        self.gap
     }
 
     /// Takes up the photographs of a run that was cut off, one by one, and what was seen in each then. The next one is
     /// judged as if the run had not been cut off.
     pub fn resume(&mut self, photo: &Photo, seen: &Seen) {
-        if self.reference.is_none() && ![Class::Corrupt, Class::Foreign].contains(&seen.class) {
+        let is_picture = ![Class::Corrupt, Class::Foreign, Class::Repeated].contains(&seen.class);
+        if is_picture && self.referred < Self::REFERS {
             photo.open().iter().for_each(|picture| self.refer(picture));
         }
         self.bytes.clone_from(&photo.bytes);
         if seen.is_measured() {
             self.past.clear();
         }
+        // Of a long time without the plant only the end matters.
+        if self.past.len() > 2 * follow::MEMORY {
+            let from = usize::from(self.past[0].1.is_measured());
+            self.past.drain(from..from + follow::MEMORY);
+        }
         self.past.push((photo.clone(), seen.clone()));
+        self.gap.settle(seen.is_measured());
         self.last = seen.observation.as_ref().map(|held| held.tip);
         if let Some(tip) = self.last.filter(|_| seen.is_measured()) {
-            self.follow.believe(tip, None, photo.time_s);
+            self.follow.believe(tip, photo.time_s);
         }
         self.confidence = seen.confidence;
         self.time_s = photo.time_s;
+        // As long as another picture may come to be what it is compared with, it must be judged by what it was then.
+        if self.referred < Self::REFERS {
+            self.catch_up();
+        }
     }
 
     /// Judges once more what the run that was cut off had judged and what is still of use.
@@ -432,7 +498,7 @@ impl Eye {
             let Ok(sighting) = self.judge(photo.open().as_ref()) else { continue };
             let glimpse = self.glimpse(&sighting);
             if seen.is_measured() {
-                self.follow.recognise(glimpse.shape);
+                self.follow.recognise(glimpse);
             } else if [Class::Ambiguous, Class::Jump].contains(&seen.class) {
                 self.follow.judge(glimpse, photo.time_s);
             }
@@ -482,7 +548,8 @@ impl Eye {
         let crop = self.config.crop.map(|crop| moved(crop, shift, (width, height)));
         let sighting = look_from(image, Some(base), &VisionConfig { crop, ..self.config.clone() })
             .ok_or_else(|| if self.is_dark(image) { Class::Dark } else { Class::NoPlant })?;
-        Ok(Sighting { shift, is_veiled: sighting.is_veiled || is_lost, ..sighting })
+        let is_misty = backdrop.is_some_and(|backdrop| backdrop.clearness(image, shift) < MISTY);
+        Ok(Sighting { shift, is_veiled: sighting.is_veiled || is_lost || is_misty, is_lost, ..sighting })
     }
 
     /// Whether there is too little light to see a plant by: the picture is black but for noise, or much darker than the
@@ -507,7 +574,7 @@ impl Eye {
         let (class, fit) = match &sighting {
             Err(class) => (*class, 0.0),
             Ok(_) if self.config.mode == Mode::Paper => (Class::Ok, 1.0),
-            Ok(sighting) if sighting.is_cut => (Class::LeavesView, 0.0),
+            Ok(sighting) if sighting.cut.is_some() => (Class::LeavesView, 0.0),
             Ok(sighting) => self.follow.judge(self.glimpse(sighting), time_s),
         };
         let believed = sighting.ok().filter(|_| class == Class::Ok);
@@ -521,6 +588,7 @@ impl Eye {
         });
         let rule = (self.config.mode == Mode::Paper).then_some(&self.config.hold);
         let (stem, _) = self.stems.settle(seen_stem, rule);
+        self.gap.settle(believed.is_some());
         let quality = if believed.is_some() { Quality::Measured } else { Quality::Held };
         self.confidence = match believed {
             Some(_) => fit * (1.0 - crate::math::exp(-contrast / (2.0 * self.config.contrast.max(1.0)))),
@@ -537,8 +605,14 @@ impl Eye {
     }
 
     fn glimpse(&self, sighting: &Sighting) -> Glimpse {
+        let apart = |stem: &[Pixel]| {
+            let pixels = stem.iter().map(|at| at.distance(sighting.tip)).fold(f64::INFINITY, f64::min);
+            pixels / self.calibration.px_per_cm
+        };
         Glimpse {
             tip: self.point(sighting.tip, sighting.shift),
+            contrast: sighting.contrast,
+            apart: sighting.stem.as_deref().map(apart),
             shape: sighting.shape.moved(sighting.shift),
             is_veiled: sighting.is_veiled,
             calibration: self.calibration,

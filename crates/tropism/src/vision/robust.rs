@@ -12,7 +12,7 @@ use crate::vision::parts::{Belief, Bounds, Parts};
 use crate::vision::pixels::{Pixels, aligned};
 use crate::vision::segment::{self, LUMA, Levels, Plane};
 use crate::vision::shape::Shape;
-use crate::vision::{Sighting, VisionConfig, midline, tip};
+use crate::vision::{Edge, Sighting, VisionConfig, midline, tip};
 
 /// Samples that may be missing between two parts of one plant, plus one: a shadow, or a saturated rim that has lost its
 /// colour.
@@ -71,10 +71,14 @@ pub(super) fn look(
     let tissue = (top..=bottom).flat_map(columns).filter(|&(x, y)| is_part(y * plant.width + x));
     let shape = Shape::of(tissue.map(|(x, y)| plant.pixel(x as f64, y as f64)), (CELL * step) as f64);
     // A foot may stand at the crop's lower edge, or be cut off by it.
-    let is_cut = top == 0 || left == 0 || right + 1 == plant.width;
-    let is_veiled = is_lit_above(&grey, &levels, tip) || fades(&plant, stem.as_deref(), tip);
+    let reached = [(Edge::Top, top == 0), (Edge::Left, left == 0), (Edge::Right, right + 1 == plant.width)];
+    let cut = reached.into_iter().find_map(|(edge, is_reached)| is_reached.then_some(edge));
+    let is_veiled = is_lit_above(&grey, &levels, tip)
+        || is_shaded(&grey, tip)
+        || fades(&plant, stem.as_deref(), tip)
+        || is_topped(stem.as_deref(), tip, step);
     let contrast = colour.separation;
-    Some(Sighting { tip, apex, stem, contrast, shape, is_cut, is_veiled, ..Sighting::default() })
+    Some(Sighting { tip, apex, stem, contrast, shape, cut, is_veiled, ..Sighting::default() })
 }
 
 /// Samples to each side of a tip, and above it, in which there should be nothing bright, and the share of them that may
@@ -97,6 +101,44 @@ fn is_lit_above(grey: &Plane, levels: &Levels, tip: Pixel) -> bool {
         }
     }
     lit as f64 > ABOVE.1 * f64::from(all)
+}
+
+/// Samples to each side of a tip in which nothing should be darker than the background is elsewhere.
+const BESIDE: i64 = 8;
+
+/// The share of the samples of a crop that are as dark as its darkest folds, and the share of their brightness below
+/// which it is a shadow, and by how many grey values at least.
+const SHADOW: (f64, f32, f32) = (0.05, 0.6, 4.0);
+
+/// Whether it is darker about the tip than anywhere else in the crop: what is out of focus on the lens, a fly say, takes
+/// the light of background and plant alike, and the plant seems to end where it begins.
+fn is_shaded(grey: &Plane, tip: Pixel) -> bool {
+    const STRIDE: usize = 4;
+    let mut some: Vec<f32> = grey.values.iter().copied().step_by(STRIDE * STRIDE + 1).collect();
+    let rank = (SHADOW.0 * some.len() as f64) as usize;
+    let (x, y) = grey.place(tip);
+    let mean = |x: i64, y: i64| {
+        let column = x as usize - 1;
+        let rows = y as usize - 1..=y as usize + 1;
+        rows.flat_map(|row| &grey.row(row)[column..column + 3]).sum::<f32>() / 9.0
+    };
+    let within =
+        |at: f64, most: usize| (at as i64 - BESIDE).max(1)..(at as i64 + BESIDE + 1).min(most as i64 - 1);
+    let darkest = within(y, grey.height)
+        .step_by(2)
+        .flat_map(|y| within(x, grey.width).step_by(2).map(move |x| (x, y)))
+        .map(|(x, y)| mean(x, y))
+        .fold(f32::MAX, f32::min);
+    let folds = *some.select_nth_unstable_by(rank, f32::total_cmp).1;
+    darkest < SHADOW.1 * folds && folds - darkest > SHADOW.2
+}
+
+/// Samples by which a stem may rise above the tip.
+const RISES: usize = 4;
+
+/// Whether the stem goes on above what is taken for the tip: mist has taken the contrast of what lies between.
+fn is_topped(stem: Option<&[Pixel]>, tip: Pixel, step: usize) -> bool {
+    stem.is_some_and(|stem| stem.iter().any(|at| tip.y - at.y > (RISES * step) as f64))
 }
 
 /// Samples before the end of a stem that are as bright as the rest, but for the last, and the share of brightness that
