@@ -5,24 +5,36 @@ use std::fs;
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 fn run(folder: &Path, controller: &str) -> Output {
     let alert =
         "[[alert]]\ndriver = \"command\"\ncommand = [\"sh\", \"-c\", \"echo \\\"$2\\\" >> told\", \"sh\"]\n";
     fs::write(folder.join("rig.toml"), format!("{alert}[greenhouse]\n")).unwrap();
     let socket = UnixDatagram::bind(folder.join("socket")).unwrap();
-    socket.set_read_timeout(Some(std::time::Duration::from_millis(10))).unwrap();
+    socket.set_read_timeout(Some(std::time::Duration::from_millis(200))).unwrap();
+    let is_over = Arc::new(AtomicBool::new(false));
+    let ended = Arc::clone(&is_over);
+    // While it runs, as systemd does: a socket holds ten messages that nobody reads, and then whoever writes waits.
+    let listener = std::thread::spawn(move || {
+        let (mut said, mut bytes) = (String::new(), [0; 4096]);
+        loop {
+            match socket.recv(&mut bytes) {
+                Ok(count) => said += std::str::from_utf8(&bytes[..count]).unwrap(),
+                Err(_) if ended.load(Ordering::SeqCst) => return said,
+                Err(_) => {}
+            }
+        }
+    });
     let output = Command::new(env!("CARGO_BIN_EXE_tropism"))
         .current_dir(folder)
         .env("NOTIFY_SOCKET", folder.join("socket"))
         .args(["run", "--rig", "rig.toml", "--controller", controller, "--out", "bean", "--steps", "5"])
         .output()
         .unwrap();
-    let mut said = String::new();
-    let mut bytes = [0; 4096];
-    while let Ok(count) = socket.recv(&mut bytes) {
-        said += std::str::from_utf8(&bytes[..count]).unwrap();
-    }
+    is_over.store(true, Ordering::SeqCst);
+    let said = listener.join().unwrap();
     fs::write(folder.join("said"), said).unwrap();
     output
 }
