@@ -41,7 +41,7 @@ pub use lit::lit;
 use backdrop::Backdrop;
 use follow::{Follow, Glimpse};
 use hold::{Gap, Hold, HoldConfig};
-use pixels::{Pixels, desaturated, whole};
+use pixels::{Near, Pixels, desaturated, whole};
 use segment::{Levels, Plane};
 use shape::Shape;
 use stem::StemConfig;
@@ -264,7 +264,13 @@ pub fn look_from(image: &impl Pixels, base: Option<Pixel>, config: &VisionConfig
         };
     }
     let step = config.step(width);
-    let plane = desaturated(image, crop, config.sigma * step as f64, step);
+    let sigma = config.sigma * step as f64;
+    // At the picture's own resolution tip and stem need the same pixels.
+    let near = (step == 1).then(|| Near::of(image, crop, sigma));
+    let plane = match &near {
+        Some(near) => near.desaturated(sigma, step),
+        None => desaturated(image, crop, sigma, step),
+    };
     let levels = Levels::of(&plane, config.bright_samples);
     let contrast = levels.contrast();
     if contrast <= config.contrast {
@@ -272,9 +278,9 @@ pub fn look_from(image: &impl Pixels, base: Option<Pixel>, config: &VisionConfig
     }
     let tip = tip::highest(&plane, levels.threshold(config.threshold))?;
     let medians = || {
-        let mut stem = stem::medians(&image.part(crop), whole((crop.width, crop.height)), &config.gates);
-        stem.iter_mut().for_each(|at| *at = Pixel::new(at.x + crop.x as f64, at.y + crop.y as f64));
-        stem
+        let Near { part, crop, origin } = near.unwrap_or_else(|| Near::of(image, crop, 0.0));
+        let stem = stem::medians(&part, crop, &config.gates).into_iter();
+        stem.map(|at| Pixel::new(at.x + origin.x, at.y + origin.y)).collect::<Vec<_>>()
     };
     let stem = config.stem.then(medians).filter(|stem| stem.len() > 1);
     Some(Sighting { tip, stem, contrast, ..Sighting::default() })

@@ -40,6 +40,9 @@ impl Bounds {
     }
 }
 
+/// Samples that are passed over at a time where none is plant.
+const CHUNK: usize = 64;
+
 /// How surely a sample is plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Belief {
@@ -65,7 +68,12 @@ impl Parts {
             let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
             rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
         };
-        for seed in 0..plane.len() {
+        // Most of a picture is background: passed over many samples at a time.
+        let is_plant =
+            |chunk: &[Belief]| chunk.iter().fold(false, |any, &belief| any | (belief != Belief::No));
+        let chunks = plane.chunks(CHUNK).enumerate().filter(|(_, chunk)| is_plant(chunk));
+        let seeds = chunks.flat_map(|(at, chunk)| CHUNK * at..CHUNK * at + chunk.len());
+        for seed in seeds {
             if labels[seed] != 0 || plane[seed] == Belief::No {
                 continue;
             }

@@ -4,7 +4,7 @@
 
 use std::borrow::Cow;
 
-use crate::geometry::Region;
+use crate::geometry::{Pixel, Region};
 use crate::photo::jpeg::Jpeg;
 use crate::photo::{Image, Picture};
 use crate::vision::segment::{self, LUMA, Plane};
@@ -82,22 +82,36 @@ pub fn desaturated(picture: &impl Pixels, crop: Region, sigma: f64, step: usize)
             let rest = (sigma * sigma - square).sqrt() / step as f64;
             segment::smooth(Plane { width, height, values, origin, step }, rest)
         }
-        _ => {
-            // What the filter weighs beyond the crop.
-            let margin = (3.0 * sigma).ceil() as usize;
-            let (width, height) = picture.size();
-            let (x, y) = (crop.x.saturating_sub(margin), crop.y.saturating_sub(margin));
-            let reach = |from: usize, length: usize, most: usize| (from + length + margin).min(most);
-            let around = Region {
-                x,
-                y,
-                width: reach(crop.x, crop.width, width) - x,
-                height: reach(crop.y, crop.height, height) - y,
-            };
-            let within = Region { x: crop.x - x, y: crop.y - y, ..crop };
-            let plane = segment::sample(&picture.part(around), within, LUMA, sigma, step);
-            Plane { origin: (plane.origin.0 + x as f64, plane.origin.1 + y as f64), ..plane }
-        }
+        _ => Near::of(picture, crop, sigma).desaturated(sigma, step),
+    }
+}
+
+/// The pixels of a crop and those around it that a filter weighs.
+pub(super) struct Near<'a> {
+    pub(super) part: Cow<'a, Image>,
+    /// The crop within the part.
+    pub(super) crop: Region,
+    /// Where in the picture the part begins.
+    pub(super) origin: Pixel,
+}
+
+impl<'a> Near<'a> {
+    /// Those of a filter of deviation `sigma` pixels.
+    pub(super) fn of(picture: &'a impl Pixels, crop: Region, sigma: f64) -> Self {
+        let margin = (3.0 * sigma).ceil() as usize;
+        let (width, height) = picture.size();
+        let (x, y) = (crop.x.saturating_sub(margin), crop.y.saturating_sub(margin));
+        let reach = |from: usize, length: usize, most: usize| (from + length + margin).min(most);
+        let (right, bottom) = (reach(crop.x, crop.width, width), reach(crop.y, crop.height, height));
+        let part = picture.part(Region { x, y, width: right - x, height: bottom - y });
+        let crop = Region { x: crop.x - x, y: crop.y - y, ..crop };
+        Self { part, crop, origin: Pixel::new(x as f64, y as f64) }
+    }
+
+    /// [`segment::sample`] of the crop in grey.
+    pub(super) fn desaturated(&self, sigma: f64, step: usize) -> Plane {
+        let plane = segment::sample(&self.part, self.crop, LUMA, sigma, step);
+        Plane { origin: (plane.origin.0 + self.origin.x, plane.origin.1 + self.origin.y), ..plane }
     }
 }
 

@@ -123,40 +123,46 @@ pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step:
     let height = (crop.height - 1 - down) / step + 1;
     let line = |j: usize| crop.y + down + j * step;
 
-    // Every row that a sample needs, weighed, from `radius` columns left of the crop to as many right of it.
+    // The rows that a sample needs, weighed, from `radius` columns left of the crop to as many right of it; row y stands
+    // where it drives out the one that is no longer needed.
     let (top, bottom) = (line(0).saturating_sub(radius), (line(height - 1) + radius).min(image.height - 1));
     let (left, right) = (crop.x.saturating_sub(radius), (crop.x + crop.width + radius).min(image.width));
     let lead = left + radius - crop.x;
     let padded = crop.width + 2 * radius;
-    let mut weighed = vec![0.0; padded * (bottom - top + 1)];
-    for (y, row) in (top..).zip(weighed.chunks_exact_mut(padded)) {
+    let tables: [[f32; 256]; 3] =
+        channels.map(|weight| std::array::from_fn(|level| weight * f32::from(level as u8)));
+    let weigh = |y: usize, row: &mut [f32]| {
         let start = 3 * y * image.width;
         let rgb = &image.rgb[start + 3 * left..start + 3 * right];
         for (value, pixel) in row[lead..].iter_mut().zip(rgb.chunks_exact(3)) {
-            *value = channels[0] * f32::from(pixel[0])
-                + channels[1] * f32::from(pixel[1])
-                + channels[2] * f32::from(pixel[2]);
+            let level = |channel: usize| tables[channel][usize::from(pixel[channel])];
+            *value = level(0) + level(1) + level(2);
         }
         let end = lead + right - left;
         let (first, last) = (row[lead], row[end - 1]);
         row[..lead].fill(first);
         row[end..].fill(last);
-    }
+    };
+    let mut weighed = vec![0.0; padded * weights.len()];
+    let mut next = top;
 
     // Down the columns first, where neighbours lie side by side in memory, then along the one row that is left.
     let mut values = vec![0.0; width * height];
     let mut smooth = vec![0.0; padded];
     for (j, out) in values.chunks_exact_mut(width).enumerate() {
-        smooth.fill(0.0);
-        for (k, weight) in weights.iter().enumerate() {
-            let y = (line(j) + k).saturating_sub(radius).clamp(top, bottom);
-            let row = &weighed[(y - top) * padded..][..padded];
-            smooth.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+        let place = |y: usize| y % weights.len() * padded;
+        next = next.max(line(j).saturating_sub(radius));
+        while next <= (line(j) + radius).min(bottom) {
+            weigh(next, &mut weighed[place(next)..][..padded]);
+            next += 1;
         }
+        let row = |k: usize| {
+            let y = (line(j) + k).saturating_sub(radius).clamp(top, bottom);
+            &weighed[place(y)..][..padded]
+        };
+        mix(&mut smooth, row, &weights);
         if step == 1 {
-            for (k, weight) in weights.iter().enumerate() {
-                out.iter_mut().zip(&smooth[k..]).for_each(|(sum, value)| *sum += weight * value);
-            }
+            mix(out, |k| &smooth[k..k + width], &weights);
         } else {
             for (i, sum) in out.iter_mut().enumerate() {
                 let from = &smooth[across + i * step..][..weights.len()];
@@ -177,19 +183,29 @@ pub fn smooth(plane: Plane, sigma: f64) -> Plane {
     let mut line = vec![0.0; width + 2 * radius];
     for (y, out) in values.chunks_exact_mut(width).enumerate() {
         let middle = &mut line[radius..radius + width];
-        middle.fill(0.0);
-        for (k, weight) in weights.iter().enumerate() {
-            let row = plane.row((y + k).saturating_sub(radius).min(height - 1));
-            middle.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
-        }
+        mix(middle, |k| plane.row((y + k).saturating_sub(radius).min(height - 1)), &weights);
         let (first, last) = (middle[0], middle[width - 1]);
         line[..radius].fill(first);
         line[radius + width..].fill(last);
-        for (k, weight) in weights.iter().enumerate() {
-            out.iter_mut().zip(&line[k..]).for_each(|(sum, value)| *sum += weight * value);
-        }
+        mix(out, |k| &line[k..k + width], &weights);
     }
     Plane { values, ..plane }
+}
+
+/// Writes the weighed sum of rows, row `k` by weight `k`, added up in this order.
+fn mix<'a>(out: &mut [f32], row: impl Fn(usize) -> &'a [f32], weights: &[f32]) {
+    // The filter of mode `robust` is five wide: one pass over rows instead of five.
+    if let Ok([a, b, c, d, e]) = <[f32; 5]>::try_from(weights) {
+        let [one, two, three, four, five] = std::array::from_fn(|k| &row(k)[..out.len()]);
+        for (i, sum) in out.iter_mut().enumerate() {
+            *sum = a * one[i] + b * two[i] + c * three[i] + d * four[i] + e * five[i];
+        }
+        return;
+    }
+    out.fill(0.0);
+    for (k, weight) in weights.iter().enumerate() {
+        out.iter_mut().zip(row(k)).for_each(|(sum, value)| *sum += weight * value);
+    }
 }
 
 /// How bright background and plant are in one crop, in grey values of 0 to 255.
@@ -210,11 +226,21 @@ impl Levels {
     #[must_use]
     pub fn of(plane: &Plane, count: usize) -> Self {
         const BINS_PER_GREY: f32 = 8.0;
-        let mut histogram = vec![0_usize; 256 * BINS_PER_GREY as usize];
-        let last = histogram.len() - 1;
-        for value in &plane.values {
-            histogram[((value * BINS_PER_GREY) as i32).clamp(0, last as i32) as usize] += 1;
+        const BINS: usize = 256 * BINS_PER_GREY as usize;
+        const LAST: f32 = (BINS - 1) as f32;
+        // To the nearest bin: at this size a number's last bit is worth one.
+        let bin =
+            |value: f32| ((value * BINS_PER_GREY).clamp(0.0, LAST) + 8_388_608.0).to_bits() % BINS as u32;
+        // Neighbours are alike: counted in one place, each would wait for the one before.
+        let mut counts = vec![[0_u32; 4]; BINS];
+        let (chunks, rest) = plane.values.as_chunks::<16>();
+        for values in chunks {
+            let bins = values.map(bin);
+            bins.iter().enumerate().for_each(|(at, &bin)| counts[bin as usize][at % 4] += 1);
         }
+        rest.iter().for_each(|&value| counts[bin(value) as usize][0] += 1);
+        let histogram: Vec<usize> = counts.iter().map(|lanes| lanes.iter().sum::<u32>() as usize).collect();
+        let last = BINS - 1;
         let quantile = |rank: usize| {
             let mut below = 0;
             let is_reached = |count: &usize| {
@@ -222,7 +248,7 @@ impl Levels {
                 below > rank
             };
             let bin = histogram.iter().position(is_reached).unwrap_or(last);
-            (bin as f32 + 0.5) / BINS_PER_GREY
+            bin as f32 / BINS_PER_GREY
         };
         let pixels = plane.values.len();
         let background = quantile(pixels / 2);

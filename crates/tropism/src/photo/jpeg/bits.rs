@@ -9,6 +9,9 @@ use super::Frequency;
 const LOOK: u32 = 11;
 
 /// The bits of a scan, from the first to its last marker.
+///
+/// A value that is copied in and out of what is seldom called, so that it stays in registers.
+#[derive(Clone, Copy)]
 pub(super) struct Bits<'a> {
     bytes: &'a [u8],
     /// The next byte.
@@ -31,13 +34,12 @@ impl<'a> Bits<'a> {
         self.at
     }
 
-    /// Takes in bits until there are at least 56, or those that were needed are missing.
-    #[inline]
+    /// Takes in bits until there are more than 56.
+    #[inline(always)]
     fn refill(&mut self) {
         if let Some(chunk) = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<8>()) {
             let word = u64::from_be_bytes(*chunk);
-            let inverse = !word;
-            let has_ff = inverse.wrapping_sub(0x0101_0101_0101_0101) & word & 0x8080_8080_8080_8080 != 0;
+            let has_ff = (!word).wrapping_sub(0x0101_0101_0101_0101) & word & 0x8080_8080_8080_8080 != 0;
             if !has_ff {
                 self.window |= word >> self.left;
                 let taken = (63 - self.left) / 8;
@@ -46,12 +48,13 @@ impl<'a> Bits<'a> {
                 return;
             }
         }
-        self.refill_by_bytes();
+        *self = self.refilled_by_bytes();
     }
 
     /// The same where a byte may be stuffed, or where a marker ends the scan: zeros stand for what is missing.
     #[cold]
-    fn refill_by_bytes(&mut self) {
+    #[inline(never)]
+    fn refilled_by_bytes(mut self) -> Self {
         while self.left <= 56 {
             let byte = match self.bytes.get(self.at..) {
                 Some([0xff, 0, ..]) => {
@@ -70,21 +73,22 @@ impl<'a> Bits<'a> {
             self.window |= u64::from(byte) << (56 - self.left);
             self.left += 8;
         }
+        self
     }
 
-    #[inline]
+    #[inline(always)]
     const fn peek(&self, count: u32) -> usize {
         (self.window >> (64 - count)) as usize
     }
 
-    #[inline]
+    #[inline(always)]
     const fn drop(&mut self, count: u32) {
         self.window <<= count;
         self.left -= count;
     }
 
     /// The value of `size` bits, 1 to 15, the upper half of which is positive (T.81, F.2.2.1).
-    #[inline]
+    #[inline(always)]
     fn value(&mut self, size: u32) -> i32 {
         let bits = self.peek(size) as i32;
         self.drop(size);
@@ -92,7 +96,7 @@ impl<'a> Bits<'a> {
     }
 
     /// The difference of a block's mean to the one before; `None` where there is no code.
-    #[inline]
+    #[inline(always)]
     pub(super) fn dc(&mut self, table: &DcTable) -> Option<i32> {
         if self.left < 32 {
             self.refill();
@@ -104,55 +108,58 @@ impl<'a> Bits<'a> {
         Some(if symbol == 0 { 0 } else { self.value(symbol) })
     }
 
-    /// The frequencies of a block but for the mean; `None` where there is no code or one too many.
-    #[inline]
-    pub(super) fn ac<const KEEP: bool>(&mut self, table: &AcTable, out: &mut Vec<Frequency>) -> Option<()> {
-        let mut place = 1;
+    /// Writes down the frequencies of a block but for the mean, and how many they are; `None` where there is no code or one
+    /// too many.
+    #[inline(always)]
+    pub(super) fn ac<const KEEP: bool>(
+        &mut self,
+        table: &AcTable,
+        room: &mut [Frequency; 64],
+    ) -> Option<usize> {
+        let (mut place, mut count) = (1, 0);
         while place < 64 {
             if self.left < 32 {
                 self.refill();
             }
             let entry = table.look[self.peek(LOOK)];
-            let value = (entry as i32) >> 16;
+            let mut value = (entry as i32) >> 16;
             if value != 0 {
                 place += (entry >> 8 & 15) as usize;
                 self.drop(entry & 0xff);
-                if place > 63 {
-                    return None;
-                }
-                if KEEP {
-                    out.push(Frequency::new(place, value as i16));
-                }
-                place += 1;
-                continue;
-            }
-            let (length, symbol) =
-                if entry & 0xff != 0 { (entry & 0xff, entry >> 8) } else { table.codes.find(self.window)? };
-            self.drop(length);
-            let (run, size) = ((symbol >> 4) as usize, symbol & 15);
-            match (run, size) {
-                (0, 0) => return Some(()),
-                (15, 0) => place += 16,
-                (_, 1..=10) => {
-                    place += run;
-                    let value = self.value(size);
-                    if place > 63 {
-                        return None;
+            } else {
+                let is_short = entry & 0xff != 0;
+                let (length, symbol) =
+                    if is_short { (entry & 0xff, entry >> 8) } else { table.codes.find(self.window)? };
+                self.drop(length);
+                let (run, size) = ((symbol >> 4) as usize, symbol & 15);
+                match (run, size) {
+                    (0, 0) => return Some(count),
+                    (15, 0) => {
+                        place += 16;
+                        continue;
                     }
-                    if KEEP {
-                        out.push(Frequency::new(place, value as i16));
+                    (_, 1..=10) => {
+                        place += run;
+                        value = self.value(size);
                     }
-                    place += 1;
+                    _ => return None,
                 }
-                _ => return None,
             }
+            if place > 63 {
+                return None;
+            }
+            if KEEP {
+                room[count % 64] = Frequency::new(place, value as i16);
+            }
+            count += 1;
+            place += 1;
         }
-        (place == 64).then_some(())
+        (place == 64).then_some(count)
     }
 
     /// Reads the marker that comes next, once fewer bits than a byte are left before it.
     pub(super) fn marker(&mut self, kind: u8) -> Option<()> {
-        self.refill_by_bytes();
+        *self = self.refilled_by_bytes();
         let is_next = self.bytes.get(self.at..self.at + 2) == Some(&[0xff, kind]);
         let is_spent = self.left >= self.made_up && self.left - self.made_up < 8;
         *self = Self::new(self.bytes, self.at + 2);

@@ -16,6 +16,8 @@ mod part;
 mod shrunk;
 mod transform;
 
+use std::cell::RefCell;
+
 use bits::{AcTable, Bits, DcTable};
 
 use super::MAX_PIXELS;
@@ -39,7 +41,7 @@ pub struct Jpeg {
     pub height: usize,
     /// Brightness, and blueness and redness where the picture has colour.
     planes: Vec<Plane>,
-    /// Those of all blocks, in the order of the file.
+    /// Those of all blocks, in the order of the file, and then some of no meaning.
     frequencies: Vec<Frequency>,
 }
 
@@ -81,6 +83,24 @@ impl Frequency {
 
     const fn value(self) -> i32 {
         (self.0 as i32) >> 16
+    }
+}
+
+thread_local! {
+    /// Room for the frequencies of the next file: megabytes that the system would otherwise hand out anew, page by page and
+    /// filled with zeros, for every photograph.
+    static ROOM: RefCell<Vec<Frequency>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Frequencies that room is kept for at most, between two files.
+const MOST_KEPT: usize = 4 << 20;
+
+impl Drop for Jpeg {
+    fn drop(&mut self) {
+        if self.frequencies.len() <= MOST_KEPT {
+            // A thread that is ending keeps nothing.
+            let _ = ROOM.try_with(|room| room.replace(std::mem::take(&mut self.frequencies)));
+        }
     }
 }
 
@@ -216,8 +236,8 @@ impl Header {
         let (across, down) = self.units();
         let (columns, rows) = self.sampling;
         let mut bits = Bits::new(bytes, self.codes);
-        // A code and its value take at least two bits, and about six in most photographs.
-        let mut frequencies = Vec::with_capacity(if KEEP { bytes.len() + bytes.len() / 3 } else { 64 });
+        let mut frequencies = if KEEP { ROOM.take() } else { Vec::new() };
+        let mut first = 0;
         let mut blocks: Vec<Vec<Block>> = (0..self.parts.len())
             .map(|index| vec![Block::default(); across * down * if index == 0 { columns * rows } else { 1 }])
             .collect();
@@ -240,17 +260,17 @@ impl Header {
                 let (columns, rows) = if index == 0 { (columns, rows) } else { (1, 1) };
                 for row in 0..rows {
                     for column in 0..columns {
-                        let first = frequencies.len();
                         means[index] += bits.dc(&part.dc)?;
-                        bits.ac::<KEEP>(&part.ac, &mut frequencies)?;
+                        if frequencies.len() < first + 64 {
+                            frequencies.resize(2 * (first + 64), Frequency::default());
+                        }
+                        let count = bits.ac::<KEEP>(&part.ac, frequencies[first..].first_chunk_mut()?)?;
                         if means[index].abs() > most[index] {
                             return None;
                         }
-                        blocks[index][(y * rows + row) * across * columns + x * columns + column] = Block {
-                            first: first as u32,
-                            count: (frequencies.len() - first) as u16,
-                            mean: means[index] as i16,
-                        };
+                        blocks[index][(y * rows + row) * across * columns + x * columns + column] =
+                            Block { first: first as u32, count: count as u16, mean: means[index] as i16 };
+                        first += if KEEP { count } else { 0 };
                     }
                 }
             }

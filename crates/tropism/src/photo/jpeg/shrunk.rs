@@ -33,8 +33,12 @@ impl Jpeg {
     #[must_use]
     pub fn shrunk_grey(&self, region: Region, factor: usize) -> Vec<f32> {
         let means = self.means(&self.planes[0], region, factor);
-        let rows = (0..region.height / factor).flat_map(|row| means.row(region, factor, row));
-        rows.map(|value| value.clamp(0.0, 255.0)).collect()
+        let (width, height) = (region.width / factor, region.height / factor);
+        let mut values = Vec::with_capacity(width * height);
+        for row in 0..height {
+            values.extend(means.row(region, factor, row).iter().map(|value| value.clamp(0.0, 255.0)));
+        }
+        values
     }
 
     /// The region at one `factor`-th of its size; squares that are not whole are left off.
