@@ -1,4 +1,4 @@
-//! How long vision takes over one photograph after decoding, and the decoding beside it.
+//! How long vision takes over one photograph, from its file and from its pixels, and the decoding beside it.
 //!
 //! The photographs are drawn: a leaning stem three tenths of a cm wide before dark cloth with folds, 30 cm tall, at the
 //! paper's camera's full size and at a quarter of it, cropped to the extents of growth.
@@ -7,6 +7,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use tropism::geometry::{Pixel, Region};
+use tropism::photo::jpeg::Jpeg;
 use tropism::photo::{Image, Photo};
 use tropism::vision::{Mode, VisionConfig, lit, look_from};
 
@@ -37,6 +38,8 @@ fn bench(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("{width} columns"));
         group.sample_size(20);
         group.bench_function("decode", |bencher| bencher.iter(|| black_box(&photo).decode()));
+        group.bench_function("open", |bencher| bencher.iter(|| black_box(&photo).open()));
+        group.bench_function("codes alone", |bencher| bencher.iter(|| Jpeg::floor(black_box(&photo.bytes))));
         for (name, mode, stem) in [
             ("paper, tip", Mode::Paper, false),
             ("paper, tip and stem", Mode::Paper, true),
@@ -47,6 +50,9 @@ fn bench(criterion: &mut Criterion) {
             assert!(look_from(&image, Some(base), &config).is_some(), "{name}");
             group.bench_function(name, |bencher| {
                 bencher.iter(|| look_from(black_box(&image), Some(base), &config));
+            });
+            group.bench_function(format!("{name}, from the file"), |bencher| {
+                bencher.iter(|| look_from(&black_box(&photo).open().unwrap(), Some(base), &config));
             });
         }
         group.bench_function("lit lamp", |bencher| bencher.iter(|| lit(black_box(&image), None)));
