@@ -21,7 +21,7 @@ use tropism::greenhouse::tent::Greenhouse;
 use tropism::light::{self, Light};
 use tropism::math;
 use tropism::observation::{Observation, Quality};
-use tropism::photo::{Image, Photo};
+use tropism::photo::{Image, Photo, Picture};
 use tropism::random::{self, Purpose};
 use tropism::vision::motion::{Glance, smooth};
 use tropism::vision::{
@@ -565,6 +565,80 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
                 let top = truth(&plant.pose(), renderer.frame()).top;
                 let tip = seen.observation.unwrap().tip;
                 assert!(tip.distance(top) < 0.15, "{first:?}, {frame}: {tip:?}, {top:?}");
+            }
+        }
+    }
+}
+
+/// Both ways to have a picture: opened, and decoded whole.
+fn both(photo: &Photo) -> (Picture, Image) {
+    let picture = photo.open().unwrap();
+    assert!(matches!(picture, Picture::Jpeg(_)), "{} is decoded whole", photo.name);
+    (picture, photo.decode().unwrap())
+}
+
+/// A photograph of a virtual plant that has grown for so many hours, and how it is to be seen.
+fn virtual_photo(width: u32, seed: u64, hours: f64) -> (Photo, Greenhouse) {
+    let scene = Scene { width, height: width * 3 / 4, ..Scene::default() };
+    let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
+    bean.advance([0.0, 1.0], 3_600.0 * hours);
+    let bytes = Renderer::new(&scene, seed).photograph(&bean.pose(), Some(Light::Right), true, 0);
+    (
+        Photo { name: format!("virtual {seed}"), bytes, time_s: 0.0 },
+        Greenhouse { scene, ..Greenhouse::default() },
+    )
+}
+
+#[test]
+fn what_is_decoded_where_it_is_looked_at_is_seen_the_same() {
+    for mode in MODES {
+        for seed in 0..4 {
+            let (photo, greenhouse) = virtual_photo(648, seed, 12.0 * (seed + 1) as f64);
+            let (picture, image) = both(&photo);
+            let config = VisionConfig { mode, crop: Some(greenhouse.crop()), ..VisionConfig::default() };
+            let mut eye = Eye::new(greenhouse.calibration(), config).unwrap();
+            let seen = eye.judge(Ok(&picture));
+            assert!(seen.is_ok() && seen == eye.judge(Ok(&image)), "{mode:?}, {seed}");
+            // A camera that stands still is found to, whichever way it is looked at.
+            eye.refer(&picture);
+            assert_eq!(seen, eye.judge(Ok(&image)), "{mode:?}, {seed}");
+            assert_eq!(lit(&picture, None), lit(&image, None));
+        }
+    }
+    for (folder, every) in [("flora-robotica", 6), ("sunflower-timelapse", 12)] {
+        let Some(folder) = real(folder) else { return };
+        let mut paths: Vec<PathBuf> =
+            std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        paths.retain(|path| path.extension().is_some_and(|extension| extension == "jpg"));
+        paths.sort();
+        for path in paths.iter().step_by(every) {
+            let name = path.display().to_string();
+            let (picture, image) =
+                both(&Photo { name: name.clone(), bytes: std::fs::read(path).unwrap(), time_s: 0.0 });
+            assert_eq!(picture.clone().into_image(), image, "{name}");
+            assert_eq!(lit(&picture, None), lit(&image, None), "{name}");
+            for mode in MODES {
+                assert_eq!(look(&picture, &bean(mode)), look(&image, &bean(mode)), "{name}, {mode:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_quarter_of_a_picture_shows_what_all_of_it_does() {
+    for seed in 0..2 {
+        let (photo, greenhouse) = virtual_photo(2592, seed, 16.0 * (seed + 1) as f64);
+        let (picture, image) = both(&photo);
+        for mode in MODES {
+            let config = VisionConfig { mode, crop: Some(greenhouse.crop()), ..VisionConfig::default() };
+            let eye = Eye::new(greenhouse.calibration(), config).unwrap();
+            let (one, other) = (eye.judge(Ok(&picture)).unwrap(), eye.judge(Ok(&image)).unwrap());
+            // A sample is four pixels; only the paper's tip is no finer than that.
+            let near = |a: Pixel, b: Pixel| a.distance(b) < if mode == Mode::Paper { 4.1 } else { 0.4 };
+            assert!(near(one.tip, other.tip), "{mode:?}, {seed}: {:?} {:?}", one.tip, other.tip);
+            if mode == Mode::Robust {
+                let (one, other) = (one.apex.unwrap(), other.apex.unwrap());
+                assert!(near(one, other), "{seed}: {one:?} {other:?}");
             }
         }
     }
