@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use tempfile::TempDir;
+use tropism::observation::Quality;
 use tropism::photo::Image;
 use tropism::track::Track;
 
@@ -136,6 +137,35 @@ fn a_track_taken_up_again_is_the_same() {
         code == 1 && error.contains("one.frames.jsonl: found photographs that were judged with other"),
         "{error}"
     );
+}
+
+#[test]
+fn hindsight_fills_gaps_and_measures_nothing() {
+    let folder = folder();
+    let path = folder.path().join("photos/cam_20240501_122000.jpg");
+    fs::write(path, dark().to_jpeg(90).unwrap()).unwrap();
+    succeeds(&folder, ONE);
+    let track = track(&folder, "one.csv");
+    let column = |name: &str| track.numbers(name).unwrap_or_else(|| panic!("no column {name}"));
+    let (smooth, unsure) = (column("smooth_y_cm"), column("smooth_sd_cm"));
+    // The stem grows by a pixel a step: the held tip stays behind, the smoothed one does not.
+    let held = &track.samples[4];
+    assert_eq!(held.quality, Quality::Held);
+    let between = 0.5 * (track.samples[3].tip.y + track.samples[5].tip.y);
+    assert!((held.tip.y - between).abs() > 0.15 && (smooth[4] - between).abs() < 0.06, "{smooth:?}");
+    assert!(unsure[4] > unsure[3], "{unsure:?}");
+    let measured = track.samples.iter().filter(|sample| sample.quality == Quality::Measured).count();
+    assert_eq!((measured, json(&folder, "one.json")["measured"].as_u64()), (11, Some(11)));
+    assert!(track.samples.iter().zip(&smooth).all(|(sample, y)| (sample.tip.y - y).abs() < 0.25));
+}
+
+#[test]
+fn a_region_that_is_too_small_is_named() {
+    let folder = folder();
+    let words = succeeds(&folder, &ONE.replace("60,5,55,75", "60,42,55,38"));
+    assert!(words.contains("reaches out of its region (top "), "{words}");
+    let edges = &json(&folder, "one.json")["leaves_view_at"];
+    assert!(edges["top"].as_u64() > Some(0) && edges["left"].is_null(), "{edges}");
 }
 
 #[test]

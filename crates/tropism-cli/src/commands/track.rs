@@ -3,34 +3,33 @@
 mod drawing;
 mod guide;
 mod journal;
+mod outcome;
 mod plants;
 mod series;
 mod table;
+mod work;
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::experiment::files;
 use tropism::geometry::Region;
 use tropism::light::{self, Light};
-use tropism::photo::{Image, Photo, PhotoError, Picture};
-use tropism::vision::pixels::Pixels;
-use tropism::vision::{Calibration, Class, Eye, Mode, VisionConfig, lit};
+use tropism::photo::Image;
+use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit};
 
 use self::drawing::{Drawings, Drawn};
-use self::journal::{Journal, Judged, Looked};
+use self::journal::Journal;
+use self::outcome::Settings;
 use self::plants::{PAPER_WIDTH_CM, Plant, Scale};
 use self::series::{Series, Shot, TimeFrom};
-use self::table::{Counts, Table, words};
-use super::run::RunPlan;
+use self::table::Table;
+use self::work::Work;
 use crate::options::{parse_minutes, parse_pair, parse_region, parse_scale};
-use crate::shell::{Interrupted, Progress, Shell};
+use crate::shell::{Interrupted, Shell};
 
 /// Find the tip and the stem in photographs: ours, or anybody's folder of them
 ///
@@ -133,41 +132,6 @@ fn parse_mode(text: &str) -> Result<Mode, String> {
 /// Photographs that are decoded at a time, so that a folder of any size needs the same memory.
 const BATCH: usize = 32;
 
-/// Bad files that are named on the terminal; all are in the JSON file.
-const NAMED: usize = 5;
-
-/// All that decides what is made of the photographs.
-#[derive(Serialize)]
-struct Settings<'a> {
-    version: &'static str,
-    vision: VisionConfig,
-    plants: &'a [Plant],
-    time: TimeFrom,
-    period_min: Option<f64>,
-    light: String,
-}
-
-/// What stands in the JSON file beside a track, and with `--json` on stdout.
-#[derive(Serialize)]
-struct Outcome<'a> {
-    schema: &'static str,
-    track: PathBuf,
-    plant: Option<&'a str>,
-    is_virtual: bool,
-    #[serde(flatten)]
-    counts: &'a Counts,
-    time_from: TimeFrom,
-    period_min: f64,
-    missing_steps: u32,
-    calibration: Calibration,
-    calibration_is_assumed: bool,
-    /// The SHA-256 of the photographs' own, one after the other.
-    photographs_sha256: String,
-    problems: &'a BTreeMap<String, String>,
-    settings: &'a Settings<'a>,
-    settings_sha256: &'a str,
-}
-
 /// Whether the JSON file beside a track says that the plant is virtual.
 pub(crate) fn is_virtual(track: &Path) -> bool {
     #[derive(Deserialize)]
@@ -176,13 +140,6 @@ pub(crate) fn is_virtual(track: &Path) -> bool {
     }
     let text = files::read_text(&track.with_extension("json"));
     text.is_ok_and(|text| serde_json::from_str::<Sidecar>(&text).is_ok_and(|sidecar| sidecar.is_virtual))
-}
-
-/// A photograph by itself, and its picture where it is to be drawn.
-struct Look {
-    judged: Judged,
-    is_new: bool,
-    image: Option<Arc<Image>>,
 }
 
 impl Track {
@@ -227,10 +184,11 @@ impl Track {
             sha256: String::new(),
             problems: BTreeMap::new(),
         };
-        // What stands still in the first picture tells how far the camera has moved in later ones.
-        let first = series.shots.iter().find_map(|shot| files::read_photo(&shot.path, 0.0).ok()?.open().ok());
-        for eye in &mut work.eyes {
-            first.iter().for_each(|picture| eye.refer(picture));
+        // What stands still in the first pictures tells how far the camera has moved in later ones.
+        let readable =
+            series.shots.iter().filter_map(|shot| files::read_photo(&shot.path, 0.0).ok()?.open().ok());
+        for picture in readable.take(Eye::REFERS) {
+            work.eyes.iter_mut().for_each(|eye| eye.refer(&picture));
         }
         let progress = shell.progress("track", series.shots.len() as u64);
         for start in (0..series.shots.len()).step_by(BATCH) {
@@ -374,241 +332,4 @@ impl Track {
         };
         Ok(Some(shots.iter().map(of).collect::<Result<_>>()?))
     }
-
-    /// Writes the tracks and what stands beside them.
-    fn finish(
-        &self,
-        work: &Work<'_>,
-        settings: &Settings<'_>,
-        settings_sha256: &str,
-        shell: &Shell,
-    ) -> Result<()> {
-        let (series, problems) = (work.series, &work.problems);
-        let is_virtual = are_virtual(&series.shots);
-        let photographs_sha256 = files::sha256(work.sha256.as_bytes());
-        let mut outcomes = Vec::new();
-        let mut unseen = Vec::new();
-        for (plant, table) in work.plants.iter().zip(&work.tables) {
-            let outcome = Outcome {
-                schema: "tropism.track/1",
-                track: self.out(plant),
-                plant: plant.name.as_deref(),
-                is_virtual,
-                counts: &table.counts,
-                time_from: series.time_from,
-                period_min: series.period_min,
-                missing_steps: series.missing(),
-                calibration: plant.calibration,
-                calibration_is_assumed: self.assumes_scale(),
-                photographs_sha256: photographs_sha256.clone(),
-                problems,
-                settings,
-                settings_sha256,
-            };
-            let Some(track) = table.track() else {
-                let which = plant.name.as_ref().map_or_else(String::new, |name| format!("plant {name}: "));
-                unseen.push(format!(
-                    "{which}found no plant in any of {} photographs ({}), wanted one in the region of interest, with its \
-                     foot near --base",
-                    table.counts.frames,
-                    words(&table.counts.classes)
-                ));
-                continue;
-            };
-            files::write_track(&outcome.track, &track)?;
-            let json = serde_json::to_string_pretty(&outcome)? + "\n";
-            files::write(&outcome.track.with_extension("json"), json.as_bytes())?;
-            outcomes.push(outcome);
-        }
-        if outcomes.is_empty() {
-            work.journal.remove()?;
-        }
-        if let [first, ..] = outcomes.as_slice() {
-            let text = self.text(series, problems, &outcomes, first.counts);
-            match outcomes.as_slice() {
-                [only] => shell.result(&text, only)?,
-                several => shell.result(&text, &several)?,
-            }
-        }
-        ensure!(unseen.is_empty(), "{}", unseen.join("; "));
-        Ok(())
-    }
-
-    fn text(
-        &self,
-        series: &Series,
-        problems: &BTreeMap<String, String>,
-        outcomes: &[Outcome<'_>],
-        first: &Counts,
-    ) -> String {
-        let kind = if outcomes[0].is_virtual { " of a virtual plant" } else { "" };
-        let mut lines = vec![format!("{} photographs{kind}, {}", first.frames, series.words())];
-        lines.push(format!("lamp lit: {}", words(&first.lights)));
-        for (name, problem) in problems.iter().take(NAMED) {
-            lines.push(format!("{name}: {problem}"));
-        }
-        if problems.len() > NAMED {
-            lines.push(format!("and {} more bad files", problems.len() - NAMED));
-        }
-        for outcome in outcomes {
-            let which = outcome.plant.map_or_else(String::new, |name| format!("plant {name}: "));
-            let Counts { measured, held, before, classes, longest_gap, longest_gap_min, .. } = outcome.counts;
-            lines.push(format!(
-                "{which}{measured} measured, {held} held, {before} before the first sighting ({}); longest gap \
-                 {longest_gap} ({longest_gap_min:.0} min)",
-                words(classes),
-            ));
-            lines.push(format!("wrote {}", outcome.track.display()));
-        }
-        if let Some(place) = self.overlay.as_ref().or(self.sheet.as_ref()) {
-            lines.push(format!("look at {}: is the cross on the tip?", place.display()));
-        }
-        let tracks: Vec<String> =
-            outcomes.iter().map(|outcome| outcome.track.display().to_string()).collect();
-        lines.push(format!("next: tropism fit {} --out model.json", tracks.join(" ")));
-        lines.join("\n")
-    }
-}
-
-/// Whether photographs lie in a run folder that says that its plant is virtual.
-fn are_virtual(shots: &[Shot]) -> bool {
-    let mut folders: Vec<&Path> = shots.iter().filter_map(|shot| shot.path.parent()).collect();
-    folders.dedup();
-    folders
-        .iter()
-        .flat_map(|folder| [Some(*folder), folder.parent()])
-        .flatten()
-        .any(|folder| RunPlan::read(folder).is_ok_and(|run| run.is_virtual))
-}
-
-/// Photographs on their way into tables.
-struct Work<'a> {
-    series: &'a Series,
-    plants: &'a [Plant],
-    /// Where they are not read from the pictures.
-    lights: Option<Vec<Option<Light>>>,
-    eyes: Vec<Eye>,
-    tables: Vec<Table>,
-    journal: Journal,
-    drawings: Drawings,
-    /// Those of the photographs, one after the other.
-    sha256: String,
-    problems: BTreeMap<String, String>,
-}
-
-impl Work<'_> {
-    /// Reads and judges photographs side by side, and takes them in in order.
-    fn batch(&mut self, batch: Range<usize>, progress: &Progress) -> Result<()> {
-        let read = |shot: &Shot| {
-            let photo = files::read_photo(&shot.path, shot.time_s).map_err(|error| error.to_string());
-            let sha256 = photo.as_ref().map_or_else(|_| String::new(), |photo| files::sha256(&photo.bytes));
-            (photo, sha256)
-        };
-        let shots = &self.series.shots;
-        let photos: Vec<_> = shots[batch.clone()].par_iter().map(read).collect();
-        let mut known = Vec::with_capacity(batch.len());
-        for (shot, (_, sha256)) in shots[batch.clone()].iter().zip(&photos) {
-            known.push(self.journal.find(&shot.name, sha256)?);
-        }
-        let eyes = &self.eyes;
-        let drawings = &self.drawings;
-        let looks: Vec<Look> = batch
-            .clone()
-            .into_par_iter()
-            .zip(photos)
-            .zip(known)
-            .map(|((index, (photo, sha256)), known)| {
-                let name = &shots[index].name;
-                look(eyes, name, known, photo, sha256, drawings.needs(index, name))
-            })
-            .collect();
-        let new: Vec<Judged> =
-            looks.iter().filter(|look| look.is_new).map(|look| look.judged.clone()).collect();
-        if new.len() < looks.len() {
-            progress.skip((looks.len() - new.len()) as u64);
-        }
-        for (index, look) in batch.zip(&looks) {
-            self.settle(index, look)?;
-        }
-        // After the drawings, so that a photograph that is written down is drawn, too.
-        self.journal.add(&new)?;
-        progress.add(new.len() as u64);
-        let counts = &self.tables[0].counts;
-        progress.say(format!("{} measured, {} held", counts.measured, counts.held));
-        Ok(())
-    }
-
-    /// Takes in the next photograph.
-    fn settle(&mut self, index: usize, look: &Look) -> Result<()> {
-        let judged = &look.judged;
-        let shot = &self.series.shots[index];
-        let light = self.lights.as_ref().map_or(judged.light, |lights| lights[index]);
-        let is_repeated = !judged.sha256.is_empty() && self.sha256.ends_with(&judged.sha256);
-        let problem = if is_repeated {
-            Some("the same bytes as the photograph before".to_owned())
-        } else {
-            judged.problem.clone()
-        };
-        self.sha256 += &judged.sha256;
-        self.problems.extend(problem.map(|problem| (shot.name.clone(), problem)));
-        let mut seen = Vec::with_capacity(self.plants.len());
-        for ((eye, table), looked) in self.eyes.iter_mut().zip(&mut self.tables).zip(&judged.plants) {
-            let found = if is_repeated { Err(Class::Repeated) } else { looked.found() };
-            let one = eye.settle_at(found, shot.time_s);
-            table.add(shot, looked.sighting.as_ref(), one.clone(), light);
-            seen.push(one);
-        }
-        let Some(image) = &look.image else { return Ok(()) };
-        let drawn: Vec<Drawn<'_>> = self
-            .plants
-            .iter()
-            .zip(&judged.plants)
-            .zip(&seen)
-            .map(|((plant, looked), seen)| Drawn { plant, sighting: looked.sighting.as_ref(), seen })
-            .collect();
-        self.drawings.add(index, &shot.name, image, &drawn, light)
-    }
-}
-
-/// What a photograph shows by itself: as it is known, or judged now.
-fn look(
-    eyes: &[Eye],
-    name: &str,
-    known: Option<Judged>,
-    photo: Result<Photo, String>,
-    sha256: String,
-    is_drawn: bool,
-) -> Look {
-    let is_new = known.is_none();
-    let open = || photo.map(|photo| photo.open());
-    let (judged, picture) = match known {
-        Some(judged) => (judged, if is_drawn { open().ok().and_then(Result::ok) } else { None }),
-        None => judge(eyes, name, open(), sha256),
-    };
-    Look { judged, is_new, image: picture.filter(|_| is_drawn).map(|picture| Arc::new(picture.into_image())) }
-}
-
-fn judge(
-    eyes: &[Eye],
-    name: &str,
-    picture: Result<Result<Picture, PhotoError>, String>,
-    sha256: String,
-) -> (Judged, Option<Picture>) {
-    // A file that cannot be read is a damaged photograph, not the end of the batch.
-    let looked = |eye: &Eye| match &picture {
-        Ok(picture) => Looked::new(eye.judge(picture.as_ref())),
-        Err(_) => Looked::new(Err(Class::Corrupt)),
-    };
-    let plants: Vec<Looked> = eyes.iter().map(looked).collect();
-    let problem = match &picture {
-        Err(problem) => Some(problem.clone()),
-        Ok(Err(error)) => Some(error.to_string()),
-        Ok(Ok(picture)) => {
-            let (width, height) = picture.size();
-            eyes[0].calibration().fits(width, height).err().map(|error| error.to_string())
-        }
-    };
-    let picture = picture.ok().and_then(Result::ok);
-    let light = picture.as_ref().and_then(|picture| lit(picture, None));
-    (Judged { frame: name.to_owned(), sha256, light, problem, plants }, picture)
 }

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use tropism::geometry::{Pixel, Point};
 use tropism::light::{self, Light};
-use tropism::track::{Column, Sample, Track};
+use tropism::track::{Column, PERIOD_MIN, Sample, Track};
+use tropism::vision::motion::{Glance, Smoothed, smooth};
 use tropism::vision::{Calibration, Class, Seen, Sighting};
 
 use super::series::Shot;
@@ -13,17 +14,24 @@ use super::series::Shot;
 /// Vertices of a stem (section 4).
 const VERTICES: usize = 10;
 
+/// Photographs follow each other at least so many periods of five minutes apart.
+const SOONEST: f64 = 0.01;
+
 /// One photograph.
 struct Row {
     frame: String,
     sample: Sample,
     class: Class,
     confidence: f64,
+    /// What is found in it, whether or not it is believed.
+    glance: Glance,
     /// What was measured in it; `None` where the tip is held.
     measured: Option<Measured>,
 }
 
 struct Measured {
+    /// How far the camera's picture has moved, in pixels.
+    shift: Pixel,
     top: Pixel,
     apex: Option<Pixel>,
     /// From the base up.
@@ -50,11 +58,55 @@ pub(crate) struct Counts {
     /// Photographs before the first in which the plant is seen: there is nothing to hold, so they have no row.
     pub(crate) before: usize,
     pub(crate) classes: BTreeMap<&'static str, usize>,
+    /// Photographs in which the plant reaches an edge of its region, by edge.
+    pub(crate) leaves_view_at: BTreeMap<&'static str, usize>,
     /// The most photographs in a row without a measured tip.
     pub(crate) longest_gap: usize,
     /// The longest time from one measured tip to the next, or to an end of the series, with photographs between.
     pub(crate) longest_gap_min: f64,
     pub(crate) lights: BTreeMap<&'static str, usize>,
+    pub(crate) camera: Camera,
+}
+
+/// How far the camera was moved.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Camera {
+    /// Photographs in which what stands still is elsewhere than in the first; what is seen in them is corrected for that.
+    pub(crate) moved: usize,
+    /// The first of them.
+    pub(crate) first: Option<String>,
+    /// The farthest that it was moved, in pixels.
+    pub(crate) farthest_px: f64,
+    /// Photographs in which too little of what stands still is found again to say, nor to correct.
+    pub(crate) unknown: usize,
+}
+
+impl Camera {
+    fn add(&mut self, frame: &str, sighting: &Sighting) {
+        self.unknown += usize::from(sighting.is_lost);
+        let far = sighting.shift.distance(Pixel::default());
+        if far > 0.0 {
+            self.moved += 1;
+            self.first.get_or_insert_with(|| frame.to_owned());
+            self.farthest_px = self.farthest_px.max((far * 100.0).round() / 100.0);
+        }
+    }
+
+    /// A line about it, if there is anything to say.
+    pub(crate) fn words(&self, px_per_cm: f64) -> Option<String> {
+        let moved = self.first.as_ref().map(|first| {
+            format!(
+                "moved by up to {:.1} px ({:.1} mm) in {} photographs, first in {first}: corrected",
+                self.farthest_px,
+                10.0 * self.farthest_px / px_per_cm,
+                self.moved
+            )
+        });
+        let unknown = (self.unknown > 0)
+            .then(|| format!("background not found again in {} photographs: not corrected", self.unknown));
+        let words: Vec<String> = moved.into_iter().chain(unknown).collect();
+        (!words.is_empty()).then(|| format!("camera {}", words.join("; ")))
+    }
 }
 
 impl Table {
@@ -78,6 +130,10 @@ impl Table {
             self.gap += 1;
             counts.longest_gap = counts.longest_gap.max(self.gap);
         }
+        sighting.iter().for_each(|sighting| counts.camera.add(&shot.name, sighting));
+        if let Some(edge) = sighting.and_then(|sighting| sighting.cut) {
+            *counts.leaves_view_at.entry(edge.name()).or_default() += 1;
+        }
         let is_measured = seen.is_measured();
         let Some(observation) = seen.observation else {
             counts.before += 1;
@@ -85,7 +141,16 @@ impl Table {
         };
         counts.measured += usize::from(is_measured);
         counts.held += usize::from(!is_measured);
+        let shift = sighting.map_or_else(Pixel::default, |sighting| sighting.shift);
+        let last = self.rows.last().map_or(f64::NEG_INFINITY, |row| row.glance.at);
+        let glance = Glance {
+            // A burst of photographs may have one time.
+            at: (shot.time_s / (60.0 * PERIOD_MIN)).max(last + SOONEST),
+            tip: seen.pixel.map(|top| point(&self.calibration, top, shift)),
+            is_believed: is_measured,
+        };
         let measured = seen.pixel.filter(|_| is_measured).map(|top| Measured {
+            shift,
             top,
             apex: sighting.and_then(|sighting| sighting.apex),
             length_cm: observation.stem.as_ref().map(|stem| stem.length()),
@@ -102,6 +167,7 @@ impl Table {
             },
             class: seen.class,
             confidence: seen.confidence,
+            glance,
             measured,
         });
     }
@@ -121,16 +187,28 @@ impl Table {
         let calibration = &self.calibration;
         self.places(&mut column, "top", "px", &|found| Some(pair(found.top)));
         self.places(&mut column, "apex", "px", &|found| Some(pair(found.apex?)));
-        self.places(&mut column, "apex", "cm", &|found| Some(calibration.point(found.apex?).into()));
+        self.places(&mut column, "apex", "cm", &|found| {
+            Some(point(calibration, found.apex?, found.shift).into())
+        });
         column("length_cm", &|row| text(row.measured.as_ref().and_then(|found| found.length_cm), 4));
         for unit in ["cm", "px"] {
             for vertex in 0..VERTICES {
                 self.places(&mut column, &format!("stem_{}", vertex + 1), unit, &|found| {
                     let point = *found.stem.get(vertex)?;
-                    Some(if unit == "cm" { point.into() } else { pair(calibration.pixel(point)) })
+                    let Pixel { x, y } = calibration.pixel(point);
+                    Some(if unit == "cm" { point.into() } else { [x + found.shift.x, y + found.shift.y] })
                 });
             }
         }
+        let glances: Vec<Glance> = self.rows.iter().map(|row| row.glance).collect();
+        let smoothed = smooth(&glances);
+        let mut column = |name: &str, value: fn(&Smoothed) -> f64| {
+            let values = smoothed.iter().map(|one| text(one.as_ref().map(value), 4)).collect();
+            track.columns.push(Column { name: name.to_owned(), values });
+        };
+        column("smooth_x_cm", |one| one.tip.x);
+        column("smooth_y_cm", |one| one.tip.y);
+        column("smooth_sd_cm", |one| one.deviation);
         (!track.samples.is_empty()).then_some(track)
     }
 
@@ -149,6 +227,11 @@ impl Table {
             });
         }
     }
+}
+
+/// The point that a pixel shows of a camera whose picture has moved.
+fn point(calibration: &Calibration, pixel: Pixel, shift: Pixel) -> Point {
+    calibration.point(Pixel::new(pixel.x - shift.x, pixel.y - shift.y))
 }
 
 const fn pair(pixel: Pixel) -> [f64; 2] {
