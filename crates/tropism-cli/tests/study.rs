@@ -44,10 +44,10 @@ fn decided(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     collect(&folder.join("study"), &mut found);
     let of_chance = |path: &Path| {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        // Times, paths, databases' own headers and checkpoints before the last differ from run to run.
+        // Times, paths, what happened to a run, databases' own headers and checkpoints before the last differ from run to run.
         !["seconds.json", "summary.json", "numbers.json", "report.html", "run.lock"].contains(&name.as_str())
             && !name.contains(".previous.")
-            && !name.starts_with("journal.sqlite")
+            && !name.starts_with("journal.")
     };
     found.retain(|path| of_chance(path));
     found.sort();

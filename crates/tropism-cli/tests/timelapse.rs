@@ -131,7 +131,7 @@ fn bad_input_is_a_clear_line_and_leaves_nothing() {
     fs::write(folder.path().join("texts/run.toml"), "").unwrap();
     fails(&film(&["texts", "--out", "a.gif"]), "run.toml");
     fs::copy(folder.path().join("run/run.toml"), folder.path().join("texts/run.toml")).unwrap();
-    fails(&film(&["texts", "--out", "a.gif"]), "texts/journal.sqlite");
+    fails(&film(&["texts", "--out", "a.gif"]), "texts/photographs: cannot read");
     fs::write(folder.path().join("texts/journal.sqlite"), "no database, but long enough to be taken for one")
         .unwrap();
     fails(&film(&["texts", "--out", "a.gif"]), "texts/journal.sqlite");

@@ -12,7 +12,7 @@ use crate::light::{self, Light};
 use crate::observation::Observation;
 use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
-use crate::vision::{self, Class};
+use crate::vision::{self, Class, Eye};
 
 /// How long after a lamp did not obey it is told again, before the next step is due.
 const AGAIN: Duration = Duration::from_secs(30);
@@ -56,7 +56,7 @@ pub struct Recorded<C, L: Lamps, F, K> {
     folder: RunFolder,
     care: Care,
     past: Vec<Row>,
-    /// The first recorded picture, and the one in which the plant was last believed.
+    /// The last of the first recorded pictures, which the eye compares with, and the one in which the plant was last believed.
     first: usize,
     believed: usize,
     /// How many observations the loop has had.
@@ -149,8 +149,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         let state = folder.journal().state()?.map(|event| event.kind);
         let lit = past.iter().rev().take(2).find_map(|row| row.decided);
         let (streaks, step) = (Streaks::of(&past), past.last().map_or(0, |row| row.step));
-        let is_picture = |row: &Row| ![Class::Corrupt, Class::Foreign].contains(&row.seen.class);
-        let first = past.iter().position(is_picture).unwrap_or(past.len());
+        let is_picture =
+            |row: &Row| ![Class::Corrupt, Class::Foreign, Class::Repeated].contains(&row.seen.class);
+        let mut pictures = (0..past.len()).filter(|&index| is_picture(&past[index]));
+        let first = pictures.nth(Eye::REFERS - 1).unwrap_or(past.len());
         let believed = past.iter().rposition(|row| row.seen.is_measured()).unwrap_or(0);
         let mut recorded = Self {
             rig,
@@ -184,7 +186,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
             recorded.tell(EventKind::Damaged, format!("journal.sqlite: {what}"))?;
         }
         recorded.make_ballast()?;
-        if let Err(error) = recorded.rig.light(lit) {
+        // Of a clock that jumps the recorded steps are still to come, and their lamps with them.
+        let lit_now = lit.filter(|_| recorded.rig.clock().now().is_some());
+        if let Err(error) = recorded.rig.light(lit_now) {
             recorded.tell(EventKind::Lamp, error.to_string())?;
         }
         Ok(recorded)
@@ -465,7 +469,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         Ok(None)
     }
 
-    /// What was seen at a recorded step, with the photograph if the eye still needs it: the first one, by which it knows
+    /// What was seen at a recorded step, with the photograph if the eye still needs it: the first ones, by which it knows
     /// what stands still, and those since the plant was last believed.
     fn remembered(&mut self, index: usize) -> Result<Shot, RecordError> {
         let row = self.past[index].clone();
