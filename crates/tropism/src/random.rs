@@ -69,8 +69,9 @@ pub fn normal(rng: &mut impl Rng) -> f64 {
 /// Normal draws that are named by their place, not by their turn: draw number `step` of an episode.
 ///
 /// A counter-based generator (Philox4x32-10, doi:10.1145/2063384.2063405) turns (seed, episode) into a key, and two
-/// multiplications turn key and step into [`bits`]: any draw can be made without those before it, so plants may be advanced
-/// one by one, in any order, or many side by side. What they stand for is told by [`bell`].
+/// multiplications turn key and step into 32 bits: any draw can be made without those before it, so plants may be advanced
+/// one by one, in any order, or many side by side. The sum of the four bytes of a draw, bent by a cubic, stands for a value of
+/// the normal distribution, whose distribution function it meets within 0.0021.
 ///
 /// ```
 /// use tropism::random::{Draws, Purpose};
