@@ -39,7 +39,7 @@ const ALIKE: f64 = 0.1;
 
 /// Photographs that must agree before a jump is believed, before a plant is believed that looks otherwise, and before one
 /// is believed with something on its tip.
-const AGREE: (usize, usize, usize) = (2, 5, 24);
+const AGREE: (usize, usize, usize) = (2, 5, 12);
 
 /// Photographs at the beginning that may all be wrong: as long as no more were believed, two that agree outvote them.
 const YOUNG: usize = 2;

@@ -384,7 +384,7 @@ const PERIOD_MIN: f64 = 5.0;
 const BETTER: f64 = 1.6;
 
 /// A picture that varies less than this share of the first is misty.
-const MISTY: f64 = 0.6;
+const MISTY: f64 = 0.43;
 
 /// Sees one plant in the photographs of one camera, and remembers what it needs to judge the next.
 ///
