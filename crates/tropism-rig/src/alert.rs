@@ -14,57 +14,28 @@ mod channel;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use tropism::experiment::EventKind;
 use tropism::rig::RigError;
 
 use crate::child::run;
+use crate::clock::{SystemTimes, Time};
 use crate::failed;
 use crate::http::{check_url, read_secret};
 use crate::mqtt::Broker;
 use crate::seconds::{Seconds, ten, twenty};
 use channel::{Channel, Pace};
 
-/// What kind of thing happened, in the words of a run's journal, and some more.
+/// What kind of thing happened: what a run's journal knows, and some more. In files and messages, one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(try_from = "String", into = "&'static str")]
 pub enum Kind {
-    /// The run begins.
-    Started,
-    /// The run goes on after an interruption.
-    Resumed,
-    /// The run was asked to end before its task was over.
-    Stopped,
-    /// The run waits for people.
-    Paused,
-    /// The task is over.
-    Finished,
+    /// It stands in the journal.
+    Event(EventKind),
     /// The run ended by an error.
     Fault,
-    /// A step began late.
-    Late,
-    /// Steps passed without a photograph and without a decision.
-    Missed,
-    /// The camera gave no photograph.
-    Camera,
-    /// A photograph shows no plant.
-    Held,
-    /// The plant was not seen for long.
-    Lost,
-    /// A lamp does not obey.
-    Lamp,
-    /// The photograph shows another lamp lit than was ordered.
-    Mismatch,
-    /// What was wrong is right again.
-    Recovered,
-    /// The clock on the wall was set.
-    Clock,
-    /// The disk is full or nearly so.
-    Disk,
-    /// A file of the run is damaged or gone.
-    Damaged,
     /// A step is over: what heartbeats and the status at a broker are made of.
     Step,
     /// Somebody tries whether messages arrive.
@@ -73,49 +44,16 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Self; 19] = [
-        Self::Started,
-        Self::Resumed,
-        Self::Stopped,
-        Self::Paused,
-        Self::Finished,
-        Self::Fault,
-        Self::Late,
-        Self::Missed,
-        Self::Camera,
-        Self::Held,
-        Self::Lost,
-        Self::Lamp,
-        Self::Mismatch,
-        Self::Recovered,
-        Self::Clock,
-        Self::Disk,
-        Self::Damaged,
-        Self::Step,
-        Self::Test,
-    ];
+    pub fn all() -> impl Iterator<Item = Self> {
+        EventKind::ALL.into_iter().map(Self::Event).chain([Self::Fault, Self::Step, Self::Test])
+    }
 
     /// The word in files and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Started => "started",
-            Self::Resumed => "resumed",
-            Self::Stopped => "stopped",
-            Self::Paused => "paused",
-            Self::Finished => "finished",
+            Self::Event(kind) => kind.name(),
             Self::Fault => "fault",
-            Self::Late => "late",
-            Self::Missed => "missed",
-            Self::Camera => "camera",
-            Self::Held => "held",
-            Self::Lost => "lost",
-            Self::Lamp => "lamp",
-            Self::Mismatch => "mismatch",
-            Self::Recovered => "recovered",
-            Self::Clock => "clock",
-            Self::Disk => "disk",
-            Self::Damaged => "damaged",
             Self::Step => "step",
             Self::Test => "test",
         }
@@ -124,44 +62,25 @@ impl Kind {
     /// Whether people are told of it if they do not choose: not of what happens once and passes.
     #[must_use]
     pub const fn is_told(self) -> bool {
-        !matches!(self, Self::Late | Self::Camera | Self::Held | Self::Step)
+        !matches!(self, Self::Event(EventKind::Late | EventKind::Camera | EventKind::Held) | Self::Step)
     }
 
     /// Whether somebody should come.
     const fn is_urgent(self) -> bool {
-        matches!(
-            self,
-            Self::Paused
-                | Self::Fault
-                | Self::Lost
-                | Self::Lamp
-                | Self::Mismatch
-                | Self::Disk
-                | Self::Damaged
-        )
+        use EventKind::{Damaged, Disk, Lamp, Lost, Mismatch, Paused};
+        matches!(self, Self::Event(Paused | Lost | Lamp | Mismatch | Disk | Damaged) | Self::Fault)
     }
 }
 
 impl From<EventKind> for Kind {
     fn from(kind: EventKind) -> Self {
-        match kind {
-            EventKind::Started => Self::Started,
-            EventKind::Resumed => Self::Resumed,
-            EventKind::Stopped => Self::Stopped,
-            EventKind::Paused => Self::Paused,
-            EventKind::Finished => Self::Finished,
-            EventKind::Late => Self::Late,
-            EventKind::Missed => Self::Missed,
-            EventKind::Camera => Self::Camera,
-            EventKind::Held => Self::Held,
-            EventKind::Lost => Self::Lost,
-            EventKind::Lamp => Self::Lamp,
-            EventKind::Mismatch => Self::Mismatch,
-            EventKind::Recovered => Self::Recovered,
-            EventKind::Clock => Self::Clock,
-            EventKind::Disk => Self::Disk,
-            EventKind::Damaged => Self::Damaged,
-        }
+        Self::Event(kind)
+    }
+}
+
+impl From<Kind> for &'static str {
+    fn from(kind: Kind) -> Self {
+        kind.name()
     }
 }
 
@@ -169,8 +88,18 @@ impl FromStr for Kind {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|kind| kind.name() == word);
-        found.ok_or_else(|| format!("found {word:?}, wanted one of {}", Self::ALL.map(Self::name).join(", ")))
+        Self::all().find(|kind| kind.name() == word).ok_or_else(|| {
+            let names: Vec<_> = Self::all().map(Self::name).collect();
+            format!("found {word:?}, wanted one of {}", names.join(", "))
+        })
+    }
+}
+
+impl TryFrom<String> for Kind {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        word.parse()
     }
 }
 
@@ -190,9 +119,8 @@ pub struct Happening {
 impl Happening {
     /// Something that happens now.
     #[must_use]
-    pub fn now(kind: Kind, step: Option<u32>, text: impl Into<String>) -> Self {
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        Self { kind, step, text: text.into(), unix_s: now.as_secs_f64() }
+    pub fn now(kind: impl Into<Kind>, step: Option<u32>, text: impl Into<String>) -> Self {
+        Self { kind: kind.into(), step, text: text.into(), unix_s: SystemTimes.unix_s() }
     }
 
     /// As a line for people, who read it `late_s` seconds after it happened.
@@ -214,38 +142,18 @@ impl Happening {
     }
 }
 
-/// Where a message goes: the address itself, or a file that holds it where the address is the secret.
+/// A POST for each message, of lines to an ntfy server or of JSON to any other. Where the address is the secret, a file
+/// holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Ntfy {
-    /// Server and topic, such as `https://ntfy.sh/my-topic`.
+pub struct Post {
+    /// Where to, such as `https://ntfy.sh/my-topic`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub url: Option<String>,
     /// A file whose first line is the address.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub url_file: Option<PathBuf>,
     /// A file whose first line is sent as the header `Authorization`, such as `Bearer tk_…`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub authorization_file: Option<PathBuf>,
-    /// What is told; all but what happens once and passes if it is left out.
-    #[serde(default = "told")]
-    pub on: Vec<Kind>,
-    /// Seconds until a try is given up.
-    #[serde(default = "ten")]
-    pub timeout_s: Seconds,
-}
-
-/// A POST of a JSON object for each message.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Webhook {
-    /// Where to.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub url: Option<String>,
-    /// A file whose first line is the address.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub url_file: Option<PathBuf>,
-    /// A file whose first line is sent as the header `Authorization`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub authorization_file: Option<PathBuf>,
     /// What is told; all but what happens once and passes if it is left out.
@@ -297,7 +205,7 @@ pub struct CommandAlert {
 }
 
 fn told() -> Vec<Kind> {
-    Kind::ALL.into_iter().filter(|kind| kind.is_told()).collect()
+    Kind::all().filter(|kind| kind.is_told()).collect()
 }
 
 fn check_address(url: Option<&str>, file: Option<&Path>) -> Result<(), String> {
@@ -311,8 +219,8 @@ fn check_address(url: Option<&str>, file: Option<&Path>) -> Result<(), String> {
 /// A channel as a rig file names it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Settings<'a> {
-    Ntfy(&'a Ntfy),
-    Webhook(&'a Webhook),
+    Ntfy(&'a Post),
+    Webhook(&'a Post),
     Heartbeat(&'a Heartbeat),
     Mqtt(&'a MqttAlert),
     Command(&'a CommandAlert),
@@ -321,8 +229,8 @@ pub(crate) enum Settings<'a> {
 impl Settings<'_> {
     pub(crate) fn check(self) -> Result<(), String> {
         match self {
-            Self::Ntfy(Ntfy { url, url_file, .. })
-            | Self::Webhook(Webhook { url, url_file, .. })
+            Self::Ntfy(Post { url, url_file, .. })
+            | Self::Webhook(Post { url, url_file, .. })
             | Self::Heartbeat(Heartbeat { url, url_file, .. }) => {
                 check_address(url.as_deref(), url_file.as_deref())
             }
@@ -352,8 +260,8 @@ impl Settings<'_> {
     fn on(self) -> Vec<Kind> {
         match self {
             Self::Heartbeat(_) => vec![Kind::Step],
-            Self::Ntfy(Ntfy { on, .. })
-            | Self::Webhook(Webhook { on, .. })
+            Self::Ntfy(Post { on, .. })
+            | Self::Webhook(Post { on, .. })
             | Self::Mqtt(MqttAlert { on, .. })
             | Self::Command(CommandAlert { on, .. }) => on.clone(),
         }
@@ -375,18 +283,13 @@ impl Settings<'_> {
         };
         let run = run.to_owned();
         Ok(match self {
-            Self::Ntfy(Ntfy { url, url_file, authorization_file, timeout_s, .. }) => Some(Deliver::Ntfy {
-                url: address(url, url_file)?,
-                authorization: secret(authorization_file)?,
-                timeout: timeout_s.duration(),
-                run,
-            }),
-            Self::Webhook(Webhook { url, url_file, authorization_file, timeout_s, .. }) => {
-                Some(Deliver::Webhook {
-                    url: address(url, url_file)?,
-                    authorization: secret(authorization_file)?,
-                    timeout: timeout_s.duration(),
-                    run,
+            Self::Ntfy(post) | Self::Webhook(post) => {
+                let (url, authorization) =
+                    (address(&post.url, &post.url_file)?, secret(&post.authorization_file)?);
+                let timeout = post.timeout_s.duration();
+                Some(match self {
+                    Self::Ntfy(_) => Deliver::Ntfy { url, authorization, timeout, run },
+                    _ => Deliver::Webhook { url, authorization, timeout, run },
                 })
             }
             Self::Heartbeat(Heartbeat { url, url_file, timeout_s }) => {
@@ -418,7 +321,7 @@ impl Deliver {
     /// # Errors
     /// What went wrong, without the address: it may be a secret.
     fn deliver(&self, happenings: &[Happening]) -> Result<(), String> {
-        let now = Happening::now(Kind::Test, None, "").unix_s;
+        let now = SystemTimes.unix_s();
         let mut lines: Vec<_> =
             happenings.iter().take(LINES).map(|happening| happening.line(now - happening.unix_s)).collect();
         if happenings.len() > LINES {
@@ -432,21 +335,15 @@ impl Deliver {
         match self {
             Self::Ntfy { url, authorization, timeout, run } => {
                 let priority = if worst.is_urgent() { "high" } else { "default" };
-                let mut request = agent(*timeout)
-                    .post(url)
+                let request = post(url, authorization.as_deref(), *timeout)
                     .header("Title", format!("tropism: {}", worst.name()))
                     .header("Priority", priority);
-                if let Some(value) = authorization {
-                    request = request.header("Authorization", value);
-                }
                 answered(request.send(format!("{run}\n{}", lines.join("\n"))))
             }
             Self::Webhook { url, authorization, timeout, run } => {
                 for happening in happenings {
-                    let mut request = agent(*timeout).post(url).header("Content-Type", "application/json");
-                    if let Some(value) = authorization {
-                        request = request.header("Authorization", value);
-                    }
+                    let request = post(url, authorization.as_deref(), *timeout)
+                        .header("Content-Type", "application/json");
                     answered(request.send(happening.json(run).to_string()))?;
                 }
                 Ok(())
@@ -462,6 +359,18 @@ impl Deliver {
 
 fn agent(timeout: Duration) -> ureq::Agent {
     ureq::Agent::config_builder().timeout_global(Some(timeout)).max_redirects(3).build().new_agent()
+}
+
+fn post(
+    url: &str,
+    authorization: Option<&str>,
+    timeout: Duration,
+) -> ureq::RequestBuilder<ureq::typestate::WithBody> {
+    let request = agent(timeout).post(url);
+    match authorization {
+        Some(value) => request.header("Authorization", value),
+        None => request,
+    }
 }
 
 fn answered(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>) -> Result<(), String> {

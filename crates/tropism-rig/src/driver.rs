@@ -7,7 +7,7 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use tropism::rig::{Camera, Flash, RigError};
 
-use crate::alert::{CommandAlert, Heartbeat, MqttAlert, Ntfy, Settings, Webhook};
+use crate::alert::{CommandAlert, Heartbeat, MqttAlert, Post, Settings};
 use crate::command::{CommandCamera, CommandFlash, CommandLamp, CommandSwitch};
 use crate::folder::FolderCamera;
 use crate::gpio::{GpioFlash, GpioLamp};
@@ -254,9 +254,9 @@ drivers! {
         /// A program.
         "command" => Command(CommandAlert),
         /// An ntfy server.
-        "ntfy" => Ntfy(Ntfy),
+        "ntfy" => Ntfy(Post),
         /// A POST of JSON.
-        "webhook" => Webhook(Webhook),
+        "webhook" => Webhook(Post),
         /// The rig's broker.
         "mqtt" => Mqtt(MqttAlert),
         /// A GET after each step: silence alarms.
@@ -286,8 +286,9 @@ impl AlertDriver {
     /// The files that hold its secrets.
     pub fn secrets(&self) -> impl Iterator<Item = &std::path::Path> {
         let files = match self {
-            Self::Ntfy(alert) => [alert.url_file.as_deref(), alert.authorization_file.as_deref()],
-            Self::Webhook(alert) => [alert.url_file.as_deref(), alert.authorization_file.as_deref()],
+            Self::Ntfy(post) | Self::Webhook(post) => {
+                [post.url_file.as_deref(), post.authorization_file.as_deref()]
+            }
             Self::Heartbeat(alert) => [alert.url_file.as_deref(), None],
             Self::Command(_) | Self::Mqtt(_) => [None, None],
         };

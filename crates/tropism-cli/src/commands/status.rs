@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::{Journal, Row, holder};
+use tropism::experiment::{Journal, Row, files, holder};
 use tropism::light::Light;
 use tropism::observation::Quality;
 
@@ -106,7 +106,7 @@ impl Outcome {
         };
         let tip = last.and_then(|row| row.seen.observation.as_ref()).map(|seen| seen.tip);
         let photographs_bytes = rows.iter().map(|row| row.photo_bytes).sum();
-        let disk_free_bytes = disk::free_bytes(&run).ok();
+        let disk_free_bytes = files::free_bytes(&run).ok();
         let per_day = 86_400.0 / period_s * photographs_bytes as f64 / rows.len().max(1) as f64;
         Self {
             state,

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS, RecvTimeoutError};
 use serde_json::{Value, json};
+use tropism::experiment::EventKind;
 use tropism::rig::RigError;
 
 use super::channel::{Channel, Order};
@@ -35,7 +36,7 @@ pub(super) fn start(broker: &Broker, alert: &MqttAlert, run: &str) -> Result<Cha
         waiting: VecDeque::new(),
     };
     // The status is kept up by all that happens.
-    Ok(Channel::of("mqtt", Kind::ALL.to_vec(), move |orders| speaker.speak(orders)))
+    Ok(Channel::of("mqtt", Kind::all().collect(), move |orders| speaker.speak(orders)))
 }
 
 struct Speaker {
@@ -101,10 +102,10 @@ impl Speaker {
                     let mut status = happening.json(&self.run);
                     status["schema"] = "tropism.status/1".into();
                     status["state"] = match happening.kind {
-                        Kind::Paused => "paused",
+                        Kind::Event(EventKind::Paused) => "paused",
                         Kind::Fault => "fault",
-                        Kind::Stopped => "stopped",
-                        Kind::Finished => "finished",
+                        Kind::Event(EventKind::Stopped) => "stopped",
+                        Kind::Event(EventKind::Finished) => "finished",
                         Kind::Test => "tried",
                         _ => "running",
                     }

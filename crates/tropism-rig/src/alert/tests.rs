@@ -21,7 +21,7 @@ const QUICK: Pace = Pace {
     longest: Duration::from_millis(20),
 };
 
-fn happening(kind: Kind, step: u32) -> Happening {
+fn happening(kind: impl Into<Kind>, step: u32) -> Happening {
     Happening::now(kind, Some(step), format!("text {step}"))
 }
 
@@ -58,7 +58,7 @@ fn wait_until(what: impl Fn() -> bool) {
 
 #[test]
 fn kinds_are_read_as_they_are_written() {
-    for kind in Kind::ALL {
+    for kind in Kind::all() {
         assert_eq!(kind.name().parse(), Ok(kind));
         assert_eq!(serde_json::to_value(kind).unwrap(), kind.name());
     }
@@ -78,7 +78,7 @@ fn ntfy_gets_title_priority_and_text_and_its_secret_stays_out_of_errors() {
         ),
         None,
     );
-    alerts.tell(&happening(Kind::Started, 0));
+    alerts.tell(&happening(EventKind::Started, 0));
     alerts.tell(&happening(Kind::Fault, 7));
     assert_eq!(alerts.close(), []);
     let asked = asked.lock().unwrap();
@@ -101,7 +101,7 @@ fn a_webhook_gets_an_object_for_each_message_and_a_heartbeat_one_request_for_man
     for step in 0..3 {
         alerts.tell(&happening(Kind::Step, step));
     }
-    alerts.tell(&happening(Kind::Finished, 3));
+    alerts.tell(&happening(EventKind::Finished, 3));
     assert_eq!(alerts.close(), []);
     {
         let asked = asked.lock().unwrap();
@@ -138,9 +138,9 @@ fn what_could_not_be_delivered_is_delivered_later_together_and_once() {
         *counted.lock().unwrap() += 1;
         deliver.deliver(happenings)
     });
-    channel.tell(&happening(Kind::Mismatch, 1));
+    channel.tell(&happening(EventKind::Mismatch, 1));
     wait_until(|| *tries.lock().unwrap() >= 3);
-    channel.tell(&happening(Kind::Recovered, 2));
+    channel.tell(&happening(EventKind::Recovered, 2));
     is_down.store(false, Ordering::SeqCst);
     wait_until(|| !asked.lock().unwrap().is_empty());
     assert_eq!(channel.end().wait(), None);
@@ -163,7 +163,7 @@ fn many_messages_at_once_are_few_and_a_network_that_hangs_delays_nobody() {
         Ok(())
     });
     for step in 0..50 {
-        channel.tell(&happening(Kind::Mismatch, step));
+        channel.tell(&happening(EventKind::Mismatch, step));
     }
     assert!(messages.lock().unwrap().is_empty(), "all were told while the first one hangs");
     enter.send(()).unwrap();
@@ -188,7 +188,7 @@ fn a_program_gets_kind_and_text() {
     let log = folder.path().join("log");
     let script = format!("printf '%s|%s' \"$1\" \"$2\" > {}", log.display());
     let alerts = open(&format!("driver = \"command\"\ncommand = [\"sh\", \"-c\", {script:?}, \"sh\"]"), None);
-    alerts.tell(&Happening::now(Kind::Paused, None, "the lamp; $(reboot)"));
+    alerts.tell(&Happening::now(EventKind::Paused, None, "the lamp; $(reboot)"));
     assert_eq!(alerts.close(), []);
     assert_eq!(std::fs::read_to_string(log).unwrap(), "paused|paused: the lamp; $(reboot)");
 }
@@ -233,11 +233,11 @@ fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
         states.map(|(_, said)| said["state"].as_str().unwrap().to_owned()).collect()
     };
     let alerts = open(settings, Some(&rig));
-    alerts.tell(&happening(Kind::Mismatch, 4));
+    alerts.tell(&happening(EventKind::Mismatch, 4));
     wait_until(|| {
         heard.lock().unwrap().iter().any(|(topic, said)| topic == "tent/event" && said["step"] == 4)
     });
-    alerts.tell(&happening(Kind::Finished, 5));
+    alerts.tell(&happening(EventKind::Finished, 5));
     assert_eq!(alerts.close(), []);
     wait_until(|| states().last().is_some_and(|state| state == "finished"));
     assert!(!states().contains(&"lost".to_owned()), "an end in order is no loss: {:?}", states());

@@ -43,19 +43,24 @@ impl FileError {
     }
 }
 
-/// How much room the disk of `path` has left for its user, in bytes; `None` where the system does not say.
+/// How much room the disk of `path` has left for its user, in bytes.
+///
+/// # Errors
+/// What the system says where it does not tell.
 #[cfg(unix)]
-#[must_use]
-pub fn free_bytes(path: &Path) -> Option<u64> {
-    let disk = rustix::fs::statvfs(path).ok()?;
-    Some(disk.f_bavail.saturating_mul(disk.f_frsize))
+pub fn free_bytes(path: &Path) -> std::io::Result<u64> {
+    let disk = rustix::fs::statvfs(path)?;
+    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
 }
 
-/// How much room the disk of `path` has left for its user, in bytes; `None` where the system does not say.
+/// How much room the disk of `path` has left for its user, in bytes.
+///
+/// # Errors
+/// Here, always.
 #[cfg(not(unix))]
-#[must_use]
-pub fn free_bytes(_path: &Path) -> Option<u64> {
-    None
+pub fn free_bytes(_path: &Path) -> std::io::Result<u64> {
+    let wanted = "wanted a system that tells how much is free";
+    Err(std::io::Error::new(std::io::ErrorKind::Unsupported, wanted))
 }
 
 /// Has the names of the files in a folder on the disk.
@@ -269,6 +274,13 @@ fn natural(name: &str) -> Vec<(String, u128, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_disk_tells_its_room_and_an_absent_folder_why_not() {
+        assert!(free_bytes(Path::new("/")).unwrap() > 0);
+        assert_eq!(free_bytes(Path::new("/absent")).unwrap_err().kind(), std::io::ErrorKind::NotFound);
+    }
 
     #[test]
     fn names_are_ordered_by_their_numbers() {

@@ -184,7 +184,7 @@ impl RunFolder {
     /// How much room its disk has left; `None` where the system does not say.
     #[must_use]
     pub fn free_bytes(&self) -> Option<u64> {
-        files::free_bytes(&self.path)
+        files::free_bytes(&self.path).ok()
     }
 
     /// All recorded steps.

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
+use tropism::experiment::files;
 use tropism_rig::driver::{FlashDriver, LampDriver};
 use tropism_rig::file::{Lamp, RigFile};
 
@@ -51,9 +52,13 @@ fn line(path: &str) -> Option<String> {
 fn examine_disk(data: &Path, photograph_bytes: u64, findings: &mut Findings) {
     let name = data.display();
     let need = (1.3 * (STEPS * photograph_bytes) as f64) as u64 + (64 << 20);
-    match disk::free_bytes(data) {
+    match files::free_bytes(data) {
         Err(error) => {
-            findings.fail(Group::System, format!("{error:#}"), "--data DIR names where runs will be kept");
+            findings.fail(
+                Group::System,
+                format!("{name}: {error}"),
+                "--data DIR names where runs will be kept",
+            );
             return;
         }
         Ok(free) => {
