@@ -12,6 +12,9 @@ use crate::failed;
 /// The most that a program may print: a photograph of any camera in use is smaller.
 const MAX_BYTES: u64 = 64 << 20;
 
+/// How long a failed program's complaint is waited for.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
 /// Runs `words` and returns what it prints on stdout.
 ///
 /// # Errors
@@ -50,6 +53,11 @@ pub(crate) fn run(device: &str, words: &[String], timeout: Duration) -> Result<V
         thread::sleep(Duration::from_millis(5));
     }
     if !status.success() {
+        // What it said last may be under way; a program of its own may hold that pipe open too.
+        let patience = Instant::now() + LAST_WORDS;
+        while !complaint.is_finished() && Instant::now() < patience {
+            thread::sleep(Duration::from_millis(5));
+        }
         let complaint =
             if complaint.is_finished() { complaint.join().unwrap_or_default() } else { Vec::new() };
         let complaint = String::from_utf8_lossy(&complaint[..complaint.len().min(400)]).trim().to_owned();

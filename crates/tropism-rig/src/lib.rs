@@ -33,6 +33,8 @@ pub mod ws2812;
 mod child;
 mod picture;
 mod pixels;
+#[cfg(test)]
+mod testing;
 mod tries;
 
 use tropism::rig::RigError;

@@ -329,13 +329,13 @@ impl Switch for OpenPlug {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use std::net::TcpListener;
-    use std::process::{Child, Command, Stdio};
     use std::sync::{Arc, Mutex};
     use std::thread;
 
     use super::*;
+    use crate::testing::{Mosquitto, hear, wait_until};
 
     #[test]
     fn what_devices_say_is_understood() {
@@ -408,49 +408,6 @@ pub(crate) mod tests {
         assert!(error.contains("found no [mqtt]"), "{error}");
     }
 
-    /// A broker that is killed when it goes.
-    pub(crate) struct Mosquitto {
-        pub(crate) port: u16,
-        child: Child,
-    }
-
-    impl Mosquitto {
-        /// `None` where it is not installed.
-        pub(crate) fn start(port: Option<u16>) -> Option<Self> {
-            let program = ["/usr/sbin/mosquitto", "/usr/bin/mosquitto"]
-                .into_iter()
-                .find(|path| std::path::Path::new(path).is_file());
-            let Some(program) = program else {
-                eprintln!("skipped: wants mosquitto, which is not installed");
-                return None;
-            };
-            let free = || TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-            let port = port.unwrap_or_else(free);
-            let mut child = Command::new(program)
-                .args(["-p", &port.to_string()])
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .spawn()
-                .unwrap();
-            while std::net::TcpStream::connect(("127.0.0.1", port)).is_err() {
-                assert!(child.try_wait().unwrap().is_none(), "mosquitto has ended");
-                thread::sleep(Duration::from_millis(10));
-            }
-            Some(Self { port, child })
-        }
-
-        fn signal(&self, signal: rustix::process::Signal) {
-            rustix::process::kill_process(rustix::process::Pid::from_child(&self.child), signal).unwrap();
-        }
-    }
-
-    impl Drop for Mosquitto {
-        fn drop(&mut self) {
-            self.child.kill().unwrap();
-            self.child.wait().unwrap();
-        }
-    }
-
     /// A plug: what it was told, and whether it obeys.
     #[derive(Clone, Default)]
     struct Device {
@@ -496,9 +453,7 @@ pub(crate) mod tests {
         }
 
         fn wait(&self) {
-            while !*self.is_there.lock().unwrap() {
-                thread::sleep(Duration::from_millis(5));
-            }
+            wait_until(|| *self.is_there.lock().unwrap());
         }
 
         fn told(&self) -> Vec<String> {
@@ -532,7 +487,7 @@ pub(crate) mod tests {
         let device = Device::start(&plug, broker.port);
         let (client, mut connection) = Client::new(MqttOptions::new("will", "127.0.0.1", broker.port), 8);
         client.try_publish("tele/flash/LWT", QoS::AtLeastOnce, true, "Offline").unwrap();
-        while !matches!(connection.recv(), Ok(Ok(Event::Incoming(Packet::PubAck(_))))) {}
+        hear(&mut connection, |packet| matches!(packet, Packet::PubAck(_)));
         let error = open(broker.port, &plug).switch(true).unwrap_err().to_string();
         assert!(error.contains("found it offline"), "{error}");
         assert!(device.told().is_empty());

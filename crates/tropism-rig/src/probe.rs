@@ -95,7 +95,7 @@ pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerFound, RigError>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mqtt::tests::Mosquitto;
+    use crate::testing::{Mosquitto, hear};
 
     #[test]
     fn a_broker_that_keeps_an_order_is_found_out() {
@@ -113,7 +113,7 @@ mod tests {
         let (client, mut connection) = Client::new(MqttOptions::new("other", "127.0.0.1", mosquitto.port), 8);
         for (topic, text) in [("cmnd/flash/POWER", "ON"), ("tele/flash/LWT", "Offline")] {
             client.try_publish(topic, QoS::AtLeastOnce, true, text).unwrap();
-            while !matches!(connection.recv(), Ok(Ok(Event::Incoming(Packet::PubAck(_))))) {}
+            hear(&mut connection, |packet| matches!(packet, Packet::PubAck(_)));
         }
         let found = broker(&rig, &[&plug]).unwrap();
         assert_eq!(found.kept_orders, ["cmnd/flash/POWER"]);

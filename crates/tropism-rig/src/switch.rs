@@ -183,6 +183,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::testing::wait_until;
 
     /// What happened to the lamps of a tent: which were lit after each command, and which commands fail.
     #[derive(Default)]
@@ -274,9 +275,7 @@ mod tests {
     }
 
     fn wait_for_dark(is_on: &Mutex<bool>) {
-        while *is_on.lock().unwrap() {
-            thread::sleep(Duration::from_millis(2));
-        }
+        wait_until(|| !*is_on.lock().unwrap());
     }
 
     #[test]

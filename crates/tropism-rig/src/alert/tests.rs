@@ -11,7 +11,7 @@ use super::channel::{Channel, Pace};
 use super::*;
 use crate::driver::AlertDriver;
 use crate::http::tests::{device, reply};
-use crate::mqtt::tests::Mosquitto;
+use crate::testing::{Mosquitto, hear, wait_until};
 
 /// Quick, so that a test need not wait a minute.
 const QUICK: Pace = Pace {
@@ -48,12 +48,6 @@ fn server(is_down: &Arc<AtomicBool>) -> (String, Asked) {
         reply(socket, b"ok");
     });
     (url, asked)
-}
-
-fn wait_until(what: impl Fn() -> bool) {
-    while !what() {
-        thread::sleep(Duration::from_millis(2));
-    }
 }
 
 #[test]
@@ -246,12 +240,12 @@ fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
 
     // A second program of the same name throws the first out, as a broken line would: the will is spoken, then the
     // status is put right again by the one that lives.
-    let alerts = open(settings, Some(&rig));
     let count = states().len();
+    let alerts = open(settings, Some(&rig));
     wait_until(|| states().len() > count);
     let name = format!("tropism-run-{}", std::process::id());
     let (_client, mut thief) = Client::new(MqttOptions::new(name, "127.0.0.1", mosquitto.port), 8);
-    while !matches!(thief.recv(), Ok(Ok(Event::Incoming(Packet::ConnAck(_))))) {}
+    hear(&mut thief, |packet| matches!(packet, Packet::ConnAck(_)));
     wait_until(|| states().contains(&"lost".to_owned()));
     drop(alerts);
 }
