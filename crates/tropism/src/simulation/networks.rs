@@ -5,7 +5,7 @@
 use tropism_neat::{Genome, StepNetwork};
 
 use super::lanes::Controllers;
-use super::plants::{Course, Plants, lanes_of};
+use super::plants::{Course, Plants};
 use crate::control::network::INPUTS;
 
 #[repr(C, align(64))]
@@ -146,9 +146,22 @@ impl<const LANES: usize> Networks<LANES> {
     /// the processor finds out while the plants' long sums are under way.
     #[inline(always)]
     fn go_on(&mut self) {
-        for lane in lanes_of(self.goes_on) {
+        let mut lanes = bits(&self.goes_on);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
             self.networks[lane].go_on(self.fired[lane] & self.watched[lane]);
             self.refresh(lane);
         }
     }
+}
+
+/// One bit for each lane, of at most 64, from its byte of 0 or 1.
+#[inline(always)]
+fn bits<const LANES: usize>(bytes: &[u8; LANES]) -> u64 {
+    let (groups, _) = bytes.as_chunks::<8>();
+    groups.iter().rev().fold(0, |bits, group| {
+        // Byte n is moved to bit 56 + n, and no two meet on the way.
+        bits << 8 | u64::from_le_bytes(*group).wrapping_mul(0x0102_0408_1020_4080) >> 56
+    })
 }

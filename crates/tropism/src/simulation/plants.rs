@@ -267,20 +267,16 @@ impl<const LANES: usize> Plants<LANES> {
     }
 }
 
-/// The lanes whose byte is 1, of 0 and 1; as many as a word has bits are looked for at once.
+/// The lanes whose byte is 1, of 0 and 1.
 #[inline(always)]
 pub(super) fn lanes_of<const LANES: usize>(bytes: [u8; LANES]) -> impl Iterator<Item = usize> {
-    (0..LANES).step_by(64).flat_map(move |first| {
-        let (groups, _) = bytes[first..LANES.min(first + 64)].as_chunks::<8>();
-        let mut left = groups.iter().rev().fold(0, |bits, group| {
-            // Byte n is moved to bit 56 + n, and no two meet on the way.
-            bits << 8 | u64::from_le_bytes(*group).wrapping_mul(0x0102_0408_1020_4080) >> 56
-        });
+    (0..LANES / 8).flat_map(move |word| {
+        let mut left = u64::from_le_bytes(core::array::from_fn(|byte| bytes[8 * word + byte]));
         std::iter::from_fn(move || {
-            let next = left.trailing_zeros() as usize;
+            let first = left.trailing_zeros();
             (left != 0).then(|| {
                 left &= left - 1;
-                first + next
+                8 * word + first as usize / 8
             })
         })
     })
