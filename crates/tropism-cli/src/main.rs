@@ -16,6 +16,11 @@ use crate::commands::Command;
 use crate::commands::run::Paused;
 use crate::shell::{Interrupted, Shell};
 
+// Planes and pictures of the same sizes come and go with each photograph: the system's allocator gives their pages back and
+// asks for them again, for a quarter of vision's time; musl's, in static programs, is slower still.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Steers living plants with light: photograph, model, evolution, controller, lamps.
 ///
 /// After Wahby et al. 2016. The plants of `study`, `grow` and `run --rig greenhouse` are virtual.

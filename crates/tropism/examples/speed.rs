@@ -18,6 +18,13 @@ use tropism::photo::Photo;
 use tropism::photo::jpeg::Jpeg;
 use tropism::vision::{Eye, Mode, VisionConfig, lit};
 
+// As in the program `tropism`.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
+/// A paper experiment: 1000 steps of five minutes.
+const END_MIN: f64 = 5000.0;
+
 fn greenhouse(width: u32) -> Greenhouse {
     Greenhouse { scene: Scene { width, height: width * 3 / 4, ..Scene::default() }, ..Greenhouse::default() }
 }
@@ -26,7 +33,7 @@ fn draw(folder: &Path, width: u32, count: u64) -> Result<(), Box<dyn Error>> {
     let greenhouse = greenhouse(width);
     for seed in 0..count {
         let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
-        bean.advance([0.0, 1.0], 300.0 * (seed + 1) as f64);
+        bean.advance([0.0, 1.0], END_MIN * (seed + 1) as f64 / count as f64);
         let mut renderer = Renderer::new(&greenhouse.scene, seed);
         let bytes = renderer.photograph(&bean.pose(), Some(Light::Right), true, 0);
         std::fs::write(folder.join(format!("{seed:03}.jpg")), bytes)?;

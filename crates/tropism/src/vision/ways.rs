@@ -20,13 +20,19 @@ const GAP: u32 = 800;
 /// the bright stem where a dim leaf hangs across.
 const FAINT: f64 = 0.25;
 
-/// The smallest rectangle around one part of a plane, with a margin.
+/// What stands for "none" in the tables below.
+const NONE: u32 = u32::MAX;
+
+/// The smallest rectangle around one part of a plane, with a margin, and a border of samples that no way enters, so that
+/// each sample within has neighbours on all sides.
 pub(super) struct Window {
+    /// Column and row in the plane of the first sample within the border.
     origin: (usize, usize),
+    /// Columns, the border's two included.
     width: usize,
     is_part: Vec<bool>,
-    /// What a step onto each sample costs; `None` where there is no way.
-    step: Vec<Option<u32>>,
+    /// What a step onto each sample costs; [`NONE`] where there is no way.
+    step: Vec<u32>,
 }
 
 impl Window {
@@ -37,30 +43,37 @@ impl Window {
         reach: usize,
     ) -> Self {
         let origin = (bounds.left.saturating_sub(reach), bounds.top.saturating_sub(reach));
-        let width = (bounds.right + reach).min(plane.width - 1) - origin.0 + 1;
+        let inner = (bounds.right + reach).min(plane.width - 1) - origin.0 + 1;
         let height = (bounds.bottom + reach).min(plane.height - 1) - origin.1 + 1;
-        let is_part: Vec<bool> = (0..width * height)
-            .map(|at| is_part((origin.1 + at / width) * plane.width + origin.0 + at % width))
-            .collect();
-        let depth = depth(&is_part, width);
-        let step = (0..is_part.len())
-            .map(|at| {
-                let from = (origin.1 + at / width) * plane.width + origin.0 + at % width;
-                let value = f64::from(plane.values[from]).clamp(FAINT, 1.0);
-                match () {
-                    () if is_part[at] => {
-                        Some(((8 + 288 / (depth[at] * depth[at])) as f64 / (value * value)) as u32)
-                    }
-                    () if depth[at] < 3 * reach as u32 => Some(GAP),
-                    () => None,
+        let rows =
+            || (origin.1..).take(height).map(|row| row * plane.width + origin.0..).map(|row| row.take(inner));
+        let inside: Vec<bool> = rows().flatten().map(is_part).collect();
+        let depth = depth(&inside, inner);
+        let width = inner + 2;
+        let mut window = Self {
+            origin,
+            width,
+            is_part: vec![false; width * (height + 2)],
+            step: vec![NONE; width * (height + 2)],
+        };
+        for (row, from) in rows().enumerate() {
+            for (column, from) in from.enumerate() {
+                let (at, to) = (row * inner + column, (row + 1) * width + column + 1);
+                window.is_part[to] = inside[at];
+                if inside[at] {
+                    let value = f64::from(plane.values[from]).clamp(FAINT, 1.0);
+                    window.step[to] = ((8 + 288 / (depth[at] * depth[at])) as f64 / (value * value)) as u32;
+                } else if depth[at] < 3 * reach as u32 {
+                    window.step[to] = GAP;
                 }
-            })
-            .collect();
-        Self { origin, width, is_part, step }
+            }
+        }
+        window
     }
 
     pub(super) fn place(&self, at: usize) -> Place {
-        ((self.origin.0 + at % self.width) as f64, (self.origin.1 + at / self.width) as f64)
+        let (column, row) = (self.origin.0 + at % self.width, self.origin.1 + at / self.width);
+        (column as f64 - 1.0, row as f64 - 1.0)
     }
 
     /// The sample of the part that is nearest to a place.
@@ -70,36 +83,47 @@ impl Window {
             (x - place.0) * (x - place.0) + (y - place.1) * (y - place.1)
         };
         let part = (0..self.is_part.len()).filter(|&at| self.is_part[at]);
-        part.min_by(|&one, &other| square(one).total_cmp(&square(other)))
+        part.map(|at| (at, square(at))).min_by(|one, other| one.1.total_cmp(&other.1)).map(|(at, _)| at)
     }
 
-    /// The samples around one, and whether they lie across a corner.
-    fn around_sample(&self, at: usize) -> impl Iterator<Item = (usize, bool)> {
-        let (x, y) = (at % self.width, at / self.width);
-        let (width, height) = (self.width, self.is_part.len() / self.width);
-        (y.saturating_sub(1)..(y + 2).min(height)).flat_map(move |row| {
-            (x.saturating_sub(1)..(x + 2).min(width))
-                .map(move |column| (row * width + column, row != y && column != x))
-        })
+    /// The samples around one within the border, and whether they lie across a corner.
+    fn around_sample(&self, at: usize) -> [(usize, bool); 8] {
+        let (above, below) = (at - self.width, at + self.width);
+        [
+            (above - 1, true),
+            (above, false),
+            (above + 1, true),
+            (at - 1, false),
+            (at + 1, false),
+            (below - 1, true),
+            (below, false),
+            (below + 1, true),
+        ]
     }
 
     pub(super) fn ways(&self, start: usize) -> Ways {
         let mut costs = vec![u32::MAX; self.is_part.len()];
-        let mut before = vec![None; self.is_part.len()];
-        let mut open = BinaryHeap::from([Reverse((0, start))]);
+        let mut before = vec![NONE; self.is_part.len()];
+        // Cost above, sample below: the cheapest first, and of equals the first.
+        let key = |cost: u32, at: usize| Reverse(u64::from(cost) << 32 | at as u64);
+        let mut open = BinaryHeap::from([key(0, start)]);
         costs[start] = 0;
-        before[start] = Some(start);
-        while let Some(Reverse((cost, at))) = open.pop() {
+        before[start] = start as u32;
+        while let Some(Reverse(key_of)) = open.pop() {
+            let (cost, at) = ((key_of >> 32) as u32, key_of as u32 as usize);
             if cost > costs[at] {
                 continue;
             }
             for (next, is_diagonal) in self.around_sample(at) {
-                let Some(step) = self.step[next] else { continue };
+                let step = self.step[next];
+                if step == NONE {
+                    continue;
+                }
                 let reached = cost + step * if is_diagonal { 7 } else { 5 };
                 if reached < costs[next] {
                     costs[next] = reached;
-                    before[next] = Some(at);
-                    open.push(Reverse((reached, next)));
+                    before[next] = at as u32;
+                    open.push(key(reached, next));
                 }
             }
         }
@@ -114,18 +138,21 @@ impl Window {
     pub(super) fn fork(&self, way: &[usize], up: &Ways, down: &Ways, stem: f64, least: f64) -> Option<usize> {
         let (nearest, distance) = self.away(way);
         let mut ends = vec![None; way.len()];
-        for at in (0..self.is_part.len()).filter(|&at| f64::from(distance[at]) >= least) {
-            let end = &mut ends[nearest[at]];
+        for at in
+            (0..self.is_part.len()).filter(|&at| distance[at] != NONE && f64::from(distance[at]) >= least)
+        {
+            let end = &mut ends[nearest[at] as usize];
             if end.is_none_or(|farthest: usize| distance[at] > distance[farthest]) {
                 *end = Some(at);
             }
         }
-        let is_near = |at: usize, far: f64| nearest[at] < way.len() && f64::from(distance[at]) <= far;
+        let is_near = |at: usize, far: f64| distance[at] != NONE && f64::from(distance[at]) <= far;
         let fork = |end: usize| {
             // Where a limb's middle is half a stem's width away from the stem's, the two meet about as far on.
-            let below = nearest[up.back(end, |at| is_near(at, 0.5 * stem))?] + (0.75 * stem) as usize;
+            let below =
+                nearest[up.back(end, |at| is_near(at, 0.5 * stem))?] as usize + (0.75 * stem) as usize;
             // The way down cuts the corner by up to a stem's width.
-            let above = nearest[down.back(end, |at| is_near(at, stem))?];
+            let above = nearest[down.back(end, |at| is_near(at, stem))?] as usize;
             let fork = if above as f64 - below as f64 > TOUCHING * stem { above } else { below };
             // What lies beyond the way's end is the end's own.
             Some(fork).filter(|&fork| fork as f64 + stem < way.len() as f64)
@@ -136,68 +163,88 @@ impl Window {
     /// The ways to the ends of the part, the longest limb first: each reaches at least `least` samples from those before
     /// it, and there are at most `most`.
     pub(super) fn limbs(&self, start: usize, up: &Ways, least: f64, most: usize) -> Vec<Vec<usize>> {
-        let mut seen = vec![start];
+        let mut distance = vec![NONE; self.is_part.len()];
         let mut limbs = Vec::new();
+        self.spread(&mut distance, vec![start], |_, _| {});
         while limbs.len() < most {
-            let (_, distance) = self.away(&seen);
-            let farthest =
-                (0..self.is_part.len()).filter(|&at| self.is_part[at]).max_by_key(|&at| distance[at]);
+            // What cannot be walked to from the start is no limb.
+            let walked = (0..self.is_part.len()).filter(|&at| distance[at] != NONE);
+            let farthest = walked.max_by_key(|&at| distance[at]);
             let Some(way) = farthest.filter(|&at| f64::from(distance[at]) >= least).and_then(|at| up.to(at))
             else {
                 break;
             };
-            seen.extend(&way);
+            self.spread(&mut distance, way.clone(), |_, _| {});
             limbs.push(way);
         }
         limbs
     }
 
-    /// For each sample of the part the place along the way that is nearest, walking on the part, and how far it is.
-    fn away(&self, way: &[usize]) -> (Vec<usize>, Vec<u32>) {
-        let mut nearest = vec![usize::MAX; self.is_part.len()];
-        let mut distance = vec![0; self.is_part.len()];
-        for (i, &at) in way.iter().enumerate() {
+    /// For each sample of the part that can be walked to on the part, the place along the way that is nearest, and how
+    /// far it is; [`NONE`] elsewhere.
+    fn away(&self, way: &[usize]) -> (Vec<u32>, Vec<u32>) {
+        let mut nearest = vec![NONE; self.is_part.len()];
+        let mut distance = vec![NONE; self.is_part.len()];
+        for (i, &at) in (0..).zip(way) {
             nearest[at] = i;
         }
-        let mut ring: Vec<usize> = way.to_vec();
-        while !ring.is_empty() {
-            let mut next_ring = Vec::new();
-            for at in ring {
+        self.spread(&mut distance, way.to_vec(), |next, at| nearest[next] = nearest[at]);
+        (nearest, distance)
+    }
+
+    /// Makes of distances those to what is nearer: `ring` or what they were measured to; `tell` hears of each sample that
+    /// is now nearer, and by which it was reached.
+    fn spread(&self, distance: &mut [u32], mut ring: Vec<usize>, mut tell: impl FnMut(usize, usize)) {
+        ring.iter().for_each(|&at| distance[at] = 0);
+        let mut next_ring = Vec::new();
+        for far in 1.. {
+            if ring.is_empty() {
+                return;
+            }
+            for at in ring.drain(..) {
                 for (next, _) in self.around_sample(at) {
-                    if self.is_part[next] && nearest[next] == usize::MAX {
-                        nearest[next] = nearest[at];
-                        distance[next] = distance[at] + 1;
+                    if self.is_part[next] && far < distance[next] {
+                        distance[next] = far;
+                        tell(next, at);
                         next_ring.push(next);
                     }
                 }
             }
-            ring = next_ring;
+            std::mem::swap(&mut ring, &mut next_ring);
         }
-        (nearest, distance)
     }
 }
 
 /// The cheapest ways from one sample to all others.
 pub(super) struct Ways {
-    /// For each sample the one before it, and the start for itself; `None` where no way leads.
-    before: Vec<Option<usize>>,
+    /// For each sample the one before it, and the start for itself; [`NONE`] where no way leads.
+    before: Vec<u32>,
 }
 
 impl Ways {
+    /// The sample before one on the way to it; `None` where no way leads.
+    fn before(&self, at: usize) -> Option<usize> {
+        Some(self.before[at]).filter(|&before| before != NONE).map(|before| before as usize)
+    }
+
     /// The way to `goal`, from the start; `None` where no way leads.
     pub(super) fn to(&self, goal: usize) -> Option<Vec<usize>> {
         let mut way = vec![goal];
-        while self.before[way[way.len() - 1]]? != way[way.len() - 1] {
-            way.extend(self.before[way[way.len() - 1]]);
+        loop {
+            let at = way[way.len() - 1];
+            let before = self.before(at)?;
+            if before == at {
+                way.reverse();
+                return Some(way);
+            }
+            way.push(before);
         }
-        way.reverse();
-        Some(way)
     }
 
     /// The first sample on the way back from `at` that is `wanted`; `None` where none is.
     fn back(&self, mut at: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
         while !wanted(at) {
-            at = self.before[at].filter(|&before| before != at)?;
+            at = self.before(at).filter(|&before| before != at)?;
         }
         Some(at)
     }
