@@ -32,6 +32,7 @@
 
 pub mod math;
 pub mod random;
+mod wide;
 
 pub mod light;
 pub mod geometry;

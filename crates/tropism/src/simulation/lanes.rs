@@ -9,6 +9,7 @@
 //! begins with, which take a few operations, in many.
 
 use std::cell::Cell;
+use std::marker::PhantomData;
 
 use tropism_neat::Genome;
 
@@ -20,6 +21,7 @@ use crate::control::network::NetworkController;
 use crate::plant::tip::TipModel;
 use crate::random::Draws;
 use crate::task::Task;
+use crate::wide::{Work, widest};
 
 /// Plants side by side that are steered by any networks.
 const OF_NETWORKS: usize = 32;
@@ -162,7 +164,7 @@ impl<C, const LANES: usize> Lanes<C, LANES> {
             if seated == 0 {
                 return fitness;
             }
-            dispatch::stride(self, course);
+            widest(Stride { lanes: self, course, of: PhantomData });
         }
     }
 
@@ -180,60 +182,22 @@ impl<C, const LANES: usize> Lanes<C, LANES> {
     }
 }
 
-/// The widest vectors that this processor has, chosen when the program runs. All give the same bits: nothing is fused or
-/// summed in another order.
-#[allow(
-    unsafe_code,
-    reason = "calling a function that is compiled for a processor which was found to be here"
-)]
-mod dispatch {
-    use super::{Controllers, Course, Lanes};
+/// [`Lanes::stride`].
+struct Stride<'a, C, One, const LANES: usize, const TARGETS: usize> {
+    lanes: &'a mut Lanes<C, LANES>,
+    course: &'a Course<'a, TARGETS>,
+    of: PhantomData<One>,
+}
 
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
-    fn stride_avx512<C, One, const LANES: usize, const TARGETS: usize>(
-        lanes: &mut Lanes<C, LANES>,
-        course: &Course<'_, TARGETS>,
-    ) where
-        C: Controllers<One, LANES>,
-    {
-        lanes.stride(course);
-    }
+impl<C, One, const LANES: usize, const TARGETS: usize> Work for Stride<'_, C, One, LANES, TARGETS>
+where
+    C: Controllers<One, LANES>,
+{
+    type Result = ();
 
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn stride_avx2<C, One, const LANES: usize, const TARGETS: usize>(
-        lanes: &mut Lanes<C, LANES>,
-        course: &Course<'_, TARGETS>,
-    ) where
-        C: Controllers<One, LANES>,
-    {
-        lanes.stride(course);
-    }
-
-    /// [`Lanes::stride`].
-    pub(super) fn stride<C, One, const LANES: usize, const TARGETS: usize>(
-        lanes: &mut Lanes<C, LANES>,
-        course: &Course<'_, TARGETS>,
-    ) where
-        C: Controllers<One, LANES>,
-    {
-        #[cfg(target_arch = "x86_64")]
-        {
-            let has_avx512 = is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512bw");
-            if has_avx512 {
-                // SAFETY: the processor has the features that the function is compiled for.
-                return unsafe { stride_avx512(lanes, course) };
-            }
-            if is_x86_feature_detected!("avx2") {
-                // SAFETY: as above.
-                return unsafe { stride_avx2(lanes, course) };
-            }
-        }
-        lanes.stride(course);
+    #[inline(always)]
+    fn work(self) {
+        self.lanes.stride(self.course);
     }
 }
 

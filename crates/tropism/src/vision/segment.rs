@@ -5,6 +5,7 @@
 
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
+use crate::wide::{Work, widest};
 
 /// Weights of red, green and blue in the desaturated picture (Rec. 601, as OpenCV has them).
 pub const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
@@ -109,68 +110,88 @@ fn gaussian(sigma: f64) -> Vec<f32> {
 /// If `crop` does not lie inside the picture or `step` is 0.
 #[must_use]
 pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
-    assert!(
-        crop.fits(image.width, image.height) && step > 0,
-        "{crop:?} in {} x {}",
-        image.width,
-        image.height
-    );
-    let weights = gaussian(sigma);
-    let radius = weights.len() / 2;
-    // Samples stand in the middle of the squares that they stand for.
-    let (across, down) = ((step / 2).min(crop.width - 1), (step / 2).min(crop.height - 1));
-    let width = (crop.width - 1 - across) / step + 1;
-    let height = (crop.height - 1 - down) / step + 1;
-    let line = |j: usize| crop.y + down + j * step;
+    widest(Sampling { image, crop, channels, sigma, step })
+}
 
-    // The rows that a sample needs, weighed, from `radius` columns left of the crop to as many right of it; row y stands
-    // where it drives out the one that is no longer needed.
-    let (top, bottom) = (line(0).saturating_sub(radius), (line(height - 1) + radius).min(image.height - 1));
-    let (left, right) = (crop.x.saturating_sub(radius), (crop.x + crop.width + radius).min(image.width));
-    let lead = left + radius - crop.x;
-    let padded = crop.width + 2 * radius;
-    let tables: [[f32; 256]; 3] =
-        channels.map(|weight| std::array::from_fn(|level| weight * f32::from(level as u8)));
-    let weigh = |y: usize, row: &mut [f32]| {
-        let start = 3 * y * image.width;
-        let rgb = &image.rgb[start + 3 * left..start + 3 * right];
-        for (value, pixel) in row[lead..].iter_mut().zip(rgb.chunks_exact(3)) {
-            let level = |channel: usize| tables[channel][usize::from(pixel[channel])];
-            *value = level(0) + level(1) + level(2);
-        }
-        let end = lead + right - left;
-        let (first, last) = (row[lead], row[end - 1]);
-        row[..lead].fill(first);
-        row[end..].fill(last);
-    };
-    let mut weighed = vec![0.0; padded * weights.len()];
-    let mut next = top;
+/// [`sample`].
+struct Sampling<'a> {
+    image: &'a Image,
+    crop: Region,
+    channels: [f32; 3],
+    sigma: f64,
+    step: usize,
+}
 
-    // Down the columns first, where neighbours lie side by side in memory, then along the one row that is left.
-    let mut values = vec![0.0; width * height];
-    let mut smooth = vec![0.0; padded];
-    for (j, out) in values.chunks_exact_mut(width).enumerate() {
-        let place = |y: usize| y % weights.len() * padded;
-        next = next.max(line(j).saturating_sub(radius));
-        while next <= (line(j) + radius).min(bottom) {
-            weigh(next, &mut weighed[place(next)..][..padded]);
-            next += 1;
-        }
-        let row = |k: usize| {
-            let y = (line(j) + k).saturating_sub(radius).clamp(top, bottom);
-            &weighed[place(y)..][..padded]
+impl Work for Sampling<'_> {
+    type Result = Plane;
+
+    #[inline(always)]
+    fn work(self) -> Plane {
+        let Sampling { image, crop, channels, sigma, step } = self;
+        assert!(
+            crop.fits(image.width, image.height) && step > 0,
+            "{crop:?} in {} x {}",
+            image.width,
+            image.height
+        );
+        let weights = gaussian(sigma);
+        let radius = weights.len() / 2;
+        // Samples stand in the middle of the squares that they stand for.
+        let (across, down) = ((step / 2).min(crop.width - 1), (step / 2).min(crop.height - 1));
+        let width = (crop.width - 1 - across) / step + 1;
+        let height = (crop.height - 1 - down) / step + 1;
+        let line = |j: usize| crop.y + down + j * step;
+
+        // The rows that a sample needs, weighed, from `radius` columns left of the crop to as many right of it; row y stands
+        // where it drives out the one that is no longer needed.
+        let (top, bottom) =
+            (line(0).saturating_sub(radius), (line(height - 1) + radius).min(image.height - 1));
+        let (left, right) = (crop.x.saturating_sub(radius), (crop.x + crop.width + radius).min(image.width));
+        let lead = left + radius - crop.x;
+        let padded = crop.width + 2 * radius;
+        let tables: [[f32; 256]; 3] =
+            channels.map(|weight| std::array::from_fn(|level| weight * f32::from(level as u8)));
+        let weigh = |y: usize, row: &mut [f32]| {
+            let start = 3 * y * image.width;
+            let rgb = &image.rgb[start + 3 * left..start + 3 * right];
+            for (value, pixel) in row[lead..].iter_mut().zip(rgb.chunks_exact(3)) {
+                let level = |channel: usize| tables[channel][usize::from(pixel[channel])];
+                *value = level(0) + level(1) + level(2);
+            }
+            let end = lead + right - left;
+            let (first, last) = (row[lead], row[end - 1]);
+            row[..lead].fill(first);
+            row[end..].fill(last);
         };
-        mix(&mut smooth, row, &weights);
-        if step == 1 {
-            mix(out, |k| &smooth[k..k + width], &weights);
-        } else {
-            for (i, sum) in out.iter_mut().enumerate() {
-                let from = &smooth[across + i * step..][..weights.len()];
-                *sum = from.iter().zip(&weights).map(|(value, weight)| value * weight).sum();
+        let mut weighed = vec![0.0; padded * weights.len()];
+        let mut next = top;
+
+        // Down the columns first, where neighbours lie side by side in memory, then along the one row that is left.
+        let mut values = vec![0.0; width * height];
+        let mut smooth = vec![0.0; padded];
+        for (j, out) in values.chunks_exact_mut(width).enumerate() {
+            let place = |y: usize| y % weights.len() * padded;
+            next = next.max(line(j).saturating_sub(radius));
+            while next <= (line(j) + radius).min(bottom) {
+                weigh(next, &mut weighed[place(next)..][..padded]);
+                next += 1;
+            }
+            let row = |k: usize| {
+                let y = (line(j) + k).saturating_sub(radius).clamp(top, bottom);
+                &weighed[place(y)..][..padded]
+            };
+            mix(&mut smooth, row, &weights);
+            if step == 1 {
+                mix(out, |k| &smooth[k..k + width], &weights);
+            } else {
+                for (i, sum) in out.iter_mut().enumerate() {
+                    let from = &smooth[across + i * step..][..weights.len()];
+                    *sum = from.iter().zip(&weights).map(|(value, weight)| value * weight).sum();
+                }
             }
         }
+        Plane { width, height, values, origin: ((crop.x + across) as f64, line(0) as f64), step }
     }
-    Plane { width, height, values, origin: ((crop.x + across) as f64, line(0) as f64), step }
 }
 
 /// A plane smoothed by a Gaussian of deviation `sigma` samples; beyond its edges the outermost samples are repeated.
@@ -193,6 +214,7 @@ pub fn smooth(plane: Plane, sigma: f64) -> Plane {
 }
 
 /// Writes the weighed sum of rows, row `k` by weight `k`, added up in this order.
+#[inline(always)]
 fn mix<'a>(out: &mut [f32], row: impl Fn(usize) -> &'a [f32], weights: &[f32]) {
     // The filter of mode `robust` is five wide: one pass over rows instead of five.
     if let Ok([a, b, c, d, e]) = <[f32; 5]>::try_from(weights) {

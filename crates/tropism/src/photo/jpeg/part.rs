@@ -6,6 +6,7 @@
 use super::{Jpeg, Plane, SIDE};
 use crate::geometry::Region;
 use crate::photo::Image;
+use crate::wide::{Work, widest};
 
 /// Samples of one plane, in whole blocks around a region.
 struct Patch {
@@ -22,6 +23,18 @@ impl Patch {
     }
 }
 
+/// [`Jpeg::part`].
+struct Part<'a>(&'a Jpeg, Region);
+
+impl Work for Part<'_> {
+    type Result = Image;
+
+    #[inline(always)]
+    fn work(self) -> Image {
+        self.0.pixels(self.1)
+    }
+}
+
 impl Jpeg {
     /// The pixels of a region.
     ///
@@ -29,6 +42,11 @@ impl Jpeg {
     /// If it does not lie inside the picture.
     #[must_use]
     pub fn part(&self, region: Region) -> Image {
+        widest(Part(self, region))
+    }
+
+    #[inline(always)]
+    fn pixels(&self, region: Region) -> Image {
         let Region { x, y, width, height } = region;
         assert!(region.fits(self.width, self.height), "{region:?} in {} x {}", self.width, self.height);
         let patches: Vec<Patch> = self.planes.iter().map(|plane| self.patch(plane, region)).collect();
@@ -51,6 +69,7 @@ impl Jpeg {
     }
 
     /// The blocks of a plane that the pixels of a region need.
+    #[inline(always)]
     fn patch(&self, plane: &Plane, region: Region) -> Patch {
         // Half the resolution needs the next sample on each side.
         let blocks = |from: usize, length: usize, spread: usize, most: usize| {
@@ -76,6 +95,7 @@ impl Jpeg {
 }
 
 /// One row of a plane of colour at the resolution of the picture, columns `xs` of it; `mixed` is room to work in.
+#[inline(always)]
 fn spread(
     plane: &Plane,
     patch: &Patch,
@@ -124,6 +144,7 @@ fn spread(
 }
 
 /// Red, green and blue of brightness, blueness and redness (Rec. 601 over the full range, as JFIF has it).
+#[inline(always)]
 fn colour(light: &[u8], blue: &[i16], red: &[i16], out: &mut [u8]) {
     const WIDE: usize = 16;
     let mut pixels = [[0; WIDE]; 3];

@@ -6,6 +6,7 @@
 use super::{Jpeg, Plane, SIDE, ZIGZAG};
 use crate::geometry::Region;
 use crate::photo::Image;
+use crate::wide::{Work, widest};
 
 /// The means of the squares of a plane that lie in the blocks around a region.
 struct Means {
@@ -14,6 +15,23 @@ struct Means {
     top: usize,
     width: usize,
     values: Vec<f32>,
+}
+
+/// [`Jpeg::means`].
+struct Squares<'a> {
+    jpeg: &'a Jpeg,
+    plane: &'a Plane,
+    region: Region,
+    factor: usize,
+}
+
+impl Work for Squares<'_> {
+    type Result = Means;
+
+    #[inline(always)]
+    fn work(self) -> Means {
+        self.jpeg.squares(self.plane, self.region, self.factor)
+    }
 }
 
 impl Jpeg {
@@ -73,6 +91,11 @@ impl Jpeg {
     }
 
     fn means(&self, plane: &Plane, region: Region, factor: usize) -> Means {
+        widest(Squares { jpeg: self, plane, region, factor })
+    }
+
+    #[inline(always)]
+    fn squares(&self, plane: &Plane, region: Region, factor: usize) -> Means {
         assert!(
             region.fits(self.width, self.height) && Self::shrinks(region, factor),
             "{region:?} by {factor}"
@@ -90,6 +113,7 @@ impl Jpeg {
     }
 
     /// The same with `ACROSS` squares across a block and `ALL` of them in all.
+    #[inline(always)]
     fn means_of<const ACROSS: usize, const ALL: usize>(
         &self,
         plane: &Plane,

@@ -18,6 +18,7 @@ const CORNER: usize = 9;
 
 impl Jpeg {
     /// The samples of a block, row by row.
+    #[inline(always)]
     pub(super) fn samples(&self, plane: &Plane, block: &Block) -> Rows<u8> {
         let mean = i32::from(block.mean) * plane.steps[0];
         let frequencies = self.frequencies(block);
