@@ -5,13 +5,25 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::photo::Photo;
+use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, RigError};
 
 use crate::seconds::{Seconds, twenty};
 use crate::{failed, tries};
 
-/// A video device that gives JPEG pictures.
+/// How a video device hands its pictures over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Frames {
+    /// JPEG pictures, kept as they come.
+    #[default]
+    #[serde(rename = "MJPG")]
+    Mjpg,
+    /// Raw pixels of BT.601 in the narrow range, of which two share their colour; kept as JPEG pictures of quality 95.
+    #[serde(rename = "YUYV")]
+    Yuyv,
+}
+
+/// A video device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct V4l2Camera {
@@ -21,6 +33,9 @@ pub struct V4l2Camera {
     pub width: u32,
     /// Rows.
     pub height: u32,
+    /// What it is asked for. Nearly every camera has JPEG at all its sizes, and raw pixels at the small ones.
+    #[serde(default)]
+    pub format: Frames,
     /// Frames that are thrown away while the camera settles.
     #[serde(default = "eight")]
     pub discard_frames: u32,
@@ -42,9 +57,12 @@ const fn eight() -> u32 {
 
 impl V4l2Camera {
     pub(crate) fn check(&self) -> Result<(), String> {
-        let Self { width, height, .. } = self;
+        let Self { width, height, format, .. } = self;
         if !(16..=16_384).contains(width) || !(16..=16_384).contains(height) {
             return Err(format!("found {width} x {height} pixels, wanted 16 to 16384 each"));
+        }
+        if *format == Frames::Yuyv && width % 2 == 1 {
+            return Err(format!("found {width} columns of YUYV, wanted an even number"));
         }
         Ok(())
     }
@@ -70,6 +88,25 @@ fn key(name: &str) -> String {
     words.collect::<Vec<_>>().join("_").to_ascii_lowercase()
 }
 
+/// The picture in raw pixels as two of them lie in four bytes: light, blue, light, red. Rows may be longer than their
+/// pixels.
+#[cfg_attr(not(target_os = "linux"), allow(dead_code))]
+fn from_yuyv(bytes: &[u8], width: usize, height: usize, row: usize) -> Result<Image, String> {
+    if row < 2 * width || bytes.len() < row * (height - 1) + 2 * width {
+        return Err(format!("found a frame of {} bytes, wanted {height} rows of {}", bytes.len(), 2 * width));
+    }
+    let pixels = bytes.chunks(row).take(height).flat_map(|row| row[..2 * width].as_chunks().0);
+    let rgb = pixels.flat_map(|&[first, blue, second, red]: &[u8; 4]| {
+        let (blue, red) = (i32::from(blue) - 128, i32::from(red) - 128);
+        [first, second].into_iter().flat_map(move |light| {
+            let light = 298 * (i32::from(light) - 16);
+            [light + 409 * red, light - 100 * blue - 208 * red, light + 516 * blue]
+                .map(|part| ((part + 128) >> 8).clamp(0, 255) as u8)
+        })
+    });
+    Ok(Image { width, height, rgb: rgb.collect() })
+}
+
 #[cfg(target_os = "linux")]
 mod device {
     use std::io;
@@ -80,7 +117,7 @@ mod device {
     use linuxvideo::controls::Cid;
     use linuxvideo::format::{PixFormat, PixelFormat};
 
-    use super::{Photo, RigError, V4l2Camera, key};
+    use super::{Frames, Photo, RigError, V4l2Camera, from_yuyv, key};
     use crate::picture;
 
     impl V4l2Camera {
@@ -92,14 +129,17 @@ mod device {
             };
             let mut device = Device::open(&self.device).map_err(error("open it"))?;
             self.lock(&mut device)?;
-            let format = PixFormat::new(self.width, self.height, PixelFormat::MJPG);
-            let capture = device.video_capture(format).map_err(error("set the format MJPG"))?;
+            let pixels = match self.format {
+                Frames::Mjpg => PixelFormat::MJPG,
+                Frames::Yuyv => PixelFormat::YUYV,
+            };
+            let format = PixFormat::new(self.width, self.height, pixels);
+            let capture = device.video_capture(format).map_err(error("set its format"))?;
             let found = capture.format();
-            if (found.width(), found.height(), found.pixel_format())
-                != (self.width, self.height, PixelFormat::MJPG)
-            {
+            let row = found.bytes_per_line() as usize;
+            if (found.width(), found.height(), found.pixel_format()) != (self.width, self.height, pixels) {
                 return Err(self.error(format!(
-                    "found {} x {} pixels of {:?}, wanted {} x {} of MJPG",
+                    "found {} x {} pixels of {}, wanted {} x {} of {pixels}",
                     found.width(),
                     found.height(),
                     found.pixel_format(),
@@ -123,11 +163,21 @@ mod device {
                 if left > 0 {
                     left -= 1;
                 } else if !is_damaged {
-                    picture::check(&bytes).map_err(|problem| self.error(problem))?;
+                    let bytes = self.photograph_of(bytes, row).map_err(|problem| self.error(problem))?;
                     return Ok(Photo { name: String::new(), bytes, time_s: 0.0 });
                 } else if Instant::now() >= deadline {
                     return Err(self.error("found only damaged frames, wanted a whole one".to_owned()));
                 }
+            }
+        }
+
+        /// A frame as the file that is kept.
+        fn photograph_of(&self, frame: Vec<u8>, row: usize) -> Result<Vec<u8>, String> {
+            match self.format {
+                Frames::Mjpg => picture::check(&frame).map(|()| frame),
+                Frames::Yuyv => from_yuyv(&frame, self.width as usize, self.height as usize, row)?
+                    .to_jpeg(95)
+                    .map_err(|problem| problem.to_string()),
             }
         }
 
@@ -193,6 +243,22 @@ mod tests {
         );
         let names: Vec<_> = camera.ordered().into_iter().map(|(name, _)| name).collect();
         assert_eq!(names, ["auto_exposure", "focus_automatic_continuous", "exposure_time_absolute", "gain"]);
+    }
+
+    #[test]
+    fn raw_pixels_become_the_colours_they_mean_and_rows_end_where_they_should() {
+        // White, black; red, red; and two bytes more than there are pixels.
+        let bytes = [235, 128, 16, 128, 7, 7, 81, 90, 81, 240, 7, 7];
+        let image = from_yuyv(&bytes, 2, 2, 6).unwrap();
+        assert_eq!([image.at(0, 0), image.at(1, 0)], [[255; 3], [0; 3]]);
+        for x in 0..2 {
+            let [red, green, blue] = image.at(x, 1);
+            assert!(red > 250 && green < 5 && blue < 5, "{red} {green} {blue}");
+        }
+        assert_eq!(from_yuyv(&bytes[..10], 2, 2, 6), Ok(image));
+        assert!(from_yuyv(&bytes[..9], 2, 2, 6).unwrap_err().contains("9 bytes, wanted 2 rows of 4"));
+        let odd = V4l2Camera { width: 641, ..camera("format = \"YUYV\"") };
+        assert!(odd.check().unwrap_err().contains("641 columns"));
     }
 
     #[test]
