@@ -113,6 +113,8 @@ fn a_tent_that_works_passes_and_is_dark_afterwards() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     tent(folder);
+    // What a run leaves lit a rehearsal does not.
+    change(folder, "rig.toml", "[lamps]\n", "[lamps]\non_exit = \"keep\"\n");
     let (code, lines) = check(folder, &["--rehearse", "6", "--photographs", "kept"]);
     never_fails(&lines);
     assert_eq!(code, 0);

@@ -166,12 +166,16 @@ impl Real {
         done(&tent(path, "tent").output().unwrap());
         let calibration = fs::read_to_string(path.join("tent/calibration.toml")).unwrap();
         let photographs = path.join("tent/photographs");
+        let say = |what: &str| format!("[\"sh\", \"-c\", \"echo {what} >> lamps\"]");
         let rig = format!(
             "period_min = {period_min}\n[patience]\nlate_s = 3600\nfree_mb = 0\n{more}\n\
              [camera]\ndriver = \"replay\"\nfolder = {photographs:?}\n\
-             [lamps]\nleft = [\"true\"]\nright = [\"true\"]\ndark = [\"true\"]\n\
+             [lamps]\non_exit = \"dark\"\nleft = {}\nright = {}\ndark = {}\n\
              [vision.crop]\nx = 4\ny = 10\nwidth = 316\nheight = 190\n\
              [calibration]\n{}",
+            say("left"),
+            say("right"),
+            say("dark"),
             calibration.replace("[base]", "[calibration.base]")
         );
         fs::write(path.join("rig.toml"), rig).unwrap();
@@ -213,18 +217,30 @@ fn a_second_program_is_refused_and_the_first_goes_on() {
 #[test]
 fn a_run_ends_in_order_while_it_waits_for_its_next_step_and_goes_on_by_itself() {
     let real = Real::with_period(5.0, "");
-    let mut child = real.until(1);
-    let pid = child.id().to_string();
-    assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
-    // Its next step is due in five minutes: it would not end by itself before.
-    let mut tenths = 0;
-    while child.try_wait().unwrap().is_none() {
-        tenths += 1;
-        assert!(tenths < 1200, "SIGTERM was not heard");
-        sleep(Duration::from_millis(100));
+    let rig = real.folder.path().join("rig.toml");
+    let text = fs::read_to_string(&rig).unwrap();
+    for (on_exit, last) in [("keep", "left"), ("dark", "dark")] {
+        fs::write(&rig, text.replace("on_exit = \"dark\"", &format!("on_exit = {on_exit:?}"))).unwrap();
+        let _ = fs::remove_dir_all(real.run());
+        let mut child = real.until(1);
+        while !rows(&real.run())[0].is_done {
+            assert!(child.try_wait().unwrap().is_none(), "it ended: {:?}", child.wait_with_output());
+            sleep(Duration::from_millis(5));
+        }
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+        // Its next step is due in five minutes: it would not end by itself before.
+        let mut tenths = 0;
+        while child.try_wait().unwrap().is_none() {
+            tenths += 1;
+            assert!(tenths < 1200, "SIGTERM was not heard");
+            sleep(Duration::from_millis(100));
+        }
+        assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
+        assert_eq!(events(&real.run()).last().unwrap().kind, EventKind::Stopped);
+        let lamps = fs::read_to_string(real.folder.path().join("lamps")).unwrap();
+        assert_eq!(lamps.lines().last(), Some(last), "on_exit = {on_exit:?}: {lamps}");
     }
-    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
-    assert_eq!(events(&real.run()).last().unwrap().kind, EventKind::Stopped);
     let mut child = real.command(&[]).spawn().unwrap();
     while events(&real.run()).last().unwrap().kind != EventKind::Resumed {
         assert!(child.try_wait().unwrap().is_none());

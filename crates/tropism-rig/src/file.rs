@@ -8,7 +8,7 @@ use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use tropism::experiment::{Durability, LampsInView, Patience};
 use tropism::greenhouse::tent::{Device, Greenhouse};
-use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
+use tropism::rig::{Camera, Clock, Flash, Lamps, OnExit, Rig, RigError};
 use tropism::track::PERIOD_MIN;
 use tropism::vision::{Calibration, Eye, VisionConfig};
 
@@ -88,6 +88,9 @@ pub struct LampsTable {
     /// Seconds of darkness between one lamp and the other, where each has a driver. 0.2 if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pause_s: Option<Seconds>,
+    /// What becomes of them when a run ends, however that comes about. Dark if it is left out.
+    #[serde(default)]
+    pub on_exit: OnExit,
 }
 
 /// One lamp of two.
@@ -136,6 +139,12 @@ impl LampsTable {
                 }
                 if left.overlaps(right) {
                     return Err("lamps: found left and right on the same pixels, line or plug, wanted two lamps"
+                        .to_owned());
+                }
+                let is_let_go = |lamp: &LampDriver| matches!(lamp, LampDriver::Gpio(_));
+                if self.on_exit == OnExit::Keep && (is_let_go(left) || is_let_go(right)) {
+                    return Err("lamps: found on_exit = \"keep\" with a lamp on a GPIO line, which goes off when its \
+                                program ends, wanted \"dark\""
                         .to_owned());
                 }
                 left.check(period_min).map_err(|problem| format!("lamps.left: {problem}"))?;
@@ -335,10 +344,10 @@ impl RigFile {
             Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
             None => Box::new(NoFlash),
         };
-        let clock = Box::new(TentClock::new(since_start)) as Box<dyn Clock>;
+        let (clock, on_exit) = (Box::new(TentClock::new(since_start)) as Box<dyn Clock>, lamps.on_exit);
         let (camera, lamps) =
             (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
-        let rig = Rig::new(camera, lamps, flash, clock, eye, period);
+        let rig = Rig::new(camera, lamps, flash, clock, eye, period).with_on_exit(on_exit);
         Ok(OpenRig { rig, truth: None })
     }
 }
@@ -420,6 +429,23 @@ mod tests {
         let mixed =
             "[lamps]\nleft = [\"l\"]\n[lamps.right]\ndriver = \"command\"\non = [\"r\"]\noff = [\"r0\"]\n";
         assert!(problem(mixed).contains("left and right alike"));
+    }
+
+    #[test]
+    fn lamps_stay_lit_only_where_that_is_wanted_and_can_be() {
+        let lamps = |text: &str| parse(&format!("{CAMERA}{text}"));
+        let rig = lamps(&format!("[lamps]\non_exit = \"keep\"\n{LAMPS}")).unwrap();
+        assert_eq!((rig.check(), rig.lamps.unwrap().on_exit), (Ok(()), OnExit::Keep));
+        assert_eq!(lamps(LAMPS).unwrap().lamps.unwrap().on_exit, OnExit::Dark);
+        let (line, problem) = error(&format!("{CAMERA}[lamps]\non_exit = \"lit\"\n{LAMPS}"));
+        assert_eq!(line, "on_exit = \"lit\"");
+        assert!(problem.contains("unknown variant `lit`, expected `dark` or `keep`"), "{problem}");
+        let gpio = LAMPS.replace(
+            "driver = \"command\"\non = [\"r\"]\noff = [\"r0\"]",
+            "driver = \"gpio\"\nline = { name = \"GPIO17\" }",
+        );
+        let problem = lamps(&format!("[lamps]\non_exit = \"keep\"\n{gpio}")).unwrap().check().unwrap_err();
+        assert!(problem.to_string().contains("on a GPIO line"), "{problem}");
     }
 
     #[test]

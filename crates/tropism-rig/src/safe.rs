@@ -1,10 +1,10 @@
-//! The safe state of a tent: flash off, lamps dark, whoever left them lit.
+//! The safe state of a tent: flash off, lamps as its file says they are to be left, whoever left them lit.
 //!
 //! For a program that was killed, and for people who want all light off now. Each device is opened by itself, so that one
 //! that is gone keeps no other from being put off.
 
 use tropism::light::Light;
-use tropism::rig::{Lamps, RigError};
+use tropism::rig::{Lamps, OnExit, RigError};
 
 use crate::file::{Lamp, RigFile};
 use crate::mqtt::Broker;
@@ -20,15 +20,16 @@ pub struct PutOff {
     pub result: Result<(), RigError>,
 }
 
-/// Puts the flash off and both lamps dark. Each device is tried three times; a virtual tent has none.
-pub fn safe_state(rig: &RigFile) -> Vec<PutOff> {
+/// Puts the flash off and both lamps dark, the lamps as [`OnExit`] says unless `is_all`. Each device is tried three times;
+/// those that are to stay lit are not touched, and a virtual tent has none.
+pub fn safe_state(rig: &RigFile, is_all: bool) -> Vec<PutOff> {
     let broker = rig.mqtt.as_ref();
     let mut done = Vec::new();
     if let Some(flash) = &rig.flash {
         // A flash is put off when it is opened.
         done.push(PutOff { device: "flash", result: again(two(), || flash.open(broker).map(drop)) });
     }
-    if let Some(lamps) = &rig.lamps {
+    if let Some(lamps) = rig.lamps.as_ref().filter(|lamps| is_all || lamps.on_exit == OnExit::Dark) {
         match (&lamps.left, &lamps.right) {
             (Lamp::Command(_), Lamp::Command(_)) => {
                 let result = again(two(), || lamps.programs().light(None));
@@ -82,7 +83,7 @@ mod tests {
             say("right on"),
             say("right off"),
         );
-        let done = safe_state(&rig(folder.path(), &lamps));
+        let done = safe_state(&rig(folder.path(), &lamps), false);
         let found: Vec<_> = done.iter().map(|put| (put.device, put.result.is_ok())).collect();
         assert_eq!(found, [("flash", true), ("left lamp", false), ("right lamp", true)]);
         assert!(done[1].result.as_ref().unwrap_err().to_string().contains("/no/such/leds"));
@@ -96,8 +97,24 @@ mod tests {
         let dark = format!("echo dark >> {0}; test $(grep -c dark {0}) -ge 2", log.display());
         let lamps =
             format!("[lamps]\nleft = [\"true\"]\nright = [\"true\"]\ndark = [\"sh\", \"-c\", {dark:?}]\n");
-        let done = safe_state(&rig(folder.path(), &lamps));
+        let done = safe_state(&rig(folder.path(), &lamps), false);
         assert!(done.iter().all(|put| put.result.is_ok()), "{done:?}");
         assert_eq!(fs::read_to_string(log).unwrap(), "flash off\ndark\ndark\n");
+    }
+
+    #[test]
+    fn lamps_that_are_to_stay_lit_do_so_unless_all_light_is_to_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("log");
+        let dark = format!("echo dark >> {}", log.display());
+        let lamps = format!(
+            "[lamps]\non_exit = \"keep\"\nleft = [\"true\"]\nright = [\"true\"]\ndark = [\"sh\", \"-c\", {dark:?}]\n"
+        );
+        let rig = rig(folder.path(), &lamps);
+        let devices = |is_all| safe_state(&rig, is_all).iter().map(|put| put.device).collect::<Vec<_>>();
+        assert_eq!(devices(false), ["flash"]);
+        assert_eq!(fs::read_to_string(&log).unwrap(), "flash off\n");
+        assert_eq!(devices(true), ["flash", "lamps"]);
+        assert_eq!(fs::read_to_string(&log).unwrap(), "flash off\nflash off\ndark\n");
     }
 }

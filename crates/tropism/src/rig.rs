@@ -6,6 +6,8 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use crate::environment::Environment;
 use crate::light::Light;
 use crate::observation::Observation;
@@ -33,6 +35,17 @@ pub trait Lamps {
     /// # Errors
     /// If a lamp does not obey.
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError>;
+}
+
+/// What becomes of the lamps when a rig is closed, however that comes about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OnExit {
+    /// Both go dark.
+    #[default]
+    Dark,
+    /// They stay as they are.
+    Keep,
 }
 
 /// The flash that makes the plant bright in a photograph.
@@ -168,7 +181,7 @@ pub struct Shot {
 
 /// A tent: its devices and the eye that reads its photographs.
 ///
-/// Dropping a rig darkens its lamps.
+/// Dropping a rig darkens its lamps, unless they are to [stay](OnExit::Keep) as they are.
 #[derive(Debug)]
 pub struct Rig<C, L: Lamps, F, K> {
     camera: C,
@@ -177,6 +190,7 @@ pub struct Rig<C, L: Lamps, F, K> {
     clock: K,
     eye: Eye,
     period: Duration,
+    on_exit: OnExit,
     /// The next step.
     step: u32,
     shot: Option<Shot>,
@@ -190,7 +204,14 @@ fn go_on() -> ControlFlow<()> {
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// A tent that is observed every `period`, beginning at the clock's start.
     pub const fn new(camera: C, lamps: L, flash: F, clock: K, eye: Eye, period: Duration) -> Self {
-        Self { camera, lamps, flash, clock, eye, period, step: 0, shot: None }
+        Self { camera, lamps, flash, clock, eye, period, on_exit: OnExit::Dark, step: 0, shot: None }
+    }
+
+    /// The same tent, whose lamps become what `on_exit` says when it is closed.
+    #[must_use]
+    pub fn with_on_exit(mut self, on_exit: OnExit) -> Self {
+        self.on_exit = on_exit;
+        self
     }
 
     /// The latest photograph, once there is one.
@@ -310,7 +331,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
 
 impl<C, L: Lamps, F, K> Drop for Rig<C, L, F, K> {
     fn drop(&mut self) {
-        // Nobody is left to be told of a failure here; drivers keep their own last resort.
-        let _ = self.lamps.light(None);
+        if self.on_exit == OnExit::Dark {
+            // Nobody is left to be told of a failure here; drivers keep their own last resort.
+            let _ = self.lamps.light(None);
+        }
     }
 }

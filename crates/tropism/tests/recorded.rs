@@ -15,9 +15,9 @@ use tropism::experiment::{
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::light::Light;
 use tropism::photo::{Image, Photo};
-use tropism::rig::{Boot, Camera, Clock, Flash, Lamps, Moment, Rig, RigError};
+use tropism::rig::{Boot, Camera, Clock, Flash, Lamps, Moment, OnExit, Rig, RigError};
 use tropism::task::Task;
-use tropism::track::Track;
+use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, Eye, VisionConfig};
 
 /// A straight stem that grows and leans to the lit lamp, what goes wrong in its tent, and a log of what was done to it.
@@ -45,6 +45,8 @@ struct Wrong {
     lamps_fail: Range<u32>,
     /// Commands that the lamps do not obey, and say nothing.
     lamps_lie: Range<u32>,
+    /// What becomes of its lamps at the end.
+    on_exit: OnExit,
     /// Whether it has the clocks of a real tent; the one on the wall is set by two hours after 100 minutes.
     is_real: bool,
 }
@@ -174,6 +176,7 @@ fn open_with(
     wrong: Wrong,
     care: Care,
 ) -> Result<(Recording, Hand), RecordError> {
+    let on_exit = wrong.on_exit;
     let hand = Hand(Rc::new(RefCell::new(Tent { wrong, ..Tent::default() })));
     let config = VisionConfig {
         crop: Some(Region { x: 0, y: 0, width: 200, height: 185 }),
@@ -182,6 +185,7 @@ fn open_with(
     let eye = Eye::new(CALIBRATION, config).unwrap();
     let device = || hand.clone();
     let rig = Rig::new(device(), device(), device(), device(), eye, Duration::from_secs(300));
+    let rig = rig.with_on_exit(on_exit);
     let folder = RunFolder::open(path, "seed = 1\n", Durability::Fast, is_resumed)?;
     Ok((Recorded::new(rig, folder, care)?, hand))
 }
@@ -240,6 +244,36 @@ fn lamps_are_dark_when_a_run_ends() {
     assert_eq!(tent.lights[0], None, "and when it begins");
     assert!(tent.lights[1..20].iter().all(Option::is_some));
     assert!(!tent.has_flash);
+}
+
+#[test]
+fn lamps_stay_lit_if_that_is_wanted_however_the_run_ends() {
+    for (on_exit, is_dark) in [(OnExit::Dark, true), (OnExit::Keep, false)] {
+        let left = |ends_at: Option<u32>, has_panicked: bool| {
+            let folder = tempfile::tempdir().unwrap();
+            let wrong = Wrong { on_exit, is_real: true, ..Wrong::default() };
+            let watcher = Box::new(Ears { ends_at, ..Ears::default() });
+            let (mut world, hand) =
+                open_with(folder.path(), true, wrong, Care { watcher, ..Care::default() }).unwrap();
+            let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
+                let mut watch = |sample: &Sample| match sample.step {
+                    5 if has_panicked => panic!("as a test"),
+                    _ => ControlFlow::Continue(()),
+                };
+                run(&mut world, &mut Chase::new(task().targets), &task(), &mut watch).is_ok()
+            }));
+            assert_eq!(
+                (ended.is_err(), ended.unwrap_or(false)),
+                (has_panicked, ends_at.is_none() && !has_panicked)
+            );
+            let tent = hand.0.borrow();
+            assert!(!tent.has_flash);
+            tent.lit.is_none()
+        };
+        assert_eq!(left(None, false), is_dark, "{on_exit:?}: at its end");
+        assert_eq!(left(Some(10), false), is_dark, "{on_exit:?}: when it is asked to end");
+        assert_eq!(left(None, true), is_dark, "{on_exit:?}: when it panics");
+    }
 }
 
 #[test]

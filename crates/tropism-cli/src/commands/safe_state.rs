@@ -1,4 +1,4 @@
-//! `tropism safe-state`: all light off.
+//! `tropism safe-state`: flash off, lamps as they are to be left.
 
 use std::path::{Path, PathBuf};
 
@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::experiment::files;
+use tropism::rig::OnExit;
 use tropism_rig::file::RigFile;
 use tropism_rig::safe::{PutOff, safe_state};
 
@@ -15,15 +16,19 @@ use crate::shell::Shell;
 ///
 /// Works without the program that lit them: after a kill, by hand, or as ExecStopPost= of a systemd unit. Each device is
 /// tried three times, and one that is gone keeps no other lit. A run that still goes on lights its lamp again at its next
-/// step: `tropism stop` comes first.
+/// step: `tropism stop` comes first. Lamps whose file says `on_exit = "keep"` stay as they are, unless --dark is given.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism safe-state rigs/wled-ipcam.toml\n  \
-    tropism stop bean; tropism safe-state bean")]
+    tropism stop bean; tropism safe-state bean --dark")]
 pub(crate) struct SafeState {
     /// Rig file, or the folder of a run in it
     #[arg(value_name = "RIG.toml|DIR")]
     rig: PathBuf,
+
+    /// Lamps dark whatever the file says
+    #[arg(long)]
+    dark: bool,
 }
 
 /// The rig of a rig file or of a run folder.
@@ -45,6 +50,8 @@ pub(crate) fn load_rig(path: &Path) -> Result<RigFile> {
 struct Outcome {
     rig: PathBuf,
     is_virtual: bool,
+    /// Whether the lamps were left as they are.
+    is_kept: bool,
     devices: Vec<DeviceOutcome>,
 }
 
@@ -63,7 +70,7 @@ impl SafeState {
             is_off: result.is_ok(),
             problem: result.err().map(|error| error.to_string()),
         };
-        let devices: Vec<_> = safe_state(&rig).into_iter().map(outcome).collect();
+        let devices: Vec<_> = safe_state(&rig, self.dark).into_iter().map(outcome).collect();
         let line = |device: &DeviceOutcome| match &device.problem {
             None => format!("{}: off", device.device),
             Some(problem) => format!("{}: NOT KNOWN TO BE OFF: {problem}", device.device),
@@ -72,8 +79,12 @@ impl SafeState {
         if rig.is_virtual() {
             lines.push("a virtual tent: nothing is lit".to_owned());
         }
+        let is_kept = !self.dark && rig.lamps.as_ref().is_some_and(|lamps| lamps.on_exit == OnExit::Keep);
+        if is_kept {
+            lines.push("lamps: left as they are, for on_exit = \"keep\" (--dark puts them out)".to_owned());
+        }
         let failed = devices.iter().filter(|device| !device.is_off).count();
-        let outcome = Outcome { rig: self.rig, is_virtual: rig.is_virtual(), devices };
+        let outcome = Outcome { rig: self.rig, is_virtual: rig.is_virtual(), is_kept, devices };
         shell.result(&lines.join("\n"), &outcome)?;
         if failed > 0 {
             bail!(

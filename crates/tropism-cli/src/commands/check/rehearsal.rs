@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use tropism::experiment::{Journal, Row, files};
+use tropism::rig::OnExit;
 use tropism_rig::file::RigFile;
 
 use super::{Findings, Group};
@@ -53,6 +54,8 @@ fn rehearse(rig: &RigFile, scratch: &Path, steps: u32, findings: &mut Findings) 
     if !rig.is_virtual() {
         rig.period_min = PERIOD_MIN;
     }
+    // A rehearsal leaves nothing lit.
+    rig.lamps.iter_mut().for_each(|lamps| lamps.on_exit = OnExit::Dark);
     files::write(&scratch.join("rig.toml"), toml::to_string(&rig)?.as_bytes())?;
     let mut first = start(&rig, scratch, steps, false)?;
     let patience = PATIENCE * steps;
