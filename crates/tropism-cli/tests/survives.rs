@@ -279,7 +279,7 @@ fn a_full_disk_costs_photographs_and_nothing_else() {
         println!("skipped: no disk can be mounted here");
         return;
     }
-    let real = Real::new("ballast_mb = 1");
+    let real = Real::new("ballast_mb = 1\nhold_steps = 40");
     fs::create_dir(real.run()).unwrap();
     fs::create_dir(real.folder.path().join("saved")).unwrap();
     let script = "mount -t tmpfs -o size=4m none run || exit 9

@@ -62,13 +62,14 @@ impl Kind {
     /// Whether people are told of it if they do not choose: not of what happens once and passes.
     #[must_use]
     pub const fn is_told(self) -> bool {
-        !matches!(self, Self::Event(EventKind::Late | EventKind::Camera | EventKind::Held) | Self::Step)
+        use EventKind::{Camera, Dark, Held, Late};
+        !matches!(self, Self::Event(Late | Camera | Dark | Held) | Self::Step)
     }
 
     /// Whether somebody should come.
     const fn is_urgent(self) -> bool {
-        use EventKind::{Damaged, Disk, Lamp, Lost, Mismatch, Paused};
-        matches!(self, Self::Event(Paused | Lost | Lamp | Mismatch | Disk | Damaged) | Self::Fault)
+        use EventKind::{Computer, Damaged, Disk, Lamp, Lost, Mismatch, Paused};
+        matches!(self, Self::Event(Paused | Lost | Lamp | Mismatch | Computer | Disk | Damaged) | Self::Fault)
     }
 }
 

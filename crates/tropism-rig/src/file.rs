@@ -575,8 +575,8 @@ mod tests {
         );
 
         let mut resumed = rig.open(0, start).unwrap().rig;
-        resumed.relive(0, &shots[0], Light::Left, 1);
-        resumed.relive(1, &shots[1], Light::Right, 2);
+        resumed.relive(0, &shots[0], Some(Light::Left), 1);
+        resumed.relive(1, &shots[1], Some(Light::Right), 2);
         assert_eq!(resumed.observe().unwrap(), seen[2]);
     }
 

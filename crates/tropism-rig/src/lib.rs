@@ -12,6 +12,7 @@
 pub mod alert;
 pub mod clock;
 pub mod command;
+pub mod computer;
 pub mod driver;
 pub mod file;
 pub mod folder;

@@ -1,10 +1,10 @@
 //! The photographs of a recorded run, in the order in which they were taken: to try a rig file or a controller without a
 //! plant. What the lamps do changes nothing in them.
 
-use std::fs;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
+use tropism::experiment::files;
 use tropism::photo::Photo;
 use tropism::rig::{Camera, RigError};
 
@@ -22,17 +22,8 @@ impl ReplayCamera {
     pub(crate) fn open(&self) -> Result<OpenReplayCamera, RigError> {
         let of_a_run = self.folder.join("photographs");
         let folder = if of_a_run.is_dir() { of_a_run } else { self.folder.clone() };
-        let error = |problem: String| failed(format!("camera ({})", folder.display()), problem);
-        let entries = fs::read_dir(&folder).map_err(|cause| error(format!("cannot be read: {cause}")))?;
-        let mut files: Vec<PathBuf> = entries
-            .flatten()
-            .map(|entry| entry.path())
-            .filter(|path| path.extension().is_some_and(|ending| ending == "jpg" || ending == "png"))
-            .collect();
-        files.sort();
-        if files.is_empty() {
-            return Err(error("found no .jpg or .png, wanted photographs".to_owned()));
-        }
+        let files =
+            files::photographs(&[folder]).map_err(|error| failed("camera (replay)", error.to_string()))?;
         Ok(OpenReplayCamera { files, next: 0 })
     }
 }
@@ -49,10 +40,13 @@ impl Camera for OpenReplayCamera {
             let problem = format!("found only {} photographs, wanted one more", self.files.len());
             return Err(failed("camera (replay)", problem));
         };
-        let bytes = fs::read(path)
-            .map_err(|error| failed("camera (replay)", format!("{}: {error}", path.display())))?;
+        let bytes = files::read(path).map_err(|error| failed("camera (replay)", error.to_string()))?;
         self.next += 1;
         Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
+    }
+
+    fn can_repeat(&self) -> bool {
+        false
     }
 
     fn skip(&mut self) {
@@ -62,6 +56,8 @@ impl Camera for OpenReplayCamera {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

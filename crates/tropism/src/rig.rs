@@ -22,6 +22,11 @@ pub trait Camera {
     /// If the camera gives none.
     fn photograph(&mut self) -> Result<Photo, RigError>;
 
+    /// Whether another photograph of the same step may come out better: not of a recording, and not of a virtual tent.
+    fn can_repeat(&self) -> bool {
+        true
+    }
+
     /// Passes over a photograph that was taken before an interruption.
     ///
     /// Nothing in front of a real plant, which has grown by itself; a recording goes on by one.
@@ -97,15 +102,19 @@ pub trait Clock {
         None
     }
 
-    /// Lives again through a step that was recorded before an interruption: `light` is lit until `until`.
+    /// Lives again through a step that was recorded before an interruption: `light` is lit until `until`, or none.
     ///
     /// In a real tent that time has passed by itself.
-    fn relive(&mut self, _light: Light, _until: Duration) {}
+    fn relive(&mut self, _light: Option<Light>, _until: Duration) {}
 }
 
 impl<T: Camera + ?Sized> Camera for Box<T> {
     fn photograph(&mut self) -> Result<Photo, RigError> {
         (**self).photograph()
+    }
+
+    fn can_repeat(&self) -> bool {
+        (**self).can_repeat()
     }
 
     fn skip(&mut self) {
@@ -142,7 +151,7 @@ impl<T: Clock + ?Sized> Clock for Box<T> {
         (**self).boot()
     }
 
-    fn relive(&mut self, light: Light, until: Duration) {
+    fn relive(&mut self, light: Option<Light>, until: Duration) {
         (**self).relive(light, until);
     }
 }
@@ -219,6 +228,11 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
         self.shot.as_ref()
     }
 
+    /// What reads its photographs.
+    pub const fn eye(&self) -> &Eye {
+        &self.eye
+    }
+
     /// The clock.
     pub const fn clock(&self) -> &K {
         &self.clock
@@ -264,6 +278,15 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
         Ok(photo)
     }
 
+    /// Another photograph of the next step, if `photo` is too dark to see a plant by and another one may come out better:
+    /// the flash is lit anew.
+    ///
+    /// # Errors
+    /// As [`Self::photograph`].
+    pub fn photograph_again(&mut self, photo: &Photo) -> Option<Result<Photo, RigError>> {
+        (self.camera.can_repeat() && self.eye.finds_dark(photo)).then(|| self.photograph())
+    }
+
     /// What stands for the photograph of the next step where there is none: a file without bytes.
     pub fn no_photograph(&self) -> Photo {
         Photo { name: photo_name(self.step), bytes: Vec::new(), time_s: self.due(self.step).as_secs_f64() }
@@ -292,8 +315,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     }
 
     /// Lives again through a recorded step: what was seen at its beginning, and the light that was lit until the step
-    /// `until`.
-    pub fn relive(&mut self, step: u32, shot: &Shot, light: Light, until: u32) {
+    /// `until`, if one was.
+    pub fn relive(&mut self, step: u32, shot: &Shot, light: Option<Light>, until: u32) {
         self.recall(step, shot);
         self.clock.relive(light, self.due(until));
     }

@@ -10,7 +10,7 @@ use tropism::control::chase::Chase;
 use tropism::environment::{run, unwatched};
 use tropism::experiment::{
     Care, Durability, Event, EventKind, Journal, LampsInView, OnFault, Patience, RecordError, Recorded,
-    RunFolder, Watcher, files,
+    RunFolder, Trouble, Watcher, files,
 };
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::light::Light;
@@ -35,8 +35,11 @@ struct Tent {
 /// What goes wrong, by minute.
 #[derive(Clone, Default)]
 struct Wrong {
-    /// Photographs that come out black.
+    /// Photographs that come out black, by minute and by their number from 1.
     dark_at: Vec<u32>,
+    dark: Vec<u32>,
+    /// By how many pixels the camera's picture stands to the right, from which minute on.
+    moved: Option<(u32, usize)>,
     /// Photographs that are none.
     camera_fails: Range<u32>,
     /// Photographs that take so many minutes.
@@ -80,7 +83,9 @@ impl Camera for Hand {
             return Err(failed("camera"));
         }
         let mut image = Image { width: 200, height: 200, rgb: vec![12; 3 * 200 * 200] };
-        let is_dark = !tent.has_flash || tent.wrong.dark_at.contains(&(tent.minutes as u32));
+        let is_dark = !tent.has_flash
+            || tent.wrong.dark_at.contains(&(tent.minutes as u32))
+            || tent.wrong.dark.contains(&tent.photographs);
         let height = 4.0 + 0.02 * tent.minutes;
         for step in 0..=(if is_dark { 0 } else { 400 }) {
             let share = f64::from(step) / 400.0;
@@ -94,6 +99,18 @@ impl Camera for Hand {
         if let Some(light) = tent.lit.filter(|_| !is_dark) {
             let left = if light == Light::Left { 4 } else { 180 };
             (190..198).for_each(|y| image.rgb[3 * (200 * y + left)..][..48].fill(250));
+        }
+        if let Some((from, right)) = tent.wrong.moved.filter(|_| !is_dark) {
+            // Faint bricks beside the plant, which stand still, and all of it moved.
+            for (x, y) in (0..26).chain(174..200).flat_map(|x| (0..190).map(move |y| (x, y))) {
+                let (row, column) = (y / 11, (x + 5 * (y / 11 % 3)) / 9);
+                let shade = 14 + 4 * ((7 * row + 5 * column + row * column) % 6);
+                image.rgb[3 * (200 * y + x)..][..3].fill(shade as u8);
+            }
+            let right = if tent.minutes as u32 >= from { right } else { 0 };
+            for line in image.rgb.chunks_exact_mut(3 * 200) {
+                line.copy_within(..3 * (200 - right), 3 * right);
+            }
         }
         let bytes = image.to_jpeg(90).unwrap();
         let minutes = tent.minutes;
@@ -152,9 +169,9 @@ impl Clock for Hand {
         self.0.borrow().wrong.is_real.then_some(boot)
     }
 
-    fn relive(&mut self, light: Light, until: Duration) {
+    fn relive(&mut self, light: Option<Light>, until: Duration) {
         let mut tent = self.0.borrow_mut();
-        tent.lit = Some(light);
+        tent.lit = light;
         tent.advance_to(until.as_secs_f64() / 60.0);
     }
 }
@@ -386,11 +403,21 @@ struct Ears {
     heard: Rc<RefCell<Vec<Event>>>,
     beats: Rc<Cell<u32>>,
     ends_at: Option<u32>,
+    /// How often it was asked about the computer, and when that was too hot.
+    asked: u32,
+    hot: Range<u32>,
 }
 
 impl Watcher for Ears {
     fn event(&mut self, event: &Event) {
         self.heard.borrow_mut().push(event.clone());
+    }
+
+    fn troubles(&mut self) -> Vec<Trouble> {
+        self.asked += 1;
+        let text = format!("{} degrees", 80 + self.asked);
+        let trouble = Trouble { what: "temperature", text };
+        if self.hot.contains(&self.asked) { vec![trouble] } else { Vec::new() }
     }
 
     fn beat(&mut self) -> ControlFlow<()> {
@@ -489,6 +516,123 @@ fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
     assert_eq!(outcome.events.last(), Some(&(105, EventKind::Paused)));
     let outcome = real(folder.path(), Wrong::default(), Patience::default(), None);
     assert_eq!(*steps(&outcome.track.unwrap()).last().unwrap(), 60);
+}
+
+#[test]
+fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided() {
+    let folder = tempfile::tempdir().unwrap();
+    let dark_at = vec![50, 55, 60, 65, 70];
+    let patience = Patience { flash_tries: 1, ..Patience::default() };
+    let outcome = real(folder.path(), Wrong { dark_at, ..Wrong::default() }, patience, None);
+    // As for a camera that fails: held at 10, 11 and 12; from 13 on nothing is decided, until the plant, which has grown
+    // in the dark, is believed again. What was seen is written down.
+    let track = outcome.track.unwrap();
+    let back = outcome.rows[13..].iter().find(|row| row.seen.is_measured()).unwrap().step;
+    assert!(back >= 15);
+    assert_eq!(steps(&track), (0..=12).chain(back..=60).collect::<Vec<_>>());
+    assert_eq!(outcome.rows.len(), 61);
+    assert!(outcome.rows[13..back as usize].iter().all(|row| row.decided.is_none()));
+    assert!(outcome.rows[13].photo_bytes > 0);
+    use EventKind::{Clock, Held, Lost, Missed, Recovered};
+    let missed = (13..back).map(|step| (5 * step, Missed));
+    let wanted =
+        [(50, Held), (60, Lost)].into_iter().chain(missed).chain([(5 * back, Recovered), (105, Clock)]);
+    assert_eq!(outcome.events, wanted.collect::<Vec<_>>());
+    let lights = &outcome.hand.0.borrow().lights;
+    assert_eq!(
+        lights[1..lights.len() - 1].iter().filter(|light| light.is_none()).count(),
+        0,
+        "the lamp stays lit"
+    );
+    let (world, _) = open_with(folder.path(), true, Wrong::default(), Care::default()).unwrap();
+    world.folder().write_track(&track).unwrap();
+    let written = files::read_track(&folder.path().join("track.csv")).unwrap();
+    let photo = format!("{back:06}.jpg");
+    assert_eq!((written.samples[13].step, &written.columns[0].values[13]), (back, &photo));
+}
+
+#[test]
+fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
+    let dark_at: Vec<u32> = (0..7).map(|step| 50 + 5 * step).collect();
+    for on_fault in [OnFault::Hold, OnFault::Dark] {
+        let go_on = |path: &Path, ends_at: Option<u32>| {
+            let care = Care {
+                patience: Patience { hold_steps: 3, on_fault, ..Patience::endless() },
+                watcher: Box::new(Ears { ends_at, ..Ears::default() }),
+                lamps_in_view: None,
+            };
+            let wrong = Wrong { dark_at: dark_at.clone(), ..Wrong::default() };
+            let (mut world, _) = open_with(path, true, wrong, care).unwrap();
+            run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched)
+        };
+        let whole = tempfile::tempdir().unwrap();
+        let track = go_on(whole.path(), None).unwrap();
+        let back = steps(&track)[13];
+        assert!(back >= 17);
+        assert_eq!(steps(&track), (0..=12).chain(back..=60).collect::<Vec<_>>());
+        for ends_at in [24, 26, 28, 32, 36, 42] {
+            let folder = tempfile::tempdir().unwrap();
+            assert!(matches!(go_on(folder.path(), Some(ends_at)), Err(RecordError::Stopped)));
+            assert_eq!(
+                go_on(folder.path(), None).unwrap(),
+                track,
+                "{on_fault:?}, broken off at beat {ends_at}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_dark_photograph_is_taken_again_at_once() {
+    use EventKind::{Clock, Dark, Held, Recovered};
+    for (dark, photographs, wanted) in [
+        (vec![11], 62, vec![(50, Dark), (105, Clock)]),
+        (vec![11, 12], 62, vec![(50, Dark), (50, Held), (55, Recovered), (105, Clock)]),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let is_dark_twice = dark.len() > 1;
+        let outcome = real(folder.path(), Wrong { dark, ..Wrong::default() }, Patience::default(), None);
+        assert_eq!(outcome.events, wanted);
+        assert_eq!(outcome.hand.0.borrow().photographs, photographs);
+        assert_eq!(outcome.rows[10].seen.is_measured(), !is_dark_twice);
+        let text = if is_dark_twice { "dark again: is the flash dead?" } else { "taken again: bright" };
+        assert!(outcome.texts[1].contains(text), "{:?}", outcome.texts);
+    }
+}
+
+#[test]
+fn a_camera_that_is_moved_is_told_and_far_enough_pauses_the_run() {
+    use EventKind::{Clock, Moved, Paused};
+    // One pixel of 200 is 13 of the paper's 2592, four are 52.
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = |right| Wrong { moved: Some((50, right)), ..Wrong::default() };
+    let outcome = real(folder.path(), wrong(1), Patience::default(), None);
+    assert_eq!(outcome.events, [(55, Moved), (105, Clock)], "{:?}", outcome.texts);
+    let shift = |row: usize| outcome.rows[row].seen.shift.unwrap();
+    assert!(shift(9).distance(Pixel::default()) == 0.0 && shift(10).distance(Pixel::new(1.0, 0.0)) < 0.4);
+
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), wrong(4), Patience::default(), None);
+    assert_eq!(outcome.events, [(55, Moved), (55, Paused)], "{:?}", outcome.texts);
+    let error = outcome.track.unwrap_err().to_string();
+    assert!(error.starts_with("paused: the camera was moved: its picture stands +"), "{error}");
+    // Whoever goes on has seen where it stands now.
+    let outcome = real(folder.path(), wrong(4), Patience::default(), None);
+    assert_eq!(outcome.events, [(105, Clock)], "{:?}", outcome.texts);
+    assert!(outcome.track.is_ok());
+}
+
+#[test]
+fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let ears = Ears { hot: 10..13, ..Ears::default() };
+    let care = Care { watcher: Box::new(ears.clone()), ..Care::default() };
+    let (mut world, _) = open_with(folder.path(), true, Wrong::default(), care).unwrap();
+    run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched).unwrap();
+    let heard = ears.heard.borrow();
+    let told: Vec<_> = heard[1..].iter().map(|event| (event.step, event.kind, event.text.as_str())).collect();
+    use EventKind::{Computer, Recovered};
+    assert_eq!(told, [(9, Computer, "90 degrees"), (12, Recovered, "temperature: right again")]);
 }
 
 #[test]

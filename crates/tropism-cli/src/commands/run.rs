@@ -10,7 +10,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
 use tropism::experiment::{
-    Care, Event, EventKind, Gap, Journal, OnGap, RecordError, Recorded, RunFolder, Watcher, files,
+    Care, Event, EventKind, Gap, Journal, OnGap, RecordError, Recorded, RunFolder, Trouble, Watcher, files,
 };
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::observation::Quality;
@@ -21,6 +21,7 @@ use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, Eye, VisionConfig};
 use tropism_rig::alert::Kind;
 use tropism_rig::clock::{SystemTimes, Time};
+use tropism_rig::computer::Computer;
 use tropism_rig::file::RigFile;
 
 use crate::announce::Announcer;
@@ -182,10 +183,11 @@ impl RunPlan {
     ) -> Result<Option<Track>> {
         let folder = RunFolder::open(out, &toml::to_string(self)?, self.rig.durability(), is_resumed)?;
         watchers.push(Box::new(Ears));
-        let since_start = match self.rig.is_virtual() {
-            true => Duration::ZERO,
-            false => self.since_start(&folder, is_resumed, &mut watchers)?,
-        };
+        let mut since_start = Duration::ZERO;
+        if !self.rig.is_virtual() {
+            watchers.push(Box::new(Host { computer: Computer::here(), hot_c: self.rig.patience().hot_c }));
+            since_start = self.since_start(&folder, is_resumed, &mut watchers)?;
+        }
         let open = self.rig.open(self.seed, since_start)?;
         let care = Care {
             patience: self.rig.patience(),
@@ -310,6 +312,20 @@ impl Watcher for Ears {
 
     fn beat(&mut self) -> ControlFlow<()> {
         if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// Looks after the computer.
+struct Host {
+    computer: Computer,
+    hot_c: f64,
+}
+
+impl Watcher for Host {
+    fn event(&mut self, _event: &Event) {}
+
+    fn troubles(&mut self) -> Vec<Trouble> {
+        self.computer.troubles(self.hot_c)
     }
 }
 

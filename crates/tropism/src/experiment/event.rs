@@ -21,10 +21,12 @@ pub enum EventKind {
     Finished,
     /// A step began late, but within bounds.
     Late,
-    /// Steps passed without a photograph and without a decision.
+    /// Steps passed without a decision: without a photograph, or without a believed plant for too long.
     Missed,
     /// The camera gave no photograph: the last sighting stands in.
     Camera,
+    /// A photograph was dark, and another one of the same step was taken.
+    Dark,
     /// A photograph shows no plant that can be believed: the last sighting stands in.
     Held,
     /// The plant was not seen for so long that somebody should look.
@@ -33,10 +35,14 @@ pub enum EventKind {
     Lamp,
     /// The photograph shows another lamp lit than was commanded.
     Mismatch,
+    /// The camera was moved.
+    Moved,
     /// What was wrong is right again.
     Recovered,
     /// The clock on the wall was set; the schedule is not moved by it.
     Clock,
+    /// The computer is too hot or its supply too weak.
+    Computer,
     /// The disk is full or nearly so.
     Disk,
     /// A file of the run is damaged or gone.
@@ -45,7 +51,7 @@ pub enum EventKind {
 
 impl EventKind {
     /// Every kind.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 19] = [
         Self::Started,
         Self::Resumed,
         Self::Stopped,
@@ -54,12 +60,15 @@ impl EventKind {
         Self::Late,
         Self::Missed,
         Self::Camera,
+        Self::Dark,
         Self::Held,
         Self::Lost,
         Self::Lamp,
         Self::Mismatch,
+        Self::Moved,
         Self::Recovered,
         Self::Clock,
+        Self::Computer,
         Self::Disk,
         Self::Damaged,
     ];
@@ -76,12 +85,15 @@ impl EventKind {
             Self::Late => "late",
             Self::Missed => "missed",
             Self::Camera => "camera",
+            Self::Dark => "dark",
             Self::Held => "held",
             Self::Lost => "lost",
             Self::Lamp => "lamp",
             Self::Mismatch => "mismatch",
+            Self::Moved => "moved",
             Self::Recovered => "recovered",
             Self::Clock => "clock",
+            Self::Computer => "computer",
             Self::Disk => "disk",
             Self::Damaged => "damaged",
         }
@@ -124,10 +136,24 @@ pub struct Event {
     pub at: Option<Moment>,
 }
 
+/// Something that may harm a run and that it cannot see by itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trouble {
+    /// What it is with, the same as long as it lasts: `temperature`.
+    pub what: &'static str,
+    /// What was found.
+    pub text: String,
+}
+
 /// Somebody who watches over a run: tells people, feeds a watchdog, asks for an end.
 pub trait Watcher {
     /// Something happened. It stands in the journal already, if the journal can still be written.
     fn event(&mut self, event: &Event);
+
+    /// What is wrong with the computer now; asked at each step.
+    fn troubles(&mut self) -> Vec<Trouble> {
+        Vec::new()
+    }
 
     /// The run is alive: told at each step, and about twice a second while the next one is waited for. `Break` asks for
     /// an orderly end, at once.
@@ -140,6 +166,10 @@ pub trait Watcher {
 impl Watcher for Vec<Box<dyn Watcher>> {
     fn event(&mut self, event: &Event) {
         self.iter_mut().for_each(|watcher| watcher.event(event));
+    }
+
+    fn troubles(&mut self) -> Vec<Trouble> {
+        self.iter_mut().flat_map(Watcher::troubles).collect()
     }
 
     fn beat(&mut self) -> ControlFlow<()> {
@@ -155,6 +185,10 @@ impl Watcher for Vec<Box<dyn Watcher>> {
 impl<T: Watcher + ?Sized> Watcher for Box<T> {
     fn event(&mut self, event: &Event) {
         (**self).event(event);
+    }
+
+    fn troubles(&mut self) -> Vec<Trouble> {
+        (**self).troubles()
     }
 
     fn beat(&mut self) -> ControlFlow<()> {

@@ -65,6 +65,14 @@ pub enum FolderError {
     },
 }
 
+impl FolderError {
+    /// Whether the folder is another run's or another program's: nothing is wrong with it.
+    #[must_use]
+    pub const fn is_refusal(&self) -> bool {
+        matches!(self, Self::Taken { .. } | Self::OtherRun { .. } | Self::InUse { .. })
+    }
+}
+
 impl RunFolder {
     /// Makes the run folder at `path`, or opens the one that is there if its configuration is `run`; one whose run is over
     /// only with `is_resumed`.
@@ -202,8 +210,10 @@ impl RunFolder {
     /// # Errors
     /// [`FolderError`].
     pub fn write_track(&self, track: &Track) -> Result<(), FolderError> {
-        let rows = self.rows()?;
-        let rows = &rows[..track.samples.len().min(rows.len())];
+        // A step at which nothing was decided is a gap in the track.
+        let mut samples = track.samples.iter().map(|sample| sample.step).peekable();
+        let mut rows = self.rows()?;
+        rows.retain(|row| samples.next_if_eq(&row.step).is_some());
         let mut track = track.clone();
         let text = |name: &str, value: &dyn Fn(&Row) -> String| Column {
             name: name.to_owned(),

@@ -39,7 +39,8 @@ pub struct Row {
     pub photo_sha256: String,
     /// What was seen.
     pub seen: Seen,
-    /// The light decided upon; `None` before the decision, and at the last step of a run.
+    /// The light decided upon; `None` before the decision, at the last step of a run, and where the plant was not believed
+    /// for so long that nothing was decided.
     pub decided: Option<Light>,
     /// Whether the lamp was then lit.
     pub is_done: bool,
@@ -75,7 +76,7 @@ pub enum JournalError {
     Schema(i64),
 }
 
-const SCHEMA: i64 = 3;
+const SCHEMA: i64 = 4;
 
 /// The oldest schema whose rows can still be read; a run of it cannot be gone on with.
 const READABLE: i64 = 2;
@@ -90,10 +91,10 @@ const WRITES: [(&str, &str, &str); 5] = [
     (
         "saw",
         "INSERT OR REPLACE INTO steps (step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px,
-             tip_y_px, quality, class, confidence, begun_s, unix_s, lit)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+             tip_y_px, quality, class, confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
         "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px,
-             tip_y_px, quality, class, confidence, begun_s, unix_s, lit FROM steps ORDER BY step",
+             tip_y_px, quality, class, confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px FROM steps ORDER BY step",
     ),
     (
         "decided",
@@ -171,7 +172,7 @@ impl Journal {
                      tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
                      quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
                      decided TEXT, done INTEGER NOT NULL DEFAULT 0,
-                     begun_s REAL, unix_s REAL, lit TEXT);
+                     begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL);
                  CREATE TABLE event (
                      id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
                      since_start_s REAL, unix_s REAL);
@@ -348,6 +349,8 @@ impl Journal {
             row.begun.map(|begun| begun.since_start.as_secs_f64()).into(),
             row.begun.map(|begun| begun.unix_s).into(),
             row.lit.map(|lit| light::name(lit).to_owned()).into(),
+            row.seen.shift.map(|shift| shift.x).into(),
+            row.seen.shift.map(|shift| shift.y).into(),
         ];
         self.write("saw", &values)
     }
@@ -373,7 +376,11 @@ impl Journal {
     /// # Errors
     /// [`JournalError`] names the step and the column that cannot be read.
     pub fn rows(&self) -> Result<Vec<Row>, JournalError> {
-        let later = if self.schema < 3 { "NULL, NULL, NULL" } else { "begun_s, unix_s, lit" };
+        let later = match self.schema {
+            ..3 => "NULL, NULL, NULL, NULL, NULL",
+            3 => "begun_s, unix_s, lit, NULL, NULL",
+            _ => "begun_s, unix_s, lit, moved_x_px, moved_y_px",
+        };
         let mut statement = self.db.prepare(&format!(
             "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px,
                     quality, class, decided, done, confidence, {later} FROM steps ORDER BY step",
@@ -470,5 +477,6 @@ fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<Seen, JournalError> {
         quality,
     });
     let pixel = point(7, 8)?.map(|[x, y]| Pixel::new(x, y));
-    Ok(Seen { observation, pixel, class, confidence: row.get(13)? })
+    let shift = point(17, 18)?.map(|[x, y]| Pixel::new(x, y));
+    Ok(Seen { observation, pixel, class, confidence: row.get(13)?, shift })
 }

@@ -16,7 +16,7 @@ mod patience;
 mod recorded;
 
 pub use checkpoint::{Checkpoint, Loaded};
-pub use event::{Event, EventKind, Unwatched, Watcher};
+pub use event::{Event, EventKind, Trouble, Unwatched, Watcher};
 pub use folder::{FolderError, RunFolder, holder, lock};
 pub use gap::Gap;
 pub use journal::{Durability, Journal, JournalError, Row};

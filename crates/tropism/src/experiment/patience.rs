@@ -3,6 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Region;
+use crate::vision::hold::STEERS;
+
+/// Columns of the paper's camera, section 2.1.
+pub(super) const COLUMNS: f64 = 2592.0;
 
 /// What is borne, and for how long. The default is for a tent with a real plant in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,9 +19,18 @@ pub struct Patience {
     pub gap_min: f64,
     /// What is done after a longer gap, or one of unknown length.
     pub on_gap: OnGap,
-    /// Steps in a row for which the last sighting may stand in for a photograph that the camera did not give. After
-    /// them, steps without a photograph are missed: nothing is decided.
+    /// Steps in a row for which the last sighting may stand in, where the camera gave no photograph or it shows no plant
+    /// that can be believed. After them nothing is decided until the plant is seen.
     pub hold_steps: u32,
+    /// Photographs that are taken at one step at most, the flash lit anew for each, as long as they are dark.
+    pub flash_tries: u32,
+    /// Pixels by which the camera may move until somebody is told, and until the run pauses, in pictures of
+    /// 2592 columns, as the paper's are; in others as much of their width.
+    pub moved_px: f64,
+    /// See [`Self::moved_px`].
+    pub moved_pause_px: f64,
+    /// Degrees Celsius of the computer above which somebody is told.
+    pub hot_c: f64,
     /// What the lamps do while nothing is decided.
     pub on_fault: OnFault,
     /// Steps in a row without a believed plant, or with the wrong lamp in the photograph, after which somebody is told.
@@ -56,7 +69,11 @@ impl Default for Patience {
             late_s: 60.0,
             gap_min: 30.0,
             on_gap: OnGap::Pause,
-            hold_steps: 3,
+            hold_steps: STEERS,
+            flash_tries: 2,
+            moved_px: 5.0,
+            moved_pause_px: 20.0,
+            hot_c: 80.0,
             on_fault: OnFault::Hold,
             alert_steps: 3,
             pause_steps: 12,
@@ -75,6 +92,10 @@ impl Patience {
             gap_min: f64::INFINITY,
             on_gap: OnGap::Resume,
             hold_steps: u32::MAX,
+            flash_tries: 1,
+            moved_px: f64::INFINITY,
+            moved_pause_px: f64::INFINITY,
+            hot_c: f64::INFINITY,
             on_fault: OnFault::Hold,
             alert_steps: u32::MAX,
             pause_steps: u32::MAX,
@@ -88,10 +109,19 @@ impl Patience {
     /// # Errors
     /// A line that names the key, its value and its range.
     pub fn check(&self) -> Result<(), String> {
-        for (key, found, least) in [("late_s", self.late_s, 0.0), ("gap_min", self.gap_min, 0.0)] {
-            if found.is_nan() || found < least {
-                return Err(format!("patience.{key}: found {found}, wanted {least} or more"));
+        for (key, found) in [
+            ("late_s", self.late_s),
+            ("gap_min", self.gap_min),
+            ("moved_px", self.moved_px),
+            ("moved_pause_px", self.moved_pause_px),
+            ("hot_c", self.hot_c),
+        ] {
+            if found.is_nan() || found < 0.0 {
+                return Err(format!("patience.{key}: found {found}, wanted 0 or more"));
             }
+        }
+        if !(1..=10).contains(&self.flash_tries) {
+            return Err(format!("patience.flash_tries: found {}, wanted 1 to 10", self.flash_tries));
         }
         if self.alert_steps == 0 || self.pause_steps == 0 {
             return Err(format!(

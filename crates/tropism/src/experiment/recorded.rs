@@ -6,10 +6,11 @@ use super::event::{Event, EventKind, Unwatched, Watcher};
 use super::files::{self, FileError};
 use super::folder::{FolderError, RunFolder};
 use super::journal::{Journal, JournalError, Row};
-use super::patience::{LampsInView, OnFault, Patience};
+use super::patience::{COLUMNS, LampsInView, OnFault, Patience};
 use crate::environment::Environment;
+use crate::geometry::Pixel;
 use crate::light::{self, Light};
-use crate::observation::Observation;
+use crate::observation::{Observation, Quality};
 use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
 use crate::vision::{self, Class, Eye};
@@ -49,8 +50,8 @@ impl Default for Care {
 /// the decision, then, when the lamp has obeyed, that it was lit. Steps that the folder holds already are played back:
 /// the loop and its controller go through them as they did before, without touching the plant, and then go on.
 ///
-/// What goes wrong is borne as far as [`Patience`] goes, written down, and told to the [`Watcher`]. A step whose
-/// photograph cannot be had, or whose time has passed, is missed: nothing is decided, and it is a gap in the track.
+/// What goes wrong is borne as far as [`Patience`] goes, written down, and told to the [`Watcher`]. Where the plant was
+/// last believed too many steps ago, or the time of a step has passed, nothing is decided: it is a gap in the track.
 pub struct Recorded<C, L: Lamps, F, K> {
     rig: Rig<C, L, F, K>,
     folder: RunFolder,
@@ -59,18 +60,51 @@ pub struct Recorded<C, L: Lamps, F, K> {
     /// The last of the first recorded pictures, which the eye compares with, and the one in which the plant was last believed.
     first: usize,
     believed: usize,
-    /// How many observations the loop has had.
+    /// How many recorded steps were gone through, and how many of them the loop has observed.
     taken: usize,
+    observed: u32,
+    /// The latest step at which the plant was believed.
+    measured: Option<u32>,
     /// The step of the latest one.
     step: u32,
-    /// What the lamps were last told, and whether they obeyed.
-    commanded: Option<Light>,
+    /// The light that was last decided upon, at which step, and whether the lamps obeyed; `None` while they are dark
+    /// because nothing is decided.
+    commanded: Option<(u32, Light)>,
     is_lit: bool,
+    camera: CameraPlace,
+    /// What is wrong with the computer.
+    troubles: Vec<&'static str>,
     streaks: Streaks,
     /// Whether photographs cannot be kept.
     is_full: bool,
     /// The clock on the wall less the even one, in seconds.
     wall_s: Option<f64>,
+}
+
+/// Where the camera's picture stood, in pixels from where it was at first.
+#[derive(Clone, Copy, Debug, Default)]
+struct CameraPlace {
+    /// In the latest photograph that shows it.
+    latest: Option<Pixel>,
+    /// When that was last told.
+    told: Pixel,
+    /// When somebody last had to look: the run had paused.
+    accepted: Pixel,
+}
+
+impl CameraPlace {
+    /// As a run that was cut off has left it.
+    fn of(past: &[Row], events: &[Event]) -> Self {
+        let at = |kind: EventKind| {
+            let event = events.iter().rfind(|event| event.kind == kind)?;
+            past.iter().rfind(|row| row.step <= event.step && row.seen.shift.is_some())?.seen.shift
+        };
+        Self {
+            latest: past.iter().rev().find_map(|row| row.seen.shift),
+            told: at(EventKind::Moved).unwrap_or_default(),
+            accepted: at(EventKind::Paused).unwrap_or_default(),
+        }
+    }
 }
 
 /// How many steps in a row something has gone wrong.
@@ -97,7 +131,8 @@ impl Streaks {
             held: last(&|_, row| !row.seen.is_measured()),
             lamp: 0,
             mismatch: last(&|index, row| {
-                index > 0 && row.lit.is_some_and(|lit| lit != past[index - 1].decided)
+                let before = past[..index].iter().rev().find_map(|row| row.decided);
+                before.is_some() && row.lit.is_some_and(|lit| lit != before)
             }),
         }
     }
@@ -146,8 +181,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
     /// [`RecordError`] if the journal cannot be read or written.
     pub fn new(rig: Rig<C, L, F, K>, folder: RunFolder, care: Care) -> Result<Self, RecordError> {
         let past = folder.rows()?;
-        let state = folder.journal().state()?.map(|event| event.kind);
-        let lit = past.iter().rev().take(2).find_map(|row| row.decided);
+        let events = folder.journal().events()?;
+        let state = events.iter().rfind(|event| event.kind.is_state()).map(|event| event.kind);
+        let camera = CameraPlace::of(&past, &events);
         let (streaks, step) = (Streaks::of(&past), past.last().map_or(0, |row| row.step));
         let is_picture =
             |row: &Row| ![Class::Corrupt, Class::Foreign, Class::Repeated].contains(&row.seen.class);
@@ -162,9 +198,13 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
             first,
             believed,
             taken: 0,
+            observed: 0,
+            measured: None,
             step,
             commanded: None,
             is_lit: false,
+            camera,
+            troubles: Vec::new(),
             streaks,
             is_full: false,
             wall_s: None,
@@ -172,6 +212,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         if state == Some(EventKind::Finished) {
             return Ok(recorded);
         }
+        let lit = recorded.left_lit();
         if let Some(boot) = recorded.rig.clock().boot() {
             recorded.write(|journal| journal.taken_up(&boot))?;
         }
@@ -188,10 +229,40 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         recorded.make_ballast()?;
         // Of a clock that jumps the recorded steps are still to come, and their lamps with them.
         let lit_now = lit.filter(|_| recorded.rig.clock().now().is_some());
-        if let Err(error) = recorded.rig.light(lit_now) {
-            recorded.tell(EventKind::Lamp, error.to_string())?;
+        match recorded.rig.light(lit_now) {
+            Ok(()) => recorded.is_lit = true,
+            Err(error) => recorded.tell(EventKind::Lamp, error.to_string())?,
         }
         Ok(recorded)
+    }
+
+    /// The light that a run that was cut off has left.
+    fn left_lit(&self) -> Option<Light> {
+        let measured = self.past.iter().rfind(|row| row.seen.is_measured()).map(|row| row.step);
+        let is_dark = self.care.patience.on_fault == OnFault::Dark
+            && self
+                .past
+                .last()
+                .is_some_and(|row| row.decided.is_none() && self.is_too_long(measured, row.step));
+        self.past.iter().rev().find_map(|row| row.decided).filter(|_| !is_dark)
+    }
+
+    /// Whether a plant that was last believed at the step `measured` can no longer be stood in for at `step`.
+    fn is_too_long(&self, measured: Option<u32>, step: u32) -> bool {
+        measured.is_some_and(|measured| step - measured > self.care.patience.hold_steps)
+    }
+
+    /// Whether what was seen last is too old for a decision at `step`.
+    fn is_undecidable(&self, step: u32) -> bool {
+        self.is_too_long(self.measured, step)
+    }
+
+    /// Takes up what was seen at a step.
+    fn take(&mut self, step: u32, is_measured: bool) {
+        (self.step, self.taken) = (step, self.taken + 1);
+        if is_measured {
+            self.measured = Some(step);
+        }
     }
 
     /// The run folder.
@@ -301,27 +372,50 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
             }
             let begun = self.rig.clock().now();
             let error = match self.rig.photograph() {
-                Ok(photo) => return Ok((photo, begun)),
+                Ok(photo) => return Ok((self.brighter(photo)?, begun)),
                 // Nothing was ever seen that could stand in.
                 Err(error) if self.taken == 0 => return Err(error.into()),
                 Err(error) => error,
             };
             self.streaks.camera += 1;
-            if self.streaks.camera <= self.care.patience.hold_steps {
+            if !self.is_undecidable(self.rig.next_step()) {
                 self.tell(EventKind::Camera, format!("{error}; the last sighting stands in"))?;
                 return Ok((self.rig.no_photograph(), begun));
             }
             self.miss(self.rig.next_step() + 1, &error.to_string())?;
-            if self.care.patience.on_fault == OnFault::Dark && self.commanded.take().is_some() {
-                let done = self.rig.light(None);
-                let text = done.err().map_or("both are dark while nothing is decided".to_owned(), |error| {
-                    format!("both should be dark while nothing is decided: {error}")
-                });
-                self.tell(EventKind::Lamp, text)?;
-            }
+            self.rest()?;
             self.streaks.held += 1;
             self.look_after_held()?;
         }
+    }
+
+    /// A photograph that is not dark, if another one of the same step is not.
+    fn brighter(&mut self, mut photo: Photo) -> Result<Photo, RecordError> {
+        for _ in 1..self.care.patience.flash_tries {
+            let again = match self.rig.photograph_again(&photo) {
+                None => break,
+                Some(again) => again,
+            };
+            let what = again.as_ref().map_or_else(ToString::to_string, |again| {
+                let is_dark = self.rig.eye().finds_dark(again);
+                if is_dark { "dark again: is the flash dead?".to_owned() } else { "bright".to_owned() }
+            });
+            self.tell(EventKind::Dark, format!("{} was dark, and was taken again: {what}", photo.name))?;
+            photo = again.unwrap_or(photo);
+        }
+        Ok(photo)
+    }
+
+    /// Leaves the lamps as they are to be while nothing is decided.
+    fn rest(&mut self) -> Result<(), RecordError> {
+        if self.care.patience.on_fault == OnFault::Hold || self.commanded.take().is_none() {
+            return Ok(());
+        }
+        let done = self.rig.light(None);
+        let text = done.err().map_or("both are dark while nothing is decided".to_owned(), |error| {
+            format!("both should be dark while nothing is decided: {error}")
+        });
+        self.tell(EventKind::Lamp, text)
     }
 
     /// Writes down what was seen at this step.
@@ -343,7 +437,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         };
         self.write(|journal| journal.saw(&row))?;
         self.look_at_clock(begun)?;
+        self.look_at_computer()?;
         self.look_at_lamp(lit)?;
+        self.look_at_camera(seen.shift)?;
         if !photo.bytes.is_empty() && self.streaks.camera > 0 {
             let steps = std::mem::take(&mut self.streaks.camera);
             self.tell(EventKind::Recovered, format!("a photograph again after {steps} steps without"))?;
@@ -384,7 +480,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
     }
 
     fn look_at_lamp(&mut self, lit: Option<Option<Light>>) -> Result<(), RecordError> {
-        let (Some(lit), Some(commanded), true) = (lit, self.commanded, self.is_lit) else { return Ok(()) };
+        let (Some(lit), Some((_, commanded)), true) = (lit, self.commanded, self.is_lit) else {
+            return Ok(());
+        };
         if lit == Some(commanded) {
             let steps = std::mem::take(&mut self.streaks.mismatch);
             if steps >= self.care.patience.alert_steps {
@@ -398,6 +496,41 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
             format!("found {} lit in the photograph, wanted {commanded}, {steps} in a row", light::name(lit));
         self.tell(EventKind::Mismatch, text.clone())?;
         if steps >= self.care.patience.pause_steps { Err(self.pause(text)) } else { Ok(()) }
+    }
+
+    /// Notes when the camera was moved. It was if two photographs in a row say so: a hand before it passes.
+    fn look_at_camera(&mut self, place: Option<Pixel>) -> Result<(), RecordError> {
+        let Some(place) = place else { return Ok(()) };
+        let before = self.camera.latest.replace(place);
+        let scale = self.rig.eye().calibration().width as f64 / COLUMNS;
+        let has_left = |from: Pixel, most: f64| {
+            let is_far = |at: Pixel| at.distance(from) > scale * most;
+            is_far(place) && before.is_some_and(is_far)
+        };
+        let Patience { moved_px, moved_pause_px, .. } = self.care.patience;
+        let must_pause = has_left(self.camera.accepted, moved_pause_px);
+        let text = format!(
+            "the camera was moved: its picture stands {:+.1}, {:+.1} px from the first",
+            place.x, place.y
+        );
+        if has_left(self.camera.told, moved_px) {
+            self.camera.told = place;
+            self.tell(EventKind::Moved, format!("{text}; what is seen is corrected"))?;
+        }
+        if must_pause { Err(self.pause(text)) } else { Ok(()) }
+    }
+
+    /// Notes what goes wrong with the computer, and what is right again.
+    fn look_at_computer(&mut self) -> Result<(), RecordError> {
+        let found = self.care.watcher.troubles();
+        let known = std::mem::replace(&mut self.troubles, found.iter().map(|trouble| trouble.what).collect());
+        for trouble in found.into_iter().filter(|trouble| !known.contains(&trouble.what)) {
+            self.tell(EventKind::Computer, trouble.text)?;
+        }
+        for what in known.into_iter().filter(|what| !self.troubles.contains(what)).collect::<Vec<_>>() {
+            self.tell(EventKind::Recovered, format!("{what}: right again"))?;
+        }
+        Ok(())
     }
 
     /// Notes when the clock on the wall was set.
@@ -436,7 +569,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
     fn decide(&mut self, light: Light) -> Result<(), RecordError> {
         let step = self.step;
         self.write(|journal| journal.decided(step, light))?;
-        (self.commanded, self.is_lit) = (Some(light), false);
+        (self.commanded, self.is_lit) = (Some((step, light)), false);
         let mut failed = None;
         for _ in 0..TRIES {
             failed = self.act()?;
@@ -456,17 +589,30 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
 
     /// Lights the lamp that was decided upon, and commits that it is lit; or why it is not.
     fn act(&mut self) -> Result<Option<RigError>, RecordError> {
-        let Some(light) = self.commanded else { return Ok(None) };
+        let Some((step, light)) = self.commanded else { return Ok(None) };
         if let Err(error) = self.rig.light(Some(light)) {
             return Ok(Some(error));
         }
         self.is_lit = true;
-        let step = self.step;
         self.write(|journal| journal.done(step))?;
         if std::mem::take(&mut self.streaks.lamp) > 0 {
             self.tell(EventKind::Recovered, format!("{light} obeys again"))?;
         }
         Ok(None)
+    }
+
+    /// Goes through a recorded step at which nothing was decided.
+    fn pass_again(&mut self, index: usize) -> Result<(), RecordError> {
+        let (shot, step) = (self.remembered(index)?, self.past[index].step);
+        let Some(next) = self.past.get(index + 1).map(|row| row.step) else {
+            self.rig.recall(step, &shot);
+            return self.rest();
+        };
+        if self.care.patience.on_fault == OnFault::Dark {
+            self.commanded = None;
+        }
+        self.rig.relive(step, &shot, self.commanded.map(|(_, light)| light), next);
+        Ok(())
     }
 
     /// What was seen at a recorded step, with the photograph if the eye still needs it: the first ones, by which it knows
@@ -493,18 +639,34 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<C, L, F, 
     type Error = RecordError;
 
     fn observe(&mut self) -> Result<Observation, RecordError> {
-        if let Some(row) = self.past.get(self.taken) {
-            (self.step, self.taken) = (row.step, self.taken + 1);
+        while let Some(Row { step, seen, decided, .. }) = self.past.get(self.taken).cloned() {
+            self.take(step, seen.is_measured());
+            if decided.is_none() && self.is_undecidable(step) {
+                self.pass_again(self.taken - 1)?;
+                continue;
+            }
+            self.observed += 1;
             let wanted = "a tip: each step has one, measured or held";
-            let found = "none".to_owned();
-            let error = JournalError::Value { step: row.step, column: "tip_x_cm", found, wanted };
-            return row.seen.observation.clone().ok_or(RecordError::Journal(error));
+            let error = JournalError::Value { step, column: "tip_x_cm", found: "none".to_owned(), wanted };
+            return seen.observation.ok_or(RecordError::Journal(error));
         }
-        let (photo, begun) = self.photograph()?;
-        let observation = self.rig.see(photo)?;
-        (self.step, self.taken) = (self.rig.next_step() - 1, self.taken + 1);
-        self.record(begun)?;
-        Ok(observation)
+        loop {
+            let (photo, begun) = self.photograph()?;
+            let observation = self.rig.see(photo)?;
+            let step = self.rig.next_step() - 1;
+            self.take(step, observation.quality == Quality::Measured);
+            self.record(begun)?;
+            if !self.is_undecidable(step) {
+                self.observed += 1;
+                return Ok(observation);
+            }
+            let steps = step - self.measured.unwrap_or_default();
+            self.tell(
+                EventKind::Missed,
+                format!("1 without a decision: the plant was last believed {steps} steps ago"),
+            )?;
+            self.rest()?;
+        }
     }
 
     fn step(&mut self, light: Light) -> Result<(), RecordError> {
@@ -515,7 +677,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<C, L, F, 
             }
             let shot = self.remembered(index)?;
             if let Some(next) = self.past.get(index + 1) {
-                self.rig.relive(step, &shot, light, next.step);
+                self.commanded = Some((step, light));
+                self.rig.relive(step, &shot, Some(light), next.step);
                 return Ok(());
             }
             // The last recorded step: its photograph stands, its decision stands or is the same now, and whether or not
@@ -526,7 +689,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<C, L, F, 
     }
 
     fn missed(&self) -> u32 {
-        (self.step + 1).saturating_sub(self.taken as u32)
+        (self.step + 1).saturating_sub(self.observed)
     }
 
     fn period_min(&self) -> f64 {

@@ -307,6 +307,11 @@ impl Camera for Device {
         };
         Ok(Photo { name: String::new(), bytes, time_s: tent.now_min * 60.0 })
     }
+
+    fn can_repeat(&self) -> bool {
+        // What goes wrong does so by the step.
+        false
+    }
 }
 
 impl Lamps for Device {
@@ -333,9 +338,9 @@ impl Clock for Device {
         ControlFlow::Continue(())
     }
 
-    fn relive(&mut self, light: Light, until: Duration) {
+    fn relive(&mut self, light: Option<Light>, until: Duration) {
         let mut tent = self.0.borrow_mut();
-        tent.lit = Some(light);
+        tent.lit = light;
         tent.advance_to(until.as_secs_f64() / 60.0);
     }
 }

@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pixel, Point, Polyline, Region};
 use crate::observation::{Observation, Quality};
-use crate::photo::{Photo, PhotoError};
+use crate::photo::{Photo, PhotoError, Picture};
 
 pub use calibration::Calibration;
 pub use lit::lit;
@@ -375,6 +375,9 @@ pub struct Seen {
     /// How far what is seen can be trusted, 0 to 1: by its contrast, and by how well it fits what was seen before. Halved
     /// with each photograph in which the last sighting is held.
     pub confidence: f64,
+    /// How far the camera's picture has moved since the first one, in pixels to the right and down; `None` where nothing
+    /// can be said.
+    pub shift: Option<Pixel>,
 }
 
 /// Minutes from one photograph to the next, unless their times say otherwise (section 2.2.2).
@@ -565,6 +568,15 @@ impl Eye {
         self.reference.as_ref().is_some_and(is_darker) || is_black(image)
     }
 
+    /// Whether [`Eye::observe`] would find too little light in a photograph to see a plant by.
+    #[must_use]
+    pub fn finds_dark(&self, photo: &Photo) -> bool {
+        // Most photographs are bright, which is seen at a glance.
+        let is_dark =
+            |picture: &Picture| self.is_dark(picture) && self.judge(Ok(picture)) == Err(Class::Dark);
+        photo.open().is_ok_and(|picture| is_dark(&picture))
+    }
+
     /// [`Eye::settle_at`], a period after the photograph before.
     pub fn settle(&mut self, sighting: Result<Sighting, Class>) -> Seen {
         self.settle_at(sighting, self.time_s + 60.0 * PERIOD_MIN)
@@ -583,6 +595,7 @@ impl Eye {
             Ok(sighting) if sighting.cut.is_some() => (Class::LeavesView, 0.0),
             Ok(sighting) => self.follow.judge(self.glimpse(sighting), time_s),
         };
+        let shift = sighting.as_ref().ok().and_then(|sighting| self.known_shift(sighting));
         let believed = sighting.ok().filter(|_| class == Class::Ok);
         let is_off = periods > 1.5 || (periods > 0.0 && periods < 0.5);
         let class = if class == Class::Ok && is_off && self.last.is_some() { Class::ClockGap } else { class };
@@ -602,7 +615,14 @@ impl Eye {
         };
         self.last = believed.map(|sighting| self.point(sighting.tip, sighting.shift)).or(self.last);
         let observation = self.last.map(|tip| Observation { tip, stem, quality });
-        Seen { observation, pixel, class, confidence: self.confidence }
+        Seen { observation, pixel, class, confidence: self.confidence, shift }
+    }
+
+    /// How far the picture of a sighting has moved, where there is something to know it by.
+    fn known_shift(&self, sighting: &Sighting) -> Option<Pixel> {
+        let is_rich = self.reference.as_ref().is_some_and(|first| first.backdrop.is_rich());
+        let has_moved = sighting.shift != Pixel::default();
+        (!sighting.is_lost && (is_rich || has_moved)).then_some(sighting.shift)
     }
 
     /// The point that a pixel shows of a camera whose picture has moved.

@@ -7,6 +7,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use tropism::experiment::files;
+use tropism_rig::computer::Computer;
 use tropism_rig::driver::{FlashDriver, LampDriver};
 use tropism_rig::file::{Lamp, RigFile};
 
@@ -166,22 +167,18 @@ fn examine_clock(findings: &mut Findings) {
 }
 
 fn examine_power(findings: &mut Findings) {
-    if let Some(millidegrees) =
-        line("/sys/class/thermal/thermal_zone0/temp").and_then(|text| text.parse::<f64>().ok())
-    {
-        let found = format!("the processor has {:.0} °C", millidegrees / 1e3);
-        match millidegrees {
-            80e3.. => findings.fail(Group::System, found, "cool it; a Raspberry Pi slows down at 80 °C"),
-            70e3.. => findings.warn(Group::System, found, "cool it: the lamps will heat the tent as well"),
+    let computer = Computer::here();
+    if let Some(temperature_c) = computer.temperature_c() {
+        let found = format!("the computer has {temperature_c:.0} °C");
+        match temperature_c {
+            80.0.. => findings.fail(Group::System, found, "cool it; a Raspberry Pi slows down at 80 °C"),
+            70.0.. => findings.warn(Group::System, found, "cool it: the lamps will heat the tent as well"),
             _ => findings.pass(Group::System, found),
         }
     }
-    let bits = line("/sys/devices/platform/soc/soc:firmware/get_throttled")
-        .and_then(|text| u32::from_str_radix(text.trim_start_matches("0x"), 16).ok());
-    if let Some(bits) = bits {
-        // Bit 0: now; bit 16: since the start.
+    if let Some(supply) = computer.supply() {
         let remedy = "the supply that came with it, a short thick cable; lamps on a supply of their own";
-        match (bits & 1 != 0, bits & (1 << 16) != 0) {
+        match (supply.is_weak, supply.was_weak) {
             (true, _) => findings.fail(Group::System, "its supply is too weak now", remedy),
             (_, true) => findings.warn(Group::System, "its supply was too weak since it started", remedy),
             _ => findings.pass(Group::System, "its supply never was too weak since it started"),
