@@ -38,7 +38,8 @@ impl TaskOption {
 #[derive(Args, Clone, Copy)]
 pub(crate) struct SeedOption {
     /// Seed of all chance: the same seed gives the same result
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    // TOML, in which it is kept, has no larger numbers.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub(crate) seed: u64,
 }
 

@@ -12,6 +12,7 @@ fn run(folder: &Path, controller: &str) -> Output {
     let alert =
         "[[alert]]\ndriver = \"command\"\ncommand = [\"sh\", \"-c\", \"echo \\\"$2\\\" >> told\", \"sh\"]\n";
     fs::write(folder.join("rig.toml"), format!("{alert}[greenhouse]\n")).unwrap();
+    let _ = fs::remove_file(folder.join("socket"));
     let socket = UnixDatagram::bind(folder.join("socket")).unwrap();
     socket.set_read_timeout(Some(std::time::Duration::from_millis(200))).unwrap();
     let is_over = Arc::new(AtomicBool::new(false));
@@ -58,6 +59,21 @@ fn people_hear_how_a_run_begins_and_ends_and_systemd_that_it_lives() {
     }
     assert_eq!(said.matches("READY=1").count(), 1);
     assert!(!read(folder.path(), "bean/run.toml").contains("alert"), "channels stay out of run folders");
+}
+
+#[test]
+fn nobody_hears_of_a_run_that_another_program_has() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("bean")).unwrap();
+    let held = tropism::experiment::lock(&folder.path().join("bean")).unwrap();
+    let output = run(folder.path(), "periodic:10m");
+    assert_eq!(output.status.code(), Some(1));
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.contains("in use by another program"), "{error}");
+    assert_eq!((read(folder.path(), "told"), read(folder.path(), "said")), (String::new(), String::new()));
+    drop(held);
+    assert!(run(folder.path(), "periodic:10m").status.success());
+    assert!(read(folder.path(), "told").starts_with("started"));
 }
 
 #[test]

@@ -256,6 +256,18 @@ fn numbers_out_of_range() {
     fails(&folder, &evolve("--population", "0"), &["population"]);
     fails(&folder, &evolve("--episodes", "0"), &["episodes"]);
     fails(&folder, &["baseline", "--model", "model.json", "--count", "0"], &["--count"]);
+    let run = [
+        "run",
+        "--rig",
+        "greenhouse",
+        "--controller",
+        "chase",
+        "--out",
+        "r",
+        "--seed",
+        "9223372036854775808",
+    ];
+    fails(&folder, &run, &["9223372036854775808", "--seed", "0..=9223372036854775807"]);
     fails(&folder, &["grow", "--scale", "7", "--out", "g"], &["--scale 7"]);
     fails(&folder, &["grow", "--plants", "0", "--out", "g"], &["--plants"]);
     assert!(!folder.path().join("e").exists() && !folder.path().join("g").exists());
@@ -304,5 +316,14 @@ fn beans_scenes_and_faults() {
     put("rig.toml", "[greenhouse]\n");
     let rig = ["run", "--rig", "rig.toml", "--controller", "chase", "--out", "r", "--scale", "0"];
     fails(&folder, &rig, &["rig.toml, wanted them in its [greenhouse]"]);
+    for (patience, wanted) in [
+        ("moved_px = -1", "rig.toml: patience.moved_px: found -1, wanted 0 or more"),
+        ("hot_c = nan", "rig.toml: patience.hot_c: found NaN, wanted 0 or more"),
+        ("flash_tries = 0", "rig.toml: patience.flash_tries: found 0, wanted 1 to 10"),
+        ("flash_tries = \"2\"", "rig.toml: line 2: found \"flash_tries = \\\"2\\\"\": invalid type"),
+    ] {
+        put("rig.toml", &format!("[patience]\n{patience}\n[greenhouse]\n"));
+        fails(&folder, &rig[..7], &[wanted]);
+    }
     assert!(["g", "r", "s"].iter().all(|made| !folder.path().join(made).exists()));
 }

@@ -10,7 +10,8 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
 use tropism::experiment::{
-    Care, Event, EventKind, Gap, Journal, OnGap, RecordError, Recorded, RunFolder, Trouble, Watcher, files,
+    Care, Event, EventKind, FolderError, Gap, Journal, OnGap, RecordError, Recorded, RunFolder, Trouble,
+    Watcher, files,
 };
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::observation::Quality;
@@ -170,18 +171,22 @@ impl RunPlan {
         self.rig.calibration()
     }
 
-    /// Runs it in `out`, or goes on there if there is a run that is not over, or with `is_resumed` whatever it is.
-    /// `watchers` hear of what happens. `watch` sees every sample, recorded ones included, and may break off; then the
+    /// Its folder at `out`, where it may go on if there is a run that is not over, or with `is_resumed` whatever it is.
+    pub(crate) fn folder(&self, out: &Path, is_resumed: bool) -> Result<RunFolder> {
+        Ok(RunFolder::open(out, &toml::to_string(self)?, self.rig.durability(), is_resumed)?)
+    }
+
+    /// Runs it in `folder`, or goes on there if it has begun, after a pause only with `is_resumed`. `watchers` hear of what happens. `watch` sees every sample, recorded ones included, and may break off; then the
     /// track so far is complete in the folder's journal and `None` is returned.
     pub(crate) fn execute(
         &self,
         controller: &LoadedController,
-        out: &Path,
+        folder: RunFolder,
         is_resumed: bool,
         mut watchers: Vec<Box<dyn Watcher>>,
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Result<Option<Track>> {
-        let folder = RunFolder::open(out, &toml::to_string(self)?, self.rig.durability(), is_resumed)?;
+        let out = &*folder.path().to_owned();
         watchers.push(Box::new(Ears));
         let mut since_start = Duration::ZERO;
         if !self.rig.is_virtual() {
@@ -414,6 +419,13 @@ impl Run {
         if plan.is_virtual {
             shell.note("a virtual plant in a virtual tent");
         }
+        let folder = plan.folder(&self.out, self.resume);
+        // Nothing has happened to a run that another program has, or that is not the one that was asked for.
+        if let Err(error) = folder.as_ref()
+            && error.downcast_ref().is_some_and(FolderError::is_refusal)
+        {
+            return folder.map(drop);
+        }
         let progress = Rc::new(shell.progress("run", u64::from(plan.task.max_steps)));
         let announcer = Rc::new(Announcer::open(&plan.rig, &self.out)?);
         let mut watchers: Vec<Box<dyn Watcher>> = vec![Box::new(Told(Rc::clone(&announcer)))];
@@ -430,7 +442,8 @@ impl Run {
             progress.say(place);
             if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let done = plan.execute(&controller, &self.out, self.resume, watchers, &mut watch);
+        let done =
+            folder.and_then(|folder| plan.execute(&controller, folder, self.resume, watchers, &mut watch));
         drop(progress);
         // Of a pause people have heard as it came.
         if let Err(error) = done.as_ref()

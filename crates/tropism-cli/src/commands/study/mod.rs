@@ -235,7 +235,8 @@ impl Work<'_> {
                     if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
                 };
                 let plan = RunPlan::new(self.plan.rig(), controller, task.clone(), *seed);
-                let track = plan.execute(controller, folder, true, Vec::new(), &mut watch)?;
+                let run = plan.folder(folder, true)?;
+                let track = plan.execute(controller, run, true, Vec::new(), &mut watch)?;
                 progress.add(u64::from(task.max_steps).saturating_sub(taken));
                 Ok(track.is_some())
             })
