@@ -73,6 +73,13 @@ fn a_run_is_exported_whole_and_nothing_is_overwritten() {
         count += 1;
     }
     assert_eq!(count, paths.len() + 1);
+    let events = fs::read_to_string(folder.join("copy/events.csv")).unwrap();
+    let lines: Vec<&str> = events.lines().collect();
+    assert_eq!(
+        lines,
+        ["step,kind,text,since_start_s,unix_s", "0,started,the run begins,,", "6,finished,6 steps,,"]
+    );
+    assert_eq!((&files["events"], files["event_columns"].as_object().unwrap().len()), (&2.into(), 5));
     // The track is one that other commands take.
     assert_eq!(tropism(folder, &["fit", "copy/track.csv", "--out", "model.json"]).0, 0);
 
@@ -119,9 +126,13 @@ fn status_tells_what_a_run_does() {
     let status = json(folder, &["status", "bean"]);
     assert_eq!(status["state"], "over");
     assert_eq!((&status["step"], &status["held"], &status["unconfirmed"]), (&6.into(), &0.into(), &0.into()));
+    assert_eq!(status["event_counts"], serde_json::json!({"started": 1, "finished": 1}));
+    assert_eq!(status["latest_events"][1]["text"], "6 steps");
     assert!(status["photograph_age_s"].as_f64().unwrap() < 3600.0);
     assert!(status["disk_free_bytes"].as_u64().unwrap() > 0);
     let (_, text, _) = tropism(folder, &["status", "bean"]);
+    assert!(text.contains("events       1 finished, 1 started"), "{text}");
+    assert!(text.contains("             step 6: finished: 6 steps"), "{text}");
     assert!(text.contains("bean: over, a virtual plant") && text.contains("6 of 6 at most"), "{text}");
     let (code, _, error) = tropism(folder, &["status", "."]);
     assert!(code == 1 && error.contains("run.toml: cannot read"), "{error}");
@@ -185,6 +196,18 @@ fn all_light_is_put_off_even_if_one_device_does_not_obey() {
     let off = json(folder, &["safe-state", "rig.toml"]);
     assert!(off["devices"].as_array().unwrap().iter().all(|device| device["is_off"] == true), "{off}");
     assert_eq!(fs::read_to_string(folder.join("log")).unwrap(), "flash off\nleft off\nright off\n");
+
+    let kept = rig(&say("right off")).replace("[lamps.left]", "[lamps]\non_exit = \"keep\"\n[lamps.left]");
+    fs::write(folder.join("rig.toml"), kept).unwrap();
+    fs::remove_file(folder.join("log")).unwrap();
+    let kept = json(folder, &["safe-state", "rig.toml"]);
+    assert_eq!((&kept["is_kept"], kept["devices"].as_array().unwrap().len()), (&true.into(), 1));
+    assert_eq!(fs::read_to_string(folder.join("log")).unwrap(), "flash off\n");
+    json(folder, &["safe-state", "rig.toml", "--dark"]);
+    assert_eq!(
+        fs::read_to_string(folder.join("log")).unwrap(),
+        "flash off\nflash off\nleft off\nright off\n"
+    );
 
     fs::write(folder.join("rig.toml"), rig("[\"false\"]")).unwrap();
     let (code, out, error) = tropism(folder, &["safe-state", "rig.toml"]);

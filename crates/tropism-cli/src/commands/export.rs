@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::{Journal, Row, files, holder};
+use tropism::experiment::{Event, Journal, Row, files, holder};
 use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 
@@ -16,7 +16,7 @@ use self::sink::Sink;
 use super::run::RunPlan;
 use crate::shell::{Interrupted, Shell};
 
-/// Write a run as an archive or folder: track, photographs, settings, and a manifest with the sum of each file
+/// Write a run as an archive or folder: track, events, photographs, settings, and a manifest with the sum of each file
 ///
 /// Each photograph is compared with the sum in the journal, and all that was written is read back and compared again.
 /// Nothing that is there is ever overwritten. A run that goes on is exported up to its latest step, and is not disturbed.
@@ -54,6 +54,9 @@ struct Manifest<'a> {
     held: usize,
     /// What the columns of `track.csv` mean.
     columns: BTreeMap<&'static str, &'static str>,
+    events: usize,
+    /// What the columns of `events.csv` mean.
+    event_columns: BTreeMap<&'static str, &'static str>,
     /// Every other file.
     files: &'a [Written],
     /// Photographs that were left out, and why.
@@ -87,7 +90,7 @@ struct Outcome {
 }
 
 /// What is copied from a run folder as it is, where it is there. The journal is not: it may be written at this moment,
-/// and `track.csv` has all of its steps.
+/// and `track.csv` and `events.csv` have all that is in it.
 const COPIED: [&str; 4] = ["run.toml", "calibration.toml", "truth.csv", "truth.jsonl"];
 
 impl Export {
@@ -100,13 +103,13 @@ impl Export {
             "{out}: found it inside the run folder, wanted it elsewhere"
         );
         let journal = self.folder.join("journal.sqlite");
-        let rows = Journal::open_to_read(&journal)
-            .and_then(|journal| journal.rows())
+        let (rows, events) = Journal::open_to_read(&journal)
+            .and_then(|journal| Ok((journal.rows()?, journal.events()?)))
             .with_context(|| journal.display().to_string())?;
         let is_over = self.folder.join("track.csv").exists() && holder(&self.folder)?.is_none();
         let sink = Sink::new(&self.out)?;
         let part = sink.part().to_owned();
-        let done = self.write(shell, sink, &plan, &rows, is_over);
+        let done = self.write(shell, sink, &plan, (&rows, &events), is_over);
         if done.is_err() {
             sink::remove(&part);
         }
@@ -119,7 +122,7 @@ impl Export {
         shell: &Shell,
         mut sink: Sink,
         plan: &RunPlan,
-        rows: &[Row],
+        (rows, events): (&[Row], &[Event]),
         is_over: bool,
     ) -> Result<Outcome> {
         let progress = shell.progress("export", rows.len() as u64);
@@ -138,6 +141,7 @@ impl Export {
         let mut csv = Vec::new();
         track(rows).write_csv(&mut csv).with_context(|| self.folder.display().to_string())?;
         keep(&mut sink, "track.csv".to_owned(), &csv)?;
+        keep(&mut sink, "events.csv".to_owned(), &events_csv(events)?)?;
         let mut left_out = Vec::new();
         for row in rows {
             match photograph(&self.folder, row) {
@@ -169,6 +173,8 @@ impl Export {
             steps: rows.len(),
             held: rows.iter().filter(is_held).count(),
             columns: BTreeMap::from(COLUMNS),
+            events: events.len(),
+            event_columns: BTreeMap::from(EVENT_COLUMNS),
             files: &written,
             left_out: &left_out,
         };
@@ -214,7 +220,7 @@ impl Outcome {
 }
 
 /// The columns of `track.csv`.
-const COLUMNS: [(&str, &str); 14] = [
+const COLUMNS: [(&str, &str); 17] = [
     ("step", "from 0"),
     ("time_s", "seconds since the start"),
     ("tip_x_cm", "tip, to the right of the root"),
@@ -227,13 +233,51 @@ const COLUMNS: [(&str, &str); 14] = [
     ("class", "ok, or why the tip is held"),
     ("confidence", "0 to 1"),
     ("done", "1 if the lamp confirmed, 0 if nobody knows"),
+    (
+        "moved_x_px",
+        "how far the camera's picture has moved to the right since the first one; empty where nobody knows",
+    ),
+    ("moved_y_px", "the same, down"),
+    ("begun_unix_s", "when the step was really begun, in seconds since 1970; empty in a virtual tent"),
     ("photo_bytes", "size of the photograph"),
     ("photo_sha256", "its SHA-256, as the journal has it"),
 ];
 
-/// All steps of a journal as a track with further columns.
+/// The columns of `events.csv`.
+const EVENT_COLUMNS: [(&str, &str); 5] = [
+    ("step", "the latest step then"),
+    ("kind", "what kind of thing happened, one word"),
+    ("text", "what was found and what was done about it"),
+    ("since_start_s", "seconds since the start; empty in a virtual tent"),
+    ("unix_s", "seconds since 1970, by the clock on the wall; empty in a virtual tent"),
+];
+
+/// All that happened, as a table.
+fn events_csv(events: &[Event]) -> Result<Vec<u8>> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(EVENT_COLUMNS.map(|(name, _)| name))?;
+    for Event { step, kind, text, at } in events {
+        let seconds = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.3}"));
+        table.write_record([
+            &step.to_string(),
+            kind.name(),
+            text,
+            &seconds(at.map(|at| at.since_start.as_secs_f64())),
+            &seconds(at.map(|at| at.unix_s)),
+        ])?;
+    }
+    Ok(table.into_inner()?)
+}
+
+/// All steps of a journal at which something was decided, and the last, as a track with further columns.
 fn track(rows: &[Row]) -> Track {
-    let rows: Vec<_> = rows.iter().filter_map(|row| Some((row, row.seen.observation.as_ref()?))).collect();
+    let last = rows.last().map(|row| row.step);
+    let is_in_track = |row: &&Row| row.decided.is_some() || Some(row.step) == last;
+    let rows: Vec<_> = rows
+        .iter()
+        .filter(is_in_track)
+        .filter_map(|row| Some((row, row.seen.observation.as_ref()?)))
+        .collect();
     let samples = rows.iter().map(|(row, seen)| Sample {
         step: row.step,
         time_s: row.time_s,
@@ -250,6 +294,9 @@ fn track(rows: &[Row]) -> Track {
         let pixel = row.seen.pixel.filter(|_| is_measured);
         pixel.map_or_else(String::new, |pixel| format!("{:.2}", [pixel.x, pixel.y][axis]))
     };
+    let moved = |row: &Row, axis: usize| {
+        row.seen.shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
+    };
     let columns = vec![
         column("frame", &|row, _| row.photo.clone()),
         column("tip_x_px", &|row, is_measured| place(row, is_measured, 0)),
@@ -257,6 +304,11 @@ fn track(rows: &[Row]) -> Track {
         column("class", &|row, _| row.seen.class.to_string()),
         column("confidence", &|row, _| format!("{:.3}", row.seen.confidence)),
         column("done", &|row, _| u8::from(row.is_done).to_string()),
+        column("moved_x_px", &|row, _| moved(row, 0)),
+        column("moved_y_px", &|row, _| moved(row, 1)),
+        column("begun_unix_s", &|row, _| {
+            row.begun.map_or_else(String::new, |at| format!("{:.3}", at.unix_s))
+        }),
         column("photo_bytes", &|row, _| row.photo_bytes.to_string()),
         column("photo_sha256", &|row, _| row.photo_sha256.clone()),
     ];

@@ -1,14 +1,17 @@
 //! `tropism status`: what a run does now.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::{Journal, Row, files, holder};
+use tropism::experiment::{Event, Journal, Row, files, holder};
 use tropism::light::Light;
 use tropism::observation::Quality;
+use tropism_rig::alert::Kind;
+use tropism_rig::clock::{SystemTimes, Time};
 
 use super::run::RunPlan;
 use super::safe_state::load_rig;
@@ -56,7 +59,7 @@ struct Outcome {
     /// Where the tip was, cm.
     tip_x_cm: Option<f64>,
     tip_y_cm: Option<f64>,
-    /// The lamp that was decided upon at the latest step.
+    /// The lamp that was decided upon last.
     lamp: Option<Light>,
     photograph: Option<PathBuf>,
     photograph_age_s: Option<f64>,
@@ -73,6 +76,60 @@ struct Outcome {
     disk_free_bytes: Option<u64>,
     /// Days until the disk is full.
     disk_lasts_days: Option<f64>,
+    #[serde(flatten)]
+    happened: Happened,
+}
+
+/// How many of the latest events are shown.
+const LATEST: usize = 5;
+
+/// What stands in the journal beside the steps.
+#[derive(Serialize)]
+struct Happened {
+    /// How many events there are of each kind of which there are some.
+    event_counts: BTreeMap<&'static str, usize>,
+    /// The latest ones of which people are told, the last one last.
+    latest_events: Vec<LatestEvent>,
+}
+
+#[derive(Serialize)]
+struct LatestEvent {
+    step: u32,
+    kind: &'static str,
+    text: String,
+    /// Seconds since 1970; of real plants.
+    unix_s: Option<f64>,
+}
+
+impl Happened {
+    fn of(events: &[Event]) -> Self {
+        let mut event_counts = BTreeMap::new();
+        for event in events {
+            *event_counts.entry(event.kind.name()).or_default() += 1;
+        }
+        let told = events.iter().rev().filter(|event| Kind::from(event.kind).is_told()).take(LATEST);
+        let mut latest_events: Vec<_> = told
+            .map(|Event { step, kind, text, at }| LatestEvent {
+                step: *step,
+                kind: kind.name(),
+                text: text.clone(),
+                unix_s: at.map(|at| at.unix_s),
+            })
+            .collect();
+        latest_events.reverse();
+        Self { event_counts, latest_events }
+    }
+
+    /// For people, who read it `now_s` seconds after 1970.
+    fn lines(&self, now_s: f64) -> Vec<(&'static str, String)> {
+        let counts = self.event_counts.iter().map(|(kind, count)| format!("{count} {kind}"));
+        let mut lines = vec![("events", counts.collect::<Vec<_>>().join(", "))];
+        lines.extend(self.latest_events.iter().map(|LatestEvent { step, kind, text, unix_s }| {
+            let ago = unix_s.map(|unix_s| format!(", {} ago", disk::time((now_s - unix_s).max(0.0))));
+            ("", format!("step {step}{}: {kind}: {text}", ago.unwrap_or_default()))
+        }));
+        lines
+    }
 }
 
 impl Status {
@@ -80,17 +137,25 @@ impl Status {
         let plan = RunPlan::read(&self.folder)?;
         let period_s = 60.0 * load_rig(&self.folder)?.period_min;
         let file = self.folder.join("journal.sqlite");
-        let rows = Journal::open_to_read(&file)
-            .and_then(|journal| journal.rows())
+        let (rows, events) = Journal::open_to_read(&file)
+            .and_then(|journal| Ok((journal.rows()?, journal.events()?)))
             .with_context(|| file.display().to_string())?;
         let process = holder(&self.folder)?;
-        let outcome = Outcome::new(self.folder, &plan, period_s, &rows, process);
+        let happened = Happened::of(&events);
+        let outcome = Outcome::new(self.folder, &plan, period_s, &rows, happened, process);
         shell.result(&outcome.text(), &outcome)
     }
 }
 
 impl Outcome {
-    fn new(run: PathBuf, plan: &RunPlan, period_s: f64, rows: &[Row], process: Option<u32>) -> Self {
+    fn new(
+        run: PathBuf,
+        plan: &RunPlan,
+        period_s: f64,
+        rows: &[Row],
+        happened: Happened,
+        process: Option<u32>,
+    ) -> Self {
         let last = rows.last();
         let is_held =
             |row: &&Row| row.seen.observation.as_ref().is_none_or(|seen| seen.quality == Quality::Held);
@@ -117,7 +182,7 @@ impl Outcome {
             max_steps: plan.task.max_steps,
             tip_x_cm: tip.map(|tip| tip.x),
             tip_y_cm: tip.map(|tip| tip.y),
-            lamp: last.and_then(|row| row.decided),
+            lamp: rows.iter().rev().find_map(|row| row.decided),
             photograph,
             photograph_age_s: age,
             next_step_in_s,
@@ -126,6 +191,7 @@ impl Outcome {
             unconfirmed: rows.iter().filter(|row| row.decided.is_some() && !row.is_done).count(),
             photographs_bytes,
             disk_free_bytes,
+            happened,
             disk_lasts_days: disk_free_bytes.filter(|_| per_day > 0.0).map(|free| free as f64 / per_day),
             run,
         }
@@ -177,6 +243,9 @@ impl Outcome {
             };
             let used = disk::bytes(self.photographs_bytes);
             say("disk", format!("{used} of photographs, {} left{lasts}", disk::bytes(free)));
+        }
+        for (name, text) in self.happened.lines(SystemTimes.unix_s()) {
+            say(name, text);
         }
         lines.join("\n")
     }
