@@ -263,6 +263,10 @@ fn a_run_that_nobody_looked_after_for_long_asks_before_it_goes_on() {
         assert!(error.contains("nobody looked after the plant for") && error.contains("--resume"), "{error}");
     }
     assert_eq!(count(&real.run(), EventKind::Paused), 1);
+    let status = command(real.folder.path(), &["status", "run"]).output().unwrap();
+    let status = String::from_utf8_lossy(&status.stdout);
+    assert!(status.starts_with("run: paused, "), "{status}");
+    assert!(status.contains(": paused: nobody looked after the plant for"), "{status}");
     done(&real.command(&["--resume"]).output().unwrap());
     assert_eq!(rows(&real.run()).len(), 41);
     let again = real.command(&[]).output().unwrap();

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::{Event, Journal, Row, files, holder};
+use tropism::experiment::{Event, EventKind, Journal, Row, files, holder};
 use tropism::light::Light;
 use tropism::observation::Quality;
 use tropism_rig::alert::Kind;
@@ -42,6 +42,8 @@ enum State {
     Overdue,
     /// No program is at it, and it is not over.
     Stopped,
+    /// No program is at it: it waits for its user.
+    Paused,
     /// It is over.
     Over,
 }
@@ -86,6 +88,9 @@ const LATEST: usize = 5;
 /// What stands in the journal beside the steps.
 #[derive(Serialize)]
 struct Happened {
+    /// Whether a pause is the latest that the run came to.
+    #[serde(skip)]
+    is_paused: bool,
     /// How many events there are of each kind of which there are some.
     event_counts: BTreeMap<&'static str, usize>,
     /// The latest ones of which people are told, the last one last.
@@ -117,7 +122,9 @@ impl Happened {
             })
             .collect();
         latest_events.reverse();
-        Self { event_counts, latest_events }
+        let state = events.iter().rfind(|event| event.kind.is_state());
+        let is_paused = state.is_some_and(|event| event.kind == EventKind::Paused);
+        Self { is_paused, event_counts, latest_events }
     }
 
     /// For people, who read it `now_s` seconds after 1970.
@@ -167,6 +174,7 @@ impl Outcome {
             Some(_) if next_step_in_s.is_some_and(|left| left < -period_s) => State::Overdue,
             Some(_) => State::Running,
             None if is_over => State::Over,
+            None if happened.is_paused => State::Paused,
             None => State::Stopped,
         };
         let tip = last.and_then(|row| row.seen.observation.as_ref()).map(|seen| seen.tip);
@@ -206,6 +214,9 @@ impl Outcome {
             State::Overdue => format!("{run}: OVERDUE, its program hangs or waits{process}, {kind}"),
             State::Stopped => {
                 format!("{run}: stopped before its end, {kind}; the same command with --resume goes on")
+            }
+            State::Paused => {
+                format!("{run}: paused, {kind}; the same command with --resume goes on")
             }
             State::Over => format!("{run}: over, {kind}"),
         }];

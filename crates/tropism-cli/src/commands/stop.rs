@@ -13,8 +13,8 @@ use crate::shell::{Interrupted, Shell};
 
 /// End the run or evolution in a folder, and wait until it has ended
 ///
-/// It ends as by Ctrl-C: what was done is saved, lamps and flash are off, and the same command with --resume goes on. Where
-/// nothing runs it says so, and that is no error.
+/// It ends as by Ctrl-C: what was done is saved, the flash is off, the lamps are dark unless the rig file keeps them, and
+/// the same command with --resume goes on. Where nothing runs it says so, and that is no error.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism stop bean\n  \
