@@ -440,15 +440,13 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         self.look_at_computer()?;
         self.look_at_lamp(lit)?;
         self.look_at_camera(seen.shift)?;
-        if !photo.bytes.is_empty() && self.streaks.camera > 0 {
+        if !photo.bytes.is_empty() {
             let steps = std::mem::take(&mut self.streaks.camera);
-            self.tell(EventKind::Recovered, format!("a photograph again after {steps} steps without"))?;
+            self.recovered(steps, "a photograph again")?;
         }
         if seen.is_measured() {
-            match std::mem::take(&mut self.streaks.held) {
-                0 => Ok(()),
-                steps => self.tell(EventKind::Recovered, format!("the plant again after {steps} steps")),
-            }
+            let steps = std::mem::take(&mut self.streaks.held);
+            self.recovered(steps, "the plant again")
         } else {
             self.streaks.held += 1;
             if self.streaks.held == 1 && !photo.bytes.is_empty() {
@@ -457,6 +455,14 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
             }
             self.look_after_held()
         }
+    }
+
+    /// Tells that what was wrong for so many steps is right again, unless it passed before anybody would have come.
+    fn recovered(&mut self, steps: u32, what: &str) -> Result<(), RecordError> {
+        if steps < self.care.patience.alert_steps {
+            return Ok(());
+        }
+        self.tell(EventKind::Recovered, format!("{what} after {steps} steps"))
     }
 
     fn look_after_held(&mut self) -> Result<(), RecordError> {
@@ -485,10 +491,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         };
         if lit == Some(commanded) {
             let steps = std::mem::take(&mut self.streaks.mismatch);
-            if steps >= self.care.patience.alert_steps {
-                self.tell(EventKind::Recovered, format!("{commanded} is lit again after {steps} steps"))?;
-            }
-            return Ok(());
+            return self.recovered(steps, &format!("{commanded} is lit again"));
         }
         self.streaks.mismatch += 1;
         let steps = self.streaks.mismatch;
