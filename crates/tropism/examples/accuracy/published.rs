@@ -21,14 +21,41 @@ pub(crate) fn open(path: &Path) -> Image {
 
 /// Distance of a point to a line.
 pub(crate) fn off(point: Point, line: &Polyline) -> f64 {
-    let along = line.0.windows(2).map(|pair| {
+    foot(point, line).0
+}
+
+/// Distance of a point to a line, how far along the line it is nearest, and where.
+fn foot(point: Point, line: &Polyline) -> (f64, f64, Point) {
+    let mut walked = 0.0;
+    let mut nearest = (f64::INFINITY, 0.0, point);
+    for pair in line.0.windows(2) {
         let (dx, dy) = (pair[1].x - pair[0].x, pair[1].y - pair[0].y);
         let share =
             ((point.x - pair[0].x) * dx + (point.y - pair[0].y) * dy) / (dx * dx + dy * dy).max(1e-12);
         let share = share.clamp(0.0, 1.0);
-        point.distance(Point::new(pair[0].x + share * dx, pair[0].y + share * dy))
-    });
-    along.fold(f64::INFINITY, f64::min)
+        let at = Point::new(pair[0].x + share * dx, pair[0].y + share * dy);
+        let length = pair[0].distance(pair[1]);
+        if point.distance(at) < nearest.0 {
+            nearest = (point.distance(at), walked + share * length, at);
+        }
+        walked += length;
+    }
+    nearest
+}
+
+/// How long the part of a line is, in % of the published one's length more than that, that lies between the feet of the
+/// published one's ends when that is laid on it, shifted but not turned. What lies beyond them does not count.
+fn between(found: &Polyline, published: &Polyline) -> f64 {
+    let mut laid = published.equidistant(100);
+    for _ in 0..50 {
+        let steps = laid.0.iter().map(|&at| (at, foot(at, found).2));
+        let step = steps.fold(Point::default(), |sum, (at, on)| {
+            Point::new(sum.x + (on.x - at.x) / 100.0, sum.y + (on.y - at.y) / 100.0)
+        });
+        laid.0.iter_mut().for_each(|at| *at = Point::new(at.x + step.x, at.y + step.y));
+    }
+    let along = |at: usize| foot(laid.0[at], found).1;
+    100.0 * ((along(99) - along(0)) / published.length() - 1.0)
 }
 
 /// Mean distance between two lines, both ways, in % of the second's length.
@@ -90,6 +117,8 @@ pub(crate) fn midline(folder: &Path, number: &str) -> Option<[Shoot; 2]> {
 pub(crate) struct Shoot {
     /// By how much it is too long, in %.
     pub(crate) length: f64,
+    /// The same of its part between the published line's ends: their paths compared, not where they end.
+    pub(crate) between: f64,
     /// The mean distance, in % of the length.
     pub(crate) distance: f64,
 }
@@ -107,6 +136,7 @@ fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
         let found = Polyline(placed.collect());
         Shoot {
             length: 100.0 * (found.length() / published.length() - 1.0),
+            between: between(&found, published),
             distance: apart(&found, published),
         }
     }))

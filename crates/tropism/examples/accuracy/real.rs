@@ -171,11 +171,14 @@ fn silhouettes(folder: &Path, _: Mode) -> String {
         let of = |value: fn(&Shoot) -> f64| known.iter().map(|one| value(&one[which])).collect::<Vec<_>>();
         let (lengths, distances) = (of(|one| one.length), of(|one| one.distance));
         let sizes: Vec<f64> = lengths.iter().map(|length| length.abs()).collect();
+        let parts = of(|one| one.between.abs());
         format!(
-            "length off by median {:.2} % (mean {:+.2} %), worst {:.2} %, mean distance median {:.2} % of length, worst {:.2} %",
+            "length, end to end, off by median {:.2} % (mean {:+.2} %), worst {:.2} %, between the published line's ends median {:.2} %, worst {:.2} %, mean distance median {:.2} % of length, worst {:.2} %",
             quantile(&sizes, 0.5),
             lengths.iter().sum::<f64>() / known.len().max(1) as f64,
             quantile(&sizes, 1.0),
+            quantile(&parts, 0.5),
+            quantile(&parts, 1.0),
             quantile(&distances, 0.5),
             quantile(&distances, 1.0)
         )
