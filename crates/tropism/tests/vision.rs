@@ -90,8 +90,7 @@ fn the_real_beans_stem_is_followed() {
     }
     let near = ends.iter().filter(|&&end| end <= 6.0).count();
     println!("stem end within 6 px on {near} of {}, stem {:.2} px", ends.len(), math::quantile(&sides, 0.5));
-    // On one photograph the hook is closed and its leaf hides where it ends.
-    assert!(near >= 20, "{ends:.1?}");
+    assert_eq!(near, ends.len(), "{ends:.1?}");
     assert!(math::quantile(&sides, 0.5) <= 1.0, "{sides:.1?}");
 }
 
@@ -143,14 +142,14 @@ fn three_sunflowers_are_seen_by_day_and_night() {
         assert_eq!(misses.len(), 30);
         assert!(worst(&misses) <= 5.0, "{mode:?}: {misses:.1?}");
     }
-    let near = ends.iter().filter(|&&end| end <= 10.0).count();
+    let near = ends.iter().filter(|&&end| end <= 8.0).count();
     println!(
-        "stem end, median {:.1} px, within 10 px on {near} of {}",
+        "stem end, median {:.1} px, within 8 px on {near} of {}",
         math::quantile(&ends, 0.5),
         ends.len()
     );
-    // Where a leaf hangs against the stem, the stem's end is not found.
-    assert!(math::quantile(&ends, 0.5) <= 6.0 && near + 4 >= ends.len(), "{ends:.1?}");
+    // Where a leaf hangs against the stem all the way down, the stem's end is not found.
+    assert!(math::quantile(&ends, 0.5) <= 4.0 && 20 * near >= 19 * ends.len(), "{ends:.1?}");
 }
 
 #[test]
@@ -173,6 +172,7 @@ fn midlines_of_bean_shoots_are_the_published_ones() {
         .map(|number| {
             let [as_it_is, smoothed] = published::midline(&folder, number).unwrap();
             assert!(as_it_is.distance < 3.0 && as_it_is.length > smoothed.length, "{number}");
+            assert!(as_it_is.between.abs() < 3.0, "{number}: {}", as_it_is.between);
             smoothed
         })
         .collect();

@@ -3,7 +3,8 @@
 //! In: a plane that is 0 on background and 1 on plant, the part of it that is one plant, and the plant's highest point.
 //! Out: the line through the middle of its stem. The one idea: the cheapest way through the plant from its base to the end
 //! of a limb keeps to the middle, and the longest limb that is thin and bright to its end is the stem. Where each ends in a
-//! leaf, the stem ends where the way to the top meets a second long limb, or becomes as broad as a leaf.
+//! leaf, the stem ends where the way to the top meets a second long limb, or becomes as broad as a leaf. Where leaves part,
+//! it ends in the middle of what its straight continuation crosses: their stalks cut the corner, and a way with them.
 
 use crate::math;
 use crate::vision::parts::Bounds;
@@ -44,6 +45,12 @@ const HANGS: f64 = 3.0;
 /// A stem turns less than this, as 1 less the cosine of the turn (0.15: 32 degrees), where a leaf's stalk leaves it.
 const KINK: f64 = 0.15;
 
+/// A way that turns by more than this, as 1 less the cosine of the turn (60 degrees), where it is broad, turns into a leaf.
+const SHARP: f64 = 0.5;
+
+/// A stem goes on past a fork when it does so by this many stem widths: what is shorter is the shoulder of a leaf.
+const PAST: f64 = 2.0;
+
 /// The line through the middle of the stem of one part of a plane, from near `base` up, about a sample between points.
 ///
 /// `is_part` says which samples within `bounds` are the plant, `top` is its highest point, and gaps of up to `reach` - 1
@@ -65,7 +72,8 @@ pub fn trace(
     let (mut line, widths) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
     let width = stem_width(&widths);
     let leaf = broadening(&widths, width);
-    let limb = if leaf.is_some() { PAIRED } else { LIMB };
+    let turns = kink(&line, width, |i| widths[i] > BROAD * width) > SHARP;
+    let limb = if leaf.is_some() || turns { PAIRED } else { LIMB };
     let down = window.ways(goal);
     let fork = window.fork(&way, &up, &down, width, (limb * width).max(LIMB_SHARE * way.len() as f64));
     let fork = fork.map(|at| {
@@ -76,8 +84,29 @@ pub fn trace(
     let end = fork.or(leaf).unwrap_or(line.len());
     line.truncate((end + 1).max(2));
     // A stem goes on past a pair of leaves, but not from a closed hook into what hangs from it.
-    let is_shorter = |thin: &Vec<Place>| thin.len() as f64 + 2.0 * width < line.len() as f64;
-    Some(thin.filter(|thin| !is_shorter(thin)).unwrap_or_else(|| resampled(&line, 1.0)))
+    let least = line.len() as f64 + if fork.is_some() { PAST } else { -PAST } * width;
+    if let Some(thin) = thin.filter(|thin| thin.len() as f64 >= least) {
+        return Some(thin);
+    }
+    if fork.is_some() {
+        join(&window, &mut line, width);
+    } else if leaf.is_none() {
+        // The way ends at the plant's edge, a stem in the middle of its round end.
+        line.truncate(line.len().saturating_sub((0.5 * width).round() as usize).max(2));
+    }
+    Some(resampled(&line, 1.0))
+}
+
+/// Leads a line that ends about where leaves part from the stem straight on to the middle of their fork: where the plant is
+/// deepest before the line leaves it between them.
+fn join(window: &Window, line: &mut Vec<Place>, stem: f64) {
+    let back = |widths: f64| line.len().saturating_sub(1 + (widths * stem).ceil() as usize);
+    let (from, to) = (line[back(4.0)], line[back(1.0)]);
+    let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
+    let along = ((to.0 - from.0) / length, (to.1 - from.1) / length);
+    let Some(middle) = window.deepest(to, along, 3.0 * stem) else { return };
+    line.truncate(back(1.0) + 1);
+    line.push(middle);
 }
 
 /// The longest limb that is thin and bright to its end, to where its rounded end begins; `None` where each ends in a leaf.
@@ -94,7 +123,11 @@ fn thin_limb(plane: &Plane, window: &Window, start: usize, up: &Ways) -> Option<
         };
         let is_thin = math::quantile(end, 0.7) <= SLENDER * stem;
         let share = brightness(&line[last..]) / brightness(&line[..line.len().div_ceil(2)]).max(1e-6);
-        if last == 0 || !is_thin || share < BRIGHT || hangs(&line) > HANGS * stem || kink(&line, stem) > KINK
+        if last == 0
+            || !is_thin
+            || share < BRIGHT
+            || hangs(&line) > HANGS * stem
+            || kink(&line, stem, |_| true) > KINK
         {
             continue;
         }
@@ -113,8 +146,8 @@ fn hangs(line: &[Place]) -> f64 {
     line.last().map_or(0.0, |end| end.1 - highest)
 }
 
-/// The sharpest turn of a line below its end, within a few stem widths, as 1 less its cosine.
-fn kink(line: &[Place], stem: f64) -> f64 {
+/// The sharpest turn of a line below its end, within a few stem widths, as 1 less its cosine, at the points that count.
+fn kink(line: &[Place], stem: f64, counts: impl Fn(usize) -> bool) -> f64 {
     let reach = (2.5 * stem).ceil() as usize;
     let end = line.len().saturating_sub(reach + (1.5 * stem) as usize);
     let way = |from: Place, to: Place| (to.0 - from.0, to.1 - from.1);
@@ -123,7 +156,7 @@ fn kink(line: &[Place], stem: f64) -> f64 {
         let lengths = math::hypot(one.0, one.1) * math::hypot(other.0, other.1);
         (one.0 * other.0 + one.1 * other.1) / lengths.max(1e-9)
     };
-    let least = (reach..end).map(turn).fold(1.0, f64::min);
+    let least = (reach..end).filter(|&i| counts(i)).map(turn).fold(1.0, f64::min);
     1.0 - least
 }
 
@@ -348,6 +381,16 @@ mod tests {
         let line = traced(&plane(&[&stem[..], &leaves].concat()), (40.0, 89.0), (62.0, 18.0));
         let last = line[line.len() - 1];
         assert!(math::hypot(last.0 - fork.0, last.1 - fork.1) < 3.0, "{last:?}");
+    }
+
+    #[test]
+    fn the_stem_ends_in_the_middle_of_broad_leaves_that_leave_it_at_right_angles() {
+        let fork = (40.0, 40.0);
+        let leaves = [(fork, (68.0, 38.0), 6.0), (fork, (12.0, 41.0), 6.0)];
+        let stem = [((41.0, 89.0), fork, 2.0)];
+        let line = traced(&plane(&[&stem[..], &leaves].concat()), (41.0, 89.0), (68.0, 32.0));
+        let last = line[line.len() - 1];
+        assert!(math::hypot(last.0 - fork.0, last.1 - fork.1) < 1.5, "{last:?}");
     }
 
     #[test]

@@ -31,6 +31,8 @@ pub(super) struct Window {
     /// Columns, the border's two included.
     width: usize,
     is_part: Vec<bool>,
+    /// Three times the way from each sample to the plant's edge.
+    depth: Vec<u32>,
     /// What a step onto each sample costs; [`NONE`] where there is no way.
     step: Vec<u32>,
 }
@@ -54,12 +56,13 @@ impl Window {
             origin,
             width,
             is_part: vec![false; width * (height + 2)],
+            depth: vec![0; width * (height + 2)],
             step: vec![NONE; width * (height + 2)],
         };
         for (row, from) in rows().enumerate() {
             for (column, from) in from.enumerate() {
                 let (at, to) = (row * inner + column, (row + 1) * width + column + 1);
-                window.is_part[to] = inside[at];
+                (window.is_part[to], window.depth[to]) = (inside[at], depth[at]);
                 if inside[at] {
                     let value = f64::from(plane.values[from]).clamp(FAINT, 1.0);
                     window.step[to] = ((8 + 288 / (depth[at] * depth[at])) as f64 / (value * value)) as u32;
@@ -158,6 +161,26 @@ impl Window {
             Some(fork).filter(|&fork| fork as f64 + stem < way.len() as f64)
         };
         ends.into_iter().flatten().filter_map(fork).min()
+    }
+
+    /// Where the plant is deepest on a straight line from a place in it, along a unit vector, before the line leaves it or
+    /// after `far` samples at most; `None` where it gets deeper to the last.
+    pub(super) fn deepest(&self, from: Place, along: Place, far: f64) -> Option<Place> {
+        let place = |i: usize| (from.0 + 0.5 * i as f64 * along.0, from.1 + 0.5 * i as f64 * along.1);
+        let depths: Vec<u32> = (0..(2.0 * far) as usize).map_while(|i| self.depth_at(place(i))).collect();
+        let most = depths.iter().max()?;
+        let is_most = |depth: &u32| depth == most;
+        let (first, last) = (depths.iter().position(is_most)?, depths.iter().rposition(is_most)?);
+        (last + 1 < (2.0 * far) as usize).then(|| place((first + last) / 2))
+    }
+
+    /// The depth of the sample of the part that is nearest to a place; `None` outside.
+    fn depth_at(&self, place: Place) -> Option<u32> {
+        let (x, y) =
+            (place.0.round() - self.origin.0 as f64 + 1.0, place.1.round() - self.origin.1 as f64 + 1.0);
+        let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f64;
+        let at = is_inside.then_some(y as usize * self.width + x as usize)?;
+        self.is_part.get(at)?.then(|| self.depth[at])
     }
 
     /// The ways to the ends of the part, the longest limb first: each reaches at least `least` samples from those before
