@@ -8,7 +8,8 @@
 //!
 //! Rows are named by any part of their names; without names all are printed. `--frames` is how many frames a virtual row
 //! scores at least (24 by default), `--seed` the first seed: 1 000 000 and above were never used to tune anything, seeds
-//! below 100 000 were. `--mode paper` shows the paper's method instead. Virtual rows show whether a method survives a
+//! below 100 000 were. `--list FOLDER` names the virtual frames called ok, but wrong, and writes them there. `--mode paper`
+//! shows the paper's method instead. Virtual rows show whether a method survives a
 //! fault as drawn, not how often it occurs in a tent.
 
 mod marks;
@@ -16,6 +17,8 @@ mod published;
 mod real;
 mod score;
 mod tent;
+
+use std::path::PathBuf;
 
 use score::Score;
 use tropism::vision::Mode;
@@ -26,11 +29,13 @@ struct Wanted {
     frames: usize,
     seed: u64,
     mode: Mode,
+    list: Option<PathBuf>,
 }
 
 impl Wanted {
     fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
-        let mut wanted = Self { rows: Vec::new(), frames: 24, seed: 1_000_000, mode: Mode::Robust };
+        let mut wanted =
+            Self { rows: Vec::new(), frames: 24, seed: 1_000_000, mode: Mode::Robust, list: None };
         while let Some(argument) = arguments.next() {
             let mut number = |key: &str| {
                 let text = arguments.next().unwrap_or_default();
@@ -46,8 +51,14 @@ impl Wanted {
                         other => return Err(format!("--mode: found {other:?}, wanted paper or robust")),
                     }
                 }
+                "--list" => {
+                    let folder = arguments.next().ok_or("--list: found nothing, wanted a folder")?;
+                    wanted.list = Some(folder.into());
+                }
                 key if key.starts_with('-') => {
-                    return Err(format!("found {key}, wanted --frames, --seed, --mode or names of rows"));
+                    return Err(format!(
+                        "found {key}, wanted --frames, --seed, --mode, --list or names of rows"
+                    ));
                 }
                 name => wanted.rows.push(name.to_owned()),
             }
@@ -62,13 +73,19 @@ impl Wanted {
 
 fn main() -> Result<(), String> {
     let wanted = Wanted::parse(std::env::args().skip(1))?;
+    if let Some(folder) = &wanted.list {
+        std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
     println!(
         "mode {:?}, seeds from {}, at least {} frames a virtual row",
         wanted.mode, wanted.seed, wanted.frames
     );
     println!("\nvirtual frames, mm; shares in % of the frames scored\n{}", Score::HEADER);
     for row in tent::rows().iter().filter(|row| wanted.has(row.name)) {
-        println!("{}", row.score(wanted.frames, wanted.seed, wanted.mode).line(row.name));
+        let score = row.score(wanted.frames, wanted.seed, wanted.mode, wanted.list.as_deref());
+        println!("{}", score.line(row.name));
+        let list = score.wrong.iter().filter(|_| wanted.list.is_some());
+        list.for_each(|wrong| println!("    {wrong}"));
     }
     for row in tent::file_rows().iter().filter(|row| wanted.has(row.name)) {
         println!("{}", row.score(wanted.frames, wanted.seed, wanted.mode));

@@ -22,8 +22,8 @@ pub(crate) struct Score {
     classes: BTreeMap<&'static str, usize>,
     measured: usize,
     held: usize,
-    /// Called ok, but wrong.
-    wrong: usize,
+    /// Those called ok, but wrong, a line each.
+    pub(crate) wrong: Vec<String>,
     /// Errors of measured tops, in mm to the right and up.
     tops: Vec<[f64; 2]>,
     apexes: Vec<f64>,
@@ -47,28 +47,36 @@ impl Score {
     pub(crate) const HEADER: &str = "row                  frames |  top: bias x,y  deviation   median   95 %    max | apex: median   95 %    max | \
                                      stem: mean   95 % vertex | measured   held  none | wrong but ok | held 95 % | gap | classes";
 
-    /// Takes in what was seen in a frame; a frame that is not `scored` only counts as the end of a gap.
-    pub(crate) fn add(&mut self, seen: &Seen, truth: &Truth, scored: bool) {
+    /// Takes in what was seen in the photograph `name`; one that is not `scored` only counts as the end of a gap. Whether
+    /// it is called ok, but wrong.
+    pub(crate) fn add(&mut self, name: &str, seen: &Seen, truth: &Truth, scored: bool) -> bool {
         let measured = seen.observation.as_ref().filter(|seen| seen.quality == Quality::Measured);
         self.gap = if measured.is_some() { 0 } else { self.gap + 1 };
         self.longest_gap = self.longest_gap.max(self.gap);
         if !scored {
-            return;
+            return false;
         }
         self.frames += 1;
         *self.classes.entry(seen.class.name()).or_default() += 1;
-        let Some(observation) = &seen.observation else { return };
+        let Some(observation) = &seen.observation else { return false };
         let miss = 10.0 * observation.tip.distance(truth.top);
         if measured.is_none() {
             if self.gap <= HELD {
                 self.held += 1;
                 self.helds.push(miss);
             }
-            return;
+            return false;
         }
         self.measured += 1;
-        self.wrong += usize::from(seen.class == Class::Ok && miss > WRONG_MM);
-        self.tops.push([10.0 * (observation.tip.x - truth.top.x), 10.0 * (observation.tip.y - truth.top.y)]);
+        let error = [10.0 * (observation.tip.x - truth.top.x), 10.0 * (observation.tip.y - truth.top.y)];
+        let is_wrong = seen.class == Class::Ok && miss > WRONG_MM;
+        if is_wrong {
+            self.wrong.push(format!(
+                "{name}: {miss:.1} mm ({:.1}, {:.1}), confidence {:.2}",
+                error[0], error[1], seen.confidence
+            ));
+        }
+        self.tops.push(error);
         if let Some(stem) = observation.stem.as_ref().filter(|stem| stem.0.len() == 10) {
             self.apexes.push(10.0 * stem.0[9].distance(truth.apex));
             self.stems.push(10.0 * mean(stem.0.iter().map(|&point| off(point, &truth.midline))));
@@ -76,6 +84,7 @@ impl Score {
             let apart = stem.0.iter().zip(&ten.0).map(|(one, other)| 10.0 * one.distance(*other));
             self.vertices.push(apart.fold(0.0, f64::max));
         }
+        is_wrong
     }
 
     /// Frames scored so far.
@@ -87,7 +96,7 @@ impl Score {
         self.frames += other.frames;
         self.measured += other.measured;
         self.held += other.held;
-        self.wrong += other.wrong;
+        self.wrong.extend(other.wrong);
         self.tops.extend(other.tops);
         self.apexes.extend(other.apexes);
         self.stems.extend(other.stems);
@@ -129,7 +138,7 @@ impl Score {
             share(self.measured),
             share(self.held),
             share(none),
-            share(self.wrong),
+            share(self.wrong.len()),
             quantile(&self.helds, 0.95),
             self.longest_gap,
             classes.join(", "),

@@ -1,5 +1,7 @@
 //! Virtual frames: beans of many seeds, some minutes of each, with one thing going wrong.
 
+use std::path::Path;
+
 use rayon::prelude::*;
 use tropism::greenhouse::bean::{Bean, Species};
 use tropism::greenhouse::fault::{self, Faults};
@@ -127,8 +129,8 @@ impl Row {
         index >= LEAD && (happens || is_clean)
     }
 
-    /// What becomes of at least `frames` frames of beans from `seed` on.
-    pub(crate) fn score(&self, frames: usize, seed: u64, mode: Mode) -> Score {
+    /// What becomes of at least `frames` frames of beans from `seed` on. Those called ok, but wrong, are written to `list`.
+    pub(crate) fn score(&self, frames: usize, seed: u64, mode: Mode, list: Option<&Path>) -> Score {
         let mut score = Score::default();
         let mut first = seed;
         while score.frames() < frames {
@@ -138,7 +140,12 @@ impl Row {
                 .map(|seed| {
                     let (mut score, mut eye) = (Score::default(), eye(&self.scene, mode));
                     self.photograph(seed, |photo, truth, index, happens| {
-                        score.add(&eye.observe(&photo), truth, self.scores(index, happens));
+                        let name = format!("{}-{seed}-{}", self.name.replace([' ', '/'], "-"), photo.name);
+                        let is_wrong =
+                            score.add(&name, &eye.observe(&photo), truth, self.scores(index, happens));
+                        if let Some(list) = list.filter(|_| is_wrong) {
+                            std::fs::write(list.join(name), &photo.bytes).expect("a folder to list in");
+                        }
                     });
                     score
                 })
