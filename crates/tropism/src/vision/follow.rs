@@ -4,6 +4,8 @@
 //! little, and its tissue neither appears nor vanishes, so what a leaf, a fly or a lamp's glare does to a picture gives
 //! itself away as soon as the one before is known.
 
+use std::collections::VecDeque;
+
 use crate::geometry::Point;
 use crate::math;
 use crate::vision::hold::STEERS;
@@ -19,7 +21,7 @@ const GATE: f64 = 2.2;
 
 /// How far from where it is expected a tip is believed whatever else has changed, in cm, after one period and for each
 /// further one, and at most: below half a centimetre nothing is called wrong. With something on the tip that holds for as
-/// long as a held tip may steer.
+/// long as a held tip may steer. Behind thin mist a tip is believed within the first of these for each period.
 const NEAR: (f64, f64, f64) = (0.25, 0.05, 0.4);
 
 /// Tissue moves as far as the tip does, and at least this far, in cm.
@@ -44,11 +46,13 @@ const AGREE: (usize, usize, usize) = (2, 5, 12);
 /// Photographs at the beginning that may all be wrong: as long as no more were believed, two that agree outvote them.
 const YOUNG: usize = 2;
 
-/// Photographs in a row that must be known for the next to be judged: where more agree, they are believed.
+/// Photographs that must be known for the next to be judged: of those believed how they look, and of those doubted in a
+/// row all, for where more agree, they are believed.
 pub(super) const MEMORY: usize = AGREE.2;
 
-/// Where the contrast of a plant falls below this share of what it was, mist or a shadow took it.
-const DIMMED: f64 = 0.85;
+/// Where the contrast of a plant falls below this share of the most that it was of late, mist or a shadow took it; below
+/// the second, so much that the tip may have gone, too.
+const DIMMED: (f64, f64) = (0.85, 0.6);
 
 /// A tip farther than this from the stem, in cm, is no end of it: a leaf is.
 const APART: f64 = 0.4;
@@ -67,6 +71,13 @@ pub(super) struct Glimpse {
     pub(super) calibration: Calibration,
 }
 
+impl Glimpse {
+    /// Whether the tip is a leaf's.
+    fn is_leaf(&self) -> bool {
+        self.apart.is_some_and(|apart| apart > APART)
+    }
+}
+
 /// What is known of a plant from the photographs so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Follow {
@@ -75,6 +86,9 @@ pub(super) struct Follow {
     believed: usize,
     /// The latest photograph that was believed.
     before: Option<Glimpse>,
+    /// The contrasts of the latest that were, and whether a leaf's tip was taken for the plant's; at most [`MEMORY`] of
+    /// them: mist comes slowly.
+    looks: VecDeque<(f64, bool)>,
     /// Time of that photograph, in seconds.
     time_s: f64,
     /// What the latest photograph showed if it was not believed, how many before it agree with each other, and it with
@@ -91,6 +105,8 @@ impl Follow {
         let doubt = self.doubt(&glimpse);
         let gate = match doubt {
             Doubt::None => far,
+            Doubt::Dimmed => NEAR.0 * periods.max(1.0),
+            Doubt::Hidden => 0.0,
             Doubt::Veiled if periods > f64::from(STEERS) + 1.5 => 0.0,
             Doubt::Changed | Doubt::Veiled => grows(NEAR),
         };
@@ -116,7 +132,20 @@ impl Follow {
 
     fn doubt(&self, glimpse: &Glimpse) -> Doubt {
         match (&self.before, self.motion) {
-            (Some(before), Some(motion)) => Doubt::of(glimpse, before, motion.tip()),
+            (Some(before), Some(motion)) => {
+                let clearest = self.looks.iter().map(|look| look.0).fold(0.0, f64::max);
+                let is_dimmed = |share: f64| glimpse.contrast < share * clearest;
+                let leaves = self.looks.iter().filter(|look| look.1).count();
+                let is_leaf = glimpse.is_leaf() && 2 * leaves < self.looks.len();
+                let is_changed = || is_changed(glimpse, &before.shape, motion.tip());
+                match () {
+                    () if is_leaf && !is_dimmed(DIMMED.0) && is_changed() => Doubt::Hidden,
+                    () if glimpse.is_veiled || is_leaf || is_dimmed(DIMMED.1) => Doubt::Veiled,
+                    () if is_dimmed(DIMMED.0) => Doubt::Dimmed,
+                    () if is_changed() => Doubt::Changed,
+                    () => Doubt::None,
+                }
+            }
             _ if glimpse.is_veiled => Doubt::Veiled,
             _ => Doubt::None,
         }
@@ -124,6 +153,8 @@ impl Follow {
 
     /// Takes up how the plant looks in the latest photograph that was believed.
     pub(super) fn recognise(&mut self, glimpse: Glimpse) {
+        self.looks.truncate(MEMORY - 1);
+        self.looks.push_front((glimpse.contrast, glimpse.is_leaf()));
         self.before = Some(glimpse);
     }
 
@@ -149,31 +180,23 @@ impl Follow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Doubt {
     None,
+    /// It stands out less than it did, but shows where it ends.
+    Dimmed,
     /// Tissue appeared or vanished.
     Changed,
     /// Something lies on the tip.
     Veiled,
+    /// A leaf has come whose tip is clearly seen, and the stem's was before: the leaf hides it, wherever it is.
+    Hidden,
 }
 
 impl Doubt {
-    fn of(glimpse: &Glimpse, before: &Glimpse, tip: Point) -> Self {
-        let is_leaf = |glimpse: &Glimpse| glimpse.apart.is_some_and(|apart| apart > APART);
-        let is_veiled = glimpse.is_veiled
-            || glimpse.contrast < DIMMED * before.contrast
-            || is_leaf(glimpse) && !is_leaf(before);
-        match () {
-            () if is_veiled => Self::Veiled,
-            () if is_changed(glimpse, &before.shape, tip) => Self::Changed,
-            () => Self::None,
-        }
-    }
-
     /// Photographs that must agree before one is believed that shows the tip elsewhere.
     const fn agreeing(self) -> usize {
         match self {
-            Self::None => AGREE.0,
+            Self::None | Self::Dimmed => AGREE.0,
             Self::Changed => AGREE.1,
-            Self::Veiled => AGREE.2,
+            Self::Veiled | Self::Hidden => AGREE.2,
         }
     }
 }
@@ -255,6 +278,38 @@ mod tests {
         assert_eq!(follow.judge(misty, 3_000.0).0, Class::Ambiguous);
         let leaf = Glimpse { apart: Some(0.9), ..glimpse(Point::new(1.0, 11.4), None) };
         assert_eq!(follow.judge(leaf, 3_300.0).0, Class::Ambiguous);
+    }
+
+    #[test]
+    fn mist_is_told_from_the_clear_photographs_before_it() {
+        let mut follow = followed(8);
+        let misty = |contrast, tip| Glimpse { contrast, ..glimpse(tip, None) };
+        // It comes slowly, and the plant is where it is expected.
+        for (step, contrast) in [(8, 15.0), (9, 13.0), (10, 11.0)] {
+            let tip = Point::new(0.1 * f64::from(step), 10.0 + 0.05 * f64::from(step));
+            assert_eq!(follow.judge(misty(contrast, tip), 300.0 * f64::from(step)).0, Class::Ok, "{step}");
+        }
+        // Thick, it shows less of the stem than there is; thin, it shows all of it.
+        let low = Point::new(0.7, 9.2);
+        assert_eq!(follow.judge(misty(11.0, low), 3_300.0).0, Class::Ambiguous);
+        assert_eq!(follow.judge(misty(11.0, low), 3_600.0).0, Class::Ambiguous);
+        let up = |step| Point::new(0.1 * f64::from(step), 11.8);
+        assert_eq!(follow.judge(misty(13.0, up(13)), 3_900.0).0, Class::Ambiguous);
+        assert_eq!(follow.judge(misty(14.0, up(14)), 4_200.0).0, Class::Ok);
+    }
+
+    #[test]
+    fn a_leaf_before_the_tip_is_not_believed_for_being_where_the_tip_should_be() {
+        let mut follow = followed(8);
+        let leaf = |step: u32| {
+            let tip = Point::new(0.1 * f64::from(step), 10.0 + 0.05 * f64::from(step));
+            Glimpse { apart: Some(0.9), ..glimpse(tip, Some([260.0, 285.0, 350.0, 290.0])) }
+        };
+        let seen: Vec<Class> =
+            (8..20).map(|step| follow.judge(leaf(step), 300.0 * f64::from(step)).0).collect();
+        // Where it stays it is the plant's top.
+        assert!(seen[..11].iter().all(|class| *class == Class::Ambiguous), "{seen:?}");
+        assert_eq!(seen[11], Class::Ok);
     }
 
     #[test]

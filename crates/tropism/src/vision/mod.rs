@@ -407,7 +407,8 @@ pub struct Eye {
     referred: usize,
     follow: Follow,
     time_s: f64,
-    /// Photographs from the latest believed one on that a run that was cut off has left, to be judged again.
+    /// The latest photographs that were believed, and those since, that a run that was cut off has left: to be judged
+    /// again.
     past: Vec<(Photo, Seen)>,
 }
 
@@ -479,13 +480,14 @@ impl Eye {
             photo.open().iter().for_each(|picture| self.refer(picture));
         }
         self.bytes.clone_from(&photo.bytes);
+        // Of those believed the latest matter, and of those since only the end of a long time without the plant.
         if seen.is_measured() {
-            self.past.clear();
+            self.past.retain(|(_, seen)| seen.is_measured());
+            self.past.drain(..(self.past.len() + 1).saturating_sub(follow::MEMORY));
         }
-        // Of a long time without the plant only the end matters.
-        if self.past.len() > 2 * follow::MEMORY {
-            let from = usize::from(self.past[0].1.is_measured());
-            self.past.drain(from..from + follow::MEMORY);
+        let believed = self.past.iter().filter(|(_, seen)| seen.is_measured()).count();
+        if self.past.len() > believed + 2 * follow::MEMORY {
+            self.past.drain(believed..believed + follow::MEMORY);
         }
         self.past.push((photo.clone(), seen.clone()));
         self.gap.settle(seen.is_measured());

@@ -53,15 +53,19 @@ pub(super) fn look(
     let grey = plane(LUMA);
     let levels = Levels::of(&grey, config.bright_samples);
     let foot = Foot::new(&grey, base);
-    let colour = learn(&small, &grey, &levels, &foot, config)?;
-    let score = plane(colour.weights.map(|weight| weight as f32));
-    let (plant, belief) = judge(score, &colour, config);
-    let parts = Parts::of(&belief, plant.width, REACH, foot.place);
-    let chosen = foot.choose(&parts, config.bright_samples)?;
+    let found = |levels: &Levels| {
+        let colour = learn(&small, &grey, levels, &foot, config)?;
+        let score = plane(colour.weights.map(|weight| weight as f32));
+        let (plant, belief) = judge(score, &colour, config);
+        let parts = Parts::of(&belief, plant.width, REACH, foot.place);
+        let chosen = foot.choose(&parts, config.bright_samples)?;
+        let is_near = parts.parts[chosen as usize - 1].distance <= foot.reach;
+        is_near.then_some((colour, plant, parts, chosen))
+    };
+    // Behind mist a lamp's light on the cloth may outshine the plant: then what is about its foot tells what is bright.
+    let (colour, plant, parts, chosen) =
+        found(&levels).or_else(|| found(&foot.levels(&grey, config.bright_samples)?))?;
     let part = &parts.parts[chosen as usize - 1];
-    if part.distance > foot.reach {
-        return None;
-    }
     let is_part = |at: usize| parts.labels[at] == chosen;
     let tip = tip::edge(&plant, part.bounds, is_part, config.threshold as f32)?;
     let stem = if config.stem { stem(&plant, part.bounds, is_part, &foot, tip) } else { None };
@@ -226,6 +230,18 @@ impl Foot {
         // Where the crop cuts the foot off, the stem may have leaned as far aside as it has risen.
         let cut = (x - place.0).abs().max((y - place.1).abs());
         Self { base: Some(base), place, reach: cut + (FOOT * plane.height as f64).max(REACH as f64) }
+    }
+
+    /// The levels where the plant begins, if that is known.
+    fn levels(&self, plane: &Plane, count: usize) -> Option<Levels> {
+        self.base?;
+        let reach = self.reach + LEARNED * plane.height as f64;
+        let within =
+            |at: f64, most: usize| (at - reach).max(0.0) as usize..((at + reach) as usize + 1).min(most);
+        let (columns, rows) = (within(self.place.0, plane.width), within(self.place.1, plane.height));
+        let (width, height) = (columns.len(), rows.len());
+        let values = rows.flat_map(|y| &plane.row(y)[columns.clone()]).copied().collect();
+        Some(Levels::of(&Plane { width, height, values, ..*plane }, count))
     }
 
     /// The number of the part that is the plant: the nearest, or the largest where the base is not known.

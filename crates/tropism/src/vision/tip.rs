@@ -29,22 +29,36 @@ fn longest_run(places: impl Iterator<Item = bool>) -> Option<(usize, usize)> {
     best
 }
 
-/// The highest point of one connected part of the plane, between samples: where the upper edge of its topmost row
-/// crosses `threshold`.
+/// Samples around the highest that tell how bright the plant is there: a mist's halo is narrower.
+const ABOUT: usize = 16;
+
+/// The highest point of one connected part of a plane that is 0 on background and 1 on plant, between samples: where the
+/// upper edge of its topmost row crosses `threshold`, or the same share of what it is about there, where it is fainter.
 ///
 /// `part` says which samples within `bounds` belong to the part. In each column around the topmost row's run the edge is
 /// interpolated between samples; the tip is the top of the parabola through these edges. Where they are no parabola it is
 /// the highest of them, above the run's middle, weighted by what its samples exceed the threshold by.
 #[must_use]
 pub fn edge(plane: &Plane, bounds: Bounds, part: impl Fn(usize) -> bool, threshold: f32) -> Option<Pixel> {
+    let topmost = |threshold: f32| {
+        let is_plant = |at: usize| plane.values[at] > threshold && part(at);
+        (bounds.top..=bounds.bottom).find_map(|y| {
+            let row = y * plane.width;
+            let (left, right) = longest_run((bounds.left..=bounds.right).map(|x| is_plant(row + x)))?;
+            Some((y, (bounds.left + left, bounds.left + right)))
+        })
+    };
+    // Where the plant is fainter there than its mean, as behind mist, what is its edge is fainter as well.
+    let (y, (left, right)) = topmost(threshold)?;
+    let rows = y..(y + ABOUT).min(bounds.bottom + 1);
+    let columns = left.saturating_sub(ABOUT).max(bounds.left)..(right + ABOUT).min(bounds.right + 1);
+    let about = rows.flat_map(|y| columns.clone().map(move |x| y * plane.width + x)).filter(|&at| part(at));
+    let threshold = threshold * about.map(|at| plane.values[at]).fold(0.0, f32::max).min(1.0);
+    let (y, (left, right)) = topmost(threshold)?;
     let is_plant = |x: usize, y: usize| {
         let at = y * plane.width + x;
         plane.values[at] > threshold && part(at)
     };
-    let (y, (left, right)) = (bounds.top..=bounds.bottom).find_map(|y| {
-        let (left, right) = longest_run((bounds.left..=bounds.right).map(|x| is_plant(x, y)))?;
-        Some((y, (bounds.left + left, bounds.left + right)))
-    })?;
     // Where the plant is brighter than its mean, half of that is its edge.
     let below = (y..(y + 3).min(plane.height)).flat_map(|y| &plane.row(y)[left..=right]);
     let threshold = threshold.max(0.5 * below.copied().fold(0.0, f32::max));
@@ -130,6 +144,17 @@ mod tests {
         let all = Bounds { left: 0, right: 12, top: 0, bottom: 11 };
         let found = edge(&plane, all, |_| true, 50.0).unwrap();
         assert!((found.x - 6.4).abs() < 0.2 && (found.y - 3.3).abs() < 0.1, "{found:?}");
+    }
+
+    #[test]
+    fn what_is_faint_at_its_top_is_seen_to_its_end() {
+        // A stem that is fainter above than below, and is blurred: where half of what it was is left, it ends.
+        let brightness = [vec![0.0, 0.1, 0.32, 0.5], vec![0.6; 18], vec![0.8, 1.0]].concat();
+        let values: Vec<f32> = brightness.iter().flat_map(|&value| [0.0, value, value, 0.0]).collect();
+        let plane = Plane { width: 4, height: brightness.len(), values, origin: (0.0, 0.0), step: 1 };
+        let all = Bounds { left: 0, right: 3, top: 0, bottom: brightness.len() - 1 };
+        let tip = edge(&plane, all, |_| true, 0.5).unwrap();
+        assert!((tip.x - 1.5).abs() < 1e-6 && (tip.y - 1.9).abs() < 0.1, "{tip:?}");
     }
 
     #[test]
