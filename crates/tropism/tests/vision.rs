@@ -319,6 +319,21 @@ fn flat(level: u8, width: usize, height: usize) -> Image {
 }
 
 #[test]
+fn a_plant_that_a_lamps_light_outshines_is_seen() {
+    let mut image = flat(30, 400, 200);
+    for (at, pixel) in image.rgb.chunks_exact_mut(3).enumerate() {
+        let (x, y) = (at % 400, at / 400);
+        let lit = (x.saturating_sub(200) / 3) as u8;
+        pixel.copy_from_slice(&[30 + lit / 2, 30 + lit, 30 + 2 * lit]);
+        if (100..104).contains(&x) && y >= 80 {
+            pixel.copy_from_slice(&[80, 90, 45]);
+        }
+    }
+    let seen = look_from(&image, Some(Pixel::new(101.5, 199.0)), &VisionConfig::default()).unwrap();
+    assert!(seen.tip.distance(Pixel::new(101.5, 79.5)) < 0.5, "{:?}", seen.tip);
+}
+
+#[test]
 fn pictures_without_a_plant_show_none() {
     for mode in MODES {
         let config = VisionConfig { mode, ..VisionConfig::default() };
