@@ -57,7 +57,8 @@ pub struct Recorded<C, L: Lamps, F, K> {
     folder: RunFolder,
     care: Care,
     past: Vec<Row>,
-    /// The last of the first recorded pictures, which the eye compares with, and the one in which the plant was last believed.
+    /// The last of the first recorded pictures, which the eye compares with, and the first of the latest ones in
+    /// which the plant was believed that it remembers.
     first: usize,
     believed: usize,
     /// How many recorded steps were gone through, and how many of them the loop has observed.
@@ -189,7 +190,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
             |row: &Row| ![Class::Corrupt, Class::Foreign, Class::Repeated].contains(&row.seen.class);
         let mut pictures = (0..past.len()).filter(|&index| is_picture(&past[index]));
         let first = pictures.nth(Eye::REFERS - 1).unwrap_or(past.len());
-        let believed = past.iter().rposition(|row| row.seen.is_measured()).unwrap_or(0);
+        let mut measured = (0..past.len()).rev().filter(|&index| past[index].seen.is_measured());
+        let believed = measured.nth(Eye::REMEMBERS - 1).unwrap_or(0);
         let mut recorded = Self {
             rig,
             folder,
@@ -619,7 +621,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
     }
 
     /// What was seen at a recorded step, with the photograph if the eye still needs it: the first ones, by which it knows
-    /// what stands still, and those since the plant was last believed.
+    /// what stands still, and from the latest ones on in which the plant was believed.
     fn remembered(&mut self, index: usize) -> Result<Shot, RecordError> {
         let row = self.past[index].clone();
         let nothing = Photo { name: row.photo.clone(), bytes: Vec::new(), time_s: row.time_s };

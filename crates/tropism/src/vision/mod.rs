@@ -423,6 +423,9 @@ impl Eye {
     /// Pictures at the beginning that [`Eye::refer`] takes up.
     pub const REFERS: usize = 6;
 
+    /// The latest photographs in which the plant was believed that the next one is compared with.
+    pub const REMEMBERS: usize = follow::MEMORY;
+
     /// An eye that has seen nothing yet.
     ///
     /// # Errors
