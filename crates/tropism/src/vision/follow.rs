@@ -136,7 +136,10 @@ impl Follow {
                 let clearest = self.looks.iter().map(|look| look.0).fold(0.0, f64::max);
                 let is_dimmed = |share: f64| glimpse.contrast < share * clearest;
                 let leaves = self.looks.iter().filter(|look| look.1).count();
-                let is_leaf = glimpse.is_leaf() && 2 * leaves < self.looks.len();
+                // Of two leaves of one height, now the one is higher, now the other: both were there before.
+                let was_there = glimpse.tip.distance(motion.tip()) > NEAR.2
+                    && before.shape.is_near(glimpse.calibration.pixel(glimpse.tip));
+                let is_leaf = glimpse.is_leaf() && 2 * leaves < self.looks.len() && !was_there;
                 let is_changed = || is_changed(glimpse, &before.shape, motion.tip());
                 match () {
                     () if is_leaf && !is_dimmed(DIMMED.0) && is_changed() => Doubt::Hidden,
@@ -310,6 +313,18 @@ mod tests {
         // Where it stays it is the plant's top.
         assert!(seen[..11].iter().all(|class| *class == Class::Ambiguous), "{seen:?}");
         assert_eq!(seen[11], Class::Ok);
+    }
+
+    #[test]
+    fn of_two_leaves_either_may_be_the_higher() {
+        let leaf = [300.0, 300.0, 315.0, 299.0];
+        let one = glimpse(Point::new(0.0, 10.0), Some(leaf));
+        let other = Glimpse { tip: Point::new(1.5, 10.1), apart: Some(1.5), ..one.clone() };
+        let mut follow = Follow::default();
+        for step in 0..6 {
+            assert_eq!(follow.judge(one.clone(), 300.0 * f64::from(step)).0, Class::Ok, "{step}");
+        }
+        assert_eq!(follow.judge(other, 1_800.0).0, Class::Ok);
     }
 
     #[test]
