@@ -563,14 +563,20 @@ impl Eye {
         let sighting = look_from(image, Some(base), &VisionConfig { crop, ..self.config.clone() })
             .ok_or_else(|| if self.is_dark(image) { Class::Dark } else { Class::NoPlant })?;
         let is_misty = backdrop.is_some_and(|backdrop| backdrop.clearness(image, shift) < MISTY);
-        Ok(Sighting { shift, is_veiled: sighting.is_veiled || is_lost || is_misty, is_lost, ..sighting })
+        // Without the flash, cloth that a lamp lights may pass for a part of the plant.
+        let is_veiled = sighting.is_veiled || is_lost || is_misty || self.is_darker(image);
+        Ok(Sighting { shift, is_veiled, is_lost, ..sighting })
     }
 
     /// Whether there is too little light to see a plant by: the picture is black but for noise, or much darker than the
     /// first one.
     fn is_dark(&self, image: &impl Pixels) -> bool {
-        let is_darker = |first: &Reference| brightness(image) < 0.5 * first.brightness;
-        self.reference.as_ref().is_some_and(is_darker) || is_black(image)
+        self.is_darker(image) || is_black(image)
+    }
+
+    /// Whether a picture is much darker than the first one.
+    fn is_darker(&self, image: &impl Pixels) -> bool {
+        self.reference.as_ref().is_some_and(|first| brightness(image) < 0.5 * first.brightness)
     }
 
     /// Whether [`Eye::observe`] would find too little light in a photograph to see a plant by.

@@ -62,9 +62,12 @@ pub(super) fn look(
         let is_near = parts.parts[chosen as usize - 1].distance <= foot.reach;
         is_near.then_some((colour, plant, parts, chosen))
     };
-    // Behind mist a lamp's light on the cloth may outshine the plant: then what is about its foot tells what is bright.
+    // Behind mist a lamp's light on the cloth may outshine the plant: then what is about its foot tells what is bright,
+    // and in a photograph that missed its flash what is lit from aside, of which a part may be seen.
+    let at_once = found(&levels);
+    let is_outshone = at_once.is_none();
     let (colour, plant, parts, chosen) =
-        found(&levels).or_else(|| found(&foot.levels(&grey, config.bright_samples)?))?;
+        at_once.or_else(|| found(&foot.levels(&grey, config.bright_samples)?))?;
     let part = &parts.parts[chosen as usize - 1];
     let is_part = |at: usize| parts.labels[at] == chosen;
     let tip = tip::edge(&plant, part.bounds, is_part, config.threshold as f32)?;
@@ -77,7 +80,8 @@ pub(super) fn look(
     // A foot may stand at the crop's lower edge, or be cut off by it.
     let reached = [(Edge::Top, top == 0), (Edge::Left, left == 0), (Edge::Right, right + 1 == plant.width)];
     let cut = reached.into_iter().find_map(|(edge, is_reached)| is_reached.then_some(edge));
-    let is_veiled = is_lit_above(&grey, &levels, tip)
+    let is_veiled = is_outshone
+        || is_lit_above(&grey, &levels, tip)
         || is_shaded(&grey, tip)
         || fades(&plant, stem.as_deref(), tip)
         || is_topped(stem.as_deref(), tip, step);
