@@ -673,9 +673,13 @@ fn moved(crop: Region, shift: Pixel, size: (usize, usize)) -> Region {
     Region { x: along(crop.x, shift.x, size.0 - width), y: along(crop.y, shift.y, size.1 - height), ..crop }
 }
 
-/// The median brightness of a picture.
+/// The median brightness of a picture, by means of squares that a JPEG tells without its pixels.
 fn brightness(image: &impl Pixels) -> f64 {
-    f64::from(Levels::of(&coarse(image, 128), 1).background)
+    let (width, height) = image.size();
+    let step = if width.min(height) < 8 { 1 } else { 8 };
+    let values = image.shrunk_grey(whole((width, height)), step);
+    let (width, height) = (width / step, height / step);
+    f64::from(Levels::of(&Plane { width, height, values, origin: (0.0, 0.0), step }, 1).background)
 }
 
 /// Whether a picture is black but for noise: its brightest parts exceed its median by fewer than five deviations.
