@@ -717,20 +717,20 @@ fn a_run_goes_on_with_the_photographs_that_it_needs_and_says_which_are_damaged()
     let dark = [95, 100];
     let (_, track) = whole(&dark);
     let folder = tempfile::tempdir().unwrap();
-    go(folder.path(), false, &dark, 21);
+    go(folder.path(), false, &dark, 27);
     let photo = |step: u32| folder.path().join(format!("photographs/{step:06}.jpg"));
     // Only the first few, the last dozen that were believed and those after them are needed.
-    (6..9).for_each(|step| std::fs::remove_file(photo(step)).unwrap());
-    let (resumed, _) = go(folder.path(), true, &dark, 30);
-    assert_eq!(resumed.samples[..], track.samples[..30]);
+    (6..12).for_each(|step| std::fs::remove_file(photo(step)).unwrap());
+    let (resumed, _) = go(folder.path(), true, &dark, 36);
+    assert_eq!(resumed.samples[..], track.samples[..36]);
     std::fs::write(photo(0), b"no photograph").unwrap();
-    std::fs::remove_file(photo(29)).unwrap();
+    std::fs::remove_file(photo(35)).unwrap();
     let (resumed, _) = go(folder.path(), true, &dark, usize::MAX);
     assert_eq!(resumed.samples.len(), 61);
     let journal = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap();
     let damaged: Vec<_> =
         journal.events().unwrap().into_iter().filter(|event| event.kind == EventKind::Damaged).collect();
-    assert_eq!(damaged.iter().map(|event| event.step).collect::<Vec<_>>(), [0, 29]);
+    assert_eq!(damaged.iter().map(|event| event.step).collect::<Vec<_>>(), [0, 35]);
     assert!(damaged[0].text.contains("000000.jpg: found 13 bytes with SHA-256"), "{}", damaged[0].text);
 }
 
