@@ -49,7 +49,11 @@ impl Jpeg {
     fn pixels(&self, region: Region) -> Image {
         let Region { x, y, width, height } = region;
         assert!(region.fits(self.width, self.height), "{region:?} in {} x {}", self.width, self.height);
-        let patches: Vec<Patch> = self.planes.iter().map(|plane| self.patch(plane, region)).collect();
+        // A loop: what a closure in an iterator calls would not be compiled for this processor.
+        let mut patches = Vec::with_capacity(self.planes.len());
+        for plane in &self.planes {
+            patches.push(self.patch(plane, region));
+        }
         let mut rgb = vec![0; 3 * width * height];
         let mut lines = [Vec::new(), Vec::new()];
         let mut mixed = Vec::new();

@@ -120,7 +120,6 @@ impl Jpeg {
         region: Region,
         factor: usize,
     ) -> Means {
-        let weights = if ALL > 1 { weights::<ACROSS, ALL>(plane) } else { [[0.0; ALL]; 64] };
         let down = ALL / ACROSS;
         let blocks = |from: usize, length: usize, squares: usize, most: usize| {
             (from / factor / squares, ((from + length - 1) / factor / squares).min(most - 1))
@@ -136,8 +135,9 @@ impl Jpeg {
                 let mut squares = [mean; ALL];
                 if ALL > 1 {
                     for frequency in self.frequencies(block) {
-                        let value = frequency.value() as f32;
-                        let weights = &weights[frequency.place()];
+                        let place = frequency.place();
+                        let value = (frequency.value() * plane.steps[place]) as f32;
+                        let weights = &Weights::<ACROSS, ALL>::ALL[place];
                         squares.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += value * weight);
                     }
                 }
@@ -171,37 +171,44 @@ const COSINES: [f64; 9] = [
     0.0,
 ];
 
-/// What each frequency of a plane adds to the mean of each square of a block.
-fn weights<const ACROSS: usize, const ALL: usize>(plane: &Plane) -> [[f32; ALL]; 64] {
-    let (across, down) = (means::<ACROSS>(), means::<SIDE>());
-    // Squares are as many down a block as across it, or half as many.
-    let rows = ALL / ACROSS;
-    let taller = SIDE / rows;
-    std::array::from_fn(|place| {
-        let at = usize::from(ZIGZAG[place]);
-        std::array::from_fn(|square| {
-            let lines = &down[square / ACROSS * taller..][..taller];
-            let y = lines.iter().map(|line| line[at / SIDE]).sum::<f64>() / taller as f64;
-            (f64::from(plane.steps[place]) * across[square % ACROSS][at % SIDE] * y) as f32
-        })
-    })
+/// Blocks of `ALL` squares, `ACROSS` across.
+struct Weights<const ACROSS: usize, const ALL: usize>;
+
+impl<const ACROSS: usize, const ALL: usize> Weights<ACROSS, ALL> {
+    /// What each frequency, in the file's order, adds to the mean of each square of a block.
+    const ALL: [[f32; ALL]; 64] = {
+        let mut weights = [[0.0; ALL]; 64];
+        let mut place = 0;
+        while place < 64 {
+            let at = ZIGZAG[place] as usize;
+            let mut square = 0;
+            while square < ALL {
+                let (x, y) = (
+                    mean(square % ACROSS, ACROSS, at % SIDE),
+                    mean(square / ACROSS, ALL / ACROSS, at / SIDE),
+                );
+                weights[place][square] = (x * y) as f32;
+                square += 1;
+            }
+            place += 1;
+        }
+        weights
+    };
 }
 
-/// The mean of each frequency's cosine over each of so many shares of a block's side (T.81, A.3.3).
-fn means<const SQUARES: usize>() -> [[f64; SIDE]; SQUARES] {
-    let cosine = |at: usize, frequency: usize| {
+/// The mean of a frequency's cosine over a share of a block's side, of so many (T.81, A.3.3).
+const fn mean(share: usize, shares: usize, frequency: usize) -> f64 {
+    let length = SIDE / shares;
+    let mut sum = 0.0;
+    let mut at = share * length;
+    while at < (share + 1) * length {
         let sixteenths = (2 * at + 1) * frequency % 32;
-        let sixteenths = sixteenths.min(32 - sixteenths);
-        let value = if sixteenths > 8 { -COSINES[16 - sixteenths] } else { COSINES[sixteenths] };
-        if frequency == 0 { 0.5 * std::f64::consts::FRAC_1_SQRT_2 } else { 0.5 * value }
-    };
-    let length = SIDE / SQUARES;
-    std::array::from_fn(|square| {
-        std::array::from_fn(|frequency| {
-            let samples = square * length..(square + 1) * length;
-            samples.map(|at| cosine(at, frequency)).sum::<f64>() / length as f64
-        })
-    })
+        let sixteenths = if sixteenths > 16 { 32 - sixteenths } else { sixteenths };
+        let cosine = if sixteenths > 8 { -COSINES[16 - sixteenths] } else { COSINES[sixteenths] };
+        sum += if frequency == 0 { std::f64::consts::FRAC_1_SQRT_2 } else { cosine };
+        at += 1;
+    }
+    0.5 * sum / length as f64
 }
 
 /// The nearest whole number of 0 to 255.
