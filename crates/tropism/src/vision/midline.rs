@@ -69,7 +69,8 @@ pub fn trace(
     let up = window.ways(start);
     let thin = thin_limb(plane, &window, start, &up);
     let way = up.to(goal).filter(|way| way.len() > 1)?;
-    let (mut line, widths) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
+    let rough = evened(&window, &way);
+    let (mut line, widths) = centred(plane, rough);
     let width = stem_width(&widths);
     let leaf = broadening(&widths, width);
     let turns = kink(&line, width, |i| widths[i] > BROAD * width) > SHARP;
@@ -113,7 +114,12 @@ fn join(window: &Window, line: &mut Vec<Place>, stem: f64) {
 fn thin_limb(plane: &Plane, window: &Window, start: usize, up: &Ways) -> Option<Vec<Place>> {
     let mut best: Option<(f64, Vec<Place>)> = None;
     for way in window.limbs(start, up, SHORTEST, LIMBS) {
-        let (mut line, widths) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
+        let rough = evened(window, &way);
+        // No limb is rated higher than it is long.
+        if best.as_ref().is_some_and(|(most, _)| rough.len() as f64 <= *most) {
+            continue;
+        }
+        let (mut line, widths) = centred(plane, rough);
         let stem = stem_width(&widths);
         let last = line.len().saturating_sub((END * stem) as usize);
         let end = &widths[last..widths.len().saturating_sub((0.5 * stem) as usize).max(last)];
@@ -191,15 +197,20 @@ pub fn longest(
     let window = Window::around(plane, bounds, is_part, reach);
     let start = window.nearest(base)?;
     let way = window.limbs(start, &window.ways(start), SHORTEST, 1).pop()?;
-    let (line, _) = centred(plane, &way.iter().map(|&at| window.place(at)).collect::<Vec<_>>());
+    let (line, _) = centred(plane, evened(&window, &way));
     // Side shoots that were cut off leave bumps, which would count as length.
     Some(resampled(&smoothed(&smoothed(&line, 12), 12), 1.0))
 }
 
-/// A rough way through the plant moved to its middle, in two rounds, and how broad the plant is across each point. Where
-/// it is too broad for a stem, the shift is that of the stem before and after.
-fn centred(plane: &Plane, rough: &[Place]) -> (Vec<Place>, Vec<f64>) {
-    let mut line = resampled(&smoothed(&smoothed(rough, 2), 2), 1.0);
+/// A way from sample to sample as a smooth line with points about a sample apart.
+fn evened(window: &Window, way: &[usize]) -> Vec<Place> {
+    let places: Vec<Place> = way.iter().map(|&at| window.place(at)).collect();
+    resampled(&smoothed(&smoothed(&places, 2), 2), 1.0)
+}
+
+/// A line through the plant moved to its middle, in two rounds, and how broad the plant is across each point. Where it is
+/// too broad for a stem, the shift is that of the stem before and after.
+fn centred(plane: &Plane, mut line: Vec<Place>) -> (Vec<Place>, Vec<f64>) {
     let mut widths = Vec::new();
     for _ in 0..2 {
         let profiles: Vec<Profile> = (0..line.len()).map(|i| Profile::across(plane, &line, i)).collect();
@@ -252,9 +263,10 @@ impl Profile {
         let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
         let normal = ((from.1 - to.1) / length, (to.0 - from.0) / length);
         let at = |offset: f64| value(plane, (line[i].0 + offset * normal.0, line[i].1 + offset * normal.1));
-        let half = 0.5 * at(0.0).max(at(-1.0)).max(at(1.0)).clamp(0.1, 1.0);
+        let middle = at(0.0);
+        let half = 0.5 * middle.max(at(-1.0)).max(at(1.0)).clamp(0.1, 1.0);
         let edge = |side: f64| {
-            let (mut offset, mut inside) = (0.0, at(0.0));
+            let (mut offset, mut inside) = (0.0, middle);
             while offset < Self::SIDE {
                 let outside = at(side * (offset + 0.5));
                 if outside < half && inside >= half {

@@ -13,6 +13,7 @@ use crate::vision::pixels::{Pixels, aligned};
 use crate::vision::segment::{self, LUMA, Levels, Plane};
 use crate::vision::shape::Shape;
 use crate::vision::{Edge, Sighting, VisionConfig, midline, tip};
+use crate::wide::{Work, widest};
 
 /// Samples that may be missing between two parts of one plant, plus one: a shadow, or a saturated rim that has lost its
 /// colour.
@@ -266,8 +267,7 @@ fn learn(
         return None;
     }
     let strong = levels.threshold(config.threshold);
-    let bright: Vec<Belief> =
-        grey.values.iter().map(|&value| if value > strong { Belief::Sure } else { Belief::No }).collect();
+    let bright = widest(Believing { values: &grey.values, perhaps: strong, sure: strong });
     let parts = Parts::of(&bright, grey.width, REACH, foot.place);
     let seed = foot.choose(&parts, config.bright_samples)?;
     let Bounds { left, right, top, bottom } = parts.parts[seed as usize - 1].bounds;
@@ -305,14 +305,28 @@ fn judge(mut score: Plane, colour: &Discriminant, config: &VisionConfig) -> (Pla
     let sure = config.threshold as f32;
     let perhaps = (PERHAPS / colour.separation).max(config.threshold / 2.0) as f32;
     score.values.iter_mut().for_each(|value| *value += offset);
-    let belief = score
-        .values
-        .iter()
-        .map(|&value| match () {
-            () if value > sure => Belief::Sure,
-            () if value > perhaps => Belief::Perhaps,
-            () => Belief::No,
-        })
-        .collect();
+    let belief = widest(Believing { values: &score.values, perhaps, sure });
     (score, belief)
+}
+
+/// What is believed of each sample, by what its value must exceed.
+struct Believing<'a> {
+    values: &'a [f32],
+    perhaps: f32,
+    sure: f32,
+}
+
+impl Work for Believing<'_> {
+    type Result = Vec<Belief>;
+
+    #[inline(always)]
+    fn work(self) -> Vec<Belief> {
+        let Self { values, perhaps, sure } = self;
+        let mut belief = vec![Belief::No; values.len()];
+        for (belief, &value) in belief.iter_mut().zip(values) {
+            let perhaps = if value > perhaps { Belief::Perhaps } else { Belief::No };
+            *belief = if value > sure { Belief::Sure } else { perhaps };
+        }
+        belief
+    }
 }

@@ -151,29 +151,24 @@ impl Work for Sampling<'_> {
         let padded = crop.width + 2 * radius;
         let tables: [[f32; 256]; 3] =
             channels.map(|weight| std::array::from_fn(|level| weight * f32::from(level as u8)));
-        let weigh = |y: usize, row: &mut [f32]| {
-            let start = 3 * y * image.width;
-            let rgb = &image.rgb[start + 3 * left..start + 3 * right];
-            for (value, pixel) in row[lead..].iter_mut().zip(rgb.chunks_exact(3)) {
-                let level = |channel: usize| tables[channel][usize::from(pixel[channel])];
-                *value = level(0) + level(1) + level(2);
-            }
-            let end = lead + right - left;
-            let (first, last) = (row[lead], row[end - 1]);
-            row[..lead].fill(first);
-            row[end..].fill(last);
-        };
         let mut weighed = vec![0.0; padded * weights.len()];
         let mut next = top;
 
         // Down the columns first, where neighbours lie side by side in memory, then along the one row that is left.
-        let mut values = vec![0.0; width * height];
+        let mut values = Vec::with_capacity(width * height);
         let mut smooth = vec![0.0; padded];
-        for (j, out) in values.chunks_exact_mut(width).enumerate() {
+        let mut out = vec![0.0; width];
+        for j in 0..height {
             let place = |y: usize| y % weights.len() * padded;
             next = next.max(line(j).saturating_sub(radius));
             while next <= (line(j) + radius).min(bottom) {
-                weigh(next, &mut weighed[place(next)..][..padded]);
+                let row = &mut weighed[place(next)..][..padded];
+                let start = 3 * next * image.width;
+                let end = lead + right - left;
+                weigh(&image.rgb[start + 3 * left..start + 3 * right], &tables, &mut row[lead..end]);
+                let (first, last) = (row[lead], row[end - 1]);
+                row[..lead].fill(first);
+                row[end..].fill(last);
                 next += 1;
             }
             let row = |k: usize| {
@@ -182,15 +177,26 @@ impl Work for Sampling<'_> {
             };
             mix(&mut smooth, row, &weights);
             if step == 1 {
-                mix(out, |k| &smooth[k..k + width], &weights);
+                mix(&mut out, |k| &smooth[k..k + width], &weights);
             } else {
                 for (i, sum) in out.iter_mut().enumerate() {
                     let from = &smooth[across + i * step..][..weights.len()];
                     *sum = from.iter().zip(&weights).map(|(value, weight)| value * weight).sum();
                 }
             }
+            values.extend_from_slice(&out);
         }
         Plane { width, height, values, origin: ((crop.x + across) as f64, line(0) as f64), step }
+    }
+}
+
+/// Writes the sum of red, green and blue of each pixel, of which each level is weighed by a table. Not inlined: wide
+/// vectors would gather from the tables, which takes longer.
+#[inline(never)]
+fn weigh(rgb: &[u8], tables: &[[f32; 256]; 3], out: &mut [f32]) {
+    for (value, pixel) in out.iter_mut().zip(rgb.as_chunks::<3>().0) {
+        let level = |channel: usize| tables[channel][usize::from(pixel[channel])];
+        *value = level(0) + level(1) + level(2);
     }
 }
 
