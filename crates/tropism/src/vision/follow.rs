@@ -52,7 +52,7 @@ pub(super) const MEMORY: usize = AGREE.2;
 
 /// Where the contrast of a plant falls below this share of the most that it was of late, mist or a shadow took it; below
 /// the second, so much that the tip may have gone, too.
-const DIMMED: (f64, f64) = (0.85, 0.6);
+const DIMMED: (f64, f64) = (0.85, 0.7);
 
 /// A tip farther than this from the stem, in cm, is no end of it: a leaf is.
 const APART: f64 = 0.4;
