@@ -74,44 +74,10 @@ impl Hold {
 /// In three periods of five minutes a bean's tip moves by some millimetres, and rarely by more than a centimetre.
 pub const STEERS: u32 = 3;
 
-/// How many photographs in a row have shown no tip that can be believed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Gap(u32);
-
-impl Gap {
-    /// Takes in the next photograph.
-    pub const fn settle(&mut self, is_measured: bool) {
-        self.0 = if is_measured { 0 } else { self.0.saturating_add(1) };
-    }
-
-    /// How many they are.
-    #[must_use]
-    pub const fn photographs(self) -> u32 {
-        self.0
-    }
-
-    /// Whether what was seen last may still steer.
-    #[must_use]
-    pub const fn may_steer(self) -> bool {
-        self.0 <= STEERS
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::Point;
-
-    #[test]
-    fn a_held_tip_steers_for_three_photographs() {
-        let mut gap = Gap::default();
-        let mut after = |is_measured| {
-            gap.settle(is_measured);
-            (gap.photographs(), gap.may_steer())
-        };
-        assert_eq!([false; 4].map(&mut after), [(1, true), (2, true), (3, true), (4, false)]);
-        assert_eq!(after(true), (0, true));
-    }
 
     fn stem(points: &[(f64, f64)]) -> Polyline {
         Polyline(points.iter().map(|&(x, y)| Point::new(x, y)).collect())

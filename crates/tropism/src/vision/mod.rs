@@ -40,7 +40,7 @@ pub use lit::lit;
 
 use backdrop::Backdrop;
 use follow::{Follow, Glimpse};
-use hold::{Gap, Hold, HoldConfig};
+use hold::{Hold, HoldConfig};
 use pixels::{Near, Pixels, desaturated, whole};
 use segment::{Levels, Plane};
 use shape::Shape;
@@ -398,7 +398,6 @@ pub struct Eye {
     config: VisionConfig,
     last: Option<Point>,
     confidence: f64,
-    gap: Gap,
     stems: Hold,
     /// The bytes of the latest photograph.
     bytes: Vec<u8>,
@@ -438,7 +437,6 @@ impl Eye {
             config,
             last: None,
             confidence: 0.0,
-            gap: Gap::default(),
             stems: Hold::default(),
             bytes: Vec::new(),
             reference: None,
@@ -469,12 +467,6 @@ impl Eye {
         }
     }
 
-    /// How many photographs in a row have shown no tip that can be believed, and whether the last one may still steer.
-    #[must_use]
-    pub const fn gap(&self) -> Gap {
-        self.gap
-    }
-
     /// Takes up the photographs of a run that was cut off, one by one, and what was seen in each then. The next one is
     /// judged as if the run had not been cut off.
     pub fn resume(&mut self, photo: &Photo, seen: &Seen) {
@@ -493,7 +485,6 @@ impl Eye {
             self.past.drain(believed..believed + follow::MEMORY);
         }
         self.past.push((photo.clone(), seen.clone()));
-        self.gap.settle(seen.is_measured());
         self.last = seen.observation.as_ref().map(|held| held.tip);
         if let Some(tip) = self.last.filter(|_| seen.is_measured()) {
             self.follow.believe(tip, photo.time_s);
@@ -618,7 +609,6 @@ impl Eye {
         });
         let rule = (self.config.mode == Mode::Paper).then_some(&self.config.hold);
         let (stem, _) = self.stems.settle(seen_stem, rule);
-        self.gap.settle(believed.is_some());
         let quality = if believed.is_some() { Quality::Measured } else { Quality::Held };
         self.confidence = match believed {
             Some(_) => fit * (1.0 - crate::math::exp(-contrast / (2.0 * self.config.contrast.max(1.0)))),
