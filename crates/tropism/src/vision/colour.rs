@@ -8,19 +8,19 @@
 const ROUNDING: f64 = 1.0;
 
 /// Sums over pixels from which mean and covariance of their colour follow.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Colours {
-    count: f64,
-    sum: [f64; 3],
+    count: u64,
+    sum: [u64; 3],
     /// Sums of products: rr, gg, bb, rg, rb, gb.
-    products: [f64; 6],
+    products: [u64; 6],
 }
 
 impl Colours {
     /// Takes a pixel in.
     pub fn add(&mut self, rgb: [u8; 3]) {
-        let [r, g, b] = rgb.map(f64::from);
-        self.count += 1.0;
+        let [r, g, b] = rgb.map(u64::from);
+        self.count += 1;
         for (sum, value) in self.sum.iter_mut().zip([r, g, b]) {
             *sum += value;
         }
@@ -30,7 +30,7 @@ impl Colours {
     }
 
     fn mean(&self) -> [f64; 3] {
-        self.sum.map(|sum| sum / self.count)
+        self.sum.map(|sum| sum as f64 / self.count as f64)
     }
 
     /// The covariance matrix, in the order of `products`.
@@ -39,7 +39,7 @@ impl Colours {
         let squares = [r * r, g * g, b * b, r * g, r * b, g * b];
         std::array::from_fn(|i| {
             let rounding = if i < 3 { ROUNDING } else { 0.0 };
-            self.products[i] / self.count - squares[i] + rounding
+            self.products[i] as f64 / self.count as f64 - squares[i] + rounding
         })
     }
 }
@@ -60,7 +60,7 @@ impl Discriminant {
     /// both have the same mean.
     #[must_use]
     pub fn learn(plant: &Colours, background: &Colours) -> Option<Self> {
-        if plant.count == 0.0 || background.count == 0.0 {
+        if plant.count == 0 || background.count == 0 {
             return None;
         }
         let (from, to) = (background.mean(), plant.mean());

@@ -63,10 +63,11 @@ impl Parts {
         let mut labels = vec![0; plane.len()];
         let mut parts = Vec::new();
         let mut stack = Vec::new();
+        // The samples of each row around one.
         let around = |x: usize, y: usize, reach: usize| {
-            let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+            let (left, right) = (x.saturating_sub(reach), (x + reach + 1).min(width));
             let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
-            rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+            rows.map(move |row| row * width + left..row * width + right)
         };
         // Most of a picture is background: passed over many samples at a time.
         let is_plant =
@@ -90,11 +91,15 @@ impl Parts {
                 square = square.min(dx * dx + dy * dy);
                 bounds.reach(x, y);
                 // All around an inner sample there is one of the part that is nearer to whatever lies farther out.
-                let is_inner = around(x, y, 1).all(|next| plane[next] != Belief::No);
-                for next in around(x, y, if is_inner { 1 } else { reach }) {
-                    if labels[next] == 0 && plane[next] != Belief::No {
-                        labels[next] = label;
-                        stack.push(next);
+                let is_inner = around(x, y, 1).all(|row| !plane[row].contains(&Belief::No));
+                for row in around(x, y, if is_inner { 1 } else { reach }) {
+                    let first = row.start;
+                    let samples = plane[row.clone()].iter().zip(&mut labels[row]).enumerate();
+                    for (next, (belief, is_in)) in samples {
+                        if *is_in == 0 && *belief != Belief::No {
+                            *is_in = label;
+                            stack.push(first + next);
+                        }
                     }
                 }
             }

@@ -290,8 +290,9 @@ fn learn(
     let dark = levels.threshold(config.threshold / 2.0);
     let mut background = Colours::default();
     for y in (0..grey.height).step_by(THIN) {
-        for x in (0..grey.width).step_by(THIN).filter(|&x| grey.row(y)[x] < dark) {
-            background.add(small.at(x, y));
+        let pixels = small.rgb[3 * y * small.width..].as_chunks::<3>().0.iter().step_by(THIN);
+        for (&pixel, _) in pixels.zip(grey.row(y).iter().step_by(THIN)).filter(|&(_, &level)| level < dark) {
+            background.add(pixel);
         }
     }
     Discriminant::learn(&plant, &background).filter(|colour| colour.separation > config.contrast)

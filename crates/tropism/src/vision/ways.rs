@@ -275,43 +275,49 @@ impl Ways {
 
 /// Three times the way (four across a corner) to the nearest sample of the other kind; what lies outside is of neither.
 fn depth(is_part: &[bool], width: usize) -> Vec<u32> {
-    let height = is_part.len() / width;
     let mut depth = vec![u32::from(u16::MAX); is_part.len()];
-    let relax = |depth: &mut Vec<u32>, at: usize, other: usize, step: u32| {
-        let from = if is_part[other] == is_part[at] { depth[other] } else { 0 };
-        depth[at] = depth[at].min(from + step);
-    };
-    for at in 0..is_part.len() {
-        let (x, y) = (at % width, at / width);
-        if x > 0 {
-            relax(&mut depth, at, at - 1, 3);
+    let rows = is_part.len() / width;
+    for row in 0..rows {
+        let (before, rest) = depth.split_at_mut(row * width);
+        let (kinds, now) = (&is_part[row * width..][..width], &mut rest[..width]);
+        if let Some(above) = row.checked_sub(1) {
+            reach(now, kinds, &before[above * width..], &is_part[above * width..][..width]);
         }
-        if y > 0 {
-            relax(&mut depth, at, at - width, 3);
-            if x > 0 {
-                relax(&mut depth, at, at - width - 1, 4);
-            }
-            if x + 1 < width {
-                relax(&mut depth, at, at - width + 1, 4);
-            }
+        for x in 1..width {
+            now[x] = now[x].min(stepped(kinds[x], kinds[x - 1], now[x - 1], 3));
         }
     }
-    for at in (0..is_part.len()).rev() {
-        let (x, y) = (at % width, at / width);
-        if x + 1 < width {
-            relax(&mut depth, at, at + 1, 3);
+    for row in (0..rows).rev() {
+        let (rest, after) = depth.split_at_mut((row + 1) * width);
+        let (kinds, now) = (&is_part[row * width..][..width], &mut rest[row * width..]);
+        if row + 1 < rows {
+            reach(now, kinds, &after[..width], &is_part[(row + 1) * width..][..width]);
         }
-        if y + 1 < height {
-            relax(&mut depth, at, at + width, 3);
-            if x + 1 < width {
-                relax(&mut depth, at, at + width + 1, 4);
-            }
-            if x > 0 {
-                relax(&mut depth, at, at + width - 1, 4);
-            }
+        for x in (1..width).rev() {
+            now[x - 1] = now[x - 1].min(stepped(kinds[x - 1], kinds[x], now[x], 3));
         }
     }
     depth
+}
+
+/// The way to a sample by way of its neighbour.
+fn stepped(kind: bool, other: bool, depth: u32, step: u32) -> u32 {
+    step + if kind == other { depth } else { 0 }
+}
+
+/// Takes the ways of a row's samples by way of those of the row beside it.
+fn reach(depth: &mut [u32], kinds: &[bool], beside: &[u32], others: &[bool]) {
+    let mut nearer = |to: usize, from: usize, count: usize, step: u32| {
+        let samples = depth[to..][..count].iter_mut().zip(&kinds[to..][..count]);
+        let neighbours = others[from..][..count].iter().zip(&beside[from..][..count]);
+        for ((depth, &kind), (&other, &beside)) in samples.zip(neighbours) {
+            *depth = (*depth).min(stepped(kind, other, beside, step));
+        }
+    };
+    let width = kinds.len();
+    nearer(0, 0, width, 3);
+    nearer(1, 0, width - 1, 4);
+    nearer(0, 1, width - 1, 4);
 }
 
 #[cfg(test)]
