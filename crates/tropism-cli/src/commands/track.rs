@@ -130,7 +130,7 @@ fn parse_mode(text: &str) -> Result<Mode, String> {
 }
 
 /// Photographs that are decoded at a time, so that a folder of any size needs the same memory.
-const BATCH: usize = 32;
+const BATCH: usize = 64;
 
 /// Whether the JSON file beside a track says that the plant is virtual.
 pub(crate) fn is_virtual(track: &Path) -> bool {

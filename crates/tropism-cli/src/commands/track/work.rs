@@ -55,13 +55,14 @@ impl Work<'_> {
             .into_par_iter()
             .zip(photos)
             .zip(known)
+            // One by one: a thread that is done takes the next, and none waits long at the end.
+            .with_max_len(1)
             .map(|((index, (photo, sha256)), known)| {
                 let name = &shots[index].name;
                 look(eyes, name, known, photo, sha256, drawings.needs(index, name))
             })
-            .collect();
-        let new: Vec<Judged> =
-            looks.iter().filter(|look| look.is_new).map(|look| look.judged.clone()).collect();
+            .collect::<Result<_>>()?;
+        let new: Vec<&str> = looks.iter().filter_map(|look| look.line.as_deref()).collect();
         if new.len() < looks.len() {
             progress.skip((looks.len() - new.len()) as u64);
         }
@@ -111,7 +112,8 @@ impl Work<'_> {
 /// A photograph by itself, and its picture where it is to be drawn.
 struct Look {
     judged: Judged,
-    is_new: bool,
+    /// Its line in the journal, where it is not there yet.
+    line: Option<String>,
     image: Option<Arc<Image>>,
 }
 
@@ -123,14 +125,16 @@ fn look(
     photo: Result<Photo, String>,
     sha256: String,
     is_drawn: bool,
-) -> Look {
+) -> Result<Look> {
     let is_new = known.is_none();
     let open = || photo.map(|photo| photo.open());
     let (judged, picture) = match known {
         Some(judged) => (judged, if is_drawn { open().ok().and_then(Result::ok) } else { None }),
         None => judge(eyes, name, open(), sha256),
     };
-    Look { judged, is_new, image: picture.filter(|_| is_drawn).map(|picture| Arc::new(picture.into_image())) }
+    let line = if is_new { Some(judged.line()?) } else { None };
+    let image = picture.filter(|_| is_drawn).map(|picture| Arc::new(picture.into_image()));
+    Ok(Look { judged, line, image })
 }
 
 fn judge(
