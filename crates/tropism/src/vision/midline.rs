@@ -98,13 +98,18 @@ pub fn trace(
     Some(resampled(&line, 1.0))
 }
 
+/// The unit vector from one place to another.
+fn direction(from: Place, to: Place) -> Place {
+    let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
+    ((to.0 - from.0) / length, (to.1 - from.1) / length)
+}
+
 /// Leads a line that ends about where leaves part from the stem straight on to the middle of their fork: where the plant is
 /// deepest before the line leaves it between them.
 fn join(window: &Window, line: &mut Vec<Place>, stem: f64) {
     let back = |widths: f64| line.len().saturating_sub(1 + (widths * stem).ceil() as usize);
     let (from, to) = (line[back(4.0)], line[back(1.0)]);
-    let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
-    let along = ((to.0 - from.0) / length, (to.1 - from.1) / length);
+    let along = direction(from, to);
     let Some(middle) = window.deepest(to, along, 3.0 * stem) else { return };
     line.truncate(back(1.0) + 1);
     line.push(middle);
@@ -170,8 +175,7 @@ fn kink(line: &[Place], stem: f64, counts: impl Fn(usize) -> bool) -> f64 {
 fn round_off(plane: &Plane, line: &mut Vec<Place>, stem: f64) {
     let back = |widths: f64| line.len().saturating_sub(1 + (widths * stem).ceil() as usize);
     let (from, to) = (line[back(3.5)], line[back(1.5)]);
-    let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
-    let along = ((to.0 - from.0) / length, (to.1 - from.1) / length);
+    let along = direction(from, to);
     let at = |far: f64| (to.0 + far * along.0, to.1 + far * along.1);
     let half = 0.5 * value(plane, to).clamp(0.1, 1.0);
     let steps = (0..(16.0 * stem) as u32).map(|step| 0.25 * f64::from(step));
@@ -260,8 +264,8 @@ impl Profile {
 
     fn across(plane: &Plane, line: &[Place], i: usize) -> Self {
         let (from, to) = (line[i.saturating_sub(3)], line[(i + 3).min(line.len() - 1)]);
-        let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
-        let normal = ((from.1 - to.1) / length, (to.0 - from.0) / length);
+        let along = direction(from, to);
+        let normal = (-along.1, along.0);
         let at = |offset: f64| value(plane, (line[i].0 + offset * normal.0, line[i].1 + offset * normal.1));
         let middle = at(0.0);
         let half = 0.5 * middle.max(at(-1.0)).max(at(1.0)).clamp(0.1, 1.0);

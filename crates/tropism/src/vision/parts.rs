@@ -95,9 +95,9 @@ impl Parts {
                 for row in around(x, y, if is_inner { 1 } else { reach }) {
                     let first = row.start;
                     let samples = plane[row.clone()].iter().zip(&mut labels[row]).enumerate();
-                    for (next, (belief, is_in)) in samples {
-                        if *is_in == 0 && *belief != Belief::No {
-                            *is_in = label;
+                    for (next, (belief, part)) in samples {
+                        if *part == 0 && *belief != Belief::No {
+                            *part = label;
                             stack.push(first + next);
                         }
                     }

@@ -137,7 +137,7 @@ impl Jpeg {
                     for frequency in self.frequencies(block) {
                         let place = frequency.place();
                         let value = (frequency.value() * plane.steps[place]) as f32;
-                        let weights = &Weights::<ACROSS, ALL>::ALL[place];
+                        let weights = &Weights::<ACROSS, ALL>::EACH[place];
                         squares.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += value * weight);
                     }
                 }
@@ -176,7 +176,7 @@ struct Weights<const ACROSS: usize, const ALL: usize>;
 
 impl<const ACROSS: usize, const ALL: usize> Weights<ACROSS, ALL> {
     /// What each frequency, in the file's order, adds to the mean of each square of a block.
-    const ALL: [[f32; ALL]; 64] = {
+    const EACH: [[f32; ALL]; 64] = {
         let mut weights = [[0.0; ALL]; 64];
         let mut place = 0;
         while place < 64 {
