@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use tropism::experiment::{Durability, Gap, Journal};
+use tropism::rig::Durability;
+use tropism_lab::{Gap, Journal};
 use tropism::light::Light;
 
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {

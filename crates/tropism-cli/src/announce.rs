@@ -42,11 +42,11 @@ impl Announcer {
         if !self.is_ready.replace(true) {
             notify(&[State::Ready]);
         }
-        self.beat();
+        self.heartbeat();
     }
 
     /// The loop is alive. To be called as often as it can tell: at least twice in systemd's WatchdogSec.
-    pub(crate) fn beat(&self) {
+    pub(crate) fn heartbeat(&self) {
         if self.alive.get().is_none_or(|last| last.elapsed() >= ALIVE) {
             self.alive.set(Some(Instant::now()));
             notify(&[State::Watchdog]);

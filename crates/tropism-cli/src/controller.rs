@@ -8,10 +8,10 @@ use tropism::control::Controller;
 use tropism::control::chase::Chase;
 use tropism::control::network::NetworkController;
 use tropism::control::periodic::Periodic;
-use tropism::experiment::files;
 use tropism::light::Light;
 use tropism::task::Task;
 use tropism::track::PERIOD_MIN;
+use tropism_lab::files;
 use tropism_neat::Genome;
 
 use crate::options::{TaskOption, parse_minutes};

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 use serde::Deserialize;
-use tropism::experiment::files;
 use tropism::geometry::{Point, Polyline};
 use tropism::photo::Image;
-use tropism::report::{self, Composite, Figure, LitStem, Plants};
 use tropism::track::Track;
+use tropism_lab::files;
+use tropism_report::{self as report, Composite, Figure, LitStem, Plants};
 
 use crate::commands::run::RunPlan;
 

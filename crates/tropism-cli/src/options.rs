@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use tropism::experiment::files;
 use tropism::geometry::{Pixel, Region};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
@@ -13,6 +12,7 @@ use tropism::light::Light;
 use tropism::plant::tip::TipModel;
 use tropism::task::Task;
 use tropism::vision::Calibration;
+use tropism_lab::files;
 
 use crate::shell::Shell;
 

@@ -65,7 +65,7 @@ fn people_hear_how_a_run_begins_and_ends_and_systemd_that_it_lives() {
 fn nobody_hears_of_a_run_that_another_program_has() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("bean")).unwrap();
-    let held = tropism::experiment::lock(&folder.path().join("bean")).unwrap();
+    let held = tropism_lab::lock(&folder.path().join("bean")).unwrap();
     let output = run(folder.path(), "periodic:10m");
     assert_eq!(output.status.code(), Some(1));
     let error = String::from_utf8_lossy(&output.stderr);

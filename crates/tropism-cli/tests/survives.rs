@@ -8,7 +8,8 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use tempfile::TempDir;
-use tropism::experiment::{Event, EventKind, Journal, Row};
+use tropism::rig::{Event, EventKind};
+use tropism_lab::{Journal, Row};
 
 const STEPS: usize = 40;
 

@@ -393,7 +393,7 @@ fn two_cameras_see_in_space() {
     // A second camera at the right sees the same plant further left, so nearer to the first camera, by 1 cm.
     fs::create_dir(folder.path().join("beside")).unwrap();
     for (step, path) in
-        tropism::experiment::files::photographs(&[folder.path().join("photos")]).unwrap().iter().enumerate()
+        tropism_lab::files::photographs(&[folder.path().join("photos")]).unwrap().iter().enumerate()
     {
         let mut image = dark();
         stem(&mut image, 55, 50 - step);

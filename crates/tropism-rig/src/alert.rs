@@ -17,7 +17,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use tropism::experiment::EventKind;
+use tropism::rig::EventKind;
 use tropism::rig::RigError;
 
 use crate::child::run;

@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use tropism::experiment::Trouble;
+use tropism::rig::HealthProblem;
 
 /// The computer, as its system shows it.
 #[derive(Clone, Debug)]
@@ -75,11 +75,11 @@ impl Computer {
 
     /// What is wrong with it now, if above `hot_c` degrees Celsius is.
     #[must_use]
-    pub fn troubles(&self, hot_c: f64) -> Vec<Trouble> {
+    pub fn health(&self, hot_c: f64) -> Vec<HealthProblem> {
         let mut troubles = Vec::new();
         let mut add = |is_so: bool, what, text: &str| {
             if is_so {
-                troubles.push(Trouble { what, text: text.to_owned() });
+                troubles.push(HealthProblem { what, text: text.to_owned() });
             }
         };
         let temperature_c = self.temperature_c().unwrap_or(f64::NEG_INFINITY);
@@ -106,8 +106,8 @@ mod tests {
         fs::write(path, format!("{text}\n")).unwrap();
     }
 
-    fn troubles(sys: &Path) -> Vec<&'static str> {
-        Computer::at(sys).troubles(80.0).iter().map(|trouble| trouble.what).collect()
+    fn health(sys: &Path) -> Vec<&'static str> {
+        Computer::at(sys).health(80.0).iter().map(|trouble| trouble.what).collect()
     }
 
     #[test]
@@ -115,7 +115,7 @@ mod tests {
         let sys = tempfile::tempdir().unwrap();
         let computer = Computer::at(sys.path());
         assert_eq!((computer.temperature_c(), computer.supply()), (None, None));
-        assert!(troubles(sys.path()).is_empty());
+        assert!(health(sys.path()).is_empty());
         put(sys.path(), "class/thermal/thermal_zone0/temp", "");
         put(sys.path(), "class/hwmon/hwmon0/name", "nvme");
         assert_eq!((computer.temperature_c(), computer.supply()), (None, None));
@@ -128,17 +128,17 @@ mod tests {
         put(sys, "class/thermal/thermal_zone0/temp", "27800");
         put(sys, "class/thermal/thermal_zone1/temp", "80100");
         put(sys, "class/thermal/cooling_device0/type", "fan");
-        assert_eq!(troubles(sys), ["temperature"]);
+        assert_eq!(health(sys), ["temperature"]);
         put(sys, "class/thermal/thermal_zone1/temp", "79900");
         put(sys, "class/hwmon/hwmon1/name", "rpi_volt");
         put(sys, "class/hwmon/hwmon1/in0_lcrit_alarm", "1");
-        assert_eq!(troubles(sys), ["supply"]);
+        assert_eq!(health(sys), ["supply"]);
         put(sys, "class/hwmon/hwmon1/in0_lcrit_alarm", "0");
         put(sys, "devices/platform/soc/soc:firmware/get_throttled", "50005");
-        assert_eq!(troubles(sys), ["supply", "speed"]);
+        assert_eq!(health(sys), ["supply", "speed"]);
         put(sys, "devices/platform/soc/soc:firmware/get_throttled", "50000");
         let supply = Computer::at(sys).supply().unwrap();
         assert_eq!(supply, Supply { is_weak: false, was_weak: true, is_throttled: false });
-        assert!(troubles(sys).is_empty());
+        assert!(health(sys).is_empty());
     }
 }

@@ -6,9 +6,9 @@ use std::time::Duration;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
-use tropism::experiment::{Durability, LampsInView, Patience};
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::rig::{Camera, Clock, Flash, Lamps, OnExit, Rig, RigError};
+use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PERIOD_MIN;
 use tropism::vision::{Calibration, Eye, VisionConfig};
 
@@ -36,7 +36,7 @@ pub struct RigFile {
     pub period_min: f64,
     /// What a run bears before it asks. A virtual tent bears everything if the file does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub patience: Option<Patience>,
+    pub patience: Option<FaultPolicy>,
     /// Where the photographs show the lamps; if it is left out, that is not looked at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lamps_in_view: Option<LampsInView>,
@@ -241,8 +241,8 @@ impl RigFile {
 
     /// What a run in it bears before it asks.
     #[must_use]
-    pub fn patience(&self) -> Patience {
-        let usual = if self.is_virtual() { Patience::endless } else { Patience::default };
+    pub fn patience(&self) -> FaultPolicy {
+        let usual = if self.is_virtual() { FaultPolicy::unlimited } else { FaultPolicy::default };
         self.patience.clone().unwrap_or_else(usual)
     }
 
@@ -270,7 +270,7 @@ impl RigFile {
         if !(self.period_min > 0.0 && self.period_min <= 24.0 * 60.0) {
             return error(format!("found period_min = {}, wanted above 0 and at most 1440", self.period_min));
         }
-        self.patience.iter().try_for_each(Patience::check).map_err(RigFileError)?;
+        self.patience.iter().try_for_each(FaultPolicy::check).map_err(RigFileError)?;
         if let (Some(lamps), Some(Calibration { width, height, .. })) =
             (&self.lamps_in_view, self.calibration())
         {

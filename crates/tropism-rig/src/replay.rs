@@ -1,11 +1,11 @@
 //! The photographs of a recorded run, in the order in which they were taken: to try a rig file or a controller without a
 //! plant. What the lamps do changes nothing in them.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::experiment::files;
-use tropism::photo::Photo;
+use tropism::photo::{Photo, natural_order};
 use tropism::rig::{Camera, RigError};
 
 use crate::failed;
@@ -22,10 +22,30 @@ impl ReplayCamera {
     pub(crate) fn open(&self) -> Result<OpenReplayCamera, RigError> {
         let of_a_run = self.folder.join("photographs");
         let folder = if of_a_run.is_dir() { of_a_run } else { self.folder.clone() };
-        let files =
-            files::photographs(&[folder]).map_err(|error| failed("camera (replay)", error.to_string()))?;
+        let files = photographs(&folder).map_err(|error| cannot_read(&folder, &error))?;
+        if files.is_empty() {
+            let problem =
+                format!("{}: found no .jpg, .jpeg or .png file, wanted photographs", folder.display());
+            return Err(failed("camera (replay)", problem));
+        }
         Ok(OpenReplayCamera { files, next: 0 })
     }
+}
+
+/// The photographs in `folder`, in the order of the numbers in their names.
+fn photographs(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let is_photograph = |path: &PathBuf| {
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        matches!(extension.as_deref(), Some("jpg" | "jpeg" | "png"))
+    };
+    let paths = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    let mut files: Vec<PathBuf> = paths.into_iter().filter(is_photograph).collect();
+    files.sort_by_cached_key(|path| natural_order(&path.file_name().unwrap_or_default().to_string_lossy()));
+    Ok(files)
+}
+
+fn cannot_read(path: &Path, error: &std::io::Error) -> RigError {
+    failed("camera (replay)", format!("{}: cannot read: {error}", path.display()))
 }
 
 /// The photographs that are left.
@@ -40,7 +60,7 @@ impl Camera for OpenReplayCamera {
             let problem = format!("found only {} photographs, wanted one more", self.files.len());
             return Err(failed("camera (replay)", problem));
         };
-        let bytes = files::read(path).map_err(|error| failed("camera (replay)", error.to_string()))?;
+        let bytes = fs::read(path).map_err(|error| cannot_read(path, &error))?;
         self.next += 1;
         Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
     }
@@ -56,8 +76,6 @@ impl Camera for OpenReplayCamera {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
 
     #[test]

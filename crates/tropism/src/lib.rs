@@ -6,7 +6,7 @@
 //! ([`rig`]) or in the virtual one ([`greenhouse`]).
 //!
 //! The modules stand in the order in which data flows, and each uses only those above it. The library never prints,
-//! reads no clock and no environment, and draws every random number from a seed; [`experiment`] alone touches the disk.
+//! reads no clock, no disk and no environment, and draws every random number from a seed.
 //!
 //! ```
 //! use tropism::control::chase::Chase;
@@ -48,5 +48,3 @@ pub mod simulation;
 pub mod rig;
 pub mod greenhouse;
 pub mod evolve;
-pub mod experiment;
-pub mod report;

@@ -2,6 +2,7 @@
 
 mod header;
 pub mod jpeg;
+mod name_order;
 
 use std::io::Cursor;
 
@@ -11,6 +12,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 pub use header::{Header, Turn, time_in_name};
+pub use name_order::natural_order;
 
 use crate::geometry::Region;
 use jpeg::Jpeg;

@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use tropism::evolve;
-use tropism::experiment::files;
+use tropism_lab::files;
 use tropism_neat::Config;
 
 use crate::options::{SeedOption, TaskOption, load_model_for};

@@ -6,12 +6,12 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::greenhouse::bean::calibrate::{Calibration, Estimate, PARAMETERS, calibrate};
 use tropism::greenhouse::bean::{Individual, Species, acceptance};
 use tropism::math;
 use tropism::random::{self, Purpose};
 use tropism::track::PERIOD_MIN;
+use tropism_lab::files;
 
 use crate::options::{BeanOption, SeedOption};
 use crate::shell::Shell;

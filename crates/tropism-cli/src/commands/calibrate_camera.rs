@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::{ArgGroup, Args};
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::geometry::Pixel;
 use tropism::math;
 use tropism::photo::Image;
 use tropism::vision::Calibration;
 use tropism::vision::checkerboard::Board;
 use tropism::vision::lens::Lens;
+use tropism_lab::files;
 
 use crate::options::{Mark, parse_mark, parse_pair};
 use crate::shell::Shell;

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use tropism::experiment::files;
+use tropism_lab::files;
 use tropism_rig::file::RigFile;
 
 use self::devices::Devices;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
-use tropism::experiment::files;
 use tropism::geometry::{Point, Polyline};
 use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::Calibration;
 use tropism::vision::two_views::{AGREE_CM, Met, Place, Side, Stand, TwoViews, equidistant, length};
+use tropism_lab::files;
 
 use crate::findings::{place_of, stem_of};
 use crate::options::parse_pair;

@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::control::network::NetworkController;
 use tropism::evolve::{self, EvolutionConfig, Run, Trial};
-use tropism::experiment::{Checkpoint, files, lock};
 use tropism::plant::tip::TipModel;
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::simulate;
 use tropism::task::Task;
+use tropism_lab::{Checkpoint, files, lock};
 use tropism_neat::{Config, Generation, Genome};
 
 use self::live::{Live, median};

@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::{Event, Journal, Row, files, holder};
 use tropism::observation::Quality;
+use tropism::rig::Event;
 use tropism::track::{Column, Sample, Track};
+use tropism_lab::{Journal, Row, files, holder};
 
 use self::sink::Sink;
 use super::run::RunPlan;

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::observation::Quality;
 use tropism::plant::shifts::Window;
 use tropism::plant::tip::{Empty, Growth, TipModel, TipModelConfig};
 use tropism::track::Track;
+use tropism_lab::files;
 
 use super::run::RunPlan;
 use crate::options::parse_pair;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::files;
-use tropism::report::{Page, Plants, Table};
+use tropism_lab::files;
+use tropism_report::{Page, Plants, Table};
 
 use super::evolve::EvolutionPlan;
 use super::fit::is_of_virtual_plant;
@@ -51,7 +51,7 @@ impl Report {
         files::write(&self.out, page.html().as_bytes())?;
         if let Some(folder) = &self.figures {
             files::make_folder(folder)?;
-            for (name, bytes) in page.figures.iter().flat_map(tropism::report::Figure::files) {
+            for (name, bytes) in page.figures.iter().flat_map(tropism_report::Figure::files) {
                 files::write(&folder.join(name), &bytes)?;
             }
         }

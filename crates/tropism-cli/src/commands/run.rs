@@ -9,17 +9,15 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
-use tropism::experiment::{
-    Care, Event, EventKind, FolderError, Gap, Journal, OnGap, RecordError, Recorded, RunFolder, Trouble,
-    Watcher, files,
-};
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::observation::Quality;
-use tropism::report::Plants;
 use tropism::rig::Moment;
+use tropism::rig::{Event, EventKind, HealthProblem, OnGap, RunMonitor};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism_lab::{FolderError, Gap, Journal, RecordError, Recorded, RunFolder, Supervision, files};
+use tropism_report::Plants;
 use tropism_rig::alert::Kind;
 use tropism_rig::clock::{SystemTimes, Time};
 use tropism_rig::computer::Computer;
@@ -183,7 +181,7 @@ impl RunPlan {
         controller: &LoadedController,
         folder: RunFolder,
         is_resumed: bool,
-        mut watchers: Vec<Box<dyn Watcher>>,
+        mut watchers: Vec<Box<dyn RunMonitor>>,
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Result<Option<Track>> {
         let out = &*folder.path().to_owned();
@@ -194,7 +192,7 @@ impl RunPlan {
             since_start = self.since_start(&folder, is_resumed, &mut watchers)?;
         }
         let open = self.rig.open(self.seed, since_start)?;
-        let care = Care {
+        let care = Supervision {
             patience: self.rig.patience(),
             lamps_in_view: self.rig.lamps_in_view.clone(),
             watcher: Box::new(watchers),
@@ -244,7 +242,7 @@ impl RunPlan {
         &self,
         folder: &RunFolder,
         is_resumed: bool,
-        watchers: &mut Vec<Box<dyn Watcher>>,
+        watchers: &mut Vec<Box<dyn RunMonitor>>,
     ) -> Result<Duration> {
         let (patience, journal, times) = (self.rig.patience(), folder.journal(), SystemTimes);
         let state = journal.state()?;
@@ -312,10 +310,10 @@ impl Paused {
 /// Hears Ctrl-C and SIGTERM.
 struct Ears;
 
-impl Watcher for Ears {
+impl RunMonitor for Ears {
     fn event(&mut self, _event: &Event) {}
 
-    fn beat(&mut self) -> ControlFlow<()> {
+    fn heartbeat(&mut self) -> ControlFlow<()> {
         if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
@@ -326,24 +324,24 @@ struct Host {
     hot_c: f64,
 }
 
-impl Watcher for Host {
+impl RunMonitor for Host {
     fn event(&mut self, _event: &Event) {}
 
-    fn troubles(&mut self) -> Vec<Trouble> {
-        self.computer.troubles(self.hot_c)
+    fn health(&mut self) -> Vec<HealthProblem> {
+        self.computer.health(self.hot_c)
     }
 }
 
 /// Passes on what happens to a run.
 struct Told(Rc<Announcer>);
 
-impl Watcher for Told {
+impl RunMonitor for Told {
     fn event(&mut self, event: &Event) {
         self.0.happened(event.kind.into(), Some(event.step), &event.text);
     }
 
-    fn beat(&mut self) -> ControlFlow<()> {
-        self.0.beat();
+    fn heartbeat(&mut self) -> ControlFlow<()> {
+        self.0.heartbeat();
         ControlFlow::Continue(())
     }
 }
@@ -351,7 +349,7 @@ impl Watcher for Told {
 /// Shows what happens to a run in a real tent.
 struct Notes(Rc<Progress>);
 
-impl Watcher for Notes {
+impl RunMonitor for Notes {
     fn event(&mut self, event: &Event) {
         self.0.note(&format!("step {}: {}: {}", event.step, event.kind, event.text));
     }
@@ -428,7 +426,7 @@ impl Run {
         }
         let progress = Rc::new(shell.progress("run", u64::from(plan.task.max_steps)));
         let announcer = Rc::new(Announcer::open(&plan.rig, &self.out)?);
-        let mut watchers: Vec<Box<dyn Watcher>> = vec![Box::new(Told(Rc::clone(&announcer)))];
+        let mut watchers: Vec<Box<dyn RunMonitor>> = vec![Box::new(Told(Rc::clone(&announcer)))];
         if !plan.is_virtual {
             watchers.push(Box::new(Notes(Rc::clone(&progress))));
         }

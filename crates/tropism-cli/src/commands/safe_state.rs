@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use tropism::experiment::files;
 use tropism::rig::OnExit;
+use tropism_lab::files;
 use tropism_rig::file::RigFile;
 use tropism_rig::safe::{PutOff, safe_state};
 

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::task::Crossing;
+use tropism_lab::files;
 
 use crate::options::TaskOption;
 use crate::shell::Shell;

@@ -7,14 +7,14 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tropism::control::anatomy::{Anatomy, Boundary};
 use tropism::control::network::NetworkController;
-use tropism::experiment::files;
 use tropism::plant::tip::TipModel;
 use tropism::random::{Draws, Purpose};
-use tropism::report::{self, Figure, Page, Plants, Steered};
 use tropism::simulation::simulate;
 use tropism::task::Task;
 use tropism::track::Track;
+use tropism_lab::files;
 use tropism_neat::{Genome, NeuronKind};
+use tropism_report::{self as report, Figure, Page, Plants, Steered};
 
 use super::evolve::EvolutionPlan;
 use super::run::RunPlan;

@@ -6,9 +6,9 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use tropism::evolve::Trial;
-use tropism::experiment::files;
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::simulate;
+use tropism_lab::files;
 
 use crate::controller::ControllerName;
 use crate::options::{SeedOption, TaskOption, load_model_for};

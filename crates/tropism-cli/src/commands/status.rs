@@ -7,9 +7,10 @@ use std::time::SystemTime;
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::{Event, EventKind, Journal, Row, files, holder};
 use tropism::light::Light;
 use tropism::observation::Quality;
+use tropism::rig::{Event, EventKind};
+use tropism_lab::{Journal, Row, files, holder};
 use tropism_rig::alert::Kind;
 use tropism_rig::clock::{SystemTimes, Time};
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use tropism::experiment::holder;
+use tropism_lab::holder;
 
 use crate::options::parse_minutes;
 use crate::shell::{Interrupted, Shell};

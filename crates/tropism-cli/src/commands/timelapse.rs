@@ -8,11 +8,11 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
-use tropism::experiment::{Journal, Row, files};
 use tropism::geometry::Region;
 use tropism::photo::Image;
-use tropism::report::{Composite, Film, Plants, Step, cropped, scaled};
 use tropism::track::Sample;
+use tropism_lab::{Journal, Row, files};
+use tropism_report::{Composite, Film, Plants, Step, cropped, scaled};
 
 use self::sink::Sink;
 use super::run::RunPlan;

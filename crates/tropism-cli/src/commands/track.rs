@@ -15,11 +15,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use tropism::experiment::files;
 use tropism::geometry::Region;
 use tropism::light::{self, Light};
 use tropism::photo::Image;
 use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit};
+use tropism_lab::files;
 
 use self::drawing::{Drawings, Drawn};
 use self::journal::Journal;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS, RecvTimeoutError};
 use serde_json::{Value, json};
-use tropism::experiment::EventKind;
+use tropism::rig::EventKind;
 use tropism::rig::RigError;
 
 use super::channel::{Channel, Order};

@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde::Serialize;
 use tropism::evolve::{EvolutionConfig, Run};
-use tropism::experiment::files;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::task::Task;
+use tropism::track::Track;
 use tropism_neat::{Config, Generation};
 
 /// Runs behind every row of [`TABLE`].
@@ -80,8 +80,13 @@ pub(crate) const SKIPPED: &str = "skipped: TROPISM_DATA is not set, so there is 
 /// The model of `synthetic-swing` in the folder that `TROPISM_DATA` names; `None` where it names none.
 pub(crate) fn model() -> Option<Result<TipModel, String>> {
     let folder = PathBuf::from(std::env::var_os("TROPISM_DATA")?).join("synthetic-swing");
-    let track = |number| files::read_track(&folder.join(format!("experiment-{number}.csv")));
-    let tracks = (1..=6).map(track).collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string());
+    let track = |number| {
+        let file = folder.join(format!("experiment-{number}.csv"));
+        let failed = |error: &dyn std::error::Error| format!("{}: {error}", file.display());
+        Track::read_csv(std::fs::File::open(&file).map_err(|error| failed(&error))?)
+            .map_err(|error| failed(&error))
+    };
+    let tracks = (1..=6).map(track).collect::<Result<Vec<_>, String>>();
     Some(tracks.and_then(|tracks| {
         TipModel::fit(&tracks, TipModelConfig::default()).map_err(|error| error.to_string())
     }))

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use tropism::experiment::files;
 use tropism::light::Light;
 use tropism::observation::Quality;
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps};
 use tropism::vision::{Calibration, Class, Eye, VisionConfig};
+use tropism_lab::files;
 use tropism_rig::driver::CameraDriver;
 use tropism_rig::file::RigFile;
 use tropism_rig::switch::NoFlash;

@@ -6,8 +6,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use tropism::experiment::{Journal, Row, files};
 use tropism::rig::OnExit;
+use tropism_lab::{Journal, Row, files};
 use tropism_rig::file::RigFile;
 
 use super::{Findings, Group};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use tropism::experiment::Durability;
+use tropism::rig::Durability;
 use tropism_rig::alert::{Happening, Kind};
 use tropism_rig::driver::{AlertDriver, CameraDriver, FlashDriver, LampDriver};
 use tropism_rig::file::{Lamp, RigFile};

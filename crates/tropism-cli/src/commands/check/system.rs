@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use tropism::experiment::files;
+use tropism_lab::files;
 use tropism_rig::computer::Computer;
 use tropism_rig::driver::{FlashDriver, LampDriver};
 use tropism_rig::file::{Lamp, RigFile};

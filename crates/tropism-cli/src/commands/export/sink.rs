@@ -6,7 +6,7 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use tropism::experiment::files;
+use tropism_lab::files;
 
 use super::{Written, name_of};
 

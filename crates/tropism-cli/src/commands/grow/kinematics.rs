@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::greenhouse::bean::Species;
-use tropism::report;
+use tropism_lab::files;
+use tropism_report as report;
 
 use crate::shell::Shell;
 

@@ -12,12 +12,12 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::greenhouse::bean::grow;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
+use tropism_lab::files;
 
 use self::photographs::Nursery;
 use crate::controller::{ControllerName, LoadedController};

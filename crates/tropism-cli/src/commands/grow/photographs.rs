@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use tropism::experiment::{files, lock};
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
+use tropism_lab::{files, lock};
 use tropism_rig::file::RigFile;
 
 use crate::commands::run::RunPlan;

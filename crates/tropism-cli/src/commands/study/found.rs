@@ -7,13 +7,13 @@ use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use tropism::control::network::NetworkController;
 use tropism::evolve::{self, Trial};
-use tropism::experiment::files;
 use tropism::plant::tip::TipModel;
 use tropism::random::{Draws, Purpose};
-use tropism::report::{self, Figure, NumberRow, Page, Plants, Table};
 use tropism::simulation::simulate;
 use tropism::track::PERIOD_MIN;
+use tropism_lab::files;
 use tropism_neat::Genome;
+use tropism_report::{self as report, Figure, NumberRow, Page, Plants, Table};
 
 use super::super::evolve::Outcome as Evolved;
 use super::super::report::scores;

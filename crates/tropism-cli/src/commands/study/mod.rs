@@ -12,12 +12,12 @@ use clap::Args;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, EvolutionConfig};
-use tropism::experiment::files;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
 use tropism::vision::VisionConfig;
+use tropism_lab::files;
 use tropism_neat::Genome;
 use tropism_rig::file::RigFile;
 

@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 use tropism::photo::Image;
-use tropism::report::Animation;
+use tropism_report::Animation;
 
 /// Where a film goes.
 pub(super) enum Sink {

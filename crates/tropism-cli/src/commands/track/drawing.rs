@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use tropism::experiment::files;
 use tropism::geometry::{Pixel, Region};
 use tropism::light::Light;
 use tropism::photo::Image;
 use tropism::vision::overlay::{Marks, contact_sheet, overlay};
 use tropism::vision::{Seen, Sighting, segment};
+use tropism_lab::files;
 
 use super::plants::Plant;
 

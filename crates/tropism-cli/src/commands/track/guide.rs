@@ -6,10 +6,10 @@ use anyhow::{Context, Result, bail, ensure};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::geometry::{Pixel, Region};
 use tropism::photo::Image;
 use tropism::vision::segment;
+use tropism_lab::files;
 
 use super::plants::Plant;
 use super::series::Shot;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::vision::{Calibration, VisionConfig};
+use tropism_lab::files;
 
 use super::Track;
 use super::plants::Plant;

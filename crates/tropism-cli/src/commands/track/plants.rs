@@ -4,9 +4,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
-use tropism::experiment::files;
 use tropism::geometry::{Pixel, Region};
 use tropism::vision::{Calibration, Mode, VisionConfig};
+use tropism_lab::files;
 
 use super::series::Shot;
 

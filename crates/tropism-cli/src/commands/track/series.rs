@@ -6,9 +6,9 @@ use anyhow::{Result, bail};
 use clap::ValueEnum;
 use rayon::prelude::*;
 use serde::Serialize;
-use tropism::experiment::files;
 use tropism::photo::time_in_name;
 use tropism::track::PERIOD_MIN;
+use tropism_lab::files;
 
 /// What tells when a photograph was taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]

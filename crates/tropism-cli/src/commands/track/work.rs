@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use tropism::experiment::files;
 use tropism::light::Light;
 use tropism::photo::{Image, Photo, PhotoError, Picture};
 use tropism::vision::pixels::Pixels;
 use tropism::vision::{Class, Eye, lit};
+use tropism_lab::files;
 
 use super::drawing::{Drawings, Drawn};
 use super::journal::{Journal, Judged, Looked};

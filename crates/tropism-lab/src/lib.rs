@@ -1,0 +1,23 @@
+//! Workflows of tropism and what they keep on the disk.
+//!
+//! A run folder holds `run.toml` (configuration, seed and version), `journal.sqlite` (one row a step, one an event),
+//! `photographs/`, and `track.csv` when the run is over. [`Recorded`] wraps a rig so that the loop itself need not know: it
+//! writes down each step in the order photograph, decision, action, bears what goes wrong as far as [`FaultPolicy`] goes,
+//! tells a [`RunMonitor`] of it, and after an interruption plays the journal back to the controller before the loop goes on.
+//!
+//! [`FaultPolicy`]: tropism::rig::FaultPolicy
+//! [`RunMonitor`]: tropism::rig::RunMonitor
+
+mod checkpoint;
+mod copy;
+pub mod files;
+mod folder;
+mod gap;
+mod journal;
+mod recorded;
+
+pub use checkpoint::{Checkpoint, Loaded};
+pub use folder::{FolderError, RunFolder, holder, lock};
+pub use gap::Gap;
+pub use journal::{Journal, JournalError, Row};
+pub use recorded::{RecordError, Recorded, Supervision};

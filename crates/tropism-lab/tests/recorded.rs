@@ -1,0 +1,752 @@
+//! A run folder survives whatever ends the program: the run goes on as if nothing had happened.
+
+use std::cell::{Cell, RefCell};
+use std::ops::{ControlFlow, Range};
+use std::path::Path;
+use std::rc::Rc;
+use std::time::Duration;
+
+use tropism::control::chase::Chase;
+use tropism::environment::{run, unwatched};
+use tropism::geometry::{Pixel, Point, Region};
+use tropism::light::Light;
+use tropism::photo::{Image, Photo};
+use tropism::rig::{Boot, Camera, Clock, Flash, Lamps, Moment, OnExit, Rig, RigError};
+use tropism::rig::{
+    Durability, Event, EventKind, FaultPolicy, HealthProblem, LampsInView, OnFault, RunMonitor,
+};
+use tropism::task::Task;
+use tropism::track::{Sample, Track};
+use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism_lab::{Journal, RecordError, Recorded, RunFolder, Supervision, files};
+
+/// A straight stem that grows and leans to the lit lamp, what goes wrong in its tent, and a log of what was done to it.
+#[derive(Default)]
+struct Tent {
+    lean: f64,
+    minutes: f64,
+    lit: Option<Light>,
+    has_flash: bool,
+    photographs: u32,
+    lights: Vec<Option<Light>>,
+    wrong: Wrong,
+}
+
+/// What goes wrong, by minute.
+#[derive(Clone, Default)]
+struct Wrong {
+    /// Photographs that come out black, by minute and by their number from 1.
+    dark_at: Vec<u32>,
+    dark: Vec<u32>,
+    /// By how many pixels the camera's picture stands to the right, from which minute on.
+    moved: Option<(u32, usize)>,
+    /// Photographs that are none.
+    camera_fails: Range<u32>,
+    /// Photographs that take so many minutes.
+    camera_takes: Vec<(u32, f64)>,
+    /// Commands that the lamps do not obey, and say so.
+    lamps_fail: Range<u32>,
+    /// Commands that the lamps do not obey, and say nothing.
+    lamps_lie: Range<u32>,
+    /// What becomes of its lamps at the end.
+    on_exit: OnExit,
+    /// Whether it has the clocks of a real tent; the one on the wall is set by two hours after 100 minutes.
+    is_real: bool,
+}
+
+impl Tent {
+    fn is_in(&self, range: &Range<u32>) -> bool {
+        range.contains(&(self.minutes as u32))
+    }
+
+    fn advance_to(&mut self, minutes: f64) {
+        let sign = self.lit.map_or(0.0, Light::sign);
+        self.lean = (self.lean + 0.02 * sign * (minutes - self.minutes)).clamp(-7.0, 7.0);
+        self.minutes = minutes;
+    }
+}
+
+#[derive(Clone)]
+struct Hand(Rc<RefCell<Tent>>);
+
+const CALIBRATION: Calibration = Calibration::flat(Pixel::new(100.0, 189.0), 10.0, 200, 200);
+
+fn failed(device: &str) -> RigError {
+    RigError::Device { device: device.to_owned(), problem: "found silence, wanted an answer".to_owned() }
+}
+
+impl Camera for Hand {
+    fn photograph(&mut self) -> Result<Photo, RigError> {
+        let mut tent = self.0.borrow_mut();
+        tent.photographs += 1;
+        if tent.is_in(&tent.wrong.camera_fails) {
+            return Err(failed("camera"));
+        }
+        let mut image = Image { width: 200, height: 200, rgb: vec![12; 3 * 200 * 200] };
+        let is_dark = !tent.has_flash
+            || tent.wrong.dark_at.contains(&(tent.minutes as u32))
+            || tent.wrong.dark.contains(&tent.photographs);
+        let height = 4.0 + 0.02 * tent.minutes;
+        for step in 0..=(if is_dark { 0 } else { 400 }) {
+            let share = f64::from(step) / 400.0;
+            let centre = CALIBRATION.pixel(Point::new(tent.lean * share * share, height * share));
+            for offset in -2..=2 {
+                let (x, y) = ((centre.x.round() as i64 + offset) as usize, centre.y.round() as usize);
+                image.rgb[3 * (200 * y + x)..][..3].copy_from_slice(&[150, 210, 80]);
+            }
+        }
+        // The lit lamp, below the crop.
+        if let Some(light) = tent.lit.filter(|_| !is_dark) {
+            let left = if light == Light::Left { 4 } else { 180 };
+            (190..198).for_each(|y| image.rgb[3 * (200 * y + left)..][..48].fill(250));
+        }
+        if let Some((from, right)) = tent.wrong.moved.filter(|_| !is_dark) {
+            // Faint bricks beside the plant, which stand still, and all of it moved.
+            for (x, y) in (0..26).chain(174..200).flat_map(|x| (0..190).map(move |y| (x, y))) {
+                let (row, column) = (y / 11, (x + 5 * (y / 11 % 3)) / 9);
+                let shade = 14 + 4 * ((7 * row + 5 * column + row * column) % 6);
+                image.rgb[3 * (200 * y + x)..][..3].fill(shade as u8);
+            }
+            let right = if tent.minutes as u32 >= from { right } else { 0 };
+            for line in image.rgb.chunks_exact_mut(3 * 200) {
+                line.copy_within(..3 * (200 - right), 3 * right);
+            }
+        }
+        let bytes = image.to_jpeg(90).unwrap();
+        let minutes = tent.minutes;
+        if let Some(&(_, takes)) = tent.wrong.camera_takes.iter().find(|(at, _)| *at == minutes as u32) {
+            tent.advance_to(minutes + takes);
+        }
+        Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
+    }
+}
+
+impl Lamps for Hand {
+    fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        let mut tent = self.0.borrow_mut();
+        if light.is_some() && tent.is_in(&tent.wrong.lamps_fail) {
+            return Err(failed("left lamp"));
+        }
+        if light.is_none() || !tent.is_in(&tent.wrong.lamps_lie) {
+            tent.lit = light;
+        }
+        tent.lights.push(light);
+        Ok(())
+    }
+}
+
+impl Flash for Hand {
+    fn flash(&mut self, is_on: bool) -> Result<(), RigError> {
+        self.0.borrow_mut().has_flash = is_on;
+        Ok(())
+    }
+}
+
+impl Clock for Hand {
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let minutes = since_start.as_secs_f64() / 60.0;
+        let now = self.0.borrow().minutes;
+        if minutes > now {
+            self.0.borrow_mut().advance_to(minutes);
+            meanwhile()?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn now(&self) -> Option<Moment> {
+        let tent = self.0.borrow();
+        let wall_s = if tent.minutes > 100.0 { 1e9 + 7200.0 } else { 1e9 };
+        let since_start = Duration::from_secs_f64(60.0 * tent.minutes);
+        tent.wrong.is_real.then_some(Moment { since_start, unix_s: wall_s + since_start.as_secs_f64() })
+    }
+
+    fn boot(&self) -> Option<Boot> {
+        let boot = Boot { id: "a".to_owned(), start_s: 7.0, is_wall_set: true };
+        self.0.borrow().wrong.is_real.then_some(boot)
+    }
+
+    fn relive(&mut self, light: Option<Light>, until: Duration) {
+        let mut tent = self.0.borrow_mut();
+        tent.lit = light;
+        tent.advance_to(until.as_secs_f64() / 60.0);
+    }
+}
+
+fn task() -> Task {
+    Task { max_steps: 60, end_height_cm: 1e9, ..Task::default() }
+}
+
+type Recording = Recorded<Hand, Hand, Hand, Hand>;
+
+fn open(path: &Path, is_resumed: bool, dark_at: &[u32]) -> Result<(Recording, Hand), RecordError> {
+    let wrong = Wrong { dark_at: dark_at.to_vec(), ..Wrong::default() };
+    open_with(path, is_resumed, wrong, Supervision::default())
+}
+
+fn open_with(
+    path: &Path,
+    is_resumed: bool,
+    wrong: Wrong,
+    care: Supervision,
+) -> Result<(Recording, Hand), RecordError> {
+    let on_exit = wrong.on_exit;
+    let hand = Hand(Rc::new(RefCell::new(Tent { wrong, ..Tent::default() })));
+    let config = VisionConfig {
+        crop: Some(Region { x: 0, y: 0, width: 200, height: 185 }),
+        ..VisionConfig::default()
+    };
+    let eye = Eye::new(CALIBRATION, config).unwrap();
+    let device = || hand.clone();
+    let rig = Rig::new(device(), device(), device(), device(), eye, Duration::from_secs(300));
+    let rig = rig.with_on_exit(on_exit);
+    let folder = RunFolder::open(path, "seed = 1\n", Durability::Fast, is_resumed)?;
+    Ok((Recorded::new(rig, folder, care)?, hand))
+}
+
+/// Goes on with the run in `path` for at most `steps` samples.
+fn go(path: &Path, is_resumed: bool, dark_at: &[u32], steps: usize) -> (Track, Hand) {
+    let (mut world, hand) = open(path, is_resumed, dark_at).unwrap();
+    let mut controller = Chase::new(task().targets);
+    let mut left = steps;
+    let mut watch = |_: &_| {
+        left -= 1;
+        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let track = run(&mut world, &mut controller, &task(), &mut watch).unwrap();
+    (track, hand)
+}
+
+fn whole(dark_at: &[u32]) -> (tempfile::TempDir, Track) {
+    let folder = tempfile::tempdir().unwrap();
+    let (track, _) = go(folder.path(), false, dark_at, usize::MAX);
+    assert_eq!(track.samples.len(), 61);
+    (folder, track)
+}
+
+#[test]
+fn a_run_broken_off_anywhere_ends_as_if_it_had_not_been() {
+    let dark = [50, 55, 60, 200];
+    let (reference, track) = whole(&dark);
+    for breaks in [vec![1], vec![2, 1], vec![11, 12, 13], vec![30, 60], vec![61]] {
+        let folder = tempfile::tempdir().unwrap();
+        for (turn, &steps) in breaks.iter().enumerate() {
+            go(folder.path(), turn > 0, &dark, steps);
+        }
+        let (resumed, hand) = go(folder.path(), true, &dark, usize::MAX);
+        assert_eq!(resumed, track, "broken off after {breaks:?}");
+        for step in 0..=60 {
+            let name = format!("photographs/{step:06}.jpg");
+            assert_eq!(
+                std::fs::read(folder.path().join(&name)).unwrap(),
+                std::fs::read(reference.path().join(&name)).unwrap(),
+                "{name} after {breaks:?}"
+            );
+        }
+        // What was recorded before is not done again.
+        let before: usize = *breaks.iter().max().unwrap();
+        assert_eq!(hand.0.borrow().photographs as usize, 61 - before);
+    }
+}
+
+#[test]
+fn lamps_are_dark_when_a_run_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, hand) = go(folder.path(), false, &[], 20);
+    let tent = hand.0.borrow();
+    assert_eq!(tent.lights.last(), Some(&None));
+    assert_eq!(tent.lights[0], None, "and when it begins");
+    assert!(tent.lights[1..20].iter().all(Option::is_some));
+    assert!(!tent.has_flash);
+}
+
+#[test]
+fn lamps_stay_lit_if_that_is_wanted_however_the_run_ends() {
+    for (on_exit, is_dark) in [(OnExit::Dark, true), (OnExit::Keep, false)] {
+        let left = |ends_at: Option<u32>, has_panicked: bool| {
+            let folder = tempfile::tempdir().unwrap();
+            let wrong = Wrong { on_exit, is_real: true, ..Wrong::default() };
+            let watcher = Box::new(Ears { ends_at, ..Ears::default() });
+            let (mut world, hand) =
+                open_with(folder.path(), true, wrong, Supervision { watcher, ..Supervision::default() })
+                    .unwrap();
+            let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
+                let mut watch = |sample: &Sample| match sample.step {
+                    5 if has_panicked => panic!("as a test"),
+                    _ => ControlFlow::Continue(()),
+                };
+                run(&mut world, &mut Chase::new(task().targets), &task(), &mut watch).is_ok()
+            }));
+            assert_eq!(
+                (ended.is_err(), ended.unwrap_or(false)),
+                (has_panicked, ends_at.is_none() && !has_panicked)
+            );
+            let tent = hand.0.borrow();
+            assert!(!tent.has_flash);
+            tent.lit.is_none()
+        };
+        assert_eq!(left(None, false), is_dark, "{on_exit:?}: at its end");
+        assert_eq!(left(Some(10), false), is_dark, "{on_exit:?}: when it is asked to end");
+        assert_eq!(left(None, true), is_dark, "{on_exit:?}: when it panics");
+    }
+}
+
+#[test]
+fn the_journal_holds_what_was_seen_and_done() {
+    let (reference, track) = whole(&[50]);
+    let (world, _) = open(reference.path(), true, &[50]).unwrap();
+    let rows = world.folder().rows().unwrap();
+    assert_eq!(rows.len(), 61);
+    for (row, sample) in rows.iter().zip(&track.samples) {
+        assert_eq!(row.decided, sample.light);
+        assert_eq!(row.is_done, sample.light.is_some());
+        let bytes = std::fs::read(reference.path().join("photographs").join(&row.photo)).unwrap();
+        assert_eq!((row.photo_bytes, &row.photo_sha256), (bytes.len() as u64, &files::sha256(&bytes)));
+    }
+    assert_eq!(rows[10].seen.class.name(), "dark");
+    world.folder().write_track(&track).unwrap();
+    let written = files::read_track(&reference.path().join("track.csv")).unwrap();
+    assert_eq!(written.samples[10].quality.name(), "held");
+    assert_eq!(written.samples[10].tip, written.samples[9].tip);
+    assert_eq!(written.columns[0].values[3], "000003.jpg");
+    assert_eq!(written.columns[1].values[10], "", "a held tip has no place in the photograph");
+}
+
+#[test]
+fn a_controller_that_decides_otherwise_is_found_out() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 30);
+    let (mut world, _) = open(folder.path(), true, &[]).unwrap();
+    let mut other = Chase::new(vec![Point::new(-9.0, 20.0)]);
+    let error = run(&mut world, &mut other, &task(), &mut unwatched).unwrap_err();
+    assert!(error.to_string().contains("step 0: found the decision right"), "{error}");
+}
+
+#[test]
+fn a_folder_is_not_taken_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let (world, _) = open(folder.path(), false, &[]).unwrap();
+    let error = |is_resumed| open(folder.path(), is_resumed, &[]).err().unwrap().to_string();
+    assert!(error(false).contains("in use"), "{}", error(false));
+    drop(world);
+    // One that is not over is gone on with; one that is over, only if that is wanted.
+    let (mut world, _) = open(folder.path(), false, &[]).unwrap();
+    world.tell(EventKind::Finished, "60 steps".to_owned()).unwrap();
+    drop(world);
+    assert!(error(false).contains("already, and it is over"), "{}", error(false));
+    open(folder.path(), true, &[]).unwrap();
+    let other = RunFolder::open(folder.path(), "seed = 2\n", Durability::Fast, true).unwrap_err().to_string();
+    assert!(other.contains("found a run that was started with other settings (\"seed = 1\")"), "{other}");
+}
+
+/// Overwrites the middle of the journal, or all of it.
+fn damage(folder: &Path, is_whole: bool) {
+    let path = folder.join("journal.sqlite");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let from = if is_whole { 0 } else { bytes.len() / 3 };
+    bytes[from..].fill(0x5a);
+    std::fs::write(&path, bytes).unwrap();
+    let _ = std::fs::remove_file(folder.join("journal.sqlite-wal"));
+    let _ = std::fs::remove_file(folder.join("journal.sqlite-shm"));
+}
+
+#[test]
+fn a_journal_that_is_none_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 5);
+    damage(folder.path(), true);
+    std::fs::remove_file(folder.path().join("journal.jsonl")).unwrap();
+    let error = open(folder.path(), true, &[]).err().unwrap().to_string();
+    assert!(error.contains("journal.sqlite"), "{error}");
+}
+
+#[test]
+fn a_damaged_journal_is_set_aside_and_made_again_from_its_copy() {
+    let (_, track) = whole(&[50]);
+    let folder = tempfile::tempdir().unwrap();
+    let hurts: [&dyn Fn(); 3] = [&|| damage(folder.path(), true), &|| damage(folder.path(), false), &|| {
+        std::fs::remove_file(folder.path().join("journal.sqlite")).unwrap()
+    }];
+    go(folder.path(), false, &[50], 20);
+    for (turn, hurt) in hurts.iter().enumerate() {
+        let copy = folder.path().join("journal.jsonl");
+        // A line that was cut short is as if it had not been.
+        let mut text = std::fs::read_to_string(&copy).unwrap();
+        text.push_str("[\"saw\",20,6000.0,\"0000");
+        std::fs::write(&copy, text).unwrap();
+        hurt();
+        go(folder.path(), true, &[50], 22 + turn);
+    }
+    let (resumed, _) = go(folder.path(), true, &[50], usize::MAX);
+    assert_eq!(resumed, track);
+    assert!(folder.path().join("journal.broken.sqlite").exists());
+    let journal = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap();
+    let events = journal.events().unwrap();
+    let damaged: Vec<_> = events.iter().filter(|event| event.kind == EventKind::Damaged).collect();
+    assert_eq!(damaged.len(), 3, "{damaged:?}");
+    assert!(damaged[0].text.contains("made again from its copy"), "{}", damaged[0].text);
+}
+
+#[test]
+fn a_first_photograph_without_a_plant_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut world, _) = open(folder.path(), false, &[0]).unwrap();
+    let error = run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched).unwrap_err();
+    assert!(error.to_string().contains("000000.jpg: found no plant (dark)"), "{error}");
+}
+
+/// Hears all, and asks for an end at a beat.
+#[derive(Clone, Default)]
+struct Ears {
+    heard: Rc<RefCell<Vec<Event>>>,
+    beats: Rc<Cell<u32>>,
+    ends_at: Option<u32>,
+    /// How often it was asked about the computer, and when that was too hot.
+    asked: u32,
+    hot: Range<u32>,
+}
+
+impl RunMonitor for Ears {
+    fn event(&mut self, event: &Event) {
+        self.heard.borrow_mut().push(event.clone());
+    }
+
+    fn health(&mut self) -> Vec<HealthProblem> {
+        self.asked += 1;
+        let text = format!("{} degrees", 80 + self.asked);
+        let trouble = HealthProblem { what: "temperature", text };
+        if self.hot.contains(&self.asked) { vec![trouble] } else { Vec::new() }
+    }
+
+    fn heartbeat(&mut self) -> ControlFlow<()> {
+        self.beats.set(self.beats.get() + 1);
+        if self.ends_at == Some(self.beats.get()) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+}
+
+struct Outcome {
+    track: Result<Track, RecordError>,
+    hand: Hand,
+    rows: Vec<tropism_lab::Row>,
+    /// What happened, by minute and kind, without the beginning.
+    events: Vec<(u32, EventKind)>,
+    texts: Vec<String>,
+}
+
+/// A run of 60 steps in a real tent, in which much is `wrong`.
+fn real(path: &Path, wrong: Wrong, patience: FaultPolicy, ends_at: Option<u32>) -> Outcome {
+    let ears = Ears { ends_at, ..Ears::default() };
+    let care = Supervision {
+        patience: FaultPolicy { ballast_mb: 0, ..patience },
+        lamps_in_view: Some(LampsInView::default()),
+        watcher: Box::new(ears.clone()),
+    };
+    let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, care).unwrap();
+    let track = run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched);
+    let rows = world.folder().rows().unwrap();
+    let heard = ears.heard.borrow();
+    let written = world.folder().journal().events().unwrap();
+    assert_eq!(written[written.len() - heard.len()..], heard[..], "all that is told is written down");
+    let events =
+        heard[1..].iter().map(|event| (event.at.unwrap().since_start.as_secs() as u32 / 60, event.kind));
+    let texts = heard.iter().map(|event| event.text.clone()).collect();
+    Outcome { track, hand, rows, events: events.collect(), texts }
+}
+
+fn steps(track: &Track) -> Vec<u32> {
+    track.samples.iter().map(|sample| sample.step).collect()
+}
+
+#[test]
+fn a_camera_that_fails_for_some_steps_is_stood_in_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_fails: 50..65, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
+    let track = outcome.track.unwrap();
+    assert_eq!(steps(&track), (0..=60).collect::<Vec<_>>());
+    let qualities: Vec<&str> = track.samples[9..14].iter().map(|sample| sample.quality.name()).collect();
+    assert_eq!(qualities, ["measured", "held", "held", "held", "measured"]);
+    assert_eq!(outcome.rows[11].photo_bytes, 0);
+    use EventKind::{Camera, Clock, Lost, Recovered};
+    assert_eq!(
+        outcome.events,
+        [
+            (50, Camera),
+            (55, Camera),
+            (60, Camera),
+            (60, Lost),
+            (65, Recovered),
+            (65, Recovered),
+            (105, Clock)
+        ]
+    );
+    assert!(outcome.texts[1].contains("camera: found silence, wanted an answer"), "{:?}", outcome.texts);
+}
+
+#[test]
+fn a_camera_that_fails_for_longer_costs_steps_in_which_nothing_is_decided() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_fails: 50..75, ..Wrong::default() };
+    let patience = FaultPolicy { on_fault: OnFault::Dark, ..FaultPolicy::default() };
+    let outcome = real(folder.path(), wrong, patience, None);
+    let track = outcome.track.unwrap();
+    // Held at 10, 11 and 12; 13 and 14 are missed; the experiment is not longer for it.
+    assert_eq!(steps(&track), (0..=12).chain(15..=60).collect::<Vec<_>>());
+    assert_eq!(track.samples[13].time_s, 75.0 * 60.0);
+    let missed = outcome.events.iter().filter(|(_, kind)| *kind == EventKind::Missed).count();
+    assert_eq!(missed, 2);
+    assert!(outcome.hand.0.borrow().lights[1..].contains(&None), "dark meanwhile");
+    assert_eq!(track.samples[12].light, outcome.rows[12].decided);
+}
+
+#[test]
+fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_fails: 50..10_000, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
+    let error = outcome.track.unwrap_err();
+    assert!(matches!(&error, RecordError::Paused(why) if why == "no believed plant for 12 steps"), "{error}");
+    assert_eq!(outcome.rows.len(), 13);
+    assert_eq!(outcome.events.last(), Some(&(105, EventKind::Paused)));
+    let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
+    assert_eq!(*steps(&outcome.track.unwrap()).last().unwrap(), 60);
+}
+
+#[test]
+fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided() {
+    let folder = tempfile::tempdir().unwrap();
+    let dark_at = vec![50, 55, 60, 65, 70];
+    let patience = FaultPolicy { flash_tries: 1, ..FaultPolicy::default() };
+    let outcome = real(folder.path(), Wrong { dark_at, ..Wrong::default() }, patience, None);
+    // As for a camera that fails: held at 10, 11 and 12; from 13 on nothing is decided, until the plant, which has grown
+    // in the dark, is believed again. What was seen is written down.
+    let track = outcome.track.unwrap();
+    let back = outcome.rows[13..].iter().find(|row| row.seen.is_measured()).unwrap().step;
+    assert!(back >= 15);
+    assert_eq!(steps(&track), (0..=12).chain(back..=60).collect::<Vec<_>>());
+    assert_eq!(outcome.rows.len(), 61);
+    assert!(outcome.rows[13..back as usize].iter().all(|row| row.decided.is_none()));
+    assert!(outcome.rows[13].photo_bytes > 0);
+    use EventKind::{Clock, Held, Lost, Missed, Recovered};
+    let missed = (13..back).map(|step| (5 * step, Missed));
+    let wanted =
+        [(50, Held), (60, Lost)].into_iter().chain(missed).chain([(5 * back, Recovered), (105, Clock)]);
+    assert_eq!(outcome.events, wanted.collect::<Vec<_>>());
+    let lights = &outcome.hand.0.borrow().lights;
+    assert_eq!(
+        lights[1..lights.len() - 1].iter().filter(|light| light.is_none()).count(),
+        0,
+        "the lamp stays lit"
+    );
+    let (world, _) = open_with(folder.path(), true, Wrong::default(), Supervision::default()).unwrap();
+    world.folder().write_track(&track).unwrap();
+    let written = files::read_track(&folder.path().join("track.csv")).unwrap();
+    let photo = format!("{back:06}.jpg");
+    assert_eq!((written.samples[13].step, &written.columns[0].values[13]), (back, &photo));
+}
+
+#[test]
+fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
+    let dark_at: Vec<u32> = (0..7).map(|step| 50 + 5 * step).collect();
+    for on_fault in [OnFault::Hold, OnFault::Dark] {
+        let go_on = |path: &Path, ends_at: Option<u32>| {
+            let care = Supervision {
+                patience: FaultPolicy { hold_steps: 3, on_fault, ..FaultPolicy::unlimited() },
+                watcher: Box::new(Ears { ends_at, ..Ears::default() }),
+                lamps_in_view: None,
+            };
+            let wrong = Wrong { dark_at: dark_at.clone(), ..Wrong::default() };
+            let (mut world, _) = open_with(path, true, wrong, care).unwrap();
+            run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched)
+        };
+        let whole = tempfile::tempdir().unwrap();
+        let track = go_on(whole.path(), None).unwrap();
+        let back = steps(&track)[13];
+        assert!(back >= 17);
+        assert_eq!(steps(&track), (0..=12).chain(back..=60).collect::<Vec<_>>());
+        for ends_at in [24, 28, 32, 40] {
+            let folder = tempfile::tempdir().unwrap();
+            assert!(matches!(go_on(folder.path(), Some(ends_at)), Err(RecordError::Stopped)));
+            assert_eq!(
+                go_on(folder.path(), None).unwrap(),
+                track,
+                "{on_fault:?}, broken off at beat {ends_at}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_dark_photograph_is_taken_again_at_once() {
+    use EventKind::{Clock, Dark, Held};
+    for (dark, photographs, wanted) in [
+        (vec![11], 62, vec![(50, Dark), (105, Clock)]),
+        (vec![11, 12], 62, vec![(50, Dark), (50, Held), (105, Clock)]),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let is_dark_twice = dark.len() > 1;
+        let outcome = real(folder.path(), Wrong { dark, ..Wrong::default() }, FaultPolicy::default(), None);
+        assert_eq!(outcome.events, wanted);
+        assert_eq!(outcome.hand.0.borrow().photographs, photographs);
+        assert_eq!(outcome.rows[10].seen.is_measured(), !is_dark_twice);
+        let text = if is_dark_twice { "dark again: is the flash dead?" } else { "taken again: bright" };
+        assert!(outcome.texts[1].contains(text), "{:?}", outcome.texts);
+    }
+}
+
+#[test]
+fn a_camera_that_is_moved_is_told_and_far_enough_pauses_the_run() {
+    use EventKind::{Clock, Moved, Paused};
+    // One pixel of 200 is 13 of the paper's 2592, four are 52.
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = |right| Wrong { moved: Some((50, right)), ..Wrong::default() };
+    let outcome = real(folder.path(), wrong(1), FaultPolicy::default(), None);
+    assert_eq!(outcome.events, [(55, Moved), (105, Clock)], "{:?}", outcome.texts);
+    let shift = |row: usize| outcome.rows[row].seen.shift.unwrap();
+    assert!(shift(9).distance(Pixel::default()) == 0.0 && shift(10).distance(Pixel::new(1.0, 0.0)) < 0.4);
+
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), wrong(4), FaultPolicy::default(), None);
+    assert_eq!(outcome.events, [(55, Moved), (55, Paused)], "{:?}", outcome.texts);
+    let error = outcome.track.unwrap_err().to_string();
+    assert!(error.starts_with("paused: the camera was moved: its picture stands +"), "{error}");
+    // Whoever goes on has seen where it stands now.
+    let outcome = real(folder.path(), wrong(4), FaultPolicy::default(), None);
+    assert_eq!(outcome.events, [(105, Clock)], "{:?}", outcome.texts);
+    assert!(outcome.track.is_ok());
+}
+
+#[test]
+fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let ears = Ears { hot: 10..13, ..Ears::default() };
+    let care = Supervision { watcher: Box::new(ears.clone()), ..Supervision::default() };
+    let (mut world, _) = open_with(folder.path(), true, Wrong::default(), care).unwrap();
+    run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched).unwrap();
+    let heard = ears.heard.borrow();
+    let told: Vec<_> = heard[1..].iter().map(|event| (event.step, event.kind, event.text.as_str())).collect();
+    use EventKind::{Computer, Recovered};
+    assert_eq!(told, [(9, Computer, "90 degrees"), (12, Recovered, "temperature: right again")]);
+}
+
+#[test]
+fn a_lamp_that_does_not_obey_is_told_again_until_it_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { lamps_fail: 50..58, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
+    assert_eq!(steps(&outcome.track.unwrap()).len(), 61);
+    use EventKind::{Clock, Lamp, Recovered};
+    // Not at the next step but as soon as it obeys.
+    assert_eq!(outcome.events, [(50, Lamp), (55, Lamp), (58, Recovered), (105, Clock)]);
+    assert!(!outcome.rows[10].is_done && outcome.rows[11].is_done);
+    let wrong = Wrong { lamps_fail: 50..10_000, ..Wrong::default() };
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
+    assert!(matches!(outcome.track, Err(RecordError::Paused(why)) if why.contains("no lamp for 12 steps")));
+}
+
+#[test]
+fn a_lamp_that_says_it_obeys_and_does_not_is_seen_in_the_photograph() {
+    let folder = tempfile::tempdir().unwrap();
+    // The hand-written controller changes lamps now and then, and the lamps then stay as they were.
+    let wrong = Wrong { lamps_lie: 0..10_000, ..Wrong::default() };
+    let patience = FaultPolicy { pause_steps: 5, ..FaultPolicy::default() };
+    let outcome = real(folder.path(), wrong, patience, None);
+    let error = outcome.track.unwrap_err().to_string();
+    assert!(error.contains("found dark lit in the photograph, wanted right, 5 in a row"), "{error}");
+    assert_eq!(outcome.rows[1].lit, Some(None));
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
+    let seen: Vec<_> = outcome.rows[1..].iter().map(|row| row.lit.unwrap()).collect();
+    let decided: Vec<_> = outcome.rows[..60].iter().map(|row| row.decided).collect();
+    assert_eq!(seen, decided);
+}
+
+#[test]
+fn steps_whose_time_has_passed_are_missed_and_none_come_in_a_burst() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { camera_takes: vec![(50, 17.0), (100, 5.6)], ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
+    // Begun at 50 and over at 67: 55 and 60 are missed, and 65 would be two minutes late. At 105.6, 105 is in time.
+    let track = outcome.track.unwrap();
+    assert_eq!(steps(&track), (0..=10).chain(14..=60).collect::<Vec<_>>());
+    use EventKind::{Clock, Late, Missed};
+    assert_eq!(outcome.events, [(67, Missed), (105, Late), (105, Clock)]);
+    assert!(
+        outcome.texts[1].starts_with("3 without a photograph and a decision: step 11 would be 720 s late")
+    );
+    let begun: Vec<f64> =
+        outcome.rows.iter().map(|row| row.begun.unwrap().since_start.as_secs_f64() - row.time_s).collect();
+    assert!(begun.iter().all(|late| (0.0..=60.0).contains(late)), "{begun:?}");
+}
+
+#[test]
+fn the_clock_on_the_wall_moves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
+    assert_eq!(outcome.events, [(105, EventKind::Clock)]);
+    assert!(outcome.texts[1].contains("set by +7200 s"), "{:?}", outcome.texts);
+    assert_eq!(steps(&outcome.track.unwrap()), (0..=60).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_run_that_is_asked_to_end_ends_while_it_waits_and_goes_on_with_its_lamp_lit_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), Some(40));
+    assert!(matches!(outcome.track, Err(RecordError::Stopped)));
+    let rows = outcome.rows.len();
+    assert_eq!(outcome.hand.0.borrow().lights.last(), Some(&None), "dark when it ends");
+    let wrong = Wrong { is_real: true, ..Wrong::default() };
+    let (world, hand) = open_with(folder.path(), true, wrong, Supervision::default()).unwrap();
+    let lit = world.folder().rows().unwrap()[rows - 1].decided;
+    assert!(lit.is_some());
+    assert_eq!(hand.0.borrow().lights, [lit], "before anything else");
+    drop(world);
+    let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
+    assert_eq!(steps(&outcome.track.unwrap()).len(), 61);
+}
+
+#[test]
+fn a_run_goes_on_with_the_photographs_that_it_needs_and_says_which_are_damaged() {
+    let dark = [95, 100];
+    let (_, track) = whole(&dark);
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &dark, 27);
+    let photo = |step: u32| folder.path().join(format!("photographs/{step:06}.jpg"));
+    // Only the first few, the last dozen that were believed and those after them are needed.
+    (6..12).for_each(|step| std::fs::remove_file(photo(step)).unwrap());
+    let (resumed, _) = go(folder.path(), true, &dark, 36);
+    assert_eq!(resumed.samples[..], track.samples[..36]);
+    std::fs::write(photo(0), b"no photograph").unwrap();
+    std::fs::remove_file(photo(35)).unwrap();
+    let (resumed, _) = go(folder.path(), true, &dark, usize::MAX);
+    assert_eq!(resumed.samples.len(), 61);
+    let journal = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap();
+    let damaged: Vec<_> =
+        journal.events().unwrap().into_iter().filter(|event| event.kind == EventKind::Damaged).collect();
+    assert_eq!(damaged.iter().map(|event| event.step).collect::<Vec<_>>(), [0, 35]);
+    assert!(damaged[0].text.contains("000000.jpg: found 13 bytes with SHA-256"), "{}", damaged[0].text);
+}
+
+#[test]
+fn what_happened_to_a_run_stands_in_its_journal() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 20);
+    go(folder.path(), true, &[], 30);
+    let journal = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap();
+    let events: Vec<_> =
+        journal.events().unwrap().into_iter().map(|event| (event.step, event.kind, event.text)).collect();
+    assert_eq!(events[0], (0, EventKind::Started, "the run begins".to_owned()));
+    assert_eq!(
+        events[1],
+        (19, EventKind::Resumed, "found 20 steps, going on; right is lit as before".to_owned())
+    );
+    assert_eq!(journal.state().unwrap().unwrap().kind, EventKind::Resumed);
+}

@@ -1,0 +1,135 @@
+//! The virtual tent as a rig: seen through photographs alone, near to what is true, and the same after an interruption
+//! whatever goes wrong.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Duration;
+
+use tropism::control::periodic::Periodic;
+use tropism::environment::run;
+use tropism::geometry::Point;
+use tropism::greenhouse::fault::Faults;
+use tropism::greenhouse::scene::Scene;
+use tropism::greenhouse::tent::{Greenhouse, Witness};
+use tropism::light::Light;
+use tropism::observation::Quality;
+use tropism::photo::Photo;
+use tropism::rig::Durability;
+use tropism::rig::{Clock, Lamps, Rig};
+use tropism::task::Task;
+use tropism::track::Track;
+use tropism::vision::VisionConfig;
+use tropism_lab::{Recorded, RunFolder, Supervision};
+
+/// What is seen of a run: its track, where the top truly is at each step, and its photographs from the side.
+type Told = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
+
+/// Goes on with the run in `path` for at most `samples`.
+fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told {
+    let (device, eye) = greenhouse.open(3, &VisionConfig::default()).unwrap();
+    let hand = || device.clone();
+    let rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300));
+    let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
+    let mut world = Recorded::new(rig, folder, Supervision::default()).unwrap();
+    let mut left = samples;
+    let mut side = BTreeMap::new();
+    let mut watch = |_: &_| {
+        side.extend(device.side_photograph());
+        left -= 1;
+        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let mut controller = Periodic::new(30, Light::Right);
+    let track = run(&mut world, &mut controller, &Task::open_loop(steps), &mut watch).unwrap();
+    let truth = String::from_utf8(device.truth_csv()).unwrap();
+    let top = |line: &str| {
+        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
+        Point::new(numbers[1], numbers[2])
+    };
+    (track, truth.lines().skip(1).map(top).collect(), side)
+}
+
+#[test]
+fn tips_in_photographs_are_where_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let (track, truth, side) = go(&Greenhouse::default(), folder.path(), 150, usize::MAX);
+    assert_eq!((track.samples.len(), truth.len(), side.len()), (151, 151, 0));
+    let mut off: Vec<f64> =
+        track.samples.iter().zip(&truth).map(|(sample, top)| sample.tip.distance(*top)).collect();
+    off.sort_by(f64::total_cmp);
+    assert!(off[75] < 0.08 && off[143] < 0.2, "median {:.3} cm, 95 % {:.3} cm", off[75], off[143]);
+    assert!(track.samples.iter().all(|sample| sample.quality == Quality::Measured));
+}
+
+#[test]
+fn what_is_true_is_told_from_both_sides() {
+    let scene = Scene { cameras: 2, ..Scene::default() };
+    let greenhouse = Greenhouse { scene, ..Greenhouse::default() };
+    let (mut device, _) = greenhouse.open(5, &VisionConfig::default()).unwrap();
+    device.light(Some(Light::Right)).unwrap();
+    assert!(
+        device.wait_until(Duration::from_secs(20 * 3600), &mut || ControlFlow::Continue(())).is_continue()
+    );
+    let (step, bytes) = device.side_photograph().unwrap();
+    assert_eq!(step, 240);
+    let text = String::from_utf8(device.truth_json()).unwrap();
+    let witnesses: Vec<Witness> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let [first, last] = &witnesses[..] else { panic!("{text}") };
+    assert_eq!((first.step, first.lit, last.step, last.lit), (0, None, 240, Some(Light::Right)));
+    let (front, side) = (&last.front, last.side.as_ref().unwrap());
+    // It leans to the right, so towards the side camera, which sees it larger and no less high.
+    assert!(front.apex.x > 1.0 && side.apex.x.abs() < front.apex.x, "{front:?} {side:?}");
+    assert!(side.top.y != front.top.y && (side.top.y - front.top.y).abs() < 1.5, "{side:?}");
+    for truth in [front, side] {
+        let line = &truth.midline.0;
+        assert!(line[0].distance(Point::new(0.0, 0.0)) < 1e-3);
+        assert!(line.windows(2).all(|pair| pair[0].distance(pair[1]) < 0.2), "dense");
+        assert!(truth.leaves.iter().all(|leaf| leaf.0.len() > 30));
+    }
+    // The paper's own detector finds it in the side photograph, too.
+    let image = Photo { name: String::new(), bytes, time_s: 0.0 }.decode().unwrap();
+    let top = greenhouse.scene.frame().pixel(side.top);
+    let green = |x: usize, y: usize| i32::from(image.at(x, y)[1]);
+    let row = (0..image.height).find(|&y| {
+        (top.x as usize - 12..top.x as usize + 12)
+            .any(|x| green(x, y) > 110 && green(x, y) > i32::from(image.at(x, y)[2]) + 40)
+    });
+    assert!((row.unwrap() as f64 - top.y).abs() < 3.0, "row {row:?}, true {top:?}");
+    let one = Greenhouse::default().open(5, &VisionConfig::default()).unwrap().0;
+    assert!(one.side_photograph().is_none());
+}
+
+#[test]
+fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
+    let rate = 0.05;
+    let faults = Faults {
+        lamp_fails: rate,
+        missed_flash: rate,
+        leaf_across: rate,
+        nudged: rate,
+        glare: rate,
+        fly: rate,
+        condensation: rate,
+        half_written: rate,
+        repeated: rate,
+        dropped: rate,
+    };
+    let scene = Scene { cameras: 2, width: 324, height: 243, ..Scene::default() };
+    let greenhouse = Greenhouse { faults, scene, ..Greenhouse::default() };
+    let [whole, broken] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let (track, truth, side) = go(&greenhouse, whole.path(), 60, usize::MAX);
+    assert!(side.len() == 61 && side.values().any(Vec::is_empty), "a photograph from the side is dropped");
+    let repeated = |step: &u64| step > &0 && side[step] == side[&(step - 1)] && !side[step].is_empty();
+    assert!(side.keys().any(repeated), "a photograph from the side is repeated");
+    assert!(track.samples.iter().any(|sample| sample.quality == Quality::Held), "something is not seen");
+    for samples in [1, 4, 5, 17, 18, 40] {
+        go(&greenhouse, broken.path(), 60, samples);
+    }
+    // Photographs from the side of steps that are lived through again are drawn again, and are the same.
+    assert!(go(&greenhouse, broken.path(), 60, usize::MAX) == (track, truth, side));
+    for step in 0..=60 {
+        let name = format!("photographs/{step:06}.jpg");
+        let [one, other] = [&whole, &broken].map(|folder| std::fs::read(folder.path().join(&name)).unwrap());
+        assert!(one == other, "{name}");
+    }
+}

@@ -1,0 +1,129 @@
+//! Figure 2: all photographs of an experiment in one picture.
+
+use jpeg_encoder::{ColorType, Encoder};
+
+use super::{Body, Figure, Plants};
+use tropism::photo::Image;
+
+/// Largest sides of a composite in a figure, in pixels.
+const MAX_WIDTH: usize = 400;
+const MAX_HEIGHT: usize = 480;
+
+const JPEG_QUALITY: u8 = 82;
+
+/// The lightest value of every pixel and channel over photographs: before dark cloth, a plant leaves a print of each of
+/// its postures.
+///
+/// Photographs are added one by one, so that thousands of them need the memory of one.
+#[derive(Clone, Debug, Default)]
+pub struct Composite {
+    lightest: Option<Image>,
+}
+
+impl Composite {
+    /// Adds a photograph; one whose size differs from the first is left out.
+    pub fn add(&mut self, photograph: &Image) {
+        match &mut self.lightest {
+            None => self.lightest = Some(photograph.clone()),
+            Some(image) if (image.width, image.height) == (photograph.width, photograph.height) => {
+                for (value, other) in image.rgb.iter_mut().zip(&photograph.rgb) {
+                    *value = (*value).max(*other);
+                }
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// The composite as it stands; `None` before the first photograph.
+    #[must_use]
+    pub const fn image(&self) -> Option<&Image> {
+        self.lightest.as_ref()
+    }
+}
+
+impl FromIterator<Image> for Composite {
+    fn from_iter<T: IntoIterator<Item = Image>>(photographs: T) -> Self {
+        photographs.into_iter().fold(Self::default(), |mut composite, photograph| {
+            composite.add(&photograph);
+            composite
+        })
+    }
+}
+
+/// Figure 2: the composite of each experiment, side by side, at most 400 x 480 pixels each.
+#[must_use]
+pub fn composite(experiments: &[Composite], plants: Plants) -> Figure {
+    let jpegs = experiments.iter().filter_map(Composite::image).filter_map(|image| jpeg(&reduced(image)));
+    Figure {
+        number: "2",
+        title: "The experiments, each in one picture".to_owned(),
+        caption: format!(
+            "The lightest value of every pixel over the photographs of an experiment; from left to right in the order \
+             of the experiments. {}",
+            plants.sentence()
+        ),
+        body: Body::Jpegs(jpegs.collect()),
+    }
+}
+
+/// The picture at a whole fraction of its size that fits the figure: means of blocks, ragged edges cut off.
+fn reduced(image: &Image) -> Image {
+    let factor = image.width.div_ceil(MAX_WIDTH).max(image.height.div_ceil(MAX_HEIGHT)).max(1);
+    let (width, height) = ((image.width / factor).max(1), (image.height / factor).max(1));
+    let mut rgb = Vec::with_capacity(3 * width * height);
+    for (row, column) in (0..height).flat_map(|row| (0..width).map(move |column| (row, column))) {
+        let mut sums = [0_usize; 3];
+        let (rows, columns) = (factor.min(image.height), factor.min(image.width));
+        for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+            for (sum, value) in sums.iter_mut().zip(image.at(column * factor + x, row * factor + y)) {
+                *sum += usize::from(value);
+            }
+        }
+        rgb.extend(sums.map(|sum| (sum / (rows * columns)) as u8));
+    }
+    Image { width, height, rgb }
+}
+
+/// JPEG bytes of a picture; `None` for one without pixels.
+fn jpeg(image: &Image) -> Option<Vec<u8>> {
+    let (width, height) = (u16::try_from(image.width).ok()?, u16::try_from(image.height).ok()?);
+    let mut bytes = Vec::new();
+    Encoder::new(&mut bytes, JPEG_QUALITY).encode(&image.rgb, width, height, ColorType::Rgb).ok()?;
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tropism::photo::Photo;
+
+    fn plain(width: usize, height: usize, colour: [u8; 3]) -> Image {
+        Image { width, height, rgb: colour.repeat(width * height) }
+    }
+
+    #[test]
+    fn the_lightest_value_of_each_channel_stays() {
+        let photographs = [plain(4, 2, [10, 200, 0]), plain(4, 2, [90, 20, 0]), plain(2, 2, [255; 3])];
+        let composite: Composite = photographs.into_iter().collect();
+        assert_eq!(composite.image(), Some(&plain(4, 2, [90, 200, 0])));
+    }
+
+    #[test]
+    fn pictures_are_reduced_to_fit() {
+        let image = reduced(&plain(720, 480, [7, 8, 9]));
+        assert_eq!(image, plain(360, 240, [7, 8, 9]));
+        assert_eq!(reduced(&plain(3000, 1, [1; 3])), plain(375, 1, [1; 3]));
+    }
+
+    #[test]
+    fn figure_2_holds_a_jpeg_of_each_experiment_that_has_photographs() {
+        let green: Composite = [plain(720, 480, [20, 180, 40])].into_iter().collect();
+        let Body::Jpegs(jpegs) = composite(&[green, Composite::default()], Plants::Real).body else {
+            panic!()
+        };
+        assert_eq!(jpegs.len(), 1);
+        let photo = Photo { name: String::new(), bytes: jpegs[0].clone(), time_s: 0.0 };
+        let [red, green, blue] = photo.decode().unwrap().at(100, 100);
+        assert!(red.abs_diff(20) < 6 && green.abs_diff(180) < 6 && blue.abs_diff(40) < 6);
+    }
+}

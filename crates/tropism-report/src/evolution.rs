@@ -1,0 +1,140 @@
+//! Figure 6: how fitness grew over the generations.
+
+use super::plot::{Axis, Path, Plot, nice_step};
+use super::{Body, Figure, Plants};
+
+/// About so many boxes are drawn, as in the paper.
+const BOXES: f64 = 20.0;
+
+/// Figure 6a: box plots over runs of the best fitness of a generation, in cm; `runs[run][generation - 1]`.
+///
+/// Boxes reach from the 25th to the 75th percentile with the median in them, whiskers to the minimum and the maximum.
+/// They stand at generation 1 and at round generations (every hundredth of 2000). A run that ended early counts as long
+/// as it ran.
+#[must_use]
+pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
+    let generations = runs.iter().map(Vec::len).max().unwrap_or(0);
+    let step = (nice_step(generations as f64 / BOXES * 8.0).max(1.0)) as usize;
+    let shown = (1..=generations).filter(|generation| *generation == 1 || generation % step == 0);
+    let boxes: Vec<(usize, [f64; 5])> = shown
+        .filter_map(|generation| {
+            let fitness = runs.iter().filter_map(|run| run.get(generation - 1)).copied();
+            Some((generation, five_numbers(fitness)?))
+        })
+        .collect();
+    let y = Axis::over("best fitness (cm)", (0.0, 16.0), boxes.iter().flat_map(|(_, numbers)| *numbers));
+    let last = generations.max(1) as f64;
+    let room = 0.03 * last;
+    let mut plot = Plot::new(axis_of_generations(-room, last + room), y, (372.0, 270.0), 18.0, 28.0);
+    let half = (0.32 * step as f64 * plot.scale()).clamp(1.5, 7.0);
+    plot.line("median thin", boxes.iter().map(|(generation, numbers)| (*generation as f64, numbers[2])));
+    for (generation, numbers) in &boxes {
+        draw_box(&mut plot, *generation as f64, numbers, half);
+    }
+    Figure {
+        number: "6a",
+        title: format!("Best fitness, {} runs", runs.len()),
+        caption: format!(
+            "Fitness of the best controller of a generation over independent evolutionary runs: minimum, quartiles and \
+             maximum, the median as a bar. {}",
+            plants.sentence()
+        ),
+        body: Body::Svg(plot.finish()),
+    }
+}
+
+fn axis_of_generations(from: f64, to: f64) -> Axis {
+    Axis { label: "generation", from, to, tick: super::plot::number }
+}
+
+fn draw_box(plot: &mut Plot, generation: f64, numbers: &[f64; 5], half: f64) {
+    let [minimum, low, median, high, maximum] = numbers.map(|value| plot.place(generation, value).1);
+    let (x, _) = plot.place(generation, 0.0);
+    let mut whiskers = Path::default();
+    whiskers.line(&[(x, minimum), (x, maximum)]);
+    for end in [minimum, maximum] {
+        whiskers.line(&[(x - half / 2.0, end), (x + half / 2.0, end)]);
+    }
+    plot.path("thin", &whiskers);
+    let mut outline = Path::default();
+    outline.line(&[(x - half, low), (x + half, low), (x + half, high), (x - half, high), (x - half, low)]);
+    plot.fill("box", &outline);
+    let mut bar = Path::default();
+    bar.line(&[(x - half, median), (x + half, median)]);
+    plot.path("bold best", &bar);
+}
+
+/// Minimum, quartiles (between neighbours in proportion) and maximum; `None` without finite values.
+fn five_numbers(values: impl Iterator<Item = f64>) -> Option<[f64; 5]> {
+    let mut sorted: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    Some([0.0, 0.25, 0.5, 0.75, 1.0].map(|share| {
+        let place = share * last as f64;
+        let (low, high) = (place.floor() as usize, place.ceil() as usize);
+        sorted[low] + (place - place.floor()) * (sorted[high] - sorted[low])
+    }))
+}
+
+/// Figure 6b: best and mean fitness of each generation of one run, in cm.
+#[must_use]
+pub fn fitness_run(best: &[f64], mean: &[f64], plants: Plants) -> Figure {
+    let last = best.len().max(mean.len()).max(2) as f64;
+    let y = Axis::over("fitness (cm)", (0.0, 16.0), best.iter().chain(mean).copied());
+    let mut plot = Plot::new(axis_of_generations(0.0, last), y, (372.0, 270.0), 18.0, 28.0);
+    for (class, fitness) in [("thin mean", mean), ("bold best", best)] {
+        plot.line(class, (1..).map(f64::from).zip(fitness.iter().copied()));
+    }
+    plot.legend(&[("best", "best"), ("mean", "mean")]);
+    Figure {
+        number: "6b",
+        title: "One run".to_owned(),
+        caption: format!("Best and mean fitness of each generation of one run. {}", plants.sentence()),
+        body: Body::Svg(plot.finish()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use proptest::prelude::*;
+
+    fn rising(run: usize, generations: usize) -> Vec<f64> {
+        (0..generations).map(|at| 14.0 - 12.0 / (1.0 + (at * (run + 2)) as f64 / 60.0)).collect()
+    }
+
+    #[test]
+    fn figure_6a_is_golden() {
+        let runs: Vec<Vec<f64>> = (0..5).map(|run| rising(run, 200)).collect();
+        testing::golden(&fitness_boxes(&runs, Plants::ModelOfVirtual));
+    }
+
+    #[test]
+    fn figure_6b_is_golden() {
+        let best = rising(3, 200);
+        let mean: Vec<f64> = best.iter().map(|fitness| fitness - 4.0).collect();
+        testing::golden(&fitness_run(&best, &mean, Plants::ModelOfReal));
+    }
+
+    #[test]
+    fn quartiles_lie_between_neighbours() {
+        assert_eq!(five_numbers([4.0, 1.0, 2.0, 3.0].into_iter()), Some([1.0, 1.75, 2.5, 3.25, 4.0]));
+        assert_eq!(five_numbers([7.0].into_iter()), Some([7.0; 5]));
+        assert_eq!(five_numbers([].into_iter()), None);
+    }
+
+    proptest! {
+        #[test]
+        fn five_numbers_are_in_order(values in prop::collection::vec(-1e3..1e3, 1..40)) {
+            let numbers = five_numbers(values.into_iter()).unwrap();
+            prop_assert!(numbers.is_sorted());
+        }
+    }
+
+    #[test]
+    fn two_thousand_generations_have_the_boxes_of_the_paper() {
+        let Body::Svg(svg) = fitness_boxes(&[rising(1, 2000)], Plants::ModelOfVirtual).body else { panic!() };
+        assert_eq!(svg.matches("fill box").count(), 21);
+    }
+}

@@ -1,0 +1,222 @@
+//! Figures and tables of an experiment, beside the paper's.
+//!
+//! In come tracks, photographs and numbers; out come [`Figure`]s (SVG text or JPEG bytes) and one [`Page`] of HTML that
+//! needs nothing beside it. Everything here is a pure function of its arguments: the same data give the same bytes.
+//! Colours are CSS classes, so that a figure is legible on light ground, on dark ground and in print.
+//!
+//! # References
+//! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 9, doi:10.1109/SASO.2016.8.
+
+mod animation;
+mod colour;
+mod composite;
+mod decision;
+mod evolution;
+mod film;
+mod kinematics;
+mod lettering;
+mod network;
+mod page;
+mod picture;
+mod plot;
+mod shifts;
+mod speed;
+mod stems;
+mod trajectories;
+
+pub use animation::{Animation, AnimationError};
+pub use composite::{Composite, composite};
+pub use decision::{Steered, decision, decision_text, rule};
+pub use evolution::{fitness_boxes, fitness_run};
+pub use film::{Film, Step};
+pub use kinematics::{Kinematic, kinematics};
+pub use network::{network, network_dot};
+pub use page::{NumberRow, Page, Table};
+pub use picture::{cropped, scaled};
+pub use shifts::shift_maps;
+pub use speed::speed;
+pub use stems::{LitStem, stems};
+pub use trajectories::{directions, steering, trajectories};
+
+/// What kind of plants results come from: every caption and every page says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plants {
+    /// Plants that grew.
+    Real,
+    /// Virtual beans in the virtual tent.
+    Virtual,
+    /// The tip-motion model made from real plants.
+    ModelOfReal,
+    /// The tip-motion model made from virtual plants.
+    ModelOfVirtual,
+}
+
+impl Plants {
+    /// Whether virtual plants stand anywhere behind the results.
+    #[must_use]
+    pub const fn is_virtual(self) -> bool {
+        matches!(self, Self::Virtual | Self::ModelOfVirtual)
+    }
+
+    /// The sentence that ends a caption.
+    #[must_use]
+    pub const fn sentence(self) -> &'static str {
+        match self {
+            Self::Real => "The plants are real.",
+            Self::Virtual => "The plants are virtual.",
+            Self::ModelOfReal => "In simulation: a model of real plants.",
+            Self::ModelOfVirtual => "In simulation: a model of virtual plants.",
+        }
+    }
+}
+
+/// A numbered figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// The paper's number, such as `4a`.
+    pub number: &'static str,
+    /// A few words.
+    pub title: String,
+    /// What it shows, and whether the plants are real or virtual.
+    pub caption: String,
+    /// What is drawn.
+    pub body: Body,
+}
+
+/// What a figure is drawn with.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Body {
+    /// One `<svg>` whose colours are the classes of the page's style sheet.
+    Svg(String),
+    /// JPEG pictures, side by side.
+    Jpegs(Vec<Vec<u8>>),
+}
+
+impl Figure {
+    /// The figure as files of its own, names and bytes: `figure-4a.svg` with its style sheet in it, or
+    /// `figure-2-1.jpg` and so on.
+    #[must_use]
+    pub fn files(&self) -> Vec<(String, Vec<u8>)> {
+        let number = self.number;
+        match &self.body {
+            Body::Svg(svg) => {
+                let (head, rest) = svg.split_once('>').unwrap_or((svg, ""));
+                let style = colour::style();
+                let file = format!(
+                    "{} xmlns=\"http://www.w3.org/2000/svg\"><style>{style}</style>{rest}\n",
+                    head.trim_end()
+                );
+                vec![(format!("figure-{number}.svg"), file.into_bytes())]
+            }
+            Body::Jpegs(jpegs) => (1..)
+                .zip(jpegs)
+                .map(|(index, jpeg)| (format!("figure-{number}-{index}.jpg"), jpeg.clone()))
+                .collect(),
+        }
+    }
+}
+
+/// Figures in one SVG file with its style sheet, beside each other as far as they fit and else below; pictures are left
+/// out.
+#[must_use]
+pub fn in_one_svg(figures: &[Figure]) -> String {
+    const GAP: f64 = 24.0;
+    const WIDEST: f64 = 960.0;
+    let (mut place, mut row, mut width, mut panels) = ((0.0, 0.0), 0.0_f64, 0.0_f64, String::new());
+    for figure in figures {
+        let Body::Svg(svg) = &figure.body else { continue };
+        let (wide, high) = plot::size(svg);
+        if place.0 > 0.0 && place.0 + wide > WIDEST {
+            place = (0.0, place.1 + row + GAP);
+            row = 0.0;
+        }
+        let (x, y) = place;
+        let frame = format!("<svg x=\"{x}\" y=\"{y}\" width=\"{wide}\" height=\"{high}\"");
+        panels += &svg.replacen("<svg", &frame, 1);
+        width = width.max(x + wide);
+        row = row.max(high);
+        place.0 += wide + GAP;
+    }
+    let (style, height) = (colour::style(), place.1 + row);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\"><style>{style}</style>{panels}</svg>\n"
+    )
+}
+
+#[cfg(test)]
+mod testing;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tropism::geometry::Point;
+    use tropism::track::Track;
+
+    fn all(tracks: &[Track], runs: &[Vec<f64>]) -> Vec<Figure> {
+        let empty = Track::default();
+        let first = tracks.first().unwrap_or(&empty);
+        let best = runs.first().map_or(&[][..], Vec::as_slice);
+        let targets = [Point::new(3.0, 6.0)];
+        let mut figures = vec![
+            composite(&[], Plants::Real),
+            speed(tracks, Plants::Real),
+            trajectories(tracks, Plants::Real),
+            directions(tracks, Plants::Real),
+            fitness_boxes(runs, Plants::ModelOfReal),
+            fitness_run(best, best, Plants::ModelOfReal),
+            steering("8", "Reality", first, &targets, -3.25, Plants::Real),
+            steering("8", "Reality", first, &[], 0.0, Plants::Real),
+        ];
+        figures.extend(shift_maps(tracks, Plants::Real));
+        figures
+    }
+
+    #[test]
+    fn degenerate_data_still_make_figures() {
+        let one = testing::track(&[(0.0, 4.0, '-')]);
+        let still = testing::track(&[(0.0, 4.0, 'l'); 5]);
+        let huge = testing::track(&[(-1e300, 4.0, 'l'), (1e300, 1e-300, 'r'), (0.0, -1e300, 'r')]);
+        let cases: [(&[Track], &[Vec<f64>]); 6] = [
+            (&[], &[]),
+            (&[Track::default()], &[vec![]]),
+            (&[one], &[vec![1.0]]),
+            (&[still], &[vec![0.0, 0.0], vec![1.0]]),
+            (&[huge], &[vec![-1e300, 1e300]]),
+            (&testing::swings(9, 40), &[vec![f64::NAN, f64::INFINITY, 3.0]]),
+        ];
+        for (tracks, runs) in cases {
+            for figure in all(tracks, runs) {
+                if let Body::Svg(svg) = &figure.body {
+                    testing::assert_well_formed(svg);
+                    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{}: {svg}", figure.number);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn figures_stand_side_by_side_in_one_file_as_far_as_they_fit() {
+        let tracks = testing::swings(2, 20);
+        let figure = trajectories(&tracks, Plants::Real);
+        let Body::Svg(svg) = &figure.body else { panic!() };
+        let (wide, high) = plot::size(svg);
+        let all = in_one_svg(&[figure.clone(), figure.clone(), figure]);
+        testing::assert_well_formed(&all);
+        assert_eq!(plot::size(&all), (2.0 * wide + 24.0, 2.0 * high + 24.0));
+        for place in [(0.0, 0.0), (wide + 24.0, 0.0), (0.0, high + 24.0)] {
+            assert!(all.contains(&format!("<svg x=\"{}\" y=\"{}\"", place.0, place.1)), "{place:?}");
+        }
+        testing::assert_well_formed(&in_one_svg(&[]));
+    }
+
+    #[test]
+    fn captions_say_what_the_plants_are() {
+        let tracks = testing::swings(2, 20);
+        for figure in shift_maps(&tracks, Plants::Virtual).iter().chain(&[speed(&tracks, Plants::Virtual)]) {
+            assert!(figure.caption.ends_with("The plants are virtual."));
+        }
+        for figure in all(&tracks, &[vec![1.0]]) {
+            assert!(figure.caption.contains("real"), "{}", figure.caption);
+        }
+    }
+}

@@ -1,0 +1,408 @@
+//! A network as a picture: neurons from the inputs on the left to the outputs on the right, by their depth.
+
+use std::fmt::Write;
+
+use tropism_neat::{Activation, Genome, Neuron, NeuronKind};
+
+use super::plot::{Path, Place, Plot, number};
+use super::{Body, Figure};
+use tropism::control::anatomy::Anatomy;
+use tropism::control::network::{INPUTS, OUTPUTS};
+
+/// Radius of a neuron, in pixels.
+const RADIUS: f64 = 11.0;
+
+/// Pixels between the middles of two neurons of a column, and of two columns.
+const ROW: f64 = 44.0;
+const COLUMN: f64 = 84.0;
+
+/// A picture with more links than this says their weights only when they are pointed at.
+const MAX_WEIGHTS_WRITTEN: usize = 12;
+
+/// Sweeps over the columns by which links come to cross less.
+const SWEEPS: usize = 12;
+
+/// Points that a curve is drawn with.
+const CURVE: usize = 16;
+
+/// The network of `genome`: links as broad as their weights are large, recurrent ones as arcs with an arrow; neurons that
+/// do not reach an output are faint.
+#[must_use]
+pub fn network(genome: &Genome) -> Figure {
+    let anatomy = Anatomy::of(genome);
+    let layout = Layout::of(genome);
+    // Arcs rise above the highest neuron.
+    let mut plot = Plot::bare(layout.size, 96.0, 76.0);
+    draw_links(&mut plot, genome, &anatomy, &layout);
+    for (index, neuron) in genome.neurons().iter().enumerate() {
+        let class = if anatomy.is_live[index] { "neuron" } else { "neuron faint" };
+        let place = layout.place(&plot, index);
+        plot.named_disc(class, place, RADIUS, &mark(genome, index), &words(neuron));
+        let label = label(genome, index);
+        let (side, anchor) = match neuron.kind {
+            NeuronKind::Output => (RADIUS + 6.0, "start"),
+            _ => (-RADIUS - 6.0, "end"),
+        };
+        if !label.is_empty() {
+            plot.text("tick", (place.0 + side, place.1 + 4.0), anchor, &label);
+        }
+    }
+    plot.legend(&[("excites", "weight above 0"), ("inhibits", "below 0")]);
+    let count = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let hidden = genome.neurons().len() - genome.inputs() - 1 - genome.outputs();
+    Figure {
+        number: "network",
+        title: format!(
+            "Network: {}, {}",
+            count(hidden, "hidden neuron"),
+            count(genome.links().len(), "link")
+        ),
+        caption: format!(
+            "Signals run from left to right, one link a step; arcs with an arrow run back. Links are as broad as their \
+             weights are large. {}",
+            description(genome, &anatomy)
+        ),
+        body: Body::Svg(plot.finish()),
+    }
+}
+
+/// What kind of network it is, in a sentence.
+fn description(genome: &Genome, anatomy: &Anatomy) -> String {
+    let idle = genome.links().len() - anatomy.links;
+    let idle = match idle {
+        0 => String::new(),
+        _ => format!(" {idle} of the links do not reach the output (faint)."),
+    };
+    let kind = match (anatomy.is_linear, anatomy.has_memory) {
+        (true, _) => "The output is a weighted sum of the inputs, compared with a threshold.",
+        (false, false) => "Nothing runs in a circle: the network remembers no longer than it is deep.",
+        (false, true) => "Links run in a circle: the network can remember.",
+    };
+    format!("{kind}{idle}")
+}
+
+fn is_controller(genome: &Genome) -> bool {
+    (genome.inputs(), genome.outputs()) == (INPUTS, OUTPUTS)
+}
+
+/// What stands in a neuron.
+fn mark(genome: &Genome, index: usize) -> String {
+    let neuron = &genome.neurons()[index];
+    match neuron.kind {
+        NeuronKind::Bias => "1".to_owned(),
+        NeuronKind::Input if is_controller(genome) => ["x", "y"][index].to_owned(),
+        NeuronKind::Output if is_controller(genome) => "C".to_owned(),
+        _ => neuron.id.to_string(),
+    }
+}
+
+/// What stands beside a neuron.
+fn label(genome: &Genome, index: usize) -> String {
+    match genome.neurons()[index].kind {
+        NeuronKind::Hidden => String::new(),
+        NeuronKind::Bias => "bias".to_owned(),
+        NeuronKind::Input if is_controller(genome) => "tip".to_owned(),
+        NeuronKind::Input => format!("in {}", index + 1),
+        NeuronKind::Output if is_controller(genome) => "1: right lamp".to_owned(),
+        NeuronKind::Output => format!("out {}", index - genome.inputs()),
+    }
+}
+
+/// The name of an activation function as genome files spell it.
+fn name(activation: Activation) -> String {
+    serde_json::to_string(&activation).unwrap_or_default().trim_matches('"').to_owned()
+}
+
+fn words(neuron: &Neuron) -> String {
+    match neuron.kind {
+        NeuronKind::Input => format!("neuron {}: input", neuron.id),
+        NeuronKind::Bias => format!("neuron {}: bias, always 1", neuron.id),
+        NeuronKind::Output | NeuronKind::Hidden => format!(
+            "neuron {}: {}, slope {}, shift {}",
+            neuron.id,
+            name(neuron.activation),
+            number(neuron.a),
+            number(neuron.b)
+        ),
+    }
+}
+
+/// Where neurons stand: the column of each, and its height above the foot of the picture.
+struct Layout {
+    columns: Vec<usize>,
+    heights: Vec<f64>,
+    spacing: f64,
+    size: (f64, f64),
+}
+
+impl Layout {
+    fn of(genome: &Genome) -> Self {
+        let neurons = genome.neurons();
+        let mut depths: Vec<f64> = neurons.iter().map(|neuron| neuron.depth).collect();
+        depths.sort_by(f64::total_cmp);
+        depths.dedup();
+        let columns: Vec<usize> = neurons
+            .iter()
+            .map(|neuron| depths.partition_point(|depth| depth.total_cmp(&neuron.depth).is_lt()))
+            .collect();
+        let mut members: Vec<Vec<usize>> = vec![Vec::new(); depths.len()];
+        for (index, &column) in columns.iter().enumerate() {
+            members[column].push(index);
+        }
+        let most = members.iter().map(Vec::len).max().unwrap_or(1);
+        let height = ROW * most.max(4).max(depths.len() / 3) as f64;
+        let mut layout =
+            Self { heights: vec![0.0; neurons.len()], spacing: COLUMN, size: (0.0, height), columns };
+        for (column, members) in members.iter().enumerate() {
+            layout.stand(column, members);
+        }
+        layout.untangle(genome, &mut members);
+        let last = members.len().saturating_sub(1).max(1);
+        // Few columns have room between them; many make the picture no broader than a page is.
+        layout.spacing = COLUMN.min(840.0 / last as f64).max(300.0 / last as f64);
+        layout.size.0 = layout.spacing * last as f64;
+        layout
+    }
+
+    /// Spreads the neurons of a column over the height, in their order from the top.
+    fn stand(&mut self, column: usize, members: &[usize]) {
+        let height = self.size.1;
+        // Inner columns stand at different heights (steps of the golden section): links past them then meet fewer neurons.
+        let is_inner = column > 0 && self.columns.iter().any(|&other| other > column);
+        let shift = if is_inner { 0.15 + 0.7 * (0.618 * column as f64).fract() } else { 0.5 };
+        let gap = height / members.len() as f64;
+        for (row, &index) in members.iter().enumerate() {
+            self.heights[index] = height - gap * (row as f64 + shift);
+        }
+    }
+
+    /// Orders the inner columns by the mean heights of the neurons that theirs are linked with.
+    fn untangle(&mut self, genome: &Genome, members: &mut [Vec<usize>]) {
+        let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); genome.neurons().len()];
+        for link in genome.links() {
+            if let (Some(from), Some(to)) = (genome.position(link.from), genome.position(link.to))
+                && from != to
+            {
+                neighbours[from].push(to);
+                neighbours[to].push(from);
+            }
+        }
+        let inner = 1..members.len().saturating_sub(1).max(1);
+        for _ in 0..SWEEPS {
+            for column in inner.clone() {
+                let mean = |index: &usize| {
+                    let heights = neighbours[*index].iter().map(|&other| self.heights[other]);
+                    heights.sum::<f64>() / neighbours[*index].len().max(1) as f64
+                };
+                members[column].sort_by(|a, b| mean(b).total_cmp(&mean(a)));
+                self.stand(column, &members[column]);
+            }
+        }
+    }
+
+    fn place(&self, plot: &Plot, index: usize) -> Place {
+        plot.place(self.columns[index] as f64 * self.spacing, self.heights[index])
+    }
+}
+
+fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &Anatomy, layout: &Layout) {
+    let largest = genome.links().iter().map(|link| link.weight.abs()).fold(1e-9, f64::max);
+    let mut weights = Vec::new();
+    for link in genome.links() {
+        let (Some(from), Some(to)) = (genome.position(link.from), genome.position(link.to)) else { continue };
+        let curve = Curve::between(layout, plot, from, to);
+        let sign = if link.weight < 0.0 { "inhibits" } else { "excites" };
+        let class = if anatomy.is_live[to] { sign.to_owned() } else { format!("{sign} faint") };
+        let mut path = Path::default();
+        path.line(&(0..=CURVE).map(|at| curve.at(at as f64 / CURVE as f64)).collect::<Vec<_>>());
+        let width = 0.8 + 3.2 * link.weight.abs() / largest;
+        let words = format!("{} to {}: weight {}", link.from, link.to, number(link.weight));
+        plot.named_path(&class, width, &path, &words);
+        if curve.is_back {
+            plot.fill(&class, &curve.arrow());
+        }
+        weights.push((curve.at(if curve.is_back { 0.5 } else { 0.35 }), number(link.weight)));
+    }
+    if weights.len() <= MAX_WEIGHTS_WRITTEN {
+        for ((x, y), weight) in weights {
+            plot.text("tick halo", (x, y + 4.0), "middle", &weight);
+        }
+    }
+}
+
+/// A cubic curve from the edge of one neuron to the edge of another.
+struct Curve {
+    points: [Place; 4],
+    is_back: bool,
+}
+
+impl Curve {
+    fn between(layout: &Layout, plot: &Plot, from: usize, to: usize) -> Self {
+        let (start, end) = (layout.place(plot, from), layout.place(plot, to));
+        if layout.columns[from] < layout.columns[to] {
+            let reach = 0.45 * (end.0 - start.0);
+            let (start, end) = ((start.0 + RADIUS, start.1), (end.0 - RADIUS, end.1));
+            let points = [start, (start.0 + reach, start.1), (end.0 - reach, end.1), end];
+            return Self { points, is_back: false };
+        }
+        if start.0 == end.0 && from != to {
+            // In a column: down on its right side, up on its left.
+            let side = if start.1 < end.1 { 1.0 } else { -1.0 };
+            let edge =
+                |place: Place, up: f64| (place.0 + side * 0.7 * RADIUS, place.1 + up * side * 0.7 * RADIUS);
+            let (start, end) = (edge(start, 1.0), edge(end, -1.0));
+            let bow = side * 22.0;
+            return Self {
+                points: [start, (start.0 + bow, start.1), (end.0 + bow, end.1), end],
+                is_back: true,
+            };
+        }
+        // Backwards over the top, higher the further it goes; into itself as a loop.
+        let columns = (layout.columns[from] - layout.columns[to]) as f64;
+        let lift = 34.0 + 12.0 * columns.min(4.0);
+        let spread = if from == to { 16.0 } else { 0.0 };
+        let tip = |place: Place, side: f64| (place.0 + side * 0.5 * RADIUS, place.1 - 0.87 * RADIUS);
+        let (start, end) = (tip(start, 1.0), tip(end, if from == to { -1.0 } else { 1.0 }));
+        let points =
+            [start, (start.0 + spread + 6.0, start.1 - lift), (end.0 - spread + 6.0, end.1 - lift), end];
+        Self { points, is_back: true }
+    }
+
+    /// Where the curve is at `share` of its way.
+    fn at(&self, share: f64) -> Place {
+        let rest = 1.0 - share;
+        let factors = [
+            rest * rest * rest,
+            3.0 * rest * rest * share,
+            3.0 * rest * share * share,
+            share * share * share,
+        ];
+        let sum =
+            |of: fn(&Place) -> f64| self.points.iter().zip(factors).map(|(p, factor)| factor * of(p)).sum();
+        (sum(|place| place.0), sum(|place| place.1))
+    }
+
+    /// A head at its end.
+    fn arrow(&self) -> Path {
+        let (before, end) = (self.at(0.86), self.points[3]);
+        let (dx, dy) = (end.0 - before.0, end.1 - before.1);
+        let length = (dx * dx + dy * dy).sqrt().max(1e-9);
+        let (dx, dy) = (dx / length, dy / length);
+        let mut path = Path::default();
+        path.start(end);
+        path.draw((end.0 - 8.0 * dx - 3.6 * dy, end.1 - 8.0 * dy + 3.6 * dx));
+        path.draw((end.0 - 8.0 * dx + 3.6 * dy, end.1 - 8.0 * dy - 3.6 * dx));
+        path
+    }
+}
+
+/// The network of `genome` in the language of Graphviz.
+#[must_use]
+pub fn network_dot(genome: &Genome) -> String {
+    let anatomy = Anatomy::of(genome);
+    let mut dot =
+        "digraph network {\n  rankdir=LR;\n  node [shape=circle, fontname=\"sans-serif\"];\n".to_owned();
+    let mut ranks = [("source", String::new()), ("sink", String::new())];
+    for (index, neuron) in genome.neurons().iter().enumerate() {
+        let id = neuron.id;
+        let label = match label(genome, index) {
+            beside if beside.is_empty() => mark(genome, index),
+            beside => format!("{} ({beside})", mark(genome, index)),
+        };
+        let style = if anatomy.is_live[index] { "" } else { ", style=dotted" };
+        let _ = writeln!(dot, "  n{id} [label=\"{label}\", tooltip=\"{}\"{style}];", words(neuron));
+        match neuron.kind {
+            NeuronKind::Hidden => {}
+            NeuronKind::Output => ranks[1].1 += &format!(" n{id};"),
+            NeuronKind::Input | NeuronKind::Bias => ranks[0].1 += &format!(" n{id};"),
+        }
+    }
+    for (rank, members) in ranks {
+        let _ = writeln!(dot, "  {{ rank={rank};{members} }}");
+    }
+    let largest = genome.links().iter().map(|link| link.weight.abs()).fold(1e-9, f64::max);
+    for link in genome.links() {
+        let depth = |id| genome.position(id).map_or(0.0, |place| genome.neurons()[place].depth);
+        let back = if depth(link.from) < depth(link.to) { "" } else { ", constraint=false" };
+        let (colour, style) = if link.weight < 0.0 { ("#b0427a", "dashed") } else { ("#17794f", "solid") };
+        let width = 0.8 + 3.2 * link.weight.abs() / largest;
+        let _ = writeln!(
+            dot,
+            "  n{} -> n{} [label=\"{:.2}\", color=\"{colour}\", style={style}, penwidth={width:.1}{back}];",
+            link.from, link.to, link.weight
+        );
+    }
+    dot + "}\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use tropism_neat::{Config, Neat};
+
+    /// A genome with hidden neurons and recurrent links, from an evolution that rewards size.
+    fn grown(generations: u32) -> Genome {
+        let config = Config { mutate_add_neuron_prob: 0.4, mutate_add_link_prob: 0.4, ..Config::paper() };
+        let mut neat = Neat::new(config, 2, 1, 3).unwrap();
+        for _ in 0..generations {
+            let scores: Vec<f64> = neat.ask().iter().map(|genome| genome.links().len() as f64).collect();
+            neat.tell(&scores).unwrap();
+        }
+        neat.champion().unwrap().genome.clone()
+    }
+
+    fn svg(figure: &Figure) -> &str {
+        let Body::Svg(svg) = &figure.body else { panic!() };
+        svg
+    }
+
+    #[test]
+    fn a_network_is_golden() {
+        testing::golden(&network(&grown(4)));
+    }
+
+    #[test]
+    fn every_neuron_and_every_link_is_drawn_once() {
+        for generations in [1, 10, 40] {
+            let genome = grown(generations);
+            let figure = network(&genome);
+            testing::assert_well_formed(svg(&figure));
+            assert_eq!(svg(&figure).matches("<circle").count(), genome.neurons().len());
+            assert_eq!(svg(&figure).matches(": weight ").count(), genome.links().len());
+            assert_eq!(network_dot(&genome).matches(" -> ").count(), genome.links().len());
+        }
+    }
+
+    #[test]
+    fn neurons_stand_apart() {
+        let genome = grown(40);
+        let layout = Layout::of(&genome);
+        assert!(genome.neurons().len() > 12, "{}", genome.neurons().len());
+        let plot = Plot::bare(layout.size, 0.0, 0.0);
+        let places: Vec<Place> =
+            (0..genome.neurons().len()).map(|index| layout.place(&plot, index)).collect();
+        for (index, a) in places.iter().enumerate() {
+            for b in &places[..index] {
+                assert!((a.0 - b.0).abs().max((a.1 - b.1).abs()) > 2.0 * RADIUS, "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn other_shapes_are_drawn_with_numbers() {
+        let genome = tropism_neat::random_genome(&Config::paper(), 5, 3, 1, 0);
+        let figure = network(&genome);
+        testing::assert_well_formed(svg(&figure));
+        assert!(svg(&figure).contains("out 3") && !svg(&figure).contains("right lamp"));
+    }
+
+    #[test]
+    fn huge_weights_leave_the_picture_whole() {
+        let json = grown(4).to_json();
+        let start = json.find("\"weight\":").unwrap() + 9;
+        let end = start + json[start..].find(',').unwrap();
+        let huge = Genome::from_json(&format!("{}-1e6{}", &json[..start], &json[end..])).unwrap();
+        testing::assert_well_formed(svg(&network(&huge)));
+    }
+}

@@ -1,0 +1,407 @@
+//! The report: one HTML file that needs nothing beside it.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::{Body, Figure, Plants, colour, plot};
+
+/// A number of the paper with ours beside it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NumberRow {
+    /// What is counted, with its unit.
+    pub what: String,
+    /// As the paper prints it; empty where it gives none.
+    pub paper: String,
+    /// As found here.
+    pub ours: String,
+    /// How to read it; may be empty.
+    pub note: String,
+}
+
+/// A further table.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Table {
+    /// A few words.
+    pub title: String,
+    /// What it shows; may be empty.
+    pub caption: String,
+    /// Heads of the columns.
+    pub head: Vec<String>,
+    /// Rows, each with one text a column. The first column is left-aligned, all others right-aligned.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// All that a report shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Page {
+    /// Title.
+    pub title: String,
+    /// What was done and found; an empty line begins a new paragraph.
+    pub intro: String,
+    /// What the plants are: virtual ones get a banner.
+    pub plants: Plants,
+    /// The paper's numbers beside ours.
+    pub numbers: Vec<NumberRow>,
+    /// Further tables.
+    pub tables: Vec<Table>,
+    /// Figures in order; those that share a number (`5a`, `5b`) stand together.
+    pub figures: Vec<Figure>,
+    /// The command that makes this report again; may be empty.
+    pub command: String,
+    /// Version of the software.
+    pub version: String,
+    /// Seeds by what they seed.
+    pub seeds: Vec<(String, u64)>,
+    /// Stages in order, and the seconds spent in each.
+    pub stages: Vec<(String, f64)>,
+    /// The resolved configuration, as TOML.
+    pub config: String,
+}
+
+impl Page {
+    /// The whole page: style, figures and pictures inside, no script, nothing fetched.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let style = format!("{}{}", colour::style(), include_str!("page.css"));
+        html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    meta name="generator" content={ "tropism " (self.version) };
+                    title { (self.title) }
+                    style { (PreEscaped(style)) }
+                }
+                body {
+                    (self.contents())
+                    main {
+                        (self.header())
+                        (self.beside_the_paper())
+                        @for (index, table) in self.tables.iter().enumerate() { (further_table(index, table)) }
+                        (self.all_figures())
+                        (self.provenance())
+                    }
+                }
+            }
+        }
+        .into_string()
+    }
+
+    fn contents(&self) -> Markup {
+        html! {
+            nav aria-label="Contents" {
+                p.contents { "Contents" }
+                ol {
+                    @if !self.numbers.is_empty() { li { a href="#numbers" { "Beside the paper" } } }
+                    @for (index, table) in self.tables.iter().enumerate() {
+                        li { a href={ "#table-" (index + 1) } { (table.title) } }
+                    }
+                    @for figure in &self.figures {
+                        li.figure-link {
+                            a href={ "#figure-" (figure.number) } {
+                                @if is_numbered(figure) { b { (figure.number) } " " }
+                                (figure.title)
+                            }
+                        }
+                    }
+                    li { a href="#provenance" { "How this was made" } }
+                }
+            }
+        }
+    }
+
+    fn header(&self) -> Markup {
+        html! {
+            header {
+                h1 { (self.title) }
+                @if self.plants.is_virtual() {
+                    p.banner role="note" {
+                        strong { "Virtual plants" }
+                        " The plants in this report are computed stand-ins. None of them grew, and nothing here is a \
+                         measurement of a living plant."
+                    }
+                }
+                @for paragraph in self.intro.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
+                    p.intro { (paragraph.trim()) }
+                }
+            }
+        }
+    }
+
+    fn beside_the_paper(&self) -> Markup {
+        if self.numbers.is_empty() {
+            return html! {};
+        }
+        html! {
+            section #numbers {
+                h2 { "Beside the paper" }
+                div.scroll {
+                    table.numbers {
+                        thead { tr { td {} th scope="col" { "Paper" } th scope="col" { "Here" } } }
+                        tbody {
+                            @for row in &self.numbers {
+                                tr {
+                                    th scope="row" {
+                                        (row.what)
+                                        @if !row.note.is_empty() { span.note { (row.note) } }
+                                    }
+                                    td.number { (or_dash(&row.paper)) }
+                                    td.number.ours { (or_dash(&row.ours)) }
+                                }
+                            }
+                        }
+                    }
+                }
+                p.source {
+                    "Paper: Wahby, Hofstadler, Heinrich, Zahadat and Hamann, "
+                    i { "An Evolutionary Robotics Approach to the Control of Plant Growth and Motion" }
+                    ", SASO 2016, doi:10.1109/SASO.2016.8."
+                }
+            }
+        }
+    }
+
+    fn all_figures(&self) -> Markup {
+        if self.figures.is_empty() {
+            return html! {};
+        }
+        html! {
+            section #figures {
+                h2 { "Figures" }
+                @if self.figures.iter().any(is_numbered) { p.source { "Numbered as in the paper." } }
+                @for family in self.figures.chunk_by(|a, b| family(a) == family(b)) {
+                    div class=(if family.len() == 1 { "family single" } else { "family" }) {
+                        @for figure in family { (drawn(figure)) }
+                    }
+                }
+            }
+        }
+    }
+
+    fn provenance(&self) -> Markup {
+        html! {
+            section #provenance {
+                h2 { "How this was made" }
+                dl {
+                    dt { "Software" } dd { "tropism " (self.version) }
+                    @if !self.command.is_empty() { dt { "Command" } dd { code { (self.command) } } }
+                    @for (what, seed) in &self.seeds { dt { "Seed, " (what) } dd { code { (seed) } } }
+                }
+                @if !self.stages.is_empty() { (time_spent(&self.stages)) }
+                @if !self.config.is_empty() {
+                    h3 { "Configuration" }
+                    pre { code { (self.config) } }
+                }
+            }
+        }
+    }
+}
+
+fn or_dash(text: &str) -> &str {
+    if text.is_empty() { "\u{2013}" } else { text }
+}
+
+/// Whether it is a figure of the paper.
+fn is_numbered(figure: &Figure) -> bool {
+    figure.number.starts_with(|letter: char| letter.is_ascii_digit())
+}
+
+/// The number of a figure without its letter.
+fn family(figure: &Figure) -> &str {
+    let is_letter = |letter: char| is_numbered(figure) && letter.is_ascii_alphabetic();
+    figure.number.trim_end_matches(is_letter)
+}
+
+/// Whether a figure takes the whole width.
+fn is_wide(figure: &Figure) -> bool {
+    match &figure.body {
+        Body::Svg(svg) => plot::size(svg).0 > 600.0,
+        Body::Jpegs(_) => true,
+    }
+}
+
+fn drawn(figure: &Figure) -> Markup {
+    let (number, title) = (figure.number, &figure.title);
+    html! {
+        figure #{ "figure-" (number) } class=(if is_wide(figure) { "wide" } else { "" }) {
+            @match &figure.body {
+                Body::Svg(svg) => div.drawing role="img" aria-label=(title) { (PreEscaped(svg)) },
+                Body::Jpegs(jpegs) if jpegs.is_empty() => p.none { "No photographs." },
+                Body::Jpegs(jpegs) => div.strip style={ "--columns:" (jpegs.len().min(6)) } {
+                    @for (index, jpeg) in jpegs.iter().enumerate() {
+                        span {
+                            img alt={ (title) ", " (index + 1) }
+                                src={ "data:image/jpeg;base64," (BASE64.encode(jpeg)) };
+                            b { (index + 1) }
+                        }
+                    }
+                },
+            }
+            figcaption { p.title { @if is_numbered(figure) { b { "Figure " (number) } " " } (title) } p { (figure.caption) } }
+        }
+    }
+}
+
+fn further_table(index: usize, table: &Table) -> Markup {
+    html! {
+        section #{ "table-" (index + 1) } {
+            h2 { (table.title) }
+            div.scroll {
+                table.further {
+                    thead { tr { @for head in &table.head { th scope="col" { (head) } } } }
+                    tbody {
+                        @for row in &table.rows { tr { @for value in row { td { (value) } } } }
+                    }
+                }
+            }
+            @if !table.caption.is_empty() { p.source { (table.caption) } }
+        }
+    }
+}
+
+fn time_spent(stages: &[(String, f64)]) -> Markup {
+    let total: f64 = stages.iter().map(|(_, seconds)| seconds).sum();
+    let share = |seconds: f64| if total > 0.0 { 100.0 * seconds / total } else { 0.0 };
+    html! {
+        h3 { "Time spent" }
+        table.stages {
+            tbody {
+                @for (stage, seconds) in stages {
+                    tr {
+                        th scope="row" { (stage) }
+                        td.number { (duration(*seconds)) }
+                        td.bar { span style={ "width:" (format!("{:.1}", share(*seconds))) "%" } {} }
+                    }
+                }
+                tr.total { th scope="row" { "All" } td.number { (duration(total)) } td {} }
+            }
+        }
+    }
+}
+
+/// Seconds as people say them: `0.4 s`, `12 s`, `3 min 05 s`, `2 h 10 min`.
+fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..10 => format!("{seconds:.1} s"),
+        10..120 => format!("{whole} s"),
+        120..7200 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate as report;
+    use crate::{Composite, testing};
+    use tropism::geometry::Point;
+    use tropism::photo::Image;
+
+    fn page(plants: Plants) -> Page {
+        let tracks = testing::swings(6, 1000);
+        let fitness: Vec<f64> = (0..100).map(|generation| f64::from(generation) / 8.0).collect();
+        let photograph = Image { width: 60, height: 40, rgb: vec![30; 3 * 60 * 40] };
+        let experiment: Composite = [photograph].into_iter().collect();
+        let mut figures = vec![
+            report::composite(&[experiment.clone(), experiment], plants),
+            report::speed(&tracks, plants),
+            report::trajectories(&tracks, plants),
+            report::directions(&tracks, plants),
+        ];
+        figures.extend(report::shift_maps(&tracks, plants));
+        figures.push(report::fitness_boxes(&[fitness.clone(), fitness.clone()], plants));
+        figures.push(report::fitness_run(&fitness, &fitness, plants));
+        let targets = [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
+        for (number, track) in ["7a", "7b", "8"].into_iter().zip(&tracks) {
+            figures.push(report::steering(number, "A <controller>", track, &targets, 14.3, plants));
+        }
+        Page {
+            title: "Six beans & one lamp".to_owned(),
+            intro: "First.\n\nSecond <b>.".to_owned(),
+            plants,
+            numbers: vec![NumberRow {
+                what: "best evolved (cm)".to_owned(),
+                paper: "14.97".to_owned(),
+                ours: "14.1".to_owned(),
+                note: String::new(),
+            }],
+            tables: vec![Table {
+                title: "Six plants".to_owned(),
+                head: vec!["plant".to_owned(), "fitness".to_owned()],
+                rows: vec![vec!["1".to_owned(), "9.4".to_owned()]],
+                ..Table::default()
+            }],
+            figures,
+            command: "tropism study --seed 1".to_owned(),
+            version: "0.1.0".to_owned(),
+            seeds: vec![("study".to_owned(), 1)],
+            stages: vec![("photographs".to_owned(), 61.0), ("evolution".to_owned(), 9.04)],
+            config: "[task]\ntargets = [[3, 6]]\n".to_owned(),
+        }
+    }
+
+    #[test]
+    fn the_page_is_whole_and_stands_alone() {
+        let html = page(Plants::Virtual).html();
+        testing::assert_well_formed(&html);
+        for number in ["2", "3", "4a", "4b", "5a", "5b", "5c", "5d", "6a", "6b", "7a", "7b", "8"] {
+            assert!(html.contains(&format!("id=\"figure-{number}\"")), "no figure {number}");
+            assert!(html.contains(&format!("href=\"#figure-{number}\"")), "no link to figure {number}");
+        }
+        for foreign in ["http:", "https:", "//", "@import", "<script", "url("] {
+            let text: String =
+                html.split("base64,").map(|piece| piece.split_once('"').map_or(piece, |p| p.1)).collect();
+            assert!(!text.contains(foreign), "{foreign}");
+        }
+        assert!(html.contains("doi:10.1109/SASO.2016.8"));
+        assert!(html.contains("targets = [[3, 6]]") && html.contains("tropism study --seed 1"));
+        assert!(html.len() < 1_000_000, "{} bytes", html.len());
+        assert_eq!(html, page(Plants::Virtual).html());
+    }
+
+    #[test]
+    fn text_from_outside_is_escaped() {
+        let html = page(Plants::Virtual).html();
+        assert!(html.contains("Six beans &amp; one lamp") && html.contains("Second &lt;b&gt;."));
+        assert!(html.contains("A &lt;controller&gt;") && !html.contains("<controller>"));
+    }
+
+    #[test]
+    fn only_virtual_plants_have_the_banner() {
+        let banner = "class=\"banner\"";
+        assert!(page(Plants::Virtual).html().contains(banner));
+        assert!(page(Plants::ModelOfVirtual).html().contains(banner));
+        assert!(!page(Plants::Real).html().contains(banner));
+    }
+
+    #[test]
+    fn an_empty_page_is_still_a_page() {
+        let empty = Page {
+            numbers: Vec::new(),
+            tables: Vec::new(),
+            figures: Vec::new(),
+            stages: vec![("nothing".to_owned(), 0.0)],
+            ..page(Plants::Real)
+        };
+        testing::assert_well_formed(&empty.html());
+    }
+
+    #[test]
+    fn every_link_has_its_target() {
+        let html = page(Plants::Virtual).html();
+        for link in html.split("href=\"#").skip(1) {
+            let id = link.split('"').next().unwrap_or_default();
+            assert!(html.contains(&format!("id=\"{id}\"")), "{id}");
+        }
+    }
+
+    #[test]
+    fn durations_read_well() {
+        let spoken = [0.44, 12.4, 119.6, 185.0, 7800.0].map(duration);
+        assert_eq!(spoken, ["0.4 s", "12 s", "2 min 00 s", "3 min 05 s", "2 h 10 min"]);
+    }
+}

@@ -1,0 +1,440 @@
+//! Plots as SVG text.
+//!
+//! In come numbers, out comes one `<svg>`. Every colour is a CSS class and never a value, so that the same text is
+//! legible on a light page, on a dark one and in print; all marks of one colour share one path. Coordinates are rounded to a tenth of a pixel.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::colour::{LEVELS, Ramp};
+use tropism::geometry::Point;
+
+/// Room for the labels left of the panel and below it, in pixels.
+const MARGIN_LEFT: f64 = 50.0;
+const MARGIN_BOTTOM: f64 = 44.0;
+
+/// A place in a figure, in pixels from its top left.
+pub(super) type Place = (f64, f64);
+
+/// One axis: its label, its ends and how its ticks are written.
+pub(super) struct Axis {
+    pub(super) label: &'static str,
+    pub(super) from: f64,
+    pub(super) to: f64,
+    pub(super) tick: fn(f64) -> String,
+}
+
+impl Axis {
+    /// An axis from `from` to `to` at least, and further if a value lies outside.
+    pub(super) fn over(
+        label: &'static str,
+        (from, to): (f64, f64),
+        values: impl Iterator<Item = f64>,
+    ) -> Self {
+        let (low, high) = values
+            .filter(|value| value.is_finite())
+            .fold((from, to), |(low, high), value| (value.min(low), value.max(high)));
+        let step = nice_step(high - low);
+        // An end that holds stays where it is; one that gives way moves to the next tick.
+        let from = if low < from { (low / step).floor() * step } else { from };
+        let to = if high > to { (high / step).ceil() * step } else { to };
+        Self { label, from, to, tick: number }
+    }
+
+    fn span(&self) -> f64 {
+        self.to - self.from
+    }
+
+    fn ticks(&self) -> impl Iterator<Item = f64> {
+        let step = nice_step(self.span());
+        let (first, last) = ((self.from / step - 1e-9).ceil(), (self.to / step + 1e-9).floor());
+        let count = if last >= first { (last - first) as usize + 1 } else { 0 };
+        (0..count.min(50)).map(move |index| (first + index as f64) * step)
+    }
+}
+
+/// A number as people write it: at most two decimals, none that say nothing, and a true minus sign.
+pub(super) fn number(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.replace('-', "\u{2212}") }
+}
+
+/// A step of 1, 2 or 5 times a power of ten that cuts `span` into at most eight parts.
+pub(super) fn nice_step(span: f64) -> f64 {
+    if !(span.is_finite() && span > 0.0) {
+        return 1.0;
+    }
+    let mut power = 1.0;
+    while power * 8.0 < span {
+        power *= 10.0;
+    }
+    while power * 0.8 >= span {
+        power /= 10.0;
+    }
+    [0.2, 0.5, 1.0].into_iter().map(|share| share * power).find(|step| step * 8.0 >= span).unwrap_or(power)
+}
+
+/// Path data in tenths of a pixel, each step relative to the last.
+#[derive(Default)]
+pub(super) struct Path {
+    data: String,
+    at: (i64, i64),
+}
+
+fn tenths(value: f64) -> i64 {
+    (value * 10.0).round() as i64
+}
+
+impl Path {
+    fn number(&mut self, tenths: i64) {
+        let needs_space = tenths >= 0 && self.data.ends_with(|last: char| last.is_ascii_digit());
+        let space = if needs_space { " " } else { "" };
+        let sign = if tenths < 0 { "-" } else { "" };
+        let (whole, tenth) = (tenths.unsigned_abs() / 10, tenths.unsigned_abs() % 10);
+        let decimal = if tenth == 0 { String::new() } else { format!(".{tenth}") };
+        self.data.extend([space, sign, &whole.to_string(), &decimal]);
+    }
+
+    /// Lifts the pen and sets it down at `place`.
+    pub(super) fn start(&mut self, place: Place) {
+        self.at = (tenths(place.0), tenths(place.1));
+        self.data.push('M');
+        self.number(self.at.0);
+        self.number(self.at.1);
+    }
+
+    /// Draws to `place`.
+    pub(super) fn draw(&mut self, place: Place) {
+        let to = (tenths(place.0), tenths(place.1));
+        self.data.push('l');
+        self.number(to.0.saturating_sub(self.at.0));
+        self.number(to.1.saturating_sub(self.at.1));
+        self.at = to;
+    }
+
+    /// A line through `places`, without the points that no eye would miss.
+    pub(super) fn line(&mut self, places: &[Place]) {
+        for (index, place) in simplified(places, 0.2).into_iter().enumerate() {
+            if index == 0 {
+                self.start(place);
+            } else {
+                self.draw(place);
+            }
+        }
+    }
+}
+
+/// The line through `places`, at most `tolerance` away from all of them, with fewer points (Douglas and Peucker 1973).
+fn simplified(places: &[Place], tolerance: f64) -> Vec<Place> {
+    if places.len() < 3 {
+        return places.to_vec();
+    }
+    let mut is_kept = vec![false; places.len()];
+    is_kept[0] = true;
+    is_kept[places.len() - 1] = true;
+    let mut spans = vec![(0, places.len() - 1)];
+    while let Some((first, last)) = spans.pop() {
+        let away = |&index: &usize| distance_to_segment(places[index], places[first], places[last]);
+        let farthest = (first + 1..last).max_by(|a, b| away(a).total_cmp(&away(b)));
+        if let Some(middle) = farthest.filter(|middle| away(middle) > tolerance) {
+            is_kept[middle] = true;
+            spans.push((first, middle));
+            spans.push((middle, last));
+        }
+    }
+    places.iter().zip(is_kept).filter(|(_, is_kept)| *is_kept).map(|(&place, _)| place).collect()
+}
+
+fn distance_to_segment(place: Place, from: Place, to: Place) -> f64 {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let square = dx * dx + dy * dy;
+    let along = ((place.0 - from.0) * dx + (place.1 - from.1) * dy) / square;
+    let along = if square > 0.0 { along.clamp(0.0, 1.0) } else { 0.0 };
+    let (x, y) = (from.0 + along * dx - place.0, from.1 + along * dy - place.1);
+    (x * x + y * y).sqrt()
+}
+
+/// A panel with axes, on which things are drawn.
+pub(super) struct Plot {
+    svg: String,
+    x: Axis,
+    y: Axis,
+    width: f64,
+    height: f64,
+    right: f64,
+    top: f64,
+}
+
+impl Plot {
+    /// An empty panel of `width` x `height` pixels, with `right` pixels beside it and `top` above it.
+    pub(super) fn new(x: Axis, y: Axis, (width, height): (f64, f64), right: f64, top: f64) -> Self {
+        let mut plot = Self { svg: String::new(), x, y, width, height, right, top };
+        plot.axes();
+        plot
+    }
+
+    /// A panel of `width` x `height` pixels without axes: units are pixels, y up.
+    pub(super) fn bare((width, height): (f64, f64), right: f64, top: f64) -> Self {
+        let axis = |to| Axis { label: "", from: 0.0, to, tick: number };
+        Self { svg: String::new(), x: axis(width), y: axis(height), width, height, right, top }
+    }
+
+    /// A panel in which a centimetre is as long upwards as sideways, unless that made it a ribbon.
+    pub(super) fn centimetres(x: Axis, y: Axis, width: f64, right: f64, top: f64) -> Self {
+        let height = (width / x.span() * y.span()).clamp(0.4 * width, 1.8 * width);
+        Self::new(x, y, (width, height), right, top)
+    }
+
+    /// Where (x, y) lies.
+    pub(super) fn place(&self, x: f64, y: f64) -> Place {
+        (
+            MARGIN_LEFT + (x - self.x.from) / self.x.span() * self.width,
+            self.top + (self.y.to - y) / self.y.span() * self.height,
+        )
+    }
+
+    /// The lower left and the upper right corner, in units of the axes.
+    pub(super) fn ends(&self) -> (Point, Point) {
+        (Point::new(self.x.from, self.y.from), Point::new(self.x.to, self.y.to))
+    }
+
+    /// Pixels per unit of x.
+    pub(super) fn scale(&self) -> f64 {
+        self.width / self.x.span()
+    }
+
+    /// Right edge of the panel.
+    pub(super) const fn edge(&self) -> f64 {
+        MARGIN_LEFT + self.width
+    }
+
+    /// Top of the panel.
+    pub(super) const fn head(&self) -> f64 {
+        self.top
+    }
+
+    /// Bottom of the panel.
+    pub(super) const fn foot(&self) -> f64 {
+        self.top + self.height
+    }
+
+    fn axes(&mut self) {
+        let (edge, foot) = (self.edge(), self.foot());
+        let mut grid = Path::default();
+        let x_ticks: Vec<f64> = self.x.ticks().collect();
+        let y_ticks: Vec<f64> = self.y.ticks().collect();
+        for &tick in &x_ticks {
+            let (at, _) = self.place(tick, 0.0);
+            grid.line(&[(at, self.top), (at, foot)]);
+            self.text("tick", (at, foot + 16.0), "middle", &(self.x.tick)(tick));
+        }
+        for &tick in &y_ticks {
+            let (_, at) = self.place(0.0, tick);
+            grid.line(&[(MARGIN_LEFT, at), (edge, at)]);
+            self.text("tick", (MARGIN_LEFT - 7.0, at + 4.0), "end", &(self.y.tick)(tick));
+        }
+        self.path("grid", &grid);
+        let mut axes = Path::default();
+        axes.line(&[(MARGIN_LEFT, self.top), (MARGIN_LEFT, foot), (edge, foot)]);
+        self.path("axis", &axes);
+        let (middle, height) = (MARGIN_LEFT + self.width / 2.0, self.top + self.height / 2.0);
+        self.text("label", (middle, foot + 37.0), "middle", self.x.label);
+        let label = self.y.label;
+        let _ = write!(
+            self.svg,
+            r#"<text class="label" text-anchor="middle" transform="translate(13 {}) rotate(-90)">{label}</text>"#,
+            rounded(height)
+        );
+    }
+
+    /// Strokes `path`, unless it is empty.
+    pub(super) fn path(&mut self, class: &str, path: &Path) {
+        if !path.data.is_empty() {
+            let _ = write!(self.svg, r#"<path class="stroke {class}" d="{}"/>"#, path.data);
+        }
+    }
+
+    /// Strokes `path` `width` pixels wide, with words that show when it is pointed at.
+    pub(super) fn named_path(&mut self, class: &str, width: f64, path: &Path, words: &str) {
+        let (width, data) = (rounded(width), &path.data);
+        let _ = write!(
+            self.svg,
+            r#"<g class="given" stroke-width="{width}"><path class="stroke {class}" d="{data}"><title>{words}</title></path></g>"#
+        );
+    }
+
+    /// Fills the outlines in `path`, unless it is empty.
+    pub(super) fn fill(&mut self, class: &str, path: &Path) {
+        if !path.data.is_empty() {
+            let _ = write!(self.svg, r#"<path class="fill {class}" d="{}"/>"#, path.data);
+        }
+    }
+
+    /// A line through points of the axes' units.
+    pub(super) fn line(&mut self, class: &str, points: impl Iterator<Item = (f64, f64)>) {
+        let places: Vec<Place> = points.map(|(x, y)| self.place(x, y)).collect();
+        let mut path = Path::default();
+        path.line(&places);
+        self.path(class, &path);
+    }
+
+    /// A line across the panel at the height of `y`.
+    pub(super) fn across(&mut self, class: &str, y: f64) {
+        let (from, to) = (self.x.from, self.x.to);
+        self.line(class, [(from, y), (to, y)].into_iter());
+    }
+
+    /// A disc of `radius` pixels.
+    pub(super) fn disc(&mut self, class: &str, place: Place, radius: f64) {
+        let (x, y, radius) = (rounded(place.0), rounded(place.1), rounded(radius));
+        let _ = write!(self.svg, r#"<circle class="{class}" cx="{x}" cy="{y}" r="{radius}"/>"#);
+    }
+
+    /// A disc of `radius` pixels with a mark in it, and with words that show when it is pointed at.
+    pub(super) fn named_disc(&mut self, class: &str, place: Place, radius: f64, mark: &str, words: &str) {
+        let _ = write!(self.svg, "<g><title>{words}</title>");
+        self.disc(class, place, radius);
+        self.text("mark", (place.0, place.1 + 4.0), "middle", mark);
+        self.svg.push_str("</g>");
+    }
+
+    /// Words at `place`; `anchor` is `start`, `middle` or `end`.
+    pub(super) fn text(&mut self, class: &str, place: Place, anchor: &str, words: &str) {
+        let (x, y) = (rounded(place.0), rounded(place.1));
+        let _ = write!(
+            self.svg,
+            r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{words}</text>"#
+        );
+    }
+
+    /// Names of classes above the panel.
+    pub(super) fn legend(&mut self, entries: &[(&str, &str)]) {
+        let mut x = MARGIN_LEFT;
+        for (class, words) in entries {
+            let y = self.top - 13.0;
+            let mut dash = Path::default();
+            dash.line(&[(x, y), (x + 16.0, y)]);
+            self.path(&format!("key {class}"), &dash);
+            self.text("tick", (x + 21.0, y + 4.0), "start", words);
+            x += 21.0 + 6.4 * words.chars().count() as f64 + 14.0;
+        }
+    }
+
+    /// Horizontal dashes `size` pixels wide and high, each the level of a ramp at its left middle.
+    pub(super) fn dashes(
+        &mut self,
+        ramp: Ramp,
+        size: (f64, f64),
+        marks: impl Iterator<Item = (usize, Place)>,
+    ) {
+        let mut levels: BTreeMap<usize, Path> = BTreeMap::new();
+        for (level, (x, y)) in marks {
+            let path = levels.entry(level).or_default();
+            // A dash that goes on where the last one ended makes it longer.
+            if path.at != (tenths(x), tenths(y)) {
+                path.start((x, y));
+            }
+            path.draw((x + size.0, y));
+        }
+        let _ = write!(self.svg, r#"<g class="dashes" stroke-width="{}">"#, rounded(size.1));
+        for (level, path) in levels {
+            self.path(&ramp.class(level), &path);
+        }
+        self.svg.push_str("</g>");
+    }
+
+    /// The colours of a ramp beside the panel, with words at shares of its height.
+    pub(super) fn colour_bar(&mut self, ramp: Ramp, title: &str, ticks: &[(f64, &str)]) {
+        let (x, height) = (self.edge() + 14.0, self.height / LEVELS as f64);
+        let foot = self.foot();
+        let middle = |level: usize| foot - (level as f64 + 0.5) * height;
+        // A little more than a level high, so that no seam shows.
+        self.dashes(ramp, (12.0, height + 0.4), (0..LEVELS).map(|level| (level, (x, middle(level)))));
+        for (share, words) in ticks {
+            let y = middle(0) + share * (middle(LEVELS - 1) - middle(0)) + 4.0;
+            self.text("tick", (x + 17.0, y), "start", words);
+        }
+        self.text("label", (x - 2.0, self.top - 9.0), "start", title);
+    }
+
+    /// The whole figure.
+    pub(super) fn finish(self) -> String {
+        let (width, height) = (self.edge() + self.right, self.foot() + MARGIN_BOTTOM);
+        format!(
+            r#"<svg class="figure" viewBox="0 0 {} {}">{}</svg>"#,
+            rounded(width),
+            rounded(height),
+            self.svg
+        )
+    }
+}
+
+/// Width and height of a finished figure, in pixels.
+pub(super) fn size(svg: &str) -> (f64, f64) {
+    let viewed =
+        svg.split("viewBox=\"0 0 ").nth(1).and_then(|rest| rest.split('"').next()).unwrap_or_default();
+    let number = |text: Option<&str>| text.and_then(|text| text.parse().ok()).unwrap_or_default();
+    let mut parts = viewed.split(' ');
+    (number(parts.next()), number(parts.next()))
+}
+
+fn rounded(value: f64) -> f64 {
+    tenths(value) as f64 / 10.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_simplified_line_stays_close(values in prop::collection::vec((0.0..400.0, 0.0..400.0), 0..60)) {
+            let line = simplified(&values, 5.0);
+            prop_assert_eq!(line.first(), values.first());
+            prop_assert_eq!(line.last(), values.last());
+            for &place in &values {
+                let nearest = line.windows(2).map(|pair| distance_to_segment(place, pair[0], pair[1]));
+                prop_assert!(values.len() < 2 || nearest.fold(f64::MAX, f64::min) <= 5.0 + 1e-9);
+            }
+        }
+
+        #[test]
+        fn an_axis_holds_every_value_and_has_few_ticks(
+            ends in (-50.0..0.0, 1.0..50.0), values in prop::collection::vec(-1e6..1e6, 0..8)
+        ) {
+            let axis = Axis::over("", ends, values.iter().copied());
+            for value in values {
+                prop_assert!(axis.from <= value && value <= axis.to);
+            }
+            let ticks: Vec<f64> = axis.ticks().collect();
+            prop_assert!((3..=10).contains(&ticks.len()), "{ticks:?}");
+        }
+    }
+
+    #[test]
+    fn steps_are_round() {
+        assert_eq!(nice_step(30.0), 5.0);
+        assert_eq!(nice_step(1000.0), 200.0);
+        assert_eq!(nice_step(16.0), 2.0);
+        assert!((nice_step(0.5) - 0.1).abs() < 1e-15);
+        assert_eq!(nice_step(0.0), 1.0);
+        assert_eq!(nice_step(f64::INFINITY), 1.0);
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(
+            [-2.2, -0.0, 15.0, 0.25, 1e-9].map(number),
+            ["\u{2212}2.2", "0", "15", "0.25", "0"].map(str::to_owned)
+        );
+    }
+
+    #[test]
+    fn paths_are_relative_and_dense() {
+        let mut path = Path::default();
+        path.line(&[(1.0, 2.04), (3.5, 1.0), (0.0, 0.0)]);
+        assert_eq!(path.data, "M1 2l2.5-1l-3.5-1");
+    }
+}

@@ -1,0 +1,83 @@
+//! Data for the tests of this module, and its golden files.
+
+use super::Figure;
+use tropism::geometry::Point;
+use tropism::light::Light;
+use tropism::observation::Quality;
+use tropism::track::{Sample, Track};
+
+/// A track from x, y and the light: `l`, `r` or anything else for dark.
+pub(super) fn track(rows: &[(f64, f64, char)]) -> Track {
+    let sample = |(step, &(x, y, light)): (usize, &(f64, f64, char))| Sample {
+        step: step as u32,
+        time_s: step as f64 * 300.0,
+        tip: Point::new(x, y),
+        light: match light {
+            'l' => Some(Light::Left),
+            'r' => Some(Light::Right),
+            _ => None,
+        },
+        quality: Quality::Measured,
+    };
+    Track { samples: rows.iter().enumerate().map(sample).collect(), columns: Vec::new() }
+}
+
+/// Tips that swing after a lamp which changes every 20 steps.
+pub(super) fn swings(count: usize, steps: usize) -> Vec<Track> {
+    let one = |plant: usize| {
+        let mut x = 0.0;
+        let rows: Vec<(f64, f64, char)> = (0..=steps)
+            .map(|step| {
+                let is_left = (step / 20 + plant).is_multiple_of(2);
+                let row =
+                    (x, 4.0 + (0.08 + 0.02 * plant as f64) * step as f64, if is_left { 'l' } else { 'r' });
+                let goal = if is_left { -6.0 } else { 5.0 };
+                x += (goal - x) * 0.06;
+                row
+            })
+            .collect();
+        let mut track = track(&rows);
+        track.samples[steps].light = None;
+        track
+    };
+    (0..count).map(one).collect()
+}
+
+/// Compares a figure's file with the one under `tests/golden`; with `TROPISM_BLESS` set, writes it instead.
+pub(super) fn golden(figure: &Figure) {
+    let (name, bytes) = figure.files().remove(0);
+    let text = String::from_utf8(bytes).unwrap();
+    assert_well_formed(&text);
+    // The style sheet is the same in all and would bury the figure.
+    let (head, rest) = text.split_once("<style>").unwrap();
+    let (_, rest) = rest.split_once("</style>").unwrap();
+    let text = format!("{head}{rest}").replace("><", ">\n<");
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
+    if std::env::var_os("TROPISM_BLESS").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    let golden = std::fs::read_to_string(&path).unwrap();
+    for (line, (found, wanted)) in text.lines().zip(golden.lines()).enumerate() {
+        assert_eq!(found, wanted, "{} line {}; bless with TROPISM_BLESS=1", path.display(), line + 1);
+    }
+    assert_eq!(text.lines().count(), golden.lines().count());
+}
+
+/// Every tag is closed, in order; elements that HTML leaves open excepted.
+pub(super) fn assert_well_formed(markup: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    for piece in markup.split('<').skip(1) {
+        let (tag, _) = piece.split_once('>').unwrap_or_else(|| panic!("unclosed tag <{piece}"));
+        assert_eq!(tag.matches('"').count() % 2, 0, "odd quotes in <{tag}>");
+        let name = tag.trim_start_matches('/').split([' ', '/']).next().unwrap_or_default();
+        if tag.starts_with('!') || tag.ends_with('/') || matches!(name, "meta" | "img" | "br" | "link") {
+            continue;
+        }
+        if tag.starts_with('/') {
+            assert_eq!(open.pop(), Some(name), "closed out of order");
+        } else {
+            open.push(name);
+        }
+    }
+    assert!(open.is_empty(), "left open: {open:?}");
+}

@@ -1,0 +1,251 @@
+//! Figures 4a, 4b, 7 and 8: where the tip went.
+
+use super::plot::{Axis, Path, Place, Plot};
+use super::{Body, Figure, Plants};
+use tropism::geometry::Point;
+use tropism::light::{self, Light};
+use tropism::track::{Sample, Track};
+
+/// Vectors of Figure 4b are at least so long, in cm: shorter steps are joined.
+const SHORTEST: f64 = 0.5;
+
+/// Axes in cm: at least the paper's ends, further where a point lies outside.
+pub(super) fn axes<'a>(
+    x: (f64, f64),
+    y: (f64, f64),
+    points: impl Iterator<Item = &'a Point> + Clone,
+) -> (Axis, Axis) {
+    (
+        Axis::over("tip x (cm)", x, points.clone().map(|point| point.x)),
+        Axis::over("tip y (cm)", y, points.map(|point| point.y)),
+    )
+}
+
+pub(super) fn tips(tracks: &[Track]) -> impl Iterator<Item = &Point> + Clone {
+    tracks.iter().flat_map(|track| track.samples.iter().map(|sample| &sample.tip))
+}
+
+/// Figure 4a: the path of each tip in a colour of its own, and its last height at the right-hand side.
+#[must_use]
+pub fn trajectories(tracks: &[Track], plants: Plants) -> Figure {
+    let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
+    let mut plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);
+    for (index, track) in tracks.iter().enumerate() {
+        plot.line(&colour(index), track.samples.iter().map(|sample| (sample.tip.x, sample.tip.y)));
+    }
+    for (index, height, label) in final_heights(&plot, tracks) {
+        let (class, edge) = (colour(index), plot.edge());
+        let mut tick = Path::default();
+        tick.line(&[(edge - 6.0, height), (edge + 4.0, height), (edge + 12.0, label)]);
+        plot.path(&class, &tick);
+        plot.text(&format!("mark {class}"), (edge + 16.0, label + 4.0), "start", &(index + 1).to_string());
+        let last = tracks[index].samples.last().map_or(0.0, |sample| sample.tip.y);
+        plot.text("tick", (edge + 32.0, label + 4.0), "start", &format!("{last:.1}"));
+    }
+    Figure {
+        number: "4a",
+        title: "Paths of the tip".to_owned(),
+        caption: format!(
+            "Each experiment in its own colour; at the right-hand side its number, as in Figure 2, and the height in cm \
+             where it ended. Not mirrored. {}",
+            plants.sentence()
+        ),
+        body: Body::Svg(plot.finish()),
+    }
+}
+
+fn colour(index: usize) -> String {
+    format!("e{}", index % 6)
+}
+
+/// Index, last height and height of its label in pixels, of each track that has samples; labels stand clear of each
+/// other as far as there is room.
+fn final_heights(plot: &Plot, tracks: &[Track]) -> Vec<(usize, f64, f64)> {
+    let clear = 14.0_f64.min((plot.foot() - plot.head()) / tracks.len() as f64);
+    let last = |(index, track): (usize, &Track)| {
+        track.samples.last().map(|sample| (index, plot.place(sample.tip.x, sample.tip.y).1))
+    };
+    let mut heights: Vec<(usize, f64)> = tracks.iter().enumerate().filter_map(last).collect();
+    heights.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut labels: Vec<f64> = Vec::new();
+    for (_, height) in &heights {
+        labels.push(labels.last().map_or(*height, |above| height.max(above + clear)));
+    }
+    // Pushed apart downwards only, they would sink: half of the way back up keeps them about their ticks.
+    let sunk = labels.iter().zip(&heights).map(|(label, (_, height))| label - height).fold(0.0, f64::max);
+    let room = labels.first().map_or(0.0, |first| first - plot.head());
+    let lift = (sunk / 2.0).min(room);
+    heights.into_iter().zip(labels).map(|((index, height), label)| (index, height, label - lift)).collect()
+}
+
+/// Figure 4b: where the tip was heading, coloured by the lamp that was lit.
+///
+/// A vector is a needle, broad where the tip was and sharp where it went. Steps shorter than 0.5 cm are joined while the
+/// same lamp stays lit.
+#[must_use]
+pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
+    let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
+    let mut plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);
+    for light in Light::BOTH {
+        let mut needles = Path::default();
+        for (from, to) in tracks.iter().flat_map(|track| vectors(track, light)) {
+            needle(&mut needles, plot.place(from.x, from.y), plot.place(to.x, to.y));
+        }
+        plot.fill(light.name(), &needles);
+    }
+    plot.legend(&[("left", "left light"), ("right", "right light")]);
+    Figure {
+        number: "4b",
+        title: "Directions of the tip".to_owned(),
+        caption: format!(
+            "Needles point where the tip went while the left or the right lamp was lit; steps shorter than 0.5 cm are \
+             joined. Not mirrored. {}",
+            plants.sentence()
+        ),
+        body: Body::Svg(plot.finish()),
+    }
+}
+
+/// From where to where the tip went under `light`: in pieces of [`SHORTEST`], the last before a switch as short as it is.
+fn vectors(track: &Track, light: Light) -> Vec<(Point, Point)> {
+    let mut vectors = Vec::new();
+    let mut start: Option<Point> = None;
+    for sample in &track.samples {
+        let is_lit = sample.light == Some(light);
+        if let Some(from) = start.filter(|from| !is_lit || from.distance(sample.tip) >= SHORTEST) {
+            vectors.push((from, sample.tip));
+            start = None;
+        }
+        start = start.or(Some(sample.tip)).filter(|_| is_lit);
+    }
+    vectors
+}
+
+fn needle(path: &mut Path, from: Place, to: Place) {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let length = (dx * dx + dy * dy).sqrt().max(1e-9);
+    let (side_x, side_y) = (-1.4 * dy / length, 1.4 * dx / length);
+    path.start((from.0 + side_x, from.1 + side_y));
+    path.draw(to);
+    path.draw((from.0 - side_x, from.1 - side_y));
+}
+
+/// Figures 7 and 8: the path of one steered tip, coloured by the lamp that was lit, with its targets.
+///
+/// `fitness` is in cm, eq. (9). `number` is the figure's: `7a` to `7d` in simulation, `8` in reality.
+#[must_use]
+pub fn steering(
+    number: &'static str,
+    title: &str,
+    track: &Track,
+    targets: &[Point],
+    fitness: f64,
+    plants: Plants,
+) -> Figure {
+    let points = track.samples.iter().map(|sample| &sample.tip).chain(targets);
+    let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
+    let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
+    draw_steering(&mut plot, &track.samples, targets, false);
+    plot.legend(&[("left", "left light on"), ("right", "right light on")]);
+    let steps = track.samples.len().saturating_sub(1);
+    Figure {
+        number,
+        title: format!("{title}, fitness {} cm", super::plot::number(fitness)),
+        caption: format!(
+            "The path of the tip in {steps} steps from the circle, coloured by the lamp that the controller lit. Crosses \
+             are the targets in their order, on the heights at which they count. {}",
+            plants.sentence()
+        ),
+        body: Body::Svg(plot.finish()),
+    }
+}
+
+/// Draws the path of one steered tip, coloured by the lamp that was lit, and its targets; with `is_outlined` the path
+/// stands off what lies below it.
+pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Point], is_outlined: bool) {
+    for target in targets {
+        plot.across("grid dotted", target.y);
+    }
+    let outline = samples.iter().map(|sample| (sample.tip.x, sample.tip.y));
+    plot.line("under", outline.filter(|_| is_outlined));
+    for run in runs(samples) {
+        let class = format!("bold {}", light::name(run[0].light));
+        plot.line(&class, run.iter().map(|sample| (sample.tip.x, sample.tip.y)));
+    }
+    if let Some(first) = samples.first() {
+        plot.disc("start", plot.place(first.tip.x, first.tip.y), 3.5);
+    }
+    for (index, target) in targets.iter().enumerate() {
+        let (x, y) = plot.place(target.x, target.y);
+        let mut cross = Path::default();
+        cross.line(&[(x - 5.0, y - 5.0), (x + 5.0, y + 5.0)]);
+        cross.line(&[(x - 5.0, y + 5.0), (x + 5.0, y - 5.0)]);
+        plot.path("bold target", &cross);
+        plot.text("mark halo target", (x, y - 10.0), "middle", &(index + 1).to_string());
+    }
+}
+
+/// Stretches under one light, each with the first sample of the next so that the line has no gaps.
+fn runs(samples: &[Sample]) -> impl Iterator<Item = &[Sample]> {
+    let mut start = 0;
+    let ends = samples.chunk_by(|a, b| a.light == b.light).map(move |run| {
+        let range = (start, (start + run.len() + 1).min(samples.len()));
+        start += run.len();
+        &samples[range.0..range.1]
+    });
+    ends.filter(|run| run.len() > 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    const TARGETS: [Point; 3] = [Point::new(3.0, 6.0), Point::new(-5.0, 9.0), Point::new(-1.0, 13.5)];
+
+    #[test]
+    fn figure_4a_is_golden() {
+        testing::golden(&trajectories(&testing::swings(3, 60), Plants::Real));
+    }
+
+    #[test]
+    fn figure_4b_is_golden() {
+        testing::golden(&directions(&testing::swings(3, 60), Plants::Virtual));
+    }
+
+    #[test]
+    fn figure_7a_is_golden() {
+        let track = &testing::swings(1, 120)[0];
+        testing::golden(&steering("7a", "A good controller", track, &TARGETS, 14.3, Plants::ModelOfVirtual));
+    }
+
+    #[test]
+    fn vectors_join_short_steps_but_never_two_lights() {
+        let rows = [(0.0, 4.0, 'l'), (-0.3, 4.0, 'l'), (-0.6, 4.0, 'l'), (-0.7, 4.0, 'r'), (0.5, 4.0, '-')];
+        let track = testing::track(&rows);
+        let ends =
+            |light| vectors(&track, light).into_iter().map(|(from, to)| (from.x, to.x)).collect::<Vec<_>>();
+        assert_eq!(ends(Light::Left), [(0.0, -0.6), (-0.6, -0.7)]);
+        assert_eq!(ends(Light::Right), [(-0.7, 0.5)]);
+    }
+
+    #[test]
+    fn runs_cover_every_step_once() {
+        let rows = [(0.0, 4.0, 'l'), (0.0, 4.0, 'l'), (0.0, 4.0, 'r'), (0.0, 4.0, 'l'), (0.0, 4.0, '-')];
+        let track = testing::track(&rows);
+        let steps = runs(&track.samples)
+            .map(|run| run.iter().map(|sample| sample.step).collect::<Vec<_>>())
+            .collect::<Vec<_>>();
+        assert_eq!(steps, [vec![0, 1, 2], vec![2, 3], vec![3, 4]]);
+    }
+
+    #[test]
+    fn labels_of_final_heights_stand_clear() {
+        let tracks: Vec<Track> = (0..6).map(|_| testing::track(&[(0.0, 20.0, '-')])).collect();
+        let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(&tracks));
+        let plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);
+        let labels = final_heights(&plot, &tracks);
+        assert_eq!(labels.len(), 6);
+        assert!(labels.windows(2).all(|pair| pair[1].2 - pair[0].2 >= 13.9));
+    }
+}

@@ -1,0 +1,368 @@
+//! A tent as the loop sees it: camera, lamps, flash and clock.
+//!
+//! Drivers implement four small traits; [`Rig`] makes an [`Environment`] of them and an [`Eye`]. The virtual tent
+//! ([`crate::greenhouse`]) is a rig like any other, so it exercises all of this.
+
+pub mod event;
+pub mod fault_policy;
+
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::environment::Environment;
+use crate::light::Light;
+use crate::observation::Observation;
+use crate::photo::Photo;
+use crate::vision::{Eye, Seen};
+
+pub use event::{Event, EventKind, HealthProblem, NoMonitor, RunMonitor};
+pub use fault_policy::{Durability, FaultPolicy, LampsInView, OnFault, OnGap};
+
+/// Takes photographs.
+pub trait Camera {
+    /// A fresh photograph.
+    ///
+    /// # Errors
+    /// If the camera gives none.
+    fn photograph(&mut self) -> Result<Photo, RigError>;
+
+    /// Whether another photograph of the same step may come out better: not of a recording, and not of a virtual tent.
+    fn can_repeat(&self) -> bool {
+        true
+    }
+
+    /// Passes over a photograph that was taken before an interruption.
+    ///
+    /// Nothing in front of a real plant, which has grown by itself; a recording goes on by one.
+    fn skip(&mut self) {}
+}
+
+/// The two lamps, of which at most one is lit.
+pub trait Lamps {
+    /// Lights one lamp and darkens the other; `None` darkens both, the safe state.
+    ///
+    /// # Errors
+    /// If a lamp does not obey.
+    fn light(&mut self, light: Option<Light>) -> Result<(), RigError>;
+}
+
+/// What becomes of the lamps when a rig is closed, however that comes about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OnExit {
+    /// Both go dark.
+    #[default]
+    Dark,
+    /// They stay as they are.
+    Keep,
+}
+
+/// The flash that makes the plant bright in a photograph.
+pub trait Flash {
+    /// Switches the flash.
+    ///
+    /// # Errors
+    /// If the flash does not obey.
+    fn flash(&mut self, is_on: bool) -> Result<(), RigError>;
+}
+
+/// A moment, as the clocks of a real tent show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Since the start of the experiment, on a clock that grows evenly, whatever is done to the one on the wall.
+    pub since_start: Duration,
+    /// The clock on the wall, in seconds since 1970: a label for people.
+    pub unix_s: f64,
+}
+
+/// The clock that counts from the start of a computer, and where on it an experiment began.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boot {
+    /// Names this start of the computer.
+    pub id: String,
+    /// The start of the experiment, in seconds on this clock; below 0 if it was before the start of the computer.
+    pub start_s: f64,
+    /// Whether the clock on the wall is known to be right.
+    pub is_wall_set: bool,
+}
+
+/// Time since the start of an experiment: sleeps in a tent, jumps in the virtual one.
+pub trait Clock {
+    /// Returns when `since_start` has come; at once if it has passed. A clock that sleeps asks `meanwhile` about twice a
+    /// second, and returns early with its `Break`.
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()>;
+
+    /// What it shows; `None` of a clock that jumps.
+    fn now(&self) -> Option<Moment> {
+        None
+    }
+
+    /// What it counts from; `None` of a clock that jumps.
+    fn boot(&self) -> Option<Boot> {
+        None
+    }
+
+    /// Lives again through a step that was recorded before an interruption: `light` is lit until `until`, or none.
+    ///
+    /// In a real tent that time has passed by itself.
+    fn relive(&mut self, _light: Option<Light>, _until: Duration) {}
+}
+
+impl<T: Camera + ?Sized> Camera for Box<T> {
+    fn photograph(&mut self) -> Result<Photo, RigError> {
+        (**self).photograph()
+    }
+
+    fn can_repeat(&self) -> bool {
+        (**self).can_repeat()
+    }
+
+    fn skip(&mut self) {
+        (**self).skip();
+    }
+}
+
+impl<T: Lamps + ?Sized> Lamps for Box<T> {
+    fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        (**self).light(light)
+    }
+}
+
+impl<T: Flash + ?Sized> Flash for Box<T> {
+    fn flash(&mut self, is_on: bool) -> Result<(), RigError> {
+        (**self).flash(is_on)
+    }
+}
+
+impl<T: Clock + ?Sized> Clock for Box<T> {
+    fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        (**self).wait_until(since_start, meanwhile)
+    }
+
+    fn now(&self) -> Option<Moment> {
+        (**self).now()
+    }
+
+    fn boot(&self) -> Option<Boot> {
+        (**self).boot()
+    }
+
+    fn relive(&mut self, light: Option<Light>, until: Duration) {
+        (**self).relive(light, until);
+    }
+}
+
+/// Why a rig cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum RigError {
+    /// A device failed.
+    #[error("{device}: {problem}")]
+    Device {
+        /// Which device, with enough of its address to find it.
+        device: String,
+        /// What was found, and what was wanted.
+        problem: String,
+    },
+    /// The first photograph shows no plant: there is nothing to hold.
+    #[error(
+        "{photo}: found no plant ({class}) in the first photograph, wanted one inside the region of interest"
+    )]
+    NeverSeen {
+        /// Name of the photograph.
+        photo: String,
+        /// Class of the photograph.
+        class: String,
+    },
+}
+
+/// The latest photograph and what was seen in it.
+#[derive(Clone, Debug)]
+pub struct Shot {
+    /// The photograph.
+    pub photo: Photo,
+    /// What was seen.
+    pub seen: Seen,
+}
+
+/// A tent: its devices and the eye that reads its photographs.
+///
+/// Dropping a rig darkens its lamps, unless they are to [stay](OnExit::Keep) as they are.
+#[derive(Debug)]
+pub struct Rig<C, L: Lamps, F, K> {
+    camera: C,
+    lamps: L,
+    flash: F,
+    clock: K,
+    eye: Eye,
+    period: Duration,
+    on_exit: OnExit,
+    /// The next step.
+    step: u32,
+    shot: Option<Shot>,
+}
+
+/// For those who do not want to break off.
+fn go_on() -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
+    /// A tent that is observed every `period`, beginning at the clock's start.
+    pub const fn new(camera: C, lamps: L, flash: F, clock: K, eye: Eye, period: Duration) -> Self {
+        Self { camera, lamps, flash, clock, eye, period, on_exit: OnExit::Dark, step: 0, shot: None }
+    }
+
+    /// The same tent, whose lamps become what `on_exit` says when it is closed.
+    #[must_use]
+    pub fn with_on_exit(mut self, on_exit: OnExit) -> Self {
+        self.on_exit = on_exit;
+        self
+    }
+
+    /// The latest photograph, once there is one.
+    pub const fn shot(&self) -> Option<&Shot> {
+        self.shot.as_ref()
+    }
+
+    /// What reads its photographs.
+    pub const fn eye(&self) -> &Eye {
+        &self.eye
+    }
+
+    /// The clock.
+    pub const fn clock(&self) -> &K {
+        &self.clock
+    }
+
+    /// The next step.
+    pub const fn next_step(&self) -> u32 {
+        self.step
+    }
+
+    /// When `step` is due, since the start.
+    pub fn due(&self, step: u32) -> Duration {
+        self.period * step
+    }
+
+    /// Passes over steps that cannot be taken any more: the next one is `step`.
+    pub const fn skip_to(&mut self, step: u32) {
+        self.step = step;
+    }
+
+    /// Waits for a time since the start, as [`Clock::wait_until`].
+    pub fn wait_until(
+        &mut self,
+        since_start: Duration,
+        meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        self.clock.wait_until(since_start, meanwhile)
+    }
+
+    /// The photograph of the next step, taken now.
+    ///
+    /// # Errors
+    /// Those of camera and flash; the flash is told to be off all the same.
+    pub fn photograph(&mut self) -> Result<Photo, RigError> {
+        let lit = self.flash.flash(true);
+        let photo = lit.and_then(|()| self.camera.photograph());
+        // Off again whether or not flash and camera obeyed.
+        let off = self.flash.flash(false);
+        let mut photo = photo?;
+        off?;
+        photo.name = photo_name(self.step);
+        photo.time_s = self.due(self.step).as_secs_f64();
+        Ok(photo)
+    }
+
+    /// Another photograph of the next step, if `photo` is too dark to see a plant by and another one may come out better:
+    /// the flash is lit anew.
+    ///
+    /// # Errors
+    /// As [`Self::photograph`].
+    pub fn photograph_again(&mut self, photo: &Photo) -> Option<Result<Photo, RigError>> {
+        (self.camera.can_repeat() && self.eye.finds_dark(photo)).then(|| self.photograph())
+    }
+
+    /// What stands for the photograph of the next step where there is none: a file without bytes.
+    pub fn no_photograph(&self) -> Photo {
+        Photo { name: photo_name(self.step), bytes: Vec::new(), time_s: self.due(self.step).as_secs_f64() }
+    }
+
+    /// Takes the next step with what `photo` shows of the plant.
+    ///
+    /// # Errors
+    /// [`RigError::NeverSeen`]; then the step is still the next one.
+    pub fn see(&mut self, photo: Photo) -> Result<Observation, RigError> {
+        let seen = self.eye.observe(&photo);
+        let Some(observation) = seen.observation.clone() else {
+            return Err(RigError::NeverSeen { photo: photo.name, class: seen.class.to_string() });
+        };
+        self.step += 1;
+        self.shot = Some(Shot { photo, seen });
+        Ok(observation)
+    }
+
+    /// Lights one lamp, or none.
+    ///
+    /// # Errors
+    /// Those of the lamps.
+    pub fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        self.lamps.light(light)
+    }
+
+    /// Lives again through a recorded step: what was seen at its beginning, and the light that was lit until the step
+    /// `until`, if one was.
+    pub fn relive(&mut self, step: u32, shot: &Shot, light: Option<Light>, until: u32) {
+        self.recall(step, shot);
+        self.clock.relive(light, self.due(until));
+    }
+
+    /// Takes up what was seen at the latest step, which is not over: its photograph need not be taken again.
+    pub fn recall(&mut self, step: u32, shot: &Shot) {
+        self.eye.resume(&shot.photo, &shot.seen);
+        self.camera.skip();
+        self.step = step + 1;
+    }
+}
+
+fn photo_name(step: u32) -> String {
+    format!("{step:06}.jpg")
+}
+
+impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
+    type Error = RigError;
+
+    fn observe(&mut self) -> Result<Observation, RigError> {
+        // Nobody can break this off.
+        let _ = self.wait_until(self.due(self.step), &mut go_on);
+        let photo = self.photograph()?;
+        self.see(photo)
+    }
+
+    fn step(&mut self, light: Light) -> Result<(), RigError> {
+        self.light(Some(light))
+    }
+
+    fn period_min(&self) -> f64 {
+        self.period.as_secs_f64() / 60.0
+    }
+}
+
+impl<C, L: Lamps, F, K> Drop for Rig<C, L, F, K> {
+    fn drop(&mut self) {
+        if self.on_exit == OnExit::Dark {
+            // Nobody is left to be told of a failure here; drivers keep their own last resort.
+            let _ = self.lamps.light(None);
+        }
+    }
+}
