@@ -8,13 +8,20 @@
 //! [`FaultPolicy`]: tropism::rig::FaultPolicy
 //! [`RunMonitor`]: tropism::rig::RunMonitor
 
-mod checkpoint;
-mod copy;
 pub mod files;
+mod checkpoint;
+mod journal;
+mod copy;
 mod folder;
 mod gap;
-mod journal;
 mod recorded;
+mod error;
+pub mod monitor;
+pub mod workflow;
+
+pub use error::Error;
+pub use monitor::{Monitor, Silent};
+pub use workflow::Workflow;
 
 pub use checkpoint::{Checkpoint, Loaded};
 pub use folder::{FolderError, RunFolder, holder, lock};

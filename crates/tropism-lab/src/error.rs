@@ -1,0 +1,61 @@
+//! Why a workflow ended without results.
+
+use std::path::PathBuf;
+
+use crate::files::FileError;
+use crate::folder::FolderError;
+use crate::journal::JournalError;
+use crate::recorded::RecordError;
+
+/// Why a workflow ended without results.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A plan that cannot be executed.
+    #[error("{0}")]
+    Plan(String),
+    /// The monitor asked for an end. What was done is saved in `folder`, where the same plan resumes.
+    #[error("interrupted: {} is saved", folder.display())]
+    Interrupted {
+        /// The folder that holds what was done.
+        folder: PathBuf,
+    },
+    /// A run met something that its user must decide.
+    #[error("paused: {}: {reason}", folder.display())]
+    Paused {
+        /// The run folder.
+        folder: PathBuf,
+        /// What was found.
+        reason: String,
+    },
+    /// A file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A run folder.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A journal.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    /// A recorded run.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// Anything else that a part of tropism refused, and where.
+    #[error("{place}: {source}")]
+    At {
+        /// The file, folder or part of the plan.
+        place: String,
+        /// What it said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl Error {
+    /// Says where another part's error belongs to.
+    pub fn at<E: Into<Box<dyn std::error::Error + Send + Sync>>>(
+        place: impl ToString,
+    ) -> impl FnOnce(E) -> Self {
+        let place = place.to_string();
+        move |error| Self::At { place, source: error.into() }
+    }
+}

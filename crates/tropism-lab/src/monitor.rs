@@ -1,0 +1,42 @@
+//! How a workflow tells what it is doing, and how it is asked to stop.
+
+use tropism::track::Sample;
+use tropism_neat::Generation;
+
+/// Listens to a workflow while it works.
+///
+/// Workflows call it from several threads. Every method does nothing unless it is implemented.
+pub trait Monitor: Sync {
+    /// A stage begins that consists of `total` units of work (steps, generations, photographs).
+    fn stage(&self, _name: &str, _total: u64) {}
+
+    /// `count` further units of the present stage are done.
+    fn advance(&self, _count: u64) {}
+
+    /// `count` units of the present stage were done before the workflow was resumed: they say nothing about the time left.
+    fn skip(&self, _count: u64) {}
+
+    /// The present state in a few words, such as `best 12.3, 8 species`.
+    fn status(&self, _text: &str) {}
+
+    /// A line that a user should read.
+    fn note(&self, _line: &str) {}
+
+    /// A generation of evolutionary run `run` is complete.
+    fn generation(&self, _run: u32, _generation: &Generation) {}
+
+    /// A step of an experiment is complete.
+    fn sample(&self, _sample: &Sample) {}
+
+    /// Whether the workflow may go on. After `false` it saves its state and returns
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    fn may_go_on(&self) -> bool {
+        true
+    }
+}
+
+/// A monitor that listens to nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Monitor for Silent {}

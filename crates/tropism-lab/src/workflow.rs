@@ -1,0 +1,31 @@
+//! The shape of every workflow: a plan goes in, results come out, a monitor listens.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::error::Error;
+use crate::monitor::Monitor;
+
+/// A plan that can be executed.
+///
+/// A plan is data: its default is the paper, and it holds all that decides the results. A command, a page and a notebook
+/// that do the same thing exchange the same JSON.
+pub trait Workflow: Serialize + DeserializeOwned {
+    /// What comes out.
+    type Results: Serialize;
+
+    /// Name and version of the JSON of plan and results, such as `tropism.fit/1`.
+    const SCHEMA: &'static str;
+
+    /// Checks the plan before any work begins.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] names the key, its value and its range.
+    fn check(&self) -> Result<(), Error>;
+
+    /// Executes the plan.
+    ///
+    /// # Errors
+    /// [`Error`]; [`Error::Interrupted`] if `monitor` asked for an end, after what was done is saved.
+    fn execute(&self, monitor: &dyn Monitor) -> Result<Self::Results, Error>;
+}
