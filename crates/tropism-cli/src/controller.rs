@@ -5,12 +5,13 @@ use std::str::FromStr;
 
 use anyhow::{Context, Result};
 use tropism::control::Controller;
-use tropism::control::chase::Chase;
-use tropism::control::network::NetworkController;
-use tropism::control::periodic::Periodic;
-use tropism::light::Light;
-use tropism::task::Task;
-use tropism::track::PERIOD_MIN;
+use tropism::control::Greedy;
+use tropism::control::NetworkController;
+use tropism::control::Periodic;
+use tropism::evolve::Champion;
+use tropism::lamps::Layout;
+use tropism::task::Targets;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files;
 use tropism_neat::Genome;
 
@@ -41,9 +42,11 @@ impl FromStr for ControllerName {
             _ if text == "periodic" => Ok(Self::Periodic(SIX_HOURS)),
             _ if text == "chase" => Ok(Self::Chase),
             Some(("periodic", time)) => {
-                let steps = (parse_minutes(time)? / PERIOD_MIN).round();
+                let steps = (parse_minutes(time)? / PAPER_PERIOD_MIN).round();
                 if !(1.0..=1e6).contains(&steps) {
-                    return Err(format!("found {time}, wanted at least one step of {PERIOD_MIN} minutes"));
+                    return Err(format!(
+                        "found {time}, wanted at least one step of {PAPER_PERIOD_MIN} minutes"
+                    ));
                 }
                 Ok(Self::Periodic(steps as u32))
             }
@@ -70,9 +73,9 @@ impl ControllerName {
             Self::Periodic(period) => LoadedController::Periodic(*period),
             Self::Chase => LoadedController::Chase,
             Self::File(path) => {
-                let genome = files::read_as(path, Genome::from_json)?;
-                NetworkController::new(&genome).with_context(|| path.display().to_string())?;
-                LoadedController::Network(Box::new(genome))
+                let champion = files::read_as(path, Champion::from_json)?;
+                NetworkController::of_tip(&champion.genome).with_context(|| path.display().to_string())?;
+                LoadedController::Network(Box::new(champion.genome))
             }
         })
     }
@@ -80,22 +83,22 @@ impl ControllerName {
 
 impl LoadedController {
     /// A fresh controller, at rest.
-    pub(crate) fn build(&self, task: &Task) -> Box<dyn Controller> {
+    pub(crate) fn build(&self, task: &Targets) -> Box<dyn Controller> {
         match self {
-            Self::Periodic(period) => Box::new(Periodic::new(*period, Light::Left)),
-            Self::Chase => Box::new(Chase::new(task.targets.clone())),
+            Self::Periodic(period) => Box::new(Periodic::new(*period, &Layout::default())),
+            Self::Chase => Box::new(Greedy::new(task, &Layout::default())),
             Self::Network(genome) => {
-                Box::new(NetworkController::new(genome).expect("checked when it was loaded"))
+                Box::new(NetworkController::of_tip(genome).expect("checked when it was loaded"))
             }
         }
     }
 
     /// The task that it is given: that of the file, the paper's, or for one that does not look at the plant the 1000
     /// steps of an open-loop experiment; in `steps` at most.
-    pub(crate) fn task(&self, file: &TaskOption, steps: Option<u32>) -> Result<Task> {
+    pub(crate) fn task(&self, file: &TaskOption, steps: Option<u32>) -> Result<Targets> {
         let is_open_loop = matches!(self, Self::Periodic(_)) && file.task.is_none();
-        let task = if is_open_loop { Task::open_loop(OPEN_LOOP_STEPS) } else { file.load()? };
-        Ok(Task { max_steps: steps.unwrap_or(task.max_steps), ..task })
+        let task = if is_open_loop { Targets::open_loop(OPEN_LOOP_STEPS) } else { file.load()? };
+        Ok(Targets { max_steps: steps.unwrap_or(task.max_steps), ..task })
     }
 
     /// What a run folder says of it.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use tropism::geometry::{Point, Polyline};
 use tropism::photo::Image;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_lab::files;
 use tropism_report::{self as report, Composite, Figure, LitStem, Plants};
@@ -159,7 +160,7 @@ pub(crate) fn place_of(track: &Track, name: &str, row: usize) -> Option<Point> {
     let axis = |axis: char| {
         let wanted = format!("{name}_{axis}_cm");
         let column = track.columns.iter().find(|column| column.name == wanted)?;
-        column.values[row].parse().ok().filter(|value: &f64| value.is_finite())
+        column.values.text(row).parse().ok().filter(|value: &f64| value.is_finite())
     };
     Some(Point::new(axis('x')?, axis('y')?))
 }

@@ -8,9 +8,9 @@ use tropism::geometry::{Pixel, Region};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::plant::tip::TipModel;
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism::vision::Calibration;
 use tropism_lab::files;
 
@@ -26,9 +26,9 @@ pub(crate) struct TaskOption {
 
 impl TaskOption {
     /// The task of the file, or the paper's.
-    pub(crate) fn load(&self) -> Result<Task> {
-        let Some(path) = &self.task else { return Ok(Task::default()) };
-        let task: Task = files::read_toml(path)?;
+    pub(crate) fn load(&self) -> Result<Targets> {
+        let Some(path) = &self.task else { return Ok(Targets::default()) };
+        let task: Targets = files::read_toml(path)?;
         task.check().with_context(|| path.display().to_string())?;
         Ok(task)
     }
@@ -124,7 +124,7 @@ pub(crate) fn load_model(path: &Path) -> Result<TipModel> {
 const GAP_CM: f64 = 2.0;
 
 /// The model of a file, on which plants are to start where `task` says.
-pub(crate) fn load_model_for(path: &Path, task: &Task, shell: &Shell) -> Result<TipModel> {
+pub(crate) fn load_model_for(path: &Path, task: &Targets, shell: &Shell) -> Result<TipModel> {
     let model = load_model(path)?;
     if Light::BOTH.iter().any(|&light| model.mean_shift(task.start, light).is_some()) {
         return Ok(model);

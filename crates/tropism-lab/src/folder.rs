@@ -216,9 +216,8 @@ impl RunFolder {
         let mut rows = self.rows()?;
         rows.retain(|row| samples.next_if_eq(&row.step).is_some());
         let mut track = track.clone();
-        let text = |name: &str, value: &dyn Fn(&Row) -> String| Column {
-            name: name.to_owned(),
-            values: rows.iter().map(value).collect(),
+        let text = |name: &str, value: &dyn Fn(&Row) -> String| {
+            Column::parsed(name, rows.iter().map(value).collect())
         };
         // A held tip is not in this photograph: it has no place there.
         let place = |row: &Row, axis: usize| {

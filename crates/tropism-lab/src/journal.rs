@@ -8,7 +8,7 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_
 
 use crate::copy::{self, Copy};
 use tropism::geometry::{Pixel, Point};
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::rig::{Boot, Moment};
 use tropism::rig::{Durability, Event};
@@ -338,7 +338,7 @@ impl Journal {
             row.seen.confidence.into(),
             row.begun.map(|begun| begun.since_start.as_secs_f64()).into(),
             row.begun.map(|begun| begun.unix_s).into(),
-            row.lit.map(|lit| light::name(lit).to_owned()).into(),
+            row.lit.map(|lit| lamps::name(lit).to_owned()).into(),
             row.seen.shift.map(|shift| shift.x).into(),
             row.seen.shift.map(|shift| shift.y).into(),
         ];
@@ -350,7 +350,7 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn decided(&self, step: u32, light: Light) -> Result<(), JournalError> {
-        self.write("decided", &[light.name().to_owned().into(), step.into()])
+        self.write("decided", &[light.standard_name().to_owned().into(), step.into()])
     }
 
     /// Writes down that the decision of a step was acted upon.
@@ -437,7 +437,7 @@ fn lamp(
 ) -> Result<Option<Option<Light>>, JournalError> {
     let Some(word) = word else { return Ok(None) };
     let error = |_| JournalError::Value { step, column, found: word.clone(), wanted: "left, right or dark" };
-    light::parse(&word).map(Some).map_err(error)
+    lamps::parse(&word).map(Some).map_err(error)
 }
 
 fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<Seen, JournalError> {

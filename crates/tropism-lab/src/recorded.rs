@@ -7,7 +7,7 @@ use crate::folder::{FolderError, RunFolder};
 use crate::journal::{Journal, JournalError, Row};
 use tropism::environment::Environment;
 use tropism::geometry::Pixel;
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
@@ -221,7 +221,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         match recorded.past.len() {
             0 if state.is_none() => recorded.tell(EventKind::Started, "the run begins".to_owned())?,
             steps => {
-                let text = format!("found {steps} steps, going on; {} is lit as before", light::name(lit));
+                let text = format!("found {steps} steps, going on; {} is lit as before", lamps::name(lit));
                 recorded.tell(EventKind::Resumed, text)?;
             }
         }
@@ -500,7 +500,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
         self.streaks.mismatch += 1;
         let steps = self.streaks.mismatch;
         let text =
-            format!("found {} lit in the photograph, wanted {commanded}, {steps} in a row", light::name(lit));
+            format!("found {} lit in the photograph, wanted {commanded}, {steps} in a row", lamps::name(lit));
         self.tell(EventKind::Mismatch, text.clone())?;
         if steps >= self.care.patience.pause_steps { Err(self.pause(text)) } else { Ok(()) }
     }
@@ -697,6 +697,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<C, L, F, 
 
     fn missed(&self) -> u32 {
         (self.step + 1).saturating_sub(self.observed)
+    }
+
+    fn layout(&self) -> &Layout {
+        self.rig.layout()
     }
 
     fn period_min(&self) -> f64 {

@@ -4,7 +4,7 @@ use crate::innovation::Innovations;
 use crate::random::Dice;
 use crate::{Config, Genome, Link, Neuron, NeuronKind};
 
-/// Draws of a kind before a genome that nothing can be done to is left as it is.
+/// NoiseStream of a kind before a genome that nothing can be done to is left as it is.
 const DRAWS: usize = 100;
 
 /// What a mutation does.

@@ -83,7 +83,7 @@ impl Parents<'_> {
         true
     }
 
-    /// Draws a parent from a species: the best of a tournament among its better members, or by roulette.
+    /// NoiseStream a parent from a species: the best of a tournament among its better members, or by roulette.
     pub(crate) fn select(&self, species: usize, dice: &mut Dice) -> usize {
         let members = &self.species[species];
         let fitness = |place: usize| self.fitness[members[place] as usize];

@@ -6,8 +6,8 @@ use super::colour::Ramp;
 use super::plot::{Axis, Path, Plot};
 use super::trajectories::{axes, draw_steering};
 use super::{Body, Figure, Plants};
-use tropism::control::anatomy::{Anatomy, Boundary, Decisions};
-use tropism::control::network::ShapeError;
+use tropism::control::ShapeError;
+use tropism::control::network_analysis::{Boundary, Decisions, NetworkAnalysis};
 use tropism::geometry::Point;
 use tropism::track::Track;
 
@@ -46,9 +46,9 @@ pub fn decision(
     draw_steering(&mut plot, samples, targets, true);
     let depends = Ramp::Diverging.class(Ramp::level(PALE[1]));
     plot.legend(&[("left", "left lamp"), ("right", "right lamp"), (&depends, "depends")]);
-    let state = match Anatomy::of(genome) {
-        Anatomy { is_linear: true, .. } => String::new(),
-        Anatomy { has_memory: false, .. } => {
+    let state = match NetworkAnalysis::of(genome) {
+        NetworkAnalysis { is_linear: true, .. } => String::new(),
+        NetworkAnalysis { has_memory: false, .. } => {
             " The network is asked until its delays are over; on the way the decision may lag behind.".to_owned()
         }
         _ => " The network keeps its state: it is asked until that settles, once from rest and once from each corner of \

@@ -6,8 +6,8 @@ use tropism_neat::{Activation, Genome, Neuron, NeuronKind};
 
 use super::plot::{Path, Place, Plot, number};
 use super::{Body, Figure};
-use tropism::control::anatomy::Anatomy;
-use tropism::control::network::{INPUTS, OUTPUTS};
+use tropism::control::network_analysis::NetworkAnalysis;
+use tropism::control::{OUTPUTS, TIP_INPUTS};
 
 /// Radius of a neuron, in pixels.
 const RADIUS: f64 = 11.0;
@@ -29,7 +29,7 @@ const CURVE: usize = 16;
 /// do not reach an output are faint.
 #[must_use]
 pub fn network(genome: &Genome) -> Figure {
-    let anatomy = Anatomy::of(genome);
+    let anatomy = NetworkAnalysis::of(genome);
     let layout = Layout::of(genome);
     // Arcs rise above the highest neuron.
     let mut plot = Plot::bare(layout.size, 96.0, 76.0);
@@ -67,7 +67,7 @@ pub fn network(genome: &Genome) -> Figure {
 }
 
 /// What kind of network it is, in a sentence.
-fn description(genome: &Genome, anatomy: &Anatomy) -> String {
+fn description(genome: &Genome, anatomy: &NetworkAnalysis) -> String {
     let idle = genome.links().len() - anatomy.links;
     let idle = match idle {
         0 => String::new(),
@@ -82,7 +82,7 @@ fn description(genome: &Genome, anatomy: &Anatomy) -> String {
 }
 
 fn is_controller(genome: &Genome) -> bool {
-    (genome.inputs(), genome.outputs()) == (INPUTS, OUTPUTS)
+    (genome.inputs(), genome.outputs()) == (TIP_INPUTS, OUTPUTS)
 }
 
 /// What stands in a neuron.
@@ -205,7 +205,7 @@ impl Layout {
     }
 }
 
-fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &Anatomy, layout: &Layout) {
+fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &NetworkAnalysis, layout: &Layout) {
     let largest = genome.links().iter().map(|link| link.weight.abs()).fold(1e-9, f64::max);
     let mut weights = Vec::new();
     for link in genome.links() {
@@ -299,7 +299,7 @@ impl Curve {
 /// The network of `genome` in the language of Graphviz.
 #[must_use]
 pub fn network_dot(genome: &Genome) -> String {
-    let anatomy = Anatomy::of(genome);
+    let anatomy = NetworkAnalysis::of(genome);
     let mut dot =
         "digraph network {\n  rankdir=LR;\n  node [shape=circle, fontname=\"sans-serif\"];\n".to_owned();
     let mut ranks = [("source", String::new()), ("sink", String::new())];

@@ -104,7 +104,7 @@ impl Path {
         self.number(self.at.1);
     }
 
-    /// Draws to `place`.
+    /// NoiseStream to `place`.
     pub(super) fn draw(&mut self, place: Place) {
         let to = (tenths(place.0), tenths(place.1));
         self.data.push('l');

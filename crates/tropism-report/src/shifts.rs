@@ -7,7 +7,7 @@ use super::plot::{Axis, Plot, number};
 use super::trajectories::{axes, tips};
 use super::{Body, Figure, Plants};
 use tropism::geometry::Point;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::track::Track;
 
 /// Side of a cell, in cm.
@@ -50,13 +50,13 @@ type Cell = (i64, i64);
 /// shifts pooled, nothing drawn where there are none.
 #[must_use]
 pub fn shift_maps(tracks: &[Track], plants: Plants) -> [Figure; 4] {
-    let mirrored: Vec<Track> = tracks.iter().map(Track::mirrored).collect();
+    let mirrored: Vec<Track> = tracks.iter().filter_map(Track::mirrored).collect();
     let all = || tracks.iter().chain(&mirrored);
     let widest = tips(tracks).fold(15.0, |widest: f64, tip| widest.max(tip.x.abs()));
-    [("5a", Direction::X, Light::Left), ("5b", Direction::X, Light::Right), ("5c", Direction::Y, Light::Left), (
+    [("5a", Direction::X, Light::LEFT), ("5b", Direction::X, Light::RIGHT), ("5c", Direction::Y, Light::LEFT), (
         "5d",
         Direction::Y,
-        Light::Right,
+        Light::RIGHT,
     )]
     .map(|(number, direction, light)| {
         let (mut x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
@@ -137,10 +137,10 @@ mod tests {
     #[test]
     fn the_left_map_is_the_right_one_in_a_mirror() {
         let tracks = testing::swings(2, 80);
-        let mirrored: Vec<Track> = tracks.iter().map(Track::mirrored).collect();
+        let mirrored: Vec<Track> = tracks.iter().filter_map(Track::mirrored).collect();
         let all = || tracks.iter().chain(&mirrored);
-        let left = means(all(), Direction::X, Light::Left);
-        let right = means(all(), Direction::X, Light::Right);
+        let left = means(all(), Direction::X, Light::LEFT);
+        let right = means(all(), Direction::X, Light::RIGHT);
         assert!(left.len() > 20);
         assert_eq!(left.len(), right.len());
         for ((row, column), shift) in left {

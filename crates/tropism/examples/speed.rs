@@ -13,7 +13,7 @@ use tropism::greenhouse::bean::{Bean, Species};
 use tropism::greenhouse::render::Renderer;
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Photo;
 use tropism::photo::jpeg::Jpeg;
 use tropism::vision::{Eye, Mode, VisionConfig, lit};
@@ -35,7 +35,7 @@ fn draw(folder: &Path, width: u32, count: u64) -> Result<(), Box<dyn Error>> {
         let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
         bean.advance([0.0, 1.0], END_MIN * (seed + 1) as f64 / count as f64);
         let mut renderer = Renderer::new(&greenhouse.scene, seed);
-        let bytes = renderer.photograph(&bean.pose(), Some(Light::Right), true, 0);
+        let bytes = renderer.photograph(&bean.pose(), Some(Light::RIGHT), true, 0);
         std::fs::write(folder.join(format!("{seed:03}.jpg")), bytes)?;
     }
     let crop = greenhouse.crop();

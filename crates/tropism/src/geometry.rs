@@ -107,6 +107,12 @@ impl Region {
 pub struct Polyline(pub Vec<Point>);
 
 impl Polyline {
+    /// The same line in a mirror: x changes sign.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        Self(self.0.iter().map(|point| point.mirrored()).collect())
+    }
+
     /// Length along the line, in cm.
     #[must_use]
     pub fn length(&self) -> f64 {

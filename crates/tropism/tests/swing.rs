@@ -7,9 +7,10 @@ mod reference;
 use reference::{
     Comparison, Preset, SKIPPED, TABLE, compare, histories, p_of_median, p_of_rank_sum, summary,
 };
+use tropism::control::Sensors;
 use tropism::evolve::baseline;
 use tropism::plant::tip::TipModel;
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism_neat::Config;
 
 /// The model of `synthetic-swing`, or a line that says why not.
@@ -24,7 +25,9 @@ fn model() -> Option<TipModel> {
 #[test]
 fn random_controllers_do_as_the_reference() {
     let Some(model) = model() else { return };
-    let found = baseline(&model, &Task::default(), &Config::paper(), 1, 200_000, |_| true).unwrap();
+    let found =
+        baseline(&model, &Targets::default(), &Sensors::default(), &Config::paper(), 1, 200_000, |_| true)
+            .unwrap();
     assert!((-8.6..=-7.5).contains(&found.median), "median {}", found.median);
     assert!((6.0..=8.0).contains(&found.best), "best {}", found.best);
 }

@@ -18,7 +18,7 @@ use tropism::greenhouse::fault::{self, Fault, Faults, Happening};
 use tropism::greenhouse::render::{Renderer, truth};
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 use tropism::math;
 use tropism::observation::{Observation, Quality};
 use tropism::photo::{Image, Photo, Picture};
@@ -101,7 +101,7 @@ fn the_lit_lamp_is_read_from_every_photograph() {
     assert_eq!(marked.len(), 94);
     for row in marked {
         let image = open(&folder.join(row.text("frame").to_owned() + ".jpg"));
-        assert_eq!(light::name(lit(&image, None)), row.text("light"), "frame {}", row.text("frame"));
+        assert_eq!(lamps::name(lit(&image, None)), row.text("light"), "frame {}", row.text("frame"));
     }
 }
 
@@ -472,7 +472,7 @@ fn hindsight_knows_where_a_hidden_tip_was() {
     let (mut truths, mut seen, mut glances) = (Vec::new(), Vec::new(), Vec::new());
     for frame in 0..40 {
         let pose = bean.pose();
-        let lit = if frame < 20 { Light::Right } else { Light::Left };
+        let lit = if frame < 20 { Light::RIGHT } else { Light::LEFT };
         let happenings = if (5..38).contains(&frame) { faults.at(5, frame) } else { Vec::new() };
         let bytes = fault::photograph(&mut renderer, &happenings, &pose, Some(lit), frame, None).unwrap();
         let one = eye.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes) });
@@ -572,7 +572,7 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
                 _ => nudged.at(5, frame),
             };
             let bytes =
-                fault::photograph(&mut renderer, &faults, &plant.pose(), Some(Light::Left), frame, None);
+                fault::photograph(&mut renderer, &faults, &plant.pose(), Some(Light::LEFT), frame, None);
             let seen = eye.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes.unwrap()) });
             let is_spoiled = frame == 0 && !first.is_empty();
             assert!(is_spoiled || seen.is_measured(), "{first:?}, {frame}: {seen:?}");
@@ -597,7 +597,7 @@ fn virtual_photo(width: u32, seed: u64, hours: f64) -> (Photo, Greenhouse) {
     let scene = Scene { width, height: width * 3 / 4, ..Scene::default() };
     let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
     bean.advance([0.0, 1.0], 3_600.0 * hours);
-    let bytes = Renderer::new(&scene, seed).photograph(&bean.pose(), Some(Light::Right), true, 0);
+    let bytes = Renderer::new(&scene, seed).photograph(&bean.pose(), Some(Light::RIGHT), true, 0);
     (
         Photo { name: format!("virtual {seed}"), bytes, time_s: 0.0 },
         Greenhouse { scene, ..Greenhouse::default() },

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
+use tropism::control::Sensors;
 use tropism::evolve;
 use tropism_lab::files;
 use tropism_neat::Config;
@@ -55,7 +56,15 @@ impl Baseline {
             progress.add(count);
             !Shell::is_interrupted()
         };
-        let found = evolve::baseline(&model, &task, &Config::paper(), self.seed.seed, self.count, tick);
+        let found = evolve::baseline(
+            &model,
+            &task,
+            &Sensors::default(),
+            &Config::paper(),
+            self.seed.seed,
+            self.count,
+            tick,
+        );
         drop(progress);
         let Some(found) = found else {
             return Err(Interrupted("nothing was written".to_owned()).into());

@@ -10,7 +10,7 @@ use tropism::greenhouse::bean::calibrate::{Calibration, Estimate, PARAMETERS, ca
 use tropism::greenhouse::bean::{Individual, Species, acceptance};
 use tropism::math;
 use tropism::random::{self, Purpose};
-use tropism::track::PERIOD_MIN;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files;
 
 use crate::options::{BeanOption, SeedOption};
@@ -31,7 +31,7 @@ pub(crate) struct Calibrate {
     tracks: Vec<PathBuf>,
 
     /// Minutes between the rows of the tracks
-    #[arg(long, default_value_t = PERIOD_MIN, value_name = "MIN")]
+    #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN")]
     interval: f64,
 
     /// Bean file to write: the species with these estimates and their spread
@@ -215,7 +215,7 @@ fn recover(species: &Species, plants: u32, seed: u64, shell: &Shell) -> Result<(
         .map(|plant| {
             let seed = random::derive(seed, Purpose::Plant, plant.into());
             let track = acceptance::experiment(species, seed);
-            let found = calibrate(&track, PERIOD_MIN, species)?;
+            let found = calibrate(&track, PAPER_PERIOD_MIN, species)?;
             progress.add(1);
             Ok((values(&species.draw(seed, 1.0)), found))
         })

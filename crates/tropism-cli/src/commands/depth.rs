@@ -190,11 +190,10 @@ fn apex(track: &Track, row: usize) -> Option<Polyline> {
 }
 
 fn table(rows: &[Row]) -> Track {
-    let mut track =
-        Track { samples: rows.iter().map(|row| row.sample.clone()).collect(), columns: Vec::new() };
+    let mut track = Track::of(rows.iter().map(|row| row.sample.clone()).collect());
     let mut column = |name: String, value: &dyn Fn(&Row) -> Option<f64>| {
         let text = |row: &Row| value(row).map_or_else(String::new, |value| format!("{value:.4}"));
-        track.columns.push(Column { name, values: rows.iter().map(text).collect() });
+        track.columns.push(Column::parsed(&name, rows.iter().map(text).collect()));
     };
     column("tip_z_cm".to_owned(), &|row| Some(row.tip.place[2]));
     column("tip_gap_cm".to_owned(), &|row| Some(row.tip.gap_cm));
@@ -212,7 +211,7 @@ fn table(rows: &[Row]) -> Track {
                 stem.get(vertex).map_or_else(String::new, |place| format!("{:.4}", place[index]))
             };
             let name = format!("stem_{}_{axis}_cm", vertex + 1);
-            track.columns.push(Column { name, values: stems.iter().map(text).collect() });
+            track.columns.push(Column::parsed(&name, stems.iter().map(text).collect()));
         }
     }
     track

@@ -12,12 +12,14 @@ use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism::control::network::NetworkController;
-use tropism::evolve::{self, EvolutionConfig, Run, Trial};
+use tropism::control::NetworkController;
+use tropism::control::{OUTPUTS, Sensors};
+use tropism::evolve::{self, Evolution, EvolutionConfig, EvolutionRun, Trial};
+use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
-use tropism::random::{Draws, Purpose};
-use tropism::simulation::simulate;
-use tropism::task::Task;
+use tropism::random::{NoiseStream, Purpose};
+use tropism::simulation::simulate_with;
+use tropism::task::Targets;
 use tropism_lab::{Checkpoint, files, lock};
 use tropism_neat::{Config, Generation, Genome};
 
@@ -105,7 +107,7 @@ pub(crate) struct EvolutionPlan {
     /// The model, by its check sum.
     model_sha256: String,
     trial_plants: u32,
-    task: Task,
+    task: Targets,
     evolution: EvolutionConfig,
 }
 
@@ -130,7 +132,7 @@ pub(crate) struct RunOutcome {
 pub(crate) struct Outcome {
     pub(crate) runs: Vec<RunOutcome>,
     pub(crate) evaluations: u64,
-    /// Run whose champion is `champion.json`, from 0.
+    /// EvolutionRun whose champion is `champion.json`, from 0.
     pub(crate) champion: usize,
     pub(crate) cpu_seconds: f64,
     pub(crate) wall_seconds: f64,
@@ -157,7 +159,7 @@ struct Line<'g> {
 impl EvolutionPlan {
     pub(crate) fn new(
         model: &TipModel,
-        task: &Task,
+        task: &Targets,
         config: EvolutionConfig,
         trial_plants: u32,
         seed: u64,
@@ -175,7 +177,7 @@ impl EvolutionPlan {
     }
 
     /// The task that controllers are evolved for.
-    pub(crate) const fn task(&self) -> &Task {
+    pub(crate) const fn task(&self) -> &Targets {
         &self.task
     }
 
@@ -186,13 +188,14 @@ impl EvolutionPlan {
 
     /// The run whose champion is best so far, by the checkpoints in the folder of an evolution that is not over, and its
     /// number; `None` if there is none that can be read. Nothing in the folder is touched: it may be at work.
-    pub(crate) fn best_so_far(&self, out: &Path) -> Option<(u32, Run)> {
+    pub(crate) fn best_so_far(&self, out: &Path) -> Option<(u32, EvolutionRun)> {
         let read = |index| {
             let file = out.join(format!("run-{index:02}.json"));
-            let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
+            let parse =
+                |text: &str| EvolutionRun::from_json(text, &self.evolution, OUTPUTS, self.seed, index);
             Some((index, files::read_as(&file, parse).ok()?))
         };
-        let fitness = |run: &Run| run.champion().map_or(f64::NEG_INFINITY, |(_, fitness)| fitness);
+        let fitness = |run: &EvolutionRun| run.champion().map_or(f64::NEG_INFINITY, |(_, fitness)| fitness);
         let begun = (0..self.evolution.runs).filter_map(read).filter(|(_, run)| run.champion().is_some());
         begun.max_by(|(_, a), (_, b)| fitness(a).total_cmp(&fitness(b)))
     }
@@ -209,11 +212,11 @@ impl EvolutionPlan {
         self.evolution.check()?;
         let _lock = self.claim(out, is_resumed)?;
         let live = Mutex::new(Live::new(self.evolution.runs as usize));
-        let runs: Vec<Option<Run>> = (0..self.evolution.runs)
+        let runs: Vec<Option<EvolutionRun>> = (0..self.evolution.runs)
             .into_par_iter()
             .map(|index| self.advance(index, model, out, care, &live))
             .collect::<Result<_>>()?;
-        let Some(runs) = runs.into_iter().collect::<Option<Vec<Run>>>() else { return Ok(None) };
+        let Some(runs) = runs.into_iter().collect::<Option<Vec<EvolutionRun>>>() else { return Ok(None) };
         let plants = model.of_each_plant()?;
         let outcomes: Vec<RunOutcome> =
             runs.par_iter().map(|run| self.outcome(run, model, &plants)).collect::<Result<_>>()?;
@@ -268,9 +271,10 @@ impl EvolutionPlan {
         out: &Path,
         care: &Care<'_>,
         live: &Mutex<Live>,
-    ) -> Result<Option<Run>> {
+    ) -> Result<Option<EvolutionRun>> {
         let checkpoint = Checkpoint::new(out.join(format!("run-{index:02}.json")));
-        let mut run = self.begin(index, &checkpoint, care.progress)?;
+        let evolution = Evolution::new(model, &self.task, self.evolution.clone(), self.seed)?;
+        let mut run = self.begin(&evolution, index, &checkpoint, care.progress)?;
         if let Some(last) = run.history.last() {
             care.progress.skip(run.history.len() as u64);
             if let Ok(mut live) = live.lock() {
@@ -280,7 +284,7 @@ impl EvolutionPlan {
         let mut saved = Instant::now();
         let mut saved_generations = run.history.len();
         while (run.history.len() as u32) < self.evolution.generations && !Shell::is_interrupted() {
-            let generation = run.advance(model, &self.task);
+            let generation = evolution.advance(&mut run);
             (care.watch)(index, generation)?;
             care.progress.add(1);
             if let Ok(mut live) = live.lock() {
@@ -297,11 +301,17 @@ impl EvolutionPlan {
         Ok((run.history.len() as u32 == self.evolution.generations).then_some(run))
     }
 
-    /// Run `index` as its checkpoint has it, or at its beginning.
-    fn begin(&self, index: u32, checkpoint: &Checkpoint, progress: &Progress) -> Result<Run> {
-        let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
+    /// EvolutionRun `index` as its checkpoint has it, or at its beginning.
+    fn begin(
+        &self,
+        evolution: &Evolution<'_, TipModel, Targets>,
+        index: u32,
+        checkpoint: &Checkpoint,
+        progress: &Progress,
+    ) -> Result<EvolutionRun> {
+        let parse = |text: &str| EvolutionRun::from_json(text, &self.evolution, OUTPUTS, self.seed, index);
         let Some(loaded) = checkpoint.load(parse)? else {
-            return Ok(Run::new(&self.evolution, self.seed, index)?);
+            return Ok(evolution.begin(index)?);
         };
         if let Some(refused) = loaded.refused {
             progress.note(&format!(
@@ -313,9 +323,10 @@ impl EvolutionPlan {
         Ok(loaded.value)
     }
 
-    fn outcome(&self, run: &Run, model: &TipModel, plants: &[TipModel]) -> Result<RunOutcome> {
+    fn outcome(&self, run: &EvolutionRun, model: &TipModel, plants: &[TipModel]) -> Result<RunOutcome> {
         let genome = champion(run)?;
-        let mut controller = NetworkController::new(genome)?;
+        let mut controller =
+            NetworkController::new(genome, &self.evolution.sensors, &self.task, model.layout())?;
         Ok(RunOutcome {
             seed: run.seed,
             best_fitness: run.champion().map_or(0.0, |(_, fitness)| fitness),
@@ -325,8 +336,8 @@ impl EvolutionPlan {
             transfer: self.trial(plants, genome),
             links: genome.links().len(),
             without_data: {
-                let draws = Draws::new(self.seed, Purpose::Trial, [0; 3]);
-                model.share_without_data(&simulate(model, &mut controller, &self.task, draws))
+                let draws = NoiseStream::new(self.seed, Purpose::Trial, [0; 3]);
+                model.share_without_data(&simulate_with(model, &mut controller, &self.task, draws))
             },
         })
     }
@@ -334,16 +345,16 @@ impl EvolutionPlan {
 
 impl EvolutionPlan {
     fn trial(&self, models: &[TipModel], genome: &Genome) -> Trial {
-        evolve::trial_of_genome(models, &self.task, genome, self.seed, self.trial_plants)
+        evolve::trial_of_genome(models, &self.task, &Sensors::default(), genome, self.seed, self.trial_plants)
     }
 }
 
-fn champion(run: &Run) -> Result<&Genome> {
+fn champion(run: &EvolutionRun) -> Result<&Genome> {
     Ok(run.champion().context("a run of at least one generation has a champion")?.0)
 }
 
 /// One row a generation and run.
-fn history(runs: &[Run]) -> String {
+fn history(runs: &[EvolutionRun]) -> String {
     let mut text =
         "run,generation,best,mean,median,best_ever,species,population,links_mean,threshold\n".to_owned();
     for (index, run) in runs.iter().enumerate() {
@@ -386,8 +397,13 @@ impl Evolve {
             Preset::BallKeeper => Config::ball_keeper(),
         };
         neat.population = self.population.unwrap_or(neat.population);
-        let config =
-            EvolutionConfig { runs: self.runs, generations: self.generations, episodes: self.episodes, neat };
+        let config = EvolutionConfig {
+            runs: self.runs,
+            generations: self.generations,
+            episodes: self.episodes,
+            neat,
+            ..EvolutionConfig::default()
+        };
         let plan = EvolutionPlan::new(&model, &task, config, TRIAL_PLANTS, self.seed.seed);
         let progress = shell.progress("evolve", u64::from(self.runs) * u64::from(self.generations));
         let watch = |run, generation: &Generation| match self.json_lines {
@@ -410,7 +426,7 @@ impl Evolve {
         }
     }
 
-    fn text(&self, outcome: &Outcome, task: &Task) -> String {
+    fn text(&self, outcome: &Outcome, task: &Targets) -> String {
         let mut best: Vec<f64> = outcome.runs.iter().map(|run| run.best_fitness).collect();
         best.sort_by(f64::total_cmp);
         let chosen = &outcome.runs[outcome.champion];

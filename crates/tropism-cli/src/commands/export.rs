@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use tropism::observation::Quality;
+use tropism::observation::{Observation, Quality};
 use tropism::rig::Event;
 use tropism::track::{Column, Sample, Track};
 use tropism_lab::{Journal, Row, files, holder};
@@ -283,12 +283,13 @@ fn track(rows: &[Row]) -> Track {
         step: row.step,
         time_s: row.time_s,
         tip: seen.tip,
+        stem: seen.stem.clone(),
         light: row.decided,
         quality: seen.quality,
     });
-    let column = |name: &str, value: &dyn Fn(&Row, bool) -> String| Column {
-        name: name.to_owned(),
-        values: rows.iter().map(|(row, seen)| value(row, seen.quality == Quality::Measured)).collect(),
+    let column = |name: &str, value: &dyn Fn(&Row, bool) -> String| {
+        let cell = |(row, seen): &(&Row, &Observation)| value(row, seen.quality == Quality::Measured);
+        Column::parsed(name, rows.iter().map(cell).collect())
     };
     // A held tip is not in this photograph: it has no place there.
     let place = |row: &Row, is_measured: bool, axis: usize| {
@@ -313,7 +314,7 @@ fn track(rows: &[Row]) -> Track {
         column("photo_bytes", &|row, _| row.photo_bytes.to_string()),
         column("photo_sha256", &|row, _| row.photo_sha256.clone()),
     ];
-    Track { samples: samples.collect(), columns }
+    Track { columns, ..Track::of(samples.collect()) }
 }
 
 /// The photograph of a step, as the journal says it is.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use serde::Serialize;
+use tropism::task::Task;
 use tropism_lab::files;
 use tropism_report::{Page, Plants, Table};
 

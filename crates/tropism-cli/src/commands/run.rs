@@ -13,7 +13,7 @@ use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::observation::Quality;
 use tropism::rig::Moment;
 use tropism::rig::{Event, EventKind, HealthProblem, OnGap, RunMonitor};
-use tropism::task::Task;
+use tropism::task::{Targets, Task};
 use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, Eye, VisionConfig};
 use tropism_lab::{FolderError, Gap, Journal, RecordError, Recorded, RunFolder, Supervision, files};
@@ -120,13 +120,13 @@ pub(crate) struct RunPlan {
     /// The whole network, so that the run can be resumed and understood without other files.
     #[serde(skip_serializing_if = "Option::is_none")]
     network: Option<String>,
-    pub(crate) task: Task,
+    pub(crate) task: Targets,
     rig: RigFile,
 }
 
 impl RunPlan {
     /// A run of `controller` in `rig`.
-    pub(crate) fn new(rig: RigFile, controller: &LoadedController, task: Task, seed: u64) -> Self {
+    pub(crate) fn new(rig: RigFile, controller: &LoadedController, task: Targets, seed: u64) -> Self {
         Self {
             schema: "tropism.run/1".to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use tropism::task::Crossing;
+use tropism::task::Task;
 use tropism_lab::files;
 
 use crate::options::TaskOption;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use tropism::control::anatomy::{Anatomy, Boundary};
-use tropism::control::network::NetworkController;
+use tropism::control::NetworkController;
+use tropism::control::network_analysis::{Boundary, NetworkAnalysis};
 use tropism::plant::tip::TipModel;
-use tropism::random::{Draws, Purpose};
-use tropism::simulation::simulate;
-use tropism::task::Task;
+use tropism::random::{NoiseStream, Purpose};
+use tropism::simulation::simulate_with;
+use tropism::task::{Targets, Task};
 use tropism::track::Track;
 use tropism_lab::files;
 use tropism_neat::{Genome, NeuronKind};
@@ -65,7 +65,7 @@ struct Found {
     genome: Genome,
     /// Where it was found.
     file: PathBuf,
-    task: Task,
+    task: Targets,
     steered: Option<(Track, Plants)>,
 }
 
@@ -166,11 +166,11 @@ impl Show {
             _ => None,
         };
         let seed = plan.map_or(1, |plan| plan.seed);
-        let steered = match (NetworkController::new(&genome), model) {
+        let steered = match (NetworkController::of_tip(&genome), model) {
             (Ok(mut controller), Some(model)) => {
-                let draws = Draws::new(seed, Purpose::Trial, [0; 3]);
+                let draws = NoiseStream::new(seed, Purpose::Trial, [0; 3]);
                 let plants = if model.is_virtual() { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
-                Some((simulate(&model, &mut controller, &task, draws), plants))
+                Some((simulate_with(&model, &mut controller, &task, draws), plants))
             }
             (Err(error), Some(_)) if self.model.is_some() => {
                 return Err(error).with_context(|| file.display().to_string());
@@ -218,7 +218,7 @@ fn so_far(plan: &EvolutionPlan, file: &Path, shell: &Shell) -> Result<Genome> {
 
 impl Found {
     fn outcome(&self, out: Option<PathBuf>) -> Outcome {
-        let (genome, anatomy) = (&self.genome, Anatomy::of(&self.genome));
+        let (genome, anatomy) = (&self.genome, NetworkAnalysis::of(&self.genome));
         let depth = |id| genome.position(id).map_or(0.0, |place| genome.neurons()[place].depth);
         Outcome {
             genome: self.file.clone(),

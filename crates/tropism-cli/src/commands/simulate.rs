@@ -6,8 +6,9 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use tropism::evolve::Trial;
-use tropism::random::{Draws, Purpose};
-use tropism::simulation::simulate;
+use tropism::random::{NoiseStream, Purpose};
+use tropism::simulation::simulate_with;
+use tropism::task::Task;
 use tropism_lab::files;
 
 use crate::controller::ControllerName;
@@ -62,8 +63,8 @@ impl Simulate {
         let controller = self.controller.load()?;
         let (mut scores, mut blind, mut first) = (Vec::new(), 0.0, None);
         for episode in 0..self.episodes {
-            let draws = Draws::new(self.seed.seed, Purpose::Trial, [episode, 0, 0]);
-            let track = simulate(&model, &mut *controller.build(&task), &task, draws);
+            let draws = NoiseStream::new(self.seed.seed, Purpose::Trial, [episode, 0, 0]);
+            let track = simulate_with(&model, &mut *controller.build(&task), &task, draws);
             scores.push(task.fitness(&track));
             blind += model.share_without_data(&track);
             first.get_or_insert(track);

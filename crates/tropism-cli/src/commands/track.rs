@@ -16,7 +16,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::geometry::Region;
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 use tropism::photo::Image;
 use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit};
 use tropism_lab::files;
@@ -321,7 +321,7 @@ impl Track {
                 format!("{file}, line {}: found {line:?}, wanted a frame and left, right or dark", number + 2)
             };
             let (frame, word) = line.split_once(',').with_context(wanted)?;
-            named.insert(frame.trim(), light::parse(word.trim()).ok().with_context(wanted)?);
+            named.insert(frame.trim(), lamps::parse(word.trim()).ok().with_context(wanted)?);
         }
         let of = |shot: &Shot| {
             let name = series::file_name(&shot.path);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use tropism::geometry::{Pixel, Region};
-use tropism::light;
+use tropism::lamps;
 use tropism::math::quantile;
 use tropism::photo::Photo;
 use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit, look_from};
@@ -49,7 +49,7 @@ fn flora(folder: &Path, mode: Mode) -> String {
     for row in &lights {
         let file = format!("{}.jpg", row.text("frame"));
         let image = open(&folder.join("flora-robotica").join(&file));
-        lamps += usize::from(light::name(lit(&image, None)) == row.text("light"));
+        lamps += usize::from(lamps::name(lit(&image, None)) == row.text("light"));
         let Some(seen) = look_from(&image, Some(Pixel::new(362.0, 336.0)), &config) else {
             lost += 1;
             continue;

@@ -9,7 +9,7 @@ use tropism::greenhouse::pose::{Leaf, Pose};
 use tropism::greenhouse::render::{Renderer, Truth, truth};
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::math;
 use tropism::photo::{Image, Photo};
 use tropism::random::{self, Purpose};
@@ -106,7 +106,7 @@ impl Growing {
     }
 
     fn light(&self) -> Light {
-        if (self.frame as usize / LIT_FOR).is_multiple_of(2) { Light::Left } else { Light::Right }
+        if (self.frame as usize / LIT_FOR).is_multiple_of(2) { Light::LEFT } else { Light::RIGHT }
     }
 
     fn step(&mut self) {
@@ -274,7 +274,7 @@ impl FileRow {
                 let mut studio = Studio {
                     renderer: Renderer::new(&scene, seed),
                     pose: growing.bean.pose(),
-                    light: Light::Left,
+                    light: Light::LEFT,
                     number: 0,
                     good: Vec::new(),
                     last: Vec::new(),

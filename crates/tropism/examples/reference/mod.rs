@@ -6,11 +6,12 @@
 
 use std::path::PathBuf;
 
-use rayon::prelude::*;
 use serde::Serialize;
-use tropism::evolve::{EvolutionConfig, Run};
+use std::ops::ControlFlow;
+
+use tropism::evolve::{Evolution, EvolutionConfig};
 use tropism::plant::tip::{TipModel, TipModelConfig};
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism::track::Track;
 use tropism_neat::{Config, Generation};
 
@@ -101,15 +102,10 @@ pub(crate) fn histories(
     generations: u32,
 ) -> Vec<Vec<Generation>> {
     let config = EvolutionConfig { runs, generations, neat, ..EvolutionConfig::default() };
-    let task = Task::default();
-    let history = |index| {
-        let mut run = Run::new(&config, seed, index).expect("a preset is sound");
-        for _ in 0..generations {
-            run.advance(model, &task);
-        }
-        run.history
-    };
-    (0..runs).into_par_iter().map(history).collect()
+    let task = Targets::default();
+    let evolution = Evolution::new(model, &task, config, seed).expect("a preset is sound");
+    let runs = evolution.evolve(&|_run, _generation| ControlFlow::Continue(())).expect("a preset is sound");
+    runs.expect("never broken off").into_iter().map(|run| run.history).collect()
 }
 
 /// Our runs beside the reference after some generations.

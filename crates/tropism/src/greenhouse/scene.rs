@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::vector::{dot, length, minus, plus, scaled, unit};
 use super::view::{CAMERA, Frame, LAMPS, Place, View, WALL};
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::math;
 
 /// The flash: a warm bulb above the pot, 68 cm above the soil (section 2.1).
@@ -215,7 +215,7 @@ fn lambert(cosine: f64, wrap: f64) -> f64 {
 
 /// Where a lamp's light comes from: the front of its coil.
 pub(super) fn bulb(light: Light) -> Place {
-    let [x, y, _] = LAMPS[if light == Light::Left { 0 } else { 1 }];
+    let [x, y, _] = LAMPS[if light == Light::LEFT { 0 } else { 1 }];
     [x, y, WALL + LAMP_RADIUS]
 }
 
@@ -256,10 +256,10 @@ mod tests {
         assert!(high[1] > 1.4 * low[1], "{high:?} {low:?}");
         let place = [3.0, 15.0, 0.0];
         let lamp =
-            Lighting::new(&scene, Some(Light::Right), false, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+            Lighting::new(&scene, Some(Light::RIGHT), false, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
         let flash = Lighting::new(&scene, None, true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
         let both =
-            Lighting::new(&scene, Some(Light::Right), true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+            Lighting::new(&scene, Some(Light::RIGHT), true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
         for band in 0..3 {
             assert!((lamp[band] + flash[band] - both[band]).abs() < 1e-12);
         }

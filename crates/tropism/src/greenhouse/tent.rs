@@ -17,12 +17,12 @@ use super::view::{Frame, View};
 use crate::control::Controller;
 use crate::environment::{Environment, run};
 use crate::geometry::{Point, Region};
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, RigError};
 use crate::task::Task;
-use crate::track::{PERIOD_MIN, Sample, Track};
+use crate::track::{PAPER_PERIOD_MIN, Sample, Track};
 use crate::vision::{Calibration, Eye, VisionConfig, VisionError};
 
 /// A virtual tent and the plant in it.
@@ -122,7 +122,7 @@ impl Tent {
     /// Number of the photograph of this step. Its noise and its faults are named by it, so a resumed run takes the
     /// photograph that it would have taken.
     fn frame(&self) -> u64 {
-        (self.now_min / PERIOD_MIN).round() as u64
+        (self.now_min / PAPER_PERIOD_MIN).round() as u64
     }
 
     /// What goes wrong with a camera's photograph so many steps from now.
@@ -222,11 +222,16 @@ impl Greenhouse {
         &self,
         seed: u64,
         controller: &mut (impl Controller + ?Sized),
-        task: &Task,
+        task: &(impl Task + ?Sized),
         watch: &mut dyn FnMut(&Sample, &Device) -> ControlFlow<()>,
     ) -> Track {
         let device = self.device(seed);
-        let mut growing = Growing { device: device.clone(), watcher: Watcher::of(seed), step: 0 };
+        let mut growing = Growing {
+            layout: Layout::default(),
+            device: device.clone(),
+            watcher: Watcher::of(seed),
+            step: 0,
+        };
         let Ok(track) = run(&mut growing, controller, task, &mut |sample| watch(sample, &device));
         growing.watcher.complete(track)
     }
@@ -234,6 +239,7 @@ impl Greenhouse {
 
 /// A plant that is watched without photographs.
 struct Growing {
+    layout: Layout,
     device: Device,
     watcher: Watcher,
     step: u32,
@@ -244,7 +250,7 @@ impl Environment for Growing {
 
     fn observe(&mut self) -> Result<Observation, Infallible> {
         let tent = &mut *self.device.0.borrow_mut();
-        tent.advance_to(f64::from(self.step) * PERIOD_MIN);
+        tent.advance_to(f64::from(self.step) * PAPER_PERIOD_MIN);
         Ok(self.watcher.observe(&tent.bean))
     }
 
@@ -252,6 +258,14 @@ impl Environment for Growing {
         self.device.0.borrow_mut().lit = Some(light);
         self.step += 1;
         Ok(())
+    }
+
+    fn period_min(&self) -> f64 {
+        PAPER_PERIOD_MIN
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
     }
 }
 

@@ -12,7 +12,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::photo::Photo;
 use crate::vision::{Eye, Seen};
@@ -39,9 +39,9 @@ pub trait Camera {
     fn skip(&mut self) {}
 }
 
-/// The two lamps, of which at most one is lit.
+/// The lamps, of which at most one is lit.
 pub trait Lamps {
-    /// Lights one lamp and darkens the other; `None` darkens both, the safe state.
+    /// Lights one lamp and darkens the others; `None` darkens all, the safe state.
     ///
     /// # Errors
     /// If a lamp does not obey.
@@ -204,6 +204,7 @@ pub struct Rig<C, L: Lamps, F, K> {
     flash: F,
     clock: K,
     eye: Eye,
+    layout: Layout,
     period: Duration,
     on_exit: OnExit,
     /// The next step.
@@ -218,8 +219,16 @@ fn go_on() -> ControlFlow<()> {
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// A tent that is observed every `period`, beginning at the clock's start.
-    pub const fn new(camera: C, lamps: L, flash: F, clock: K, eye: Eye, period: Duration) -> Self {
-        Self { camera, lamps, flash, clock, eye, period, on_exit: OnExit::Dark, step: 0, shot: None }
+    pub fn new(camera: C, lamps: L, flash: F, clock: K, eye: Eye, period: Duration) -> Self {
+        let layout = Layout::default();
+        Self { camera, lamps, flash, clock, eye, layout, period, on_exit: OnExit::Dark, step: 0, shot: None }
+    }
+
+    /// The same tent with the lamps of `layout`; without it, the paper's two.
+    #[must_use]
+    pub fn with_layout(mut self, layout: Layout) -> Self {
+        self.layout = layout;
+        self
     }
 
     /// The same tent, whose lamps become what `on_exit` says when it is closed.
@@ -355,6 +364,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
 
     fn period_min(&self) -> f64 {
         self.period.as_secs_f64() / 60.0
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which lamp is lit, read from a photograph.
 
 use crate::geometry::Region;
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::vision::pixels::{Pixels, whole};
 
 /// How much brighter one side must be: the difference of both sides' glow over their sum.
@@ -51,7 +51,7 @@ pub fn lit(image: &impl Pixels, lamps: Option<[Region; 2]>) -> Option<Light> {
     });
     // Less than one grey value of glow is the camera's noise.
     let difference = (right - left) / (left + right).max(1.0);
-    (difference.abs() >= CLEAR).then_some(if difference > 0.0 { Light::Right } else { Light::Left })
+    (difference.abs() >= CLEAR).then_some(if difference > 0.0 { Light::RIGHT } else { Light::LEFT })
 }
 
 #[cfg(test)]
@@ -72,9 +72,9 @@ mod tests {
 
     #[test]
     fn the_brighter_lamp_is_the_lit_one() {
-        assert_eq!(lit(&tent(&[(8, 255), (100, 160)]), None), Some(Light::Left));
-        assert_eq!(lit(&tent(&[(8, 160), (100, 255)]), None), Some(Light::Right));
-        assert_eq!(lit(&tent(&[(100, 60)]), None), Some(Light::Right));
+        assert_eq!(lit(&tent(&[(8, 255), (100, 160)]), None), Some(Light::LEFT));
+        assert_eq!(lit(&tent(&[(8, 160), (100, 255)]), None), Some(Light::RIGHT));
+        assert_eq!(lit(&tent(&[(100, 60)]), None), Some(Light::RIGHT));
     }
 
     #[test]
@@ -88,7 +88,7 @@ mod tests {
     fn places_of_lamps_are_believed() {
         let image = tent(&[(50, 255), (8, 120)]);
         let at = |x| Region { x, y: 0, width: 20, height: 20 };
-        assert_eq!(lit(&image, Some([at(0), at(45)])), Some(Light::Right));
+        assert_eq!(lit(&image, Some([at(0), at(45)])), Some(Light::RIGHT));
         assert_eq!(lit(&image, Some([at(1_000), at(2_000)])), None);
     }
 }

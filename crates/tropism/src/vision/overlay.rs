@@ -3,7 +3,7 @@
 use tiny_skia::{Color, Paint, PathBuilder, Pixmap, Rect, Stroke, Transform};
 
 use crate::geometry::{Pixel, Region};
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::photo::Image;
 use crate::vision::Sighting;
 
@@ -38,7 +38,7 @@ pub fn overlay(image: &Image, marks: &Marks<'_>) -> Image {
         canvas.ring(base, 3.0 * unit, white);
     }
     if let Some(light) = marks.light {
-        let x = if light == Light::Left { 10.0 * unit } else { width - 1.0 - 10.0 * unit };
+        let x = if light == Light::LEFT { 10.0 * unit } else { width - 1.0 - 10.0 * unit };
         canvas.disc(Pixel::new(x, 10.0 * unit), 6.0 * unit, Color::from_rgba8(255, 220, 0, 255));
     }
     if let Some(held) = marks.held {
@@ -181,9 +181,9 @@ mod tests {
     fn the_lamps_mark_is_on_its_side() {
         let image = grey(60, 50);
         let with = |light| overlay(&image, &Marks { light: Some(light), ..Marks::default() });
-        assert!(changed(&image, &with(Light::Left)).iter().all(|&(x, _)| x < 30));
-        assert!(changed(&image, &with(Light::Right)).iter().all(|&(x, _)| x > 30));
-        assert!(!changed(&image, &with(Light::Right)).is_empty());
+        assert!(changed(&image, &with(Light::LEFT)).iter().all(|&(x, _)| x < 30));
+        assert!(changed(&image, &with(Light::RIGHT)).iter().all(|&(x, _)| x > 30));
+        assert!(!changed(&image, &with(Light::RIGHT)).is_empty());
     }
 
     #[test]

@@ -7,13 +7,13 @@
 use crate::geometry::{Pixel, Region};
 use crate::math;
 use crate::photo::Image;
+use crate::simd::{Kernel, dispatch};
 use crate::vision::colour::{Colours, Discriminant};
 use crate::vision::parts::{Belief, Bounds, Parts};
 use crate::vision::pixels::{Pixels, aligned};
 use crate::vision::segment::{self, LUMA, Levels, Plane};
 use crate::vision::shape::Shape;
 use crate::vision::{Edge, Sighting, VisionConfig, midline, tip};
-use crate::wide::{Work, widest};
 
 /// Samples that may be missing between two parts of one plant, plus one: a shadow, or a saturated rim that has lost its
 /// colour.
@@ -267,7 +267,7 @@ fn learn(
         return None;
     }
     let strong = levels.threshold(config.threshold);
-    let bright = widest(Believing { values: &grey.values, perhaps: strong, sure: strong });
+    let bright = dispatch(Believing { values: &grey.values, perhaps: strong, sure: strong });
     let parts = Parts::of(&bright, grey.width, REACH, foot.place);
     let seed = foot.choose(&parts, config.bright_samples)?;
     let Bounds { left, right, top, bottom } = parts.parts[seed as usize - 1].bounds;
@@ -306,7 +306,7 @@ fn judge(mut score: Plane, colour: &Discriminant, config: &VisionConfig) -> (Pla
     let sure = config.threshold as f32;
     let perhaps = (PERHAPS / colour.separation).max(config.threshold / 2.0) as f32;
     score.values.iter_mut().for_each(|value| *value += offset);
-    let belief = widest(Believing { values: &score.values, perhaps, sure });
+    let belief = dispatch(Believing { values: &score.values, perhaps, sure });
     (score, belief)
 }
 
@@ -317,11 +317,11 @@ struct Believing<'a> {
     sure: f32,
 }
 
-impl Work for Believing<'_> {
+impl Kernel for Believing<'_> {
     type Result = Vec<Belief>;
 
     #[inline(always)]
-    fn work(self) -> Vec<Belief> {
+    fn run(self) -> Vec<Belief> {
         let Self { values, perhaps, sure } = self;
         let mut belief = vec![Belief::No; values.len()];
         for (belief, &value) in belief.iter_mut().zip(values) {

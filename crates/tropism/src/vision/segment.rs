@@ -5,7 +5,7 @@
 
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
-use crate::wide::{Work, widest};
+use crate::simd::{Kernel, dispatch};
 
 /// Weights of red, green and blue in the desaturated picture (Rec. 601, as OpenCV has them).
 pub const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
@@ -110,7 +110,7 @@ fn gaussian(sigma: f64) -> Vec<f32> {
 /// If `crop` does not lie inside the picture or `step` is 0.
 #[must_use]
 pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
-    widest(Sampling { image, crop, channels, sigma, step })
+    dispatch(Sampling { image, crop, channels, sigma, step })
 }
 
 /// [`sample`].
@@ -122,11 +122,11 @@ struct Sampling<'a> {
     step: usize,
 }
 
-impl Work for Sampling<'_> {
+impl Kernel for Sampling<'_> {
     type Result = Plane;
 
     #[inline(always)]
-    fn work(self) -> Plane {
+    fn run(self) -> Plane {
         let Sampling { image, crop, channels, sigma, step } = self;
         assert!(
             crop.fits(image.width, image.height) && step > 0,

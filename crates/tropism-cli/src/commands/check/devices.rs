@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps};
@@ -364,11 +364,11 @@ impl Devices {
         let mut towards_left = [0.0; 2];
         let mut is_visible = true;
         for (side, light) in Light::BOTH.into_iter().enumerate() {
-            let name = if light == Light::Left { "left lamp" } else { "right lamp" };
+            let name = if light == Light::LEFT { "left lamp" } else { "right lamp" };
             if !self.light(Some(light), findings) {
                 return Ok(());
             }
-            let shot = self.shot(light.name(), false, findings)?;
+            let shot = self.shot(light.standard_name(), false, findings)?;
             if !self.light(None, findings) {
                 return Ok(());
             }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use tropism::greenhouse::bean::{Species, acceptance};
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism::track::Track;
 
 use super::tune;
@@ -70,7 +70,7 @@ pub(super) fn check(species: &Species, seed: u64, shell: &Shell) -> Result<()> {
         .collect();
     drop(progress);
     let progress = shell.progress("tuning controllers", TUNED as u64 * tune::WORK);
-    let task = Task::default();
+    let task = Targets::default();
     let mut tuned = tracks
         .chunks(acceptance::SET)
         .take(TUNED)

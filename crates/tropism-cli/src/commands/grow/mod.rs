@@ -15,7 +15,7 @@ use serde::Serialize;
 use tropism::greenhouse::bean::grow;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::{Targets, Task};
 use tropism::track::{Sample, Track};
 use tropism_lab::files;
 
@@ -170,7 +170,7 @@ impl Grow {
         &self,
         greenhouse: &Greenhouse,
         controller: &LoadedController,
-        task: &Task,
+        task: &Targets,
         out: &Path,
         shell: &Shell,
     ) -> Result<Vec<Option<(PathBuf, Track)>>> {
@@ -200,7 +200,7 @@ impl Grow {
         &self,
         greenhouse: &Greenhouse,
         controller: &LoadedController,
-        task: &Task,
+        task: &Targets,
         out: &Path,
         shell: &Shell,
     ) -> Result<Vec<Option<(PathBuf, Track)>>> {

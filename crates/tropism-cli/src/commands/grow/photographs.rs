@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use tropism::greenhouse::tent::{Device, Greenhouse};
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_lab::{files, lock};
@@ -19,7 +19,7 @@ use crate::shell::{Progress, Shell};
 pub(super) struct Nursery<'a> {
     pub(super) greenhouse: &'a Greenhouse,
     pub(super) controller: &'a LoadedController,
-    pub(super) task: &'a Task,
+    pub(super) task: &'a Targets,
     pub(super) is_resumed: bool,
     pub(super) progress: &'a Progress,
 }

@@ -4,12 +4,13 @@
 //! a target that is overshot late and turn to the next one early.
 
 use rayon::prelude::*;
-use tropism::control::chase::Chase;
+use tropism::control::Greedy;
 use tropism::evolve;
 use tropism::geometry::Point;
+use tropism::lamps::Layout;
 use tropism::plant::tip::TipModel;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::Targets;
 
 /// Searches, each from another start.
 const SEARCHES: u64 = 8;
@@ -30,8 +31,8 @@ const LEAST_MOVE: f64 = 0.05;
 pub(super) const WORK: u64 = SEARCHES;
 
 /// The best rule on `model`, and its mean fitness on plants of the model that it was not tuned on.
-pub(super) fn tuned(model: &TipModel, task: &Task, seed: u64, tick: impl Fn() + Sync) -> (f64, Chase) {
-    let found: Vec<(f64, Chase)> = (0..SEARCHES)
+pub(super) fn tuned(model: &TipModel, task: &Targets, seed: u64, tick: impl Fn() + Sync) -> (f64, Greedy) {
+    let found: Vec<(f64, Greedy)> = (0..SEARCHES)
         .into_par_iter()
         .map(|search| {
             let aims = search_from(model, task, random::derive(seed, Purpose::Trial, search));
@@ -43,7 +44,7 @@ pub(super) fn tuned(model: &TipModel, task: &Task, seed: u64, tick: impl Fn() + 
 }
 
 /// One search: a change that does no harm stays.
-fn search_from(model: &TipModel, task: &Task, seed: u64) -> Vec<f64> {
+fn search_from(model: &TipModel, task: &Targets, seed: u64) -> Vec<f64> {
     let mut rng = random::stream(seed, Purpose::Trial, 0);
     let mut below = task.start.y;
     let mut aims: Vec<f64> = Vec::new();
@@ -74,24 +75,24 @@ fn search_from(model: &TipModel, task: &Task, seed: u64) -> Vec<f64> {
     aims
 }
 
-fn score(model: &TipModel, task: &Task, aims: &[f64], seed: u64, plants: u32) -> f64 {
+fn score(model: &TipModel, task: &Targets, aims: &[f64], seed: u64, plants: u32) -> f64 {
     let rule = chase(aims);
     evolve::trial(std::slice::from_ref(model), task, || rule.clone(), seed, plants).mean
 }
 
 /// The rule that chases `aims`, x and y of each, whatever order they have come into.
-fn chase(aims: &[f64]) -> Chase {
+fn chase(aims: &[f64]) -> Greedy {
     let mut points: Vec<Point> = aims.chunks_exact(2).map(|aim| Point::new(aim[0], aim[1])).collect();
     points.sort_by(|a, b| a.y.total_cmp(&b.y));
-    Chase::new(points)
+    Greedy::towards(points, &Layout::default())
 }
 
 #[cfg(test)]
 mod tests {
-    use tropism::control::periodic::Periodic;
+    use tropism::control::Periodic;
     use tropism::environment::unwatched;
     use tropism::greenhouse::bean::{Species, grow};
-    use tropism::light::Light;
+    use tropism::lamps::Light;
     use tropism::plant::tip::TipModelConfig;
 
     use super::*;
@@ -100,12 +101,12 @@ mod tests {
     fn a_search_betters_the_greedy_rule() {
         let species = Species::default();
         let open_loop = |seed| {
-            let mut controller = Periodic::new(72, Light::Right);
-            grow(&species, seed, 1.0, &mut controller, &Task::open_loop(400), &mut unwatched)
+            let mut controller = Periodic::new(72, &Layout::default()).starting_with(Light::RIGHT);
+            grow(&species, seed, 1.0, &mut controller, &Targets::open_loop(400), &mut unwatched)
         };
         let tracks: Vec<_> = (0..3).map(open_loop).collect();
         let model = TipModel::fit(&tracks, TipModelConfig::default()).unwrap();
-        let task = Task::default();
+        let task = Targets::default();
         let aims = search_from(&model, &task, 1);
         assert_eq!(aims, search_from(&model, &task, 1));
         let greedy: Vec<f64> = task.targets.iter().flat_map(|target| [target.x, target.y]).collect();

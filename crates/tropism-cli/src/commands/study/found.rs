@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
-use tropism::control::network::NetworkController;
+use tropism::control::NetworkController;
 use tropism::evolve::{self, Trial};
 use tropism::plant::tip::TipModel;
-use tropism::random::{Draws, Purpose};
-use tropism::simulation::simulate;
-use tropism::track::PERIOD_MIN;
+use tropism::random::{NoiseStream, Purpose};
+use tropism::simulation::simulate_with;
+use tropism::task::Task;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files;
 use tropism_neat::Genome;
 use tropism_report::{self as report, Figure, NumberRow, Page, Plants, Table};
@@ -170,14 +171,14 @@ impl Found {
     fn hours_to_end(&self) -> f64 {
         let runs = &self.reality["champion"];
         let steps: usize = runs.iter().map(|run| run.track.samples.len() - 1).sum();
-        steps as f64 / runs.len() as f64 * PERIOD_MIN / 60.0
+        steps as f64 / runs.len() as f64 * PAPER_PERIOD_MIN / 60.0
     }
 
     /// The simulated track of a network, and its fitness.
     fn simulated(&self, number: &'static str, title: &str, genome: &Genome) -> Result<Figure> {
         let task = &self.plan.task;
-        let draws = Draws::new(self.plan.seed, Purpose::Trial, [0; 3]);
-        let track = simulate(&self.model, &mut NetworkController::new(genome)?, task, draws);
+        let draws = NoiseStream::new(self.plan.seed, Purpose::Trial, [0; 3]);
+        let track = simulate_with(&self.model, &mut NetworkController::of_tip(genome)?, task, draws);
         let fitness = task.fitness(&track);
         Ok(report::steering(number, title, &track, &task.targets, fitness, Plants::ModelOfVirtual))
     }
@@ -249,7 +250,7 @@ impl Found {
              alone.\n\nIn the model it scores {:.2} cm of {:.2} possible; on the fresh beans {:.2} cm were expected and \
              {:.2} cm were reached.",
             self.open_loop.len(),
-            f64::from(self.plan.switch_steps) * PERIOD_MIN / 60.0,
+            f64::from(self.plan.switch_steps) * PAPER_PERIOD_MIN / 60.0,
             numbers.reality_champion.plants,
             numbers.champion_mean_in_model,
             numbers.best_possible,

@@ -11,11 +11,12 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use tropism::control::Sensors;
 use tropism::evolve::{self, EvolutionConfig};
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism::vision::VisionConfig;
 use tropism_lab::files;
 use tropism_neat::Genome;
@@ -84,7 +85,7 @@ pub(crate) struct StudyPlan {
     /// Fresh plants that the chosen champion steers. Paper: 6 (section 3.2).
     reality_plants: u32,
     /// Targets.
-    task: Task,
+    task: Targets,
     /// How tracks become a model.
     model: TipModelConfig,
     /// How controllers are evolved.
@@ -105,7 +106,7 @@ impl Default for StudyPlan {
             random_controllers: 2_000_000,
             trial_plants: TRIAL_PLANTS,
             reality_plants: 6,
-            task: Task::default(),
+            task: Targets::default(),
             model: TipModelConfig::default(),
             evolution: EvolutionConfig::default(),
             vision: VisionConfig::default(),
@@ -221,7 +222,7 @@ impl Work<'_> {
     }
 
     /// Runs many experiments on all threads: folder, controller, task and seed of each.
-    fn run_all(&self, what: &str, runs: &[(PathBuf, LoadedController, Task, u64)]) -> Result<()> {
+    fn run_all(&self, what: &str, runs: &[(PathBuf, LoadedController, Targets, u64)]) -> Result<()> {
         let steps: u64 = runs.iter().map(|(_, _, task, _)| u64::from(task.max_steps)).sum();
         let progress = self.shell.progress(what, steps);
         let finished: Vec<bool> = runs
@@ -248,7 +249,7 @@ impl Work<'_> {
         let run = |number: u32| {
             let folder = self.out.join("open-loop").join((number + 1).to_string());
             let controller = LoadedController::Periodic(self.plan.switch_steps);
-            (folder, controller, Task::open_loop(self.plan.steps), self.plan.plant_seed(number))
+            (folder, controller, Targets::open_loop(self.plan.steps), self.plan.plant_seed(number))
         };
         let runs: Vec<_> = (0..self.plan.experiments).map(run).collect();
         self.run_all("photographing beans", &runs)
@@ -289,7 +290,15 @@ impl Work<'_> {
             !Shell::is_interrupted()
         };
         let (plan, neat) = (&self.plan, &self.plan.evolution.neat);
-        let found = evolve::baseline(&model, &plan.task, neat, plan.seed, plan.random_controllers, tick);
+        let found = evolve::baseline(
+            &model,
+            &plan.task,
+            &Sensors::default(),
+            neat,
+            plan.seed,
+            plan.random_controllers,
+            tick,
+        );
         let found = found.ok_or_else(|| self.interrupted())?;
         files::write(&self.out.join("random-champion.json"), found.champion.to_json().as_bytes())?;
         let found = RandomFound { count: found.count, best: found.best, median: found.median };

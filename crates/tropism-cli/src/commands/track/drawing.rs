@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use tropism::geometry::{Pixel, Region};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Image;
 use tropism::vision::overlay::{Marks, contact_sheet, overlay};
 use tropism::vision::{Seen, Sighting, segment};
@@ -67,7 +67,7 @@ impl Drawings {
             || self.sheet.is_some() && self.chosen.contains(&index)
     }
 
-    /// Draws a photograph.
+    /// NoiseStream a photograph.
     pub(crate) fn add(
         &mut self,
         index: usize,

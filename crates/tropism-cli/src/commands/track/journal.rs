@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 use tropism::geometry::Pixel;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::vision::{Class, Sighting};
 
 const SCHEMA: &str = "tropism.frames/1";
@@ -174,7 +174,7 @@ mod tests {
         Judged {
             frame: frame.to_owned(),
             sha256: format!("of {frame}"),
-            light: Some(Light::Left),
+            light: Some(Light::LEFT),
             problem: None,
             plants: vec![Looked::new(Ok(sighting)), Looked::new(Err(Class::NoPlant))],
         }

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use rayon::prelude::*;
 use serde::Serialize;
 use tropism::photo::time_in_name;
-use tropism::track::PERIOD_MIN;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files;
 
 /// What tells when a photograph was taken.
@@ -63,7 +63,7 @@ impl Series {
                 .find(|(_, times)| are_telling(times))
                 .map_or((TimeFrom::Even, None), |(from, times)| (from, Some(times))),
         };
-        let Some(times) = times else { return Ok(Self::even(paths, period_min.unwrap_or(PERIOD_MIN))) };
+        let Some(times) = times else { return Ok(Self::even(paths, period_min.unwrap_or(PAPER_PERIOD_MIN))) };
         if !are_telling(&times) {
             let found = times.iter().flatten().count();
             let place = if time_from == TimeFrom::Exif { "Exif headers" } else { "names" };
@@ -87,7 +87,7 @@ impl Series {
 
     fn timed(paths: &[PathBuf], time_from: TimeFrom, times: &[Option<f64>], period_min: Option<f64>) -> Self {
         let period_min = period_min.or_else(|| median_interval(times).map(|seconds| seconds / 60.0));
-        let period_min = period_min.unwrap_or(PERIOD_MIN);
+        let period_min = period_min.unwrap_or(PAPER_PERIOD_MIN);
         let times = complete(times, period_min * 60.0);
         let mut order: Vec<usize> = (0..paths.len()).collect();
         order.sort_by(|&a, &b| times[a].total_cmp(&times[b]).then(a.cmp(&b)));

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use tropism::geometry::{Pixel, Point};
-use tropism::light::{self, Light};
-use tropism::track::{Column, PERIOD_MIN, Sample, Track};
+use tropism::lamps::{self, Light};
+use tropism::track::{Column, PAPER_PERIOD_MIN, Sample, Track};
 use tropism::vision::motion::{Glance, Smoothed, smooth};
 use tropism::vision::{Calibration, Class, Seen, Sighting};
 
@@ -119,7 +119,7 @@ impl Table {
         let counts = &mut self.counts;
         counts.frames += 1;
         *counts.classes.entry(seen.class.name()).or_default() += 1;
-        *counts.lights.entry(light::name(light)).or_default() += 1;
+        *counts.lights.entry(lamps::name(light)).or_default() += 1;
         let since_min = (shot.time_s - *self.seen_s.get_or_insert(shot.time_s)) / 60.0;
         if !seen.is_measured() || self.gap > 0 {
             counts.longest_gap_min = counts.longest_gap_min.max(since_min);
@@ -145,7 +145,7 @@ impl Table {
         let last = self.rows.last().map_or(f64::NEG_INFINITY, |row| row.glance.at);
         let glance = Glance {
             // A burst of photographs may have one time.
-            at: (shot.time_s / (60.0 * PERIOD_MIN)).max(last + SOONEST),
+            at: (shot.time_s / (60.0 * PAPER_PERIOD_MIN)).max(last + SOONEST),
             tip: seen.pixel.map(|top| point(&self.calibration, top, shift)),
             is_believed: is_measured,
         };
@@ -162,6 +162,7 @@ impl Table {
                 step: shot.step,
                 time_s: shot.time_s,
                 tip: observation.tip,
+                stem: None,
                 light,
                 quality: observation.quality,
             },
@@ -175,11 +176,10 @@ impl Table {
     /// The track, with what was measured in further columns, empty where the tip is held; `None` if the plant was never
     /// seen.
     pub(crate) fn track(&self) -> Option<Track> {
-        let mut track =
-            Track { samples: self.rows.iter().map(|row| row.sample.clone()).collect(), columns: Vec::new() };
+        let mut track = Track::of(self.rows.iter().map(|row| row.sample.clone()).collect());
         let mut column = |name: &str, value: &dyn Fn(&Row) -> String| {
             let values = self.rows.iter().map(value).collect();
-            track.columns.push(Column { name: name.to_owned(), values });
+            track.columns.push(Column::parsed(name, values));
         };
         column("frame", &|row| row.frame.clone());
         column("class", &|row| row.class.to_string());
@@ -204,7 +204,7 @@ impl Table {
         let smoothed = smooth(&glances);
         let mut column = |name: &str, value: fn(&Smoothed) -> f64| {
             let values = smoothed.iter().map(|one| text(one.as_ref().map(value), 4)).collect();
-            track.columns.push(Column { name: name.to_owned(), values });
+            track.columns.push(Column::parsed(name, values));
         };
         column("smooth_x_cm", |one| one.tip.x);
         column("smooth_y_cm", |one| one.tip.y);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::{Image, Photo, PhotoError, Picture};
 use tropism::vision::pixels::Pixels;
 use tropism::vision::{Class, Eye, lit};

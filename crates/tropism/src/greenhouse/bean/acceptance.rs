@@ -8,19 +8,16 @@
 
 use core::f64::consts::TAU;
 
-use rayon::prelude::*;
-
 use super::experiments::{self, Response};
 use super::grow::{TRUTH, grow, grow_quiet};
 use super::{Bean, Species};
-use crate::control::Controller;
-use crate::control::chase::Chase;
-use crate::control::periodic::Periodic;
+use crate::control::{Controller, Greedy, Periodic};
 use crate::environment::unwatched;
 use crate::geometry::Point;
-use crate::light::Light;
-use crate::task::Task;
-use crate::track::{PERIOD_MIN, Track};
+use crate::lamps::{Layout, Light};
+use crate::parallel;
+use crate::task::{OpenLoop, Targets, Task};
+use crate::track::{PAPER_PERIOD_MIN, Track};
 
 /// Plants in a set: the paper's six open-loop experiments.
 pub const SET: usize = 6;
@@ -64,14 +61,15 @@ impl Row {
 /// The light of the open-loop experiments: it changes every six hours, right first.
 #[must_use]
 pub const fn alternating(step: u32) -> Light {
-    if (step / PERIOD).is_multiple_of(2) { Light::Right } else { Light::Left }
+    if (step / PERIOD).is_multiple_of(2) { Light::RIGHT } else { Light::LEFT }
 }
 
 /// The open-loop experiment of `seed`: 1000 steps, the light of [`alternating`].
 #[must_use]
 pub fn experiment(species: &Species, seed: u64) -> Track {
-    let mut controller = Periodic::new(PERIOD, Light::Right);
-    grow(species, seed, 1.0, &mut controller, &Task::open_loop(PHASES[2].end as u32), &mut unwatched)
+    let mut controller = Periodic::new(PERIOD, &Layout::default()).starting_with(Light::RIGHT);
+    let task = OpenLoop { steps: PHASES[2].end as u32, ..OpenLoop::default() };
+    grow(species, seed, 1.0, &mut controller, &task, &mut unwatched)
 }
 
 /// What the statistics need of one plant.
@@ -95,11 +93,12 @@ impl Plant {
         let apex: Vec<[f64; 3]> = x.iter().zip(&y).zip(&z).map(|((&x, &y), &z)| [x, y, z]).collect();
         let speed = |pair: &[[f64; 3]]| {
             let square: f64 = (0..3).map(|axis| (pair[1][axis] - pair[0][axis]).powi(2)).sum();
-            square.sqrt() * 10.0 / PERIOD_MIN
+            square.sqrt() * 10.0 / PAPER_PERIOD_MIN
         };
         let pairs = || track.samples.windows(2);
         let dx: Vec<f64> = pairs().map(|pair| pair[1].tip.x - pair[0].tip.x).collect();
-        let sign = |light: Option<Light>| light.map_or(0.0, Light::sign);
+        let layout = &track.layout;
+        let sign = |light: Option<Light>| light.map_or(0.0, |light| layout.side(light));
         Self {
             tips: track.samples.iter().map(|sample| sample.tip).collect(),
             dy: pairs().map(|pair| pair[1].tip.y - pair[0].tip.y).collect(),
@@ -142,7 +141,7 @@ impl Plant {
             let moving = self.towards[change..end]
                 .windows(SUSTAINED)
                 .position(|steps| steps.iter().all(|&step| step > 0.0));
-            moving.unwrap_or(end - change) as f64 * PERIOD_MIN
+            moving.unwrap_or(end - change) as f64 * PAPER_PERIOD_MIN
         };
         mean(self.changes.iter().filter(|change| PHASES[1].contains(change)).map(delay))
     }
@@ -225,8 +224,8 @@ pub fn steered<C: Controller + Clone + Sync>(
     tuned: &[(f64, C)],
 ) -> Vec<Row> {
     assert!(!seeds.is_empty() && !tuned.is_empty(), "plants and controllers");
-    let task = Task::default();
-    let greedy = Chase::new(task.targets.clone());
+    let task = Targets::default();
+    let greedy = Greedy::new(&task, &Layout::default());
     let greedy = fitness(&task, &on_each(species, seeds, &greedy, &task));
     let tracks: Vec<Vec<Track>> =
         tuned.iter().map(|(_, controller)| on_each(species, seeds, controller, &task)).collect();
@@ -261,13 +260,13 @@ fn on_each<C: Controller + Clone + Sync>(
     species: &Species,
     seeds: &[u64],
     controller: &C,
-    task: &Task,
+    task: &Targets,
 ) -> Vec<Track> {
     let one = |&seed: &u64| grow(species, seed, 1.0, &mut controller.clone(), task, &mut unwatched);
-    seeds.par_iter().map(one).collect()
+    parallel::map(seeds.iter().collect(), one)
 }
 
-fn fitness(task: &Task, tracks: &[Track]) -> Vec<f64> {
+fn fitness(task: &Targets, tracks: &[Track]) -> Vec<f64> {
     tracks.iter().map(|track| task.fitness(track)).collect()
 }
 
@@ -301,8 +300,8 @@ fn halved(species: &Species) -> f64 {
     let mut squares = 0.0;
     for step in 0..1000 {
         let lamps = super::lamps(Some(alternating(step)));
-        bean.advance(lamps, PERIOD_MIN);
-        twin.advance(lamps, PERIOD_MIN);
+        bean.advance(lamps, PAPER_PERIOD_MIN);
+        twin.advance(lamps, PAPER_PERIOD_MIN);
         squares += square(&bean, &twin);
     }
     (squares / 1000.0).sqrt()
@@ -312,7 +311,7 @@ fn halved(species: &Species) -> f64 {
 fn twice(species: &Species) -> f64 {
     let grown = || {
         let mut bean = Bean::new(species.draw(1, 1.0), 1);
-        (0..288).for_each(|step| bean.advance(super::lamps(Some(alternating(step))), PERIOD_MIN));
+        (0..288).for_each(|step| bean.advance(super::lamps(Some(alternating(step))), PAPER_PERIOD_MIN));
         bean
     };
     square(&grown(), &grown()).sqrt()

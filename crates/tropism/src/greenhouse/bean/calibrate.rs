@@ -19,7 +19,7 @@ use argmin::solver::neldermead::NelderMead;
 use super::{Bean, Fluctuation, Individual, Species, lamps};
 use crate::geometry::Point;
 use crate::greenhouse::detector;
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::math;
 use crate::observation::Quality;
 use crate::track::Track;

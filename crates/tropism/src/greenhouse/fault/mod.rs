@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::pose::Pose;
 use super::render::Renderer;
 use super::view::View;
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::photo::Image;
 use crate::random::{Purpose, derive, stream, uniform};
 
@@ -300,7 +300,7 @@ mod tests {
 
     fn taken(happenings: &[Happening]) -> Option<Vec<u8>> {
         let mut renderer = Renderer::new(&Scene { width: 324, height: 243, ..Scene::default() }, 1);
-        photograph(&mut renderer, happenings, &bean(), Some(Light::Left), 3, Some(b"the one before"))
+        photograph(&mut renderer, happenings, &bean(), Some(Light::LEFT), 3, Some(b"the one before"))
     }
 
     fn picture(happenings: &[Happening]) -> Image {

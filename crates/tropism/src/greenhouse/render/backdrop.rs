@@ -10,7 +10,7 @@ use crate::greenhouse::scene::{LAMP_HEIGHT, LAMP_RADIUS, Lighting, POT_DEPTH, PO
 use crate::greenhouse::vector::{length, minus, plus, scaled, unit};
 use crate::greenhouse::view::{CAMERA, LAMPS, Place, View, WALL, project};
 
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::math;
 
 /// Black cloth is a dull brown to a sensor: its dye lets the longest waves go, here more, there less.
@@ -129,7 +129,7 @@ impl Tent {
         // The cloth behind the lamps runs along the side camera's view.
         let turn = math::atan2(if self.view == View::Front { x } else { z }, -y);
         let below = ((0.55 - turn.abs()) / 0.25).clamp(0.0, 1.0);
-        let layer = 30 + light as u64;
+        let layer = 30 + light.index() as u64;
         let rays = 0.26 * self.texture.noise(layer, 1.6 * turn, 0.0)
             + 0.16 * self.texture.noise(layer, 5.0 * turn, 7.0);
         (1.0 + rays) * (1.0 - 0.7 * below * below * (3.0 - 2.0 * below))
@@ -334,7 +334,7 @@ fn meet_cone(along: Place, radius: f64, narrowing: f64, side: f64) -> Option<(Pl
 fn on_cable(at: Place, light: Light) -> Option<f64> {
     let [x, y, _] = lamp(light);
     let above = at[1] - y - 0.4 * LAMP_HEIGHT;
-    let bow = x - light.sign() * (0.10 * above + 0.018 * above * above);
+    let bow = x - x.signum() * (0.10 * above + 0.018 * above * above);
     let across = (at[0] - bow) / 0.35;
     (above > 0.0 && across.abs() < 1.0).then_some(across)
 }
@@ -346,5 +346,5 @@ fn root(a: f64, b: f64, c: f64, side: f64) -> Option<f64> {
 }
 
 fn lamp(light: Light) -> Place {
-    LAMPS[if light == Light::Left { 0 } else { 1 }]
+    LAMPS[if light == Light::LEFT { 0 } else { 1 }]
 }

@@ -1,27 +1,29 @@
-//! What an evolved network can do, read off its genes, and what it decides where.
+//! Analysis of an evolved network: which neurons matter, whether it can remember, and what it decides at each place.
 
 use tropism_neat::{Activation, Genome, Network};
 
-use super::network::{INPUTS, OUTPUTS, ShapeError, is_right};
+use super::network::{ShapeError, is_of_tip, is_right};
+use super::{Sensors, TIP_INPUTS};
 use crate::geometry::Point;
+use crate::lamps::Layout;
 
-/// Which of a network's neurons and links take part in its output, and what they amount to.
+/// Which neurons and links of a network take part in its output, and what class of network they form.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Anatomy {
+pub struct NetworkAnalysis {
     /// Whether a path leads from a neuron to an output, in the order of the genome's neurons.
     pub is_live: Vec<bool>,
     /// Live hidden neurons.
     pub hidden: usize,
     /// Links between live neurons.
     pub links: usize,
-    /// Whether live links run in a circle: only then can the network remember for longer than it is deep.
+    /// Whether live links form a cycle. Without one a network cannot remember for longer than it is deep.
     pub has_memory: bool,
-    /// Whether its output depends on nothing but a weighted sum of its inputs.
+    /// Whether the output is a function of one weighted sum of the inputs.
     pub is_linear: bool,
 }
 
-impl Anatomy {
-    /// The anatomy of `genome`.
+impl NetworkAnalysis {
+    /// Analyses `genome`: a backward search from the outputs, then a topological sort of the live links.
     #[must_use]
     pub fn of(genome: &Genome) -> Self {
         let neurons = genome.neurons().len();
@@ -42,7 +44,7 @@ impl Anatomy {
         let links: Vec<(usize, usize)> = links.into_iter().filter(|&(_, to)| is_live[to]).collect();
         let hidden = (outputs.end..neurons).filter(|&place| is_live[place]).count();
         let is_linear = hidden == 0 && links.iter().all(|(from, _)| !outputs.contains(from));
-        Self { hidden, links: links.len(), has_memory: has_circle(neurons, &links), is_linear, is_live }
+        Self { hidden, links: links.len(), has_memory: has_cycle(neurons, &links), is_linear, is_live }
     }
 }
 
@@ -55,8 +57,8 @@ fn grouped(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Vec<Vec
     groups
 }
 
-/// Whether `links` run in a circle: neurons that nothing enters are taken away until none is left, or none can be.
-fn has_circle(neurons: usize, links: &[(usize, usize)]) -> bool {
+/// Whether `links` form a cycle, by topological sorting (Kahn 1962, doi:10.1145/368996.369025).
+fn has_cycle(neurons: usize, links: &[(usize, usize)]) -> bool {
     let targets = grouped(neurons, links.iter().copied());
     let mut entering = vec![0_usize; neurons];
     for &(_, to) in links {
@@ -76,15 +78,15 @@ fn has_circle(neurons: usize, links: &[(usize, usize)]) -> bool {
     taken < neurons
 }
 
-/// The straight line on one side of which a linear controller lights the right lamp: where `x`, `y` in cm and the three
-/// factors add up to more than 0.
+/// The decision boundary of a linear controller: it lights the right lamp where `x * tip.x + y * tip.y + constant > 0`, with
+/// the tip in cm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Boundary {
     /// Factor of x.
     pub x: f64,
     /// Factor of y.
     pub y: f64,
-    /// What stands alone.
+    /// Constant term.
     pub constant: f64,
 }
 
@@ -92,9 +94,8 @@ impl Boundary {
     /// The boundary of a controller that is linear and whose output neuron is an unsigned step; `None` of all others.
     #[must_use]
     pub fn of(genome: &Genome) -> Option<Self> {
-        let is_controller = (genome.inputs(), genome.outputs()) == (INPUTS, OUTPUTS);
-        let output = genome.neurons().get(INPUTS + 1).filter(|_| is_controller)?;
-        if output.activation != Activation::UnsignedStep || !Anatomy::of(genome).is_linear {
+        let output = genome.neurons().get(TIP_INPUTS + 1).filter(|_| is_of_tip(genome))?;
+        if output.activation != Activation::UnsignedStep || !NetworkAnalysis::of(genome).is_linear {
             return None;
         }
         let weight = |place: usize| {
@@ -105,18 +106,19 @@ impl Boundary {
                 .find(|link| (link.from, link.to) == (from, output.id))
                 .map_or(0.0, |l| l.weight)
         };
-        Some(Self { x: weight(0), y: weight(1), constant: weight(INPUTS) - 0.5 - output.b })
+        Some(Self { x: weight(0), y: weight(1), constant: weight(TIP_INPUTS) - 0.5 - output.b })
     }
 }
 
-/// Activations after which a network is taken to have settled, and those over which it is then watched.
+/// Activations for a network to settle, and again as many over which its output is then averaged. Chosen: more than the
+/// depth of any network seen in evolution, few enough to draw a map quickly.
 const SETTLING: usize = 64;
 
-/// What a controller decides where, once it has come to rest there.
+/// Decisions of a controller at each place, after its state has settled there.
 ///
-/// A network keeps its state, so what it decides at a place may depend on what it saw before. Here the tip stands still at
-/// a place until the network's state does, too. It comes there from five pasts: from rest, and from having stood still at
-/// each of four corners. Where all of them end in the same lamp, the past is of no matter.
+/// A network keeps its state, so its decision at a place may depend on what it saw before. Here the tip stands still until
+/// the state of the network no longer changes. It starts from five states: at rest, and settled at each of four corners.
+/// Where all five end in the same lamp, the decision does not depend on the past.
 #[derive(Clone, Debug)]
 pub struct Decisions {
     pasts: Vec<Network>,
@@ -128,9 +130,7 @@ impl Decisions {
     /// # Errors
     /// [`ShapeError`] if the genome has not two inputs and one output.
     pub fn new(genome: &Genome, corners: [Point; 4]) -> Result<Self, ShapeError> {
-        if (genome.inputs(), genome.outputs()) != (INPUTS, OUTPUTS) {
-            return Err(ShapeError { inputs: genome.inputs(), outputs: genome.outputs() });
-        }
+        ShapeError::check(genome, &Sensors::default(), &Layout::wahby2016())?;
         let rest = Network::new(genome);
         let settled = corners.map(|corner| {
             let mut network = rest.clone();
@@ -140,8 +140,8 @@ impl Decisions {
         Ok(Self { pasts: [&[rest], &settled[..]].concat() })
     }
 
-    /// How much of the time the right lamp is lit when the tip stands still at `tip`, over all pasts: 0 if always the left
-    /// one, 1 if always the right one, between them where it changes for ever or depends on the past.
+    /// The share of time for which the right lamp is lit when the tip stands still at `tip` (cm), averaged over the five
+    /// states: 0 is always left, 1 always right; between them the network oscillates or depends on its past.
     #[must_use]
     pub fn share_right(&self, tip: Point) -> f64 {
         let shares = self.pasts.iter().map(|past| settle(&mut past.clone(), tip));
@@ -149,7 +149,7 @@ impl Decisions {
     }
 }
 
-/// Holds the tip at `tip` until the state stands still, and returns how much of the time the output is then right.
+/// Activates with the tip at `tip` until the state no longer changes. Returns the share of activations that say right.
 fn settle(network: &mut Network, tip: Point) -> f64 {
     let mut before = network.state().to_vec();
     let mut right = 0;
@@ -205,9 +205,9 @@ mod tests {
     #[test]
     fn a_linear_controller_decides_by_its_boundary() {
         let genome = controller(0, &[(1, 4, -1.0), (2, 4, 0.5), (3, 4, 2.0)]);
-        let anatomy = Anatomy::of(&genome);
-        assert!(anatomy.is_linear && !anatomy.has_memory);
-        assert_eq!((anatomy.hidden, anatomy.links), (0, 3));
+        let analysis = NetworkAnalysis::of(&genome);
+        assert!(analysis.is_linear && !analysis.has_memory);
+        assert_eq!((analysis.hidden, analysis.links), (0, 3));
         let boundary = Boundary::of(&genome).unwrap();
         assert_eq!(boundary, Boundary { x: -1.0, y: 0.5, constant: 1.5 });
         let decisions = decisions(&genome);
@@ -220,17 +220,17 @@ mod tests {
     #[test]
     fn neurons_that_lead_nowhere_do_not_count() {
         let genome = controller(2, &[(1, 4, 1.0), (1, 5, 1.0), (5, 6, 1.0), (6, 5, 1.0)]);
-        let anatomy = Anatomy::of(&genome);
-        assert_eq!((anatomy.hidden, anatomy.links), (0, 1));
-        assert!(anatomy.is_linear && !anatomy.has_memory);
-        assert_eq!(anatomy.is_live, [true, false, false, true, false, false]);
+        let analysis = NetworkAnalysis::of(&genome);
+        assert_eq!((analysis.hidden, analysis.links), (0, 1));
+        assert!(analysis.is_linear && !analysis.has_memory);
+        assert_eq!(analysis.is_live, [true, false, false, true, false, false]);
     }
 
     #[test]
     fn a_delay_is_waited_for_and_is_no_memory() {
         let genome = controller(1, &[(1, 5, 1.0), (5, 4, 1.0)]);
-        let anatomy = Anatomy::of(&genome);
-        assert!(!anatomy.is_linear && !anatomy.has_memory);
+        let analysis = NetworkAnalysis::of(&genome);
+        assert!(!analysis.is_linear && !analysis.has_memory);
         assert_eq!(Boundary::of(&genome), None);
         let decisions = decisions(&genome);
         assert_eq!([0.4, 0.6].map(|x| decisions.share_right(Point::new(x, 4.0))), [0.0, 1.0]);
@@ -240,7 +240,7 @@ mod tests {
     fn a_latch_depends_on_its_past_and_an_oscillator_changes_for_ever() {
         // Once on, the output keeps itself on until x falls below -0.5.
         let latch = controller(0, &[(1, 4, 1.0), (4, 4, 1.0)]);
-        assert!(Anatomy::of(&latch).has_memory && !Anatomy::of(&latch).is_linear);
+        assert!(NetworkAnalysis::of(&latch).has_memory && !NetworkAnalysis::of(&latch).is_linear);
         let decisions_of_latch = decisions(&latch);
         let shares = [-1.0, 0.0, 1.0].map(|x| decisions_of_latch.share_right(Point::new(x, 4.0)));
         assert_eq!(shares, [0.0, 0.4, 1.0], "two corners of five pasts switch it on");
@@ -249,9 +249,9 @@ mod tests {
     }
 
     #[test]
-    fn a_genome_of_another_shape_has_an_anatomy_but_no_decisions() {
+    fn a_genome_of_another_shape_has_an_analysis_but_no_decisions() {
         let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 3, 2, 1, 0);
-        assert!(Anatomy::of(&genome).is_linear);
+        assert!(NetworkAnalysis::of(&genome).is_linear);
         assert!(Decisions::new(&genome, [Point::new(0.0, 0.0); 4]).is_err());
         assert_eq!(Boundary::of(&genome), None);
     }

@@ -1,14 +1,16 @@
-//! What the plant is to do, and how well it did: targets and eq. (9).
+//! The paper's task: the tip visits targets, scored by eq. (9) (section 2.3.1).
 
 use serde::{Deserialize, Serialize};
 
+use super::Task;
 use crate::geometry::Point;
+use crate::observation::Observation;
 use crate::track::Track;
 
 /// Targets that the tip is to visit, from the lowest to the highest (section 2.3.1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Task {
+pub struct Targets {
     /// Tip of the seedling at the start of a simulated experiment, in cm. Paper: (0, 4).
     pub start: Point,
     /// Targets in ascending height, in cm. Paper: (3, 6), (-5, 9), (-1, 13.5).
@@ -20,7 +22,7 @@ pub struct Task {
     pub max_steps: u32,
 }
 
-impl Default for Task {
+impl Default for Targets {
     fn default() -> Self {
         Self {
             start: Point::new(0.0, 4.0),
@@ -31,8 +33,8 @@ impl Default for Task {
     }
 }
 
-/// A task that cannot be.
-#[derive(Debug, PartialEq, thiserror::Error)]
+/// A task that cannot be done.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("found {key} = {found}, wanted {wanted}")]
 pub struct TaskError {
     /// Which setting.
@@ -41,6 +43,12 @@ pub struct TaskError {
     pub found: String,
     /// What it should be.
     pub wanted: &'static str,
+}
+
+impl TaskError {
+    pub(super) fn new(key: &str, found: String, wanted: &'static str) -> Self {
+        Self { key: key.to_owned(), found, wanted }
+    }
 }
 
 /// Where the tip was when it first reached a target's height.
@@ -52,7 +60,7 @@ pub struct Crossing {
     pub distance_cm: f64,
 }
 
-impl Task {
+impl Targets {
     /// No targets: grow for `steps` steps whatever the height, as in the open-loop experiments (section 2.2.1).
     #[must_use]
     pub fn open_loop(steps: u32) -> Self {
@@ -64,7 +72,7 @@ impl Task {
     /// # Errors
     /// [`TaskError`] names the key, its value and what was wanted.
     pub fn check(&self) -> Result<(), TaskError> {
-        let error = |key: &str, found: String, wanted| Err(TaskError { key: key.to_owned(), found, wanted });
+        let error = |key: &str, found, wanted| Err(TaskError::new(key, found, wanted));
         if !self.start.is_finite() || self.start.y <= 0.0 {
             return error(
                 "start",
@@ -89,54 +97,21 @@ impl Task {
         Ok(())
     }
 
-    /// Whether an experiment is over when the tip stands at `tip` at `step`.
-    #[must_use]
-    pub fn is_over(&self, step: u32, tip: Point) -> bool {
-        tip.y >= self.end_height_cm || step >= self.max_steps
-    }
-
-    /// The discrete fitness f of one step from `before` to `after`, in cm, eq. (9): movement towards the next target
-    /// counts, movement away from it counts against. `floor` is the height of the tip at the start, y*_0.
-    #[must_use]
-    pub fn step_fitness(&self, floor: f64, before: Point, after: Point) -> f64 {
-        if after.y < floor {
-            return 0.0;
-        }
-        let Some(target) = self.targets.iter().find(|target| after.y < target.y) else { return 0.0 };
-        let shift = after.x - before.x;
-        if after.x < target.x {
-            shift
-        } else if after.x > target.x {
-            -shift
-        } else {
-            shift.abs()
-        }
-    }
-
-    /// The fitness F of a track, in cm, eq. (9).
-    ///
-    /// A tip that goes straight to each target gets all there is, 15 for the paper's task:
+    /// The way in x that the tip needs to visit all targets, in cm (section 2.3.2): 15 for the paper's task.
     ///
     /// ```
-    /// use tropism::task::Task;
+    /// use tropism::task::{Targets, Task};
     /// use tropism::track::Track;
     /// let straight = "tip_x_cm,tip_y_cm,light\n0,4,right\n3,5.9,left\n-5,8.9,right\n-1,13.4,dark\n";
     /// let track = Track::read_csv(straight.as_bytes())?;
-    /// assert_eq!(Task::default().fitness(&track), 15.0);
-    /// assert_eq!(Task::default().best(), 15.0);
+    /// assert_eq!(Targets::default().fitness(&track), 15.0);
+    /// assert_eq!(Targets::default().best(), 15.0);
     /// # Ok::<(), tropism::track::TrackError>(())
     /// ```
     #[must_use]
-    pub fn fitness(&self, track: &Track) -> f64 {
-        let floor = track.samples.first().map_or(self.start.y, |first| first.tip.y);
-        track.samples.windows(2).map(|pair| self.step_fitness(floor, pair[0].tip, pair[1].tip)).sum()
-    }
-
-    /// The best fitness there can be, in cm: the way in x that the tip needs to visit all targets (section 2.3.2).
-    #[must_use]
     pub fn best(&self) -> f64 {
-        let stops: Vec<f64> =
-            core::iter::once(self.start.x).chain(self.targets.iter().map(|target| target.x)).collect();
+        let stops = core::iter::once(self.start.x).chain(self.targets.iter().map(|target| target.x));
+        let stops: Vec<f64> = stops.collect();
         stops.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
     }
 
@@ -151,28 +126,69 @@ impl Task {
     }
 }
 
+impl Task for Targets {
+    fn is_over(&self, step: u32, seen: &Observation) -> bool {
+        seen.tip.y >= self.end_height_cm || step >= self.max_steps
+    }
+
+    /// The discrete fitness f of one step, in cm, eq. (9): movement towards the next target counts, movement away from it
+    /// counts against. Steps below the first tip, whose height is y*_0, do not count.
+    fn step_fitness(&self, first: &Observation, before: &Observation, after: &Observation) -> f64 {
+        let (before, after) = (before.tip, after.tip);
+        if after.y < first.tip.y {
+            return 0.0;
+        }
+        let Some(target) = self.targets.iter().find(|target| after.y < target.y) else { return 0.0 };
+        let shift = after.x - before.x;
+        if after.x < target.x {
+            shift
+        } else if after.x > target.x {
+            -shift
+        } else {
+            shift.abs()
+        }
+    }
+
+    fn start(&self) -> Point {
+        self.start
+    }
+
+    fn targets(&self) -> &[Point] {
+        &self.targets
+    }
+
+    fn best_fitness(&self) -> Option<f64> {
+        Some(self.best())
+    }
+
+    fn as_targets(&self) -> Option<&Targets> {
+        Some(self)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::Light;
+    use crate::lamps::Light;
     use crate::observation::Quality;
     use crate::track::Sample;
     use proptest::prelude::*;
 
     fn track(tips: &[(f64, f64)]) -> Track {
         let samples = tips.iter().enumerate().map(|(step, &(x, y))| Sample {
+            stem: None,
             step: step as u32,
             time_s: 0.0,
             tip: Point::new(x, y),
-            light: Some(Light::Left),
+            light: Some(Light::LEFT),
             quality: Quality::Simulated,
         });
-        Track { samples: samples.collect(), columns: Vec::new() }
+        Track::of(samples.collect())
     }
 
     #[test]
     fn crossing_a_target_costs_the_whole_step() {
-        let task = Task::default();
+        let task = Targets::default();
         // From 2.9 over the target at 3 to 3.1: eq. (9) asks where the tip is after the step.
         assert!((task.fitness(&track(&[(2.9, 5.0), (3.1, 5.1)])) + 0.2).abs() < 1e-12);
         // A step that ends exactly on the target counts, whichever way it came.
@@ -181,7 +197,7 @@ mod tests {
 
     #[test]
     fn steps_below_the_start_and_above_the_last_target_do_not_count() {
-        let task = Task::default();
+        let task = Targets::default();
         assert_eq!(task.fitness(&track(&[(0.0, 4.0), (1.0, 3.9)])), 0.0);
         assert_eq!(task.fitness(&track(&[(0.0, 13.5), (1.0, 13.6)])), 0.0);
         assert_eq!(task.fitness(&track(&[(0.0, 5.9), (1.0, 6.0)])), -1.0);
@@ -189,7 +205,7 @@ mod tests {
 
     #[test]
     fn crossings_tell_step_and_distance() {
-        let crossings = Task::default().crossings(&track(&[(0.0, 4.0), (3.0, 6.0), (0.0, 9.0)]));
+        let crossings = Targets::default().crossings(&track(&[(0.0, 4.0), (3.0, 6.0), (0.0, 9.0)]));
         assert_eq!(crossings[0], Some(Crossing { step: 1, distance_cm: 0.0 }));
         assert_eq!(crossings[1], Some(Crossing { step: 2, distance_cm: 5.0 }));
         assert_eq!(crossings[2], None);
@@ -197,13 +213,14 @@ mod tests {
 
     #[test]
     fn a_file_with_mistakes_is_refused() {
-        Task::default().check().unwrap();
-        Task::open_loop(1000).check().unwrap();
-        let swapped = Task { targets: vec![Point::new(1.0, 9.0), Point::new(1.0, 6.0)], ..Task::default() };
+        Targets::default().check().unwrap();
+        Targets::open_loop(1000).check().unwrap();
+        let swapped =
+            Targets { targets: vec![Point::new(1.0, 9.0), Point::new(1.0, 6.0)], ..Targets::default() };
         assert!(swapped.check().unwrap_err().to_string().contains("targets[1] = [1.0, 6.0]"));
-        let low = Task { end_height_cm: 10.0, ..Task::default() };
+        let low = Targets { end_height_cm: 10.0, ..Targets::default() };
         assert!(low.check().unwrap_err().to_string().contains("end_height_cm"));
-        let buried = Task { start: Point::new(0.0, -1.0), ..Task::default() };
+        let buried = Targets { start: Point::new(0.0, -1.0), ..Targets::default() };
         assert!(buried.check().is_err());
     }
 
@@ -212,13 +229,13 @@ mod tests {
         fn a_mirrored_track_has_the_fitness_of_the_mirrored_task(
             tips in prop::collection::vec((-10.0..10.0, 3.0..15.0), 2..40),
         ) {
-            let task = Task::default();
-            let image = Task {
+            let task = Targets::default();
+            let image = Targets {
                 targets: task.targets.iter().map(|target| target.mirrored()).collect(),
-                ..Task::default()
+                ..Targets::default()
             };
             let track = track(&tips);
-            prop_assert_eq!(task.fitness(&track), image.fitness(&track.mirrored()));
+            prop_assert_eq!(task.fitness(&track), image.fitness(&track.mirrored().unwrap()));
         }
 
         #[test]
@@ -227,7 +244,7 @@ mod tests {
             let tips: Vec<(f64, f64)> = std::iter::once((0.0, 4.0))
                 .chain(xs.iter().enumerate().map(|(step, &x)| (x, 4.3 + 0.3 * step as f64)))
                 .collect();
-            prop_assert!(Task::default().fitness(&track(&tips)) <= Task::default().best() + 1e-9);
+            prop_assert!(Targets::default().fitness(&track(&tips)) <= Targets::default().best() + 1e-9);
         }
     }
 }

@@ -1,0 +1,69 @@
+//! Settings of an evolution.
+
+use serde::{Deserialize, Serialize};
+use tropism_neat::{Config, NeatError};
+
+use crate::control::Sensors;
+
+/// How controllers are evolved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EvolutionConfig {
+    /// Independent runs. Paper: 20 (section 3.1).
+    pub runs: u32,
+    /// Generations of a run. Paper: 2000.
+    pub generations: u32,
+    /// Simulated plants that each genome steers; its fitness is their mean. Paper: 1, as far as it says.
+    pub episodes: u32,
+    /// What the networks see. Paper: x and y of the tip.
+    #[serde(skip_serializing_if = "Sensors::is_tip")]
+    pub sensors: Sensors,
+    /// NEAT's parameters. Paper: Table 1.
+    pub neat: Config,
+}
+
+impl Default for EvolutionConfig {
+    fn default() -> Self {
+        Self { runs: 20, generations: 2000, episodes: 1, sensors: Sensors::default(), neat: Config::paper() }
+    }
+}
+
+/// An evolution that cannot be done.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EvolutionError {
+    /// A number out of its range.
+    #[error("found {key} = {found}, wanted {wanted}")]
+    Setting {
+        /// Which.
+        key: &'static str,
+        /// Its value.
+        found: u32,
+        /// Its range.
+        wanted: &'static str,
+    },
+    /// NEAT's own.
+    #[error(transparent)]
+    Neat(#[from] NeatError),
+}
+
+impl EvolutionConfig {
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`EvolutionError`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), EvolutionError> {
+        let within = |key, found, most, wanted| {
+            if (1..=most).contains(&found) {
+                Ok(())
+            } else {
+                Err(EvolutionError::Setting { key, found, wanted })
+            }
+        };
+        within("runs", self.runs, 10_000, "1 to 10000")?;
+        within("generations", self.generations, 10_000_000, "1 to 10000000")?;
+        within("episodes", self.episodes, 10_000, "1 to 10000")?;
+        self.neat.check().map_err(NeatError::from)?;
+        Ok(())
+    }
+}
