@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use tropism::experiment::files;
 use tropism::geometry::{Point, Polyline};
+use tropism::math::statistics;
 use tropism::photo::Image;
 use tropism::report::{self, Composite, Figure, LitStem, Plants};
 use tropism::track::Track;
@@ -119,9 +120,8 @@ impl History {
     pub(crate) fn saturation(&self, share: f64) -> Option<usize> {
         let generations = self.best_ever.iter().map(Vec::len).min()?;
         let median = |generation: usize| {
-            let mut best: Vec<f64> = self.best_ever.iter().map(|run| run[generation]).collect();
-            best.sort_by(f64::total_cmp);
-            0.5 * (best[(best.len() - 1) / 2] + best[best.len() / 2])
+            let best: Vec<f64> = self.best_ever.iter().map(|run| run[generation]).collect();
+            statistics::median(&best)
         };
         let last = median(generations.checked_sub(1)?);
         (0..generations)

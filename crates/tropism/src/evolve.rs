@@ -14,6 +14,7 @@ use tropism_neat::{
 
 use crate::control::Controller;
 use crate::control::network::{INPUTS, OUTPUTS};
+use crate::math::statistics;
 use crate::plant::PlantModel;
 use crate::plant::tip::TipModel;
 use crate::random::{self, Draws, Purpose};
@@ -123,7 +124,7 @@ impl Run {
         let fitness = fitness_of_all(model, task, episodes);
         let count = self.episodes as usize;
         let scores: Vec<f64> =
-            fitness.chunks_exact(count).map(|own| own.iter().sum::<f64>() / count as f64).collect();
+            fitness.chunks_exact(count).map(|own| statistics::mean(own.iter().copied())).collect();
         self.history.push(self.neat.tell(&scores).expect("as many finite scores as genomes"));
         &self.history[self.history.len() - 1]
     }
@@ -192,18 +193,14 @@ pub fn baseline(
             tick(scores.len() as u64).then_some(scores)
         })
         .collect();
-    let mut scores = chunks?.concat();
+    let scores = chunks?.concat();
     let best =
         (0..scores.len()).fold(0, |best, index| if scores[index] > scores[best] { index } else { best });
     let (index, fitness) = (best as u64, scores[best]);
-    let half = scores.len() / 2;
-    let (lower, &mut upper_middle, _) = scores.select_nth_unstable_by(half, f64::total_cmp);
-    let lower_middle = lower.iter().copied().max_by(f64::total_cmp).filter(|_| count.is_multiple_of(2));
-    let median = 0.5 * (lower_middle.unwrap_or(upper_middle) + upper_middle);
     Some(Baseline {
         count,
         best: fitness,
-        median,
+        median: statistics::median(&scores),
         champion: random_genome(neat, INPUTS, OUTPUTS, seed, index),
     })
 }
@@ -223,11 +220,11 @@ impl Trial {
     /// Mean and standard deviation of the fitness of each plant; NaN of none.
     #[must_use]
     pub fn of(scores: &[f64]) -> Self {
-        let count = scores.len() as f64;
-        let mean = scores.iter().sum::<f64>() / count;
-        let variance =
-            scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        Self { mean, sd: variance.sqrt(), plants: scores.len() as u32 }
+        Self {
+            mean: statistics::mean(scores.iter().copied()),
+            sd: statistics::standard_deviation(scores),
+            plants: scores.len() as u32,
+        }
     }
 }
 

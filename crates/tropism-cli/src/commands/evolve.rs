@@ -15,13 +15,14 @@ use serde::{Deserialize, Serialize};
 use tropism::control::network::NetworkController;
 use tropism::evolve::{self, EvolutionConfig, Run, Trial};
 use tropism::experiment::{Checkpoint, files, lock};
+use tropism::math::statistics;
 use tropism::plant::tip::TipModel;
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::simulate;
 use tropism::task::Task;
 use tropism_neat::{Config, Generation, Genome};
 
-use self::live::{Live, median};
+use self::live::Live;
 use crate::options::{SeedOption, TaskOption, load_model_for};
 use crate::shell::{Interrupted, Progress, Shell, cpu_seconds};
 
@@ -426,7 +427,7 @@ impl Evolve {
             outcome.cpu_seconds,
             best[0],
             best[best.len() - 1],
-            median(&best),
+            statistics::median(&best),
             task.best(),
             outcome.champion,
             chosen.links,

@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use tropism::experiment::files;
+use tropism::math::statistics;
 use tropism::task::Crossing;
 
 use crate::options::TaskOption;
@@ -65,7 +66,7 @@ impl Score {
                 score.track.display()
             )?;
         }
-        let mean = scores.iter().map(|score| score.fitness).sum::<f64>() / scores.len() as f64;
+        let mean = statistics::mean(scores.iter().map(|score| score.fitness));
         write!(text, "\nmean of {}: {mean:.2} cm of at most {:.2}", scores.len(), task.best())?;
         shell.result(&text, &scores)
     }

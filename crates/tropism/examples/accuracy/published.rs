@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use tropism::geometry::{Pixel, Point, Polyline};
-use tropism::math::{self, quantile};
+use tropism::math::{self, statistics::quantile_nearest};
 use tropism::photo::{Image, Photo};
 use tropism::vision::robust::silhouette;
 use tropism::vision::{Mode, VisionConfig, look_from};
@@ -149,7 +149,7 @@ fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
 /// far apart as in the middle.
 fn smoothing(published: &Polyline) -> f64 {
     let spacings: Vec<f64> = published.0.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
-    let usual = quantile(&spacings, 0.5);
+    let usual = quantile_nearest(&spacings, 0.5);
     let drawn_in = |spacing: &f64| *spacing < 0.683 * usual;
     let ends = [
         spacings.iter().take_while(|spacing| drawn_in(spacing)).count(),

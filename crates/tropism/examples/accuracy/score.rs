@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use tropism::greenhouse::render::Truth;
-use tropism::math::quantile;
+use tropism::math::statistics::quantile_nearest;
 use tropism::observation::Quality;
 use tropism::vision::{Class, Seen};
 
@@ -126,20 +126,20 @@ impl Score {
             bias[1],
             deviation[0],
             deviation[1],
-            quantile(&tops, 0.5),
-            quantile(&tops, 0.95),
-            quantile(&tops, 1.0),
-            quantile(&self.apexes, 0.5),
-            quantile(&self.apexes, 0.95),
-            quantile(&self.apexes, 1.0),
-            quantile(&self.stems, 0.5),
-            quantile(&self.stems, 0.95),
-            quantile(&self.vertices, 0.5),
+            quantile_nearest(&tops, 0.5),
+            quantile_nearest(&tops, 0.95),
+            quantile_nearest(&tops, 1.0),
+            quantile_nearest(&self.apexes, 0.5),
+            quantile_nearest(&self.apexes, 0.95),
+            quantile_nearest(&self.apexes, 1.0),
+            quantile_nearest(&self.stems, 0.5),
+            quantile_nearest(&self.stems, 0.95),
+            quantile_nearest(&self.vertices, 0.5),
             share(self.measured),
             share(self.held),
             share(none),
             share(self.wrong.len()),
-            quantile(&self.helds, 0.95),
+            quantile_nearest(&self.helds, 0.95),
             self.longest_gap,
             classes.join(", "),
         )

@@ -9,6 +9,7 @@ use rand::Rng;
 use super::pose::Pose;
 use super::view::{self, Place};
 use crate::geometry::Point;
+use crate::math::vector::distance;
 use crate::random;
 
 /// Size of the detector's pixels, in cm.
@@ -97,10 +98,6 @@ impl Row {
         let [least, most] = self.span.unwrap_or_default();
         Point::new(0.5 * (least + most) * GRID, (self.row + 0.5) * GRID)
     }
-}
-
-fn distance(a: Place, b: Place) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
 /// A place on the smooth curve through four places, `share` of the way from the second to the third (Catmull-Rom).

@@ -342,7 +342,7 @@ fn spectral(values: &[f64], interval: f64, before: (f64, f64)) -> (f64, f64) {
             even * even + odd * odd
         })
         .collect();
-    let mean = power.iter().sum::<f64>() / BANDS as f64;
+    let mean = math::statistics::mean(power.iter().copied());
     let smooth = |at: usize| {
         let weight = |band: usize| math::exp(-0.5 * ((moved(band) - moved(at)) / LINE).powi(2));
         let weights: f64 = (0..BANDS).map(weight).sum();

@@ -302,6 +302,6 @@ fn circle(plant: &Individual) -> [[f64; 2]; 2] {
 }
 
 fn unit(vector: Place) -> Place {
-    let length = vector.iter().map(|axis| axis * axis).sum::<f64>().sqrt();
+    let length = math::vector::norm(vector);
     if length > 0.0 { vector.map(|axis| axis / length) } else { [0.0, 1.0, 0.0] }
 }
