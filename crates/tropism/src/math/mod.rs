@@ -5,6 +5,8 @@
 //! the library from calling `f64::sin` and the like directly.
 
 pub mod interpolate;
+pub mod matrix;
+pub mod simplex;
 pub mod statistics;
 pub mod vector;
 
