@@ -88,7 +88,7 @@ impl RunFound {
         let stem = |(step, image): (usize, Image)| {
             let seen = eye.clone().settle(eye.judge(Ok(&image)));
             let light = self.track.samples.get(step).and_then(|sample| sample.light);
-            Some((seen.observation?.stem?.equidistant(10), light))
+            Some((seen.observation?.stem?.resampled(10), light))
         };
         Ok(self.photographs()?.filter_map(stem).collect())
     }

@@ -80,7 +80,7 @@ impl Score {
         if let Some(stem) = observation.stem.as_ref().filter(|stem| stem.0.len() == 10) {
             self.apexes.push(10.0 * stem.0[9].distance(truth.apex));
             self.stems.push(10.0 * mean(stem.0.iter().map(|&point| off(point, &truth.midline))));
-            let ten = truth.midline.equidistant(10);
+            let ten = truth.midline.resampled(10);
             let apart = stem.0.iter().zip(&ten.0).map(|(one, other)| 10.0 * one.distance(*other));
             self.vertices.push(apart.fold(0.0, f64::max));
         }

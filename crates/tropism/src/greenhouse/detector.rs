@@ -9,6 +9,7 @@ use rand::Rng;
 use super::pose::Pose;
 use super::view::{self, Place};
 use crate::geometry::Point;
+use crate::math::interpolate::lerp;
 use crate::math::vector::distance;
 use crate::random;
 
@@ -52,7 +53,7 @@ pub fn highest(pose: &Pose) -> Point {
         let after = pose.stem[(i + 2).min(pose.stem.len() - 1)].at;
         for step in 0..=FINENESS {
             let share = step as f64 / FINENESS as f64;
-            let radius = pair[0].radius + share * (pair[1].radius - pair[0].radius);
+            let radius = lerp(pair[0].radius, pair[1].radius, share);
             top.add(spline([before, lower, upper, after], share), radius);
         }
     }

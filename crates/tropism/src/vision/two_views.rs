@@ -163,11 +163,7 @@ impl TwoViews {
                 continue;
             }
             let share = low / (low - high);
-            let point = Point::new(
-                pair[0].x + share * (pair[1].x - pair[0].x),
-                pair[0].y + share * (pair[1].y - pair[0].y),
-            );
-            found.push((vertex as f64 + share, point));
+            found.push((vertex as f64 + share, pair[0].lerp(pair[1], share)));
         }
         found
     }
@@ -254,7 +250,7 @@ mod tests {
                 .collect();
             let seen = |which: usize| Polyline(stem.iter().map(|place| views.seen(*place)[which]).collect());
             // The cameras' midlines do not share vertices.
-            let found = views.midline(&seen(0).equidistant(90), &seen(1).equidistant(70));
+            let found = views.midline(&seen(0).resampled(90), &seen(1).resampled(70));
             prop_assert!((length(&found) - length(&stem)).abs() < 0.03 * length(&stem));
             for place in &found {
                 let nearest = stem.iter().map(|truth| distance(*truth, *place)).fold(f64::INFINITY, f64::min);
