@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::view::{CAMERA, Frame, LAMPS, Place, View, WALL};
+use crate::check::{OutOfRange, within};
 use crate::light::Light;
 use crate::math;
 use crate::math::vector::{add, dot, norm, normalize_or, scale, sub};
@@ -86,26 +87,12 @@ impl Default for Scene {
     }
 }
 
-/// A setting of the scene that makes no photograph.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("found scene.{key} = {value}, wanted {low} to {high}")]
-pub struct SceneError {
-    /// The setting's name.
-    pub key: &'static str,
-    /// What it is.
-    pub value: f64,
-    /// Least allowed.
-    pub low: f64,
-    /// Greatest allowed.
-    pub high: f64,
-}
-
 impl Scene {
     /// Whether every setting lies in its range.
     ///
     /// # Errors
-    /// [`SceneError`] names the first that does not.
-    pub fn check(&self) -> Result<(), SceneError> {
+    /// [`OutOfRange`] names the first that does not.
+    pub fn check(&self) -> Result<(), OutOfRange> {
         let ranges = [
             ("width", f64::from(self.width), 64.0, 8192.0),
             ("height", f64::from(self.height), 48.0, 8192.0),
@@ -119,10 +106,9 @@ impl Scene {
             ("folds", self.folds, 0.0, 3.0),
             ("cameras", f64::from(self.cameras), 1.0, 2.0),
         ];
-        match ranges.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
-            Some((key, value, low, high)) => Err(SceneError { key, value, low, high }),
-            None => Ok(()),
-        }
+        ranges.into_iter().try_for_each(|(key, value, low, high)| {
+            within(key, value, low..=high).map_err(|error| error.in_table("scene"))
+        })
     }
 
     /// How this scene's photographs map the plane of the pot's axis to pixels.

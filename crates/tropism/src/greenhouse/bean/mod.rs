@@ -24,7 +24,6 @@ mod species;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub use chance::Pause;
-pub use check::SpeciesError;
 pub(super) use grow::Watcher;
 pub use grow::{grow, grow_quiet, lamps};
 pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
