@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use rayon::prelude::*;
 use serde::Deserialize;
 use tropism::geometry::{Point, Polyline};
+use tropism::math::statistics;
 use tropism::photo::Image;
 use tropism::task::Task;
 use tropism::track::Track;
@@ -88,7 +89,7 @@ impl RunFound {
         let stem = |(step, image): (usize, Image)| {
             let seen = eye.clone().settle(eye.judge(Ok(&image)));
             let light = self.track.samples.get(step).and_then(|sample| sample.light);
-            Some((seen.observation?.stem?.equidistant(10), light))
+            Some((seen.observation?.stem?.resampled(10), light))
         };
         Ok(self.photographs()?.filter_map(stem).collect())
     }
@@ -120,9 +121,8 @@ impl History {
     pub(crate) fn saturation(&self, share: f64) -> Option<usize> {
         let generations = self.best_ever.iter().map(Vec::len).min()?;
         let median = |generation: usize| {
-            let mut best: Vec<f64> = self.best_ever.iter().map(|run| run[generation]).collect();
-            best.sort_by(f64::total_cmp);
-            0.5 * (best[(best.len() - 1) / 2] + best[best.len() / 2])
+            let best: Vec<f64> = self.best_ever.iter().map(|run| run[generation]).collect();
+            statistics::median(&best)
         };
         let last = median(generations.checked_sub(1)?);
         (0..generations)

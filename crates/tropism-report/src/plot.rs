@@ -8,6 +8,7 @@ use std::fmt::Write;
 
 use super::colour::{LEVELS, Ramp};
 use tropism::geometry::Point;
+use tropism::math::interpolate::lerp;
 
 /// Room for the labels left of the panel and below it, in pixels.
 const MARGIN_LEFT: f64 = 50.0;
@@ -352,7 +353,7 @@ impl Plot {
         // A little more than a level high, so that no seam shows.
         self.dashes(ramp, (12.0, height + 0.4), (0..LEVELS).map(|level| (level, (x, middle(level)))));
         for (share, words) in ticks {
-            let y = middle(0) + share * (middle(LEVELS - 1) - middle(0)) + 4.0;
+            let y = lerp(middle(0), middle(LEVELS - 1), *share) + 4.0;
             self.text("tick", (x + 17.0, y), "start", words);
         }
         self.text("label", (x - 2.0, self.top - 9.0), "start", title);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tropism::greenhouse::bean::calibrate::{Calibration, Estimate, PARAMETERS, calibrate};
 use tropism::greenhouse::bean::{Individual, Species, acceptance};
-use tropism::math;
+use tropism::math::{self, statistics};
 use tropism::random::{self, Purpose};
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files;
@@ -154,13 +154,12 @@ fn pool(found: &[Calibration]) -> Vec<Pooled> {
     let count = found.len() as f64;
     let pooled = |(parameter, (key, ..)): (usize, (&'static str, &str, &str))| {
         let logs: Vec<f64> = found.iter().map(|found| math::ln(found.estimates[parameter].value)).collect();
-        let mean = logs.iter().sum::<f64>() / count;
-        let variance = logs.iter().map(|log| (log - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        let mean = statistics::mean(logs.iter().copied());
         let own = found.iter().map(|found| {
             let [low, high] = found.estimates[parameter].interval;
             (math::ln(high / low) / (2.0 * 1.645)).powi(2)
         });
-        let between = (variance - own.sum::<f64>() / count).max(0.0);
+        let between = (statistics::variance(&logs) - own.sum::<f64>() / count).max(0.0);
         Pooled { key, mean: math::exp(mean), spread: (math::exp(between) - 1.0).sqrt() }
     };
     PARAMETERS.into_iter().enumerate().map(pooled).collect()
@@ -222,8 +221,7 @@ fn recover(species: &Species, plants: u32, seed: u64, shell: &Shell) -> Result<(
         .collect::<Result<_>>()?;
     drop(progress);
     let typical = values(&species.average());
-    let count = f64::from(plants);
-    let mean = |value: &dyn Fn(&Tried) -> f64| found.iter().map(value).sum::<f64>() / count;
+    let mean = |value: &dyn Fn(&Tried) -> f64| statistics::mean(found.iter().map(value));
     let mut text = format!("{plants} virtual plants over 83.3 h, the lamps changing every six\n");
     text += &format!("{:<24} {:>8} {:>8} {:>16} {:>10}\n", "", "bias", "error", "of the typical", "coverage");
     let mut rows = Vec::new();

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 use tropism::geometry::{Point, Polyline};
+use tropism::math::statistics::upper_median;
 use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::Calibration;
@@ -125,14 +126,14 @@ impl Depth {
             self.side.display()
         );
         files::write_track(&self.out, &table(&rows))?;
-        let mut gaps: Vec<f64> = rows.iter().map(|row| row.tip.gap_cm).collect();
-        gaps.sort_by(f64::total_cmp);
+        let gaps: Vec<f64> = rows.iter().map(|row| row.tip.gap_cm).collect();
+        let median_gap = upper_median(&gaps, f64::total_cmp).unwrap_or_default();
         let outcome = Outcome {
             track: self.out.clone(),
             is_virtual: beside_front.is_virtual || beside_side.is_virtual,
             steps: rows.len(),
             stems: rows.iter().filter(|row| row.is_whole()).count(),
-            tip_gap_cm: [gaps[gaps.len() / 2], gaps[gaps.len() - 1]],
+            tip_gap_cm: [median_gap, gaps.into_iter().fold(0.0, f64::max)],
         };
         // What is known of the plant goes on with its track.
         let json = serde_json::to_string_pretty(&outcome)? + "\n";

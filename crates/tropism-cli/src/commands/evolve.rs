@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use tropism::control::NetworkController;
 use tropism::control::{OUTPUTS, Sensors};
 use tropism::evolve::{self, Evolution, EvolutionConfig, EvolutionRun, Trial};
+use tropism::math::statistics;
 use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
 use tropism::random::{NoiseStream, Purpose};
@@ -23,7 +24,7 @@ use tropism::task::Targets;
 use tropism_lab::{Checkpoint, files, lock};
 use tropism_neat::{Config, Generation, Genome};
 
-use self::live::{Live, median};
+use self::live::Live;
 use crate::options::{SeedOption, TaskOption, load_model_for};
 use crate::shell::{Interrupted, Progress, Shell, cpu_seconds};
 
@@ -442,7 +443,7 @@ impl Evolve {
             outcome.cpu_seconds,
             best[0],
             best[best.len() - 1],
-            median(&best),
+            statistics::median(&best),
             task.best(),
             outcome.champion,
             chosen.links,

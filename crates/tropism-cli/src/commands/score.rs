@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
+use tropism::math::statistics;
 use tropism::task::Crossing;
 use tropism::task::Task;
 use tropism_lab::files;
@@ -66,7 +67,7 @@ impl Score {
                 score.track.display()
             )?;
         }
-        let mean = scores.iter().map(|score| score.fitness).sum::<f64>() / scores.len() as f64;
+        let mean = statistics::mean(scores.iter().map(|score| score.fitness));
         write!(text, "\nmean of {}: {mean:.2} cm of at most {:.2}", scores.len(), task.best())?;
         shell.result(&text, &scores)
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tropism::geometry::{Pixel, Region};
 use tropism::lamps;
-use tropism::math::quantile;
+use tropism::math::statistics::quantile_nearest;
 use tropism::photo::Photo;
 use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit, look_from};
 
@@ -33,8 +33,8 @@ fn within(values: &[f64], most: f64) -> String {
     let near = values.iter().filter(|&&value| value <= most).count();
     format!(
         "median {:.2}, worst {:.2}, within {most} px {near} of {}",
-        quantile(values, 0.5),
-        quantile(values, 1.0),
+        quantile_nearest(values, 0.5),
+        quantile_nearest(values, 1.0),
         values.len()
     )
 }
@@ -149,7 +149,7 @@ fn centerlines(folder: &Path, mode: Mode) -> String {
         format!(
             "{all}, answered {}, mean distance median {:.2} % of length, wrong (> {WRONG} %) {wrong}",
             off.len(),
-            quantile(&off, 0.5)
+            quantile_nearest(&off, 0.5)
         )
     };
     format!(
@@ -174,13 +174,13 @@ fn silhouettes(folder: &Path, _: Mode) -> String {
         let parts = of(|one| one.between.abs());
         format!(
             "length, end to end, off by median {:.2} % (mean {:+.2} %), worst {:.2} %, between the published line's ends median {:.2} %, worst {:.2} %, mean distance median {:.2} % of length, worst {:.2} %",
-            quantile(&sizes, 0.5),
+            quantile_nearest(&sizes, 0.5),
             lengths.iter().sum::<f64>() / known.len().max(1) as f64,
-            quantile(&sizes, 1.0),
-            quantile(&parts, 0.5),
-            quantile(&parts, 1.0),
-            quantile(&distances, 0.5),
-            quantile(&distances, 1.0)
+            quantile_nearest(&sizes, 1.0),
+            quantile_nearest(&parts, 0.5),
+            quantile_nearest(&parts, 1.0),
+            quantile_nearest(&distances, 0.5),
+            quantile_nearest(&distances, 1.0)
         )
     };
     format!(

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use tropism::greenhouse::render::Truth;
-use tropism::math::quantile;
+use tropism::math::statistics::quantile_nearest;
 use tropism::observation::Quality;
 use tropism::vision::{Class, Seen};
 
@@ -80,7 +80,7 @@ impl Score {
         if let Some(stem) = observation.stem.as_ref().filter(|stem| stem.0.len() == 10) {
             self.apexes.push(10.0 * stem.0[9].distance(truth.apex));
             self.stems.push(10.0 * mean(stem.0.iter().map(|&point| off(point, &truth.midline))));
-            let ten = truth.midline.equidistant(10);
+            let ten = truth.midline.resampled(10);
             let apart = stem.0.iter().zip(&ten.0).map(|(one, other)| 10.0 * one.distance(*other));
             self.vertices.push(apart.fold(0.0, f64::max));
         }
@@ -126,20 +126,20 @@ impl Score {
             bias[1],
             deviation[0],
             deviation[1],
-            quantile(&tops, 0.5),
-            quantile(&tops, 0.95),
-            quantile(&tops, 1.0),
-            quantile(&self.apexes, 0.5),
-            quantile(&self.apexes, 0.95),
-            quantile(&self.apexes, 1.0),
-            quantile(&self.stems, 0.5),
-            quantile(&self.stems, 0.95),
-            quantile(&self.vertices, 0.5),
+            quantile_nearest(&tops, 0.5),
+            quantile_nearest(&tops, 0.95),
+            quantile_nearest(&tops, 1.0),
+            quantile_nearest(&self.apexes, 0.5),
+            quantile_nearest(&self.apexes, 0.95),
+            quantile_nearest(&self.apexes, 1.0),
+            quantile_nearest(&self.stems, 0.5),
+            quantile_nearest(&self.stems, 0.95),
+            quantile_nearest(&self.vertices, 0.5),
             share(self.measured),
             share(self.held),
             share(none),
             share(self.wrong.len()),
-            quantile(&self.helds, 0.95),
+            quantile_nearest(&self.helds, 0.95),
             self.longest_gap,
             classes.join(", "),
         )

@@ -10,6 +10,7 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 
 use tropism::evolve::{Evolution, EvolutionConfig};
+use tropism::math::statistics::five_numbers;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::task::Targets;
 use tropism::track::Track;
@@ -173,15 +174,9 @@ pub(crate) fn compare(preset: &Preset, histories: &[Vec<Generation>]) -> Vec<Com
     .collect()
 }
 
-/// Least, first quartile, median, third quartile and greatest of at least one value, by linear interpolation.
+/// Minimum, quartiles and maximum of at least one value.
 pub(crate) fn summary(values: &[f64]) -> [f64; 5] {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| {
-        let place = share * (sorted.len() - 1) as f64;
-        let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-        below + (place - place.floor()) * (above - below)
-    })
+    five_numbers(values).expect("at least one value")
 }
 
 /// The exact two-sided p of Wilcoxon's rank-sum test (Mann and Whitney's U), ties counted, and how far the rank sum of `few`

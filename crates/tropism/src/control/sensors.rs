@@ -185,7 +185,7 @@ impl SensorState {
                 Sensor::LightMemory { .. } => inputs.push(self.memories[place]),
                 Sensor::Stem { points } => match seen.stem.as_ref().filter(|stem| stem.0.len() > 1) {
                     Some(stem) => {
-                        inputs.extend(stem.equidistant(points).0.iter().flat_map(|point| [point.x, point.y]));
+                        inputs.extend(stem.resampled(points).0.iter().flat_map(|point| [point.x, point.y]));
                     }
                     None => inputs.extend(std::iter::repeat_n(0.0, 2 * points)),
                 },

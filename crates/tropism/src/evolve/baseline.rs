@@ -4,6 +4,7 @@ use serde::Serialize;
 use tropism_neat::{Activation, Config, Genome, random_genome, random_weights};
 
 use crate::control::{Sensors, TIP_INPUTS, outputs};
+use crate::math::statistics;
 use crate::parallel;
 use crate::random::{NoiseStream, Purpose};
 use crate::simulation::{BatchModel, Episode, LinearController};
@@ -69,16 +70,12 @@ pub fn baseline<M: BatchModel, T: Task + ?Sized>(
         };
         tick(scores.len() as u64).then_some(scores)
     });
-    let mut scores = chunks.into_iter().collect::<Option<Vec<Vec<f64>>>>()?.concat();
+    let scores = chunks.into_iter().collect::<Option<Vec<Vec<f64>>>>()?.concat();
     let best =
         (0..scores.len()).fold(0, |best, index| if scores[index] > scores[best] { index } else { best });
     let (index, fitness) = (best as u64, scores[best]);
-    let half = scores.len() / 2;
-    let (lower, &mut upper_middle, _) = scores.select_nth_unstable_by(half, f64::total_cmp);
-    let lower_middle = lower.iter().copied().max_by(f64::total_cmp).filter(|_| count.is_multiple_of(2));
-    let median = 0.5 * (lower_middle.unwrap_or(upper_middle) + upper_middle);
     let champion = random_genome(neat, inputs, outputs, seed, index);
-    Some(Baseline { count, best: fitness, median, champion })
+    Some(Baseline { count, best: fitness, median: statistics::median(&scores), champion })
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use tropism_neat::{Genome, GenomeError};
 
 use crate::control::{Controller, NetworkController, Sensors, ShapeError};
 use crate::lamps::Layout;
+use crate::math::statistics;
 use crate::plant::PlantModel;
 use crate::random::{NoiseStream, Purpose};
 use crate::simulation::{BatchModel, Episode, fitness_of};
@@ -27,11 +28,11 @@ impl Trial {
     /// Mean and standard deviation of the fitness of each plant; NaN of none.
     #[must_use]
     pub fn of(scores: &[f64]) -> Self {
-        let count = scores.len() as f64;
-        let mean = scores.iter().sum::<f64>() / count;
-        let variance =
-            scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        Self { mean, sd: variance.sqrt(), plants: scores.len() as u32 }
+        Self {
+            mean: statistics::mean(scores.iter().copied()),
+            sd: statistics::standard_deviation(scores),
+            plants: scores.len() as u32,
+        }
     }
 }
 
@@ -154,7 +155,7 @@ pub enum ChampionError {
     Shape(#[from] ShapeError),
     /// A task that cannot be done.
     #[error("task: {0}")]
-    Task(#[from] crate::task::TaskError),
+    Task(#[from] crate::check::OutOfRange),
 }
 
 #[derive(Serialize, Deserialize)]

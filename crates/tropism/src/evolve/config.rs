@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tropism_neat::{Config, NeatError};
 
+use crate::check::{OutOfRange, within};
 use crate::control::Sensors;
 
 /// How controllers are evolved.
@@ -33,15 +34,8 @@ impl Default for EvolutionConfig {
 #[non_exhaustive]
 pub enum EvolutionError {
     /// A number out of its range.
-    #[error("found {key} = {found}, wanted {wanted}")]
-    Setting {
-        /// Which.
-        key: &'static str,
-        /// Its value.
-        found: u32,
-        /// Its range.
-        wanted: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// NEAT's own.
     #[error(transparent)]
     Neat(#[from] NeatError),
@@ -53,16 +47,9 @@ impl EvolutionConfig {
     /// # Errors
     /// [`EvolutionError`] names the key, its value and its range.
     pub fn check(&self) -> Result<(), EvolutionError> {
-        let within = |key, found, most, wanted| {
-            if (1..=most).contains(&found) {
-                Ok(())
-            } else {
-                Err(EvolutionError::Setting { key, found, wanted })
-            }
-        };
-        within("runs", self.runs, 10_000, "1 to 10000")?;
-        within("generations", self.generations, 10_000_000, "1 to 10000000")?;
-        within("episodes", self.episodes, 10_000, "1 to 10000")?;
+        within("runs", self.runs, 1..=10_000)?;
+        within("generations", self.generations, 1..=10_000_000)?;
+        within("episodes", self.episodes, 1..=10_000)?;
         self.neat.check().map_err(NeatError::from)?;
         Ok(())
     }

@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use tropism_neat::{Generation, Genome, Neat, NeatError};
 
 use crate::control::outputs;
+use crate::math::statistics;
 use crate::parallel;
 use crate::random::{self, NoiseStream, Purpose};
 use crate::simulation::{BatchModel, Episode};
@@ -124,7 +125,7 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         let fitness = self.model.score(self.task, &self.config.sensors, episodes);
         let count = count as usize;
         let scores: Vec<f64> =
-            fitness.chunks_exact(count).map(|own| own.iter().sum::<f64>() / count as f64).collect();
+            fitness.chunks_exact(count).map(|own| statistics::mean(own.iter().copied())).collect();
         run.history.push(run.neat.tell(&scores).expect("as many finite scores as genomes"));
         &run.history[run.history.len() - 1]
     }

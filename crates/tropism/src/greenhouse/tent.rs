@@ -14,6 +14,7 @@ use super::fault::{self, Fault, Faults, Happening, suffers};
 use super::render::{Renderer, Truth};
 use super::scene::Scene;
 use super::view::{Frame, View};
+use crate::check;
 use crate::control::Controller;
 use crate::environment::{Environment, run};
 use crate::geometry::{Point, Region};
@@ -152,9 +153,7 @@ impl Greenhouse {
     /// # Errors
     /// A line that names the key, its value and its range.
     pub fn check(&self) -> Result<(), String> {
-        if !(0.0..=2.0).contains(&self.scale) {
-            return Err(format!("found greenhouse.scale = {}, wanted 0 to 2", self.scale));
-        }
+        check::within("greenhouse.scale", self.scale, 0.0..=2.0).map_err(|error| error.to_string())?;
         self.bean.check().map_err(|error| format!("greenhouse.bean: {error}"))?;
         self.scene.check().map_err(|error| format!("greenhouse.scene: {error}"))?;
         self.faults.check().map_err(|error| format!("greenhouse.faults: {error}"))

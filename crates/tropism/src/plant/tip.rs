@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::PlantModel;
 use super::shifts::{self, Shift, Window};
 use super::table::Table;
+use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
@@ -79,15 +80,8 @@ impl Default for TipModelConfig {
 #[non_exhaustive]
 pub enum ModelError {
     /// A setting out of its range.
-    #[error("found {key} = {found}, wanted {wanted}")]
-    Setting {
-        /// Which.
-        key: &'static str,
-        /// Its value.
-        found: f64,
-        /// Its range.
-        wanted: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// Tracks without a single usable step.
     #[error(
         "found no usable step in {tracks} tracks, wanted successive measured tips with a lit lamp between them"
@@ -299,24 +293,15 @@ impl TipModel {
     }
 }
 
-fn check(config: &TipModelConfig) -> Result<(), ModelError> {
-    let positive = |key, found: f64, wanted, most: f64| {
-        if found > 0.0 && found <= most { Ok(()) } else { Err(ModelError::Setting { key, found, wanted }) }
-    };
-    positive("window.wx", config.window.wx, "a half-width above 0 and at most 20 cm", 20.0)?;
-    positive("window.wy", config.window.wy, "a half-height above 0 and at most 20 cm", 20.0)?;
-    if !(config.grid_cm >= 0.01 && config.grid_cm <= 5.0) {
-        return Err(ModelError::Setting { key: "grid_cm", found: config.grid_cm, wanted: "0.01 to 5 cm" });
-    }
-    positive("growth.mean", config.growth.mean, "growth above 0 and at most 1 cm a step", 1.0)?;
-    if !(config.growth.sd >= 0.0 && config.growth.sd <= 1.0) {
-        return Err(ModelError::Setting {
-            key: "growth.sd",
-            found: config.growth.sd,
-            wanted: "0 to 1 cm a step",
-        });
-    }
-    Ok(())
+fn check(config: &TipModelConfig) -> Result<(), OutOfRange> {
+    let TipModelConfig { window, grid_cm, growth, .. } = config;
+    let positive =
+        |key, found: f64, wanted, most: f64| ensure(found > 0.0 && found <= most, key, found, wanted);
+    positive("window.wx", window.wx, "a half-width above 0 and at most 20 cm", 20.0)?;
+    positive("window.wy", window.wy, "a half-height above 0 and at most 20 cm", 20.0)?;
+    ensure((0.01..=5.0).contains(grid_cm), "grid_cm", grid_cm, "0.01 to 5 cm")?;
+    positive("growth.mean", growth.mean, "growth above 0 and at most 1 cm a step", 1.0)?;
+    ensure((0.0..=1.0).contains(&growth.sd), "growth.sd", growth.sd, "0 to 1 cm a step")
 }
 
 /// The state of one plant of the model: the system configuration (x, L) of section 2.2.3, in single precision.

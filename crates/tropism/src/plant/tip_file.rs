@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::shifts::Shift;
 use super::tip::{ModelError, TipModel, TipModelConfig};
+use crate::check::ensure;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::track::PAPER_PERIOD_MIN;
@@ -81,10 +82,8 @@ impl TipModel {
         if lengths.iter().any(|&length| length != lengths[0]) {
             return Err(ModelError::Lengths { found: format!("{lengths:?}") });
         }
-        if !(file.period_min > 0.0 && file.period_min.is_finite()) {
-            let wanted = "minutes above 0";
-            return Err(ModelError::Setting { key: "period_min", found: file.period_min, wanted });
-        }
+        let is_period = file.period_min > 0.0 && file.period_min.is_finite();
+        ensure(is_period, "period_min", file.period_min, "minutes above 0")?;
         let mut observed = Vec::with_capacity(file.x.len());
         for (index, letter) in file.light.chars().enumerate() {
             let light = match (letter, letter.to_digit(10)) {

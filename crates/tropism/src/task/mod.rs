@@ -14,7 +14,7 @@ use crate::track::Track;
 
 pub use open_loop::OpenLoop;
 pub use spec::TaskSpec;
-pub use targets::{Crossing, Targets, TaskError};
+pub use targets::{Crossing, Targets};
 
 /// A task for a plant.
 ///

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{OpenLoop, Targets, Task, TaskError};
+use super::{OpenLoop, Targets, Task};
+use crate::check::OutOfRange;
 use crate::geometry::Point;
 use crate::observation::Observation;
 use crate::track::Track;
@@ -61,9 +62,9 @@ struct Keys {
 }
 
 impl TryFrom<Keys> for TaskSpec {
-    type Error = TaskError;
+    type Error = OutOfRange;
 
-    fn try_from(keys: Keys) -> Result<Self, TaskError> {
+    fn try_from(keys: Keys) -> Result<Self, OutOfRange> {
         match keys.kind {
             Kind::Targets => {
                 let paper = Targets::default();
@@ -77,10 +78,10 @@ impl TryFrom<Keys> for TaskSpec {
             Kind::OpenLoop => {
                 let wanted = "only start and max_steps beside kind = \"open_loop\"";
                 if let Some(targets) = keys.targets {
-                    return Err(TaskError::new("targets", format!("{targets:?}"), wanted));
+                    return Err(OutOfRange::new("targets", format!("{targets:?}"), wanted));
                 }
                 if let Some(height) = keys.end_height_cm {
-                    return Err(TaskError::new("end_height_cm", height.to_string(), wanted));
+                    return Err(OutOfRange::new("end_height_cm", height.to_string(), wanted));
                 }
                 let paper = OpenLoop::default();
                 let (start, steps) =
@@ -135,8 +136,8 @@ impl TaskSpec {
     /// Checks what a file may have got wrong.
     ///
     /// # Errors
-    /// [`TaskError`] names the key, its value and its range.
-    pub fn check(&self) -> Result<(), TaskError> {
+    /// [`OutOfRange`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), OutOfRange> {
         match self {
             Self::Targets(task) => task.check(),
             Self::OpenLoop(OpenLoop { start, steps }) => {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Task;
+use crate::check::{OutOfRange, ensure, within};
 use crate::geometry::Point;
 use crate::observation::Observation;
 use crate::track::Track;
@@ -33,24 +34,6 @@ impl Default for Targets {
     }
 }
 
-/// A task that cannot be done.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("found {key} = {found}, wanted {wanted}")]
-pub struct TaskError {
-    /// Which setting.
-    pub key: String,
-    /// Its value.
-    pub found: String,
-    /// What it should be.
-    pub wanted: &'static str,
-}
-
-impl TaskError {
-    pub(super) fn new(key: &str, found: String, wanted: &'static str) -> Self {
-        Self { key: key.to_owned(), found, wanted }
-    }
-}
-
 /// Where the tip was when it first reached a target's height.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Crossing {
@@ -70,31 +53,21 @@ impl Targets {
     /// Checks what a file may have got wrong.
     ///
     /// # Errors
-    /// [`TaskError`] names the key, its value and what was wanted.
-    pub fn check(&self) -> Result<(), TaskError> {
-        let error = |key: &str, found, wanted| Err(TaskError::new(key, found, wanted));
-        if !self.start.is_finite() || self.start.y <= 0.0 {
-            return error(
-                "start",
-                format!("{:?}", <[f64; 2]>::from(self.start)),
-                "[x, y] in cm with y above 0",
-            );
-        }
+    /// [`OutOfRange`] names the key, its value and the allowed values.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let shown = |point: Point| format!("{:?}", <[f64; 2]>::from(point));
+        let is_above_soil = self.start.is_finite() && self.start.y > 0.0;
+        ensure(is_above_soil, "start", shown(self.start), "[x, y] in cm with y above 0")?;
         for (index, target) in self.targets.iter().enumerate() {
             let below = index.checked_sub(1).map_or(self.start.y, |below| self.targets[below].y);
-            if !target.is_finite() || target.y <= below {
-                let found = format!("{:?}", <[f64; 2]>::from(*target));
-                return error(&format!("targets[{index}]"), found, "a target higher than the one before it");
-            }
+            let is_higher = target.is_finite() && target.y > below;
+            let wanted = "a target higher than the one before it";
+            ensure(is_higher, format!("targets[{index}]"), shown(*target), wanted)?;
         }
         let highest = self.targets.last().map_or(self.start.y, |target| target.y);
-        if self.end_height_cm.is_nan() || self.end_height_cm < highest {
-            return error("end_height_cm", self.end_height_cm.to_string(), "at least the highest target");
-        }
-        if self.max_steps == 0 || self.max_steps > 1_000_000 {
-            return error("max_steps", self.max_steps.to_string(), "1 to 1000000");
-        }
-        Ok(())
+        let is_high = self.end_height_cm >= highest;
+        ensure(is_high, "end_height_cm", self.end_height_cm, "at least the highest target")?;
+        within("max_steps", self.max_steps, 1..=1_000_000)
     }
 
     /// The way in x that the tip needs to visit all targets, in cm (section 2.3.2): 15 for the paper's task.

@@ -194,7 +194,7 @@ impl Backdrop {
             .collect();
         let middle = |axis: fn(&Pixel) -> f64| {
             let values: Vec<f64> = found.iter().map(axis).collect();
-            last * math::quantile(&values, 0.5)
+            last * math::statistics::quantile_nearest(&values, 0.5)
         };
         let (x, y) = (middle(|at| at.x), middle(|at| at.y));
         let is_still = x.abs().max(y.abs()) < STILL * self.step as f64;
@@ -212,7 +212,7 @@ impl Backdrop {
             f64::from(now.norm / now.mean.max(1.0) / (patch.norm / patch.mean.max(1.0)).max(1e-6))
         };
         let shares: Vec<f64> = self.patches.iter().map(share).collect();
-        if shares.is_empty() { 1.0 } else { math::quantile(&shares, 0.5) }
+        if shares.is_empty() { 1.0 } else { math::statistics::quantile_nearest(&shares, 0.5) }
     }
 
     /// Whether there is enough in the first picture to find again.

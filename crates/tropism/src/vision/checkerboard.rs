@@ -223,8 +223,8 @@ impl Grey {
         let value = |dx: usize, dy: usize| {
             self.values[(row + dy).min(self.height - 1) * self.width + (column + dx).min(self.width - 1)]
         };
-        (1.0 - down) * ((1.0 - right) * value(0, 0) + right * value(1, 0))
-            + down * ((1.0 - right) * value(0, 1) + right * value(1, 1))
+        let corners = [value(0, 0), value(1, 0), value(0, 1), value(1, 1)];
+        crate::math::interpolate::bilinear_blend(corners, right, down)
     }
 
     /// How much each pixel answers as a corner does: opposite places of the ring alike, those at right angles different,

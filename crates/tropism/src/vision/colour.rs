@@ -4,6 +4,8 @@
 //! apart best. The one idea: Fisher's linear discriminant (R. A. Fisher 1936, doi:10.1111/j.1469-1809.1936.tb02137.x)
 //! finds by itself what a gate would have to be told: yellow-green before brown cloth, pale before black at night.
 
+use crate::math::matrix::solve_symmetric;
+
 /// What a colour must vary by, in grey values: the camera's rounding, so that a background of one colour has a spread.
 const ROUNDING: f64 = 1.0;
 
@@ -65,7 +67,7 @@ impl Discriminant {
         }
         let (from, to) = (background.mean(), plant.mean());
         let way: [f64; 3] = std::array::from_fn(|i| to[i] - from[i]);
-        let direction = solve(background.covariance(), way);
+        let direction = solve_symmetric(background.covariance(), way);
         let square: f64 = direction.iter().zip(way).map(|(d, w)| d * w).sum();
         if !square.is_finite() || square <= 0.0 {
             return None;
@@ -74,14 +76,6 @@ impl Discriminant {
         let offset = -weights.iter().zip(from).map(|(w, mean)| w * mean).sum::<f64>();
         Some(Self { weights, offset, separation: square.sqrt() })
     }
-}
-
-/// Solves `matrix x = right` for a symmetric matrix (rr, gg, bb, rg, rb, gb) by Cramer's rule.
-fn solve([rr, gg, bb, rg, rb, gb]: [f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    let (a, b, c) = (gg * bb - gb * gb, rb * gb - rg * bb, rg * gb - rb * gg);
-    let (d, e, f) = (rr * bb - rb * rb, rg * rb - rr * gb, rr * gg - rg * rg);
-    let determinant = rr * a + rg * b + rb * c;
-    [a * x + b * y + c * z, b * x + d * y + e * z, c * x + e * y + f * z].map(|sum| sum / determinant)
 }
 
 #[cfg(test)]

@@ -8,10 +8,13 @@
 //! Fitzgibbon 2001, *Simultaneous linear estimation of multiple view geometry and lens distortion*,
 //! doi:10.1109/CVPR.2001.990465 (the division model).
 
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pixel, Point};
+use crate::math::matrix::{
+    Matrix3, determinant, identity, inverse, least_squares, multiply, solve, transform,
+};
+use crate::math::vector::{Vec2, Vec3, dot, sub};
 use crate::vision::VisionError;
 
 /// The map from a picture to the plane of the stem. Its cm count from somewhere in the plane; [`Calibration`] counts them
@@ -43,7 +46,7 @@ pub struct Fit {
 type Pair = ((f64, f64), (f64, f64));
 
 /// Nine numbers to fit: the homography from plane to picture but for its last element, which is 1, and the distortion.
-type Parameters = SVector<f64, 9>;
+type Parameters = [f64; 9];
 
 impl Lens {
     /// Checks that it is a map of pictures of `width` x `height`: whole, one to one, and of a plane before the camera.
@@ -59,14 +62,15 @@ impl Lens {
                 wanted: "more than -1 and less than 1",
             });
         }
-        let matrix = self.matrix();
         let corners = [(0, 0), (width - 1, 0), (0, height - 1), (width - 1, height - 1)];
         let depth = |(x, y): (usize, usize)| {
-            (matrix * straight(normal(Pixel::new(x as f64, y as f64), width, height), self.distortion)).z
+            let place = straight(normal(Pixel::new(x as f64, y as f64), width, height), self.distortion);
+            transform(&self.homography, place)[2]
         };
         let depths = corners.map(depth);
         let is_before = depths.iter().all(|depth| *depth > 0.0) || depths.iter().all(|depth| *depth < 0.0);
-        let is_whole = matrix.iter().all(|value| value.is_finite()) && matrix.determinant() != 0.0;
+        let is_finite = self.homography.iter().flatten().all(|value| value.is_finite());
+        let is_whole = is_finite && determinant(&self.homography) != 0.0;
         if is_whole && is_before {
             return Ok(());
         }
@@ -78,16 +82,16 @@ impl Lens {
     /// The place in the plane, in cm, that a pixel of a picture of `width` x `height` shows.
     #[must_use]
     pub fn point(&self, pixel: Pixel, width: usize, height: usize) -> Point {
-        let place = self.matrix() * straight(normal(pixel, width, height), self.distortion);
-        Point::new(place.x / place.z, place.y / place.z)
+        let [x, y, z] = transform(&self.homography, straight(normal(pixel, width, height), self.distortion));
+        Point::new(x / z, y / z)
     }
 
     /// The pixel that shows a place in the plane.
     #[must_use]
     pub fn pixel(&self, point: Point, width: usize, height: usize) -> Pixel {
-        let inverse = self.matrix().try_inverse().unwrap_or_else(Matrix3::identity);
-        let place = inverse * Vector3::new(point.x, point.y, 1.0);
-        let (x, y) = bent(place.x / place.z, place.y / place.z, self.distortion);
+        let inverse = inverse(&self.homography).unwrap_or_else(identity);
+        let [x, y, z] = transform(&inverse, [point.x, point.y, 1.0]);
+        let (x, y) = bent(x / z, y / z, self.distortion);
         let unit = unit(width, height);
         Pixel::new(x * unit + (width as f64 - 1.0) / 2.0, y * unit + (height as f64 - 1.0) / 2.0)
     }
@@ -118,16 +122,16 @@ impl Lens {
             .map(|&(pixel, at)| (normal(pixel, width, height), (at.x - middle.0, at.y - middle.1)))
             .collect();
         let parameters = refined(linear(&pairs)?, &pairs)?;
-        let matrix = plane_to_picture(&parameters).try_inverse()?;
-        let mut lens = Self { distortion: parameters[8], homography: rows(&(matrix / matrix[(2, 2)])) };
+        let matrix = inverse(&plane_to_picture(&parameters))?;
+        let homography = matrix.map(|row| row.map(|value| value / matrix[2][2]));
+        let mut lens = Self { distortion: parameters[8], homography };
         let centre = lens.pixel(Point::default(), width, height);
-        let turned = upright(&lens, centre, width, height) * lens.matrix();
-        lens.homography = rows(&turned);
+        lens.homography = multiply(&upright(&lens, centre, width, height), &lens.homography);
         lens.check(width, height).ok()?;
-        let off: f64 = pairs.iter().map(|pair| error(&parameters, pair).norm_squared()).sum();
+        let off = squares(&parameters, &pairs);
         let place = |&(pixel, at): &(Pixel, Point)| {
-            let seen = matrix * straight(normal(pixel, width, height), lens.distortion);
-            Point::new(seen.x / seen.z + middle.0, seen.y / seen.z + middle.1).distance(at)
+            let [x, y, z] = transform(&matrix, straight(normal(pixel, width, height), lens.distortion));
+            Point::new(x / z + middle.0, y / z + middle.1).distance(at)
         };
         let off_cm: f64 = corners.iter().map(|corner| place(corner) * place(corner)).sum();
         Some(Fit {
@@ -136,15 +140,6 @@ impl Lens {
             residual_px: unit(width, height) * (off / count).sqrt(),
         })
     }
-
-    fn matrix(&self) -> Matrix3<f64> {
-        let [[a, b, c], [d, e, f], [g, h, i]] = self.homography;
-        Matrix3::new(a, b, c, d, e, f, g, h, i)
-    }
-}
-
-fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[(row, column)]))
 }
 
 /// Half of the picture's diagonal, in pixels.
@@ -159,8 +154,8 @@ fn normal(pixel: Pixel, width: usize, height: usize) -> (f64, f64) {
 }
 
 /// Where a place of the picture would be without distortion.
-fn straight((x, y): (f64, f64), distortion: f64) -> Vector3<f64> {
-    Vector3::new(x, y, 1.0 + distortion * (x * x + y * y))
+fn straight((x, y): (f64, f64), distortion: f64) -> Vec3 {
+    [x, y, 1.0 + distortion * (x * x + y * y)]
 }
 
 /// Where an undistorted place is in the picture: the smaller root of r = bent / (1 + distortion bent²).
@@ -169,62 +164,58 @@ fn bent(x: f64, y: f64, distortion: f64) -> (f64, f64) {
     (2.0 * x / (1.0 + root), 2.0 * y / (1.0 + root))
 }
 
-fn plane_to_picture(p: &Parameters) -> Matrix3<f64> {
-    Matrix3::new(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], 1.0)
+fn plane_to_picture(p: &Parameters) -> Matrix3 {
+    [[p[0], p[1], p[2]], [p[3], p[4], p[5]], [p[6], p[7], 1.0]]
 }
 
 /// How far a corner is from where the parameters place it, in the picture.
-fn error(parameters: &Parameters, &((x, y), (u, v)): &Pair) -> SVector<f64, 2> {
-    let place = plane_to_picture(parameters) * Vector3::new(u, v, 1.0);
-    let (seen_x, seen_y) = bent(place.x / place.z, place.y / place.z, parameters[8]);
-    SVector::<f64, 2>::new(seen_x - x, seen_y - y)
+fn error(parameters: &Parameters, &((x, y), (u, v)): &Pair) -> Vec2 {
+    let [place_x, place_y, place_z] = transform(&plane_to_picture(parameters), [u, v, 1.0]);
+    let (seen_x, seen_y) = bent(place_x / place_z, place_y / place_z, parameters[8]);
+    [seen_x - x, seen_y - y]
+}
+
+/// The sum of the squares of all corners' errors.
+fn squares(parameters: &Parameters, pairs: &[Pair]) -> f64 {
+    pairs.iter().map(|pair| error(parameters, pair)).map(|error| dot(error, error)).sum()
 }
 
 /// The homography without distortion, by linear least squares.
 fn linear(pairs: &[Pair]) -> Option<Parameters> {
-    let (mut left, mut right) = (DMatrix::zeros(2 * pairs.len(), 8), DVector::zeros(2 * pairs.len()));
-    for (i, &((x, y), (u, v))) in pairs.iter().enumerate() {
-        for (row, value) in
-            [[u, v, 1.0, 0.0, 0.0, 0.0, -x * u, -x * v], [0.0, 0.0, 0.0, u, v, 1.0, -y * u, -y * v]]
-                .into_iter()
-                .enumerate()
-        {
-            left.row_mut(2 * i + row).copy_from_slice(&value);
-        }
-        (right[2 * i], right[2 * i + 1]) = (x, y);
+    let (mut rows, mut right) = (Vec::with_capacity(2 * pairs.len()), Vec::with_capacity(2 * pairs.len()));
+    for &((x, y), (u, v)) in pairs {
+        rows.push([u, v, 1.0, 0.0, 0.0, 0.0, -x * u, -x * v]);
+        rows.push([0.0, 0.0, 0.0, u, v, 1.0, -y * u, -y * v]);
+        right.extend([x, y]);
     }
-    let found = left.svd(true, true);
-    if found.singular_values.min() < 1e-9 * found.singular_values.max() {
-        return None;
-    }
-    let solved = found.solve(&right, 0.0).ok()?;
-    Some(Parameters::from_fn(|i, _| if i < 8 { solved[i] } else { 0.0 }))
+    let [a, b, c, d, e, f, g, h] = least_squares(&rows, &right, 1e-9)?;
+    Some([a, b, c, d, e, f, g, h, 0.0])
 }
 
 /// Levenberg's and Marquardt's descent to the least squares of [`error`].
 fn refined(start: Parameters, pairs: &[Pair]) -> Option<Parameters> {
-    let cost = |parameters: &Parameters| -> f64 {
-        pairs.iter().map(|pair| error(parameters, pair).norm_squared()).sum()
-    };
-    let (mut best, mut least, mut damping) = (start, cost(&start), 1e-3);
+    let (mut best, mut least, mut damping) = (start, squares(&start, pairs), 1e-3);
     for _ in 0..100 {
-        let mut normal = SMatrix::<f64, 9, 9>::zeros();
-        let mut slope = Parameters::zeros();
+        let mut normal = [[0.0; 9]; 9];
+        let mut slope = [0.0; 9];
         for pair in pairs {
             let here = error(&best, pair);
-            let mut change = SMatrix::<f64, 2, 9>::zeros();
-            for i in 0..9 {
+            let change: [Vec2; 9] = std::array::from_fn(|i| {
                 let step = 1e-6 * best[i].abs().max(1e-2);
                 let mut there = best;
                 there[i] += step;
-                change.set_column(i, &((error(&there, pair) - here) / step));
+                sub(error(&there, pair), here).map(|change| change / step)
+            });
+            for (i, &own) in change.iter().enumerate() {
+                normal[i].iter_mut().zip(change).for_each(|(sum, other)| *sum += dot(own, other));
+                slope[i] += dot(own, here);
             }
-            normal += change.transpose() * change;
-            slope += change.transpose() * here;
         }
-        let damped = normal + SMatrix::from_diagonal(&(normal.diagonal() * damping));
-        let next = best - damped.lu().solve(&slope)?;
-        let squares = cost(&next);
+        for (i, row) in normal.iter_mut().enumerate() {
+            row[i] += row[i] * damping;
+        }
+        let next = sub(best, solve(normal, slope)?);
+        let squares = squares(&next, pairs);
         if squares < least {
             let is_done = least - squares < 1e-12 * least;
             (best, least, damping) = (next, squares, damping * 0.1);
@@ -242,7 +233,7 @@ fn refined(start: Parameters, pairs: &[Pair]) -> Option<Parameters> {
 
 /// The turn, and mirroring if the corners were counted the other way round, that lets up in the picture be up in the
 /// plane around `pixel`.
-fn upright(lens: &Lens, pixel: Pixel, width: usize, height: usize) -> Matrix3<f64> {
+fn upright(lens: &Lens, pixel: Pixel, width: usize, height: usize) -> Matrix3 {
     let near = |dx, dy| lens.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
     let (left, right, above, below) = (near(-0.5, 0.0), near(0.5, 0.0), near(0.0, -0.5), near(0.0, 0.5));
     let (x, y) = (above.x - below.x, above.y - below.y);
@@ -250,7 +241,7 @@ fn upright(lens: &Lens, pixel: Pixel, width: usize, height: usize) -> Matrix3<f6
     let (sin, cos) = (x / length, y / length);
     // The direction at a right angle to up that the picture's right points to.
     let side = ((right.x - left.x) * cos - (right.y - left.y) * sin).signum();
-    Matrix3::new(side * cos, -side * sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
+    [[side * cos, -side * sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]
 }
 
 #[cfg(test)]

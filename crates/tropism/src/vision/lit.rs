@@ -2,6 +2,7 @@
 
 use crate::geometry::Region;
 use crate::lamps::Light;
+use crate::math::statistics::upper_median;
 use crate::vision::pixels::{Pixels, whole};
 
 /// How much brighter one side must be: the difference of both sides' glow over their sum.
@@ -25,14 +26,7 @@ pub fn lit(image: &impl Pixels, lamps: Option<[Region; 2]>) -> Option<Light> {
     let sides = lamps.unwrap_or([third, Region { x: width - third.width, ..third }]);
     let step = (width / COLUMNS).clamp(1, COARSEST);
     let greys = image.shrunk_grey(whole((width, height)), step);
-    if greys.is_empty() {
-        return None;
-    }
-    let median = {
-        let mut greys = greys.clone();
-        let middle = greys.len() / 2;
-        *greys.select_nth_unstable_by(middle, f32::total_cmp).1
-    };
+    let median = upper_median(&greys, f32::total_cmp)?;
     let [left, right] = sides.map(|side| {
         if !side.fits(width, height) {
             return 0.0;

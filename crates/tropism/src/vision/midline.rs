@@ -130,9 +130,9 @@ fn thin_limb(plane: &Plane, window: &Window, start: usize, up: &Ways) -> Option<
         let end = &widths[last..widths.len().saturating_sub((0.5 * stem) as usize).max(last)];
         let brightness = |line: &[Place]| {
             let values: Vec<f64> = line.iter().map(|&at| value(plane, at)).collect();
-            math::quantile(&values, 0.5)
+            math::statistics::quantile_nearest(&values, 0.5)
         };
-        let is_thin = math::quantile(end, 0.7) <= SLENDER * stem;
+        let is_thin = math::statistics::quantile_nearest(end, 0.7) <= SLENDER * stem;
         let share = brightness(&line[last..]) / brightness(&line[..line.len().div_ceil(2)]).max(1e-6);
         if last == 0
             || !is_thin
@@ -233,9 +233,8 @@ fn centred(plane: &Plane, mut line: Vec<Place>) -> (Vec<Place>, Vec<f64>) {
 
 /// The median width of the lower half of the way, which is stem.
 fn stem_width(widths: &[f64]) -> f64 {
-    let mut lower: Vec<f64> = widths[..widths.len().div_ceil(2)].to_vec();
-    lower.sort_by(f64::total_cmp);
-    lower.get(lower.len() / 2).copied().unwrap_or(1.0).clamp(1.0, 1e6)
+    let lower = &widths[..widths.len().div_ceil(2)];
+    math::statistics::upper_median(lower, f64::total_cmp).unwrap_or(1.0).clamp(1.0, 1e6)
 }
 
 /// Where the way becomes a leaf for good: the first point from which on all are broad, but for the rounded end; `None`
@@ -294,9 +293,8 @@ fn value(plane: &Plane, (x, y): Place) -> f64 {
     let (right, bottom) = ((left + 1).min(plane.width - 1), (top + 1).min(plane.height - 1));
     let (across, down) = (x - left as f64, y - top as f64);
     let at = |x: usize, y: usize| f64::from(plane.values[y * plane.width + x]);
-    let upper = at(left, top) + across * (at(right, top) - at(left, top));
-    let lower = at(left, bottom) + across * (at(right, bottom) - at(left, bottom));
-    upper + down * (lower - upper)
+    let corners = [at(left, top), at(right, top), at(left, bottom), at(right, bottom)];
+    math::interpolate::bilinear(corners, across, down)
 }
 
 /// The values with gaps filled in a straight line between their neighbours; beyond the first and last, theirs.

@@ -605,7 +605,7 @@ impl Eye {
             .as_ref()
             .and_then(|sighting| sighting.stem.as_deref().map(|stem| (stem, sighting.shift)));
         let seen_stem = seen_stem.map(|(pixels, shift)| {
-            Polyline(pixels.iter().map(|&pixel| self.point(pixel, shift)).collect()).equidistant(10)
+            Polyline(pixels.iter().map(|&pixel| self.point(pixel, shift)).collect()).resampled(10)
         });
         let rule = (self.config.mode == Mode::Paper).then_some(&self.config.hold);
         let (stem, _) = self.stems.settle(seen_stem, rule);

@@ -188,8 +188,7 @@ fn is_potted(small: &Image, foot: Place, config: &VisionConfig) -> bool {
 
 /// How far apart two colours are.
 fn apart(one: Colour, other: Colour) -> f64 {
-    let square: f64 = one.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum();
-    square.sqrt()
+    math::vector::distance(one, other)
 }
 
 /// The mean of some colours.
@@ -204,7 +203,9 @@ fn mean(colours: impl Iterator<Item = Colour>) -> Colour {
 
 /// The colour whose red, green and blue are the medians.
 fn median(colours: &[Colour]) -> Colour {
-    std::array::from_fn(|i| math::quantile(&colours.iter().map(|colour| colour[i]).collect::<Vec<_>>(), 0.5))
+    std::array::from_fn(|i| {
+        math::statistics::quantile_nearest(&colours.iter().map(|colour| colour[i]).collect::<Vec<_>>(), 0.5)
+    })
 }
 
 /// The deviation of a picture's noise, as a distance of colours (J. Immerkær 1996, doi:10.1006/cviu.1996.0060): what a
@@ -281,9 +282,7 @@ impl Picture {
         let at = |x: usize, y: usize| self.colours[y * self.width + x];
         let corners = [at(left, top), at(right, top), at(left, bottom), at(right, bottom)];
         std::array::from_fn(|i| {
-            let [a, b, c, d] = corners.map(|colour| f64::from(colour[i]));
-            let (upper, lower) = (a + across * (b - a), c + across * (d - c));
-            upper + down * (lower - upper)
+            math::interpolate::bilinear(corners.map(|colour| f64::from(colour[i])), across, down)
         })
     }
 
@@ -379,7 +378,7 @@ impl Picture {
         way.reverse();
         let widths: Vec<f64> = way.iter().map(|step| step.width).collect();
         let line: Vec<Place> = way.iter().map(|step| step.at).collect();
-        (line.len() > 2).then(|| (line, math::quantile(&widths, 0.5)))
+        (line.len() > 2).then(|| (line, math::statistics::quantile_nearest(&widths, 0.5)))
     }
 
     /// The steps that may follow one.
@@ -448,8 +447,11 @@ impl Strip {
             .collect();
         let clear =
             |i: usize| bands[i].iter().map(|&band| apart(stem[i], band)).sum::<f64>() / (2 * BANDS) as f64;
-        let contrast =
-            math::quantile(&(0..line.len().div_ceil(2)).map(clear).collect::<Vec<_>>(), 0.5).max(1e-6);
+        let contrast = math::statistics::quantile_nearest(
+            &(0..line.len().div_ceil(2)).map(clear).collect::<Vec<_>>(),
+            0.5,
+        )
+        .max(1e-6);
         Self { line, width, stem, bands, contrast }
     }
 
@@ -504,7 +506,7 @@ impl Strip {
         let clear = |i: usize| {
             self.bands[i].iter().map(|&band| apart(self.stem[i], band)).fold(f64::INFINITY, f64::min)
         };
-        math::quantile(&(first..=last).map(clear).collect::<Vec<_>>(), 0.2)
+        math::statistics::quantile_nearest(&(first..=last).map(clear).collect::<Vec<_>>(), 0.2)
     }
 
     /// Moves the line to the middle between the stem's edges, where half of a stem may lie in its own shadow.
@@ -536,11 +538,11 @@ impl Strip {
             let medians: Vec<Option<f64>> = (0..seen.len())
                 .map(|i| {
                     let near: Vec<f64> = seen[middle(i, 5 * FINE / 4)].iter().copied().flatten().collect();
-                    (!near.is_empty()).then(|| math::quantile(&near, 0.5))
+                    (!near.is_empty()).then(|| math::statistics::quantile_nearest(&near, 0.5))
                 })
                 .collect();
             let all: Vec<f64> = seen.iter().copied().flatten().collect();
-            let usual = math::quantile(&all, 0.5);
+            let usual = math::statistics::quantile_nearest(&all, 0.5);
             (all.len() > 2).then(|| medians.into_iter().map(|edge| edge.unwrap_or(usual)).collect())
         };
         let (Some(left), Some(right)) = (edges(0), edges(1)) else { return };

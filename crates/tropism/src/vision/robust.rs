@@ -161,14 +161,12 @@ fn fades(plant: &Plane, stem: Option<&[Pixel]>, tip: Pixel) -> bool {
     if last.distance(tip) > (END.0 * plant.step) as f64 {
         return false;
     }
-    let values = |stem: &[Pixel]| -> Vec<f32> {
-        let mut values: Vec<f32> = stem.iter().filter_map(|&at| plant.nearest(at)).collect();
-        values.sort_by(f32::total_cmp);
-        values
+    let median = |stem: &[Pixel]| {
+        let values: Vec<f32> = stem.iter().filter_map(|&at| plant.nearest(at)).collect();
+        math::statistics::upper_median(&values, f32::total_cmp)
     };
-    let (all, end) = (values(stem), values(&stem[stem.len() - END.0..stem.len() - END.1]));
-    match (all.get(all.len() / 2), end.get(end.len() / 2)) {
-        (Some(all), Some(end)) => f64::from(*end) < END.2 * f64::from(*all),
+    match (median(stem), median(&stem[stem.len() - END.0..stem.len() - END.1])) {
+        (Some(all), Some(end)) => f64::from(end) < END.2 * f64::from(all),
         _ => false,
     }
 }

@@ -10,10 +10,11 @@
 //! triangulation).
 
 use crate::geometry::{Pixel, Point, Polyline};
+use crate::math::vector::{Vec3, along, distance, dot, sub};
 use crate::vision::Calibration;
 
 /// A place in space, in cm: x to the right of the root as the front camera sees it, y up, z towards the front camera.
-pub type Place = [f64; 3];
+pub type Place = Vec3;
 
 /// Where a camera stands that looks straight at the plane its photographs are scaled to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,17 +108,17 @@ impl TwoViews {
     pub fn meet(&self, front: Point, side: Point) -> Met {
         let from = self.front.lens();
         let other_from = self.from.space(self.side.lens());
-        let ray = minus([front.x, front.y, 0.0], from);
-        let other_ray = minus(self.from.space([side.x, side.y, 0.0]), other_from);
+        let ray = sub([front.x, front.y, 0.0], from);
+        let other_ray = sub(self.from.space([side.x, side.y, 0.0]), other_from);
         // Where on both rays the way between them is at a right angle to both; rays at about a right angle never run
         // side by side.
-        let between = minus(from, other_from);
+        let between = sub(from, other_from);
         let (a, b, c) = (dot(ray, ray), dot(ray, other_ray), dot(other_ray, other_ray));
         let (d, e) = (dot(ray, between), dot(other_ray, between));
         let across = a * c - b * b;
         let one = along(from, ray, (b * e - c * d) / across);
         let other = along(other_from, other_ray, (a * e - b * d) / across);
-        let gap = minus(one, other);
+        let gap = sub(one, other);
         Met { place: along(other, gap, 0.5), gap_cm: dot(gap, gap).sqrt() }
     }
 
@@ -150,7 +151,7 @@ impl TwoViews {
 
     /// Where the ray through `front` crosses the side camera's midline: vertex and share to the next, and the point.
     fn crossings(&self, front: Point, side: &Polyline) -> Vec<(f64, Point)> {
-        let ray = minus([front.x, front.y, 0.0], self.front.lens());
+        let ray = sub([front.x, front.y, 0.0], self.front.lens());
         // Two places of the ray, before and behind the plane, are a line in the side camera's picture.
         let [a, b] =
             [0.5, 1.5].map(|share| self.side.sees(self.from.own(along(self.front.lens(), ray, share))));
@@ -162,11 +163,7 @@ impl TwoViews {
                 continue;
             }
             let share = low / (low - high);
-            let point = Point::new(
-                pair[0].x + share * (pair[1].x - pair[0].x),
-                pair[0].y + share * (pair[1].y - pair[0].y),
-            );
-            found.push((vertex as f64 + share, point));
+            found.push((vertex as f64 + share, pair[0].lerp(pair[1], share)));
         }
         found
     }
@@ -195,29 +192,12 @@ pub fn equidistant(places: &[Place], count: usize) -> Vec<Place> {
             if wanted > walked + step {
                 break;
             }
-            found.push(along(pair[0], minus(pair[1], pair[0]), (wanted - walked) / step));
+            found.push(along(pair[0], sub(pair[1], pair[0]), (wanted - walked) / step));
         }
         walked += step;
     }
     found.push(places[places.len() - 1]);
     found
-}
-
-fn distance(a: Place, b: Place) -> f64 {
-    let between = minus(a, b);
-    dot(between, between).sqrt()
-}
-
-fn minus(a: Place, b: Place) -> Place {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: Place, b: Place) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn along(start: Place, way: Place, share: f64) -> Place {
-    [start[0] + share * way[0], start[1] + share * way[1], start[2] + share * way[2]]
 }
 
 #[cfg(test)]
@@ -270,7 +250,7 @@ mod tests {
                 .collect();
             let seen = |which: usize| Polyline(stem.iter().map(|place| views.seen(*place)[which]).collect());
             // The cameras' midlines do not share vertices.
-            let found = views.midline(&seen(0).equidistant(90), &seen(1).equidistant(70));
+            let found = views.midline(&seen(0).resampled(90), &seen(1).resampled(70));
             prop_assert!((length(&found) - length(&stem)).abs() < 0.03 * length(&stem));
             for place in &found {
                 let nearest = stem.iter().map(|truth| distance(*truth, *place)).fold(f64::INFINITY, f64::min);

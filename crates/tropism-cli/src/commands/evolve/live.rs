@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use tropism::math::statistics;
 use tropism_neat::Generation;
 
 use crate::shell::Progress;
@@ -42,14 +43,13 @@ impl Live {
     /// The best so far of all runs that have begun, and what their populations are like now.
     fn message(&self, evaluations_a_second: f64) -> String {
         let now: Vec<&Generation> = self.latest.iter().flatten().collect();
-        let mean =
-            |of: fn(&Generation) -> f64| now.iter().map(|&run| of(run)).sum::<f64>() / now.len() as f64;
+        let mean = |of: fn(&Generation) -> f64| statistics::mean(now.iter().map(|&run| of(run)));
         let mut best: Vec<f64> = now.iter().map(|run| run.best_ever).collect();
         best.sort_by(f64::total_cmp);
         let runs = match best.len() {
             0 => return String::new(),
             1 => String::new(),
-            runs => format!(" ({runs} runs: median {:.2})", median(&best)),
+            runs => format!(" ({runs} runs: median {:.2})", statistics::median(&best)),
         };
         format!(
             "best {:.2} cm{runs}, population: median {:.2} cm, {:.0} species, {:.0} links, {} evaluations/s",
@@ -60,11 +60,6 @@ impl Live {
             evaluations_a_second.round()
         )
     }
-}
-
-/// The median of at least one number, in order; of an even count, the mean of the middle two.
-pub(super) fn median(sorted: &[f64]) -> f64 {
-    f64::midpoint(sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2])
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tropism::greenhouse::bean::grow;
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::math::statistics::mean;
 use tropism::random::{self, Purpose};
 use tropism::task::{Targets, Task};
 use tropism::track::{Sample, Track};
@@ -121,7 +122,6 @@ impl Grow {
                 false => Interrupted("some tracks were not written".to_owned()).into(),
             });
         };
-        let count = plants.len() as f64;
         let fitness: Option<Vec<f64>> =
             (!is_open_loop).then(|| plants.iter().map(|(_, track)| task.fitness(track)).collect());
         let heights = plants.iter().map(|(_, track)| track.samples[track.samples.len() - 1].tip.y);
@@ -129,9 +129,9 @@ impl Grow {
             is_virtual: true,
             plants: self.plants,
             out: out.clone(),
-            mean_fitness: fitness.as_ref().map(|fitness| fitness.iter().sum::<f64>() / count),
+            mean_fitness: fitness.as_ref().map(|fitness| mean(fitness.iter().copied())),
             fitness,
-            mean_final_height_cm: heights.sum::<f64>() / count,
+            mean_final_height_cm: mean(heights),
             tracks: plants.into_iter().map(|(path, _)| path).collect(),
         };
         let mut text = format!(

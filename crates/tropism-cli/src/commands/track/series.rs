@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use clap::ValueEnum;
 use rayon::prelude::*;
 use serde::Serialize;
+use tropism::math::statistics::upper_median;
 use tropism::photo::time_in_name;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files;
@@ -160,10 +161,9 @@ fn are_telling(times: &[Option<f64>]) -> bool {
 fn median_interval(times: &[Option<f64>]) -> Option<f64> {
     let mut known: Vec<f64> = times.iter().flatten().copied().collect();
     known.sort_by(f64::total_cmp);
-    let mut intervals: Vec<f64> =
+    let intervals: Vec<f64> =
         known.windows(2).map(|pair| pair[1] - pair[0]).filter(|&interval| interval > 0.0).collect();
-    intervals.sort_by(f64::total_cmp);
-    intervals.get(intervals.len() / 2).copied()
+    upper_median(&intervals, f64::total_cmp)
 }
 
 /// The times of all: a photograph without one, a damaged file say, was taken one `interval` after the one before it in

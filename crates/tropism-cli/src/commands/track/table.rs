@@ -154,7 +154,7 @@ impl Table {
             top,
             apex: sighting.and_then(|sighting| sighting.apex),
             length_cm: observation.stem.as_ref().map(|stem| stem.length()),
-            stem: observation.stem.map(|stem| stem.equidistant(VERTICES).0).unwrap_or_default(),
+            stem: observation.stem.map(|stem| stem.resampled(VERTICES).0).unwrap_or_default(),
         });
         self.rows.push(Row {
             frame: shot.name.clone(),

@@ -15,6 +15,7 @@ use crate::control::{Controller, Greedy, Periodic};
 use crate::environment::unwatched;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
+use crate::math::statistics::{mean, quantile_linear, standard_deviation};
 use crate::parallel;
 use crate::task::{OpenLoop, Targets, Task};
 use crate::track::{PAPER_PERIOD_MIN, Track};
@@ -152,9 +153,14 @@ fn pooled(set: &[Plant], phase: usize) -> Vec<f64> {
     set.iter().flat_map(|plant| plant.dx[PHASES[phase].clone()].iter().map(|dx| dx.abs())).collect()
 }
 
+/// The median, by linear interpolation.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    quantile_linear(&values.collect::<Vec<_>>(), 0.5)
+}
+
 /// The value that only one in a thousand exceeds.
 fn rare<'a>(moves: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
-    quantile(moves.flatten().map(|moved| moved.abs()).collect(), 0.999)
+    quantile_linear(&moves.flatten().map(|moved| moved.abs()).collect::<Vec<_>>(), 0.999)
 }
 
 /// Rows 1 to 13, 16 and 19, from open-loop tracks of 1000 steps in sets of six, as [`experiment`] makes them.
@@ -167,21 +173,21 @@ fn rare<'a>(moves: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
 pub fn population(tracks: &[Track]) -> Vec<Row> {
     let plants: Vec<Plant> = tracks.iter().map(Plant::new).collect();
     assert!(plants.iter().all(|plant| plant.dx.len() >= PHASES[2].end), "tracks of 1000 steps");
-    let sets = |statistic: fn(&[Plant]) -> f64| median(plants.chunks_exact(SET).map(statistic).collect());
+    let sets = |statistic: fn(&[Plant]) -> f64| median(plants.chunks_exact(SET).map(statistic));
     let each = |statistic: fn(&Plant) -> f64| {
-        let of_set = |set: &[Plant]| median(set.iter().map(statistic).collect());
-        median(plants.chunks_exact(SET).map(of_set).collect())
+        let of_set = |set: &[Plant]| median(set.iter().map(statistic));
+        median(plants.chunks_exact(SET).map(of_set))
     };
     let widest = sets(|set| set.iter().flat_map(|p| &p.tips).map(|tip| tip.x.abs()).fold(0.0, f64::max));
     let highest = sets(|set| set.iter().flat_map(|p| &p.tips).map(|tip| tip.y).fold(0.0, f64::max));
-    let variety = sets(|set| deviation(set.iter().map(Plant::final_height).collect()));
+    let variety = sets(|set| standard_deviation(&set.iter().map(Plant::final_height).collect::<Vec<_>>()));
     let over_early = sets(|set| mean(pooled(set, 1)) / mean(pooled(set, 0)));
     let over_late = sets(|set| mean(pooled(set, 1)) / mean(pooled(set, 2)));
     let fastest = sets(|set| set.iter().map(Plant::fastest).fold(0.0, f64::max));
     let off_centre = mean(plants.iter().map(|plant| mean(plant.tips.iter().map(|tip| tip.x))));
     let rare_dx = sets(|set| rare(set.iter().map(|plant| &plant.dx)));
     let rare_dy = sets(|set| rare(set.iter().map(|plant| &plant.dy)));
-    let most_curved = each(|plant| quantile(plant.curvature.clone(), 0.99));
+    let most_curved = each(|plant| quantile_linear(&plant.curvature, 0.99));
     let any = f64::INFINITY;
     [
         (1, "largest |x| of six, cm", widest, [11.0, 17.0]),
@@ -189,19 +195,29 @@ pub fn population(tracks: &[Track]) -> Vec<Row> {
         (2, "final y, cm", each(Plant::final_height), [20.0, 28.0]),
         (3, "sd of final y within six, cm", variety, [1.5, 6.0]),
         (4, "growth to step 700, cm a step", each(|plant| mean(plant.growth())), [0.025, 0.034]),
-        (4, "its sd, cm a step", each(|plant| deviation(plant.growth())), [0.006, 0.015]),
+        (4, "its sd, cm a step", each(|plant| standard_deviation(&plant.growth())), [0.006, 0.015]),
         (5, "mean |dx| to step 300, cm", sets(|set| mean(pooled(set, 0))), [0.05, 0.13]),
         (6, "mean |dx| from 300 to 800, cm", sets(|set| mean(pooled(set, 1))), [0.20, 0.35]),
         (7, "mean |dx|, middle over early", over_early, [2.0, any]),
         (7, "mean |dx|, middle over late", over_late, [1.4, any]),
-        (8, "95 % of |dx| from 300 to 800, cm", sets(|set| quantile(pooled(set, 1), 0.95)), [0.5, 1.1]),
+        (
+            8,
+            "95 % of |dx| from 300 to 800, cm",
+            sets(|set| quantile_linear(&pooled(set, 1), 0.95)),
+            [0.5, 1.1],
+        ),
         (9, "99.9 % of |dx|, cm", rare_dx, [1.4, 2.6]),
         (10, "99.9 % of |dy|, cm", rare_dy, [0.6, 1.3]),
         (11, "fastest apex above 20 cm of six, mm/min", fastest, [3.3, 6.0]),
         (12, "share of middle steps towards the light", each(Plant::share_towards), [0.65, 0.85]),
         (13, "delay to sustained motion, min", each(Plant::delay), [5.0, 45.0]),
         (16, "99 % of peak curvature, 1/cm", most_curved, [0.12, 0.25]),
-        (16, "median peak curvature, 1/cm", each(|plant| median(plant.curvature.clone())), [0.06, 0.15]),
+        (
+            16,
+            "median peak curvature, 1/cm",
+            each(|plant| quantile_linear(&plant.curvature, 0.5)),
+            [0.06, 0.15],
+        ),
         (19, "mean x of all plants, cm", off_centre, [-1.0, 1.0]),
     ]
     .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
@@ -229,9 +245,8 @@ pub fn steered<C: Controller + Clone + Sync>(
     let greedy = fitness(&task, &on_each(species, seeds, &greedy, &task));
     let tracks: Vec<Vec<Track>> =
         tuned.iter().map(|(_, controller)| on_each(species, seeds, controller, &task)).collect();
-    let of_each = |value: &dyn Fn(usize) -> f64| median((0..tuned.len()).map(value).collect());
-    let steps =
-        |which: usize| median(tracks[which].iter().map(|track| (track.samples.len() - 1) as f64).collect());
+    let of_each = |value: &dyn Fn(usize) -> f64| median((0..tuned.len()).map(value));
+    let steps = |which: usize| median(tracks[which].iter().map(|track| (track.samples.len() - 1) as f64));
     let quiet = |which: usize| {
         let track = |phase| grow_quiet(species, phase, &mut tuned[which].1.clone(), &task);
         let phases = (0..CIRCLE).map(|part| TAU * f64::from(part) / f64::from(CIRCLE));
@@ -248,7 +263,7 @@ pub fn steered<C: Controller + Clone + Sync>(
             [NEARLY_PERFECT, best],
         ),
         (22, "on fresh plants, cm", of_each(&|which| mean(fitness(&task, &tracks[which]))), [8.5, 12.0]),
-        (22, "its sd, cm", of_each(&|which| deviation(fitness(&task, &tracks[which]))), [1.5, 3.5]),
+        (22, "its sd, cm", of_each(&|which| standard_deviation(&fitness(&task, &tracks[which]))), [1.5, 3.5]),
         (23, "on the average plant, nothing left to chance, cm", of_each(&quiet), [12.0, best]),
     ]
     .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
@@ -321,43 +336,9 @@ fn square(bean: &Bean, twin: &Bean) -> f64 {
     bean.apex().iter().zip(twin.apex()).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
-    let (sum, count) = values.into_iter().fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
-    sum / f64::from(count)
-}
-
-/// Standard deviation of a sample.
-fn deviation(values: Vec<f64>) -> f64 {
-    let centre = mean(values.iter().copied());
-    (values.iter().map(|value| (value - centre).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
-}
-
-fn median(values: Vec<f64>) -> f64 {
-    quantile(values, 0.5)
-}
-
-/// The value below which a share of all lies, between two of them by linear interpolation; NaN of none.
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
-    let place = share * last as f64;
-    let below = place.floor() as usize;
-    values[below] + (place - place.floor()) * (values[(below + 1).min(last)] - values[below])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantiles_lie_between_values() {
-        let values = vec![4.0, 1.0, 3.0, 2.0];
-        assert_eq!(median(values.clone()), 2.5);
-        assert_eq!(quantile(values.clone(), 0.0), 1.0);
-        assert_eq!(quantile(values.clone(), 1.0), 4.0);
-        assert!((deviation(values) - (5.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert!(median(Vec::new()).is_nan());
-    }
 
     #[test]
     fn a_row_holds_within_its_range() {

@@ -24,6 +24,7 @@ use super::pose::Pose;
 use super::scene::{Lighting, Scene};
 use super::view::{Frame, View};
 use crate::lamps::Light;
+use crate::math::interpolate::bilinear;
 use crate::photo::Image;
 
 /// A camera in front of a virtual tent.
@@ -168,13 +169,9 @@ pub(super) fn blurred(image: &Image, sigma: f64) -> Image {
         let (above, below, down) = along(y, height);
         for x in 0..image.width {
             let (left, right, across) = along(x, width);
-            let [a, b, c, d] = [(left, above), (right, above), (left, below), (right, below)]
+            let corners = [(left, above), (right, above), (left, below), (right, below)]
                 .map(|(x, y)| small.at(x, y).map(f64::from));
-            rgb.extend((0..3).map(|band| {
-                let high = a[band] + across * (b[band] - a[band]);
-                let low = c[band] + across * (d[band] - c[band]);
-                (high + down * (low - high)).round() as u8
-            }));
+            rgb.extend((0..3).map(|band| bilinear(corners.map(|rgb| rgb[band]), across, down).round() as u8));
         }
     }
     Image { width: image.width, height: image.height, rgb }
