@@ -4,7 +4,7 @@
 use libfuzzer_sys::fuzz_target;
 use tropism::geometry::{Pixel, Region};
 use tropism::photo::{Image, Photo, Picture};
-use tropism::vision::pixels::Pixels;
+use tropism::vision::raster::source::Pixels;
 use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit};
 
 fuzz_target!(|bytes: &[u8]| {

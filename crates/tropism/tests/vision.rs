@@ -23,7 +23,7 @@ use tropism::math;
 use tropism::observation::{Observation, Quality};
 use tropism::photo::{Image, Photo, Picture};
 use tropism::random::{self, Purpose};
-use tropism::vision::motion::{Glance, smooth};
+use tropism::vision::tracking::smoother::{Glance, smooth};
 use tropism::vision::{
     Calibration, Class, Edge, Eye, Mode, Sighting, VisionConfig, VisionError, lit, look, look_from,
 };

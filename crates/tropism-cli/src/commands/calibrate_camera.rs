@@ -10,8 +10,8 @@ use tropism::geometry::Pixel;
 use tropism::math;
 use tropism::photo::Image;
 use tropism::vision::Calibration;
-use tropism::vision::checkerboard::Board;
-use tropism::vision::lens::Lens;
+use tropism::vision::camera::checkerboard::Board;
+use tropism::vision::camera::lens::Lens;
 
 use crate::options::{Mark, parse_mark, parse_pair};
 use crate::shell::Shell;

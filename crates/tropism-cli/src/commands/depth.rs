@@ -10,7 +10,7 @@ use tropism::geometry::{Point, Polyline};
 use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::Calibration;
-use tropism::vision::two_views::{AGREE_CM, Met, Place, Side, Stand, TwoViews, equidistant, length};
+use tropism::vision::camera::stereo::{AGREE_CM, Met, Place, Side, Stand, TwoViews, equidistant, length};
 
 use crate::findings::{place_of, stem_of};
 use crate::options::parse_pair;

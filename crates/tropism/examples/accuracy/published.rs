@@ -5,7 +5,7 @@ use std::path::Path;
 use tropism::geometry::{Pixel, Point, Polyline};
 use tropism::math::{self, quantile};
 use tropism::photo::{Image, Photo};
-use tropism::vision::robust::silhouette;
+use tropism::vision::detect::silhouette::silhouette;
 use tropism::vision::{Mode, VisionConfig, look_from};
 
 use crate::marks::{Row, rows};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Region;
-use crate::vision::hold::STEERS;
+use crate::vision::tracking::hold::STEERS;
 
 /// Columns of the paper's camera, section 2.1.
 pub(super) const COLUMNS: f64 = 2592.0;

@@ -5,7 +5,7 @@ use tiny_skia::{Color, Paint, PathBuilder, Pixmap, Rect, Stroke, Transform};
 use crate::geometry::{Pixel, Region};
 use crate::light::Light;
 use crate::photo::Image;
-use crate::vision::Sighting;
+use crate::vision::detect::detection::Sighting;
 
 /// What to draw over a photograph; what is `None` is left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -8,7 +8,8 @@ use tropism::geometry::{Pixel, Region};
 use tropism::light::Light;
 use tropism::photo::Image;
 use tropism::vision::overlay::{Marks, contact_sheet, overlay};
-use tropism::vision::{Seen, Sighting, segment};
+use tropism::vision::raster::filter;
+use tropism::vision::{Seen, Sighting};
 
 use super::plants::Plant;
 
@@ -84,7 +85,7 @@ impl Drawings {
             let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
             let view = self.view.filter(|view| view.fits(image.width, image.height)).unwrap_or(whole);
             let factor = view.width.div_ceil(CELL_COLUMNS).min(view.height);
-            let small = segment::shrink(image, view, factor);
+            let small = filter::shrink(image, view, factor);
             let middle = (factor as f64 - 1.0) / 2.0;
             let place = |pixel: Pixel| {
                 let along = |at: f64, start: usize| (at - start as f64 - middle) / factor as f64;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use tropism::geometry::{Pixel, Point};
 use tropism::light::{self, Light};
 use tropism::track::{Column, PERIOD_MIN, Sample, Track};
-use tropism::vision::motion::{Glance, Smoothed, smooth};
+use tropism::vision::tracking::smoother::{Glance, Smoothed, smooth};
 use tropism::vision::{Calibration, Class, Seen, Sighting};
 
 use super::series::Shot;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use tropism::experiment::files;
 use tropism::light::Light;
 use tropism::photo::{Image, Photo, PhotoError, Picture};
-use tropism::vision::pixels::Pixels;
+use tropism::vision::raster::source::Pixels;
 use tropism::vision::{Class, Eye, lit};
 
 use super::drawing::{Drawings, Drawn};

@@ -7,17 +7,23 @@
 use crate::geometry::{Pixel, Region};
 use crate::math;
 use crate::photo::Image;
-use crate::vision::colour::{Colours, Discriminant};
-use crate::vision::parts::{Belief, Bounds, Parts};
-use crate::vision::pixels::{Pixels, aligned};
-use crate::vision::segment::{self, LUMA, Levels, Plane};
-use crate::vision::shape::Shape;
-use crate::vision::{Edge, Sighting, VisionConfig, midline, tip};
-use crate::wide::{Work, widest};
+use crate::vision::config::VisionConfig;
+use crate::vision::detect::colour::{Colours, Discriminant};
+use crate::vision::detect::connected_components::{Bounds, Parts};
+use crate::vision::detect::detection::{Edge, Sighting};
+use crate::vision::detect::hysteresis::{Belief, Believing};
+use crate::vision::detect::occlusion::{fades, is_lit_above, is_shaded, is_topped};
+use crate::vision::detect::occupancy::Shape;
+use crate::vision::detect::{midline, tip};
+use crate::vision::raster::filter::sample;
+use crate::vision::raster::levels::Levels;
+use crate::vision::raster::plane::{LUMA, Plane};
+use crate::vision::raster::source::{Pixels, aligned};
+use crate::wide::widest;
 
 /// Samples that may be missing between two parts of one plant, plus one: a shadow, or a saturated rim that has lost its
 /// colour.
-const REACH: usize = 3;
+pub(super) const REACH: usize = 3;
 
 /// Background is learned from every so many samples, both ways.
 const THIN: usize = 3;
@@ -48,8 +54,7 @@ pub(super) fn look(
     let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
     let middle = (step - 1) as f64 / 2.0;
     let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
-    let plane =
-        |channels| Plane { origin, step, ..segment::sample(&small, whole, channels, config.sigma, 1) };
+    let plane = |channels| Plane { origin, step, ..sample(&small, whole, channels, config.sigma, 1) };
 
     let grey = plane(LUMA);
     let levels = Levels::of(&grey, config.bright_samples);
@@ -90,89 +95,6 @@ pub(super) fn look(
     Some(Sighting { tip, apex, stem, contrast, shape, cut, is_veiled, ..Sighting::default() })
 }
 
-/// Samples to each side of a tip, and above it, in which there should be nothing bright, and the share of them that may
-/// be.
-const ABOVE: (i64, f64) = (8, 0.3);
-
-/// Whether it is bright above the tip, where nothing of the plant is: glare.
-fn is_lit_above(grey: &Plane, levels: &Levels, tip: Pixel) -> bool {
-    let (x, y) = grey.place(tip);
-    let bright = levels.threshold(0.25);
-    let (mut lit, mut all) = (0, 0);
-    for row in y as i64 - ABOVE.0..y as i64 - 1 {
-        for column in x as i64 - ABOVE.0..=x as i64 + ABOVE.0 {
-            let is_inside =
-                (0..grey.height as i64).contains(&row) && (0..grey.width as i64).contains(&column);
-            if is_inside {
-                all += 1;
-                lit += usize::from(grey.row(row as usize)[column as usize] > bright);
-            }
-        }
-    }
-    lit as f64 > ABOVE.1 * f64::from(all)
-}
-
-/// Samples to each side of a tip in which nothing should be darker than the background is elsewhere.
-const BESIDE: i64 = 8;
-
-/// The share of the samples of a crop that are as dark as its darkest folds, and the share of their brightness below
-/// which it is a shadow, and by how many grey values at least.
-const SHADOW: (f64, f32, f32) = (0.05, 0.6, 4.0);
-
-/// Whether it is darker about the tip than anywhere else in the crop: what is out of focus on the lens, a fly say, takes
-/// the light of background and plant alike, and the plant seems to end where it begins.
-fn is_shaded(grey: &Plane, tip: Pixel) -> bool {
-    const STRIDE: usize = 4;
-    let mut some: Vec<f32> = grey.values.iter().copied().step_by(STRIDE * STRIDE + 1).collect();
-    let rank = (SHADOW.0 * some.len() as f64) as usize;
-    let (x, y) = grey.place(tip);
-    let mean = |x: i64, y: i64| {
-        let column = x as usize - 1;
-        let rows = y as usize - 1..=y as usize + 1;
-        rows.flat_map(|row| &grey.row(row)[column..column + 3]).sum::<f32>() / 9.0
-    };
-    let within =
-        |at: f64, most: usize| (at as i64 - BESIDE).max(1)..(at as i64 + BESIDE + 1).min(most as i64 - 1);
-    let darkest = within(y, grey.height)
-        .step_by(2)
-        .flat_map(|y| within(x, grey.width).step_by(2).map(move |x| (x, y)))
-        .map(|(x, y)| mean(x, y))
-        .fold(f32::MAX, f32::min);
-    let folds = *some.select_nth_unstable_by(rank, f32::total_cmp).1;
-    darkest < SHADOW.1 * folds && folds - darkest > SHADOW.2
-}
-
-/// Samples by which a stem may rise above the tip.
-const RISES: usize = 4;
-
-/// Whether the stem goes on above what is taken for the tip: mist has taken the contrast of what lies between.
-fn is_topped(stem: Option<&[Pixel]>, tip: Pixel, step: usize) -> bool {
-    stem.is_some_and(|stem| stem.iter().any(|at| tip.y - at.y > (RISES * step) as f64))
-}
-
-/// Samples before the end of a stem that are as bright as the rest, but for the last, and the share of brightness that
-/// they have at least.
-const END: (usize, usize, f64) = (8, 2, 0.75);
-
-/// Whether a stem that ends at the tip gets darker towards its end: something throws a shadow there.
-fn fades(plant: &Plane, stem: Option<&[Pixel]>, tip: Pixel) -> bool {
-    let Some(stem) = stem.filter(|stem| stem.len() > 2 * END.0) else { return false };
-    let last = stem[stem.len() - 1];
-    if last.distance(tip) > (END.0 * plant.step) as f64 {
-        return false;
-    }
-    let values = |stem: &[Pixel]| -> Vec<f32> {
-        let mut values: Vec<f32> = stem.iter().filter_map(|&at| plant.nearest(at)).collect();
-        values.sort_by(f32::total_cmp);
-        values
-    };
-    let (all, end) = (values(stem), values(&stem[stem.len() - END.0..stem.len() - END.1]));
-    match (all.get(all.len() / 2), end.get(end.len() / 2)) {
-        (Some(all), Some(end)) => f64::from(*end) < END.2 * f64::from(*all),
-        _ => false,
-    }
-}
-
 /// The midline in the photograph, and straight down to the base where the crop cuts the foot off.
 fn stem(
     plant: &Plane,
@@ -186,33 +108,6 @@ fn stem(
     stem.splice(0..0, foot.base.filter(|base| base.y > stem[0].y + plant.step as f64));
     Some(stem)
 }
-
-/// The midline of a silhouette, light before dark, from where it stands at `base` to the end that is farthest from there
-/// along it; `None` where there is nothing light.
-///
-/// For shoots that were cut out of their photographs. No leaves are expected on them: what the farthest end belongs to is
-/// the stem.
-#[must_use]
-pub fn silhouette(image: &Image, base: Pixel) -> Option<Vec<Pixel>> {
-    let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-    let step = (image.width.min(image.height) / SILHOUETTE).max(1);
-    if !whole.fits(image.width, image.height) {
-        return None;
-    }
-    let mut plane = segment::sample(image, whole, LUMA, 0.5 * step as f64, step);
-    let brightest = plane.values.iter().copied().fold(0.0, f32::max).max(1.0);
-    plane.values.iter_mut().for_each(|value| *value /= brightest);
-    let light = |&value: &f32| if value > 0.5 { Belief::Sure } else { Belief::No };
-    let belief: Vec<Belief> = plane.values.iter().map(light).collect();
-    let parts = Parts::of(&belief, plane.width, REACH, plane.place(base));
-    let chosen = parts.largest(1)?;
-    let bounds = parts.parts[chosen as usize - 1].bounds;
-    let line = midline::longest(&plane, bounds, |at| parts.labels[at] == chosen, plane.place(base), REACH)?;
-    Some(line.into_iter().map(|(x, y)| plane.pixel(x, y)).collect())
-}
-
-/// Samples along the shorter side of a silhouette, at least.
-const SILHOUETTE: usize = 600;
 
 /// Where the plant should begin within the crop.
 struct Foot {
@@ -308,26 +203,4 @@ fn judge(mut score: Plane, colour: &Discriminant, config: &VisionConfig) -> (Pla
     score.values.iter_mut().for_each(|value| *value += offset);
     let belief = widest(Believing { values: &score.values, perhaps, sure });
     (score, belief)
-}
-
-/// What is believed of each sample, by what its value must exceed.
-struct Believing<'a> {
-    values: &'a [f32],
-    perhaps: f32,
-    sure: f32,
-}
-
-impl Work for Believing<'_> {
-    type Result = Vec<Belief>;
-
-    #[inline(always)]
-    fn work(self) -> Vec<Belief> {
-        let Self { values, perhaps, sure } = self;
-        let mut belief = vec![Belief::No; values.len()];
-        for (belief, &value) in belief.iter_mut().zip(values) {
-            let perhaps = if value > perhaps { Belief::Perhaps } else { Belief::No };
-            *belief = if value > sure { Belief::Sure } else { perhaps };
-        }
-        belief
-    }
 }

@@ -10,7 +10,7 @@
 //! triangulation).
 
 use crate::geometry::{Pixel, Point, Polyline};
-use crate::vision::Calibration;
+use crate::vision::camera::calibration::Calibration;
 
 /// A place in space, in cm: x to the right of the root as the front camera sees it, y up, z towards the front camera.
 pub type Place = [f64; 3];

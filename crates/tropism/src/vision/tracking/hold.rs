@@ -1,36 +1,14 @@
 //! The history rule, eq. (11): a stem that jumps is replaced by the one before.
 
-use serde::{Deserialize, Serialize};
-
 use crate::geometry::Polyline;
-
-/// The bounds of eq. (11), as shares of the stem's length L at this step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct HoldConfig {
-    /// A change of L of this share or more is an error: 0.25.
-    pub length: f64,
-    /// A step of the starting vertex S of this share of L or more is an error: 0.25.
-    pub start: f64,
-    /// A step of the ending vertex E of this share of L or more is an error: 0.5.
-    pub end: f64,
-    /// Held steps in a row after which the new stem is believed; `None` never, as in the paper, where one bad picture
-    /// can then hold for ever.
-    pub release: Option<u32>,
-}
-
-impl Default for HoldConfig {
-    fn default() -> Self {
-        Self { length: 0.25, start: 0.25, end: 0.5, release: None }
-    }
-}
+use crate::vision::config::HoldConfig;
 
 impl HoldConfig {
     /// Whether eq. (11) calls `now` an error after `before`.
     ///
     /// ```
     /// use tropism::geometry::{Point, Polyline};
-    /// use tropism::vision::hold::HoldConfig;
+    /// use tropism::vision::config::HoldConfig;
     /// let stem = |top: f64| Polyline(vec![Point::new(0.0, 0.0), Point::new(0.0, top)]);
     /// assert!(!HoldConfig::default().is_error(&stem(10.0), &stem(9.0)));
     /// assert!(HoldConfig::default().is_error(&stem(12.0), &stem(9.0)));

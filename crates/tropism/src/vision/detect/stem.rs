@@ -1,70 +1,14 @@
 //! The stem as ten points (section 4): the pixels of eq. (10), the median of each row, a polyline of ten vertices.
 
-use serde::{Deserialize, Serialize};
-
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
-
-/// What the brightness V of eq. (10) is: the paper does not say.
-///
-/// With [`Self::Max`] the gate `G >= 0.75` of eq. (10) would be redundant, which speaks against it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Brightness {
-    /// The largest of red, green and blue: the V of HSV.
-    Max,
-    /// The mean of the largest and the smallest: the L of HSL, and what .NET's `GetBrightness` returns, which the
-    /// paper's IronPython could call.
-    #[default]
-    Lightness,
-    /// 0.299 red, 0.587 green, 0.114 blue.
-    Luma,
-}
-
-/// How the channels are "remapped onto the domain (0.0, 1.0)" (section 4).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Remap {
-    /// 0 to 0, 255 to 1.
-    #[default]
-    Fixed,
-    /// The least value of the channel in the crop to 0, the greatest to 1.
-    Stretch,
-}
-
-/// The gates of eq. (10) and the choices that the paper leaves open there.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StemConfig {
-    /// Least G - R and G - B of a pixel that is plant by its colour: 0.5.
-    pub excess: f64,
-    /// Least G of a pixel that is plant: 0.75.
-    pub green: f64,
-    /// Least V of a pixel that is plant: 0.75.
-    pub brightness: f64,
-    /// What V is.
-    pub value: Brightness,
-    /// How channels are mapped to 0 to 1.
-    pub remap: Remap,
-}
-
-impl Default for StemConfig {
-    fn default() -> Self {
-        Self {
-            excess: 0.5,
-            green: 0.75,
-            brightness: 0.75,
-            value: Brightness::default(),
-            remap: Remap::default(),
-        }
-    }
-}
+use crate::vision::config::{Brightness, Remap, StemConfig};
 
 impl StemConfig {
     /// Whether a pixel is plant by eq. (10); channels run from 0 to 1.
     ///
     /// ```
-    /// use tropism::vision::stem::StemConfig;
+    /// use tropism::vision::config::StemConfig;
     /// let config = StemConfig::default();
     /// assert!(config.is_plant(0.1, 0.65, 0.1) && config.is_plant(0.9, 0.76, 0.2));
     /// assert!(!config.is_plant(0.4, 0.7, 0.1));

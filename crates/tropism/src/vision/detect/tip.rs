@@ -2,8 +2,8 @@
 //! (section 2.2.2).
 
 use crate::geometry::Pixel;
-use crate::vision::parts::Bounds;
-use crate::vision::segment::Plane;
+use crate::vision::detect::connected_components::Bounds;
+use crate::vision::raster::plane::Plane;
 
 /// The highest sample above `threshold`, word for word: the middle of the longest run of such samples in the topmost
 /// row that has one.

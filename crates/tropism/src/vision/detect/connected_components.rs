@@ -1,5 +1,7 @@
 //! Which plant samples hang together, and which of them stand at the base.
 
+use crate::vision::detect::hysteresis::Belief;
+
 /// The samples of a plane that hang together, numbered by part.
 #[derive(Clone, Debug)]
 pub struct Parts {
@@ -42,17 +44,6 @@ impl Bounds {
 
 /// Samples that are passed over at a time where none is plant.
 const CHUNK: usize = 64;
-
-/// How surely a sample is plant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Belief {
-    /// Background.
-    No,
-    /// Plant if it hangs together with what surely is.
-    Perhaps,
-    /// Plant.
-    Sure,
-}
 
 impl Parts {
     /// Numbers the parts of a plane of `width` columns. Samples belong together that are no more than `reach` columns

@@ -8,10 +8,11 @@ use std::collections::VecDeque;
 
 use crate::geometry::Point;
 use crate::math;
-use crate::vision::hold::STEERS;
-use crate::vision::motion::{Motion, STEADY};
-use crate::vision::shape::Shape;
-use crate::vision::{Calibration, Class};
+use crate::vision::camera::calibration::Calibration;
+use crate::vision::detect::occupancy::Shape;
+use crate::vision::frame_status::Class;
+use crate::vision::tracking::hold::STEERS;
+use crate::vision::tracking::kalman::{Motion, STEADY};
 
 /// Minutes between two photographs unless their times say otherwise (section 2.2.2).
 const PERIOD_MIN: f64 = 5.0;
@@ -48,7 +49,7 @@ const YOUNG: usize = 2;
 
 /// Photographs that must be known for the next to be judged: of those believed how they look, and of those doubted in a
 /// row all, for where more agree, they are believed.
-pub(super) const MEMORY: usize = AGREE.2;
+pub(in crate::vision) const MEMORY: usize = AGREE.2;
 
 /// Where the contrast of a plant falls below this share of the most that it was of late, mist or a shadow took it; below
 /// the second, so much that the tip may have gone, too.
@@ -59,16 +60,16 @@ const APART: f64 = 0.4;
 
 /// What a photograph shows of a plant, in cm.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Glimpse {
-    pub(super) tip: Point,
-    pub(super) shape: Shape,
+pub(in crate::vision) struct Glimpse {
+    pub(in crate::vision) tip: Point,
+    pub(in crate::vision) shape: Shape,
     /// How many deviations of the background the plant exceeds it by.
-    pub(super) contrast: f64,
+    pub(in crate::vision) contrast: f64,
     /// How far the tip is from the nearest point of the stem, in cm, where there is one.
-    pub(super) apart: Option<f64>,
+    pub(in crate::vision) apart: Option<f64>,
     /// Whether something lies on the tip.
-    pub(super) is_veiled: bool,
-    pub(super) calibration: Calibration,
+    pub(in crate::vision) is_veiled: bool,
+    pub(in crate::vision) calibration: Calibration,
 }
 
 impl Glimpse {
@@ -80,7 +81,7 @@ impl Glimpse {
 
 /// What is known of a plant from the photographs so far.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Follow {
+pub(in crate::vision) struct Follow {
     motion: Option<Motion>,
     /// How many photographs were believed.
     believed: usize,
@@ -98,7 +99,7 @@ pub(super) struct Follow {
 
 impl Follow {
     /// Whether what a photograph shows is believed, and how well it fits what is known, 0 to 1.
-    pub(super) fn judge(&mut self, glimpse: Glimpse, time_s: f64) -> (Class, f64) {
+    pub(in crate::vision) fn judge(&mut self, glimpse: Glimpse, time_s: f64) -> (Class, f64) {
         let periods = self.periods(time_s);
         let far = GATE * periods.max(1.0);
         let grows = |(one, more, most): (f64, f64, f64)| (one + more * (periods - 1.0).max(0.0)).min(most);
@@ -155,14 +156,14 @@ impl Follow {
     }
 
     /// Takes up how the plant looks in the latest photograph that was believed.
-    pub(super) fn recognise(&mut self, glimpse: Glimpse) {
+    pub(in crate::vision) fn recognise(&mut self, glimpse: Glimpse) {
         self.looks.truncate(MEMORY - 1);
         self.looks.push_front((glimpse.contrast, glimpse.is_leaf()));
         self.before = Some(glimpse);
     }
 
     /// Takes a measured tip for true. How the plant looks there is not known until it is [recognised](Self::recognise).
-    pub(super) fn believe(&mut self, tip: Point, time_s: f64) {
+    pub(in crate::vision) fn believe(&mut self, tip: Point, time_s: f64) {
         let periods = self.periods(time_s);
         // What is believed after a jump says nothing about velocity.
         let is_steady = |motion: &Motion| motion.expected(periods).distance(tip) <= STEADY * periods.max(1.0);

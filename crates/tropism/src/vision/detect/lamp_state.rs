@@ -2,7 +2,7 @@
 
 use crate::geometry::Region;
 use crate::light::Light;
-use crate::vision::pixels::{Pixels, whole};
+use crate::vision::raster::source::{Pixels, whole};
 
 /// How much brighter one side must be: the difference of both sides' glow over their sum.
 const CLEAR: f64 = 0.25;

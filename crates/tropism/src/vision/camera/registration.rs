@@ -9,7 +9,7 @@
 
 use crate::geometry::{Pixel, Region};
 use crate::math;
-use crate::vision::pixels::Pixels;
+use crate::vision::raster::source::Pixels;
 
 /// Columns that a picture is read at.
 const COLUMNS: usize = 324;

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pixel, Point};
-use crate::vision::VisionError;
-use crate::vision::lens::Lens;
+use crate::vision::camera::lens::Lens;
+use crate::vision::error::VisionError;
 
 /// How the pictures of one camera map to the plane of the stem ("stored in cm and scaled to the dimensions of the
 /// experiment setup", section 2.2.2).

@@ -11,7 +11,8 @@ use std::collections::{BTreeMap, VecDeque};
 use crate::geometry::{Pixel, Point, Region};
 use crate::math::hypot;
 use crate::photo::Image;
-use crate::vision::segment;
+use crate::vision::raster::filter;
+use crate::vision::raster::plane::LUMA;
 
 /// A board by its inner corners, where four squares meet: one fewer each way than squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +66,7 @@ impl Board {
             return Err(nothing(0));
         }
         let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-        let corners = candidates(&Grey::of(&segment::shrink(image, whole, factor)));
+        let corners = candidates(&Grey::of(&filter::shrink(image, whole, factor)));
         let full = Grey::of(image);
         let middle = (factor as f64 - 1.0) / 2.0;
         let mut most = 0;
@@ -204,9 +205,7 @@ struct Grey {
 
 impl Grey {
     fn of(image: &Image) -> Self {
-        let grey = |rgb: &[u8]| {
-            segment::LUMA.iter().zip(rgb).map(|(weight, &value)| weight * f32::from(value)).sum()
-        };
+        let grey = |rgb: &[u8]| LUMA.iter().zip(rgb).map(|(weight, &value)| weight * f32::from(value)).sum();
         Self {
             width: image.width,
             height: image.height,
@@ -302,7 +301,7 @@ impl Grey {
 mod tests {
     use super::*;
     use crate::random::{self, Purpose};
-    use crate::vision::lens::Lens;
+    use crate::vision::camera::lens::Lens;
 
     const BOARD: Board = Board { columns: 9, rows: 6, square_cm: 1.5 };
 

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pixel, Point};
-use crate::vision::VisionError;
+use crate::vision::error::VisionError;
 
 /// The map from a picture to the plane of the stem. Its cm count from somewhere in the plane; [`Calibration`] counts them
 /// from the root.

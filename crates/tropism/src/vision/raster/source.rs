@@ -7,7 +7,8 @@ use std::borrow::Cow;
 use crate::geometry::{Pixel, Region};
 use crate::photo::jpeg::Jpeg;
 use crate::photo::{Image, Picture};
-use crate::vision::segment::{self, LUMA, Plane};
+use crate::vision::raster::filter;
+use crate::vision::raster::plane::{LUMA, Plane};
 
 /// A picture, whole or to be decoded where it is looked at.
 pub trait Pixels {
@@ -25,7 +26,7 @@ pub trait Pixels {
     /// # Panics
     /// If the region does not lie in the picture or `factor` is 0.
     fn shrunk(&self, region: Region, factor: usize) -> Image {
-        segment::shrink(&self.part(region), whole((region.width, region.height)), factor)
+        filter::shrink(&self.part(region), whole((region.width, region.height)), factor)
     }
 
     /// The mean brightness of each square of a region, row by row, 0 to 255; squares that are not whole are left off.
@@ -57,7 +58,7 @@ pub trait Pixels {
 }
 
 /// All of a picture of this size.
-pub(super) const fn whole((width, height): (usize, usize)) -> Region {
+pub(in crate::vision) const fn whole((width, height): (usize, usize)) -> Region {
     Region { x: 0, y: 0, width, height }
 }
 
@@ -65,7 +66,7 @@ pub(super) const fn whole((width, height): (usize, usize)) -> Region {
 ///
 /// Where the mean of the square that a sample stands for is part of so broad a filter, it is taken first, and a Gaussian
 /// makes up the rest of the deviation: that needs no pixels of a file that knows its means. Otherwise this is
-/// [`segment::sample`]. Squares lie on the picture's own grid; those that the crop cuts are left off.
+/// [`filter::sample`]. Squares lie on the picture's own grid; those that the crop cuts are left off.
 ///
 /// # Panics
 /// If `crop` does not lie inside the picture or `step` is 0.
@@ -80,24 +81,24 @@ pub fn desaturated(picture: &impl Pixels, crop: Region, sigma: f64, step: usize)
             let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
             let values = picture.shrunk_grey(crop, step);
             let rest = (sigma * sigma - square).sqrt() / step as f64;
-            segment::smooth(Plane { width, height, values, origin, step }, rest)
+            filter::smooth(Plane { width, height, values, origin, step }, rest)
         }
         _ => Near::of(picture, crop, sigma).desaturated(sigma, step),
     }
 }
 
 /// The pixels of a crop and those around it that a filter weighs.
-pub(super) struct Near<'a> {
-    pub(super) part: Cow<'a, Image>,
+pub(in crate::vision) struct Near<'a> {
+    pub(in crate::vision) part: Cow<'a, Image>,
     /// The crop within the part.
-    pub(super) crop: Region,
+    pub(in crate::vision) crop: Region,
     /// Where in the picture the part begins.
-    pub(super) origin: Pixel,
+    pub(in crate::vision) origin: Pixel,
 }
 
 impl<'a> Near<'a> {
     /// Those of a filter of deviation `sigma` pixels.
-    pub(super) fn of(picture: &'a impl Pixels, crop: Region, sigma: f64) -> Self {
+    pub(in crate::vision) fn of(picture: &'a impl Pixels, crop: Region, sigma: f64) -> Self {
         let margin = (3.0 * sigma).ceil() as usize;
         let (width, height) = picture.size();
         let (x, y) = (crop.x.saturating_sub(margin), crop.y.saturating_sub(margin));
@@ -108,15 +109,15 @@ impl<'a> Near<'a> {
         Self { part, crop, origin: Pixel::new(x as f64, y as f64) }
     }
 
-    /// [`segment::sample`] of the crop in grey.
-    pub(super) fn desaturated(&self, sigma: f64, step: usize) -> Plane {
-        let plane = segment::sample(&self.part, self.crop, LUMA, sigma, step);
+    /// [`filter::sample`] of the crop in grey.
+    pub(in crate::vision) fn desaturated(&self, sigma: f64, step: usize) -> Plane {
+        let plane = filter::sample(&self.part, self.crop, LUMA, sigma, step);
         Plane { origin: (plane.origin.0 + self.origin.x, plane.origin.1 + self.origin.y), ..plane }
     }
 }
 
 /// The part of a region that is made of whole squares of the picture's grid; `None` where there is none.
-pub(super) fn aligned(region: Region, step: usize) -> Option<Region> {
+pub(in crate::vision) fn aligned(region: Region, step: usize) -> Option<Region> {
     let side = |from: usize, length: usize| {
         let first = from.next_multiple_of(step);
         (first, (from + length).saturating_sub(first) / step * step)
@@ -134,11 +135,11 @@ impl Pixels for Image {
         if region == whole(self.size()) {
             return Cow::Borrowed(self);
         }
-        Cow::Owned(segment::shrink(self, region, 1))
+        Cow::Owned(filter::shrink(self, region, 1))
     }
 
     fn shrunk(&self, region: Region, factor: usize) -> Image {
-        segment::shrink(self, region, factor)
+        filter::shrink(self, region, factor)
     }
 }
 
@@ -160,9 +161,7 @@ impl Pixels for Picture {
     fn shrunk(&self, region: Region, factor: usize) -> Image {
         match self {
             Self::Jpeg(jpeg) if Jpeg::shrinks(region, factor) => jpeg.shrunk(region, factor),
-            Self::Jpeg(_) => {
-                segment::shrink(&self.part(region), whole((region.width, region.height)), factor)
-            }
+            Self::Jpeg(_) => filter::shrink(&self.part(region), whole((region.width, region.height)), factor),
             Self::Image(image) => image.shrunk(region, factor),
         }
     }

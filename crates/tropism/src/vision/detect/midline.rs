@@ -7,12 +7,11 @@
 //! it ends in the middle of what its straight continuation crosses: their stalks cut the corner, and a way with them.
 
 use crate::math;
-use crate::vision::parts::Bounds;
-use crate::vision::segment::Plane;
-use crate::vision::ways::{Ways, Window};
-
-/// A place in a plane: column and row, with fractions.
-pub type Place = (f64, f64);
+use crate::vision::detect::connected_components::Bounds;
+use crate::vision::detect::cross_section::{BROAD, Profile, centred, stem_width, value};
+use crate::vision::detect::curve::{Place, direction, resampled, smoothed};
+use crate::vision::detect::geodesic::{Ways, Window};
+use crate::vision::raster::plane::Plane;
 
 /// A limb that leaves the way is a leaf when it reaches this many stem widths from it.
 const LIMB: f64 = 4.0;
@@ -23,11 +22,9 @@ const PAIRED: f64 = 2.0;
 /// A limb that leaves the way is a leaf when it reaches this share of the way's length from it.
 const LIMB_SHARE: f64 = 0.12;
 
-/// What is broader than this many stem widths is a leaf, where it is long enough.
-const BROAD: f64 = 1.8;
-
 /// Limbs whose ends are looked at, and the least samples that each reaches from those before it.
 const LIMBS: usize = 6;
+
 const SHORTEST: f64 = 4.0;
 
 /// The last so many stem widths of a limb must be thin if it is to be the stem.
@@ -96,12 +93,6 @@ pub fn trace(
         line.truncate(line.len().saturating_sub((0.5 * width).round() as usize).max(2));
     }
     Some(resampled(&line, 1.0))
-}
-
-/// The unit vector from one place to another.
-fn direction(from: Place, to: Place) -> Place {
-    let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
-    ((to.0 - from.0) / length, (to.1 - from.1) / length)
 }
 
 /// Leads a line that ends about where leaves part from the stem straight on to the middle of their fork: where the plant is
@@ -212,32 +203,6 @@ fn evened(window: &Window, way: &[usize]) -> Vec<Place> {
     resampled(&smoothed(&smoothed(&places, 2), 2), 1.0)
 }
 
-/// A line through the plant moved to its middle, in two rounds, and how broad the plant is across each point. Where it is
-/// too broad for a stem, the shift is that of the stem before and after.
-fn centred(plane: &Plane, mut line: Vec<Place>) -> (Vec<Place>, Vec<f64>) {
-    let mut widths = Vec::new();
-    for _ in 0..2 {
-        let profiles: Vec<Profile> = (0..line.len()).map(|i| Profile::across(plane, &line, i)).collect();
-        widths = profiles.iter().map(|profile| profile.width).collect();
-        let broad = BROAD * stem_width(&widths);
-        let shifts =
-            bridged(profiles.iter().map(|profile| (profile.width <= broad).then_some(profile.shift)));
-        let points = line.iter().zip(&profiles).zip(&shifts);
-        let moved: Vec<Place> = points
-            .map(|((at, profile), shift)| (at.0 + shift * profile.normal.0, at.1 + shift * profile.normal.1))
-            .collect();
-        line = smoothed(&moved, 2);
-    }
-    (line, widths)
-}
-
-/// The median width of the lower half of the way, which is stem.
-fn stem_width(widths: &[f64]) -> f64 {
-    let mut lower: Vec<f64> = widths[..widths.len().div_ceil(2)].to_vec();
-    lower.sort_by(f64::total_cmp);
-    lower.get(lower.len() / 2).copied().unwrap_or(1.0).clamp(1.0, 1e6)
-}
-
 /// Where the way becomes a leaf for good: the first point from which on all are broad, but for the rounded end; `None`
 /// where it does not.
 fn broadening(widths: &[f64], stem: f64) -> Option<usize> {
@@ -246,106 +211,6 @@ fn broadening(widths: &[f64], stem: f64) -> Option<usize> {
     let start = thin.map_or(0, |last| last + 1);
     // A hook is broad too, but short.
     (end.saturating_sub(start) as f64 > PAIRED * stem).then_some(start)
-}
-
-/// What lies across the line at one of its points.
-struct Profile {
-    /// Unit vector across.
-    normal: Place,
-    /// How far along `normal` the middle of the plant is.
-    shift: f64,
-    /// How broad the plant is.
-    width: f64,
-}
-
-impl Profile {
-    /// How far to both sides a stem's edge is looked for, in samples.
-    const SIDE: f64 = 24.0;
-
-    fn across(plane: &Plane, line: &[Place], i: usize) -> Self {
-        let (from, to) = (line[i.saturating_sub(3)], line[(i + 3).min(line.len() - 1)]);
-        let along = direction(from, to);
-        let normal = (-along.1, along.0);
-        let at = |offset: f64| value(plane, (line[i].0 + offset * normal.0, line[i].1 + offset * normal.1));
-        let middle = at(0.0);
-        let half = 0.5 * middle.max(at(-1.0)).max(at(1.0)).clamp(0.1, 1.0);
-        let edge = |side: f64| {
-            let (mut offset, mut inside) = (0.0, middle);
-            while offset < Self::SIDE {
-                let outside = at(side * (offset + 0.5));
-                if outside < half && inside >= half {
-                    return offset + 0.5 * (inside - half) / (inside - outside);
-                }
-                offset += 0.5;
-                inside = outside;
-            }
-            Self::SIDE
-        };
-        let (one, other) = (edge(1.0), edge(-1.0));
-        Self { normal, shift: (one - other) / 2.0, width: one + other }
-    }
-}
-
-/// The plane's value at a place between samples; the outermost samples reach on for ever.
-fn value(plane: &Plane, (x, y): Place) -> f64 {
-    let x = x.clamp(0.0, plane.width as f64 - 1.0);
-    let y = y.clamp(0.0, plane.height as f64 - 1.0);
-    let (left, top) = (x as usize, y as usize);
-    let (right, bottom) = ((left + 1).min(plane.width - 1), (top + 1).min(plane.height - 1));
-    let (across, down) = (x - left as f64, y - top as f64);
-    let at = |x: usize, y: usize| f64::from(plane.values[y * plane.width + x]);
-    let upper = at(left, top) + across * (at(right, top) - at(left, top));
-    let lower = at(left, bottom) + across * (at(right, bottom) - at(left, bottom));
-    upper + down * (lower - upper)
-}
-
-/// The values with gaps filled in a straight line between their neighbours; beyond the first and last, theirs.
-fn bridged(values: impl Iterator<Item = Option<f64>>) -> Vec<f64> {
-    let values: Vec<Option<f64>> = values.collect();
-    let known: Vec<(usize, f64)> =
-        values.iter().enumerate().filter_map(|(i, value)| Some((i, (*value)?))).collect();
-    (0..values.len())
-        .map(|i| {
-            let next = known.partition_point(|&(at, _)| at < i);
-            match (next.checked_sub(1).and_then(|before| known.get(before)), known.get(next)) {
-                (Some(&(a, low)), Some(&(b, high))) => low + (high - low) * (i - a) as f64 / (b - a) as f64,
-                (Some(&(_, value)), None) | (None, Some(&(_, value))) => value,
-                (None, None) => 0.0,
-            }
-        })
-        .collect()
-}
-
-/// Each point moved to the mean of those up to `radius` before and after it; the ends stay.
-pub(super) fn smoothed(line: &[Place], radius: usize) -> Vec<Place> {
-    (0..line.len())
-        .map(|i| {
-            let radius = radius.min(i).min(line.len() - 1 - i);
-            let near = &line[i - radius..=i + radius];
-            let sum = near.iter().fold((0.0, 0.0), |sum, at| (sum.0 + at.0, sum.1 + at.1));
-            (sum.0 / near.len() as f64, sum.1 / near.len() as f64)
-        })
-        .collect()
-}
-
-/// The same line with points about `spacing` apart, both ends kept.
-pub(super) fn resampled(line: &[Place], spacing: f64) -> Vec<Place> {
-    let mut lengths = vec![0.0];
-    for pair in line.windows(2) {
-        let last = lengths[lengths.len() - 1];
-        lengths.push(last + math::hypot(pair[1].0 - pair[0].0, pair[1].1 - pair[0].1));
-    }
-    let length = lengths[lengths.len() - 1];
-    let count = (length / spacing).round().max(1.0) as usize;
-    (0..=count)
-        .map(|i| {
-            let along = length * i as f64 / count as f64;
-            let next = lengths.partition_point(|&at| at < along).clamp(1, line.len() - 1);
-            let (from, to) = (line[next - 1], line[next]);
-            let share = (along - lengths[next - 1]) / (lengths[next] - lengths[next - 1]).max(1e-12);
-            (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
-        })
-        .collect()
 }
 
 #[cfg(test)]
