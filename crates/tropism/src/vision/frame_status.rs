@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// What became of one photograph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Class {
+pub enum FrameStatus {
     /// A plant is seen.
     Ok,
     /// The file is empty, damaged or cut short.
@@ -28,7 +28,7 @@ pub enum Class {
     ClockGap,
 }
 
-impl Class {
+impl FrameStatus {
     /// Every class.
     pub const ALL: [Self; 10] = [
         Self::Ok,
@@ -61,13 +61,13 @@ impl Class {
     }
 }
 
-impl std::fmt::Display for Class {
+impl std::fmt::Display for FrameStatus {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.pad(self.name())
     }
 }
 
-impl std::str::FromStr for Class {
+impl std::str::FromStr for FrameStatus {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {

@@ -4,32 +4,32 @@ use crate::geometry::{Pixel, Point, Polyline, Region};
 use crate::observation::{Observation, Quality};
 use crate::photo::{Photo, PhotoError, Picture};
 use crate::vision::camera::calibration::Calibration;
-use crate::vision::camera::registration::Backdrop;
+use crate::vision::camera::registration::ReferenceFeatures;
 use crate::vision::config::{Mode, VisionConfig};
-use crate::vision::detect::detection::Sighting;
-use crate::vision::detect::look_from;
+use crate::vision::detect::detect_from_base;
+use crate::vision::detect::detection::Detection;
 use crate::vision::error::VisionError;
-use crate::vision::frame_status::Class;
-use crate::vision::raster::source::Pixels;
-use crate::vision::tracking::background::{Reference, brightness, is_black};
-use crate::vision::tracking::gating::{self, Follow, Glimpse};
-use crate::vision::tracking::hold::Hold;
+use crate::vision::frame_status::FrameStatus;
+use crate::vision::raster::source::PixelSource;
+use crate::vision::tracking::background::{Background, brightness, is_black};
+use crate::vision::tracking::gating::{self, PlantMeasurement, TrackGate};
+use crate::vision::tracking::hold::StemHold;
 
-/// What an [`Eye`] makes of one photograph.
+/// What a [`TipTracker`] makes of one photograph.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Seen {
+pub struct TrackedFrame {
     /// The tip in cm, measured or held; `None` before the first sighting.
     pub observation: Option<Observation>,
     /// The tip in this photograph where one is found, whether or not it is believed.
-    pub pixel: Option<Pixel>,
+    pub tip_px: Option<Pixel>,
     /// Why it is held, if it is.
-    pub class: Class,
+    pub status: FrameStatus,
     /// How far what is seen can be trusted, 0 to 1: by its contrast, and by how well it fits what was seen before. Halved
     /// with each photograph in which the last sighting is held.
     pub confidence: f64,
     /// How far the camera's picture has moved since the first one, in pixels to the right and down; `None` where nothing
     /// can be said.
-    pub shift: Option<Pixel>,
+    pub camera_shift: Option<Pixel>,
 }
 
 /// Minutes from one photograph to the next, unless their times say otherwise (section 2.2.2).
@@ -43,32 +43,32 @@ const MISTY: f64 = 0.43;
 
 /// Sees one plant in the photographs of one camera, and remembers what it needs to judge the next.
 ///
-/// A killed run goes on as if it had not been: see [`Eye::resume`].
+/// A killed run goes on as if it had not been: see [`TipTracker::resume`].
 #[derive(Clone, Debug)]
-pub struct Eye {
+pub struct TipTracker {
     calibration: Calibration,
     config: VisionConfig,
     last: Option<Point>,
     confidence: f64,
-    stems: Hold,
+    stems: StemHold,
     /// The bytes of the latest photograph.
     bytes: Vec<u8>,
     /// What stands still in the first picture, and how many pictures were looked at for a better one.
-    reference: Option<Reference>,
+    reference: Option<Background>,
     referred: usize,
-    follow: Follow,
+    gate: TrackGate,
     time_s: f64,
     /// The latest photographs that were believed, and those since, that a run that was cut off has left: to be judged
     /// again.
-    past: Vec<(Photo, Seen)>,
+    past: Vec<(Photo, TrackedFrame)>,
 }
 
-impl Eye {
-    /// Pictures at the beginning that [`Eye::refer`] takes up.
-    pub const REFERS: usize = 6;
+impl TipTracker {
+    /// Pictures at the beginning that [`TipTracker::refer`] takes up.
+    pub const REFERENCE_FRAMES: usize = 6;
 
     /// The latest photographs in which the plant was believed that the next one is compared with.
-    pub const REMEMBERS: usize = gating::MEMORY;
+    pub const MEMORY_FRAMES: usize = gating::MEMORY;
 
     /// An eye that has seen nothing yet.
     ///
@@ -82,42 +82,46 @@ impl Eye {
             config,
             last: None,
             confidence: 0.0,
-            stems: Hold::default(),
+            stems: StemHold::default(),
             bytes: Vec::new(),
             reference: None,
             referred: 0,
-            follow: Follow::default(),
+            gate: TrackGate::default(),
             time_s: -60.0 * PERIOD_MIN,
             past: Vec::new(),
         })
     }
 
     /// Takes the first picture of a camera for what stands still in all of them, unless it is of another size than the
-    /// calibration's; one of the next few takes its place where the first was dark or misty. [`Eye::observe`] does so by
+    /// calibration's; one of the next few takes its place where the first was dark or misty. [`TipTracker::observe`] does so by
     /// itself.
-    pub fn refer(&mut self, image: &impl Pixels) {
+    pub fn set_reference(&mut self, image: &impl PixelSource) {
         let (width, height) = image.size();
-        let is_needed = self.config.mode == Mode::Robust && self.referred < Self::REFERS;
-        if !is_needed || self.calibration.fits(width, height).is_err() {
+        let is_needed = self.config.mode == Mode::Robust && self.referred < Self::REFERENCE_FRAMES;
+        if !is_needed || self.calibration.check_size(width, height).is_err() {
             return;
         }
         self.referred += 1;
         let brightness = brightness(image);
-        let is_better = |first: &Reference| {
-            let clearness = first.backdrop.clearness(image, Pixel::default());
+        let is_better = |first: &Background| {
+            let clearness = first.features.relative_contrast(image, Pixel::default());
             brightness > BETTER * first.brightness.max(1.0) || clearness > BETTER
         };
         if self.reference.as_ref().is_none_or(is_better) {
-            self.reference = Some(Reference { backdrop: Backdrop::of(image, self.config.crop), brightness });
+            self.reference = Some(Background {
+                features: ReferenceFeatures::extract(image, self.config.crop),
+                brightness,
+            });
         }
     }
 
     /// Takes up the photographs of a run that was cut off, one by one, and what was seen in each then. The next one is
     /// judged as if the run had not been cut off.
-    pub fn resume(&mut self, photo: &Photo, seen: &Seen) {
-        let is_picture = ![Class::Corrupt, Class::Foreign, Class::Repeated].contains(&seen.class);
-        if is_picture && self.referred < Self::REFERS {
-            photo.open().iter().for_each(|picture| self.refer(picture));
+    pub fn resume(&mut self, photo: &Photo, seen: &TrackedFrame) {
+        let is_picture =
+            ![FrameStatus::Corrupt, FrameStatus::Foreign, FrameStatus::Repeated].contains(&seen.status);
+        if is_picture && self.referred < Self::REFERENCE_FRAMES {
+            photo.open().iter().for_each(|picture| self.set_reference(picture));
         }
         self.bytes.clone_from(&photo.bytes);
         // Of those believed the latest matter, and of those since only the end of a long time without the plant.
@@ -132,12 +136,12 @@ impl Eye {
         self.past.push((photo.clone(), seen.clone()));
         self.last = seen.observation.as_ref().map(|held| held.tip);
         if let Some(tip) = self.last.filter(|_| seen.is_measured()) {
-            self.follow.believe(tip, photo.time_s);
+            self.gate.accept(tip, photo.time_s);
         }
         self.confidence = seen.confidence;
         self.time_s = photo.time_s;
         // As long as another picture may come to be what it is compared with, it must be judged by what it was then.
-        if self.referred < Self::REFERS {
+        if self.referred < Self::REFERENCE_FRAMES {
             self.catch_up();
         }
     }
@@ -145,12 +149,12 @@ impl Eye {
     /// Judges once more what the run that was cut off had judged and what is still of use.
     fn catch_up(&mut self) {
         for (photo, seen) in std::mem::take(&mut self.past) {
-            let Ok(sighting) = self.judge(photo.open().as_ref()) else { continue };
-            let glimpse = self.glimpse(&sighting);
+            let Ok(sighting) = self.detect(photo.open().as_ref()) else { continue };
+            let glimpse = self.measure(&sighting);
             if seen.is_measured() {
-                self.follow.recognise(glimpse);
-            } else if [Class::Ambiguous, Class::Jump].contains(&seen.class) {
-                self.follow.judge(glimpse, photo.time_s);
+                self.gate.remember_appearance(glimpse);
+            } else if [FrameStatus::Ambiguous, FrameStatus::Jump].contains(&seen.status) {
+                self.gate.gate(glimpse, photo.time_s);
             }
         }
     }
@@ -162,113 +166,124 @@ impl Eye {
     }
 
     /// The tip in the next photograph, or the last sighting where this one shows none. Never fails: what is wrong with
-    /// the photograph is its [`Class`].
-    pub fn observe(&mut self, photo: &Photo) -> Seen {
+    /// the photograph is its [`FrameStatus`].
+    pub fn observe(&mut self, photo: &Photo) -> TrackedFrame {
         self.catch_up();
         let is_repeated = !photo.bytes.is_empty() && self.bytes == photo.bytes;
         self.bytes.clone_from(&photo.bytes);
         let sighting = if is_repeated {
-            Err(Class::Repeated)
+            Err(FrameStatus::Repeated)
         } else {
             let picture = photo.open();
-            picture.iter().for_each(|picture| self.refer(picture));
-            self.judge(picture.as_ref())
+            picture.iter().for_each(|picture| self.set_reference(picture));
+            self.detect(picture.as_ref())
         };
-        self.settle_at(sighting, photo.time_s)
+        self.update(sighting, photo.time_s)
     }
 
-    /// What a decoded photograph shows, without memory but for what [`Eye::refer`] took in: the part of [`Eye::observe`]
+    /// What a decoded photograph shows, without memory but for what [`TipTracker::refer`] took in: the part of [`TipTracker::observe`]
     /// that can be done for many photographs at a time, in any order.
     ///
     /// # Errors
     /// The class of a photograph that shows no plant.
-    pub fn judge(&self, picture: Result<&impl Pixels, &PhotoError>) -> Result<Sighting, Class> {
+    pub fn detect(&self, picture: Result<&impl PixelSource, &PhotoError>) -> Result<Detection, FrameStatus> {
         let image = picture.map_err(|error| match error {
-            PhotoError::Foreign(_) | PhotoError::TooLarge { .. } => Class::Foreign,
-            _ => Class::Corrupt,
+            PhotoError::Foreign(_) | PhotoError::TooLarge { .. } => FrameStatus::Foreign,
+            _ => FrameStatus::Corrupt,
         })?;
         let (width, height) = image.size();
-        self.calibration.fits(width, height).map_err(|_| Class::Foreign)?;
-        let backdrop = self.reference.as_ref().map(|reference| &reference.backdrop);
-        let found = backdrop.and_then(|backdrop| backdrop.shift(image));
+        self.calibration.check_size(width, height).map_err(|_| FrameStatus::Foreign)?;
+        let features = self.reference.as_ref().map(|reference| &reference.features);
+        let found = features.and_then(|features| features.estimate_shift(image));
         // Where nothing is found again of what was there to be found, the camera may look elsewhere.
-        let is_lost = found.is_none() && backdrop.is_some_and(Backdrop::is_rich);
+        let is_unregistered = found.is_none() && features.is_some_and(ReferenceFeatures::has_enough);
         let shift = found.unwrap_or_default();
         let base = Pixel::new(self.calibration.base.x + shift.x, self.calibration.base.y + shift.y);
         let crop = self.config.crop.map(|crop| moved(crop, shift, (width, height)));
-        let sighting = look_from(image, Some(base), &VisionConfig { crop, ..self.config.clone() })
-            .ok_or_else(|| if self.is_dark(image) { Class::Dark } else { Class::NoPlant })?;
-        let is_misty = backdrop.is_some_and(|backdrop| backdrop.clearness(image, shift) < MISTY);
+        let sighting = detect_from_base(image, Some(base), &VisionConfig { crop, ..self.config.clone() })
+            .ok_or_else(|| if self.is_too_dark(image) { FrameStatus::Dark } else { FrameStatus::NoPlant })?;
+        let is_misty = features.is_some_and(|features| features.relative_contrast(image, shift) < MISTY);
         // Without the flash, cloth that a lamp lights may pass for a part of the plant.
-        let is_veiled = sighting.is_veiled || is_lost || is_misty || self.is_darker(image);
-        Ok(Sighting { shift, is_veiled, is_lost, ..sighting })
+        let is_occluded = sighting.is_occluded || is_unregistered || is_misty || self.is_darker(image);
+        Ok(Detection { camera_shift: shift, is_occluded, is_unregistered, ..sighting })
     }
 
     /// Whether there is too little light to see a plant by: the picture is black but for noise, or much darker than the
     /// first one.
-    fn is_dark(&self, image: &impl Pixels) -> bool {
+    fn is_too_dark(&self, image: &impl PixelSource) -> bool {
         self.is_darker(image) || is_black(image)
     }
 
     /// Whether a picture is much darker than the first one.
-    fn is_darker(&self, image: &impl Pixels) -> bool {
+    fn is_darker(&self, image: &impl PixelSource) -> bool {
         self.reference.as_ref().is_some_and(|first| brightness(image) < 0.5 * first.brightness)
     }
 
-    /// Whether [`Eye::observe`] would find too little light in a photograph to see a plant by.
+    /// Whether [`TipTracker::observe`] would find too little light in a photograph to see a plant by.
     #[must_use]
-    pub fn finds_dark(&self, photo: &Photo) -> bool {
+    pub fn is_dark(&self, photo: &Photo) -> bool {
         // Most photographs are bright, which is seen at a glance.
-        let is_dark =
-            |picture: &Picture| self.is_dark(picture) && self.judge(Ok(picture)) == Err(Class::Dark);
+        let is_dark = |picture: &Picture| {
+            self.is_too_dark(picture) && self.detect(Ok(picture)) == Err(FrameStatus::Dark)
+        };
         photo.open().is_ok_and(|picture| is_dark(&picture))
     }
 
-    /// [`Eye::settle_at`], a period after the photograph before.
-    pub fn settle(&mut self, sighting: Result<Sighting, Class>) -> Seen {
-        self.settle_at(sighting, self.time_s + 60.0 * PERIOD_MIN)
+    /// [`TipTracker::update`], a period after the photograph before.
+    pub fn update_next(&mut self, sighting: Result<Detection, FrameStatus>) -> TrackedFrame {
+        self.update(sighting, self.time_s + 60.0 * PERIOD_MIN)
     }
 
-    /// Takes what [`Eye::judge`] made of the next photograph, taken at `time_s`, into memory: the part that needs
+    /// Takes what [`TipTracker::judge`] made of the next photograph, taken at `time_s`, into memory: the part that needs
     /// photographs in order.
-    pub fn settle_at(&mut self, sighting: Result<Sighting, Class>, time_s: f64) -> Seen {
+    pub fn update(&mut self, sighting: Result<Detection, FrameStatus>, time_s: f64) -> TrackedFrame {
         let periods = (time_s - self.time_s) / (60.0 * PERIOD_MIN);
         self.time_s = time_s;
         let pixel = sighting.as_ref().ok().map(|sighting| sighting.tip);
         let contrast = sighting.as_ref().map_or(0.0, |sighting| sighting.contrast);
         let (class, fit) = match &sighting {
             Err(class) => (*class, 0.0),
-            Ok(_) if self.config.mode == Mode::Paper => (Class::Ok, 1.0),
-            Ok(sighting) if sighting.cut.is_some() => (Class::LeavesView, 0.0),
-            Ok(sighting) => self.follow.judge(self.glimpse(sighting), time_s),
+            Ok(_) if self.config.mode == Mode::Paper => (FrameStatus::Ok, 1.0),
+            Ok(sighting) if sighting.clipped_at.is_some() => (FrameStatus::LeavesView, 0.0),
+            Ok(sighting) => self.gate.gate(self.measure(sighting), time_s),
         };
         let shift = sighting.as_ref().ok().and_then(|sighting| self.known_shift(sighting));
-        let believed = sighting.ok().filter(|_| class == Class::Ok);
+        let believed = sighting.ok().filter(|_| class == FrameStatus::Ok);
         let is_off = periods > 1.5 || (periods > 0.0 && periods < 0.5);
-        let class = if class == Class::Ok && is_off && self.last.is_some() { Class::ClockGap } else { class };
+        let class = if class == FrameStatus::Ok && is_off && self.last.is_some() {
+            FrameStatus::ClockGap
+        } else {
+            class
+        };
         let seen_stem = believed
             .as_ref()
-            .and_then(|sighting| sighting.stem.as_deref().map(|stem| (stem, sighting.shift)));
+            .and_then(|sighting| sighting.stem.as_deref().map(|stem| (stem, sighting.camera_shift)));
         let seen_stem = seen_stem.map(|(pixels, shift)| {
             Polyline(pixels.iter().map(|&pixel| self.point(pixel, shift)).collect()).equidistant(10)
         });
         let rule = (self.config.mode == Mode::Paper).then_some(&self.config.hold);
-        let (stem, _) = self.stems.settle(seen_stem, rule);
+        let (stem, _) = self.stems.update(seen_stem, rule);
         let quality = if believed.is_some() { Quality::Measured } else { Quality::Held };
         self.confidence = match believed {
             Some(_) => fit * (1.0 - crate::math::exp(-contrast / (2.0 * self.config.contrast.max(1.0)))),
             None => self.confidence / 2.0,
         };
-        self.last = believed.map(|sighting| self.point(sighting.tip, sighting.shift)).or(self.last);
+        self.last = believed.map(|sighting| self.point(sighting.tip, sighting.camera_shift)).or(self.last);
         let observation = self.last.map(|tip| Observation { tip, stem, quality });
-        Seen { observation, pixel, class, confidence: self.confidence, shift }
+        TrackedFrame {
+            observation,
+            tip_px: pixel,
+            status: class,
+            confidence: self.confidence,
+            camera_shift: shift,
+        }
     }
 
     /// How far the picture of a sighting has moved, where there is something to know it by.
-    fn known_shift(&self, sighting: &Sighting) -> Option<Pixel> {
-        let is_rich = self.reference.as_ref().is_some_and(|first| first.backdrop.is_rich());
-        let has_moved = sighting.shift != Pixel::default();
-        (!sighting.is_lost && (is_rich || has_moved)).then_some(sighting.shift)
+    fn known_shift(&self, sighting: &Detection) -> Option<Pixel> {
+        let has_enough = self.reference.as_ref().is_some_and(|first| first.features.has_enough());
+        let has_moved = sighting.camera_shift != Pixel::default();
+        (!sighting.is_unregistered && (has_enough || has_moved)).then_some(sighting.camera_shift)
     }
 
     /// The point that a pixel shows of a camera whose picture has moved.
@@ -276,23 +291,23 @@ impl Eye {
         self.calibration.point(Pixel::new(pixel.x - shift.x, pixel.y - shift.y))
     }
 
-    fn glimpse(&self, sighting: &Sighting) -> Glimpse {
+    fn measure(&self, sighting: &Detection) -> PlantMeasurement {
         let apart = |stem: &[Pixel]| {
             let pixels = stem.iter().map(|at| at.distance(sighting.tip)).fold(f64::INFINITY, f64::min);
             pixels / self.calibration.px_per_cm
         };
-        Glimpse {
-            tip: self.point(sighting.tip, sighting.shift),
+        PlantMeasurement {
+            tip: self.point(sighting.tip, sighting.camera_shift),
             contrast: sighting.contrast,
             apart: sighting.stem.as_deref().map(apart),
-            shape: sighting.shape.moved(sighting.shift),
-            is_veiled: sighting.is_veiled,
+            shape: sighting.tissue.shifted(sighting.camera_shift),
+            is_occluded: sighting.is_occluded,
             calibration: self.calibration,
         }
     }
 }
 
-impl Seen {
+impl TrackedFrame {
     /// Whether the tip was measured in this photograph.
     #[must_use]
     pub fn is_measured(&self) -> bool {

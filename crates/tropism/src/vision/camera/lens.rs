@@ -30,7 +30,7 @@ pub struct Lens {
 
 /// A lens and how far the corners it was fitted to are from where it places them, as root mean squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fit {
+pub struct LensFit {
     /// The lens.
     pub lens: Lens,
     /// In the plane, in mm.
@@ -106,7 +106,7 @@ impl Lens {
     ///
     /// `None` for fewer than twelve corners, or corners that lie on a line.
     #[must_use]
-    pub fn fit(corners: &[(Pixel, Point)], width: usize, height: usize) -> Option<Fit> {
+    pub fn fit(corners: &[(Pixel, Point)], width: usize, height: usize) -> Option<LensFit> {
         if corners.len() < 12 {
             return None;
         }
@@ -130,7 +130,7 @@ impl Lens {
             Point::new(seen.x / seen.z + middle.0, seen.y / seen.z + middle.1).distance(at)
         };
         let off_cm: f64 = corners.iter().map(|corner| place(corner) * place(corner)).sum();
-        Some(Fit {
+        Some(LensFit {
             lens,
             residual_mm: 10.0 * (off_cm / count).sqrt(),
             residual_px: unit(width, height) * (off / count).sqrt(),

@@ -8,14 +8,15 @@ pub(super) const BROAD: f64 = 1.8;
 
 /// A line through the plant moved to its middle, in two rounds, and how broad the plant is across each point. Where it is
 /// too broad for a stem, the shift is that of the stem before and after.
-pub(super) fn centred(plane: &Plane, mut line: Vec<Place>) -> (Vec<Place>, Vec<f64>) {
+pub(super) fn centre_line(plane: &Plane, mut line: Vec<Place>) -> (Vec<Place>, Vec<f64>) {
     let mut widths = Vec::new();
     for _ in 0..2 {
-        let profiles: Vec<Profile> = (0..line.len()).map(|i| Profile::across(plane, &line, i)).collect();
+        let profiles: Vec<CrossSection> =
+            (0..line.len()).map(|i| CrossSection::across(plane, &line, i)).collect();
         widths = profiles.iter().map(|profile| profile.width).collect();
         let broad = BROAD * stem_width(&widths);
         let shifts =
-            bridged(profiles.iter().map(|profile| (profile.width <= broad).then_some(profile.shift)));
+            fill_gaps(profiles.iter().map(|profile| (profile.width <= broad).then_some(profile.shift)));
         let points = line.iter().zip(&profiles).zip(&shifts);
         let moved: Vec<Place> = points
             .map(|((at, profile), shift)| (at.0 + shift * profile.normal.0, at.1 + shift * profile.normal.1))
@@ -33,7 +34,7 @@ pub(super) fn stem_width(widths: &[f64]) -> f64 {
 }
 
 /// What lies across the line at one of its points.
-pub(super) struct Profile {
+pub(super) struct CrossSection {
     /// Unit vector across.
     normal: Place,
     /// How far along `normal` the middle of the plant is.
@@ -42,7 +43,7 @@ pub(super) struct Profile {
     pub(super) width: f64,
 }
 
-impl Profile {
+impl CrossSection {
     /// How far to both sides a stem's edge is looked for, in samples.
     const SIDE: f64 = 24.0;
 
@@ -50,7 +51,8 @@ impl Profile {
         let (from, to) = (line[i.saturating_sub(3)], line[(i + 3).min(line.len() - 1)]);
         let along = direction(from, to);
         let normal = (-along.1, along.0);
-        let at = |offset: f64| value(plane, (line[i].0 + offset * normal.0, line[i].1 + offset * normal.1));
+        let at =
+            |offset: f64| bilinear(plane, (line[i].0 + offset * normal.0, line[i].1 + offset * normal.1));
         let middle = at(0.0);
         let half = 0.5 * middle.max(at(-1.0)).max(at(1.0)).clamp(0.1, 1.0);
         let edge = |side: f64| {
@@ -71,7 +73,7 @@ impl Profile {
 }
 
 /// The plane's value at a place between samples; the outermost samples reach on for ever.
-pub(super) fn value(plane: &Plane, (x, y): Place) -> f64 {
+pub(super) fn bilinear(plane: &Plane, (x, y): Place) -> f64 {
     let x = x.clamp(0.0, plane.width as f64 - 1.0);
     let y = y.clamp(0.0, plane.height as f64 - 1.0);
     let (left, top) = (x as usize, y as usize);
@@ -84,7 +86,7 @@ pub(super) fn value(plane: &Plane, (x, y): Place) -> f64 {
 }
 
 /// The values with gaps filled in a straight line between their neighbours; beyond the first and last, theirs.
-fn bridged(values: impl Iterator<Item = Option<f64>>) -> Vec<f64> {
+fn fill_gaps(values: impl Iterator<Item = Option<f64>>) -> Vec<f64> {
     let values: Vec<Option<f64>> = values.collect();
     let known: Vec<(usize, f64)> =
         values.iter().enumerate().filter_map(|(i, value)| Some((i, (*value)?))).collect();

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pixel;
-use crate::vision::detect::occupancy::Shape;
+use crate::vision::detect::occupancy::OccupancyGrid;
 
 /// An edge of a crop that a plant can grow out of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,7 +31,7 @@ impl Edge {
 
 /// What one photograph shows of a plant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sighting {
+pub struct Detection {
     /// The highest point of the plant: the paper's tip.
     pub tip: Pixel,
     /// The end of the stem, where leaves begin or a second limb parts from it: the last point of the midline, in mode
@@ -43,13 +43,18 @@ pub struct Sighting {
     /// How many deviations of the background the brightest of the plant exceeds it by.
     pub contrast: f64,
     /// Where there is tissue, in mode `robust`.
-    pub shape: Shape,
+    #[serde(rename = "shape")]
+    pub tissue: OccupancyGrid,
     /// The edge of the crop that the plant reaches, if it does: its tip may lie beyond.
-    pub cut: Option<Edge>,
+    #[serde(rename = "cut")]
+    pub clipped_at: Option<Edge>,
     /// Whether glare, a shadow or mist lies on the tip, or the backdrop is not found again: the tip may be elsewhere.
-    pub is_veiled: bool,
+    #[serde(rename = "is_veiled")]
+    pub is_occluded: bool,
     /// Whether there is a backdrop and it is not found again: the camera may look elsewhere.
-    pub is_lost: bool,
-    /// How far the camera's picture has moved since the first one, in pixels to the right and down, as an [`Eye`] finds.
-    pub shift: Pixel,
+    #[serde(rename = "is_lost")]
+    pub is_unregistered: bool,
+    /// How far the camera's picture has moved since the first one, in pixels to the right and down, as a [`TipTracker`] finds.
+    #[serde(rename = "shift")]
+    pub camera_shift: Pixel,
 }

@@ -1,7 +1,7 @@
 //! The way from each sample to the nearest of the other kind.
 
 /// Three times the way (four across a corner) to the nearest sample of the other kind; what lies outside is of neither.
-pub(super) fn depth(is_part: &[bool], width: usize) -> Vec<u32> {
+pub(super) fn distance_transform(is_part: &[bool], width: usize) -> Vec<u32> {
     let mut depth = vec![u32::from(u16::MAX); is_part.len()];
     let rows = is_part.len() / width;
     for row in 0..rows {

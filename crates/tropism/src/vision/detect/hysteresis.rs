@@ -4,32 +4,32 @@ use crate::wide::Work;
 
 /// How surely a sample is plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Belief {
+pub enum Evidence {
     /// Background.
-    No,
+    None,
     /// Plant if it hangs together with what surely is.
-    Perhaps,
+    Weak,
     /// Plant.
-    Sure,
+    Strong,
 }
 
 /// What is believed of each sample, by what its value must exceed.
-pub(super) struct Believing<'a> {
+pub(super) struct DoubleThreshold<'a> {
     pub(super) values: &'a [f32],
-    pub(super) perhaps: f32,
-    pub(super) sure: f32,
+    pub(super) low: f32,
+    pub(super) high: f32,
 }
 
-impl Work for Believing<'_> {
-    type Result = Vec<Belief>;
+impl Work for DoubleThreshold<'_> {
+    type Result = Vec<Evidence>;
 
     #[inline(always)]
-    fn work(self) -> Vec<Belief> {
-        let Self { values, perhaps, sure } = self;
-        let mut belief = vec![Belief::No; values.len()];
+    fn work(self) -> Vec<Evidence> {
+        let Self { values, low, high } = self;
+        let mut belief = vec![Evidence::None; values.len()];
         for (belief, &value) in belief.iter_mut().zip(values) {
-            let perhaps = if value > perhaps { Belief::Perhaps } else { Belief::No };
-            *belief = if value > sure { Belief::Sure } else { perhaps };
+            let low = if value > low { Evidence::Weak } else { Evidence::None };
+            *belief = if value > high { Evidence::Strong } else { low };
         }
         belief
     }

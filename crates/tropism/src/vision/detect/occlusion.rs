@@ -9,8 +9,8 @@ use crate::vision::raster::plane::Plane;
 const ABOVE: (i64, f64) = (8, 0.3);
 
 /// Whether it is bright above the tip, where nothing of the plant is: glare.
-pub(super) fn is_lit_above(grey: &Plane, levels: &Levels, tip: Pixel) -> bool {
-    let (x, y) = grey.place(tip);
+pub(super) fn has_glare_above(grey: &Plane, levels: &Levels, tip: Pixel) -> bool {
+    let (x, y) = grey.to_sample(tip);
     let bright = levels.threshold(0.25);
     let (mut lit, mut all) = (0, 0);
     for row in y as i64 - ABOVE.0..y as i64 - 1 {
@@ -35,11 +35,11 @@ const SHADOW: (f64, f32, f32) = (0.05, 0.6, 4.0);
 
 /// Whether it is darker about the tip than anywhere else in the crop: what is out of focus on the lens, a fly say, takes
 /// the light of background and plant alike, and the plant seems to end where it begins.
-pub(super) fn is_shaded(grey: &Plane, tip: Pixel) -> bool {
+pub(super) fn is_in_shadow(grey: &Plane, tip: Pixel) -> bool {
     const STRIDE: usize = 4;
     let mut some: Vec<f32> = grey.values.iter().copied().step_by(STRIDE * STRIDE + 1).collect();
     let rank = (SHADOW.0 * some.len() as f64) as usize;
-    let (x, y) = grey.place(tip);
+    let (x, y) = grey.to_sample(tip);
     let mean = |x: i64, y: i64| {
         let column = x as usize - 1;
         let rows = y as usize - 1..=y as usize + 1;
@@ -60,7 +60,7 @@ pub(super) fn is_shaded(grey: &Plane, tip: Pixel) -> bool {
 const RISES: usize = 4;
 
 /// Whether the stem goes on above what is taken for the tip: mist has taken the contrast of what lies between.
-pub(super) fn is_topped(stem: Option<&[Pixel]>, tip: Pixel, step: usize) -> bool {
+pub(super) fn stem_exceeds_tip(stem: Option<&[Pixel]>, tip: Pixel, step: usize) -> bool {
     stem.is_some_and(|stem| stem.iter().any(|at| tip.y - at.y > (RISES * step) as f64))
 }
 
@@ -69,7 +69,7 @@ pub(super) fn is_topped(stem: Option<&[Pixel]>, tip: Pixel, step: usize) -> bool
 const END: (usize, usize, f64) = (8, 2, 0.75);
 
 /// Whether a stem that ends at the tip gets darker towards its end: something throws a shadow there.
-pub(super) fn fades(plant: &Plane, stem: Option<&[Pixel]>, tip: Pixel) -> bool {
+pub(super) fn fades_towards_tip(plant: &Plane, stem: Option<&[Pixel]>, tip: Pixel) -> bool {
     let Some(stem) = stem.filter(|stem| stem.len() > 2 * END.0) else { return false };
     let last = stem[stem.len() - 1];
     if last.distance(tip) > (END.0 * plant.step) as f64 {

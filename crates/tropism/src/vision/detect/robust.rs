@@ -8,20 +8,20 @@ use crate::geometry::{Pixel, Region};
 use crate::math;
 use crate::photo::Image;
 use crate::vision::config::VisionConfig;
-use crate::vision::detect::colour::{Colours, Discriminant};
-use crate::vision::detect::connected_components::{Bounds, Parts};
-use crate::vision::detect::detection::{Edge, Sighting};
-use crate::vision::detect::hysteresis::{Belief, Believing};
-use crate::vision::detect::occlusion::{fades, is_lit_above, is_shaded, is_topped};
-use crate::vision::detect::occupancy::Shape;
+use crate::vision::detect::colour::{ColourStatistics, LinearDiscriminant};
+use crate::vision::detect::connected_components::{BoundingBox, ConnectedComponents};
+use crate::vision::detect::detection::{Detection, Edge};
+use crate::vision::detect::hysteresis::{DoubleThreshold, Evidence};
+use crate::vision::detect::occlusion::{fades_towards_tip, has_glare_above, is_in_shadow, stem_exceeds_tip};
+use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::detect::{midline, tip};
-use crate::vision::raster::filter::sample;
+use crate::vision::raster::filter::sample_gaussian;
 use crate::vision::raster::levels::Levels;
 use crate::vision::raster::plane::{LUMA, Plane};
-use crate::vision::raster::source::{Pixels, aligned};
+use crate::vision::raster::source::{PixelSource, aligned_region};
 use crate::wide::widest;
 
-/// Samples that may be missing between two parts of one plant, plus one: a shadow, or a saturated rim that has lost its
+/// Samples that may be missing between two components of one plant, plus one: a shadow, or a saturated rim that has lost its
 /// colour.
 pub(super) const REACH: usize = 3;
 
@@ -41,70 +41,83 @@ const CELL: usize = 2;
 const LEARNED: f64 = 0.12;
 
 /// What a picture shows of the plant at `base`; without one, of the largest plant.
-pub(super) fn look(
-    image: &impl Pixels,
+pub(super) fn detect(
+    image: &impl PixelSource,
     crop: Region,
     base: Option<Pixel>,
     config: &VisionConfig,
-) -> Option<Sighting> {
+) -> Option<Detection> {
     // A crop without a whole square of the picture's grid is read as it is.
     let step = config.step(image.size().0);
-    let (crop, step) = aligned(crop, step).map_or((crop, 1), |crop| (crop, step));
-    let small = image.shrunk(crop, step);
+    let (crop, step) = aligned_region(crop, step).map_or((crop, 1), |crop| (crop, step));
+    let small = image.downscale(crop, step);
     let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
     let middle = (step - 1) as f64 / 2.0;
     let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
-    let plane = |channels| Plane { origin, step, ..sample(&small, whole, channels, config.sigma, 1) };
+    let plane =
+        |channels| Plane { origin, step, ..sample_gaussian(&small, whole, channels, config.sigma, 1) };
 
     let grey = plane(LUMA);
-    let levels = Levels::of(&grey, config.bright_samples);
+    let levels = Levels::from_plane(&grey, config.bright_samples);
     let foot = Foot::new(&grey, base);
     let found = |levels: &Levels| {
         let colour = learn(&small, &grey, levels, &foot, config)?;
         let score = plane(colour.weights.map(|weight| weight as f32));
         let (plant, belief) = judge(score, &colour, config);
-        let parts = Parts::of(&belief, plant.width, REACH, foot.place);
-        let chosen = foot.choose(&parts, config.bright_samples)?;
-        let is_near = parts.parts[chosen as usize - 1].distance <= foot.reach;
-        is_near.then_some((colour, plant, parts, chosen))
+        let components = ConnectedComponents::label(&belief, plant.width, REACH, foot.place);
+        let chosen = foot.choose(&components, config.bright_samples)?;
+        let is_near = components.components[chosen as usize - 1].distance <= foot.reach;
+        is_near.then_some((colour, plant, components, chosen))
     };
     // Behind mist a lamp's light on the cloth may outshine the plant: then what is about its foot tells what is bright,
     // and in a photograph that missed its flash what is lit from aside, of which a part may be seen.
     let at_once = found(&levels);
     let is_outshone = at_once.is_none();
-    let (colour, plant, parts, chosen) =
+    let (colour, plant, components, chosen) =
         at_once.or_else(|| found(&foot.levels(&grey, config.bright_samples)?))?;
-    let part = &parts.parts[chosen as usize - 1];
-    let is_part = |at: usize| parts.labels[at] == chosen;
-    let tip = tip::edge(&plant, part.bounds, is_part, config.threshold as f32)?;
+    let part = &components.components[chosen as usize - 1];
+    let is_part = |at: usize| components.labels[at] == chosen;
+    let tip = tip::highest_edge(&plant, part.bounds, is_part, config.threshold as f32)?;
     let stem = if config.stem { stem(&plant, part.bounds, is_part, &foot, tip) } else { None };
     let apex = stem.as_ref().and_then(|stem| stem.last().copied());
-    let Bounds { left, right, top, bottom } = part.bounds;
+    let BoundingBox { left, right, top, bottom } = part.bounds;
     let columns = |y: usize| (left..=right).map(move |x| (x, y));
     let tissue = (top..=bottom).flat_map(columns).filter(|&(x, y)| is_part(y * plant.width + x));
-    let shape = Shape::of(tissue.map(|(x, y)| plant.pixel(x as f64, y as f64)), (CELL * step) as f64);
+    let shape = OccupancyGrid::from_pixels(
+        tissue.map(|(x, y)| plant.to_pixel(x as f64, y as f64)),
+        (CELL * step) as f64,
+    );
     // A foot may stand at the crop's lower edge, or be cut off by it.
     let reached = [(Edge::Top, top == 0), (Edge::Left, left == 0), (Edge::Right, right + 1 == plant.width)];
     let cut = reached.into_iter().find_map(|(edge, is_reached)| is_reached.then_some(edge));
-    let is_veiled = is_outshone
-        || is_lit_above(&grey, &levels, tip)
-        || is_shaded(&grey, tip)
-        || fades(&plant, stem.as_deref(), tip)
-        || is_topped(stem.as_deref(), tip, step);
+    let is_occluded = is_outshone
+        || has_glare_above(&grey, &levels, tip)
+        || is_in_shadow(&grey, tip)
+        || fades_towards_tip(&plant, stem.as_deref(), tip)
+        || stem_exceeds_tip(stem.as_deref(), tip, step);
     let contrast = colour.separation;
-    Some(Sighting { tip, apex, stem, contrast, shape, cut, is_veiled, ..Sighting::default() })
+    Some(Detection {
+        tip,
+        apex,
+        stem,
+        contrast,
+        tissue: shape,
+        clipped_at: cut,
+        is_occluded,
+        ..Detection::default()
+    })
 }
 
 /// The midline in the photograph, and straight down to the base where the crop cuts the foot off.
 fn stem(
     plant: &Plane,
-    bounds: Bounds,
+    bounds: BoundingBox,
     is_part: impl Fn(usize) -> bool,
     foot: &Foot,
     tip: Pixel,
 ) -> Option<Vec<Pixel>> {
-    let line = midline::trace(plant, bounds, is_part, foot.place, plant.place(tip), REACH)?;
-    let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plant.pixel(x, y)).collect();
+    let line = midline::trace_stem(plant, bounds, is_part, foot.place, plant.to_sample(tip), REACH)?;
+    let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plant.to_pixel(x, y)).collect();
     stem.splice(0..0, foot.base.filter(|base| base.y > stem[0].y + plant.step as f64));
     Some(stem)
 }
@@ -125,7 +138,7 @@ impl Foot {
         let Some(base) = base else {
             return Self { base, place: (right / 2.0, bottom), reach: f64::INFINITY };
         };
-        let (x, y) = plane.place(base);
+        let (x, y) = plane.to_sample(base);
         let place = (x.clamp(0.0, right), y.clamp(0.0, bottom));
         // Where the crop cuts the foot off, the stem may have leaned as far aside as it has risen.
         let cut = (x - place.0).abs().max((y - place.1).abs());
@@ -141,12 +154,12 @@ impl Foot {
         let (columns, rows) = (within(self.place.0, plane.width), within(self.place.1, plane.height));
         let (width, height) = (columns.len(), rows.len());
         let values = rows.flat_map(|y| &plane.row(y)[columns.clone()]).copied().collect();
-        Some(Levels::of(&Plane { width, height, values, ..*plane }, count))
+        Some(Levels::from_plane(&Plane { width, height, values, ..*plane }, count))
     }
 
     /// The number of the part that is the plant: the nearest, or the largest where the base is not known.
-    fn choose(&self, parts: &Parts, sure: usize) -> Option<u32> {
-        if self.base.is_some() { parts.nearest(sure) } else { parts.largest(sure) }
+    fn choose(&self, components: &ConnectedComponents, sure: usize) -> Option<u32> {
+        if self.base.is_some() { components.nearest(sure) } else { components.largest(sure) }
     }
 }
 
@@ -157,19 +170,19 @@ fn learn(
     levels: &Levels,
     foot: &Foot,
     config: &VisionConfig,
-) -> Option<Discriminant> {
+) -> Option<LinearDiscriminant> {
     if levels.contrast() <= config.contrast {
         return None;
     }
     let strong = levels.threshold(config.threshold);
-    let bright = widest(Believing { values: &grey.values, perhaps: strong, sure: strong });
-    let parts = Parts::of(&bright, grey.width, REACH, foot.place);
-    let seed = foot.choose(&parts, config.bright_samples)?;
-    let Bounds { left, right, top, bottom } = parts.parts[seed as usize - 1].bounds;
+    let bright = widest(DoubleThreshold { values: &grey.values, low: strong, high: strong });
+    let components = ConnectedComponents::label(&bright, grey.width, REACH, foot.place);
+    let seed = foot.choose(&components, config.bright_samples)?;
+    let BoundingBox { left, right, top, bottom } = components.components[seed as usize - 1].bounds;
     let learned = |most: f64| {
-        let (mut plant, mut count) = (Colours::default(), 0);
+        let (mut plant, mut count) = (ColourStatistics::default(), 0);
         for y in top..=bottom {
-            for x in (left..=right).filter(|&x| parts.labels[y * grey.width + x] == seed) {
+            for x in (left..=right).filter(|&x| components.labels[y * grey.width + x] == seed) {
                 if math::hypot(x as f64 - foot.place.0, y as f64 - foot.place.1) <= most {
                     plant.add(small.at(x, y));
                     count += 1;
@@ -178,29 +191,30 @@ fn learn(
         }
         (plant, count)
     };
-    let (mut plant, count) = learned(parts.parts[seed as usize - 1].distance + LEARNED * grey.height as f64);
+    let (mut plant, count) =
+        learned(components.components[seed as usize - 1].distance + LEARNED * grey.height as f64);
     if count < config.bright_samples {
         plant = learned(f64::INFINITY).0;
     }
     let dark = levels.threshold(config.threshold / 2.0);
-    let mut background = Colours::default();
+    let mut background = ColourStatistics::default();
     for y in (0..grey.height).step_by(THIN) {
         let pixels = small.rgb[3 * y * small.width..].as_chunks::<3>().0.iter().step_by(THIN);
         for (&pixel, _) in pixels.zip(grey.row(y).iter().step_by(THIN)).filter(|&(_, &level)| level < dark) {
             background.add(pixel);
         }
     }
-    Discriminant::learn(&plant, &background).filter(|colour| colour.separation > config.contrast)
+    LinearDiscriminant::learn(&plant, &background).filter(|colour| colour.separation > config.contrast)
 }
 
 /// How much each sample is plant by its colour, 0 for background and 1 for plant, and what is believed of it.
 ///
 /// Brightness alone says nothing here: what is bright and of another colour is a lamp, its glare, or the pot.
-fn judge(mut score: Plane, colour: &Discriminant, config: &VisionConfig) -> (Plane, Vec<Belief>) {
+fn judge(mut score: Plane, colour: &LinearDiscriminant, config: &VisionConfig) -> (Plane, Vec<Evidence>) {
     let offset = colour.offset as f32;
     let sure = config.threshold as f32;
     let perhaps = (PERHAPS / colour.separation).max(config.threshold / 2.0) as f32;
     score.values.iter_mut().for_each(|value| *value += offset);
-    let belief = widest(Believing { values: &score.values, perhaps, sure });
+    let belief = widest(DoubleThreshold { values: &score.values, low: perhaps, high: sure });
     (score, belief)
 }

@@ -30,7 +30,7 @@ impl StemConfig {
 /// # Panics
 /// If `crop` does not lie inside the picture.
 #[must_use]
-pub fn medians(image: &Image, crop: Region, config: &StemConfig) -> Vec<Pixel> {
+pub fn row_medians(image: &Image, crop: Region, config: &StemConfig) -> Vec<Pixel> {
     let row = |y: usize| {
         let start = 3 * (y * image.width + crop.x);
         image.rgb[start..start + 3 * crop.width].chunks_exact(3)
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn each_row_gives_its_median_from_the_base_up() {
-        let stem = medians(&leaning(), CROP, &StemConfig::default());
+        let stem = row_medians(&leaning(), CROP, &StemConfig::default());
         assert_eq!(stem.len(), 10);
         assert_eq!((stem[0], stem[9]), (Pixel::new(3.5, 11.0), Pixel::new(12.5, 2.0)));
     }
@@ -113,9 +113,9 @@ mod tests {
     fn stretching_finds_a_dim_stem_that_fixed_gates_miss() {
         let mut dim = leaning();
         dim.rgb.iter_mut().for_each(|level| *level /= 8);
-        assert!(medians(&dim, CROP, &StemConfig::default()).is_empty());
+        assert!(row_medians(&dim, CROP, &StemConfig::default()).is_empty());
         let stretch = StemConfig { remap: Remap::Stretch, ..StemConfig::default() };
-        assert_eq!(medians(&dim, CROP, &stretch), medians(&leaning(), CROP, &stretch));
+        assert_eq!(row_medians(&dim, CROP, &stretch), row_medians(&leaning(), CROP, &stretch));
     }
 
     proptest! {
@@ -131,7 +131,7 @@ mod tests {
                 remap: Remap::Fixed,
             };
             let image = Image { width: 1, height: 1, rgb: pixel.to_vec() };
-            let found = !medians(&image, Region { x: 0, y: 0, width: 1, height: 1 }, &config).is_empty();
+            let found = !row_medians(&image, Region { x: 0, y: 0, width: 1, height: 1 }, &config).is_empty();
             let [r, g, b] = pixel.map(|level| f64::from(level) / 255.0);
             prop_assert_eq!(found, config.is_plant(r, g, b));
         }
@@ -142,7 +142,7 @@ mod tests {
         let black = Image { width: 1, height: 1, rgb: vec![0; 3] };
         let crop = Region { x: 0, y: 0, width: 1, height: 1 };
         for remap in [Remap::Fixed, Remap::Stretch] {
-            assert!(medians(&black, crop, &StemConfig { remap, ..StemConfig::default() }).is_empty());
+            assert!(row_medians(&black, crop, &StemConfig { remap, ..StemConfig::default() }).is_empty());
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::wide::{Work, widest};
 /// # Panics
 /// If `crop` does not lie inside the picture or `factor` is 0.
 #[must_use]
-pub fn shrink(image: &Image, crop: Region, factor: usize) -> Image {
+pub fn downscale(image: &Image, crop: Region, factor: usize) -> Image {
     assert!(crop.fits(image.width, image.height) && factor > 0, "{crop:?} by {factor}");
     let (width, height) = (crop.width / factor, crop.height / factor);
     let pixels = (factor * factor) as u32;
@@ -61,11 +61,11 @@ fn gaussian(sigma: f64) -> Vec<f32> {
 /// # Panics
 /// If `crop` does not lie inside the picture or `step` is 0.
 #[must_use]
-pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
+pub fn sample_gaussian(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
     widest(Sampling { image, crop, channels, sigma, step })
 }
 
-/// [`sample`].
+/// [`sample_gaussian`].
 struct Sampling<'a> {
     image: &'a Image,
     crop: Region,
@@ -154,7 +154,7 @@ fn weigh(rgb: &[u8], tables: &[[f32; 256]; 3], out: &mut [f32]) {
 
 /// A plane smoothed by a Gaussian of deviation `sigma` samples; beyond its edges the outermost samples are repeated.
 #[must_use]
-pub fn smooth(plane: Plane, sigma: f64) -> Plane {
+pub fn smooth_gaussian(plane: Plane, sigma: f64) -> Plane {
     let weights = gaussian(sigma);
     let radius = weights.len() / 2;
     let (width, height) = (plane.width, plane.height);
@@ -238,7 +238,7 @@ mod tests {
                 width: 1 + (far.0 * (width - x) as f64) as usize % (width - x),
                 height: 1 + (far.1 * (height - y) as f64) as usize % (height - y),
             };
-            let plane = sample(&image, crop, LUMA, sigma, step);
+            let plane = sample_gaussian(&image, crop, LUMA, sigma, step);
             prop_assert_eq!(plane.values.len(), literal(&image, crop, sigma, step).len());
             for (found, wanted) in plane.values.iter().zip(literal(&image, crop, sigma, step)) {
                 prop_assert!((f64::from(*found) - wanted).abs() < 1e-2, "{found} {wanted}");
@@ -251,15 +251,16 @@ mod tests {
         let image =
             Image { width: 3, height: 2, rgb: [[0; 3], [40; 3], [9; 3], [80; 3], [120; 3], [9; 3]].concat() };
         let all = Region { x: 0, y: 0, width: 3, height: 2 };
-        assert_eq!(shrink(&image, all, 2), Image { width: 1, height: 1, rgb: vec![60; 3] });
-        assert_eq!(shrink(&image, Region { x: 2, width: 1, ..all }, 1).rgb, vec![9; 6]);
-        assert_eq!(shrink(&image, all, 5).rgb, Vec::<u8>::new());
+        assert_eq!(downscale(&image, all, 2), Image { width: 1, height: 1, rgb: vec![60; 3] });
+        assert_eq!(downscale(&image, Region { x: 2, width: 1, ..all }, 1).rgb, vec![9; 6]);
+        assert_eq!(downscale(&image, all, 5).rgb, Vec::<u8>::new());
     }
 
     #[test]
     fn a_place_and_its_pixel_are_one() {
-        let plane = sample(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, LUMA, 0.5, 4);
+        let plane =
+            sample_gaussian(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, LUMA, 0.5, 4);
         assert_eq!(plane.origin, (10.0, 7.0));
-        assert_eq!(plane.place(plane.pixel(2.5, 3.0)), (2.5, 3.0));
+        assert_eq!(plane.to_sample(plane.to_pixel(2.5, 3.0)), (2.5, 3.0));
     }
 }

@@ -10,7 +10,7 @@ pub struct Levels {
     /// One deviation of the background: as far below the median as a normal one has its 16 %, or as far above as it has
     /// its 70 % where black clips the darker side; at least half a grey value. A plant of up to 30 % of the crop does not
     /// disturb it.
-    pub spread: f32,
+    pub deviation: f32,
     /// The level that the brightest few pixels reach.
     pub bright: f32,
 }
@@ -18,7 +18,7 @@ pub struct Levels {
 impl Levels {
     /// Reads the levels from a plane; `count` pixels reach `bright`.
     #[must_use]
-    pub fn of(plane: &Plane, count: usize) -> Self {
+    pub fn from_plane(plane: &Plane, count: usize) -> Self {
         const BINS_PER_GREY: f32 = 8.0;
         const BINS: usize = 256 * BINS_PER_GREY as usize;
         const LAST: f32 = (BINS - 1) as f32;
@@ -48,14 +48,14 @@ impl Levels {
         let background = quantile(pixels / 2);
         let darker = background - quantile((pixels as f64 * 0.158_655) as usize);
         let brighter = (quantile(pixels * 7 / 10) - background) / 0.524_4;
-        let spread = darker.max(brighter).max(0.5);
-        Self { background, spread, bright: quantile(pixels.saturating_sub(count.max(1))) }
+        let deviation = darker.max(brighter).max(0.5);
+        Self { background, deviation, bright: quantile(pixels.saturating_sub(count.max(1))) }
     }
 
     /// How many deviations of the background the brightest pixels stand above it.
     #[must_use]
     pub fn contrast(&self) -> f64 {
-        f64::from((self.bright - self.background) / self.spread)
+        f64::from((self.bright - self.background) / self.deviation)
     }
 
     /// The level `share` of the way from background to bright.
@@ -74,9 +74,9 @@ mod tests {
         let mut values: Vec<f32> = (0..10_000).map(|i| 20.0 + (i % 11) as f32).collect();
         values[5_000..5_040].fill(200.0);
         let plane = Plane { width: 100, height: 100, values, origin: (0.0, 0.0), step: 1 };
-        let levels = Levels::of(&plane, 20);
+        let levels = Levels::from_plane(&plane, 20);
         assert!((levels.background - 25.0).abs() < 0.2 && (levels.bright - 200.0).abs() < 0.2, "{levels:?}");
         assert!((levels.threshold(0.5) - 112.5).abs() < 0.2);
-        assert!(levels.contrast() > 30.0 && Levels::of(&plane, 50).contrast() < 3.0);
+        assert!(levels.contrast() > 30.0 && Levels::from_plane(&plane, 50).contrast() < 3.0);
     }
 }

@@ -23,14 +23,14 @@ pub struct Plane {
 impl Plane {
     /// The place in the photograph of column `x`, row `y` of this plane; fractions lie between samples.
     #[must_use]
-    pub fn pixel(&self, x: f64, y: f64) -> Pixel {
+    pub fn to_pixel(&self, x: f64, y: f64) -> Pixel {
         let step = self.step as f64;
         Pixel::new(self.origin.0 + x * step, self.origin.1 + y * step)
     }
 
     /// The column and row of this plane that hold a place in the photograph, fractions between samples.
     #[must_use]
-    pub fn place(&self, pixel: Pixel) -> (f64, f64) {
+    pub fn to_sample(&self, pixel: Pixel) -> (f64, f64) {
         let step = self.step as f64;
         ((pixel.x - self.origin.0) / step, (pixel.y - self.origin.1) / step)
     }
@@ -38,7 +38,7 @@ impl Plane {
     /// The value of the sample nearest to a place in the photograph; `None` outside.
     #[must_use]
     pub fn nearest(&self, pixel: Pixel) -> Option<f32> {
-        let (x, y) = self.place(pixel);
+        let (x, y) = self.to_sample(pixel);
         let is_inside =
             x > -0.5 && y > -0.5 && x.round() < self.width as f64 && y.round() < self.height as f64;
         is_inside.then(|| self.values[y.round() as usize * self.width + x.round() as usize])

@@ -20,17 +20,17 @@ type Axis = fn(&Point) -> f64;
 
 /// A tip that moves at a constant velocity but for chance, the same for both axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Motion {
+pub(super) struct KalmanState {
     pub(super) tip: Point,
     /// cm per period.
     velocity: Point,
     /// Covariances: place, place with velocity, velocity.
-    pub(super) spread: [f64; 3],
+    pub(super) covariance: [f64; 3],
 }
 
-impl Motion {
-    pub(super) fn begin(tip: Point) -> Self {
-        Self { tip, velocity: Point::default(), spread: [NOISE.0 * NOISE.0, 0.0, 0.1] }
+impl KalmanState {
+    pub(super) fn initial(tip: Point) -> Self {
+        Self { tip, velocity: Point::default(), covariance: [NOISE.0 * NOISE.0, 0.0, 0.1] }
     }
 
     pub(super) const fn tip(&self) -> Point {
@@ -38,52 +38,52 @@ impl Motion {
     }
 
     /// Where the tip is to be expected after so many periods. Far ahead the velocity says nothing any more.
-    pub(super) fn expected(&self, periods: f64) -> Point {
+    pub(super) fn extrapolate(&self, periods: f64) -> Point {
         let ahead = periods.min(2.0);
         Point::new(self.tip.x + ahead * self.velocity.x, self.tip.y + ahead * self.velocity.y)
     }
 
     /// What is known of it after so many periods without a look.
-    pub(super) fn ahead(&self, periods: f64) -> Self {
-        let [pp, pv, vv] = self.spread;
+    pub(super) fn predict(&self, periods: f64) -> Self {
+        let [pp, pv, vv] = self.covariance;
         let gain = NOISE.1 * NOISE.1 * periods;
         let pp = pp + 2.0 * periods * pv + periods * periods * vv + gain * periods * periods / 3.0;
         let (pv, vv) = (pv + periods * vv + gain * periods / 2.0, vv + gain);
         let tip = Point::new(self.tip.x + periods * self.velocity.x, self.tip.y + periods * self.velocity.y);
-        Self { tip, velocity: self.velocity, spread: [pp, pv, vv] }
+        Self { tip, velocity: self.velocity, covariance: [pp, pv, vv] }
     }
 
     /// What is known of it once it is seen at `tip`.
-    fn corrected(&self, tip: Point) -> Self {
-        let [pp, pv, vv] = self.spread;
+    fn update(&self, tip: Point) -> Self {
+        let [pp, pv, vv] = self.covariance;
         let sum = pp + NOISE.0 * NOISE.0;
         let (place, speed) = (pp / sum, pv / sum);
         let (dx, dy) = (tip.x - self.tip.x, tip.y - self.tip.y);
         Self {
             tip: Point::new(self.tip.x + place * dx, self.tip.y + place * dy),
             velocity: Point::new(self.velocity.x + speed * dx, self.velocity.y + speed * dy),
-            spread: [pp * (1.0 - place), pv * (1.0 - place), vv - speed * pv],
+            covariance: [pp * (1.0 - place), pv * (1.0 - place), vv - speed * pv],
         }
     }
 
-    pub(super) fn measured(&self, tip: Point, periods: f64) -> Self {
-        self.ahead(periods).corrected(tip)
+    pub(super) fn predict_and_update(&self, tip: Point, periods: f64) -> Self {
+        self.predict(periods).update(tip)
     }
 
     /// What is known of it now that it is known what became of it: `expected` was what followed from this, `became` is
     /// what was.
-    pub(super) fn hindsight(&self, periods: f64, expected: &Self, became: &Self) -> Self {
-        let ([pp, pv, vv], [ep, epv, ev]) = (self.spread, expected.spread);
+    pub(super) fn rts_smooth(&self, periods: f64, expected: &Self, became: &Self) -> Self {
+        let ([pp, pv, vv], [ep, epv, ev]) = (self.covariance, expected.covariance);
         let (along, across) = (pp + periods * pv, pv + periods * vv);
         let determinant = ep * ev - epv * epv;
-        // The gain: this spread, moved on, over the spread that was expected.
+        // The gain: this covariance, moved on, over the covariance that was expected.
         let place = [(along * ev - pv * epv) / determinant, (pv * ep - along * epv) / determinant];
         let speed = [(across * ev - vv * epv) / determinant, (vv * ep - across * epv) / determinant];
         let moved = |[from_place, from_speed]: [f64; 2], axis: Axis| {
             from_place * (axis(&became.tip) - axis(&expected.tip))
                 + from_speed * (axis(&became.velocity) - axis(&expected.velocity))
         };
-        let change: [f64; 3] = std::array::from_fn(|i| became.spread[i] - expected.spread[i]);
+        let change: [f64; 3] = std::array::from_fn(|i| became.covariance[i] - expected.covariance[i]);
         let carried = |[a, b]: [f64; 2], [c, d]: [f64; 2]| {
             a * c * change[0] + (a * d + b * c) * change[1] + b * d * change[2]
         };
@@ -91,7 +91,7 @@ impl Motion {
         Self {
             tip: Point::new(self.tip.x + moved(place, x), self.tip.y + moved(place, y)),
             velocity: Point::new(self.velocity.x + moved(speed, x), self.velocity.y + moved(speed, y)),
-            spread: [pp + carried(place, place), pv + carried(place, speed), vv + carried(speed, speed)],
+            covariance: [pp + carried(place, place), pv + carried(place, speed), vv + carried(speed, speed)],
         }
     }
 }

@@ -4,19 +4,19 @@ use crate::geometry::Region;
 use crate::math;
 use crate::photo::Image;
 use crate::vision::detect::curve::Place;
-use crate::vision::raster::filter::sample;
+use crate::vision::raster::filter::sample_gaussian;
 
 /// A colour: red, green and blue from 0 to 255, between pixels and on the mean.
 pub(super) type Colour = [f64; 3];
 
 /// How far apart two colours are.
-pub(super) fn apart(one: Colour, other: Colour) -> f64 {
+pub(super) fn colour_distance(one: Colour, other: Colour) -> f64 {
     let square: f64 = one.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum();
     square.sqrt()
 }
 
 /// The mean of some colours.
-pub(super) fn mean(colours: impl Iterator<Item = Colour>) -> Colour {
+pub(super) fn mean_colour(colours: impl Iterator<Item = Colour>) -> Colour {
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     for colour in colours {
         sum.iter_mut().zip(colour).for_each(|(sum, value)| *sum += value);
@@ -26,13 +26,13 @@ pub(super) fn mean(colours: impl Iterator<Item = Colour>) -> Colour {
 }
 
 /// The colour whose red, green and blue are the medians.
-pub(super) fn median(colours: &[Colour]) -> Colour {
+pub(super) fn median_colour(colours: &[Colour]) -> Colour {
     std::array::from_fn(|i| math::quantile(&colours.iter().map(|colour| colour[i]).collect::<Vec<_>>(), 0.5))
 }
 
 /// The deviation of a picture's noise, as a distance of colours (J. Immerkær 1996, doi:10.1006/cviu.1996.0060): what a
 /// mask leaves that is blind to edges and slopes.
-pub(super) fn noise(image: &Image) -> f64 {
+pub(super) fn noise_deviation(image: &Image) -> f64 {
     let at = |x: usize, y: usize| f64::from(image.at(x, y)[1]);
     let (mut sum, mut count) = (0.0, 0.0);
     for y in (1..image.height - 1).step_by(2) {
@@ -58,13 +58,13 @@ const INSIDE: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
 const BESIDE: [f64; 3] = [0.6, 0.75, 0.9];
 
 /// A picture, a little smoothed.
-pub(super) struct Picture {
+pub(super) struct SmoothedImage {
     pub(super) width: usize,
     pub(super) height: usize,
     colours: Vec<[f32; 3]>,
 }
 
-impl Picture {
+impl SmoothedImage {
     /// `None` where the picture is too small for a stem and what lies beside it.
     pub(super) fn of(image: &Image) -> Option<Self> {
         let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
@@ -74,7 +74,7 @@ impl Picture {
         let channel = |i: usize| {
             let mut weights = [0.0; 3];
             weights[i] = 1.0;
-            sample(image, whole, weights, SIGMA, 1).values
+            sample_gaussian(image, whole, weights, SIGMA, 1).values
         };
         let [red, green, blue] = [0, 1, 2].map(channel);
         let colours = red.into_iter().zip(green).zip(blue).map(|((r, g), b)| [r, g, b]).collect();
@@ -102,14 +102,14 @@ impl Picture {
 
     /// How much a bar stands out on both sides in the same way: the distance of colours, or less than 0 where its colour
     /// lies between those of its sides.
-    pub(super) fn bar(&self, at: Place, heading: f64, width: f64) -> f64 {
+    pub(super) fn bar_contrast(&self, at: Place, heading: f64, width: f64) -> f64 {
         let (sin, cos) = (math::sin(heading), math::cos(heading));
         let place = |across: f64, along: f64| {
             let (across, along) = (across * width, along * width);
             (at.0 + across * cos + along * sin, at.1 + across * sin - along * cos)
         };
         let colour = |offsets: &[f64], side: f64| {
-            mean(
+            mean_colour(
                 offsets
                     .iter()
                     .flat_map(|&across| [-0.25, 0.25].map(|along| self.at(place(side * across, along)))),

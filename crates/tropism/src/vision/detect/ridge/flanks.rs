@@ -2,7 +2,7 @@
 
 use crate::math;
 use crate::vision::detect::curve::{Place, smoothed};
-use crate::vision::detect::ridge::bar::{Colour, Picture, apart, mean, median};
+use crate::vision::detect::ridge::bar::{Colour, SmoothedImage, colour_distance, mean_colour, median_colour};
 
 /// Samples along a stem's width, once its way is known.
 pub(super) const FINE: usize = 8;
@@ -31,7 +31,7 @@ const SHARE: f64 = 0.4;
 const EDGE: f64 = 0.2;
 
 /// What lies along a line: the stem's colour and what is beside it.
-pub(super) struct Strip {
+pub(super) struct StemFlanks {
     /// Points, a stem's width by [`FINE`] apart.
     pub(super) line: Vec<Place>,
     width: f64,
@@ -43,8 +43,8 @@ pub(super) struct Strip {
     pub(super) contrast: f64,
 }
 
-impl Strip {
-    pub(super) fn along(picture: &Picture, line: Vec<Place>, width: f64) -> Self {
+impl StemFlanks {
+    pub(super) fn along(picture: &SmoothedImage, line: Vec<Place>, width: f64) -> Self {
         let normals: Vec<Place> = (0..line.len()).map(|i| normal(&line, i)).collect();
         let colour = |i: usize, across: f64| {
             picture.at((line[i].0 + across * width * normals[i].0, line[i].1 + across * width * normals[i].1))
@@ -53,21 +53,22 @@ impl Strip {
         let band = |i: usize, band: usize| {
             let (side, band) = if band < BANDS { (-1.0, band) } else { (1.0, band - BANDS) };
             let from = SIDE.0 + breadth * band as f64;
-            mean([0.17, 0.5, 0.83].into_iter().map(|share| colour(i, side * (from + share * breadth))))
+            mean_colour([0.17, 0.5, 0.83].into_iter().map(|share| colour(i, side * (from + share * breadth))))
         };
         let stem: Vec<Colour> = (0..line.len())
-            .map(|i| mean([-0.3, -0.15, 0.0, 0.15, 0.3].into_iter().map(|across| colour(i, across))))
+            .map(|i| mean_colour([-0.3, -0.15, 0.0, 0.15, 0.3].into_iter().map(|across| colour(i, across))))
             .collect();
         let bands: Vec<[Colour; 2 * BANDS]> =
             (0..line.len()).map(|i| std::array::from_fn(|j| band(i, j))).collect();
         // Half a width along the line, on the mean.
         let near = |i: usize| i.saturating_sub(FINE / 4)..(i + FINE / 4 + 1).min(line.len());
-        let stem: Vec<Colour> = (0..line.len()).map(|i| mean(stem[near(i)].iter().copied())).collect();
+        let stem: Vec<Colour> = (0..line.len()).map(|i| mean_colour(stem[near(i)].iter().copied())).collect();
         let bands: Vec<[Colour; 2 * BANDS]> = (0..line.len())
-            .map(|i| std::array::from_fn(|j| mean(bands[near(i)].iter().map(|bands| bands[j]))))
+            .map(|i| std::array::from_fn(|j| mean_colour(bands[near(i)].iter().map(|bands| bands[j]))))
             .collect();
-        let clear =
-            |i: usize| bands[i].iter().map(|&band| apart(stem[i], band)).sum::<f64>() / (2 * BANDS) as f64;
+        let clear = |i: usize| {
+            bands[i].iter().map(|&band| colour_distance(stem[i], band)).sum::<f64>() / (2 * BANDS) as f64
+        };
         let contrast =
             math::quantile(&(0..line.len().div_ceil(2)).map(clear).collect::<Vec<_>>(), 0.5).max(1e-6);
         Self { line, width, stem, bands, contrast }
@@ -76,13 +77,13 @@ impl Strip {
     /// What lies beside the points that `is_in`, on the median.
     fn beside(&self, from: usize, to: usize, is_in: impl Fn(usize) -> bool) -> [Colour; 2 * BANDS] {
         let points: Vec<usize> = (from..=to).filter(|&i| is_in(i)).collect();
-        std::array::from_fn(|j| median(&points.iter().map(|&i| self.bands[i][j]).collect::<Vec<_>>()))
+        std::array::from_fn(|j| median_colour(&points.iter().map(|&i| self.bands[i][j]).collect::<Vec<_>>()))
     }
 
     /// For each point whether what lies beside it differs from `reference`.
     fn changes(&self, reference: &[Colour; 2 * BANDS]) -> Vec<bool> {
         let is_changed =
-            |(band, wanted): &(&Colour, &Colour)| apart(**band, **wanted) > CHANGED * self.contrast;
+            |(band, wanted): &(&Colour, &Colour)| colour_distance(**band, **wanted) > CHANGED * self.contrast;
         self.bands
             .iter()
             .map(|bands| bands.iter().zip(reference).filter(is_changed).count() >= CHANGES)
@@ -122,31 +123,35 @@ impl Strip {
     /// `last` by less.
     pub(super) fn least(&self, first: usize, last: usize) -> f64 {
         let clear = |i: usize| {
-            self.bands[i].iter().map(|&band| apart(self.stem[i], band)).fold(f64::INFINITY, f64::min)
+            self.bands[i]
+                .iter()
+                .map(|&band| colour_distance(self.stem[i], band))
+                .fold(f64::INFINITY, f64::min)
         };
         math::quantile(&(first..=last).map(clear).collect::<Vec<_>>(), 0.2)
     }
 
     /// Moves the line to the middle between the stem's edges, where half of a stem may lie in its own shadow.
-    pub(super) fn centre(&mut self, picture: &Picture, first: usize, last: usize) {
+    pub(super) fn centre(&mut self, picture: &SmoothedImage, first: usize, last: usize) {
         let normals: Vec<Place> = (0..self.line.len()).map(|i| normal(&self.line, i)).collect();
         let colour = |i: usize, across: f64| {
             let near = i.saturating_sub(FINE / 4)..(i + FINE / 4 + 1).min(self.line.len());
-            mean(near.map(|i| {
+            mean_colour(near.map(|i| {
                 picture.at((self.line[i].0 + across * normals[i].0, self.line[i].1 + across * normals[i].1))
             }))
         };
         // The edge of each side at each point, as far as it is seen.
         let edges = |side: usize| -> Option<Vec<f64>> {
             let sign = if side == 0 { -1.0 } else { 1.0 };
-            let far = |i: usize| mean(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied());
+            let far =
+                |i: usize| mean_colour(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied());
             let seen: Vec<Option<f64>> = (first..=last)
                 .map(|i| {
                     let around = i.saturating_sub(3 * FINE).max(first)..=(i + 3 * FINE).min(last);
-                    let wall = median(&around.map(far).collect::<Vec<_>>());
+                    let wall = median_colour(&around.map(far).collect::<Vec<_>>());
                     let mut is_inside = false;
                     (0..(2.5 * self.width) as u32).map(|half| 0.5 * f64::from(half)).find(|&across| {
-                        let is_wall = apart(colour(i, sign * across), wall) < EDGE * self.contrast;
+                        let is_wall = colour_distance(colour(i, sign * across), wall) < EDGE * self.contrast;
                         is_inside |= !is_wall;
                         is_inside && is_wall && across > 0.2 * self.width
                     })

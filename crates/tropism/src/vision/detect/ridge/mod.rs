@@ -15,14 +15,14 @@ use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
 use crate::vision::config::VisionConfig;
 use crate::vision::detect::curve::{Place, resampled};
-use crate::vision::detect::detection::Sighting;
-use crate::vision::detect::occupancy::Shape;
-use crate::vision::raster::filter::sample;
+use crate::vision::detect::detection::Detection;
+use crate::vision::detect::occupancy::OccupancyGrid;
+use crate::vision::raster::filter::sample_gaussian;
 use crate::vision::raster::levels::Levels;
 use crate::vision::raster::plane::LUMA;
-use crate::vision::raster::source::Pixels;
-use bar::{Picture, noise};
-use flanks::{FINE, Strip};
+use crate::vision::raster::source::PixelSource;
+use bar::{SmoothedImage, noise_deviation};
+use flanks::{FINE, StemFlanks};
 use search::BROADEST;
 
 /// How deep below the base is looked for a pot, as a share of the picture's height, and the share of the way from the
@@ -39,7 +39,7 @@ const FAINT: f64 = 0.4;
 
 /// The stem that was found.
 #[derive(Clone, Debug)]
-pub(super) struct Ridge {
+pub(super) struct StemRidge {
     /// The line through its middle, from the base up, in the picture's pixels.
     pub(super) line: Vec<Place>,
     /// How broad it is about.
@@ -50,33 +50,33 @@ pub(super) struct Ridge {
 
 /// The stem that leaves the soil at `base` in this picture; `None` where none is seen clearly, or it stands out by fewer than `contrast`
 /// deviations of the picture's noise.
-pub(super) fn find(image: &Image, base: Place, contrast: f64) -> Option<Ridge> {
-    let picture = Picture::of(image)?;
-    let (line, width) = picture.follow(base)?;
-    let mut strip = Strip::along(&picture, resampled(&line, width / FINE as f64), width);
+pub(super) fn find_stem(image: &Image, base: Place, contrast: f64) -> Option<StemRidge> {
+    let picture = SmoothedImage::of(image)?;
+    let (line, width) = picture.trace_ridge(base)?;
+    let mut strip = StemFlanks::along(&picture, resampled(&line, width / FINE as f64), width);
     let (first, last) = strip.stretch()?;
     let long = (last - first) as f64 / FINE as f64;
-    let clear = strip.contrast / noise(image).max(0.5);
+    let clear = strip.contrast / noise_deviation(image).max(0.5);
     let is_stem = long > LONG && strip.least(first, last) >= FAINT * strip.contrast && clear > contrast;
     if !is_stem {
         return None;
     }
     strip.centre(&picture, first, last);
     strip.line.truncate(last + 1);
-    Some(Ridge { line: strip.line, width, contrast: clear })
+    Some(StemRidge { line: strip.line, width, contrast: clear })
 }
 
 /// What is believed of a plant that was seen by its colour, or was not.
 ///
 /// Where the crop does not "exclude the pot" (section 2.2.2) and what lies below the base stands out from the background,
 /// too, colour does not tell where the stem begins and what is beside it. Then its form must, or no stem is seen.
-pub(super) fn look(
-    image: &impl Pixels,
+pub(super) fn detect(
+    image: &impl PixelSource,
     crop: Region,
     base: Pixel,
     config: &VisionConfig,
-    seen: Option<Sighting>,
-) -> Option<Sighting> {
+    seen: Option<Detection>,
+) -> Option<Detection> {
     let step = config.step(image.size().0).min(crop.width).min(crop.height);
     let far = step as f64;
     let middle = (far - 1.0) / 2.0;
@@ -85,12 +85,12 @@ pub(super) fn look(
     if foot.1 + 1.0 >= (crop.height / step) as f64 {
         return seen;
     }
-    let small = image.shrunk(crop, step);
+    let small = image.downscale(crop, step);
     if seen.is_some() && !is_potted(&small, foot, config) {
         return seen;
     }
-    let Some(ridge) = find(&small, foot, config.contrast) else {
-        return seen.map(|seen| Sighting { stem: None, apex: None, ..seen });
+    let Some(ridge) = find_stem(&small, foot, config.contrast) else {
+        return seen.map(|seen| Detection { stem: None, apex: None, ..seen });
     };
     let stem: Vec<Pixel> =
         ridge.line.iter().map(|at| Pixel::new(origin.x + far * at.0, origin.y + far * at.1)).collect();
@@ -98,17 +98,23 @@ pub(super) fn look(
     let apex = stem.last().copied();
     // What was seen lower than the stem is not the plant's top.
     let seen = seen.filter(|seen| seen.tip.y <= top.y + ridge.width * far).unwrap_or_else(|| {
-        let shape = Shape::of(stem.iter().copied(), 2.0 * far);
-        Sighting { tip: top, contrast: ridge.contrast, shape, is_veiled: true, ..Sighting::default() }
+        let shape = OccupancyGrid::from_pixels(stem.iter().copied(), 2.0 * far);
+        Detection {
+            tip: top,
+            contrast: ridge.contrast,
+            tissue: shape,
+            is_occluded: true,
+            ..Detection::default()
+        }
     });
-    Some(Sighting { apex, stem: Some(stem), ..seen })
+    Some(Detection { apex, stem: Some(stem), ..seen })
 }
 
 /// Whether most of what lies just below the foot stands out from the background: a pot, not dark soil.
 fn is_potted(small: &Image, foot: Place, config: &VisionConfig) -> bool {
     let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
-    let grey = sample(small, whole, LUMA, config.sigma, 1);
-    let level = Levels::of(&grey, config.bright_samples).threshold(STANDS_BELOW);
+    let grey = sample_gaussian(small, whole, LUMA, config.sigma, 1);
+    let level = Levels::from_plane(&grey, config.bright_samples).threshold(STANDS_BELOW);
     let aside = BROADEST * small.width.min(small.height) as f64;
     let deep = BELOW * small.height as f64;
     let is_below = |x: usize, y: usize| {
@@ -158,7 +164,7 @@ mod tests {
     #[test]
     fn a_stem_is_followed_from_a_bright_pot_to_where_its_leaf_begins() {
         for colour in [[40.0, 60.0, 240.0], [160.0, 170.0, 90.0], [0.0, 0.0, 5.0]] {
-            let found = find(&picture(colour), (70.0, 170.0), 6.0).unwrap();
+            let found = find_stem(&picture(colour), (70.0, 170.0), 6.0).unwrap();
             for &(x, y) in &found.line[FINE..found.line.len() - FINE] {
                 assert!((x - middle(170.0 - y).0).abs() < 1.5, "{colour:?}: {x}, {y}");
             }
@@ -171,10 +177,10 @@ mod tests {
     #[test]
     fn nothing_is_said_where_no_stem_stands_out() {
         let stem = picture([40.0, 60.0, 240.0]);
-        assert!(find(&stem, (20.0, 80.0), 6.0).is_none(), "the wall");
+        assert!(find_stem(&stem, (20.0, 80.0), 6.0).is_none(), "the wall");
         let short =
             Image { rgb: stem.rgb[3 * SIZE.0 * 60..3 * SIZE.0 * 100].to_vec(), height: 40, ..stem.clone() };
-        assert!(find(&short, (80.0, 39.0), 6.0).is_none(), "too short to tell");
-        assert!(find(&Image { width: 8, height: 8, rgb: vec![9; 192] }, (4.0, 7.0), 6.0).is_none());
+        assert!(find_stem(&short, (80.0, 39.0), 6.0).is_none(), "too short to tell");
+        assert!(find_stem(&Image { width: 8, height: 8, rgb: vec![9; 192] }, (4.0, 7.0), 6.0).is_none());
     }
 }

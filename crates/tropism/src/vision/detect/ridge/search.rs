@@ -2,7 +2,7 @@
 
 use crate::math;
 use crate::vision::detect::curve::Place;
-use crate::vision::detect::ridge::bar::{Picture, THINNEST};
+use crate::vision::detect::ridge::bar::{SmoothedImage, THINNEST};
 
 pub(super) const BROADEST: f64 = 0.08;
 
@@ -24,7 +24,7 @@ const STANDS_OUT: f64 = 0.6;
 /// First pieces that are less than so many times as broad as the thinnest may be the stem's, too.
 const SIMILAR: f64 = 1.4;
 
-/// Ways that are followed at a time, and half widths that any goes on for at most.
+/// ShortestPaths that are followed at a time, and half widths that any goes on for at most.
 const BEAM: usize = 32;
 
 const STEPS: usize = 400;
@@ -50,7 +50,7 @@ const GLARING: f64 = 1.25;
 
 /// One place on a way along a stem.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+struct SearchNode {
     at: Place,
     /// Where it goes: radians from upright to the right.
     heading: f64,
@@ -63,7 +63,7 @@ struct Step {
     before: Option<usize>,
 }
 
-impl Step {
+impl SearchNode {
     /// Whether two ways are about to go on alike.
     fn is_like(&self, other: &Self) -> bool {
         let cell = |at: f64| (at / (0.3 * self.first)).floor();
@@ -74,13 +74,13 @@ impl Step {
     }
 }
 
-impl Picture {
+impl SmoothedImage {
     /// First steps that a stem may leave `base` with, and how much they stand out.
-    fn first_steps(&self, base: Place) -> (Vec<Step>, f64) {
+    fn seed_nodes(&self, base: Place) -> (Vec<SearchNode>, f64) {
         let broadest = BROADEST * self.width.min(self.height) as f64;
         let widths =
             std::iter::successors(Some(THINNEST), |width| Some(width * RATIO)).take_while(|&w| w <= broadest);
-        let mut found: Vec<(f64, Step)> = Vec::new();
+        let mut found: Vec<(f64, SearchNode)> = Vec::new();
         for width in widths {
             for degrees in (-LEAN..=LEAN).step_by(LEAN_STEP as usize) {
                 let heading = f64::from(degrees).to_radians();
@@ -89,11 +89,11 @@ impl Picture {
                     let at = (base.0 + aside * width, base.1);
                     let mut bars: [f64; FIRST] = std::array::from_fn(|i| {
                         let far = 0.5 * i as f64 * width;
-                        self.bar((at.0 + far * sin, at.1 - far * cos), heading, width)
+                        self.bar_contrast((at.0 + far * sin, at.1 - far * cos), heading, width)
                     });
                     bars.sort_by(f64::total_cmp);
                     let stands_out = bars[FIRST - BETTER..].iter().sum::<f64>() / BETTER as f64;
-                    let step = Step { at, heading, width, worth: 0.0, first: width, before: None };
+                    let step = SearchNode { at, heading, width, worth: 0.0, first: width, before: None };
                     found.push((stands_out, step));
                 }
             }
@@ -110,16 +110,16 @@ impl Picture {
     }
 
     /// The way from `base` that is worth most, and the stem's width along it.
-    pub(super) fn follow(&self, base: Place) -> Option<(Vec<Place>, f64)> {
-        let (mut steps, clear) = self.first_steps(base);
+    pub(super) fn trace_ridge(&self, base: Place) -> Option<(Vec<Place>, f64)> {
+        let (mut steps, clear) = self.seed_nodes(base);
         if clear <= 0.0 {
             return None;
         }
         let mut open: Vec<usize> = (0..steps.len()).collect();
         let mut best = 0;
         for _ in 0..STEPS {
-            let mut next: Vec<Step> =
-                open.iter().flat_map(|&from| self.onward(&steps, from, clear)).collect();
+            let mut next: Vec<SearchNode> =
+                open.iter().flat_map(|&from| self.successors(&steps, from, clear)).collect();
             next.sort_by(|one, other| other.worth.total_cmp(&one.worth));
             open.clear();
             for step in next {
@@ -146,7 +146,7 @@ impl Picture {
     }
 
     /// The steps that may follow one.
-    fn onward(&self, steps: &[Step], from: usize, clear: f64) -> Vec<Step> {
+    fn successors(&self, steps: &[SearchNode], from: usize, clear: f64) -> Vec<SearchNode> {
         let step = steps[from];
         let far = 0.5 * step.first;
         let mut next = Vec::new();
@@ -161,12 +161,12 @@ impl Picture {
                 if width < TAPERED.0 * step.first || width > TAPERED.1 * step.first {
                     continue;
                 }
-                let clearness = self.bar(at, heading, width) / clear;
+                let clearness = self.bar_contrast(at, heading, width) / clear;
                 let clearness =
                     if clearness > GLARING { GLARING / clearness } else { clearness.clamp(-0.5, 1.0) };
                 let cost = WORTH + TURN_COST * turn * turn + TAPER_COST * math::ln(taper).abs();
                 let worth = step.worth + far * (clearness - cost);
-                next.push(Step { at, heading, width, worth, before: Some(from), ..step });
+                next.push(SearchNode { at, heading, width, worth, before: Some(from), ..step });
             }
         }
         next
