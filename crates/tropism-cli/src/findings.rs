@@ -85,9 +85,9 @@ impl RunFound {
     }
 
     fn stems(&self) -> Result<Vec<LitStem>> {
-        let Some(eye) = self.plan.eye() else { return Ok(Vec::new()) };
+        let Some(tracker) = self.plan.tracker() else { return Ok(Vec::new()) };
         let stem = |(step, image): (usize, Image)| {
-            let seen = eye.clone().settle(eye.judge(Ok(&image)));
+            let seen = tracker.clone().update_next(tracker.detect(Ok(&image)));
             let light = self.track.samples.get(step).and_then(|sample| sample.light);
             Some((seen.observation?.stem?.resampled(10), light))
         };

@@ -184,7 +184,7 @@ pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
     let wanted =
         "wanted pixels per cm, such as 11, or two pixels and the cm between them, such as 30,420,195,421=15";
     let scale = match parse_mark(text) {
-        Ok(mark) => Calibration::scale_of(&[mark]).map(|(scale, _)| scale),
+        Ok(mark) => Calibration::fit_scale(&[mark]).map(|(scale, _)| scale),
         Err(_) => text.trim().parse().ok(),
     };
     scale.filter(|scale: &f64| scale.is_finite() && *scale > 0.0).ok_or_else(|| wanted.to_owned())

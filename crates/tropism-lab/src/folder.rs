@@ -223,14 +223,14 @@ impl RunFolder {
         let place = |row: &Row, axis: usize| {
             let is_measured =
                 row.seen.observation.as_ref().is_some_and(|seen| seen.quality == Quality::Measured);
-            let pixel = row.seen.pixel.filter(|_| is_measured);
+            let pixel = row.seen.tip_px.filter(|_| is_measured);
             pixel.map_or_else(String::new, |pixel| format!("{:.2}", [pixel.x, pixel.y][axis]))
         };
         track.columns = vec![
             text("frame", &|row| row.photo.clone()),
             text("tip_x_px", &|row| place(row, 0)),
             text("tip_y_px", &|row| place(row, 1)),
-            text("class", &|row| row.seen.class.to_string()),
+            text("class", &|row| row.seen.status.to_string()),
         ];
         Ok(files::write_track(&self.path.join("track.csv"), &track)?)
     }

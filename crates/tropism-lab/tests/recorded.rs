@@ -17,7 +17,7 @@ use tropism::rig::{
 };
 use tropism::task::Targets;
 use tropism::track::{Sample, Track};
-use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_lab::{Journal, RecordError, Recorded, RunFolder, Supervision, files};
 
 /// A straight stem that grows and leans to the lit lamp, what goes wrong in its tent, and a log of what was done to it.
@@ -69,7 +69,7 @@ impl Tent {
 #[derive(Clone)]
 struct Hand(Rc<RefCell<Tent>>);
 
-const CALIBRATION: Calibration = Calibration::flat(Pixel::new(100.0, 189.0), 10.0, 200, 200);
+const CALIBRATION: Calibration = Calibration::from_scale(Pixel::new(100.0, 189.0), 10.0, 200, 200);
 
 fn failed(device: &str) -> RigError {
     RigError::Device { device: device.to_owned(), problem: "found silence, wanted an answer".to_owned() }
@@ -199,9 +199,9 @@ fn open_with(
         crop: Some(Region { x: 0, y: 0, width: 200, height: 185 }),
         ..VisionConfig::default()
     };
-    let eye = Eye::new(CALIBRATION, config).unwrap();
+    let tracker = TipTracker::new(CALIBRATION, config).unwrap();
     let device = || hand.clone();
-    let rig = Rig::new(device(), device(), device(), device(), eye, Duration::from_secs(300));
+    let rig = Rig::new(device(), device(), device(), device(), tracker, Duration::from_secs(300));
     let rig = rig.with_on_exit(on_exit);
     let folder = RunFolder::open(path, "seed = 1\n", Durability::Fast, is_resumed)?;
     Ok((Recorded::new(rig, folder, care)?, hand))
@@ -306,7 +306,7 @@ fn the_journal_holds_what_was_seen_and_done() {
         let bytes = std::fs::read(reference.path().join("photographs").join(&row.photo)).unwrap();
         assert_eq!((row.photo_bytes, &row.photo_sha256), (bytes.len() as u64, &files::sha256(&bytes)));
     }
-    assert_eq!(rows[10].seen.class.name(), "dark");
+    assert_eq!(rows[10].seen.status.name(), "dark");
     world.folder().write_track(&track).unwrap();
     let written = files::read_track(&reference.path().join("track.csv")).unwrap();
     assert_eq!(written.samples[10].quality.name(), "held");
@@ -611,7 +611,7 @@ fn a_camera_that_is_moved_is_told_and_far_enough_pauses_the_run() {
     let wrong = |right| Wrong { moved: Some((50, right)), ..Wrong::default() };
     let outcome = real(folder.path(), wrong(1), FaultPolicy::default(), None);
     assert_eq!(outcome.events, [(55, Moved), (105, Clock)], "{:?}", outcome.texts);
-    let shift = |row: usize| outcome.rows[row].seen.shift.unwrap();
+    let shift = |row: usize| outcome.rows[row].seen.camera_shift.unwrap();
     assert!(shift(9).distance(Pixel::default()) == 0.0 && shift(10).distance(Pixel::new(1.0, 0.0)) < 0.4);
 
     let folder = tempfile::tempdir().unwrap();

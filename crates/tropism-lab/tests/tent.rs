@@ -27,9 +27,9 @@ type Told = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
 
 /// Goes on with the run in `path` for at most `samples`.
 fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told {
-    let (device, eye) = greenhouse.open(3, &VisionConfig::default()).unwrap();
+    let (device, tracker) = greenhouse.open(3, &VisionConfig::default()).unwrap();
     let hand = || device.clone();
-    let rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300));
+    let rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
     let mut world = Recorded::new(rig, folder, Supervision::default()).unwrap();
     let mut left = samples;

@@ -159,7 +159,7 @@ mod tests {
             light: Some(if index < 10 { Light::LEFT } else { Light::RIGHT }),
         };
         Film {
-            calibration: Some(Calibration::flat(Pixel::new(240.0, 400.0), 50.0, 480, 480)),
+            calibration: Some(Calibration::from_scale(Pixel::new(240.0, 400.0), 50.0, 480, 480)),
             targets: vec![Point::new(2.0, 6.0)],
             plants: None,
             steps: (0..20).map(step).collect(),

@@ -10,7 +10,7 @@ use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::rig::{Camera, Clock, Flash, Lamps, OnExit, Rig, RigError};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
-use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
 
 use crate::alert::Alerts;
 use crate::clock::TentClock;
@@ -322,14 +322,14 @@ impl RigFile {
         let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
         let period = Duration::from_secs_f64(self.period_min * 60.0);
         if let Some(greenhouse) = &self.greenhouse {
-            let (device, eye) = greenhouse.open(seed, &self.vision).map_err(found)?;
+            let (device, tracker) = greenhouse.open(seed, &self.vision).map_err(found)?;
             let hand = || device.clone();
             let rig = Rig::new(
                 Box::new(hand()) as Box<dyn Camera>,
                 Box::new(hand()) as Box<dyn Lamps>,
                 Box::new(hand()) as Box<dyn Flash>,
                 Box::new(hand()) as Box<dyn Clock>,
-                eye,
+                tracker,
                 period,
             );
             return Ok(OpenRig { rig, truth: Some(device) });
@@ -338,7 +338,7 @@ impl RigFile {
         else {
             return Err(RigFileError("found no devices, wanted camera, lamps and calibration".to_owned()));
         };
-        let eye = Eye::new(calibration, self.vision.clone()).map_err(found)?;
+        let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;
         let device = |error: RigError| RigFileError(error.to_string());
         let flash = match &self.flash {
             Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
@@ -347,7 +347,7 @@ impl RigFile {
         let (clock, on_exit) = (Box::new(TentClock::new(since_start)) as Box<dyn Clock>, lamps.on_exit);
         let (camera, lamps) =
             (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
-        let rig = Rig::new(camera, lamps, flash, clock, eye, period).with_on_exit(on_exit);
+        let rig = Rig::new(camera, lamps, flash, clock, tracker, period).with_on_exit(on_exit);
         Ok(OpenRig { rig, truth: None })
     }
 }

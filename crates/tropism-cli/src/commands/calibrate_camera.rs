@@ -9,8 +9,8 @@ use tropism::geometry::Pixel;
 use tropism::math;
 use tropism::photo::Image;
 use tropism::vision::Calibration;
-use tropism::vision::checkerboard::Board;
-use tropism::vision::lens::Lens;
+use tropism::vision::camera::checkerboard::Checkerboard;
+use tropism::vision::camera::lens::Lens;
 use tropism_lab::files;
 
 use crate::options::{Mark, parse_mark, parse_pair};
@@ -39,7 +39,7 @@ pub(crate) struct CalibrateCamera {
     /// Inner corners each way (where four squares meet) and the side of a square in cm: 10 x 7 squares of 1.5 cm are
     /// 9x6@1.5
     #[arg(long, value_name = "COLUMNSxROWS@CM", value_parser = parse_board, conflicts_with = "distance")]
-    checkerboard: Option<Board>,
+    checkerboard: Option<Checkerboard>,
 
     /// From the camera to the plane of the stem, in cm
     #[arg(long, value_name = "CM", requires = "view")]
@@ -65,7 +65,7 @@ pub(crate) struct CalibrateCamera {
 type Pair = [f64; 2];
 
 /// `9x6@1.5`.
-fn parse_board(text: &str) -> Result<Board, String> {
+fn parse_board(text: &str) -> Result<Checkerboard, String> {
     let wanted = || {
         "wanted inner corners each way, 3 to 100, and the side of a square in cm, such as 9x6@1.5".to_owned()
     };
@@ -75,7 +75,7 @@ fn parse_board(text: &str) -> Result<Board, String> {
         |part: &str| part.trim().parse().ok().filter(|count| (3..=100).contains(count)).ok_or_else(wanted);
     let side = side.trim().trim_end_matches("cm").parse().ok();
     let square_cm = side.filter(|side: &f64| side.is_finite() && *side > 0.0).ok_or_else(wanted)?;
-    Ok(Board { columns: count(columns)?, rows: count(rows)?, square_cm })
+    Ok(Checkerboard { columns: count(columns)?, rows: count(rows)?, square_cm })
 }
 
 #[derive(Serialize)]
@@ -102,7 +102,7 @@ impl CalibrateCamera {
         );
         let mut outcome = Outcome {
             out: self.out.clone(),
-            calibration: Calibration::flat(base, 1.0, width, height),
+            calibration: Calibration::from_scale(base, 1.0, width, height),
             residual_px: None,
             corners: None,
         };
@@ -136,7 +136,7 @@ impl CalibrateCamera {
             calibration.px_per_cm = width as f64 / (2.0 * distance * math::tan(view.to_radians() / 2.0));
         } else {
             let scale =
-                Calibration::scale_of(&self.mark).context("found no mark with a length, wanted one")?;
+                Calibration::fit_scale(&self.mark).context("found no mark with a length, wanted one")?;
             (calibration.px_per_cm, calibration.residual_mm) = scale;
             let longest = self.mark.iter().map(|mark| mark.1).fold(0.0, f64::max);
             words = match scale.1 {

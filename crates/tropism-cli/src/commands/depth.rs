@@ -10,7 +10,9 @@ use tropism::math::statistics::upper_median;
 use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::Calibration;
-use tropism::vision::two_views::{AGREE_CM, Met, Place, Side, Stand, TwoViews, equidistant, length};
+use tropism::vision::camera::stereo::{
+    CameraPose, MAX_RAY_GAP_CM, Side, SpacePoint, StereoPair, Triangulation, length, resampled,
+};
 use tropism_lab::files;
 
 use crate::findings::{place_of, stem_of};
@@ -82,11 +84,11 @@ struct Outcome {
 /// One step in space.
 struct Row {
     sample: Sample,
-    tip: Met,
+    tip: Triangulation,
     /// `None` where the cameras see different ends.
-    apex: Option<Met>,
+    apex: Option<Triangulation>,
     /// As far up as both cameras see it.
-    stem: Vec<Place>,
+    stem: Vec<SpacePoint>,
 }
 
 impl Row {
@@ -110,10 +112,10 @@ impl Depth {
         );
         let (front, beside_front) = read(&self.front)?;
         let (side, beside_side) = read(&self.side)?;
-        let views = TwoViews {
-            front: Stand::new(&beside_front.calibration, front_cm),
-            side: Stand::new(&beside_side.calibration, side_cm),
-            from: match self.from {
+        let views = StereoPair {
+            front: CameraPose::new(&beside_front.calibration, front_cm),
+            side: CameraPose::new(&beside_side.calibration, side_cm),
+            side_from: match self.from {
                 SideName::Left => Side::Left,
                 SideName::Right => Side::Right,
             },
@@ -164,7 +166,7 @@ fn read(path: &Path) -> Result<(Track, Sidecar)> {
 }
 
 /// The steps at which both tracks have a measured tip.
-fn rows(views: &TwoViews, front: &Track, side: &Track) -> Vec<Row> {
+fn rows(views: &StereoPair, front: &Track, side: &Track) -> Vec<Row> {
     let mut rows = Vec::new();
     let is_measured = |sample: &Sample| sample.quality == Quality::Measured;
     for (row, sample) in front.samples.iter().enumerate().filter(|(_, sample)| is_measured(sample)) {
@@ -175,11 +177,12 @@ fn rows(views: &TwoViews, front: &Track, side: &Track) -> Vec<Row> {
             continue;
         }
         let both = |of: fn(&Track, usize) -> Option<Polyline>| Some((of(front, row)?, of(side, other)?));
-        let tip = views.meet(sample.tip, side.samples[other].tip);
-        let apex = both(apex).map(|(front, side)| views.meet(front.0[0], side.0[0]));
-        let apex = apex.filter(|apex| apex.gap_cm <= AGREE_CM);
-        let stem = both(stem_of).map_or_else(Vec::new, |(front, side)| views.midline(&front, &side));
-        let sample = Sample { tip: Point::new(tip.place[0], tip.place[1]), ..sample.clone() };
+        let tip = views.triangulate(sample.tip, side.samples[other].tip);
+        let apex = both(apex).map(|(front, side)| views.triangulate(front.0[0], side.0[0]));
+        let apex = apex.filter(|apex| apex.gap_cm <= MAX_RAY_GAP_CM);
+        let stem =
+            both(stem_of).map_or_else(Vec::new, |(front, side)| views.triangulate_midline(&front, &side));
+        let sample = Sample { tip: Point::new(tip.point[0], tip.point[1]), ..sample.clone() };
         rows.push(Row { sample, tip, apex, stem });
     }
     rows
@@ -196,19 +199,19 @@ fn table(rows: &[Row]) -> Track {
         let text = |row: &Row| value(row).map_or_else(String::new, |value| format!("{value:.4}"));
         track.columns.push(Column::parsed(&name, rows.iter().map(text).collect()));
     };
-    column("tip_z_cm".to_owned(), &|row| Some(row.tip.place[2]));
+    column("tip_z_cm".to_owned(), &|row| Some(row.tip.point[2]));
     column("tip_gap_cm".to_owned(), &|row| Some(row.tip.gap_cm));
     let axes = ["x", "y", "z"];
     for (index, axis) in axes.iter().enumerate() {
-        column(format!("apex_{axis}_cm"), &|row| Some(row.apex?.place[index]));
+        column(format!("apex_{axis}_cm"), &|row| Some(row.apex?.point[index]));
     }
     column("apex_gap_cm".to_owned(), &|row| Some(row.apex?.gap_cm));
     column("length_cm".to_owned(), &|row| Some(length(&row.stem)).filter(|_| row.is_whole()));
-    let ten = |row: &Row| if row.is_whole() { equidistant(&row.stem, 10) } else { Vec::new() };
-    let stems: Vec<Vec<Place>> = rows.iter().map(ten).collect();
+    let ten = |row: &Row| if row.is_whole() { resampled(&row.stem, 10) } else { Vec::new() };
+    let stems: Vec<Vec<SpacePoint>> = rows.iter().map(ten).collect();
     for vertex in 0..10 {
         for (index, axis) in axes.iter().enumerate() {
-            let text = |stem: &Vec<Place>| {
+            let text = |stem: &Vec<SpacePoint>| {
                 stem.get(vertex).map_or_else(String::new, |place| format!("{:.4}", place[index]))
             };
             let name = format!("stem_{}_{axis}_cm", vertex + 1);

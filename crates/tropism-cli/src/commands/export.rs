@@ -293,17 +293,17 @@ fn track(rows: &[Row]) -> Track {
     };
     // A held tip is not in this photograph: it has no place there.
     let place = |row: &Row, is_measured: bool, axis: usize| {
-        let pixel = row.seen.pixel.filter(|_| is_measured);
+        let pixel = row.seen.tip_px.filter(|_| is_measured);
         pixel.map_or_else(String::new, |pixel| format!("{:.2}", [pixel.x, pixel.y][axis]))
     };
     let moved = |row: &Row, axis: usize| {
-        row.seen.shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
+        row.seen.camera_shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
     };
     let columns = vec![
         column("frame", &|row, _| row.photo.clone()),
         column("tip_x_px", &|row, is_measured| place(row, is_measured, 0)),
         column("tip_y_px", &|row, is_measured| place(row, is_measured, 1)),
-        column("class", &|row, _| row.seen.class.to_string()),
+        column("class", &|row, _| row.seen.status.to_string()),
         column("confidence", &|row, _| format!("{:.3}", row.seen.confidence)),
         column("done", &|row, _| u8::from(row.is_done).to_string()),
         column("moved_x_px", &|row, _| moved(row, 0)),

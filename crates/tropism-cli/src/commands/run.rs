@@ -15,7 +15,7 @@ use tropism::rig::Moment;
 use tropism::rig::{Event, EventKind, HealthProblem, OnGap, RunMonitor};
 use tropism::task::{Targets, Task};
 use tropism::track::{Sample, Track};
-use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_lab::{FolderError, Gap, Journal, RecordError, Recorded, RunFolder, Supervision, files};
 use tropism_report::Plants;
 use tropism_rig::alert::Kind;
@@ -142,11 +142,11 @@ impl RunPlan {
         }
     }
 
-    /// An eye for the run's photographs.
-    pub(crate) fn eye(&self) -> Option<Eye> {
+    /// A tracker for the run's photographs.
+    pub(crate) fn tracker(&self) -> Option<TipTracker> {
         let vision = &self.rig.vision;
         let crop = vision.crop.or_else(|| self.rig.greenhouse.as_ref().map(Greenhouse::crop));
-        Eye::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()
+        TipTracker::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()
     }
 
     /// The plan of a run folder.

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use tropism::geometry::Region;
 use tropism::lamps::{self, Light};
 use tropism::photo::Image;
-use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit};
+use tropism::vision::{Calibration, Mode, TipTracker, VisionConfig, lamp_state};
 use tropism_lab::files;
 
 use self::drawing::{Drawings, Drawn};
@@ -169,9 +169,9 @@ impl Track {
             series: &series,
             plants: &plants,
             lights,
-            eyes: plants
+            trackers: plants
                 .iter()
-                .map(|plant| Eye::new(plant.calibration, plant.vision(self.mode)))
+                .map(|plant| TipTracker::new(plant.calibration, plant.vision(self.mode)))
                 .collect::<Result<_, _>>()?,
             tables: plants.iter().map(|plant| Table::new(plant.calibration)).collect(),
             journal: Journal::open(&journal, &settings_sha256, self.resume)?,
@@ -187,8 +187,8 @@ impl Track {
         // What stands still in the first pictures tells how far the camera has moved in later ones.
         let readable =
             series.shots.iter().filter_map(|shot| files::read_photo(&shot.path, 0.0).ok()?.open().ok());
-        for picture in readable.take(Eye::REFERS) {
-            work.eyes.iter_mut().for_each(|eye| eye.refer(&picture));
+        for picture in readable.take(TipTracker::REFERENCE_FRAMES) {
+            work.trackers.iter_mut().for_each(|tracker| tracker.set_reference(&picture));
         }
         let progress = shell.progress("track", series.shots.len() as u64);
         for start in (0..series.shots.len()).step_by(BATCH) {
@@ -213,9 +213,9 @@ impl Track {
         let plants = if is_placed { self.plants(&series.shots)? } else { Vec::new() };
         let draw = |image: Image| {
             let look = |plant: &Plant| {
-                let mut eye = Eye::new(plant.calibration, plant.vision(self.mode)).ok()?;
-                let found = eye.judge(Ok(&image));
-                Some((found.clone().ok(), eye.settle(found)))
+                let mut tracker = TipTracker::new(plant.calibration, plant.vision(self.mode)).ok()?;
+                let found = tracker.detect(Ok(&image));
+                Some((found.clone().ok(), tracker.update_next(found)))
             };
             let seen: Vec<_> = plants.iter().filter_map(look).collect();
             let drawn: Vec<Drawn<'_>> = plants
@@ -223,7 +223,7 @@ impl Track {
                 .zip(&seen)
                 .map(|(plant, (sighting, seen))| Drawn { plant, sighting: sighting.as_ref(), seen })
                 .collect();
-            drawing::drawn(&image, &drawn, lit(&image, None))
+            drawing::drawn(&image, &drawn, lamp_state(&image, None))
         };
         let shown = guide::write(page, &self.photographs, &series.shots, &plants, self.scale, draw)?;
         let text = format!(

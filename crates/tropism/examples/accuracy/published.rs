@@ -5,8 +5,8 @@ use std::path::Path;
 use tropism::geometry::{Pixel, Point, Polyline};
 use tropism::math::{self, statistics::quantile_nearest};
 use tropism::photo::{Image, Photo};
-use tropism::vision::robust::silhouette;
-use tropism::vision::{Mode, VisionConfig, look_from};
+use tropism::vision::detect::silhouette::silhouette_midline;
+use tropism::vision::{Mode, VisionConfig, detect_from_base};
 
 use crate::marks::{Row, rows};
 
@@ -84,7 +84,7 @@ pub(crate) fn stem(folder: &Path, row: &Row, mode: Mode) -> Option<f64> {
         .collect();
     let image = open(&folder.join("images").join(row.text("file")));
     let config = VisionConfig { mode, ..VisionConfig::default() };
-    let found = look_from(&image, Some(marked[0]), &config)?.stem?;
+    let found = detect_from_base(&image, Some(marked[0]), &config)?.stem?;
     let line = |pixels: &[Pixel]| Polyline(pixels.iter().map(|at| Point::new(at.x, at.y)).collect());
     Some(apart(&line(&found), &line(&marked)))
 }
@@ -125,7 +125,7 @@ pub(crate) struct Shoot {
 
 fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
     let (image, base) = filled(contour);
-    let stem = silhouette(&image, base)?;
+    let stem = silhouette_midline(&image, base)?;
     let line = Polyline(stem.iter().map(|at| Point::new(at.x, -at.y)).collect());
     let smooth = smoothed(&line, smoothing(published));
     Some([line, smooth].map(|line| {

@@ -8,7 +8,7 @@ use tropism::geometry::{Pixel, Region};
 use tropism::lamps;
 use tropism::math::statistics::quantile_nearest;
 use tropism::photo::Photo;
-use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit, look_from};
+use tropism::vision::{Calibration, Mode, TipTracker, VisionConfig, detect_from_base, lamp_state};
 
 use crate::marks::rows;
 use crate::published::{self, Shoot, WRONG, open};
@@ -49,8 +49,8 @@ fn flora(folder: &Path, mode: Mode) -> String {
     for row in &lights {
         let file = format!("{}.jpg", row.text("frame"));
         let image = open(&folder.join("flora-robotica").join(&file));
-        lamps += usize::from(lamps::name(lit(&image, None)) == row.text("light"));
-        let Some(seen) = look_from(&image, Some(Pixel::new(362.0, 336.0)), &config) else {
+        lamps += usize::from(lamps::name(lamp_state(&image, None)) == row.text("light"));
+        let Some(seen) = detect_from_base(&image, Some(Pixel::new(362.0, 336.0)), &config) else {
             lost += 1;
             continue;
         };
@@ -61,7 +61,7 @@ fn flora(folder: &Path, mode: Mode) -> String {
     }
     let files =
         lights.iter().map(|row| folder.join("flora-robotica").join(format!("{}.jpg", row.text("frame"))));
-    let calibration = Calibration::flat(Pixel::new(362.0, 336.0), 11.0, 720, 480);
+    let calibration = Calibration::from_scale(Pixel::new(362.0, 336.0), 11.0, 720, 480);
     format!(
         "{} frames, lost {lost}, lit lamp right {lamps}, in order: {} | top: {} | apex: {}",
         lights.len(),
@@ -71,14 +71,14 @@ fn flora(folder: &Path, mode: Mode) -> String {
     )
 }
 
-/// What an eye makes of photographs in order: how many of each class.
+/// What a tracker makes of photographs in order: how many of each class.
 fn followed(files: impl Iterator<Item = PathBuf>, calibration: Calibration, config: VisionConfig) -> String {
-    let mut eye = Eye::new(calibration, config).expect("a region inside the picture");
+    let mut tracker = TipTracker::new(calibration, config).expect("a region inside the picture");
     let mut classes = BTreeMap::new();
     for (index, file) in files.enumerate() {
         let bytes = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-        let seen = eye.observe(&Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 });
-        *classes.entry(seen.class.name()).or_insert(0) += 1;
+        let seen = tracker.observe(&Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 });
+        *classes.entry(seen.status.name()).or_insert(0) += 1;
     }
     classes.into_iter().map(|(class, count)| format!("{class} {count}")).collect::<Vec<_>>().join(", ")
 }
@@ -97,7 +97,7 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
         let image = open(&folder.join("sunflower-timelapse").join(mark.text("file")));
         let (crop, base) = SUNFLOWERS[mark.number("plant") as usize - 1];
         let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
-        let Some(seen) = look_from(&image, Some(base), &config) else {
+        let Some(seen) = detect_from_base(&image, Some(base), &config) else {
             lost += 1;
             continue;
         };
@@ -108,7 +108,7 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
     }
     let frames = rows(&folder.join("sunflower-timelapse/frames.csv"));
     let order = SUNFLOWERS.map(|(crop, base)| {
-        let calibration = Calibration::flat(base, 50.0, 1000, 700);
+        let calibration = Calibration::from_scale(base, 50.0, 1000, 700);
         let files = frames.iter().map(|row| folder.join("sunflower-timelapse").join(row.text("file")));
         followed(files, calibration, VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() })
     });

@@ -24,7 +24,7 @@ use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, RigError};
 use crate::task::Task;
 use crate::track::{PAPER_PERIOD_MIN, Sample, Track};
-use crate::vision::{Calibration, Eye, VisionConfig, VisionError};
+use crate::vision::{Calibration, TipTracker, VisionConfig, VisionError};
 
 /// A virtual tent and the plant in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,7 +165,7 @@ impl Greenhouse {
     pub fn calibration(&self) -> Calibration {
         let frame = Frame::new(self.scene.width, self.scene.height);
         let (width, height) = (self.scene.width as usize, self.scene.height as usize);
-        Calibration::flat(frame.pixel(Point::new(0.0, 0.0)), frame.px_per_cm, width, height)
+        Calibration::from_scale(frame.pixel(Point::new(0.0, 0.0)), frame.px_per_cm, width, height)
     }
 
     /// The part of the photographs in which the plant may be: above the pot, between the lamps.
@@ -184,14 +184,14 @@ impl Greenhouse {
         }
     }
 
-    /// The tent with the plant of `seed`: a hand on it, and an eye for its photographs. Where `vision` has no crop it is
+    /// The tent with the plant of `seed`: a hand on it, and a tracker for its photographs. Where `vision` has no crop it is
     /// given [`Self::crop`].
     ///
     /// # Errors
     /// [`VisionError`] if `vision` is out of range for this tent's photographs.
-    pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, Eye), VisionError> {
+    pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, TipTracker), VisionError> {
         let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
-        Ok((self.device(seed), Eye::new(self.calibration(), vision)?))
+        Ok((self.device(seed), TipTracker::new(self.calibration(), vision)?))
     }
 
     /// A hand on the tent with the plant of `seed`.

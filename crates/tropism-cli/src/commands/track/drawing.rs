@@ -6,8 +6,9 @@ use anyhow::Result;
 use tropism::geometry::{Pixel, Region};
 use tropism::lamps::Light;
 use tropism::photo::Image;
-use tropism::vision::overlay::{Marks, contact_sheet, overlay};
-use tropism::vision::{Seen, Sighting, segment};
+use tropism::vision::overlay::{OverlayMarks, contact_sheet, draw_overlay};
+use tropism::vision::raster::filter;
+use tropism::vision::{Detection, TrackedFrame};
 use tropism_lab::files;
 
 use super::plants::Plant;
@@ -26,8 +27,8 @@ const JPEG_QUALITY: u8 = 85;
 /// What is drawn of one plant.
 pub(crate) struct Drawn<'a> {
     pub(crate) plant: &'a Plant,
-    pub(crate) sighting: Option<&'a Sighting>,
-    pub(crate) seen: &'a Seen,
+    pub(crate) sighting: Option<&'a Detection>,
+    pub(crate) seen: &'a TrackedFrame,
 }
 
 /// The folder of overlays and the contact sheet, as far as they are wanted.
@@ -84,7 +85,7 @@ impl Drawings {
             let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
             let view = self.view.filter(|view| view.fits(image.width, image.height)).unwrap_or(whole);
             let factor = view.width.div_ceil(CELL_COLUMNS).min(view.height);
-            let small = segment::shrink(image, view, factor);
+            let small = filter::downscale(image, view, factor);
             let middle = (factor as f64 - 1.0) / 2.0;
             let place = |pixel: Pixel| {
                 let along = |at: f64, start: usize| (at - start as f64 - middle) / factor as f64;
@@ -151,14 +152,14 @@ fn draw(
             sighting
         });
         let held = seen.observation.as_ref().filter(|_| !seen.is_measured());
-        let marks = Marks {
-            sighting: believed.as_ref(),
+        let marks = OverlayMarks {
+            detection: believed.as_ref(),
             held: held.map(|observation| place(plant.calibration.pixel(observation.tip))),
             crop: plant.region.filter(|_| has_regions),
             base: Some(place(plant.calibration.base)),
             light,
         };
-        picture = overlay(&picture, &marks);
+        picture = draw_overlay(&picture, &marks);
     }
     picture
 }

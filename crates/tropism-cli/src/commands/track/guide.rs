@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 use tropism::geometry::{Pixel, Region};
 use tropism::photo::Image;
-use tropism::vision::segment;
+use tropism::vision::raster::filter;
 use tropism_lab::files;
 
 use super::plants::Plant;
@@ -105,7 +105,7 @@ pub(crate) fn write(
 fn show(shot: &Shot, image: Image) -> Result<Shown> {
     let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
     let factor = image.width.div_ceil(COLUMNS).min(image.height);
-    let small = segment::shrink(&image, whole, factor);
+    let small = filter::downscale(&image, whole, factor);
     let jpeg = small.to_jpeg(JPEG_QUALITY).with_context(|| shot.path.display().to_string())?;
     Ok(Shown {
         name: shot.name.clone(),

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 use tropism::geometry::Pixel;
 use tropism::lamps::Light;
-use tropism::vision::{Class, Sighting};
+use tropism::vision::{Detection, FrameStatus};
 
 const SCHEMA: &str = "tropism.frames/1";
 
@@ -45,13 +45,13 @@ impl Judged {
 /// What a photograph shows of one plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Looked {
-    pub(crate) class: Class,
-    pub(crate) sighting: Option<Sighting>,
+    pub(crate) class: FrameStatus,
+    pub(crate) sighting: Option<Detection>,
 }
 
 impl Looked {
     /// What vision says, to a thousandth of a pixel, so that a line of the journal holds all of it.
-    pub(crate) fn new(found: Result<Sighting, Class>) -> Self {
+    pub(crate) fn new(found: Result<Detection, FrameStatus>) -> Self {
         let rounded = |value: f64| (value * 1e3).round() / 1e3;
         let place = |pixel: Pixel| Pixel::new(rounded(pixel.x), rounded(pixel.y));
         match found {
@@ -60,12 +60,12 @@ impl Looked {
                 sighting.tip = place(sighting.tip);
                 sighting.apex = sighting.apex.map(place);
                 sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(place).collect());
-                Self { class: Class::Ok, sighting: Some(sighting) }
+                Self { class: FrameStatus::Ok, sighting: Some(sighting) }
             }
         }
     }
 
-    pub(crate) fn found(&self) -> Result<Sighting, Class> {
+    pub(crate) fn found(&self) -> Result<Detection, FrameStatus> {
         self.sighting.clone().ok_or(self.class)
     }
 }
@@ -164,19 +164,19 @@ mod tests {
     use super::*;
 
     fn judged(frame: &str) -> Judged {
-        let sighting = Sighting {
+        let sighting = Detection {
             tip: Pixel::new(1.0 / 3.0, 2.0),
             apex: Some(Pixel::new(0.1, 0.2)),
             stem: Some(vec![Pixel::new(5.0, 6.123_456)]),
             contrast: 17.3,
-            ..Sighting::default()
+            ..Detection::default()
         };
         Judged {
             frame: frame.to_owned(),
             sha256: format!("of {frame}"),
             light: Some(Light::LEFT),
             problem: None,
-            plants: vec![Looked::new(Ok(sighting)), Looked::new(Err(Class::NoPlant))],
+            plants: vec![Looked::new(Ok(sighting)), Looked::new(Err(FrameStatus::NoPlant))],
         }
     }
 

@@ -105,7 +105,7 @@ pub(crate) fn place(entries: Vec<PlantEntry>, scale: &Scale, shots: &[Shot]) -> 
             Scale::Known(known) => Calibration { base: entry.base.unwrap_or(foot), ..known },
             Scale::PerCm(scale) => {
                 let px_per_cm = scale.unwrap_or(width as f64 / PAPER_WIDTH_CM);
-                Calibration::flat(entry.base.unwrap_or(foot), px_per_cm, width, height)
+                Calibration::from_scale(entry.base.unwrap_or(foot), px_per_cm, width, height)
             }
         };
         calibration.check().context("--scale")?;

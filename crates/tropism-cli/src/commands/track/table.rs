@@ -6,8 +6,8 @@ use serde::Serialize;
 use tropism::geometry::{Pixel, Point};
 use tropism::lamps::{self, Light};
 use tropism::track::{Column, PAPER_PERIOD_MIN, Sample, Track};
-use tropism::vision::motion::{Glance, Smoothed, smooth};
-use tropism::vision::{Calibration, Class, Seen, Sighting};
+use tropism::vision::tracking::smoother::{SmoothedTip, TipMeasurement, smooth};
+use tropism::vision::{Calibration, Detection, FrameStatus, TrackedFrame};
 
 use super::series::Shot;
 
@@ -21,10 +21,10 @@ const SOONEST: f64 = 0.01;
 struct Row {
     frame: String,
     sample: Sample,
-    class: Class,
+    class: FrameStatus,
     confidence: f64,
     /// What is found in it, whether or not it is believed.
-    glance: Glance,
+    measurement: TipMeasurement,
     /// What was measured in it; `None` where the tip is held.
     measured: Option<Measured>,
 }
@@ -82,9 +82,9 @@ pub(crate) struct Camera {
 }
 
 impl Camera {
-    fn add(&mut self, frame: &str, sighting: &Sighting) {
-        self.unknown += usize::from(sighting.is_lost);
-        let far = sighting.shift.distance(Pixel::default());
+    fn add(&mut self, frame: &str, sighting: &Detection) {
+        self.unknown += usize::from(sighting.is_unregistered);
+        let far = sighting.camera_shift.distance(Pixel::default());
         if far > 0.0 {
             self.moved += 1;
             self.first.get_or_insert_with(|| frame.to_owned());
@@ -115,10 +115,16 @@ impl Table {
     }
 
     /// Adds the next photograph.
-    pub(crate) fn add(&mut self, shot: &Shot, sighting: Option<&Sighting>, seen: Seen, light: Option<Light>) {
+    pub(crate) fn add(
+        &mut self,
+        shot: &Shot,
+        sighting: Option<&Detection>,
+        seen: TrackedFrame,
+        light: Option<Light>,
+    ) {
         let counts = &mut self.counts;
         counts.frames += 1;
-        *counts.classes.entry(seen.class.name()).or_default() += 1;
+        *counts.classes.entry(seen.status.name()).or_default() += 1;
         *counts.lights.entry(lamps::name(light)).or_default() += 1;
         let since_min = (shot.time_s - *self.seen_s.get_or_insert(shot.time_s)) / 60.0;
         if !seen.is_measured() || self.gap > 0 {
@@ -131,7 +137,7 @@ impl Table {
             counts.longest_gap = counts.longest_gap.max(self.gap);
         }
         sighting.iter().for_each(|sighting| counts.camera.add(&shot.name, sighting));
-        if let Some(edge) = sighting.and_then(|sighting| sighting.cut) {
+        if let Some(edge) = sighting.and_then(|sighting| sighting.clipped_at) {
             *counts.leaves_view_at.entry(edge.name()).or_default() += 1;
         }
         let is_measured = seen.is_measured();
@@ -141,15 +147,15 @@ impl Table {
         };
         counts.measured += usize::from(is_measured);
         counts.held += usize::from(!is_measured);
-        let shift = sighting.map_or_else(Pixel::default, |sighting| sighting.shift);
-        let last = self.rows.last().map_or(f64::NEG_INFINITY, |row| row.glance.at);
-        let glance = Glance {
+        let shift = sighting.map_or_else(Pixel::default, |sighting| sighting.camera_shift);
+        let last = self.rows.last().map_or(f64::NEG_INFINITY, |row| row.measurement.time);
+        let measurement = TipMeasurement {
             // A burst of photographs may have one time.
-            at: (shot.time_s / (60.0 * PAPER_PERIOD_MIN)).max(last + SOONEST),
-            tip: seen.pixel.map(|top| point(&self.calibration, top, shift)),
-            is_believed: is_measured,
+            time: (shot.time_s / (60.0 * PAPER_PERIOD_MIN)).max(last + SOONEST),
+            tip: seen.tip_px.map(|top| point(&self.calibration, top, shift)),
+            is_accepted: is_measured,
         };
-        let measured = seen.pixel.filter(|_| is_measured).map(|top| Measured {
+        let measured = seen.tip_px.filter(|_| is_measured).map(|top| Measured {
             shift,
             top,
             apex: sighting.and_then(|sighting| sighting.apex),
@@ -166,9 +172,9 @@ impl Table {
                 light,
                 quality: observation.quality,
             },
-            class: seen.class,
+            class: seen.status,
             confidence: seen.confidence,
-            glance,
+            measurement,
             measured,
         });
     }
@@ -200,9 +206,9 @@ impl Table {
                 });
             }
         }
-        let glances: Vec<Glance> = self.rows.iter().map(|row| row.glance).collect();
-        let smoothed = smooth(&glances);
-        let mut column = |name: &str, value: fn(&Smoothed) -> f64| {
+        let measurements: Vec<TipMeasurement> = self.rows.iter().map(|row| row.measurement).collect();
+        let smoothed = smooth(&measurements);
+        let mut column = |name: &str, value: fn(&SmoothedTip) -> f64| {
             let values = smoothed.iter().map(|one| text(one.as_ref().map(value), 4)).collect();
             track.columns.push(Column::parsed(name, values));
         };

@@ -8,8 +8,8 @@ use anyhow::Result;
 use rayon::prelude::*;
 use tropism::lamps::Light;
 use tropism::photo::{Image, Photo, PhotoError, Picture};
-use tropism::vision::pixels::Pixels;
-use tropism::vision::{Class, Eye, lit};
+use tropism::vision::raster::source::PixelSource;
+use tropism::vision::{FrameStatus, TipTracker, lamp_state};
 use tropism_lab::files;
 
 use super::drawing::{Drawings, Drawn};
@@ -25,7 +25,7 @@ pub(super) struct Work<'a> {
     pub(super) plants: &'a [Plant],
     /// Where they are not read from the pictures.
     pub(super) lights: Option<Vec<Option<Light>>>,
-    pub(super) eyes: Vec<Eye>,
+    pub(super) trackers: Vec<TipTracker>,
     pub(super) tables: Vec<Table>,
     pub(super) journal: Journal,
     pub(super) drawings: Drawings,
@@ -48,7 +48,7 @@ impl Work<'_> {
         for (shot, (_, sha256)) in shots[batch.clone()].iter().zip(&photos) {
             known.push(self.journal.find(&shot.name, sha256)?);
         }
-        let eyes = &self.eyes;
+        let trackers = &self.trackers;
         let drawings = &self.drawings;
         let looks: Vec<Look> = batch
             .clone()
@@ -59,7 +59,7 @@ impl Work<'_> {
             .with_max_len(1)
             .map(|((index, (photo, sha256)), known)| {
                 let name = &shots[index].name;
-                look(eyes, name, known, photo, sha256, drawings.needs(index, name))
+                look(trackers, name, known, photo, sha256, drawings.needs(index, name))
             })
             .collect::<Result<_>>()?;
         let new: Vec<&str> = looks.iter().filter_map(|look| look.line.as_deref()).collect();
@@ -91,9 +91,9 @@ impl Work<'_> {
         self.sha256 += &judged.sha256;
         self.problems.extend(problem.map(|problem| (shot.name.clone(), problem)));
         let mut seen = Vec::with_capacity(self.plants.len());
-        for ((eye, table), looked) in self.eyes.iter_mut().zip(&mut self.tables).zip(&judged.plants) {
-            let found = if is_repeated { Err(Class::Repeated) } else { looked.found() };
-            let one = eye.settle_at(found, shot.time_s);
+        for ((tracker, table), looked) in self.trackers.iter_mut().zip(&mut self.tables).zip(&judged.plants) {
+            let found = if is_repeated { Err(FrameStatus::Repeated) } else { looked.found() };
+            let one = tracker.update(found, shot.time_s);
             table.add(shot, looked.sighting.as_ref(), one.clone(), light);
             seen.push(one);
         }
@@ -119,7 +119,7 @@ struct Look {
 
 /// What a photograph shows by itself: as it is known, or judged now.
 fn look(
-    eyes: &[Eye],
+    trackers: &[TipTracker],
     name: &str,
     known: Option<Judged>,
     photo: Result<Photo, String>,
@@ -130,7 +130,7 @@ fn look(
     let open = || photo.map(|photo| photo.open());
     let (judged, picture) = match known {
         Some(judged) => (judged, if is_drawn { open().ok().and_then(Result::ok) } else { None }),
-        None => judge(eyes, name, open(), sha256),
+        None => judge(trackers, name, open(), sha256),
     };
     let line = if is_new { Some(judged.line()?) } else { None };
     let image = picture.filter(|_| is_drawn).map(|picture| Arc::new(picture.into_image()));
@@ -138,26 +138,26 @@ fn look(
 }
 
 fn judge(
-    eyes: &[Eye],
+    trackers: &[TipTracker],
     name: &str,
     picture: Result<Result<Picture, PhotoError>, String>,
     sha256: String,
 ) -> (Judged, Option<Picture>) {
     // A file that cannot be read is a damaged photograph, not the end of the batch.
-    let looked = |eye: &Eye| match &picture {
-        Ok(picture) => Looked::new(eye.judge(picture.as_ref())),
-        Err(_) => Looked::new(Err(Class::Corrupt)),
+    let looked = |tracker: &TipTracker| match &picture {
+        Ok(picture) => Looked::new(tracker.detect(picture.as_ref())),
+        Err(_) => Looked::new(Err(FrameStatus::Corrupt)),
     };
-    let plants: Vec<Looked> = eyes.iter().map(looked).collect();
+    let plants: Vec<Looked> = trackers.iter().map(looked).collect();
     let problem = match &picture {
         Err(problem) => Some(problem.clone()),
         Ok(Err(error)) => Some(error.to_string()),
         Ok(Ok(picture)) => {
             let (width, height) = picture.size();
-            eyes[0].calibration().fits(width, height).err().map(|error| error.to_string())
+            trackers[0].calibration().check_size(width, height).err().map(|error| error.to_string())
         }
     };
     let picture = picture.ok().and_then(Result::ok);
-    let light = picture.as_ref().and_then(|picture| lit(picture, None));
+    let light = picture.as_ref().and_then(|picture| lamp_state(picture, None));
     (Judged { frame: name.to_owned(), sha256, light, problem, plants }, picture)
 }

@@ -8,10 +8,11 @@ use std::collections::VecDeque;
 
 use crate::geometry::Point;
 use crate::math;
-use crate::vision::hold::STEERS;
-use crate::vision::motion::{Motion, STEADY};
-use crate::vision::shape::Shape;
-use crate::vision::{Calibration, Class};
+use crate::vision::camera::calibration::Calibration;
+use crate::vision::detect::occupancy::OccupancyGrid;
+use crate::vision::frame_status::FrameStatus;
+use crate::vision::tracking::hold::MAX_HELD_FRAMES;
+use crate::vision::tracking::kalman::{KalmanState, STEADY};
 
 /// Minutes between two photographs unless their times say otherwise (section 2.2.2).
 const PERIOD_MIN: f64 = 5.0;
@@ -48,7 +49,7 @@ const YOUNG: usize = 2;
 
 /// Photographs that must be known for the next to be judged: of those believed how they look, and of those doubted in a
 /// row all, for where more agree, they are believed.
-pub(super) const MEMORY: usize = AGREE.2;
+pub(in crate::vision) const MEMORY: usize = AGREE.2;
 
 /// Where the contrast of a plant falls below this share of the most that it was of late, mist or a shadow took it; below
 /// the second, so much that the tip may have gone, too.
@@ -59,19 +60,19 @@ const APART: f64 = 0.4;
 
 /// What a photograph shows of a plant, in cm.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Glimpse {
-    pub(super) tip: Point,
-    pub(super) shape: Shape,
+pub(in crate::vision) struct PlantMeasurement {
+    pub(in crate::vision) tip: Point,
+    pub(in crate::vision) shape: OccupancyGrid,
     /// How many deviations of the background the plant exceeds it by.
-    pub(super) contrast: f64,
+    pub(in crate::vision) contrast: f64,
     /// How far the tip is from the nearest point of the stem, in cm, where there is one.
-    pub(super) apart: Option<f64>,
+    pub(in crate::vision) apart: Option<f64>,
     /// Whether something lies on the tip.
-    pub(super) is_veiled: bool,
-    pub(super) calibration: Calibration,
+    pub(in crate::vision) is_occluded: bool,
+    pub(in crate::vision) calibration: Calibration,
 }
 
-impl Glimpse {
+impl PlantMeasurement {
     /// Whether the tip is a leaf's.
     fn is_leaf(&self) -> bool {
         self.apart.is_some_and(|apart| apart > APART)
@@ -80,12 +81,12 @@ impl Glimpse {
 
 /// What is known of a plant from the photographs so far.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Follow {
-    motion: Option<Motion>,
+pub(in crate::vision) struct TrackGate {
+    motion: Option<KalmanState>,
     /// How many photographs were believed.
     believed: usize,
     /// The latest photograph that was believed.
-    before: Option<Glimpse>,
+    before: Option<PlantMeasurement>,
     /// The contrasts of the latest that were, and whether a leaf's tip was taken for the plant's; at most [`MEMORY`] of
     /// them: mist comes slowly.
     looks: VecDeque<(f64, bool)>,
@@ -93,26 +94,26 @@ pub(super) struct Follow {
     time_s: f64,
     /// What the latest photograph showed if it was not believed, how many before it agree with each other, and it with
     /// them.
-    doubted: Option<(Glimpse, usize)>,
+    doubted: Option<(PlantMeasurement, usize)>,
 }
 
-impl Follow {
+impl TrackGate {
     /// Whether what a photograph shows is believed, and how well it fits what is known, 0 to 1.
-    pub(super) fn judge(&mut self, glimpse: Glimpse, time_s: f64) -> (Class, f64) {
+    pub(in crate::vision) fn gate(&mut self, glimpse: PlantMeasurement, time_s: f64) -> (FrameStatus, f64) {
         let periods = self.periods(time_s);
         let far = GATE * periods.max(1.0);
         let grows = |(one, more, most): (f64, f64, f64)| (one + more * (periods - 1.0).max(0.0)).min(most);
-        let doubt = self.doubt(&glimpse);
+        let doubt = self.anomaly(&glimpse);
         let gate = match doubt {
-            Doubt::None => far,
-            Doubt::Dimmed => NEAR.0 * periods.max(1.0),
-            Doubt::Hidden => 0.0,
-            Doubt::Veiled if periods > f64::from(STEERS) + 1.5 => 0.0,
-            Doubt::Changed | Doubt::Veiled => grows(NEAR),
+            Anomaly::None => far,
+            Anomaly::Dimmed => NEAR.0 * periods.max(1.0),
+            Anomaly::Hidden => 0.0,
+            Anomaly::Veiled if periods > f64::from(MAX_HELD_FRAMES) + 1.5 => 0.0,
+            Anomaly::Changed | Anomaly::Veiled => grows(NEAR),
         };
         // Before anything is known, what nothing lies on is believed, and nothing else.
-        let nowhere = if doubt == Doubt::None { 0.0 } else { far };
-        let expected = self.motion.map(|motion| motion.expected(periods));
+        let nowhere = if doubt == Anomaly::None { 0.0 } else { far };
+        let expected = self.motion.map(|motion| motion.extrapolate(periods));
         let miss = expected.map_or(nowhere, |expected| expected.distance(glimpse.tip));
         let fit = math::exp(-0.5 * (miss / gate.max(0.1)) * (miss / gate.max(0.1)));
         let alike = match &self.doubted {
@@ -121,16 +122,16 @@ impl Follow {
         };
         let enough = if self.believed <= YOUNG { AGREE.0 } else { doubt.agreeing() };
         if miss <= gate || alike >= enough {
-            self.believe(glimpse.tip, time_s);
-            self.recognise(glimpse);
-            return (Class::Ok, if miss <= gate { fit } else { 0.5 });
+            self.accept(glimpse.tip, time_s);
+            self.remember_appearance(glimpse);
+            return (FrameStatus::Ok, if miss <= gate { fit } else { 0.5 });
         }
-        let class = if miss > far { Class::Jump } else { Class::Ambiguous };
+        let class = if miss > far { FrameStatus::Jump } else { FrameStatus::Ambiguous };
         self.doubted = Some((glimpse, alike));
         (class, fit)
     }
 
-    fn doubt(&self, glimpse: &Glimpse) -> Doubt {
+    fn anomaly(&self, glimpse: &PlantMeasurement) -> Anomaly {
         match (&self.before, self.motion) {
             (Some(before), Some(motion)) => {
                 let clearest = self.looks.iter().map(|look| look.0).fold(0.0, f64::max);
@@ -142,32 +143,36 @@ impl Follow {
                 let is_leaf = glimpse.is_leaf() && 2 * leaves < self.looks.len() && !was_there;
                 let is_changed = || is_changed(glimpse, &before.shape, motion.tip());
                 match () {
-                    () if is_leaf && !is_dimmed(DIMMED.0) && is_changed() => Doubt::Hidden,
-                    () if glimpse.is_veiled || is_leaf || is_dimmed(DIMMED.1) => Doubt::Veiled,
-                    () if is_dimmed(DIMMED.0) => Doubt::Dimmed,
-                    () if is_changed() => Doubt::Changed,
-                    () => Doubt::None,
+                    () if is_leaf && !is_dimmed(DIMMED.0) && is_changed() => Anomaly::Hidden,
+                    () if glimpse.is_occluded || is_leaf || is_dimmed(DIMMED.1) => Anomaly::Veiled,
+                    () if is_dimmed(DIMMED.0) => Anomaly::Dimmed,
+                    () if is_changed() => Anomaly::Changed,
+                    () => Anomaly::None,
                 }
             }
-            _ if glimpse.is_veiled => Doubt::Veiled,
-            _ => Doubt::None,
+            _ if glimpse.is_occluded => Anomaly::Veiled,
+            _ => Anomaly::None,
         }
     }
 
     /// Takes up how the plant looks in the latest photograph that was believed.
-    pub(super) fn recognise(&mut self, glimpse: Glimpse) {
+    pub(in crate::vision) fn remember_appearance(&mut self, glimpse: PlantMeasurement) {
         self.looks.truncate(MEMORY - 1);
         self.looks.push_front((glimpse.contrast, glimpse.is_leaf()));
         self.before = Some(glimpse);
     }
 
-    /// Takes a measured tip for true. How the plant looks there is not known until it is [recognised](Self::recognise).
-    pub(super) fn believe(&mut self, tip: Point, time_s: f64) {
+    /// Takes a measured tip for true. How the plant looks there is not known until it is [recognised](Self::remember_appearance).
+    pub(in crate::vision) fn accept(&mut self, tip: Point, time_s: f64) {
         let periods = self.periods(time_s);
         // What is believed after a jump says nothing about velocity.
-        let is_steady = |motion: &Motion| motion.expected(periods).distance(tip) <= STEADY * periods.max(1.0);
+        let is_steady =
+            |motion: &KalmanState| motion.extrapolate(periods).distance(tip) <= STEADY * periods.max(1.0);
         let motion = self.motion.filter(is_steady);
-        self.motion = Some(motion.map_or_else(|| Motion::begin(tip), |motion| motion.measured(tip, periods)));
+        self.motion = Some(
+            motion
+                .map_or_else(|| KalmanState::initial(tip), |motion| motion.predict_and_update(tip, periods)),
+        );
         self.believed += 1;
         (self.before, self.time_s, self.doubted) = (None, time_s, None);
     }
@@ -181,7 +186,7 @@ impl Follow {
 
 /// Why a plant is believed only where it is expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Doubt {
+enum Anomaly {
     None,
     /// It stands out less than it did, but shows where it ends.
     Dimmed,
@@ -193,7 +198,7 @@ enum Doubt {
     Hidden,
 }
 
-impl Doubt {
+impl Anomaly {
     /// Photographs that must agree before one is believed that shows the tip elsewhere.
     const fn agreeing(self) -> usize {
         match self {
@@ -206,29 +211,30 @@ impl Doubt {
 
 /// Whether tissue appeared or vanished: some is farther from where some was than the tip has moved, more came than went,
 /// or the plant drew back along itself.
-fn is_changed(glimpse: &Glimpse, before: &Shape, tip: Point) -> bool {
+fn is_changed(glimpse: &PlantMeasurement, before: &OccupancyGrid, tip: Point) -> bool {
     let moved = glimpse.tip.distance(tip);
     let square = glimpse.calibration.px_per_cm * glimpse.calibration.px_per_cm;
     let most = CHANGE * square;
-    let around = |shape: &Shape, tip: Point| {
-        shape.within(glimpse.calibration.pixel(tip), AROUND * glimpse.calibration.px_per_cm)
+    let around = |shape: &OccupancyGrid, tip: Point| {
+        shape.around(glimpse.calibration.pixel(tip), AROUND * glimpse.calibration.px_per_cm)
     };
     let (here, there) = (around(&glimpse.shape, glimpse.tip), around(before, tip));
-    let came = |reach: f64| here.beyond(before, reach * glimpse.calibration.px_per_cm);
-    let went = |reach: f64| there.beyond(&glimpse.shape, reach * glimpse.calibration.px_per_cm);
+    let came = |reach: f64| here.area_beyond(before, reach * glimpse.calibration.px_per_cm);
+    let went = |reach: f64| there.area_beyond(&glimpse.shape, reach * glimpse.calibration.px_per_cm);
     let far = moved.clamp(MOVES, GATE);
     let (new, gone) = (came(MOVES / 2.0), went(MOVES / 2.0));
-    let is_at = |shape: &Shape, at: Point| shape.is_near(glimpse.calibration.pixel(at));
+    let is_at = |shape: &OccupancyGrid, at: Point| shape.is_near(glimpse.calibration.pixel(at));
     let draws_back = moved > NEAR.0 && is_at(before, glimpse.tip) && !is_at(&glimpse.shape, tip);
     draws_back || came(far).max(went(far)) > most || (new - gone).abs() > most + UNEVEN * new.min(gone)
 }
 
 /// Whether two photographs in a row show the same plant.
-fn agree(one: &Glimpse, other: &Glimpse) -> bool {
+fn agree(one: &PlantMeasurement, other: &PlantMeasurement) -> bool {
     let moved = one.tip.distance(other.tip);
     let most = ALIKE * one.shape.area().max(other.shape.area());
     let reach = moved.max(MOVES) * one.calibration.px_per_cm;
-    moved <= GATE && one.shape.beyond(&other.shape, reach).max(other.shape.beyond(&one.shape, reach)) <= most
+    moved <= GATE
+        && one.shape.area_beyond(&other.shape, reach).max(other.shape.area_beyond(&one.shape, reach)) <= most
 }
 
 #[cfg(test)]
@@ -237,9 +243,9 @@ mod tests {
     use crate::geometry::Pixel;
 
     /// A stem of 10 px a cm, and whatever else is in the picture, from one place to another.
-    fn glimpse(tip: Point, more: Option<[f64; 4]>) -> Glimpse {
+    fn glimpse(tip: Point, more: Option<[f64; 4]>) -> PlantMeasurement {
         let base = Pixel::new(300.0, 400.0);
-        let calibration = Calibration::flat(base, 10.0, 648, 486);
+        let calibration = Calibration::from_scale(base, 10.0, 648, 486);
         let line = |from: [f64; 2], to: [f64; 2]| {
             (0..=200).map(move |i| {
                 let share = f64::from(i) / 200.0;
@@ -248,130 +254,132 @@ mod tests {
         };
         let stem = line([300.0, 400.0], [300.0 + 10.0 * tip.x, 400.0 - 10.0 * tip.y]);
         let more = more.into_iter().flat_map(|[a, b, c, d]| line([a, b], [c, d]));
-        let shape = Shape::of(stem.chain(more), 2.5);
-        Glimpse { tip, shape, contrast: 20.0, apart: Some(0.1), is_veiled: false, calibration }
+        let shape = OccupancyGrid::from_pixels(stem.chain(more), 2.5);
+        PlantMeasurement { tip, shape, contrast: 20.0, apart: Some(0.1), is_occluded: false, calibration }
     }
 
-    fn followed(steps: u32) -> Follow {
-        let mut follow = Follow::default();
+    fn followed(steps: u32) -> TrackGate {
+        let mut gate = TrackGate::default();
         for step in 0..steps {
             let tip = Point::new(0.1 * f64::from(step), 10.0 + 0.05 * f64::from(step));
-            assert_eq!(follow.judge(glimpse(tip, None), 300.0 * f64::from(step)).0, Class::Ok);
+            assert_eq!(gate.gate(glimpse(tip, None), 300.0 * f64::from(step)).0, FrameStatus::Ok);
         }
-        follow
+        gate
     }
 
     #[test]
     fn a_leaf_in_front_is_doubted_until_it_has_stayed() {
-        let mut follow = followed(8);
+        let mut gate = followed(8);
         let hidden = || glimpse(Point::new(0.8, 11.5), Some([260.0, 285.0, 350.0, 290.0]));
         for step in 8..12 {
-            assert_eq!(follow.judge(hidden(), 300.0 * f64::from(step)).0, Class::Ambiguous, "{step}");
+            assert_eq!(gate.gate(hidden(), 300.0 * f64::from(step)).0, FrameStatus::Ambiguous, "{step}");
         }
-        assert_eq!(follow.judge(hidden(), 3_600.0).0, Class::Ok);
+        assert_eq!(gate.gate(hidden(), 3_600.0).0, FrameStatus::Ok);
     }
 
     #[test]
     fn what_lies_on_the_tip_is_doubted_unless_it_is_where_it_should_be() {
-        let mut follow = followed(8);
-        let veiled = |tip| Glimpse { is_veiled: true, ..glimpse(tip, None) };
-        assert_eq!(follow.judge(veiled(Point::new(0.8, 9.8)), 2_400.0).0, Class::Ambiguous);
-        assert_eq!(follow.judge(veiled(Point::new(0.9, 10.45)), 2_700.0).0, Class::Ok);
-        let misty = Glimpse { contrast: 12.0, ..glimpse(Point::new(1.0, 9.9), None) };
-        assert_eq!(follow.judge(misty, 3_000.0).0, Class::Ambiguous);
-        let leaf = Glimpse { apart: Some(0.9), ..glimpse(Point::new(1.0, 11.4), None) };
-        assert_eq!(follow.judge(leaf, 3_300.0).0, Class::Ambiguous);
+        let mut gate = followed(8);
+        let veiled = |tip| PlantMeasurement { is_occluded: true, ..glimpse(tip, None) };
+        assert_eq!(gate.gate(veiled(Point::new(0.8, 9.8)), 2_400.0).0, FrameStatus::Ambiguous);
+        assert_eq!(gate.gate(veiled(Point::new(0.9, 10.45)), 2_700.0).0, FrameStatus::Ok);
+        let misty = PlantMeasurement { contrast: 12.0, ..glimpse(Point::new(1.0, 9.9), None) };
+        assert_eq!(gate.gate(misty, 3_000.0).0, FrameStatus::Ambiguous);
+        let leaf = PlantMeasurement { apart: Some(0.9), ..glimpse(Point::new(1.0, 11.4), None) };
+        assert_eq!(gate.gate(leaf, 3_300.0).0, FrameStatus::Ambiguous);
     }
 
     #[test]
     fn mist_is_told_from_the_clear_photographs_before_it() {
-        let mut follow = followed(8);
-        let misty = |contrast, tip| Glimpse { contrast, ..glimpse(tip, None) };
+        let mut gate = followed(8);
+        let misty = |contrast, tip| PlantMeasurement { contrast, ..glimpse(tip, None) };
         // It comes slowly, and the plant is where it is expected.
         for (step, contrast) in [(8, 15.0), (9, 13.0), (10, 11.0)] {
             let tip = Point::new(0.1 * f64::from(step), 10.0 + 0.05 * f64::from(step));
-            assert_eq!(follow.judge(misty(contrast, tip), 300.0 * f64::from(step)).0, Class::Ok, "{step}");
+            assert_eq!(gate.gate(misty(contrast, tip), 300.0 * f64::from(step)).0, FrameStatus::Ok, "{step}");
         }
         // Thick, it shows less of the stem than there is; thin, it shows all of it.
         let low = Point::new(0.7, 9.2);
-        assert_eq!(follow.judge(misty(11.0, low), 3_300.0).0, Class::Ambiguous);
-        assert_eq!(follow.judge(misty(11.0, low), 3_600.0).0, Class::Ambiguous);
+        assert_eq!(gate.gate(misty(11.0, low), 3_300.0).0, FrameStatus::Ambiguous);
+        assert_eq!(gate.gate(misty(11.0, low), 3_600.0).0, FrameStatus::Ambiguous);
         let up = |step| Point::new(0.1 * f64::from(step), 11.8);
-        assert_eq!(follow.judge(misty(13.0, up(13)), 3_900.0).0, Class::Ambiguous);
-        assert_eq!(follow.judge(misty(14.0, up(14)), 4_200.0).0, Class::Ok);
+        assert_eq!(gate.gate(misty(13.0, up(13)), 3_900.0).0, FrameStatus::Ambiguous);
+        assert_eq!(gate.gate(misty(14.0, up(14)), 4_200.0).0, FrameStatus::Ok);
     }
 
     #[test]
     fn a_leaf_before_the_tip_is_not_believed_for_being_where_the_tip_should_be() {
-        let mut follow = followed(8);
+        let mut gate = followed(8);
         let leaf = |step: u32| {
             let tip = Point::new(0.1 * f64::from(step), 10.0 + 0.05 * f64::from(step));
-            Glimpse { apart: Some(0.9), ..glimpse(tip, Some([260.0, 285.0, 350.0, 290.0])) }
+            PlantMeasurement { apart: Some(0.9), ..glimpse(tip, Some([260.0, 285.0, 350.0, 290.0])) }
         };
-        let seen: Vec<Class> =
-            (8..20).map(|step| follow.judge(leaf(step), 300.0 * f64::from(step)).0).collect();
+        let seen: Vec<FrameStatus> =
+            (8..20).map(|step| gate.gate(leaf(step), 300.0 * f64::from(step)).0).collect();
         // Where it stays it is the plant's top.
-        assert!(seen[..11].iter().all(|class| *class == Class::Ambiguous), "{seen:?}");
-        assert_eq!(seen[11], Class::Ok);
+        assert!(seen[..11].iter().all(|class| *class == FrameStatus::Ambiguous), "{seen:?}");
+        assert_eq!(seen[11], FrameStatus::Ok);
     }
 
     #[test]
     fn of_two_leaves_either_may_be_the_higher() {
         let leaf = [300.0, 300.0, 315.0, 299.0];
         let one = glimpse(Point::new(0.0, 10.0), Some(leaf));
-        let other = Glimpse { tip: Point::new(1.5, 10.1), apart: Some(1.5), ..one.clone() };
-        let mut follow = Follow::default();
+        let other = PlantMeasurement { tip: Point::new(1.5, 10.1), apart: Some(1.5), ..one.clone() };
+        let mut gate = TrackGate::default();
         for step in 0..6 {
-            assert_eq!(follow.judge(one.clone(), 300.0 * f64::from(step)).0, Class::Ok, "{step}");
+            assert_eq!(gate.gate(one.clone(), 300.0 * f64::from(step)).0, FrameStatus::Ok, "{step}");
         }
-        assert_eq!(follow.judge(other, 1_800.0).0, Class::Ok);
+        assert_eq!(gate.gate(other, 1_800.0).0, FrameStatus::Ok);
     }
 
     #[test]
     fn a_spoiled_beginning_is_outvoted() {
         let good = |step: u32| glimpse(Point::new(0.1 * f64::from(step), 10.0), None);
         let hidden = || glimpse(Point::new(0.0, 11.5), Some([260.0, 285.0, 350.0, 290.0]));
-        let mut follow = Follow::default();
-        let seen: Vec<Class> = [hidden(), hidden(), good(2), good(3)]
+        let mut gate = TrackGate::default();
+        let seen: Vec<FrameStatus> = [hidden(), hidden(), good(2), good(3)]
             .into_iter()
             .zip([0.0, 300.0, 600.0, 900.0])
-            .map(|(glimpse, time_s)| follow.judge(glimpse, time_s).0)
+            .map(|(glimpse, time_s)| gate.gate(glimpse, time_s).0)
             .collect();
-        assert_eq!(seen, [Class::Ok, Class::Ok, Class::Ambiguous, Class::Ok]);
+        assert_eq!(seen, [FrameStatus::Ok, FrameStatus::Ok, FrameStatus::Ambiguous, FrameStatus::Ok]);
         // What lies on the very first tip is seen, and not believed before a second one agrees.
-        let mut follow = Follow::default();
-        let veiled = Glimpse { is_veiled: true, ..good(0) };
-        assert_eq!(follow.judge(veiled.clone(), 0.0).0, Class::Ambiguous);
-        assert_eq!(follow.clone().judge(veiled, 300.0).0, Class::Ok);
-        assert_eq!(follow.judge(good(1), 300.0).0, Class::Ok);
+        let mut gate = TrackGate::default();
+        let veiled = PlantMeasurement { is_occluded: true, ..good(0) };
+        assert_eq!(gate.gate(veiled.clone(), 0.0).0, FrameStatus::Ambiguous);
+        assert_eq!(gate.clone().gate(veiled, 300.0).0, FrameStatus::Ok);
+        assert_eq!(gate.gate(good(1), 300.0).0, FrameStatus::Ok);
     }
 
     #[test]
     fn what_is_far_from_the_tip_does_not_matter() {
-        let mut follow = followed(8);
+        let mut gate = followed(8);
         let fallen = glimpse(Point::new(0.8, 10.4), Some([200.0, 390.0, 300.0, 390.0]));
-        assert_eq!(follow.judge(fallen, 2_400.0).0, Class::Ok);
+        assert_eq!(gate.gate(fallen, 2_400.0).0, FrameStatus::Ok);
     }
 
     #[test]
     fn a_jump_is_believed_when_two_agree() {
-        let mut follow = followed(8);
+        let mut gate = followed(8);
         // The highest point goes over from one leaf to the other: both were there all along.
-        let wide =
-            |tip| Glimpse { tip, ..glimpse(Point::new(0.0, 10.0), Some([240.0, 300.0, 340.0, 300.0])) };
-        follow.believe(Point::new(4.0, 10.0), 2_400.0);
-        follow.recognise(wide(Point::default()));
-        assert_eq!(follow.judge(wide(Point::new(-6.0, 10.0)), 2_700.0).0, Class::Jump);
-        assert_eq!(follow.judge(wide(Point::new(-6.0, 10.1)), 3_000.0).0, Class::Ok);
+        let wide = |tip| PlantMeasurement {
+            tip,
+            ..glimpse(Point::new(0.0, 10.0), Some([240.0, 300.0, 340.0, 300.0]))
+        };
+        gate.accept(Point::new(4.0, 10.0), 2_400.0);
+        gate.remember_appearance(wide(Point::default()));
+        assert_eq!(gate.gate(wide(Point::new(-6.0, 10.0)), 2_700.0).0, FrameStatus::Jump);
+        assert_eq!(gate.gate(wide(Point::new(-6.0, 10.1)), 3_000.0).0, FrameStatus::Ok);
     }
 
     #[test]
     fn longer_intervals_let_it_move_farther() {
         let far = Point::new(4.0, 10.0);
-        let shown = |follow: &mut Follow, time_s| {
-            follow.judge(Glimpse { tip: far, ..glimpse(Point::new(0.1, 10.05), None) }, time_s).0
+        let shown = |gate: &mut TrackGate, time_s| {
+            gate.gate(PlantMeasurement { tip: far, ..glimpse(Point::new(0.1, 10.05), None) }, time_s).0
         };
-        assert_eq!(shown(&mut followed(2), 600.0), Class::Jump);
-        assert_eq!(shown(&mut followed(2), 1_500.0), Class::Ok);
+        assert_eq!(shown(&mut followed(2), 600.0), FrameStatus::Jump);
+        assert_eq!(shown(&mut followed(2), 1_500.0), FrameStatus::Ok);
     }
 }

@@ -11,11 +11,12 @@ use std::collections::{BTreeMap, VecDeque};
 use crate::geometry::{Pixel, Point, Region};
 use crate::math::hypot;
 use crate::photo::Image;
-use crate::vision::segment;
+use crate::vision::raster::filter;
+use crate::vision::raster::plane::LUMA;
 
 /// A board by its inner corners, where four squares meet: one fewer each way than squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Board {
+pub struct Checkerboard {
     /// Inner corners along one side, at least 3.
     pub columns: usize,
     /// Inner corners along the other, at least 3.
@@ -29,7 +30,7 @@ pub struct Board {
 #[error(
     "found {found} inner corners of a checkerboard, wanted {columns} x {rows}: the whole board in view, sharp, without glare"
 )]
-pub struct NoBoard {
+pub struct BoardNotFound {
     /// The most that belong together.
     pub found: usize,
     /// Wanted along one side.
@@ -44,7 +45,7 @@ const COLUMNS: usize = 1_000;
 /// Radius of the ring of sixteen places around a corner, in pixels of that picture.
 const RADIUS: f64 = 5.0;
 
-/// A corner must answer with this share of the strongest.
+/// A corner must response with this share of the strongest.
 const FAINT: f32 = 0.15;
 
 /// How far from where the grid would go on a corner may be, as a share of a square.
@@ -53,19 +54,19 @@ const ASTRAY: f64 = 0.3;
 /// Corners from which a grid is tried to be grown.
 const SEEDS: usize = 40;
 
-impl Board {
+impl Checkerboard {
     /// Its corners in a picture, each with its place on the board in cm.
     ///
     /// # Errors
-    /// [`NoBoard`] if not all of them are found.
-    pub fn find(&self, image: &Image) -> Result<Vec<(Pixel, Point)>, NoBoard> {
-        let nothing = |found| NoBoard { found, columns: self.columns, rows: self.rows };
+    /// [`BoardNotFound`] if not all of them are found.
+    pub fn find(&self, image: &Image) -> Result<Vec<(Pixel, Point)>, BoardNotFound> {
+        let nothing = |found| BoardNotFound { found, columns: self.columns, rows: self.rows };
         let factor = image.width.div_ceil(COLUMNS).max(1).min(image.height.max(1));
         if image.width < 4 * factor || image.height < 4 * factor {
             return Err(nothing(0));
         }
         let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-        let corners = candidates(&Grey::of(&segment::shrink(image, whole, factor)));
+        let corners = candidates(&Grey::of(&filter::downscale(image, whole, factor)));
         let full = Grey::of(image);
         let middle = (factor as f64 - 1.0) / 2.0;
         let mut most = 0;
@@ -168,26 +169,26 @@ fn axes(corners: &[Place], seed: usize) -> Option<(Place, Place)> {
     Some((first, *steps.iter().find(across)?))
 }
 
-/// Places that answer as corners do, the strongest first.
+/// Places that response as corners do, the strongest first.
 fn candidates(grey: &Grey) -> Vec<Place> {
-    let answers = grey.answers();
-    let strongest = answers.iter().copied().fold(0.0, f32::max);
+    let responses = grey.corner_response();
+    let strongest = responses.iter().copied().fold(0.0, f32::max);
     let reach = RADIUS as usize;
     let mut found: Vec<(f32, Place)> = Vec::new();
     for y in reach..grey.height.saturating_sub(reach) {
         for x in reach..grey.width.saturating_sub(reach) {
-            let answer = answers[y * grey.width + x];
-            if answer <= FAINT * strongest {
+            let response = responses[y * grey.width + x];
+            if response <= FAINT * strongest {
                 continue;
             }
             let around = (y - reach..=y + reach).flat_map(|v| (x - reach..=x + reach).map(move |u| (u, v)));
             let is_top = around.clone().all(|(u, v)| {
-                let other = answers[v * grey.width + u];
+                let other = responses[v * grey.width + u];
                 // Of two that are alike, the first.
-                other < answer || other == answer && (v, u) >= (y, x)
+                other < response || other == response && (v, u) >= (y, x)
             });
             if is_top {
-                found.push((answer, (x as f64, y as f64)));
+                found.push((response, (x as f64, y as f64)));
             }
         }
     }
@@ -204,9 +205,7 @@ struct Grey {
 
 impl Grey {
     fn of(image: &Image) -> Self {
-        let grey = |rgb: &[u8]| {
-            segment::LUMA.iter().zip(rgb).map(|(weight, &value)| weight * f32::from(value)).sum()
-        };
+        let grey = |rgb: &[u8]| LUMA.iter().zip(rgb).map(|(weight, &value)| weight * f32::from(value)).sum();
         Self {
             width: image.width,
             height: image.height,
@@ -227,9 +226,9 @@ impl Grey {
         crate::math::interpolate::bilinear_blend(corners, right, down)
     }
 
-    /// How much each pixel answers as a corner does: opposite places of the ring alike, those at right angles different,
+    /// How much each pixel responses as a corner does: opposite places of the ring alike, those at right angles different,
     /// and the middle neither darker nor lighter than the ring.
-    fn answers(&self) -> Vec<f32> {
+    fn corner_response(&self) -> Vec<f32> {
         let reach = RADIUS as usize;
         let turn = |i: usize| f64::from(i as u32) * std::f64::consts::TAU / 16.0;
         let ring: Vec<(f64, f64)> = (0..16)
@@ -239,7 +238,7 @@ impl Grey {
             .iter()
             .map(|(dx, dy)| dy.round() as isize * self.width as isize + dx.round() as isize)
             .collect();
-        let mut answers = vec![0.0; self.values.len()];
+        let mut responses = vec![0.0; self.values.len()];
         for y in reach..self.height.saturating_sub(reach) {
             for x in reach..self.width.saturating_sub(reach) {
                 let at = y * self.width + x;
@@ -253,10 +252,10 @@ impl Grey {
                 }
                 let near = self.values[at] + self.values[at - 1] + self.values[at + 1];
                 let near = near + self.values[at - self.width] + self.values[at + self.width];
-                answers[at] = (crossed - opposed - (near / 5.0 - sum / 16.0).abs() * 16.0).max(0.0);
+                responses[at] = (crossed - opposed - (near / 5.0 - sum / 16.0).abs() * 16.0).max(0.0);
             }
         }
-        answers
+        responses
     }
 
     /// The corner near `rough`: the place from which all edges within `reach` point away, or `rough` itself where the walk
@@ -302,9 +301,9 @@ impl Grey {
 mod tests {
     use super::*;
     use crate::random::{self, Purpose};
-    use crate::vision::lens::Lens;
+    use crate::vision::camera::lens::Lens;
 
-    const BOARD: Board = Board { columns: 9, rows: 6, square_cm: 1.5 };
+    const BOARD: Checkerboard = Checkerboard { columns: 9, rows: 6, square_cm: 1.5 };
 
     /// A photograph of the board through a lens: 10 x 7 squares on a white sheet, on a grey ground, with noise.
     fn photograph(lens: &Lens, width: usize, height: usize, noise: f64) -> Image {
@@ -389,7 +388,7 @@ mod tests {
     fn no_board_is_an_error_that_counts() {
         let truth = lens(0.0, 0.0, 0.0, 0.0);
         let image = photograph(&truth, 600, 450, 2.0);
-        let error = Board { columns: 8, rows: 6, ..BOARD }.find(&image).unwrap_err();
+        let error = Checkerboard { columns: 8, rows: 6, ..BOARD }.find(&image).unwrap_err();
         assert_eq!(error.found, 54);
         assert!(error.to_string().contains("found 54 inner corners of a checkerboard, wanted 8 x 6"));
         for (width, height) in [(0, 0), (1, 1), (3, 900), (60, 40)] {

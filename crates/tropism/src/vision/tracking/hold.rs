@@ -1,36 +1,14 @@
 //! The history rule, eq. (11): a stem that jumps is replaced by the one before.
 
-use serde::{Deserialize, Serialize};
-
 use crate::geometry::Polyline;
-
-/// The bounds of eq. (11), as shares of the stem's length L at this step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct HoldConfig {
-    /// A change of L of this share or more is an error: 0.25.
-    pub length: f64,
-    /// A step of the starting vertex S of this share of L or more is an error: 0.25.
-    pub start: f64,
-    /// A step of the ending vertex E of this share of L or more is an error: 0.5.
-    pub end: f64,
-    /// Held steps in a row after which the new stem is believed; `None` never, as in the paper, where one bad picture
-    /// can then hold for ever.
-    pub release: Option<u32>,
-}
-
-impl Default for HoldConfig {
-    fn default() -> Self {
-        Self { length: 0.25, start: 0.25, end: 0.5, release: None }
-    }
-}
+use crate::vision::config::HoldConfig;
 
 impl HoldConfig {
     /// Whether eq. (11) calls `now` an error after `before`.
     ///
     /// ```
     /// use tropism::geometry::{Point, Polyline};
-    /// use tropism::vision::hold::HoldConfig;
+    /// use tropism::vision::config::HoldConfig;
     /// let stem = |top: f64| Polyline(vec![Point::new(0.0, 0.0), Point::new(0.0, top)]);
     /// assert!(!HoldConfig::default().is_error(&stem(10.0), &stem(9.0)));
     /// assert!(HoldConfig::default().is_error(&stem(12.0), &stem(9.0)));
@@ -48,15 +26,15 @@ impl HoldConfig {
 
 /// The stem of the step before, and how long it has been held.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Hold {
+pub struct StemHold {
     last: Option<Polyline>,
     held: u32,
 }
 
-impl Hold {
+impl StemHold {
     /// The stem of this step: the one seen, or "a duplicate of timestep t - 1" where eq. (11) says so or none was seen;
     /// and whether it is a duplicate. Without a `rule` every stem that is seen is believed.
-    pub fn settle(&mut self, seen: Option<Polyline>, rule: Option<&HoldConfig>) -> (Option<Polyline>, bool) {
+    pub fn update(&mut self, seen: Option<Polyline>, rule: Option<&HoldConfig>) -> (Option<Polyline>, bool) {
         let is_released = rule.and_then(|rule| rule.release).is_some_and(|steps| self.held >= steps);
         let is_error =
             |now: &Polyline, before: &Polyline| rule.is_some_and(|rule| rule.is_error(now, before));
@@ -72,7 +50,7 @@ impl Hold {
 /// Photographs in a row in which a held tip may steer; after that nobody knows where the plant is.
 ///
 /// In three periods of five minutes a bean's tip moves by some millimetres, and rarely by more than a centimetre.
-pub const STEERS: u32 = 3;
+pub const MAX_HELD_FRAMES: u32 = 3;
 
 #[cfg(test)]
 mod tests {
@@ -98,18 +76,18 @@ mod tests {
     #[test]
     fn an_error_is_replaced_and_released_only_where_told() {
         let (good, jump) = (stem(&[(0.0, 0.0), (0.0, 10.0)]), stem(&[(0.0, 0.0), (0.0, 20.0)]));
-        let (mut paper, mut released) = (Hold::default(), Hold::default());
+        let (mut paper, mut released) = (StemHold::default(), StemHold::default());
         let (never, twice) =
             (HoldConfig::default(), HoldConfig { release: Some(2), ..HoldConfig::default() });
-        assert_eq!(paper.settle(None, Some(&never)), (None, true));
-        assert_eq!(paper.settle(Some(good.clone()), Some(&never)), (Some(good.clone()), false));
-        released.settle(Some(good.clone()), Some(&twice));
+        assert_eq!(paper.update(None, Some(&never)), (None, true));
+        assert_eq!(paper.update(Some(good.clone()), Some(&never)), (Some(good.clone()), false));
+        released.update(Some(good.clone()), Some(&twice));
         for _ in 0..2 {
-            assert_eq!(paper.settle(Some(jump.clone()), Some(&never)), (Some(good.clone()), true));
-            assert_eq!(released.settle(Some(jump.clone()), Some(&twice)), (Some(good.clone()), true));
+            assert_eq!(paper.update(Some(jump.clone()), Some(&never)), (Some(good.clone()), true));
+            assert_eq!(released.update(Some(jump.clone()), Some(&twice)), (Some(good.clone()), true));
         }
-        assert_eq!(paper.settle(Some(jump.clone()), Some(&never)).0, Some(good));
-        assert_eq!(released.settle(Some(jump.clone()), Some(&twice)), (Some(jump.clone()), false));
-        assert_eq!(paper.settle(Some(jump.clone()), None), (Some(jump), false));
+        assert_eq!(paper.update(Some(jump.clone()), Some(&never)).0, Some(good));
+        assert_eq!(released.update(Some(jump.clone()), Some(&twice)), (Some(jump.clone()), false));
+        assert_eq!(paper.update(Some(jump.clone()), None), (Some(jump), false));
     }
 }

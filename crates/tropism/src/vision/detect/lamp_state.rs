@@ -3,7 +3,7 @@
 use crate::geometry::Region;
 use crate::lamps::Light;
 use crate::math::statistics::upper_median;
-use crate::vision::pixels::{Pixels, whole};
+use crate::vision::raster::source::{PixelSource, full_region};
 
 /// How much brighter one side must be: the difference of both sides' glow over their sum.
 const CLEAR: f64 = 0.25;
@@ -20,12 +20,12 @@ const COARSEST: usize = 8;
 ///
 /// A lamp's place that does not lie in the picture glows as little as darkness.
 #[must_use]
-pub fn lit(image: &impl Pixels, lamps: Option<[Region; 2]>) -> Option<Light> {
+pub fn lamp_state(image: &impl PixelSource, lamps: Option<[Region; 2]>) -> Option<Light> {
     let (width, height) = image.size();
     let third = Region { x: 0, y: 0, width: (width / 3).max(1), height };
     let sides = lamps.unwrap_or([third, Region { x: width - third.width, ..third }]);
     let step = (width / COLUMNS).clamp(1, COARSEST);
-    let greys = image.shrunk_grey(whole((width, height)), step);
+    let greys = image.downscale_luma(full_region((width, height)), step);
     let median = upper_median(&greys, f32::total_cmp)?;
     let [left, right] = sides.map(|side| {
         if !side.fits(width, height) {
@@ -66,23 +66,23 @@ mod tests {
 
     #[test]
     fn the_brighter_lamp_is_the_lit_one() {
-        assert_eq!(lit(&tent(&[(8, 255), (100, 160)]), None), Some(Light::LEFT));
-        assert_eq!(lit(&tent(&[(8, 160), (100, 255)]), None), Some(Light::RIGHT));
-        assert_eq!(lit(&tent(&[(100, 60)]), None), Some(Light::RIGHT));
+        assert_eq!(lamp_state(&tent(&[(8, 255), (100, 160)]), None), Some(Light::LEFT));
+        assert_eq!(lamp_state(&tent(&[(8, 160), (100, 255)]), None), Some(Light::RIGHT));
+        assert_eq!(lamp_state(&tent(&[(100, 60)]), None), Some(Light::RIGHT));
     }
 
     #[test]
     fn darkness_and_balance_are_undecided() {
-        assert_eq!(lit(&tent(&[]), None), None);
-        assert_eq!(lit(&tent(&[(8, 255), (100, 255)]), None), None);
-        assert_eq!(lit(&Image { width: 1, height: 1, rgb: vec![255; 3] }, None), None);
+        assert_eq!(lamp_state(&tent(&[]), None), None);
+        assert_eq!(lamp_state(&tent(&[(8, 255), (100, 255)]), None), None);
+        assert_eq!(lamp_state(&Image { width: 1, height: 1, rgb: vec![255; 3] }, None), None);
     }
 
     #[test]
     fn places_of_lamps_are_believed() {
         let image = tent(&[(50, 255), (8, 120)]);
         let at = |x| Region { x, y: 0, width: 20, height: 20 };
-        assert_eq!(lit(&image, Some([at(0), at(45)])), Some(Light::RIGHT));
-        assert_eq!(lit(&image, Some([at(1_000), at(2_000)])), None);
+        assert_eq!(lamp_state(&image, Some([at(0), at(45)])), Some(Light::RIGHT));
+        assert_eq!(lamp_state(&image, Some([at(1_000), at(2_000)])), None);
     }
 }

@@ -6,9 +6,10 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::vision::midline::Place;
-use crate::vision::parts::Bounds;
-use crate::vision::segment::Plane;
+use crate::vision::detect::connected_components::BoundingBox;
+use crate::vision::detect::curve::Place;
+use crate::vision::detect::distance_transform::distance_transform;
+use crate::vision::raster::plane::Plane;
 
 /// A limb touches the stem below its fork when its two ways meet the stem this many stem widths apart.
 const TOUCHING: f64 = 3.0;
@@ -25,7 +26,7 @@ const NONE: u32 = u32::MAX;
 
 /// The smallest rectangle around one part of a plane, with a margin, and a border of samples that no way enters, so that
 /// each sample within has neighbours on all sides.
-pub(super) struct Window {
+pub(super) struct GeodesicMask {
     /// Column and row in the plane of the first sample within the border.
     origin: (usize, usize),
     /// Columns, the border's two included.
@@ -37,10 +38,10 @@ pub(super) struct Window {
     step: Vec<u32>,
 }
 
-impl Window {
-    pub(super) fn around(
+impl GeodesicMask {
+    pub(super) fn of_component(
         plane: &Plane,
-        bounds: Bounds,
+        bounds: BoundingBox,
         is_part: impl Fn(usize) -> bool,
         reach: usize,
     ) -> Self {
@@ -50,7 +51,7 @@ impl Window {
         let rows =
             || (origin.1..).take(height).map(|row| row * plane.width + origin.0..).map(|row| row.take(inner));
         let inside: Vec<bool> = rows().flatten().map(is_part).collect();
-        let depth = depth(&inside, inner);
+        let depth = distance_transform(&inside, inner);
         let width = inner + 2;
         let mut window = Self {
             origin,
@@ -80,7 +81,7 @@ impl Window {
     }
 
     /// The sample of the part that is nearest to a place.
-    pub(super) fn nearest(&self, place: Place) -> Option<usize> {
+    pub(super) fn nearest_sample(&self, place: Place) -> Option<usize> {
         let square = |at: usize| {
             let (x, y) = self.place(at);
             (x - place.0) * (x - place.0) + (y - place.1) * (y - place.1)
@@ -90,7 +91,7 @@ impl Window {
     }
 
     /// The samples around one within the border, and whether they lie across a corner.
-    fn around_sample(&self, at: usize) -> [(usize, bool); 8] {
+    fn neighbours(&self, at: usize) -> [(usize, bool); 8] {
         let (above, below) = (at - self.width, at + self.width);
         [
             (above - 1, true),
@@ -104,20 +105,20 @@ impl Window {
         ]
     }
 
-    pub(super) fn ways(&self, start: usize) -> Ways {
+    pub(super) fn shortest_paths(&self, start: usize) -> ShortestPaths {
         let mut costs = vec![u32::MAX; self.is_part.len()];
-        let mut before = vec![NONE; self.is_part.len()];
+        let mut predecessor = vec![NONE; self.is_part.len()];
         // Cost above, sample below: the cheapest first, and of equals the first.
         let key = |cost: u32, at: usize| Reverse(u64::from(cost) << 32 | at as u64);
         let mut open = BinaryHeap::from([key(0, start)]);
         costs[start] = 0;
-        before[start] = start as u32;
+        predecessor[start] = start as u32;
         while let Some(Reverse(key_of)) = open.pop() {
             let (cost, at) = ((key_of >> 32) as u32, key_of as u32 as usize);
             if cost > costs[at] {
                 continue;
             }
-            for (next, is_diagonal) in self.around_sample(at) {
+            for (next, is_diagonal) in self.neighbours(at) {
                 let step = self.step[next];
                 if step == NONE {
                     continue;
@@ -125,12 +126,12 @@ impl Window {
                 let reached = cost + step * if is_diagonal { 7 } else { 5 };
                 if reached < costs[next] {
                     costs[next] = reached;
-                    before[next] = at as u32;
+                    predecessor[next] = at as u32;
                     open.push(key(reached, next));
                 }
             }
         }
-        Ways { before }
+        ShortestPaths { predecessor }
     }
 
     /// The place along the way at which the first limb leaves it that reaches at least `least` samples from it.
@@ -138,8 +139,15 @@ impl Window {
     /// `up` and `down` are the ways from the way's two ends. Going back from a limb's end, the one meets the stem a
     /// little below the fork, the other a little above. Where they meet it far from each other the limb hangs down and
     /// touches the stem below: the upper place is the fork.
-    pub(super) fn fork(&self, way: &[usize], up: &Ways, down: &Ways, stem: f64, least: f64) -> Option<usize> {
-        let (nearest, distance) = self.away(way);
+    pub(super) fn fork(
+        &self,
+        way: &[usize],
+        up: &ShortestPaths,
+        down: &ShortestPaths,
+        stem: f64,
+        least: f64,
+    ) -> Option<usize> {
+        let (nearest, distance) = self.distance_from_path(way);
         let mut ends = vec![None; way.len()];
         for at in
             (0..self.is_part.len()).filter(|&at| distance[at] != NONE && f64::from(distance[at]) >= least)
@@ -153,9 +161,9 @@ impl Window {
         let fork = |end: usize| {
             // Where a limb's middle is half a stem's width away from the stem's, the two meet about as far on.
             let below =
-                nearest[up.back(end, |at| is_near(at, 0.5 * stem))?] as usize + (0.75 * stem) as usize;
+                nearest[up.trace_back(end, |at| is_near(at, 0.5 * stem))?] as usize + (0.75 * stem) as usize;
             // The way down cuts the corner by up to a stem's width.
-            let above = nearest[down.back(end, |at| is_near(at, stem))?] as usize;
+            let above = nearest[down.trace_back(end, |at| is_near(at, stem))?] as usize;
             let fork = if above as f64 - below as f64 > TOUCHING * stem { above } else { below };
             // What lies beyond the way's end is the end's own.
             Some(fork).filter(|&fork| fork as f64 + stem < way.len() as f64)
@@ -185,19 +193,26 @@ impl Window {
 
     /// The ways to the ends of the part, the longest limb first: each reaches at least `least` samples from those before
     /// it, and there are at most `most`.
-    pub(super) fn limbs(&self, start: usize, up: &Ways, least: f64, most: usize) -> Vec<Vec<usize>> {
+    pub(super) fn branches(
+        &self,
+        start: usize,
+        up: &ShortestPaths,
+        least: f64,
+        most: usize,
+    ) -> Vec<Vec<usize>> {
         let mut distance = vec![NONE; self.is_part.len()];
         let mut limbs = Vec::new();
-        self.spread(&mut distance, vec![start], |_, _| {});
+        self.relax_outwards(&mut distance, vec![start], |_, _| {});
         while limbs.len() < most {
             // What cannot be walked to from the start is no limb.
             let walked = (0..self.is_part.len()).filter(|&at| distance[at] != NONE);
             let farthest = walked.max_by_key(|&at| distance[at]);
-            let Some(way) = farthest.filter(|&at| f64::from(distance[at]) >= least).and_then(|at| up.to(at))
+            let Some(way) =
+                farthest.filter(|&at| f64::from(distance[at]) >= least).and_then(|at| up.path_to(at))
             else {
                 break;
             };
-            self.spread(&mut distance, way.clone(), |_, _| {});
+            self.relax_outwards(&mut distance, way.clone(), |_, _| {});
             limbs.push(way);
         }
         limbs
@@ -205,19 +220,19 @@ impl Window {
 
     /// For each sample of the part that can be walked to on the part, the place along the way that is nearest, and how
     /// far it is; [`NONE`] elsewhere.
-    fn away(&self, way: &[usize]) -> (Vec<u32>, Vec<u32>) {
+    fn distance_from_path(&self, way: &[usize]) -> (Vec<u32>, Vec<u32>) {
         let mut nearest = vec![NONE; self.is_part.len()];
         let mut distance = vec![NONE; self.is_part.len()];
         for (i, &at) in (0..).zip(way) {
             nearest[at] = i;
         }
-        self.spread(&mut distance, way.to_vec(), |next, at| nearest[next] = nearest[at]);
+        self.relax_outwards(&mut distance, way.to_vec(), |next, at| nearest[next] = nearest[at]);
         (nearest, distance)
     }
 
     /// Makes of distances those to what is nearer: `ring` or what they were measured to; `tell` hears of each sample that
     /// is now nearer, and by which it was reached.
-    fn spread(&self, distance: &mut [u32], mut ring: Vec<usize>, mut tell: impl FnMut(usize, usize)) {
+    fn relax_outwards(&self, distance: &mut [u32], mut ring: Vec<usize>, mut tell: impl FnMut(usize, usize)) {
         ring.iter().for_each(|&at| distance[at] = 0);
         let mut next_ring = Vec::new();
         for far in 1.. {
@@ -225,7 +240,7 @@ impl Window {
                 return;
             }
             for at in ring.drain(..) {
-                for (next, _) in self.around_sample(at) {
+                for (next, _) in self.neighbours(at) {
                     if self.is_part[next] && far < distance[next] {
                         distance[next] = far;
                         tell(next, at);
@@ -239,85 +254,40 @@ impl Window {
 }
 
 /// The cheapest ways from one sample to all others.
-pub(super) struct Ways {
+pub(super) struct ShortestPaths {
     /// For each sample the one before it, and the start for itself; [`NONE`] where no way leads.
-    before: Vec<u32>,
+    predecessor: Vec<u32>,
 }
 
-impl Ways {
+impl ShortestPaths {
     /// The sample before one on the way to it; `None` where no way leads.
-    fn before(&self, at: usize) -> Option<usize> {
-        Some(self.before[at]).filter(|&before| before != NONE).map(|before| before as usize)
+    fn predecessor(&self, at: usize) -> Option<usize> {
+        Some(self.predecessor[at])
+            .filter(|&predecessor| predecessor != NONE)
+            .map(|predecessor| predecessor as usize)
     }
 
     /// The way to `goal`, from the start; `None` where no way leads.
-    pub(super) fn to(&self, goal: usize) -> Option<Vec<usize>> {
+    pub(super) fn path_to(&self, goal: usize) -> Option<Vec<usize>> {
         let mut way = vec![goal];
         loop {
             let at = way[way.len() - 1];
-            let before = self.before(at)?;
-            if before == at {
+            let predecessor = self.predecessor(at)?;
+            if predecessor == at {
                 way.reverse();
                 return Some(way);
             }
-            way.push(before);
+            way.push(predecessor);
         }
     }
 
     /// The first sample on the way back from `at` that is `wanted`; `None` where none is.
-    fn back(&self, mut at: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
+    fn trace_back(&self, mut at: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
         while !wanted(at) {
-            at = self.before(at).filter(|&before| before != at)?;
+            at = self.predecessor(at).filter(|&predecessor| predecessor != at)?;
         }
         Some(at)
     }
-}
-
-/// Three times the way (four across a corner) to the nearest sample of the other kind; what lies outside is of neither.
-fn depth(is_part: &[bool], width: usize) -> Vec<u32> {
-    let mut depth = vec![u32::from(u16::MAX); is_part.len()];
-    let rows = is_part.len() / width;
-    for row in 0..rows {
-        let (before, rest) = depth.split_at_mut(row * width);
-        let (kinds, now) = (&is_part[row * width..][..width], &mut rest[..width]);
-        if let Some(above) = row.checked_sub(1) {
-            reach(now, kinds, &before[above * width..], &is_part[above * width..][..width]);
-        }
-        for x in 1..width {
-            now[x] = now[x].min(stepped(kinds[x], kinds[x - 1], now[x - 1], 3));
-        }
-    }
-    for row in (0..rows).rev() {
-        let (rest, after) = depth.split_at_mut((row + 1) * width);
-        let (kinds, now) = (&is_part[row * width..][..width], &mut rest[row * width..]);
-        if row + 1 < rows {
-            reach(now, kinds, &after[..width], &is_part[(row + 1) * width..][..width]);
-        }
-        for x in (1..width).rev() {
-            now[x - 1] = now[x - 1].min(stepped(kinds[x - 1], kinds[x], now[x], 3));
-        }
-    }
-    depth
-}
-
-/// The way to a sample by way of its neighbour.
-fn stepped(kind: bool, other: bool, depth: u32, step: u32) -> u32 {
-    step + if kind == other { depth } else { 0 }
-}
-
-/// Takes the ways of a row's samples by way of those of the row beside it.
-fn reach(depth: &mut [u32], kinds: &[bool], beside: &[u32], others: &[bool]) {
-    let mut nearer = |to: usize, from: usize, count: usize, step: u32| {
-        let samples = depth[to..][..count].iter_mut().zip(&kinds[to..][..count]);
-        let neighbours = others[from..][..count].iter().zip(&beside[from..][..count]);
-        for ((depth, &kind), (&other, &beside)) in samples.zip(neighbours) {
-            *depth = (*depth).min(stepped(kind, other, beside, step));
-        }
-    };
-    let width = kinds.len();
-    nearer(0, 0, width, 3);
-    nearer(1, 0, width - 1, 4);
-    nearer(0, 1, width - 1, 4);
 }
 
 #[cfg(test)]
@@ -325,7 +295,7 @@ mod tests {
     use super::*;
 
     /// A plane of dots (background), digits (tenths of plant) and `#` (plant).
-    fn window(rows: &[&str], reach: usize) -> Window {
+    fn window(rows: &[&str], reach: usize) -> GeodesicMask {
         let value = |byte: u8| match byte {
             b'#' => 1.0,
             b'1'..=b'9' => f32::from(byte - b'0') / 10.0,
@@ -334,12 +304,12 @@ mod tests {
         let values: Vec<f32> = rows.iter().flat_map(|row| row.bytes().map(value)).collect();
         let (width, height) = (rows[0].len(), rows.len());
         let plane = Plane { width, height, values, origin: (0.0, 0.0), step: 1 };
-        let bounds = Bounds { left: 0, right: width - 1, top: 0, bottom: height - 1 };
-        Window::around(&plane, bounds, |at| plane.values[at] > 0.0, reach)
+        let bounds = BoundingBox { left: 0, right: width - 1, top: 0, bottom: height - 1 };
+        GeodesicMask::of_component(&plane, bounds, |at| plane.values[at] > 0.0, reach)
     }
 
-    fn way(window: &Window, from: Place, to: Place) -> Option<Vec<Place>> {
-        let way = window.ways(window.nearest(from)?).to(window.nearest(to)?)?;
+    fn way(window: &GeodesicMask, from: Place, to: Place) -> Option<Vec<Place>> {
+        let way = window.shortest_paths(window.nearest_sample(from)?).path_to(window.nearest_sample(to)?)?;
         Some(way.into_iter().map(|at| window.place(at)).collect())
     }
 

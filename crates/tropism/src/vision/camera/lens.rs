@@ -15,7 +15,7 @@ use crate::math::matrix::{
     Matrix3, determinant, identity, inverse, least_squares, multiply, solve, transform,
 };
 use crate::math::vector::{Vec2, Vec3, dot, sub};
-use crate::vision::VisionError;
+use crate::vision::error::VisionError;
 
 /// The map from a picture to the plane of the stem. Its cm count from somewhere in the plane; [`Calibration`] counts them
 /// from the root.
@@ -33,7 +33,7 @@ pub struct Lens {
 
 /// A lens and how far the corners it was fitted to are from where it places them, as root mean squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fit {
+pub struct LensFit {
     /// The lens.
     pub lens: Lens,
     /// In the plane, in mm.
@@ -110,7 +110,7 @@ impl Lens {
     ///
     /// `None` for fewer than twelve corners, or corners that lie on a line.
     #[must_use]
-    pub fn fit(corners: &[(Pixel, Point)], width: usize, height: usize) -> Option<Fit> {
+    pub fn fit(corners: &[(Pixel, Point)], width: usize, height: usize) -> Option<LensFit> {
         if corners.len() < 12 {
             return None;
         }
@@ -134,7 +134,7 @@ impl Lens {
             Point::new(x / z + middle.0, y / z + middle.1).distance(at)
         };
         let off_cm: f64 = corners.iter().map(|corner| place(corner) * place(corner)).sum();
-        Some(Fit {
+        Some(LensFit {
             lens,
             residual_mm: 10.0 * (off_cm / count).sqrt(),
             residual_px: unit(width, height) * (off / count).sqrt(),

@@ -2,16 +2,16 @@
 //! (section 2.2.2).
 
 use crate::geometry::Pixel;
-use crate::vision::parts::Bounds;
-use crate::vision::segment::Plane;
+use crate::vision::detect::connected_components::BoundingBox;
+use crate::vision::raster::plane::Plane;
 
 /// The highest sample above `threshold`, word for word: the middle of the longest run of such samples in the topmost
 /// row that has one.
 #[must_use]
-pub fn highest(plane: &Plane, threshold: f32) -> Option<Pixel> {
+pub fn highest_sample(plane: &Plane, threshold: f32) -> Option<Pixel> {
     (0..plane.height).find_map(|y| {
         let (left, right) = longest_run(plane.row(y).iter().map(|&value| value > threshold))?;
-        Some(plane.pixel((left + right) as f64 / 2.0, y as f64))
+        Some(plane.to_pixel((left + right) as f64 / 2.0, y as f64))
     })
 }
 
@@ -39,7 +39,12 @@ const ABOUT: usize = 16;
 /// interpolated between samples; the tip is the top of the parabola through these edges. Where they are no parabola it is
 /// the highest of them, above the run's middle, weighted by what its samples exceed the threshold by.
 #[must_use]
-pub fn edge(plane: &Plane, bounds: Bounds, part: impl Fn(usize) -> bool, threshold: f32) -> Option<Pixel> {
+pub fn highest_edge(
+    plane: &Plane,
+    bounds: BoundingBox,
+    part: impl Fn(usize) -> bool,
+    threshold: f32,
+) -> Option<Pixel> {
     let topmost = |threshold: f32| {
         let is_plant = |at: usize| plane.values[at] > threshold && part(at);
         (bounds.top..=bounds.bottom).find_map(|y| {
@@ -69,11 +74,11 @@ pub fn edge(plane: &Plane, bounds: Bounds, part: impl Fn(usize) -> bool, thresho
     if let Some((x, height)) = vertex(&crossings) {
         let (x, height) =
             (x.clamp(left as f64 - 0.5, right as f64 + 0.5), height.clamp(top - 0.5, top + 0.5));
-        return Some(plane.pixel(x, height));
+        return Some(plane.to_pixel(x, height));
     }
     let weights = (left..=right).map(|x| (x as f64, f64::from(plane.row(y)[x].max(0.0))));
     let (weight, moment) = weights.fold((0.0, 0.0), |sum, (x, weight)| (sum.0 + weight, sum.1 + weight * x));
-    Some(plane.pixel(moment / weight, top))
+    Some(plane.to_pixel(moment / weight, top))
 }
 
 /// How far below row `row` - 1 the part's upper edge is in column `x`, as a row with fractions; `None` where it is more
@@ -129,8 +134,8 @@ mod tests {
     #[test]
     fn the_highest_row_wins_and_its_longest_run() {
         let plane = plane(&["0000000", "0700990", "0700990", "0700000"]);
-        assert_eq!(highest(&plane, 50.0), Some(Pixel::new(109.0, 52.0)));
-        assert_eq!(highest(&plane, 95.0), None);
+        assert_eq!(highest_sample(&plane, 50.0), Some(Pixel::new(109.0, 52.0)));
+        assert_eq!(highest_sample(&plane, 95.0), None);
     }
 
     #[test]
@@ -141,8 +146,8 @@ mod tests {
             (100.0 * (y - top(x) + 0.5)).clamp(0.0, 100.0) as f32
         });
         let plane = Plane { width: 13, height: 12, values: values.collect(), origin: (0.0, 0.0), step: 1 };
-        let all = Bounds { left: 0, right: 12, top: 0, bottom: 11 };
-        let found = edge(&plane, all, |_| true, 50.0).unwrap();
+        let all = BoundingBox { left: 0, right: 12, top: 0, bottom: 11 };
+        let found = highest_edge(&plane, all, |_| true, 50.0).unwrap();
         assert!((found.x - 6.4).abs() < 0.2 && (found.y - 3.3).abs() < 0.1, "{found:?}");
     }
 
@@ -152,19 +157,19 @@ mod tests {
         let brightness = [vec![0.0, 0.1, 0.32, 0.5], vec![0.6; 18], vec![0.8, 1.0]].concat();
         let values: Vec<f32> = brightness.iter().flat_map(|&value| [0.0, value, value, 0.0]).collect();
         let plane = Plane { width: 4, height: brightness.len(), values, origin: (0.0, 0.0), step: 1 };
-        let all = Bounds { left: 0, right: 3, top: 0, bottom: brightness.len() - 1 };
-        let tip = edge(&plane, all, |_| true, 0.5).unwrap();
+        let all = BoundingBox { left: 0, right: 3, top: 0, bottom: brightness.len() - 1 };
+        let tip = highest_edge(&plane, all, |_| true, 0.5).unwrap();
         assert!((tip.x - 1.5).abs() < 1e-6 && (tip.y - 1.9).abs() < 0.1, "{tip:?}");
     }
 
     #[test]
     fn the_edge_lies_between_samples() {
         let plane = plane(&["00000", "00800", "00800"]);
-        let all = Bounds { left: 0, right: 4, top: 0, bottom: 2 };
-        assert_eq!(edge(&plane, all, |_| true, 40.0), Some(Pixel::new(104.0, 51.0)));
+        let all = BoundingBox { left: 0, right: 4, top: 0, bottom: 2 };
+        assert_eq!(highest_edge(&plane, all, |_| true, 40.0), Some(Pixel::new(104.0, 51.0)));
         // Half of the plant's brightness, where that is more than the threshold.
-        assert_eq!(edge(&plane, all, |_| true, 20.0).map(|tip| tip.y), Some(51.0));
-        assert_eq!(edge(&plane, all, |_| true, 60.0).map(|tip| tip.y), Some(51.5));
-        assert_eq!(edge(&plane, all, |at| at > 9, 40.0).map(|tip| tip.y), Some(54.0));
+        assert_eq!(highest_edge(&plane, all, |_| true, 20.0).map(|tip| tip.y), Some(51.0));
+        assert_eq!(highest_edge(&plane, all, |_| true, 60.0).map(|tip| tip.y), Some(51.5));
+        assert_eq!(highest_edge(&plane, all, |at| at > 9, 40.0).map(|tip| tip.y), Some(54.0));
     }
 }

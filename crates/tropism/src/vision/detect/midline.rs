@@ -7,12 +7,11 @@
 //! it ends in the middle of what its straight continuation crosses: their stalks cut the corner, and a way with them.
 
 use crate::math;
-use crate::vision::parts::Bounds;
-use crate::vision::segment::Plane;
-use crate::vision::ways::{Ways, Window};
-
-/// A place in a plane: column and row, with fractions.
-pub type Place = (f64, f64);
+use crate::vision::detect::connected_components::BoundingBox;
+use crate::vision::detect::cross_section::{BROAD, CrossSection, bilinear, centre_line, stem_width};
+use crate::vision::detect::curve::{Place, direction, resampled, smoothed};
+use crate::vision::detect::geodesic::{GeodesicMask, ShortestPaths};
+use crate::vision::raster::plane::Plane;
 
 /// A limb that leaves the way is a leaf when it reaches this many stem widths from it.
 const LIMB: f64 = 4.0;
@@ -23,11 +22,9 @@ const PAIRED: f64 = 2.0;
 /// A limb that leaves the way is a leaf when it reaches this share of the way's length from it.
 const LIMB_SHARE: f64 = 0.12;
 
-/// What is broader than this many stem widths is a leaf, where it is long enough.
-const BROAD: f64 = 1.8;
-
 /// Limbs whose ends are looked at, and the least samples that each reaches from those before it.
 const LIMBS: usize = 6;
+
 const SHORTEST: f64 = 4.0;
 
 /// The last so many stem widths of a limb must be thin if it is to be the stem.
@@ -56,26 +53,26 @@ const PAST: f64 = 2.0;
 /// `is_part` says which samples within `bounds` are the plant, `top` is its highest point, and gaps of up to `reach` - 1
 /// samples are crossed. The last point is where the stem ends. `None` where there is no way from base to top.
 #[must_use]
-pub fn trace(
+pub fn trace_stem(
     plane: &Plane,
-    bounds: Bounds,
+    bounds: BoundingBox,
     is_part: impl Fn(usize) -> bool,
     base: Place,
     top: Place,
     reach: usize,
 ) -> Option<Vec<Place>> {
-    let window = Window::around(plane, bounds, is_part, reach);
-    let (start, goal) = (window.nearest(base)?, window.nearest(top)?);
-    let up = window.ways(start);
-    let thin = thin_limb(plane, &window, start, &up);
-    let way = up.to(goal).filter(|way| way.len() > 1)?;
-    let rough = evened(&window, &way);
-    let (mut line, widths) = centred(plane, rough);
+    let window = GeodesicMask::of_component(plane, bounds, is_part, reach);
+    let (start, goal) = (window.nearest_sample(base)?, window.nearest_sample(top)?);
+    let up = window.shortest_paths(start);
+    let thin = thin_branch(plane, &window, start, &up);
+    let way = up.path_to(goal).filter(|way| way.len() > 1)?;
+    let rough = smooth_path(&window, &way);
+    let (mut line, widths) = centre_line(plane, rough);
     let width = stem_width(&widths);
-    let leaf = broadening(&widths, width);
-    let turns = kink(&line, width, |i| widths[i] > BROAD * width) > SHARP;
+    let leaf = leaf_start(&widths, width);
+    let turns = sharpest_turn(&line, width, |i| widths[i] > BROAD * width) > SHARP;
     let limb = if leaf.is_some() || turns { PAIRED } else { LIMB };
-    let down = window.ways(goal);
+    let down = window.shortest_paths(goal);
     let fork = window.fork(&way, &up, &down, width, (limb * width).max(LIMB_SHARE * way.len() as f64));
     let fork = fork.map(|at| {
         let (x, y) = window.place(way[at]);
@@ -90,7 +87,7 @@ pub fn trace(
         return Some(thin);
     }
     if fork.is_some() {
-        join(&window, &mut line, width);
+        lead_to_fork(&window, &mut line, width);
     } else if leaf.is_none() {
         // The way ends at the plant's edge, a stem in the middle of its round end.
         line.truncate(line.len().saturating_sub((0.5 * width).round() as usize).max(2));
@@ -98,15 +95,9 @@ pub fn trace(
     Some(resampled(&line, 1.0))
 }
 
-/// The unit vector from one place to another.
-fn direction(from: Place, to: Place) -> Place {
-    let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
-    ((to.0 - from.0) / length, (to.1 - from.1) / length)
-}
-
 /// Leads a line that ends about where leaves part from the stem straight on to the middle of their fork: where the plant is
 /// deepest before the line leaves it between them.
-fn join(window: &Window, line: &mut Vec<Place>, stem: f64) {
+fn lead_to_fork(window: &GeodesicMask, line: &mut Vec<Place>, stem: f64) {
     let back = |widths: f64| line.len().saturating_sub(1 + (widths * stem).ceil() as usize);
     let (from, to) = (line[back(4.0)], line[back(1.0)]);
     let along = direction(from, to);
@@ -116,20 +107,20 @@ fn join(window: &Window, line: &mut Vec<Place>, stem: f64) {
 }
 
 /// The longest limb that is thin and bright to its end, to where its rounded end begins; `None` where each ends in a leaf.
-fn thin_limb(plane: &Plane, window: &Window, start: usize, up: &Ways) -> Option<Vec<Place>> {
+fn thin_branch(plane: &Plane, window: &GeodesicMask, start: usize, up: &ShortestPaths) -> Option<Vec<Place>> {
     let mut best: Option<(f64, Vec<Place>)> = None;
-    for way in window.limbs(start, up, SHORTEST, LIMBS) {
-        let rough = evened(window, &way);
+    for way in window.branches(start, up, SHORTEST, LIMBS) {
+        let rough = smooth_path(window, &way);
         // No limb is rated higher than it is long.
         if best.as_ref().is_some_and(|(most, _)| rough.len() as f64 <= *most) {
             continue;
         }
-        let (mut line, widths) = centred(plane, rough);
+        let (mut line, widths) = centre_line(plane, rough);
         let stem = stem_width(&widths);
         let last = line.len().saturating_sub((END * stem) as usize);
         let end = &widths[last..widths.len().saturating_sub((0.5 * stem) as usize).max(last)];
         let brightness = |line: &[Place]| {
-            let values: Vec<f64> = line.iter().map(|&at| value(plane, at)).collect();
+            let values: Vec<f64> = line.iter().map(|&at| bilinear(plane, at)).collect();
             math::statistics::quantile_nearest(&values, 0.5)
         };
         let is_thin = math::statistics::quantile_nearest(end, 0.7) <= SLENDER * stem;
@@ -137,14 +128,14 @@ fn thin_limb(plane: &Plane, window: &Window, start: usize, up: &Ways) -> Option<
         if last == 0
             || !is_thin
             || share < BRIGHT
-            || hangs(&line) > HANGS * stem
-            || kink(&line, stem, |_| true) > KINK
+            || drop_below_top(&line) > HANGS * stem
+            || sharpest_turn(&line, stem, |_| true) > KINK
         {
             continue;
         }
         let rating = line.len() as f64 * share.min(1.0);
         if best.as_ref().is_none_or(|(most, _)| rating > *most) {
-            round_off(plane, &mut line, stem);
+            end_inside_tip(plane, &mut line, stem);
             best = Some((rating, line));
         }
     }
@@ -152,13 +143,13 @@ fn thin_limb(plane: &Plane, window: &Window, start: usize, up: &Ways) -> Option<
 }
 
 /// How far below its highest point a line ends.
-fn hangs(line: &[Place]) -> f64 {
+fn drop_below_top(line: &[Place]) -> f64 {
     let highest = line.iter().map(|at| at.1).fold(f64::INFINITY, f64::min);
     line.last().map_or(0.0, |end| end.1 - highest)
 }
 
 /// The sharpest turn of a line below its end, within a few stem widths, as 1 less its cosine, at the points that count.
-fn kink(line: &[Place], stem: f64, counts: impl Fn(usize) -> bool) -> f64 {
+fn sharpest_turn(line: &[Place], stem: f64, counts: impl Fn(usize) -> bool) -> f64 {
     let reach = (2.5 * stem).ceil() as usize;
     let end = line.len().saturating_sub(reach + (1.5 * stem) as usize);
     let way = |from: Place, to: Place| (to.0 - from.0, to.1 - from.1);
@@ -172,17 +163,17 @@ fn kink(line: &[Place], stem: f64, counts: impl Fn(usize) -> bool) -> f64 {
 }
 
 /// Ends a line in the middle of the round end of a stem: half its width before its edge.
-fn round_off(plane: &Plane, line: &mut Vec<Place>, stem: f64) {
+fn end_inside_tip(plane: &Plane, line: &mut Vec<Place>, stem: f64) {
     let back = |widths: f64| line.len().saturating_sub(1 + (widths * stem).ceil() as usize);
     let (from, to) = (line[back(3.5)], line[back(1.5)]);
     let along = direction(from, to);
     let at = |far: f64| (to.0 + far * along.0, to.1 + far * along.1);
-    let half = 0.5 * value(plane, to).clamp(0.1, 1.0);
+    let half = 0.5 * bilinear(plane, to).clamp(0.1, 1.0);
     let steps = (0..(16.0 * stem) as u32).map(|step| 0.25 * f64::from(step));
-    let Some(edge) = steps.skip(1).find(|&far| value(plane, at(far)) < half) else { return };
-    let (inside, outside) = (value(plane, at(edge - 0.25)), value(plane, at(edge)));
+    let Some(edge) = steps.skip(1).find(|&far| bilinear(plane, at(far)) < half) else { return };
+    let (inside, outside) = (bilinear(plane, at(edge - 0.25)), bilinear(plane, at(edge)));
     let edge = edge - 0.25 * (half - outside) / (inside - outside).max(1e-9);
-    let width = Profile::across(plane, line, back(1.5)).width.min(BROAD * stem);
+    let width = CrossSection::across(plane, line, back(1.5)).width.min(BROAD * stem);
     let end = at((edge - 0.5 * width).max(0.0));
     line.truncate(back(1.5) + 1);
     line.push(end);
@@ -191,159 +182,35 @@ fn round_off(plane: &Plane, line: &mut Vec<Place>, stem: f64) {
 /// The line through the middle of one part of a plane from near `base` to the end that is farthest from it, however broad
 /// or bent the part is.
 #[must_use]
-pub fn longest(
+pub fn trace_longest(
     plane: &Plane,
-    bounds: Bounds,
+    bounds: BoundingBox,
     is_part: impl Fn(usize) -> bool,
     base: Place,
     reach: usize,
 ) -> Option<Vec<Place>> {
-    let window = Window::around(plane, bounds, is_part, reach);
-    let start = window.nearest(base)?;
-    let way = window.limbs(start, &window.ways(start), SHORTEST, 1).pop()?;
-    let (line, _) = centred(plane, evened(&window, &way));
+    let window = GeodesicMask::of_component(plane, bounds, is_part, reach);
+    let start = window.nearest_sample(base)?;
+    let way = window.branches(start, &window.shortest_paths(start), SHORTEST, 1).pop()?;
+    let (line, _) = centre_line(plane, smooth_path(&window, &way));
     // Side shoots that were cut off leave bumps, which would count as length.
     Some(resampled(&smoothed(&smoothed(&line, 12), 12), 1.0))
 }
 
 /// A way from sample to sample as a smooth line with points about a sample apart.
-fn evened(window: &Window, way: &[usize]) -> Vec<Place> {
+fn smooth_path(window: &GeodesicMask, way: &[usize]) -> Vec<Place> {
     let places: Vec<Place> = way.iter().map(|&at| window.place(at)).collect();
     resampled(&smoothed(&smoothed(&places, 2), 2), 1.0)
 }
 
-/// A line through the plant moved to its middle, in two rounds, and how broad the plant is across each point. Where it is
-/// too broad for a stem, the shift is that of the stem before and after.
-fn centred(plane: &Plane, mut line: Vec<Place>) -> (Vec<Place>, Vec<f64>) {
-    let mut widths = Vec::new();
-    for _ in 0..2 {
-        let profiles: Vec<Profile> = (0..line.len()).map(|i| Profile::across(plane, &line, i)).collect();
-        widths = profiles.iter().map(|profile| profile.width).collect();
-        let broad = BROAD * stem_width(&widths);
-        let shifts =
-            bridged(profiles.iter().map(|profile| (profile.width <= broad).then_some(profile.shift)));
-        let points = line.iter().zip(&profiles).zip(&shifts);
-        let moved: Vec<Place> = points
-            .map(|((at, profile), shift)| (at.0 + shift * profile.normal.0, at.1 + shift * profile.normal.1))
-            .collect();
-        line = smoothed(&moved, 2);
-    }
-    (line, widths)
-}
-
-/// The median width of the lower half of the way, which is stem.
-fn stem_width(widths: &[f64]) -> f64 {
-    let lower = &widths[..widths.len().div_ceil(2)];
-    math::statistics::upper_median(lower, f64::total_cmp).unwrap_or(1.0).clamp(1.0, 1e6)
-}
-
 /// Where the way becomes a leaf for good: the first point from which on all are broad, but for the rounded end; `None`
 /// where it does not.
-fn broadening(widths: &[f64], stem: f64) -> Option<usize> {
+fn leaf_start(widths: &[f64], stem: f64) -> Option<usize> {
     let end = widths.len().saturating_sub(stem.ceil() as usize);
     let thin = widths[..end].iter().rposition(|&width| width <= BROAD * stem);
     let start = thin.map_or(0, |last| last + 1);
     // A hook is broad too, but short.
     (end.saturating_sub(start) as f64 > PAIRED * stem).then_some(start)
-}
-
-/// What lies across the line at one of its points.
-struct Profile {
-    /// Unit vector across.
-    normal: Place,
-    /// How far along `normal` the middle of the plant is.
-    shift: f64,
-    /// How broad the plant is.
-    width: f64,
-}
-
-impl Profile {
-    /// How far to both sides a stem's edge is looked for, in samples.
-    const SIDE: f64 = 24.0;
-
-    fn across(plane: &Plane, line: &[Place], i: usize) -> Self {
-        let (from, to) = (line[i.saturating_sub(3)], line[(i + 3).min(line.len() - 1)]);
-        let along = direction(from, to);
-        let normal = (-along.1, along.0);
-        let at = |offset: f64| value(plane, (line[i].0 + offset * normal.0, line[i].1 + offset * normal.1));
-        let middle = at(0.0);
-        let half = 0.5 * middle.max(at(-1.0)).max(at(1.0)).clamp(0.1, 1.0);
-        let edge = |side: f64| {
-            let (mut offset, mut inside) = (0.0, middle);
-            while offset < Self::SIDE {
-                let outside = at(side * (offset + 0.5));
-                if outside < half && inside >= half {
-                    return offset + 0.5 * (inside - half) / (inside - outside);
-                }
-                offset += 0.5;
-                inside = outside;
-            }
-            Self::SIDE
-        };
-        let (one, other) = (edge(1.0), edge(-1.0));
-        Self { normal, shift: (one - other) / 2.0, width: one + other }
-    }
-}
-
-/// The plane's value at a place between samples; the outermost samples reach on for ever.
-fn value(plane: &Plane, (x, y): Place) -> f64 {
-    let x = x.clamp(0.0, plane.width as f64 - 1.0);
-    let y = y.clamp(0.0, plane.height as f64 - 1.0);
-    let (left, top) = (x as usize, y as usize);
-    let (right, bottom) = ((left + 1).min(plane.width - 1), (top + 1).min(plane.height - 1));
-    let (across, down) = (x - left as f64, y - top as f64);
-    let at = |x: usize, y: usize| f64::from(plane.values[y * plane.width + x]);
-    let corners = [at(left, top), at(right, top), at(left, bottom), at(right, bottom)];
-    math::interpolate::bilinear(corners, across, down)
-}
-
-/// The values with gaps filled in a straight line between their neighbours; beyond the first and last, theirs.
-fn bridged(values: impl Iterator<Item = Option<f64>>) -> Vec<f64> {
-    let values: Vec<Option<f64>> = values.collect();
-    let known: Vec<(usize, f64)> =
-        values.iter().enumerate().filter_map(|(i, value)| Some((i, (*value)?))).collect();
-    (0..values.len())
-        .map(|i| {
-            let next = known.partition_point(|&(at, _)| at < i);
-            match (next.checked_sub(1).and_then(|before| known.get(before)), known.get(next)) {
-                (Some(&(a, low)), Some(&(b, high))) => low + (high - low) * (i - a) as f64 / (b - a) as f64,
-                (Some(&(_, value)), None) | (None, Some(&(_, value))) => value,
-                (None, None) => 0.0,
-            }
-        })
-        .collect()
-}
-
-/// Each point moved to the mean of those up to `radius` before and after it; the ends stay.
-pub(super) fn smoothed(line: &[Place], radius: usize) -> Vec<Place> {
-    (0..line.len())
-        .map(|i| {
-            let radius = radius.min(i).min(line.len() - 1 - i);
-            let near = &line[i - radius..=i + radius];
-            let sum = near.iter().fold((0.0, 0.0), |sum, at| (sum.0 + at.0, sum.1 + at.1));
-            (sum.0 / near.len() as f64, sum.1 / near.len() as f64)
-        })
-        .collect()
-}
-
-/// The same line with points about `spacing` apart, both ends kept.
-pub(super) fn resampled(line: &[Place], spacing: f64) -> Vec<Place> {
-    let mut lengths = vec![0.0];
-    for pair in line.windows(2) {
-        let last = lengths[lengths.len() - 1];
-        lengths.push(last + math::hypot(pair[1].0 - pair[0].0, pair[1].1 - pair[0].1));
-    }
-    let length = lengths[lengths.len() - 1];
-    let count = (length / spacing).round().max(1.0) as usize;
-    (0..=count)
-        .map(|i| {
-            let along = length * i as f64 / count as f64;
-            let next = lengths.partition_point(|&at| at < along).clamp(1, line.len() - 1);
-            let (from, to) = (line[next - 1], line[next]);
-            let share = (along - lengths[next - 1]) / (lengths[next] - lengths[next - 1]).max(1e-12);
-            (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
-        })
-        .collect()
 }
 
 #[cfg(test)]
@@ -369,10 +236,10 @@ mod tests {
         Plane { width, height, values, origin: (0.0, 0.0), step: 1 }
     }
 
-    const ALL: Bounds = Bounds { left: 0, right: 79, top: 0, bottom: 89 };
+    const ALL: BoundingBox = BoundingBox { left: 0, right: 79, top: 0, bottom: 89 };
 
     fn traced(plane: &Plane, base: Place, top: Place) -> Vec<Place> {
-        trace(plane, ALL, |at| plane.values[at] > 0.5, base, top, 3).unwrap()
+        trace_stem(plane, ALL, |at| plane.values[at] > 0.5, base, top, 3).unwrap()
     }
 
     #[test]
@@ -421,7 +288,7 @@ mod tests {
     fn gaps_are_crossed_and_what_is_not_there_is_none() {
         let broken = plane(&[((40.0, 89.0), (40.0, 52.0), 2.0), ((40.0, 45.0), (40.0, 10.0), 2.0)]);
         assert!(traced(&broken, (40.0, 89.0), (40.0, 8.0)).len() > 70);
-        assert_eq!(trace(&broken, ALL, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
-        assert_eq!(trace(&broken, ALL, |at| at == 7, (0.0, 0.0), (0.0, 0.0), 3), None);
+        assert_eq!(trace_stem(&broken, ALL, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
+        assert_eq!(trace_stem(&broken, ALL, |at| at == 7, (0.0, 0.0), (0.0, 0.0), 3), None);
     }
 }

@@ -1,15 +1,15 @@
 //! What stands still around the plant, so that a camera that was moved is found out.
 //!
-//! In: the first picture of a camera, then others. Out: how far each is shifted. The one idea: small patches with corners
+//! In: the first picture of a camera, then others. Out: how far each is shifted. The one idea: small templates with corners
 //! in them (the pot, the lamps, folds of cloth) are looked for where they were and around there; lamps change and plants
-//! move, so what most patches agree on is the camera.
+//! move, so what most templates agree on is the camera.
 //!
 //! # References
-//! Shi and Tomasi 1994, doi:10.1109/CVPR.1994.323794: which patches can be told from their surroundings.
+//! Shi and Tomasi 1994, doi:10.1109/CVPR.1994.323794: which templates can be told from their surroundings.
 
 use crate::geometry::{Pixel, Region};
 use crate::math;
-use crate::vision::pixels::Pixels;
+use crate::vision::raster::source::PixelSource;
 
 /// Columns that a picture is read at.
 const COLUMNS: usize = 324;
@@ -35,17 +35,17 @@ const LEAST: usize = 4;
 /// Shifts below this many samples are the camera's noise.
 const STILL: f64 = 0.4;
 
-/// The patches of a first picture.
+/// The templates of a first picture.
 #[derive(Clone, Debug)]
-pub struct Backdrop {
-    patches: Vec<Patch>,
+pub struct ReferenceFeatures {
+    templates: Vec<Template>,
     /// Pixels of the picture from one sample to the next, to find a patch by and to place it by.
     step: usize,
     fine: usize,
 }
 
 #[derive(Clone, Debug)]
-struct Patch {
+struct Template {
     /// The same patch at the finer step.
     fine: Option<Box<Self>>,
     x: i32,
@@ -68,22 +68,22 @@ struct Samples {
 }
 
 impl Samples {
-    fn size(image: &impl Pixels, step: usize) -> (i32, i32) {
+    fn size(image: &impl PixelSource, step: usize) -> (i32, i32) {
         ((image.size().0 / step) as i32, (image.size().1 / step) as i32)
     }
 
     /// All samples of a picture.
-    fn all(image: &impl Pixels, step: usize) -> Self {
+    fn all(image: &impl PixelSource, step: usize) -> Self {
         let (width, height) = Self::size(image, step);
         Self::within(image, step, (0, 0), (width - 1, height - 1))
     }
 
     /// Those around a place, `half` to each side.
-    fn around(image: &impl Pixels, step: usize, (x, y): (i32, i32), half: i32) -> Self {
+    fn around(image: &impl PixelSource, step: usize, (x, y): (i32, i32), half: i32) -> Self {
         Self::within(image, step, (x - half, y - half), (x + half, y + half))
     }
 
-    fn within(image: &impl Pixels, step: usize, first: (i32, i32), last: (i32, i32)) -> Self {
+    fn within(image: &impl PixelSource, step: usize, first: (i32, i32), last: (i32, i32)) -> Self {
         let size = Self::size(image, step);
         let inside = |at: (i32, i32)| (at.0.clamp(0, size.0 - 1), at.1.clamp(0, size.1 - 1));
         let (first, last) = (inside(first), inside(last));
@@ -94,7 +94,7 @@ impl Samples {
             width: length(first.0, last.0),
             height: length(first.1, last.1),
         };
-        Self { size, first, width: last.0 - first.0 + 1, values: image.shrunk_grey(region, step) }
+        Self { size, first, width: last.0 - first.0 + 1, values: image.downscale_luma(region, step) }
     }
 
     fn at(&self, x: i32, y: i32) -> f32 {
@@ -108,20 +108,20 @@ impl Samples {
     }
 }
 
-fn step(image: &impl Pixels) -> usize {
+fn step(image: &impl PixelSource) -> usize {
     (image.size().0 / COLUMNS).max(1)
 }
 
-impl Backdrop {
-    /// The patches of a picture; those in the inner part of `crop`, where the plant moves, are left out as long as others
+impl ReferenceFeatures {
+    /// The templates of a picture; those in the inner part of `crop`, where the plant moves, are left out as long as others
     /// are there.
     #[must_use]
-    pub fn of(image: &impl Pixels, crop: Option<Region>) -> Self {
+    pub fn extract(image: &impl PixelSource, crop: Option<Region>) -> Self {
         let step = step(image);
         let (width, height) = Samples::size(image, step);
         let fine = (step / 4).max(1);
         if width.min(height) <= 0 {
-            return Self { patches: Vec::new(), step, fine };
+            return Self { templates: Vec::new(), step, fine };
         }
         let samples = Samples::all(image, step);
         let is_plants = |x: i32, y: i32| {
@@ -143,34 +143,34 @@ impl Backdrop {
             let places = rows.step_by(3).flat_map(|y| columns.clone().step_by(3).map(move |x| (x, y)));
             let best = places
                 .filter(|&(x, y)| !is_plants(x, y))
-                .map(|(x, y)| (corner(&samples, x, y), x, y))
+                .map(|(x, y)| (min_eigenvalue(&samples, x, y), x, y))
                 .max_by(|one, other| one.0.total_cmp(&other.0));
             found.extend(best.filter(|best| best.0 > 0.0));
         }
         found.sort_by(|one, other| other.0.total_cmp(&one.0));
         found.truncate(MOST);
         let ratio = (step / fine) as i32;
-        let both = |(_, x, y): (f32, i32, i32)| Patch {
-            fine: Some(Box::new(Patch::of(image, fine, (x * ratio, y * ratio)))),
-            ..Patch::of(image, step, (x, y))
+        let both = |(_, x, y): (f32, i32, i32)| Template {
+            fine: Some(Box::new(Template::of(image, fine, (x * ratio, y * ratio)))),
+            ..Template::of(image, step, (x, y))
         };
-        Self { patches: found.into_iter().map(both).collect(), step, fine }
+        Self { templates: found.into_iter().map(both).collect(), step, fine }
     }
 
     /// How far the camera's picture has moved, in pixels to the right and down; `None` where too little is found again to
     /// say.
     #[must_use]
-    pub fn shift(&self, image: &impl Pixels) -> Option<Pixel> {
+    pub fn estimate_shift(&self, image: &impl PixelSource) -> Option<Pixel> {
         let nowhere = (0, 0);
-        // Where most patches stand still there is no need to look farther.
-        let near = self.patches.iter().filter_map(|patch| patch.find(image, self.step, nowhere, 1));
-        if near.filter(|found| found.0 == nowhere).count() >= LEAST.max(self.patches.len() / 3) {
+        // Where most templates stand still there is no need to look farther.
+        let near = self.templates.iter().filter_map(|patch| patch.match_in(image, self.step, nowhere, 1));
+        if near.filter(|found| found.0 == nowhere).count() >= LEAST.max(self.templates.len() / 3) {
             return Some(Pixel::default());
         }
         let far: Vec<_> = self
-            .patches
+            .templates
             .iter()
-            .filter_map(|patch| Some((patch, patch.find(image, self.step, nowhere, FAR)?.0)))
+            .filter_map(|patch| Some((patch, patch.match_in(image, self.step, nowhere, FAR)?.0)))
             .collect();
         let is_like =
             |one: (i32, i32), other: (i32, i32)| (one.0 - other.0).abs().max((one.1 - other.1).abs()) <= 1;
@@ -189,7 +189,7 @@ impl Backdrop {
         let found: Vec<Pixel> = agree(best)
             .filter_map(|(patch, at)| {
                 let there = (at.0 * ratio, at.1 * ratio);
-                Some(patch.fine.as_deref().unwrap_or(patch).find(image, self.fine, there, ratio)?.1)
+                Some(patch.fine.as_deref().unwrap_or(patch).match_in(image, self.fine, there, ratio)?.1)
             })
             .collect();
         let middle = |axis: fn(&Pixel) -> f64| {
@@ -201,29 +201,29 @@ impl Backdrop {
         Some(if is_still { Pixel::default() } else { Pixel::new(x, y) })
     }
 
-    /// How clear a picture whose camera moved by `shift` is, as a share of the first: how much its patches vary for their
+    /// How clear a picture whose camera moved by `shift` is, as a share of the first: how much its templates vary for their
     /// brightness. Mist on the lens takes both fine detail and contrast away.
     #[must_use]
-    pub fn clearness(&self, image: &impl Pixels, shift: Pixel) -> f64 {
+    pub fn relative_contrast(&self, image: &impl PixelSource, shift: Pixel) -> f64 {
         let along = |by: f64| (by / self.step as f64).round() as i32;
         let (right, down) = (along(shift.x), along(shift.y));
-        let share = |patch: &Patch| {
-            let now = Patch::of(image, self.step, (patch.x + right, patch.y + down));
+        let share = |patch: &Template| {
+            let now = Template::of(image, self.step, (patch.x + right, patch.y + down));
             f64::from(now.norm / now.mean.max(1.0) / (patch.norm / patch.mean.max(1.0)).max(1e-6))
         };
-        let shares: Vec<f64> = self.patches.iter().map(share).collect();
+        let shares: Vec<f64> = self.templates.iter().map(share).collect();
         if shares.is_empty() { 1.0 } else { math::statistics::quantile_nearest(&shares, 0.5) }
     }
 
     /// Whether there is enough in the first picture to find again.
     #[must_use]
-    pub fn is_rich(&self) -> bool {
-        self.patches.len() >= MOST / 2
+    pub fn has_enough(&self) -> bool {
+        self.templates.len() >= MOST / 2
     }
 }
 
 /// The lesser eigenvalue of the gradients' products around a place: what is large there is a corner.
-fn corner(samples: &Samples, x: i32, y: i32) -> f32 {
+fn min_eigenvalue(samples: &Samples, x: i32, y: i32) -> f32 {
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for row in (y - HALF..=y + HALF).step_by(2) {
         for column in (x - HALF..=x + HALF).step_by(2) {
@@ -236,8 +236,8 @@ fn corner(samples: &Samples, x: i32, y: i32) -> f32 {
     (0.5 * (xx + yy - ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt())).max(0.0).sqrt()
 }
 
-impl Patch {
-    fn of(image: &impl Pixels, step: usize, (x, y): (i32, i32)) -> Self {
+impl Template {
+    fn of(image: &impl PixelSource, step: usize, (x, y): (i32, i32)) -> Self {
         let mut values = Samples::around(image, step, (x, y), HALF).square((x, y), HALF);
         let mean = values.iter().sum::<f32>() / values.len() as f32;
         values.iter_mut().for_each(|value| *value -= mean);
@@ -247,9 +247,9 @@ impl Patch {
 
     /// Where the patch is found again within `far` samples of a shift, and where between samples; `None` where nothing is
     /// alike.
-    fn find(
+    fn match_in(
         &self,
-        image: &impl Pixels,
+        image: &impl PixelSource,
         step: usize,
         shift: (i32, i32),
         far: i32,
@@ -328,8 +328,8 @@ mod tests {
 
         #[test]
         fn a_camera_that_moved_is_found_out(right in -18..18_i32, down in -18..18_i32, noise in 1..1000_u64) {
-            let backdrop = Backdrop::of(&scene(0, 0, 0), None);
-            let found = backdrop.shift(&scene(right, down, noise)).unwrap();
+            let backdrop = ReferenceFeatures::extract(&scene(0, 0, 0), None);
+            let found = backdrop.estimate_shift(&scene(right, down, noise)).unwrap();
             prop_assert!((found.x - f64::from(right)).abs() <= 1.0, "{found:?}");
             prop_assert!((found.y - f64::from(down)).abs() <= 1.0, "{found:?}");
         }
@@ -338,10 +338,10 @@ mod tests {
     #[test]
     fn mist_is_found_out_and_dimmer_light_is_none() {
         let first = scene(0, 0, 0);
-        let backdrop = Backdrop::of(&first, None);
+        let backdrop = ReferenceFeatures::extract(&first, None);
         let changed = |change: &dyn Fn(u8) -> u8| {
             let rgb = first.rgb.iter().map(|&value| change(value)).collect();
-            backdrop.clearness(&Image { rgb, ..first.clone() }, Pixel::default())
+            backdrop.relative_contrast(&Image { rgb, ..first.clone() }, Pixel::default())
         };
         assert!((changed(&|value| value) - 1.0).abs() < 1e-6);
         assert!((changed(&|value| value / 2) - 1.0).abs() < 0.1);
@@ -350,11 +350,11 @@ mod tests {
 
     #[test]
     fn nothing_is_said_of_another_scene() {
-        let backdrop = Backdrop::of(&scene(0, 0, 0), None);
+        let backdrop = ReferenceFeatures::extract(&scene(0, 0, 0), None);
         let flat = Image { width: 648, height: 486, rgb: vec![90; 3 * 648 * 486] };
-        assert_eq!(backdrop.shift(&flat), None);
-        assert_eq!(Backdrop::of(&flat, None).shift(&flat), None);
+        assert_eq!(backdrop.estimate_shift(&flat), None);
+        assert_eq!(ReferenceFeatures::extract(&flat, None).estimate_shift(&flat), None);
         let tiny = Image { width: 1, height: 1, rgb: vec![9; 3] };
-        assert_eq!(Backdrop::of(&tiny, None).shift(&tiny), None);
+        assert_eq!(ReferenceFeatures::extract(&tiny, None).estimate_shift(&tiny), None);
     }
 }

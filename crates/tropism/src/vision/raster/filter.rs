@@ -3,58 +3,10 @@
 //! In: a picture and a crop. Out: its values, smoothed and sampled, and the levels of background and plant in them. The
 //! one idea: a plant is bright before dark cloth, so what counts as bright is read from each picture, never fixed.
 
-use crate::geometry::{Pixel, Region};
+use crate::geometry::Region;
 use crate::photo::Image;
 use crate::simd::{Kernel, dispatch};
-
-/// Weights of red, green and blue in the desaturated picture (Rec. 601, as OpenCV has them).
-pub const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
-
-/// One value for each sample of a crop: grey from 0 to 255, or whatever weights of red, green and blue make of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plane {
-    /// Columns.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Values, row by row from the top left.
-    pub values: Vec<f32>,
-    /// The photograph's column and row that the first value was sampled at.
-    pub origin: (f64, f64),
-    /// Pixels of the photograph from one sample to the next.
-    pub step: usize,
-}
-
-impl Plane {
-    /// The place in the photograph of column `x`, row `y` of this plane; fractions lie between samples.
-    #[must_use]
-    pub fn pixel(&self, x: f64, y: f64) -> Pixel {
-        let step = self.step as f64;
-        Pixel::new(self.origin.0 + x * step, self.origin.1 + y * step)
-    }
-
-    /// The column and row of this plane that hold a place in the photograph, fractions between samples.
-    #[must_use]
-    pub fn place(&self, pixel: Pixel) -> (f64, f64) {
-        let step = self.step as f64;
-        ((pixel.x - self.origin.0) / step, (pixel.y - self.origin.1) / step)
-    }
-
-    /// The value of the sample nearest to a place in the photograph; `None` outside.
-    #[must_use]
-    pub fn nearest(&self, pixel: Pixel) -> Option<f32> {
-        let (x, y) = self.place(pixel);
-        let is_inside =
-            x > -0.5 && y > -0.5 && x.round() < self.width as f64 && y.round() < self.height as f64;
-        is_inside.then(|| self.values[y.round() as usize * self.width + x.round() as usize])
-    }
-
-    /// One row.
-    #[must_use]
-    pub fn row(&self, y: usize) -> &[f32] {
-        &self.values[y * self.width..][..self.width]
-    }
-}
+use crate::vision::raster::plane::Plane;
 
 /// The crop at one `factor`-th of its size, each pixel the mean of those that it stands for; rows and columns that do not
 /// fill a last one are left off.
@@ -62,7 +14,7 @@ impl Plane {
 /// # Panics
 /// If `crop` does not lie inside the picture or `factor` is 0.
 #[must_use]
-pub fn shrink(image: &Image, crop: Region, factor: usize) -> Image {
+pub fn downscale(image: &Image, crop: Region, factor: usize) -> Image {
     assert!(crop.fits(image.width, image.height) && factor > 0, "{crop:?} by {factor}");
     let (width, height) = (crop.width / factor, crop.height / factor);
     let pixels = (factor * factor) as u32;
@@ -100,7 +52,7 @@ fn gaussian(sigma: f64) -> Vec<f32> {
 }
 
 /// Smooths the picture with a Gaussian of deviation `sigma` pixels, samples every `step`-th pixel of `crop` and takes
-/// the sum of red, green and blue with these weights: [`LUMA`] desaturates.
+/// the sum of red, green and blue with these weights: [`LUMA`](super::plane::LUMA) desaturates.
 ///
 /// The paper filters the whole picture in colour and crops last; all of these steps are linear, so the cheap order used
 /// here (weigh, crop, filter where a sample is taken) gives the same values. Beyond the picture's edge its outermost
@@ -109,11 +61,11 @@ fn gaussian(sigma: f64) -> Vec<f32> {
 /// # Panics
 /// If `crop` does not lie inside the picture or `step` is 0.
 #[must_use]
-pub fn sample(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
+pub fn sample_gaussian(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
     dispatch(Sampling { image, crop, channels, sigma, step })
 }
 
-/// [`sample`].
+/// [`sample_gaussian`].
 struct Sampling<'a> {
     image: &'a Image,
     crop: Region,
@@ -202,7 +154,7 @@ fn weigh(rgb: &[u8], tables: &[[f32; 256]; 3], out: &mut [f32]) {
 
 /// A plane smoothed by a Gaussian of deviation `sigma` samples; beyond its edges the outermost samples are repeated.
 #[must_use]
-pub fn smooth(plane: Plane, sigma: f64) -> Plane {
+pub fn smooth_gaussian(plane: Plane, sigma: f64) -> Plane {
     let weights = gaussian(sigma);
     let radius = weights.len() / 2;
     let (width, height) = (plane.width, plane.height);
@@ -236,72 +188,10 @@ fn mix<'a>(out: &mut [f32], row: impl Fn(usize) -> &'a [f32], weights: &[f32]) {
     }
 }
 
-/// How bright background and plant are in one crop, in grey values of 0 to 255.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Levels {
-    /// The median: a plant fills the smaller part of a crop.
-    pub background: f32,
-    /// One deviation of the background: as far below the median as a normal one has its 16 %, or as far above as it has
-    /// its 70 % where black clips the darker side; at least half a grey value. A plant of up to 30 % of the crop does not
-    /// disturb it.
-    pub spread: f32,
-    /// The level that the brightest few pixels reach.
-    pub bright: f32,
-}
-
-impl Levels {
-    /// Reads the levels from a plane; `count` pixels reach `bright`.
-    #[must_use]
-    pub fn of(plane: &Plane, count: usize) -> Self {
-        const BINS_PER_GREY: f32 = 8.0;
-        const BINS: usize = 256 * BINS_PER_GREY as usize;
-        const LAST: f32 = (BINS - 1) as f32;
-        // To the nearest bin: at this size a number's last bit is worth one.
-        let bin =
-            |value: f32| ((value * BINS_PER_GREY).clamp(0.0, LAST) + 8_388_608.0).to_bits() % BINS as u32;
-        // Neighbours are alike: counted in one place, each would wait for the one before.
-        let mut counts = vec![[0_u32; 4]; BINS];
-        let (chunks, rest) = plane.values.as_chunks::<16>();
-        for values in chunks {
-            let bins = values.map(bin);
-            bins.iter().enumerate().for_each(|(at, &bin)| counts[bin as usize][at % 4] += 1);
-        }
-        rest.iter().for_each(|&value| counts[bin(value) as usize][0] += 1);
-        let histogram: Vec<usize> = counts.iter().map(|lanes| lanes.iter().sum::<u32>() as usize).collect();
-        let last = BINS - 1;
-        let quantile = |rank: usize| {
-            let mut below = 0;
-            let is_reached = |count: &usize| {
-                below += count;
-                below > rank
-            };
-            let bin = histogram.iter().position(is_reached).unwrap_or(last);
-            bin as f32 / BINS_PER_GREY
-        };
-        let pixels = plane.values.len();
-        let background = quantile(pixels / 2);
-        let darker = background - quantile((pixels as f64 * 0.158_655) as usize);
-        let brighter = (quantile(pixels * 7 / 10) - background) / 0.524_4;
-        let spread = darker.max(brighter).max(0.5);
-        Self { background, spread, bright: quantile(pixels.saturating_sub(count.max(1))) }
-    }
-
-    /// How many deviations of the background the brightest pixels stand above it.
-    #[must_use]
-    pub fn contrast(&self) -> f64 {
-        f64::from((self.bright - self.background) / self.spread)
-    }
-
-    /// The level `share` of the way from background to bright.
-    #[must_use]
-    pub fn threshold(&self, share: f64) -> f32 {
-        self.background + share as f32 * (self.bright - self.background)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vision::raster::plane::LUMA;
     use proptest::prelude::*;
 
     fn picture(width: usize, height: usize) -> Image {
@@ -348,7 +238,7 @@ mod tests {
                 width: 1 + (far.0 * (width - x) as f64) as usize % (width - x),
                 height: 1 + (far.1 * (height - y) as f64) as usize % (height - y),
             };
-            let plane = sample(&image, crop, LUMA, sigma, step);
+            let plane = sample_gaussian(&image, crop, LUMA, sigma, step);
             prop_assert_eq!(plane.values.len(), literal(&image, crop, sigma, step).len());
             for (found, wanted) in plane.values.iter().zip(literal(&image, crop, sigma, step)) {
                 prop_assert!((f64::from(*found) - wanted).abs() < 1e-2, "{found} {wanted}");
@@ -361,26 +251,16 @@ mod tests {
         let image =
             Image { width: 3, height: 2, rgb: [[0; 3], [40; 3], [9; 3], [80; 3], [120; 3], [9; 3]].concat() };
         let all = Region { x: 0, y: 0, width: 3, height: 2 };
-        assert_eq!(shrink(&image, all, 2), Image { width: 1, height: 1, rgb: vec![60; 3] });
-        assert_eq!(shrink(&image, Region { x: 2, width: 1, ..all }, 1).rgb, vec![9; 6]);
-        assert_eq!(shrink(&image, all, 5).rgb, Vec::<u8>::new());
-    }
-
-    #[test]
-    fn levels_tell_plant_from_background() {
-        let mut values: Vec<f32> = (0..10_000).map(|i| 20.0 + (i % 11) as f32).collect();
-        values[5_000..5_040].fill(200.0);
-        let plane = Plane { width: 100, height: 100, values, origin: (0.0, 0.0), step: 1 };
-        let levels = Levels::of(&plane, 20);
-        assert!((levels.background - 25.0).abs() < 0.2 && (levels.bright - 200.0).abs() < 0.2, "{levels:?}");
-        assert!((levels.threshold(0.5) - 112.5).abs() < 0.2);
-        assert!(levels.contrast() > 30.0 && Levels::of(&plane, 50).contrast() < 3.0);
+        assert_eq!(downscale(&image, all, 2), Image { width: 1, height: 1, rgb: vec![60; 3] });
+        assert_eq!(downscale(&image, Region { x: 2, width: 1, ..all }, 1).rgb, vec![9; 6]);
+        assert_eq!(downscale(&image, all, 5).rgb, Vec::<u8>::new());
     }
 
     #[test]
     fn a_place_and_its_pixel_are_one() {
-        let plane = sample(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, LUMA, 0.5, 4);
+        let plane =
+            sample_gaussian(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, LUMA, 0.5, 4);
         assert_eq!(plane.origin, (10.0, 7.0));
-        assert_eq!(plane.place(plane.pixel(2.5, 3.0)), (2.5, 3.0));
+        assert_eq!(plane.to_sample(plane.to_pixel(2.5, 3.0)), (2.5, 3.0));
     }
 }

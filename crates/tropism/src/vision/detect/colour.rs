@@ -11,14 +11,14 @@ const ROUNDING: f64 = 1.0;
 
 /// Sums over pixels from which mean and covariance of their colour follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Colours {
+pub struct ColourStatistics {
     count: u64,
     sum: [u64; 3],
     /// Sums of products: rr, gg, bb, rg, rb, gb.
     products: [u64; 6],
 }
 
-impl Colours {
+impl ColourStatistics {
     /// Takes a pixel in.
     pub fn add(&mut self, rgb: [u8; 3]) {
         let [r, g, b] = rgb.map(u64::from);
@@ -48,7 +48,7 @@ impl Colours {
 
 /// A score of colours that is 0 for the mean background and 1 for the mean plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Discriminant {
+pub struct LinearDiscriminant {
     /// Weights of red, green and blue.
     pub weights: [f64; 3],
     /// What is added to the weighted sum.
@@ -57,11 +57,11 @@ pub struct Discriminant {
     pub separation: f64,
 }
 
-impl Discriminant {
+impl LinearDiscriminant {
     /// Learns to tell `plant` from `background`, whose spread of colour is what counts; `None` where either is empty or
     /// both have the same mean.
     #[must_use]
-    pub fn learn(plant: &Colours, background: &Colours) -> Option<Self> {
+    pub fn learn(plant: &ColourStatistics, background: &ColourStatistics) -> Option<Self> {
         if plant.count == 0 || background.count == 0 {
             return None;
         }
@@ -82,8 +82,8 @@ impl Discriminant {
 mod tests {
     use super::*;
 
-    fn colours(pixels: &[[u8; 3]]) -> Colours {
-        let mut colours = Colours::default();
+    fn colours(pixels: &[[u8; 3]]) -> ColourStatistics {
+        let mut colours = ColourStatistics::default();
         pixels.iter().for_each(|&pixel| colours.add(pixel));
         colours
     }
@@ -93,7 +93,7 @@ mod tests {
         // Grey folds from dark to bright; a plant that is green but no brighter than the brightest fold.
         let folds = colours(&(20..=150).map(|level| [level; 3]).collect::<Vec<_>>());
         let plant = colours(&[[80, 120, 60], [90, 130, 70]]);
-        let found = Discriminant::learn(&plant, &folds).unwrap();
+        let found = LinearDiscriminant::learn(&plant, &folds).unwrap();
         let score = |rgb: [f64; 3]| {
             found.offset + found.weights.iter().zip(rgb).map(|(weight, value)| weight * value).sum::<f64>()
         };
@@ -105,16 +105,16 @@ mod tests {
 
     #[test]
     fn grey_pictures_are_told_by_brightness() {
-        let found =
-            Discriminant::learn(&colours(&[[200; 3], [220; 3]]), &colours(&[[20; 3], [24; 3]])).unwrap();
+        let found = LinearDiscriminant::learn(&colours(&[[200; 3], [220; 3]]), &colours(&[[20; 3], [24; 3]]))
+            .unwrap();
         assert!(found.weights.iter().all(|weight| (weight - 1.0 / (3.0 * 188.0)).abs() < 1e-9), "{found:?}");
     }
 
     #[test]
     fn nothing_is_learned_from_nothing() {
         let some = colours(&[[9; 3]]);
-        assert_eq!(Discriminant::learn(&Colours::default(), &some), None);
-        assert_eq!(Discriminant::learn(&some, &Colours::default()), None);
-        assert_eq!(Discriminant::learn(&some, &some), None);
+        assert_eq!(LinearDiscriminant::learn(&ColourStatistics::default(), &some), None);
+        assert_eq!(LinearDiscriminant::learn(&some, &ColourStatistics::default()), None);
+        assert_eq!(LinearDiscriminant::learn(&some, &some), None);
     }
 }

@@ -1,70 +1,14 @@
 //! The stem as ten points (section 4): the pixels of eq. (10), the median of each row, a polyline of ten vertices.
 
-use serde::{Deserialize, Serialize};
-
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
-
-/// What the brightness V of eq. (10) is: the paper does not say.
-///
-/// With [`Self::Max`] the gate `G >= 0.75` of eq. (10) would be redundant, which speaks against it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Brightness {
-    /// The largest of red, green and blue: the V of HSV.
-    Max,
-    /// The mean of the largest and the smallest: the L of HSL, and what .NET's `GetBrightness` returns, which the
-    /// paper's IronPython could call.
-    #[default]
-    Lightness,
-    /// 0.299 red, 0.587 green, 0.114 blue.
-    Luma,
-}
-
-/// How the channels are "remapped onto the domain (0.0, 1.0)" (section 4).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Remap {
-    /// 0 to 0, 255 to 1.
-    #[default]
-    Fixed,
-    /// The least value of the channel in the crop to 0, the greatest to 1.
-    Stretch,
-}
-
-/// The gates of eq. (10) and the choices that the paper leaves open there.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StemConfig {
-    /// Least G - R and G - B of a pixel that is plant by its colour: 0.5.
-    pub excess: f64,
-    /// Least G of a pixel that is plant: 0.75.
-    pub green: f64,
-    /// Least V of a pixel that is plant: 0.75.
-    pub brightness: f64,
-    /// What V is.
-    pub value: Brightness,
-    /// How channels are mapped to 0 to 1.
-    pub remap: Remap,
-}
-
-impl Default for StemConfig {
-    fn default() -> Self {
-        Self {
-            excess: 0.5,
-            green: 0.75,
-            brightness: 0.75,
-            value: Brightness::default(),
-            remap: Remap::default(),
-        }
-    }
-}
+use crate::vision::config::{Brightness, Remap, StemConfig};
 
 impl StemConfig {
     /// Whether a pixel is plant by eq. (10); channels run from 0 to 1.
     ///
     /// ```
-    /// use tropism::vision::stem::StemConfig;
+    /// use tropism::vision::config::StemConfig;
     /// let config = StemConfig::default();
     /// assert!(config.is_plant(0.1, 0.65, 0.1) && config.is_plant(0.9, 0.76, 0.2));
     /// assert!(!config.is_plant(0.4, 0.7, 0.1));
@@ -86,7 +30,7 @@ impl StemConfig {
 /// # Panics
 /// If `crop` does not lie inside the picture.
 #[must_use]
-pub fn medians(image: &Image, crop: Region, config: &StemConfig) -> Vec<Pixel> {
+pub fn row_medians(image: &Image, crop: Region, config: &StemConfig) -> Vec<Pixel> {
     let row = |y: usize| {
         let start = 3 * (y * image.width + crop.x);
         image.rgb[start..start + 3 * crop.width].chunks_exact(3)
@@ -147,7 +91,7 @@ mod tests {
 
     #[test]
     fn each_row_gives_its_median_from_the_base_up() {
-        let stem = medians(&leaning(), CROP, &StemConfig::default());
+        let stem = row_medians(&leaning(), CROP, &StemConfig::default());
         assert_eq!(stem.len(), 10);
         assert_eq!((stem[0], stem[9]), (Pixel::new(3.5, 11.0), Pixel::new(12.5, 2.0)));
     }
@@ -169,9 +113,9 @@ mod tests {
     fn stretching_finds_a_dim_stem_that_fixed_gates_miss() {
         let mut dim = leaning();
         dim.rgb.iter_mut().for_each(|level| *level /= 8);
-        assert!(medians(&dim, CROP, &StemConfig::default()).is_empty());
+        assert!(row_medians(&dim, CROP, &StemConfig::default()).is_empty());
         let stretch = StemConfig { remap: Remap::Stretch, ..StemConfig::default() };
-        assert_eq!(medians(&dim, CROP, &stretch), medians(&leaning(), CROP, &stretch));
+        assert_eq!(row_medians(&dim, CROP, &stretch), row_medians(&leaning(), CROP, &stretch));
     }
 
     proptest! {
@@ -187,7 +131,7 @@ mod tests {
                 remap: Remap::Fixed,
             };
             let image = Image { width: 1, height: 1, rgb: pixel.to_vec() };
-            let found = !medians(&image, Region { x: 0, y: 0, width: 1, height: 1 }, &config).is_empty();
+            let found = !row_medians(&image, Region { x: 0, y: 0, width: 1, height: 1 }, &config).is_empty();
             let [r, g, b] = pixel.map(|level| f64::from(level) / 255.0);
             prop_assert_eq!(found, config.is_plant(r, g, b));
         }
@@ -198,7 +142,7 @@ mod tests {
         let black = Image { width: 1, height: 1, rgb: vec![0; 3] };
         let crop = Region { x: 0, y: 0, width: 1, height: 1 };
         for remap in [Remap::Fixed, Remap::Stretch] {
-            assert!(medians(&black, crop, &StemConfig { remap, ..StemConfig::default() }).is_empty());
+            assert!(row_medians(&black, crop, &StemConfig { remap, ..StemConfig::default() }).is_empty());
         }
     }
 }

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pixel, Point};
-use crate::vision::VisionError;
-use crate::vision::lens::Lens;
+use crate::vision::camera::lens::Lens;
+use crate::vision::error::VisionError;
 
 /// How the pictures of one camera map to the plane of the stem ("stored in cm and scaled to the dimensions of the
 /// experiment setup", section 2.2.2).
@@ -14,7 +14,7 @@ use crate::vision::lens::Lens;
 /// ```
 /// use tropism::geometry::{Pixel, Point};
 /// use tropism::vision::Calibration;
-/// let calibration = Calibration::flat(Pixel::new(320.0, 400.0), 10.0, 640, 480);
+/// let calibration = Calibration::from_scale(Pixel::new(320.0, 400.0), 10.0, 640, 480);
 /// assert_eq!(calibration.point(Pixel::new(340.0, 370.0)), Point::new(2.0, 3.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,14 +40,14 @@ pub struct Calibration {
 impl Calibration {
     /// One scale for the whole picture.
     #[must_use]
-    pub const fn flat(base: Pixel, px_per_cm: f64, width: usize, height: usize) -> Self {
+    pub const fn from_scale(base: Pixel, px_per_cm: f64, width: usize, height: usize) -> Self {
         Self { base, px_per_cm, width, height, residual_mm: None, lens: None }
     }
 
     /// The scale of marks of known length, as ends in pixels and cm between them, by least squares; and how far the
     /// lengths are off, as a root mean square in mm, `None` for a single mark. `None` without a mark that has a length.
     #[must_use]
-    pub fn scale_of(marks: &[([Pixel; 2], f64)]) -> Option<(f64, Option<f64>)> {
+    pub fn fit_scale(marks: &[([Pixel; 2], f64)]) -> Option<(f64, Option<f64>)> {
         let long = |[a, b]: [Pixel; 2]| a.distance(b);
         let squares: f64 = marks.iter().map(|(_, cm)| cm * cm).sum();
         let scale = marks.iter().map(|&(ends, cm)| long(ends) * cm).sum::<f64>() / squares;
@@ -99,7 +99,7 @@ impl Calibration {
     ///
     /// # Errors
     /// [`VisionError::Size`] with both sizes.
-    pub fn fits(&self, width: usize, height: usize) -> Result<(), VisionError> {
+    pub fn check_size(&self, width: usize, height: usize) -> Result<(), VisionError> {
         if (width, height) == (self.width, self.height) {
             return Ok(());
         }
@@ -113,7 +113,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn calibration() -> Calibration {
-        Calibration::flat(Pixel::new(360.0, 336.0), 11.0, 720, 480)
+        Calibration::from_scale(Pixel::new(360.0, 336.0), 11.0, 720, 480)
     }
 
     proptest! {
@@ -135,18 +135,18 @@ mod tests {
         assert!(error(Calibration { px_per_cm: 0.0, ..calibration() }).contains("px_per_cm = 0"));
         assert!(error(Calibration { base: Pixel::new(f64::NAN, 0.0), ..calibration() }).contains("base"));
         assert!(error(Calibration { width: 0, ..calibration() }).contains("0 x 480"));
-        let size = calibration().fits(10, 20).unwrap_err().to_string();
+        let size = calibration().check_size(10, 20).unwrap_err().to_string();
         assert!(size.contains("10 x 20") && size.contains("720 x 480"), "{size}");
     }
 
     #[test]
     fn several_marks_tell_how_well_they_agree() {
         let mark = |length, cm| ([Pixel::new(3.0, 4.0), Pixel::new(3.0, 4.0 + length)], cm);
-        assert_eq!(Calibration::scale_of(&[mark(110.0, 10.0)]), Some((11.0, None)));
-        let (scale, residual) = Calibration::scale_of(&[mark(111.0, 10.0), mark(109.0, 10.0)]).unwrap();
+        assert_eq!(Calibration::fit_scale(&[mark(110.0, 10.0)]), Some((11.0, None)));
+        let (scale, residual) = Calibration::fit_scale(&[mark(111.0, 10.0), mark(109.0, 10.0)]).unwrap();
         assert!((scale - 11.0).abs() < 1e-12 && (residual.unwrap() - 10.0 / 11.0).abs() < 1e-12);
-        assert_eq!(Calibration::scale_of(&[mark(0.0, 10.0)]), None);
-        assert_eq!(Calibration::scale_of(&[]), None);
+        assert_eq!(Calibration::fit_scale(&[mark(0.0, 10.0)]), None);
+        assert_eq!(Calibration::fit_scale(&[]), None);
     }
 
     #[test]
