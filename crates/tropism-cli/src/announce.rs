@@ -1,64 +1,97 @@
-//! Telling people and the system what happens to a run: alerts, and systemd.
+//! What the terminal and systemd hear of a run.
 
-use std::cell::Cell;
-use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
-use tropism_rig::alert::{Alerts, Happening, Kind};
-use tropism_rig::file::RigFile;
+use tropism::rig::Event;
+use tropism::track::Sample;
+use tropism_lab::Monitor;
 
-use crate::shell::Shell;
+use crate::shell::{Progress, Shell};
 
 /// How often systemd hears that the run is alive.
 const ALIVE: Duration = Duration::from_secs(1);
 
-/// Whoever wants to know of a run. Nothing that is told here delays it.
-pub(crate) struct Announcer {
-    alerts: Alerts,
-    is_ready: Cell<bool>,
-    alive: Cell<Option<Instant>>,
+/// Draws a run as a progress line, reports it to systemd, and asks it to stop after Ctrl-C.
+pub(crate) struct RunMonitor<'s> {
+    shell: &'s Shell,
+    progress: Mutex<Option<Progress>>,
+    /// Whether events are shown: not those of a virtual tent.
+    has_notes: bool,
+    is_ready: AtomicBool,
+    alive: Mutex<Option<Instant>>,
 }
 
-impl Announcer {
-    /// Opens the channels of `rig` for the run in `out`.
-    pub(crate) fn open(rig: &RigFile, out: &Path) -> Result<Self> {
-        let name =
-            out.file_name().map_or_else(|| out.display().to_string(), |name| name.to_string_lossy().into());
-        let alerts = rig.open_alerts(&name).context("alerts")?;
-        Ok(Self { alerts, is_ready: Cell::new(false), alive: Cell::new(None) })
+impl<'s> RunMonitor<'s> {
+    /// A monitor that shows the events of the run only if `has_notes`.
+    pub(crate) const fn new(shell: &'s Shell, has_notes: bool) -> Self {
+        Self {
+            shell,
+            progress: Mutex::new(None),
+            has_notes,
+            is_ready: AtomicBool::new(false),
+            alive: Mutex::new(None),
+        }
     }
 
-    /// Something happened.
-    pub(crate) fn happened(&self, kind: Kind, step: Option<u32>, text: &str) {
-        self.alerts.tell(&Happening::now(kind, step, text));
-        notify(&[State::Status(&format!("{}: {}", kind.name(), text.replace('\n', " ")))]);
+    fn with_progress(&self, show: impl FnOnce(&Progress)) {
+        if let Some(progress) = &*self.progress.lock().unwrap_or_else(PoisonError::into_inner) {
+            show(progress);
+        }
+    }
+}
+
+impl Monitor for RunMonitor<'_> {
+    fn stage(&self, name: &str, total: u64) {
+        let progress = self.shell.progress(name, total);
+        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
     }
 
-    /// A step was photographed: for heartbeats, and for systemd, to which the first one means that all is well.
-    pub(crate) fn step(&self, step: u32, text: &str) {
-        self.alerts.tell(&Happening::now(Kind::Step, Some(step), text));
-        notify(&[State::Status(&format!("step {step}: {text}"))]);
-        if !self.is_ready.replace(true) {
+    fn advance(&self, count: u64) {
+        self.with_progress(|progress| progress.add(count));
+    }
+
+    fn status(&self, text: &str) {
+        notify(&[State::Status(&text.replace('\n', " "))]);
+    }
+
+    fn note(&self, line: &str) {
+        self.shell.note(line);
+    }
+
+    fn event(&self, Event { step, kind, text, .. }: &Event) {
+        notify(&[State::Status(&format!("{kind}: {}", text.replace('\n', " ")))]);
+        if self.has_notes {
+            self.with_progress(|progress| progress.note(&format!("step {step}: {kind}: {text}")));
+        }
+    }
+
+    fn sample(&self, sample: &Sample) {
+        let place = format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y);
+        notify(&[State::Status(&format!("step {}: {place}", sample.step))]);
+        if !self.is_ready.swap(true, Ordering::SeqCst) {
             notify(&[State::Ready]);
         }
         self.heartbeat();
+        self.with_progress(|progress| progress.say(place));
     }
 
-    /// The loop is alive. To be called as often as it can tell: at least twice in systemd's WatchdogSec.
-    pub(crate) fn heartbeat(&self) {
-        if self.alive.get().is_none_or(|last| last.elapsed() >= ALIVE) {
-            self.alive.set(Some(Instant::now()));
+    fn heartbeat(&self) {
+        let mut alive = self.alive.lock().unwrap_or_else(PoisonError::into_inner);
+        if alive.is_none_or(|last| last.elapsed() >= ALIVE) {
+            *alive = Some(Instant::now());
             notify(&[State::Watchdog]);
         }
     }
 
-    /// The run ends: waits until all is told, half a minute at most, and notes what could not be.
-    pub(crate) fn close(self, shell: &Shell) {
+    fn closing(&self) {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner).take();
         notify(&[State::Stopping]);
-        for (name, problem) in self.alerts.close() {
-            shell.note(&format!("alert ({name}): not delivered: {problem}"));
-        }
+    }
+
+    fn may_go_on(&self) -> bool {
+        !Shell::is_interrupted()
     }
 }
 

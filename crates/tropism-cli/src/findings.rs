@@ -8,10 +8,8 @@ use serde::Deserialize;
 use tropism::geometry::{Point, Polyline};
 use tropism::photo::Image;
 use tropism::track::Track;
-use tropism_lab::files;
+use tropism_lab::{RunConfig, files};
 use tropism_report::{self as report, Composite, Figure, LitStem, Plants};
-
-use crate::commands::run::RunPlan;
 
 /// Photographs of a run that are laid over each other in Figure 2, at most.
 const COMPOSED: usize = 60;
@@ -19,7 +17,7 @@ const COMPOSED: usize = 60;
 /// A run folder that is over.
 pub(crate) struct RunFound {
     pub(crate) path: PathBuf,
-    pub(crate) plan: RunPlan,
+    pub(crate) plan: RunConfig,
     pub(crate) track: Track,
 }
 
@@ -44,7 +42,7 @@ struct Row {
 impl RunFound {
     /// The run in `path`.
     pub(crate) fn read(path: &Path) -> Result<Self> {
-        let plan = RunPlan::read(path)?;
+        let plan = RunConfig::read(path)?;
         let file = path.join("track.csv");
         if !file.exists() {
             bail!(
@@ -208,6 +206,6 @@ pub(crate) fn evolution_figures(history: &History, plants: Plants) -> Vec<Figure
 /// Figure 8: a steered plant.
 pub(crate) fn steered_figure(run: &RunFound) -> Figure {
     let task = &run.plan.task;
-    let title = format!("Steered by {}", run.plan.controller);
+    let title = format!("Steered by {}", run.plan.controller_description());
     report::steering("8", &title, &run.track, &task.targets, task.fitness(&run.track), run.plants())
 }

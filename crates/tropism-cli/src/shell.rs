@@ -22,6 +22,18 @@ impl Interrupted {
     }
 }
 
+/// A run met a condition that its user must decide: exit code 3.
+#[derive(Debug, thiserror::Error)]
+#[error("paused: {0}")]
+pub(crate) struct Paused(String);
+
+impl Paused {
+    /// The run in `folder` is paused for `reason`.
+    pub(crate) fn at(folder: &Path, reason: &str) -> anyhow::Error {
+        Self(format!("{}: {reason}; the same command with --resume goes on", folder.display())).into()
+    }
+}
+
 /// How a command speaks.
 pub(crate) struct Shell {
     is_json: bool,

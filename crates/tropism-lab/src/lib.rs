@@ -18,9 +18,13 @@ mod recorded;
 mod error;
 pub mod monitor;
 pub mod workflow;
+pub mod controller;
+pub mod run;
 
+pub use controller::ControllerSpec;
 pub use error::Error;
-pub use monitor::{Monitor, Silent};
+pub use monitor::{Monitor, Part, Silent};
+pub use run::{RunConfig, RunPlan, RunResults};
 pub use workflow::Workflow;
 
 pub use checkpoint::{Checkpoint, Loaded};

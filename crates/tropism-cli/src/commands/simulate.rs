@@ -8,6 +8,7 @@ use serde::Serialize;
 use tropism::evolve::Trial;
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::simulate;
+use tropism::track::PERIOD_MIN;
 use tropism_lab::files;
 
 use crate::controller::ControllerName;
@@ -59,11 +60,11 @@ impl Simulate {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let task = self.task.load()?;
         let model = load_model_for(&self.model, &task, shell)?;
-        let controller = self.controller.load()?;
+        let controller = self.controller.load(PERIOD_MIN)?;
         let (mut scores, mut blind, mut first) = (Vec::new(), 0.0, None);
         for episode in 0..self.episodes {
             let draws = Draws::new(self.seed.seed, Purpose::Trial, [episode, 0, 0]);
-            let track = simulate(&model, &mut *controller.build(&task), &task, draws);
+            let track = simulate(&model, &mut *controller.build(&task, PERIOD_MIN), &task, draws);
             scores.push(task.fitness(&track));
             blind += model.share_without_data(&track);
             first.get_or_insert(track);

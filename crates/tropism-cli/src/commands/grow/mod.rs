@@ -16,11 +16,11 @@ use tropism::greenhouse::bean::grow;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
-use tropism::track::{Sample, Track};
-use tropism_lab::files;
+use tropism::track::{PERIOD_MIN, Sample, Track};
+use tropism_lab::{ControllerSpec, files};
 
 use self::photographs::Nursery;
-use crate::controller::{ControllerName, LoadedController};
+use crate::controller::{ControllerName, task_for};
 use crate::options::{SeedOption, TaskOption, TentOptions};
 use crate::shell::{Interrupted, Shell};
 
@@ -107,8 +107,8 @@ impl Grow {
             self.photographs || greenhouse == plain,
             "found --scene, --cameras or --faults, wanted --photographs with them: they are about photographs"
         );
-        let controller = self.controller.load()?;
-        let task = controller.task(&self.task, self.steps)?;
+        let controller = self.controller.load(PERIOD_MIN)?;
+        let task = task_for(&controller, &self.task, self.steps)?;
         let is_open_loop = task.targets.is_empty();
         files::make_folder(out)?;
         let plants = match self.photographs {
@@ -169,7 +169,7 @@ impl Grow {
     fn grow(
         &self,
         greenhouse: &Greenhouse,
-        controller: &LoadedController,
+        controller: &ControllerSpec,
         task: &Task,
         out: &Path,
         shell: &Shell,
@@ -182,7 +182,7 @@ impl Grow {
                 if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
             };
             let Greenhouse { bean, scale, .. } = greenhouse;
-            let mut controller = controller.build(task);
+            let mut controller = controller.build(task, PERIOD_MIN);
             let track = grow(bean, self.seed_of(plant), *scale, &mut *controller, task, &mut watch);
             progress.add(1);
             if !is_whole {
@@ -199,7 +199,7 @@ impl Grow {
     fn photograph(
         &self,
         greenhouse: &Greenhouse,
-        controller: &LoadedController,
+        controller: &ControllerSpec,
         task: &Task,
         out: &Path,
         shell: &Shell,

@@ -6,14 +6,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, ensure};
 use serde::Serialize;
 use tropism::vision::{Calibration, VisionConfig};
-use tropism_lab::files;
+use tropism_lab::{RunConfig, files};
 
 use super::Track;
 use super::plants::Plant;
 use super::series::{Series, Shot, TimeFrom};
 use super::table::{Counts, words};
 use super::work::Work;
-use crate::commands::run::RunPlan;
 use crate::shell::Shell;
 
 /// Bad files that are named on the terminal; all are in the JSON file.
@@ -164,5 +163,5 @@ fn are_virtual(shots: &[Shot]) -> bool {
         .iter()
         .flat_map(|folder| [Some(*folder), folder.parent()])
         .flatten()
-        .any(|folder| RunPlan::read(folder).is_ok_and(|run| run.is_virtual))
+        .any(|folder| RunConfig::read(folder).is_ok_and(|run| run.is_virtual()))
 }
