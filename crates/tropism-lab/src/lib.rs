@@ -18,6 +18,7 @@ mod recorded;
 mod error;
 pub mod monitor;
 pub mod workflow;
+pub mod calibrate_camera;
 
 pub use error::Error;
 pub use monitor::{Monitor, Silent};

@@ -26,7 +26,7 @@ use tropism_rig::file::RigFile;
 use crate::announce::Announcer;
 use crate::controller::{ControllerName, LoadedController};
 use crate::options::{SeedOption, TaskOption, TentOptions};
-use crate::shell::{Interrupted, Progress, Shell};
+use crate::shell::{Interrupted, Paused, Progress, Shell};
 
 /// Run an experiment: a photograph every five minutes, a decision, a lamp
 ///
@@ -293,17 +293,6 @@ impl RunPlan {
         journal.happened(&event)?;
         watchers.event(&event);
         Err(Paused::at(folder.path(), &why))
-    }
-}
-
-/// A run has met something that its user must decide.
-#[derive(Debug, thiserror::Error)]
-#[error("paused: {0}")]
-pub(crate) struct Paused(String);
-
-impl Paused {
-    fn at(folder: &Path, why: &str) -> anyhow::Error {
-        Self(format!("{}: {why}; the same command with --resume goes on", folder.display())).into()
     }
 }
 
