@@ -117,10 +117,13 @@ fn parse_faults(text: &str) -> Result<Faults, String> {
 }
 
 /// Keys of plans, and the options that set them.
-const OPTIONS_OF_KEYS: [(&str, &str); 9] = [
+const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("base", "--base"),
+    ("calibration", "--calibration"),
     ("distance_cm", "--distance"),
     ("out", "--out"),
+    ("period_min", "--period"),
+    ("plants", "--plants"),
     ("px_per_cm", "--scale"),
     ("region", "--roi"),
     ("replace", "--force"),

@@ -47,6 +47,7 @@ impl Monitor for ProgressMonitor<'_> {
     }
 
     fn note(&self, line: &str) {
+        let line = &with_options(line);
         match &*self.stage() {
             Some(stage) => stage.note(line),
             None => self.shell.note(line),
@@ -86,7 +87,7 @@ pub(crate) fn for_user(error: Error) -> anyhow::Error {
 }
 
 /// `text` with the command-line option in place of each key of a plan that stands in backticks.
-fn with_options(text: &str) -> String {
+pub(crate) fn with_options(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for (index, part) in text.split('`').enumerate() {
         match option_of_key(part) {

@@ -137,6 +137,7 @@ impl Workflow for CalibrateCameraPlan {
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<CalibrateCameraResults, Error> {
+        self.check()?;
         let place = self.photograph.display();
         let image = files::read_photo(&self.photograph, 0.0)?.decode().map_err(Error::at(&place))?;
         let Image { width, height, .. } = image;

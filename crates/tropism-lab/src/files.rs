@@ -226,6 +226,12 @@ pub(crate) fn check_free(path: &Path, is_replaced: bool) -> Result<(), crate::Er
     )))
 }
 
+/// Writes a value as indented JSON with a line feed at its end.
+pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), FileError> {
+    let json = serde_json::to_string_pretty(value).map_err(|error| content(path)(&error))? + "\n";
+    write(path, json.as_bytes())
+}
+
 /// Writes a track as CSV.
 ///
 /// # Errors

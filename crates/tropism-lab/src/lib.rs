@@ -19,6 +19,8 @@ mod error;
 pub mod monitor;
 pub mod workflow;
 pub mod calibrate_camera;
+pub mod track;
+pub mod depth;
 
 pub use error::Error;
 pub use monitor::{Monitor, Silent};
