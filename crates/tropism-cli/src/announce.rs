@@ -8,94 +8,107 @@ use tropism::rig::Event;
 use tropism::track::Sample;
 use tropism_lab::Monitor;
 
-use crate::shell::{Progress, Shell};
+use crate::progress::ProgressMonitor;
+use crate::shell::Shell;
 
-/// How often systemd hears that the run is alive.
-const ALIVE: Duration = Duration::from_secs(1);
-
-/// Draws a run as a progress line, reports it to systemd, and asks it to stop after Ctrl-C.
+/// Draws a run as a progress line and reports it to systemd.
 pub(crate) struct RunMonitor<'s> {
-    shell: &'s Shell,
-    progress: Mutex<Option<Progress>>,
-    /// Whether events are shown: not those of a virtual tent.
+    terminal: ProgressMonitor<'s>,
+    /// Whether events are printed: not those of a virtual tent.
     has_notes: bool,
-    is_ready: AtomicBool,
-    alive: Mutex<Option<Instant>>,
+    systemd: Systemd,
 }
 
 impl<'s> RunMonitor<'s> {
-    /// A monitor that shows the events of the run only if `has_notes`.
+    /// A monitor that prints the events of the run only if `has_notes`.
     pub(crate) const fn new(shell: &'s Shell, has_notes: bool) -> Self {
-        Self {
-            shell,
-            progress: Mutex::new(None),
-            has_notes,
-            is_ready: AtomicBool::new(false),
-            alive: Mutex::new(None),
-        }
-    }
-
-    fn with_progress(&self, show: impl FnOnce(&Progress)) {
-        if let Some(progress) = &*self.progress.lock().unwrap_or_else(PoisonError::into_inner) {
-            show(progress);
-        }
+        Self { terminal: ProgressMonitor::new(shell), has_notes, systemd: Systemd::new() }
     }
 }
 
 impl Monitor for RunMonitor<'_> {
     fn stage(&self, name: &str, total: u64) {
-        let progress = self.shell.progress(name, total);
-        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
+        self.terminal.stage(name, total);
     }
 
     fn advance(&self, count: u64) {
-        self.with_progress(|progress| progress.add(count));
+        self.terminal.advance(count);
     }
 
     fn status(&self, text: &str) {
-        notify(&[State::Status(&text.replace('\n', " "))]);
+        Systemd::status(text);
+        self.terminal.status(text);
     }
 
     fn note(&self, line: &str) {
-        self.shell.note(line);
+        self.terminal.note(line);
     }
 
     fn event(&self, Event { step, kind, text, .. }: &Event) {
-        notify(&[State::Status(&format!("{kind}: {}", text.replace('\n', " ")))]);
+        Systemd::status(&format!("{kind}: {text}"));
         if self.has_notes {
-            self.with_progress(|progress| progress.note(&format!("step {step}: {kind}: {text}")));
+            self.terminal.note(&format!("step {step}: {kind}: {text}"));
         }
     }
 
     fn sample(&self, sample: &Sample) {
         let place = format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y);
-        notify(&[State::Status(&format!("step {}: {place}", sample.step))]);
-        if !self.is_ready.swap(true, Ordering::SeqCst) {
-            notify(&[State::Ready]);
-        }
-        self.heartbeat();
-        self.with_progress(|progress| progress.say(place));
+        Systemd::status(&format!("step {}: {place}", sample.step));
+        self.systemd.ready();
+        self.systemd.watchdog();
+        self.terminal.status(&place);
     }
 
     fn heartbeat(&self) {
-        let mut alive = self.alive.lock().unwrap_or_else(PoisonError::into_inner);
-        if alive.is_none_or(|last| last.elapsed() >= ALIVE) {
-            *alive = Some(Instant::now());
-            notify(&[State::Watchdog]);
-        }
+        self.systemd.watchdog();
     }
 
     fn closing(&self) {
-        self.progress.lock().unwrap_or_else(PoisonError::into_inner).take();
-        notify(&[State::Stopping]);
+        self.terminal.closing();
+        notify(&State::Stopping);
     }
 
     fn may_go_on(&self) -> bool {
-        !Shell::is_interrupted()
+        self.terminal.may_go_on()
     }
 }
 
-/// What systemd is told.
+/// The service manager that started the program, if it is a service of `Type=notify`.
+struct Systemd {
+    is_ready: AtomicBool,
+    last_watchdog: Mutex<Option<Instant>>,
+}
+
+impl Systemd {
+    /// Shortest time between two reports that the run is alive: half of the shortest sensible `WatchdogSec=`.
+    const WATCHDOG: Duration = Duration::from_secs(1);
+
+    const fn new() -> Self {
+        Self { is_ready: AtomicBool::new(false), last_watchdog: Mutex::new(None) }
+    }
+
+    /// Reports the state of the run in one line.
+    fn status(text: &str) {
+        notify(&State::Status(&text.replace('\n', " ")));
+    }
+
+    /// Reports once that the run works: its first photograph was taken.
+    fn ready(&self) {
+        if !self.is_ready.swap(true, Ordering::SeqCst) {
+            notify(&State::Ready);
+        }
+    }
+
+    /// Reports that the run is alive.
+    fn watchdog(&self) {
+        let mut last = self.last_watchdog.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.is_none_or(|last| last.elapsed() >= Self::WATCHDOG) {
+            *last = Some(Instant::now());
+            notify(&State::Watchdog);
+        }
+    }
+}
+
 enum State<'a> {
     Ready,
     Watchdog,
@@ -103,23 +116,20 @@ enum State<'a> {
     Status(&'a str),
 }
 
-/// Tells systemd, if it has started us as a service of type notify.
+/// Sends `state` to systemd.
 #[cfg(unix)]
-fn notify(states: &[State<'_>]) {
+fn notify(state: &State<'_>) {
     use sd_notify::NotifyState;
 
-    let states: Vec<_> = states
-        .iter()
-        .map(|state| match *state {
-            State::Ready => NotifyState::Ready,
-            State::Watchdog => NotifyState::Watchdog,
-            State::Stopping => NotifyState::Stopping,
-            State::Status(text) => NotifyState::Status(text),
-        })
-        .collect();
-    // A run does not end because nobody listens.
-    let _ = sd_notify::notify(&states);
+    let state = match *state {
+        State::Ready => NotifyState::Ready,
+        State::Watchdog => NotifyState::Watchdog,
+        State::Stopping => NotifyState::Stopping,
+        State::Status(text) => NotifyState::Status(text),
+    };
+    // The run does not depend on the service manager.
+    let _ = sd_notify::notify(&[state]);
 }
 
 #[cfg(not(unix))]
-fn notify(_states: &[State<'_>]) {}
+fn notify(_state: &State<'_>) {}

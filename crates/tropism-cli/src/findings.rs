@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 use serde::Deserialize;
-use tropism::geometry::{Point, Polyline};
 use tropism::photo::Image;
 use tropism::track::Track;
+use tropism_lab::track::stem_at;
 use tropism_lab::{RunConfig, files};
 use tropism_report::{self as report, Composite, Figure, LitStem, Plants};
 
@@ -143,23 +143,7 @@ pub(crate) fn stem_figure(runs: &[RunFound]) -> Result<Option<Figure>> {
 /// The stems of a track that `tropism track` made, from its columns; none in another.
 fn stems_of(track: &Track) -> Vec<LitStem> {
     let rows = track.samples.iter().enumerate();
-    rows.filter_map(|(row, sample)| Some((stem_of(track, row)?, sample.light))).collect()
-}
-
-/// The ten points of a track's stem at one row, from its columns.
-pub(crate) fn stem_of(track: &Track, row: usize) -> Option<Polyline> {
-    let points = (1..=10).map(|vertex| place_of(track, &format!("stem_{vertex}"), row));
-    points.collect::<Option<_>>().map(Polyline)
-}
-
-/// A place in cm at one row of a track, from the columns `name_x_cm` and `name_y_cm`.
-pub(crate) fn place_of(track: &Track, name: &str, row: usize) -> Option<Point> {
-    let axis = |axis: char| {
-        let wanted = format!("{name}_{axis}_cm");
-        let column = track.columns.iter().find(|column| column.name == wanted)?;
-        column.values[row].parse().ok().filter(|value: &f64| value.is_finite())
-    };
-    Some(Point::new(axis('x')?, axis('y')?))
+    rows.filter_map(|(row, sample)| Some((stem_at(track, row)?, sample.light))).collect()
 }
 
 /// Figures 3 to 5 and 9: what tracks of photographs show.

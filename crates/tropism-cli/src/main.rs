@@ -6,6 +6,7 @@ mod controller;
 mod disk;
 mod findings;
 mod options;
+mod progress;
 mod shell;
 
 use std::process::ExitCode;

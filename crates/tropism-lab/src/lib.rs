@@ -20,6 +20,9 @@ pub mod monitor;
 pub mod workflow;
 pub mod controller;
 pub mod run;
+pub mod calibrate_camera;
+pub mod track;
+pub mod depth;
 
 pub use controller::ControllerSpec;
 pub use error::Error;

@@ -63,7 +63,7 @@ struct Outcome {
 pub(crate) fn is_of_virtual_plant(path: &Path, track: &Track) -> bool {
     let is_simulated = track.samples.iter().any(|sample| sample.quality == Quality::Simulated);
     is_simulated
-        || super::track::is_virtual(path)
+        || tropism_lab::track::is_virtual(path)
         || path.parent().is_some_and(|folder| RunConfig::read(folder).is_ok_and(|run| run.is_virtual()))
 }
 

@@ -8,13 +8,14 @@ use clap::error::ErrorKind;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::Task;
 use tropism::vision::VisionConfig;
-use tropism_lab::{Error, RunConfig, RunPlan, RunResults, Workflow, files};
+use tropism_lab::{RunConfig, RunPlan, RunResults, files};
 use tropism_rig::file::RigFile;
 
 use crate::announce::RunMonitor;
 use crate::controller::{ControllerName, task_for};
 use crate::options::{TaskOption, TentOptions};
-use crate::shell::{Interrupted, Paused, Shell};
+use crate::progress::execute_with;
+use crate::shell::Shell;
 
 /// Run an experiment: a photograph every five minutes, a decision, a lamp
 ///
@@ -82,20 +83,11 @@ impl Run {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let config = self.config(shell)?;
         let plan = RunPlan { out: self.out, resume: self.resume, speed: self.speed.0, config };
-        if let Some(speed) = plan.speed.filter(|_| !plan.config.is_virtual()) {
-            anyhow::bail!(
-                "--speed {speed}: found a real tent, wanted --rig greenhouse: plants take their time"
-            );
-        }
         if plan.config.is_virtual() {
             shell.note("a virtual plant in a virtual tent");
         }
         let monitor = RunMonitor::new(shell, !plan.config.is_virtual());
-        let results = plan.execute(&monitor).map_err(|error| match error {
-            Error::Interrupted { folder } => Interrupted::resumable(&folder),
-            Error::Paused { folder, reason } => Paused::at(&folder, &reason),
-            other => other.into(),
-        })?;
+        let results = execute_with(&plan, &monitor)?;
         shell.result(&text(&plan, &results), &results)
     }
 
