@@ -5,15 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 use serde::Deserialize;
-use tropism::geometry::{Point, Polyline};
-use tropism::math::statistics;
 use tropism::photo::Image;
 use tropism::task::Task;
 use tropism::track::Track;
-use tropism_lab::files;
+use tropism_lab::track::stem_at;
+use tropism_lab::{RunConfig, files};
 use tropism_report::{self as report, Composite, Figure, LitStem, Plants};
-
-use crate::commands::run::RunPlan;
 
 /// Photographs of a run that are laid over each other in Figure 2, at most.
 const COMPOSED: usize = 60;
@@ -21,7 +18,7 @@ const COMPOSED: usize = 60;
 /// A run folder that is over.
 pub(crate) struct RunFound {
     pub(crate) path: PathBuf,
-    pub(crate) plan: RunPlan,
+    pub(crate) plan: RunConfig,
     pub(crate) track: Track,
 }
 
@@ -46,7 +43,7 @@ struct Row {
 impl RunFound {
     /// The run in `path`.
     pub(crate) fn read(path: &Path) -> Result<Self> {
-        let plan = RunPlan::read(path)?;
+        let plan = RunConfig::read(path)?;
         let file = path.join("track.csv");
         if !file.exists() {
             bail!(
@@ -85,9 +82,9 @@ impl RunFound {
     }
 
     fn stems(&self) -> Result<Vec<LitStem>> {
-        let Some(tracker) = self.plan.tracker() else { return Ok(Vec::new()) };
+        let Some(eye) = self.plan.eye() else { return Ok(Vec::new()) };
         let stem = |(step, image): (usize, Image)| {
-            let seen = tracker.clone().update_next(tracker.detect(Ok(&image)));
+            let seen = eye.clone().update_next(eye.detect(Ok(&image)));
             let light = self.track.samples.get(step).and_then(|sample| sample.light);
             Some((seen.observation?.stem?.resampled(10), light))
         };
@@ -121,8 +118,9 @@ impl History {
     pub(crate) fn saturation(&self, share: f64) -> Option<usize> {
         let generations = self.best_ever.iter().map(Vec::len).min()?;
         let median = |generation: usize| {
-            let best: Vec<f64> = self.best_ever.iter().map(|run| run[generation]).collect();
-            statistics::median(&best)
+            let mut best: Vec<f64> = self.best_ever.iter().map(|run| run[generation]).collect();
+            best.sort_by(f64::total_cmp);
+            0.5 * (best[(best.len() - 1) / 2] + best[best.len() / 2])
         };
         let last = median(generations.checked_sub(1)?);
         (0..generations)
@@ -146,23 +144,7 @@ pub(crate) fn stem_figure(runs: &[RunFound]) -> Result<Option<Figure>> {
 /// The stems of a track that `tropism track` made, from its columns; none in another.
 fn stems_of(track: &Track) -> Vec<LitStem> {
     let rows = track.samples.iter().enumerate();
-    rows.filter_map(|(row, sample)| Some((stem_of(track, row)?, sample.light))).collect()
-}
-
-/// The ten points of a track's stem at one row, from its columns.
-pub(crate) fn stem_of(track: &Track, row: usize) -> Option<Polyline> {
-    let points = (1..=10).map(|vertex| place_of(track, &format!("stem_{vertex}"), row));
-    points.collect::<Option<_>>().map(Polyline)
-}
-
-/// A place in cm at one row of a track, from the columns `name_x_cm` and `name_y_cm`.
-pub(crate) fn place_of(track: &Track, name: &str, row: usize) -> Option<Point> {
-    let axis = |axis: char| {
-        let wanted = format!("{name}_{axis}_cm");
-        let column = track.columns.iter().find(|column| column.name == wanted)?;
-        column.values.text(row).parse().ok().filter(|value: &f64| value.is_finite())
-    };
-    Some(Point::new(axis('x')?, axis('y')?))
+    rows.filter_map(|(row, sample)| Some((stem_at(track, row)?, sample.light))).collect()
 }
 
 /// Figures 3 to 5 and 9: what tracks of photographs show.
@@ -209,6 +191,6 @@ pub(crate) fn evolution_figures(history: &History, plants: Plants) -> Vec<Figure
 /// Figure 8: a steered plant.
 pub(crate) fn steered_figure(run: &RunFound) -> Figure {
     let task = &run.plan.task;
-    let title = format!("Steered by {}", run.plan.controller);
+    let title = format!("Steered by {}", run.plan.controller_description());
     report::steering("8", &title, &run.track, &task.targets, task.fitness(&run.track), run.plants())
 }

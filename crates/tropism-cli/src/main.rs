@@ -6,6 +6,7 @@ mod controller;
 mod disk;
 mod findings;
 mod options;
+mod progress;
 mod shell;
 
 use std::process::ExitCode;
@@ -13,8 +14,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use crate::commands::Command;
-use crate::commands::run::Paused;
-use crate::shell::{Interrupted, Shell};
+use crate::shell::{Interrupted, Paused, Shell};
 
 // Planes and pictures of the same sizes come and go with each photograph: the system's allocator gives their pages back and
 // asks for them again, for a quarter of vision's time; musl's, in static programs, is slower still.

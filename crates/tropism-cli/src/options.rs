@@ -12,6 +12,7 @@ use tropism::lamps::Light;
 use tropism::plant::tip::TipModel;
 use tropism::task::Targets;
 use tropism::vision::Calibration;
+use tropism_lab::calibrate_camera::{Mark, ScaleSource};
 use tropism_lab::files;
 
 use crate::shell::Shell;
@@ -115,6 +116,28 @@ fn parse_faults(text: &str) -> Result<Faults, String> {
     Ok(faults)
 }
 
+/// Keys of plans, and the options that set them.
+const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
+    ("base", "--base"),
+    ("calibration", "--calibration"),
+    ("distance_cm", "--distance"),
+    ("out", "--out"),
+    ("period_min", "--period"),
+    ("plants", "--plants"),
+    ("px_per_cm", "--scale"),
+    ("region", "--roi"),
+    ("replace", "--force"),
+    ("resume", "--resume"),
+    ("seed", "--seed"),
+    ("speed", "--speed"),
+    ("view_deg", "--view"),
+];
+
+/// The option that sets `key` of a plan; options of the same name have the same meaning in all commands.
+pub(crate) fn option_of_key(key: &str) -> Option<&'static str> {
+    OPTIONS_OF_KEYS.iter().find(|(known, _)| *known == key).map(|(_, option)| *option)
+}
+
 /// The model of a file.
 pub(crate) fn load_model(path: &Path) -> Result<TipModel> {
     Ok(files::read_as(path, TipModel::from_json)?)
@@ -164,9 +187,6 @@ pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
     Ok([number(first)?, number(second)?])
 }
 
-/// Two places in a photograph, and the cm between them.
-pub(crate) type Mark = ([Pixel; 2], f64);
-
 /// Two pixels and the cm between them, `30,420,195,421=15`.
 pub(crate) fn parse_mark(text: &str) -> Result<Mark, String> {
     let wanted = "wanted two pixels and the cm between them, such as 30,420,195,421=15";
@@ -174,9 +194,23 @@ pub(crate) fn parse_mark(text: &str) -> Result<Mark, String> {
     let (ends, cm) = text.split_once('=').ok_or(wanted)?;
     let ends: Vec<f64> = ends.split(',').map(number).collect::<Result<_, _>>()?;
     let [x, y, other_x, other_y] = ends[..] else { return Err(wanted.to_owned()) };
-    let mark = ([Pixel::new(x, y), Pixel::new(other_x, other_y)], number(cm)?);
-    let is_long = mark.1 > 0.0 && mark.0[0] != mark.0[1];
-    if is_long { Ok(mark) } else { Err(wanted.to_owned()) }
+    let mark = Mark { ends: [Pixel::new(x, y), Pixel::new(other_x, other_y)], length_cm: number(cm)? };
+    let has_length = mark.length_cm > 0.0 && mark.ends[0] != mark.ends[1];
+    if has_length { Ok(mark) } else { Err(wanted.to_owned()) }
+}
+
+/// A checkerboard by its inner corners each way and the side of a square in cm, `9x6@1.5`.
+pub(crate) fn parse_board(text: &str) -> Result<ScaleSource, String> {
+    let wanted = || {
+        "wanted inner corners each way, 3 to 100, and the side of a square in cm, such as 9x6@1.5".to_owned()
+    };
+    let (corners, side) = text.split_once('@').ok_or_else(wanted)?;
+    let (columns, rows) = corners.split_once('x').ok_or_else(wanted)?;
+    let count =
+        |part: &str| part.trim().parse().ok().filter(|count| (3..=100).contains(count)).ok_or_else(wanted);
+    let side = side.trim().trim_end_matches("cm").parse().ok();
+    let square_cm = side.filter(|side: &f64| side.is_finite() && *side > 0.0).ok_or_else(wanted)?;
+    Ok(ScaleSource::Checkerboard { columns: count(columns)?, rows: count(rows)?, square_cm })
 }
 
 /// Pixels per cm: `11`, or a [`Mark`].
@@ -184,7 +218,7 @@ pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
     let wanted =
         "wanted pixels per cm, such as 11, or two pixels and the cm between them, such as 30,420,195,421=15";
     let scale = match parse_mark(text) {
-        Ok(mark) => Calibration::fit_scale(&[mark]).map(|(scale, _)| scale),
+        Ok(Mark { ends, length_cm }) => Calibration::fit_scale(&[(ends, length_cm)]).map(|(scale, _)| scale),
         Err(_) => text.trim().parse().ok(),
     };
     scale.filter(|scale: &f64| scale.is_finite() && *scale > 0.0).ok_or_else(|| wanted.to_owned())

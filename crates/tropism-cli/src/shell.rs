@@ -1,4 +1,4 @@
-//! The terminal: results on stdout, all else on stderr.
+//! The terminal: results go to stdout, everything else to stderr.
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -10,19 +10,31 @@ use serde::Serialize;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// The user pressed Ctrl-C; what was done so far is saved.
+/// The user asked for an end by Ctrl-C or SIGTERM: exit code 130. The text says what is left of the work.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted: {0}")]
 pub(crate) struct Interrupted(pub(crate) String);
 
 impl Interrupted {
-    /// What was done is in `folder`, and can be gone on with.
+    /// The work so far is saved in `folder`, where --resume continues.
     pub(crate) fn resumable(folder: &Path) -> anyhow::Error {
         Self(format!("{} is saved; the same command with --resume goes on", folder.display())).into()
     }
 }
 
-/// How a command speaks.
+/// A run met a condition that its user must decide: exit code 3.
+#[derive(Debug, thiserror::Error)]
+#[error("paused: {0}")]
+pub(crate) struct Paused(String);
+
+impl Paused {
+    /// The run in `folder` is paused for `reason`.
+    pub(crate) fn at(folder: &Path, reason: &str) -> anyhow::Error {
+        Self(format!("{}: {reason}; the same command with --resume goes on", folder.display())).into()
+    }
+}
+
+/// The output channels of a command.
 pub(crate) struct Shell {
     is_json: bool,
     is_quiet: bool,
@@ -30,97 +42,97 @@ pub(crate) struct Shell {
 }
 
 impl Shell {
-    /// Listens for Ctrl-C, too: the first asks for an orderly end, the second ends at once.
+    /// Opens the terminal and installs the handler of Ctrl-C: the first asks for an orderly end, the second ends at once.
     pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
         let handler = || {
             if INTERRUPTED.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
             }
         };
-        // Without a handler Ctrl-C ends the program, and what is on the disk can be resumed all the same.
+        // If no handler can be installed, Ctrl-C ends the program at once, and the files on the disk can still be resumed.
         let _ = ctrlc::set_handler(handler);
         Self { is_json, is_quiet, is_terminal: std::io::stderr().is_terminal() }
     }
 
-    /// Whether the user asked for an end.
+    /// Whether the user asked for an end by Ctrl-C or SIGTERM.
     pub(crate) fn is_interrupted() -> bool {
         INTERRUPTED.load(Ordering::SeqCst)
     }
 
-    /// A line for people, on stderr.
+    /// Prints a line for people on stderr.
     pub(crate) fn note(&self, line: &str) {
         if !self.is_quiet {
             eprintln!("{line}");
         }
     }
 
-    /// The result: text for people or one JSON object for scripts, on stdout.
+    /// Prints the result on stdout: text for people, or one JSON object for scripts.
     pub(crate) fn result(&self, text: &str, json: &impl Serialize) -> anyhow::Result<()> {
         if self.is_json { self.line(json) } else { print(text) }
     }
 
-    /// One JSON object on a line of stdout, whether or not the user asked for JSON alone.
+    /// Prints one JSON object on a line of stdout, with or without --json.
     pub(crate) fn line(&self, json: &impl Serialize) -> anyhow::Result<()> {
         print(&serde_json::to_string(json)?)
     }
 
-    /// A progress line with the time left. Where stderr is no terminal it is a line at the beginning and one at the end.
-    pub(crate) fn progress(&self, what: &str, total: u64) -> Progress {
+    /// Shows a progress line with the time left. If stderr is no terminal, prints one line at the beginning and one at the end.
+    pub(crate) fn progress(&self, name: &str, total: u64) -> Progress {
         let is_shown = !self.is_quiet && self.is_terminal;
         let target =
             if is_shown { ProgressDrawTarget::stderr_with_hz(8) } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total), target);
         let style = "{prefix:<22} {bar:24} {percent:>3} %  {elapsed} so far, {eta} left  {msg}";
         bar.set_style(ProgressStyle::with_template(style).expect("a valid template").progress_chars("=> "));
-        bar.set_prefix(what.to_owned());
+        bar.set_prefix(name.to_owned());
         if is_shown {
             bar.enable_steady_tick(Duration::from_millis(500));
         } else if !self.is_quiet {
-            eprintln!("{what} ...");
+            eprintln!("{name} ...");
         }
         let has_lines = !self.is_quiet && !self.is_terminal;
         let is_quiet = self.is_quiet;
-        Progress { bar, what: what.to_owned(), started: Instant::now(), has_lines, is_quiet }
+        Progress { bar, name: name.to_owned(), started: Instant::now(), has_lines, is_quiet }
     }
 }
 
 fn print(text: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout().lock(), "{text}") {
-        // Whoever reads has read enough (`tropism … | head`).
+        // The reader of the pipe has closed it (`tropism … | head`): not an error.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         other => Ok(other?),
     }
 }
 
-/// A running progress line. Ends when dropped.
+/// A progress line on stderr. It ends when it is dropped.
 pub(crate) struct Progress {
     bar: ProgressBar,
-    what: String,
+    name: String,
     started: Instant,
     has_lines: bool,
     is_quiet: bool,
 }
 
 impl Progress {
-    /// So much more is done.
+    /// Adds `count` finished units.
     pub(crate) fn add(&self, count: u64) {
         self.bar.inc(count);
     }
 
-    /// So much was done before: it does not count for the time left.
+    /// Adds `count` units that were finished before the command was resumed; the time left is not estimated from them.
     pub(crate) fn skip(&self, count: u64) {
         self.bar.inc(count);
         self.bar.reset_eta();
     }
 
-    /// A line for people, above the progress line.
+    /// Prints a line for people above the progress line.
     pub(crate) fn note(&self, line: &str) {
         if !self.is_quiet {
             self.bar.suspend(|| eprintln!("{line}"));
         }
     }
 
-    /// What is known now.
+    /// Shows a few words at the end of the progress line.
     pub(crate) fn say(&self, message: String) {
         self.bar.set_message(message);
     }
@@ -130,12 +142,12 @@ impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
         if self.has_lines {
-            eprintln!("{} ... {:.1} s", self.what, self.started.elapsed().as_secs_f64());
+            eprintln!("{} ... {:.1} s", self.name, self.started.elapsed().as_secs_f64());
         }
     }
 }
 
-/// Processor time of this program so far, all threads together, in seconds.
+/// Processor time of this program so far, summed over all threads, in seconds.
 pub(crate) fn cpu_seconds() -> f64 {
     cpu_time::ProcessTime::try_now().map_or(0.0, |now| now.as_duration().as_secs_f64())
 }

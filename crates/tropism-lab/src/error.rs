@@ -11,7 +11,8 @@ use crate::recorded::RecordError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A plan that cannot be executed.
+    /// A plan that cannot be executed. The text puts the plan's keys in backticks; a shell may show its own name for them,
+    /// such as an option.
     #[error("{0}")]
     Plan(String),
     /// The monitor asked for an end. What was done is saved in `folder`, where the same plan resumes.
@@ -20,6 +21,9 @@ pub enum Error {
         /// The folder that holds what was done.
         folder: PathBuf,
     },
+    /// The monitor asked for an end, and there is nothing to resume. The text says what is left.
+    #[error("interrupted: {0}")]
+    Cancelled(String),
     /// A run met something that its user must decide.
     #[error("paused: {}: {reason}", folder.display())]
     Paused {
@@ -57,5 +61,20 @@ impl Error {
     ) -> impl FnOnce(E) -> Self {
         let place = place.to_string();
         move |error| Self::At { place, source: error.into() }
+    }
+
+    /// The error and its causes in one line, each said once: some errors tell their cause themselves.
+    #[must_use]
+    pub fn with_causes(&self) -> String {
+        let mut line = self.to_string();
+        let mut cause = std::error::Error::source(self);
+        while let Some(error) = cause {
+            let text = error.to_string();
+            if !line.contains(&text) {
+                line = format!("{line}: {text}");
+            }
+            cause = error.source();
+        }
+        line
     }
 }

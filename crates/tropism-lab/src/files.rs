@@ -215,6 +215,23 @@ pub(super) fn write_after(
     })
 }
 
+/// Checks that a file may be written to `path`: none is there, or a plan says to replace it.
+pub(crate) fn check_free(path: &Path, is_replaced: bool) -> Result<(), crate::Error> {
+    if is_replaced || !path.exists() {
+        return Ok(());
+    }
+    let path = path.display();
+    Err(crate::Error::Plan(format!(
+        "{path}: found a file here already, wanted a new name, or `replace` to replace it"
+    )))
+}
+
+/// Writes a value as indented JSON with a line feed at its end.
+pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), FileError> {
+    let json = serde_json::to_string_pretty(value).map_err(|error| content(path)(&error))? + "\n";
+    write(path, json.as_bytes())
+}
+
 /// Writes a track as CSV.
 ///
 /// # Errors

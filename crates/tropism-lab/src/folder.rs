@@ -56,6 +56,18 @@ pub enum FolderError {
         /// The same line as asked for now.
         wanted: String,
     },
+    /// The run there was started by an older version.
+    #[error(
+        "{path}: found a run of {found}, wanted {wanted}; finish it with the version that began it, or use another folder"
+    )]
+    OldSchema {
+        /// Its configuration.
+        path: PathBuf,
+        /// Its schema.
+        found: &'static str,
+        /// The schema of this version.
+        wanted: &'static str,
+    },
     /// Another program has it.
     #[error("{path}: found the run in use by another program{}, wanted it free", named(*process))]
     InUse {
@@ -70,7 +82,10 @@ impl FolderError {
     /// Whether the folder is another run's or another program's: nothing is wrong with it.
     #[must_use]
     pub const fn is_refusal(&self) -> bool {
-        matches!(self, Self::Taken { .. } | Self::OtherRun { .. } | Self::InUse { .. })
+        matches!(
+            self,
+            Self::Taken { .. } | Self::OtherRun { .. } | Self::OldSchema { .. } | Self::InUse { .. }
+        )
     }
 }
 

@@ -18,9 +18,16 @@ mod recorded;
 mod error;
 pub mod monitor;
 pub mod workflow;
+pub mod controller;
+pub mod run;
+pub mod calibrate_camera;
+pub mod track;
+pub mod depth;
 
+pub use controller::ControllerSpec;
 pub use error::Error;
-pub use monitor::{Monitor, Silent};
+pub use monitor::{Monitor, Part, Silent};
+pub use run::{RunConfig, RunPlan, RunResults};
 pub use workflow::Workflow;
 
 pub use checkpoint::{Checkpoint, Loaded};

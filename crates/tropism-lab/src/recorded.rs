@@ -28,16 +28,16 @@ const SLEW_S: f64 = 2.0;
 const FULL: &str = "photographs are not kept until there is room, all else goes on";
 
 /// Who looks after a run.
-pub struct Supervision {
+pub struct Supervision<'a> {
     /// What it bears.
     pub patience: FaultPolicy,
     /// Where photographs show the lamps; `None` if that is not looked at.
     pub lamps_in_view: Option<LampsInView>,
     /// Who hears of what happens.
-    pub watcher: Box<dyn RunMonitor>,
+    pub watcher: Box<dyn RunMonitor + 'a>,
 }
 
-impl Default for Supervision {
+impl Default for Supervision<'_> {
     /// Of a virtual plant.
     fn default() -> Self {
         Self { patience: FaultPolicy::unlimited(), lamps_in_view: None, watcher: Box::new(NoMonitor) }
@@ -52,10 +52,10 @@ impl Default for Supervision {
 ///
 /// What goes wrong is borne as far as [`FaultPolicy`] goes, written down, and told to the [`RunMonitor`]. Where the plant was
 /// last believed too many steps ago, or the time of a step has passed, nothing is decided: it is a gap in the track.
-pub struct Recorded<C, L: Lamps, F, K> {
+pub struct Recorded<'a, C, L: Lamps, F, K> {
     rig: Rig<C, L, F, K>,
     folder: RunFolder,
-    care: Supervision,
+    care: Supervision<'a>,
     past: Vec<Row>,
     /// The last of the first recorded pictures, which the tracker compares with, and the first of the latest ones in
     /// which the plant was believed that it remembers.
@@ -177,13 +177,13 @@ pub enum RecordError {
     },
 }
 
-impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
+impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
     /// Records `rig` in `folder`, after playing back what is recorded there. The lamps are at once as the journal says:
     /// the last light decided upon, or dark.
     ///
     /// # Errors
     /// [`RecordError`] if the journal cannot be read or written.
-    pub fn new(rig: Rig<C, L, F, K>, folder: RunFolder, care: Supervision) -> Result<Self, RecordError> {
+    pub fn new(rig: Rig<C, L, F, K>, folder: RunFolder, care: Supervision<'a>) -> Result<Self, RecordError> {
         let past = folder.rows()?;
         let events = folder.journal().events()?;
         let state = events.iter().rfind(|event| event.kind.is_state()).map(|event| event.kind);
@@ -646,7 +646,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<C, L, F, K> {
     }
 }
 
-impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<C, L, F, K> {
+impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<'_, C, L, F, K> {
     type Error = RecordError;
 
     fn observe(&mut self) -> Result<Observation, RecordError> {

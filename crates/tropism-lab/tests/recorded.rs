@@ -180,7 +180,7 @@ fn task() -> Targets {
     Targets { max_steps: 60, end_height_cm: 1e9, ..Targets::default() }
 }
 
-type Recording = Recorded<Hand, Hand, Hand, Hand>;
+type Recording = Recorded<'static, Hand, Hand, Hand, Hand>;
 
 fn open(path: &Path, is_resumed: bool, dark_at: &[u32]) -> Result<(Recording, Hand), RecordError> {
     let wrong = Wrong { dark_at: dark_at.to_vec(), ..Wrong::default() };
@@ -191,7 +191,7 @@ fn open_with(
     path: &Path,
     is_resumed: bool,
     wrong: Wrong,
-    care: Supervision,
+    care: Supervision<'static>,
 ) -> Result<(Recording, Hand), RecordError> {
     let on_exit = wrong.on_exit;
     let hand = Hand(Rc::new(RefCell::new(Tent { wrong, ..Tent::default() })));

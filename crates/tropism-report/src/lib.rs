@@ -13,6 +13,7 @@ mod composite;
 mod decision;
 mod evolution;
 mod film;
+pub mod guide;
 mod kinematics;
 mod lettering;
 mod network;

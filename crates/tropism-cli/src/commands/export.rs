@@ -11,10 +11,9 @@ use serde::Serialize;
 use tropism::observation::{Observation, Quality};
 use tropism::rig::Event;
 use tropism::track::{Column, Sample, Track};
-use tropism_lab::{Journal, Row, files, holder};
+use tropism_lab::{Journal, Row, RunConfig, files, holder};
 
 use self::sink::Sink;
-use super::run::RunPlan;
 use crate::shell::{Interrupted, Shell};
 
 /// Write a run as an archive or folder: track, events, photographs, settings, and a manifest with the sum of each file
@@ -49,7 +48,7 @@ struct Manifest<'a> {
     run: String,
     is_virtual: bool,
     seed: u64,
-    controller: &'a str,
+    controller: String,
     is_over: bool,
     steps: usize,
     held: usize,
@@ -96,7 +95,7 @@ const COPIED: [&str; 4] = ["run.toml", "calibration.toml", "truth.csv", "truth.j
 
 impl Export {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let plan = RunPlan::read(&self.folder)?;
+        let plan = RunConfig::read(&self.folder)?;
         let out = self.out.display();
         ensure!(!self.out.exists(), "{out}: found something here already, wanted a new name");
         ensure!(
@@ -122,7 +121,7 @@ impl Export {
         &self,
         shell: &Shell,
         mut sink: Sink,
-        plan: &RunPlan,
+        plan: &RunConfig,
         (rows, events): (&[Row], &[Event]),
         is_over: bool,
     ) -> Result<Outcome> {
@@ -167,9 +166,9 @@ impl Export {
             schema: "tropism.export/1",
             version: env!("CARGO_PKG_VERSION"),
             run: name_of(&self.folder),
-            is_virtual: plan.is_virtual,
+            is_virtual: plan.is_virtual(),
             seed: plan.seed,
-            controller: &plan.controller,
+            controller: plan.controller_description(),
             is_over,
             steps: rows.len(),
             held: rows.iter().filter(is_held).count(),
@@ -197,7 +196,7 @@ impl Export {
         sink::put(&sink::part_of(&self.out), &self.out).with_context(cannot)?;
         Ok(Outcome {
             out: self.out.clone(),
-            is_virtual: plan.is_virtual,
+            is_virtual: plan.is_virtual(),
             is_over,
             steps: rows.len(),
             files: all.len(),

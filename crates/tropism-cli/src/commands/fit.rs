@@ -9,9 +9,8 @@ use tropism::observation::Quality;
 use tropism::plant::shifts::Window;
 use tropism::plant::tip::{Empty, Growth, TipModel, TipModelConfig};
 use tropism::track::Track;
-use tropism_lab::files;
+use tropism_lab::{RunConfig, files};
 
-use super::run::RunPlan;
 use crate::options::parse_pair;
 use crate::shell::Shell;
 
@@ -64,8 +63,8 @@ struct Outcome {
 pub(crate) fn is_of_virtual_plant(path: &Path, track: &Track) -> bool {
     let is_simulated = track.samples.iter().any(|sample| sample.quality == Quality::Simulated);
     is_simulated
-        || super::track::is_virtual(path)
-        || path.parent().is_some_and(|folder| RunPlan::read(folder).is_ok_and(|run| run.is_virtual))
+        || tropism_lab::track::is_virtual(path)
+        || path.parent().is_some_and(|folder| RunConfig::read(folder).is_ok_and(|run| run.is_virtual()))
 }
 
 impl Fit {

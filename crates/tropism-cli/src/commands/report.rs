@@ -86,7 +86,7 @@ fn page(folders: &[PathBuf]) -> Result<Page> {
             );
         }
     }
-    is_virtual |= open_loop.iter().chain(&steered).any(|run| run.plan.is_virtual);
+    is_virtual |= open_loop.iter().chain(&steered).any(|run| run.plan.is_virtual());
     let mut all = findings::open_loop_figures(&open_loop)?;
     all.extend(figures);
     all.extend(steered.iter().map(findings::steered_figure));
@@ -138,7 +138,7 @@ pub(crate) fn scores(runs: &[RunFound]) -> Table {
             .collect();
         vec![
             name_of(&run.path),
-            run.plan.controller.clone(),
+            run.plan.controller_description(),
             format!("{:.2}", task.fitness(&run.track)),
             (run.track.samples.len() - 1).to_string(),
             distances.join(", "),

@@ -12,12 +12,11 @@ use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation::simulate_with;
 use tropism::task::{Targets, Task};
 use tropism::track::Track;
-use tropism_lab::files;
+use tropism_lab::{RunConfig, files};
 use tropism_neat::{Genome, NeuronKind};
 use tropism_report::{self as report, Figure, Page, Plants, Steered};
 
 use super::evolve::EvolutionPlan;
-use super::run::RunPlan;
 use crate::options::{TaskOption, load_model_for};
 use crate::shell::Shell;
 
@@ -182,15 +181,15 @@ impl Show {
 
     /// The network that steered a run, with the path of its plant as far as the run has come to an end.
     fn find_in_run(&self) -> Result<Found> {
-        let (file, plan) = (self.path.join("run.toml"), RunPlan::read(&self.path)?);
+        let (file, plan) = (self.path.join("run.toml"), RunConfig::read(&self.path)?);
         ensure!(
             self.model.is_none(),
             "--model: found the folder of a run, wanted none; its own plant is drawn"
         );
-        let Some(network) = plan.network() else {
-            bail!("{}: found the controller \"{}\", wanted a network", file.display(), plan.controller);
+        let Some(genome) = plan.controller.genome().cloned() else {
+            let controller = plan.controller_description();
+            bail!("{}: found the controller \"{controller}\", wanted a network", file.display());
         };
-        let genome = Genome::from_json(network).with_context(|| file.display().to_string())?;
         let track = self.path.join("track.csv");
         let steered = match track.exists() {
             true => Some((files::read_track(&track)?, plan.plants())),

@@ -9,6 +9,7 @@ use tropism::evolve::Trial;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation::simulate_with;
 use tropism::task::Task;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files;
 
 use crate::controller::ControllerName;
@@ -60,11 +61,11 @@ impl Simulate {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let task = self.task.load()?;
         let model = load_model_for(&self.model, &task, shell)?;
-        let controller = self.controller.load()?;
+        let controller = self.controller.load(PAPER_PERIOD_MIN)?;
         let (mut scores, mut blind, mut first) = (Vec::new(), 0.0, None);
         for episode in 0..self.episodes {
             let draws = NoiseStream::new(self.seed.seed, Purpose::Trial, [episode, 0, 0]);
-            let track = simulate_with(&model, &mut *controller.build(&task), &task, draws);
+            let track = simulate_with(&model, &mut *controller.build(&task, PAPER_PERIOD_MIN), &task, draws);
             scores.push(task.fitness(&track));
             blind += model.share_without_data(&track);
             first.get_or_insert(track);

@@ -14,14 +14,14 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tropism::greenhouse::bean::grow;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::math::statistics::mean;
 use tropism::random::{self, Purpose};
-use tropism::task::{Targets, Task};
-use tropism::track::{Sample, Track};
-use tropism_lab::files;
+use tropism::task::Targets;
+use tropism::task::Task;
+use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
+use tropism_lab::{ControllerSpec, files};
 
 use self::photographs::Nursery;
-use crate::controller::{ControllerName, LoadedController};
+use crate::controller::{ControllerName, task_for};
 use crate::options::{SeedOption, TaskOption, TentOptions};
 use crate::shell::{Interrupted, Shell};
 
@@ -108,8 +108,8 @@ impl Grow {
             self.photographs || greenhouse == plain,
             "found --scene, --cameras or --faults, wanted --photographs with them: they are about photographs"
         );
-        let controller = self.controller.load()?;
-        let task = controller.task(&self.task, self.steps)?;
+        let controller = self.controller.load(PAPER_PERIOD_MIN)?;
+        let task = task_for(&controller, &self.task, self.steps)?;
         let is_open_loop = task.targets.is_empty();
         files::make_folder(out)?;
         let plants = match self.photographs {
@@ -122,6 +122,7 @@ impl Grow {
                 false => Interrupted("some tracks were not written".to_owned()).into(),
             });
         };
+        let count = plants.len() as f64;
         let fitness: Option<Vec<f64>> =
             (!is_open_loop).then(|| plants.iter().map(|(_, track)| task.fitness(track)).collect());
         let heights = plants.iter().map(|(_, track)| track.samples[track.samples.len() - 1].tip.y);
@@ -129,9 +130,9 @@ impl Grow {
             is_virtual: true,
             plants: self.plants,
             out: out.clone(),
-            mean_fitness: fitness.as_ref().map(|fitness| mean(fitness.iter().copied())),
+            mean_fitness: fitness.as_ref().map(|fitness| fitness.iter().sum::<f64>() / count),
             fitness,
-            mean_final_height_cm: mean(heights),
+            mean_final_height_cm: heights.sum::<f64>() / count,
             tracks: plants.into_iter().map(|(path, _)| path).collect(),
         };
         let mut text = format!(
@@ -169,7 +170,7 @@ impl Grow {
     fn grow(
         &self,
         greenhouse: &Greenhouse,
-        controller: &LoadedController,
+        controller: &ControllerSpec,
         task: &Targets,
         out: &Path,
         shell: &Shell,
@@ -182,7 +183,7 @@ impl Grow {
                 if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
             };
             let Greenhouse { bean, scale, .. } = greenhouse;
-            let mut controller = controller.build(task);
+            let mut controller = controller.build(task, PAPER_PERIOD_MIN);
             let track = grow(bean, self.seed_of(plant), *scale, &mut *controller, task, &mut watch);
             progress.add(1);
             if !is_whole {
@@ -199,7 +200,7 @@ impl Grow {
     fn photograph(
         &self,
         greenhouse: &Greenhouse,
-        controller: &LoadedController,
+        controller: &ControllerSpec,
         task: &Targets,
         out: &Path,
         shell: &Shell,

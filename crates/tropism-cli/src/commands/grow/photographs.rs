@@ -6,19 +6,17 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::task::Targets;
-use tropism::track::{Sample, Track};
+use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism::vision::VisionConfig;
-use tropism_lab::{files, lock};
+use tropism_lab::{ControllerSpec, RunConfig, files, lock};
 use tropism_rig::file::RigFile;
 
-use crate::commands::run::RunPlan;
-use crate::controller::LoadedController;
 use crate::shell::{Progress, Shell};
 
 /// All plants: what they have in common.
 pub(super) struct Nursery<'a> {
     pub(super) greenhouse: &'a Greenhouse,
-    pub(super) controller: &'a LoadedController,
+    pub(super) controller: &'a ControllerSpec,
     pub(super) task: &'a Targets,
     pub(super) is_resumed: bool,
     pub(super) progress: &'a Progress,
@@ -28,7 +26,7 @@ impl Nursery<'_> {
     /// All that decides what becomes of the plant of `seed`: the text of its `run.toml`.
     fn plan(&self, seed: u64) -> Result<String> {
         let rig = RigFile::greenhouse(self.greenhouse.clone(), VisionConfig::default());
-        Ok(toml::to_string(&RunPlan::new(rig, self.controller, self.task.clone(), seed))?)
+        Ok(RunConfig::new(rig, self.controller.clone(), self.task.clone(), seed).to_toml()?)
     }
 
     /// Checks that the plant of `seed` may be grown in `folder`.
@@ -93,7 +91,7 @@ impl Nursery<'_> {
                 ControlFlow::Break(())
             }
         };
-        let mut controller = self.controller.build(self.task);
+        let mut controller = self.controller.build(self.task, PAPER_PERIOD_MIN);
         let grown = self.greenhouse.grow(seed, &mut *controller, self.task, &mut watch);
         kept?;
         let Some((csv, jsonl)) = truth else { return Ok(None) };

@@ -12,14 +12,13 @@ use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation::simulate_with;
 use tropism::task::Task;
 use tropism::track::PAPER_PERIOD_MIN;
-use tropism_lab::files;
+use tropism_lab::{ControllerSpec, files};
 use tropism_neat::Genome;
 use tropism_report::{self as report, Figure, NumberRow, Page, Plants, Table};
 
 use super::super::evolve::Outcome as Evolved;
 use super::super::report::scores;
 use super::{IN_REALITY, StudyPlan};
-use crate::controller::LoadedController;
 use crate::findings::{self, History, RunFound};
 use crate::options::load_model;
 
@@ -118,9 +117,9 @@ impl Found {
         })
     }
 
-    fn trial(&self, controller: &LoadedController) -> Trial {
+    fn trial(&self, controller: &ControllerSpec) -> Trial {
         let task = &self.plan.task;
-        let build = || controller.build(task);
+        let build = || controller.build(task, PAPER_PERIOD_MIN);
         evolve::trial(std::slice::from_ref(&self.model), task, build, self.plan.seed, self.plan.trial_plants)
     }
 
@@ -140,10 +139,10 @@ impl Found {
             best_random: self.random.best,
             median_random: self.random.median,
             random_mean_in_model: self
-                .trial(&LoadedController::Network(Box::new(self.random_champion.clone())))
+                .trial(&ControllerSpec::Network { genome: Box::new(self.random_champion.clone()) })
                 .mean,
-            periodic_mean_in_model: self.trial(&LoadedController::Periodic(self.plan.switch_steps)).mean,
-            chase_mean_in_model: self.trial(&LoadedController::Chase).mean,
+            periodic_mean_in_model: self.trial(&self.plan.periodic()).mean,
+            chase_mean_in_model: self.trial(&ControllerSpec::Greedy).mean,
             share_kept: reality[0].mean / champion.trial.mean,
             hours_to_end: self.hours_to_end(),
             reality_champion: reality[0],

@@ -3,7 +3,6 @@
 mod found;
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -18,16 +17,14 @@ use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
 use tropism::task::Targets;
 use tropism::vision::VisionConfig;
-use tropism_lab::files;
+use tropism_lab::{ControllerSpec, Error, Monitor, RunConfig, RunPlan, Workflow, files};
 use tropism_neat::Genome;
 use tropism_rig::file::RigFile;
 
 use super::evolve::{CHECKPOINT, Care, EvolutionPlan, TRIAL_PLANTS};
-use super::run::RunPlan;
-use crate::controller::{LoadedController, SIX_HOURS};
 use crate::findings::RunFound;
 use crate::options::{BeanOption, load_model, load_model_for};
-use crate::shell::{Interrupted, Shell};
+use crate::shell::{Interrupted, Progress, Shell};
 use found::{Found, RandomFound, read_seconds};
 
 pub(crate) use found::page;
@@ -102,7 +99,7 @@ impl Default for StudyPlan {
             seed: 1,
             experiments: 6,
             steps: 1000,
-            switch_steps: SIX_HOURS,
+            switch_steps: 72,
             random_controllers: 2_000_000,
             trial_plants: TRIAL_PLANTS,
             reality_plants: 6,
@@ -120,6 +117,19 @@ const QUICK: &str = include_str!("../../../../../studies/quick.toml");
 
 /// A controller that meets reality, by the name of its folder.
 const IN_REALITY: [&str; 4] = ["champion", "random", "periodic", "chase"];
+
+/// Advances one progress line for many runs at a time.
+struct Runs<'p>(&'p Progress);
+
+impl Monitor for Runs<'_> {
+    fn advance(&self, count: u64) {
+        self.0.add(count);
+    }
+
+    fn may_go_on(&self) -> bool {
+        !Shell::is_interrupted()
+    }
+}
 
 /// A study at work in its folder.
 struct Work<'s> {
@@ -184,6 +194,11 @@ impl StudyPlan {
         Ok(())
     }
 
+    /// The controller of the open-loop experiments.
+    fn periodic(&self) -> ControllerSpec {
+        ControllerSpec::periodic(f64::from(self.switch_steps) * self.rig().period_min)
+    }
+
     fn rig(&self) -> RigFile {
         RigFile::greenhouse(self.greenhouse.clone(), self.vision.clone())
     }
@@ -222,24 +237,19 @@ impl Work<'_> {
     }
 
     /// Runs many experiments on all threads: folder, controller, task and seed of each.
-    fn run_all(&self, what: &str, runs: &[(PathBuf, LoadedController, Targets, u64)]) -> Result<()> {
+    fn run_all(&self, what: &str, runs: Vec<(PathBuf, ControllerSpec, Targets, u64)>) -> Result<()> {
         let steps: u64 = runs.iter().map(|(_, _, task, _)| u64::from(task.max_steps)).sum();
         let progress = self.shell.progress(what, steps);
         let finished: Vec<bool> = runs
-            .par_iter()
+            .into_par_iter()
             .with_max_len(1)
-            .map(|(folder, controller, task, seed)| {
-                let mut taken = 0;
-                let mut watch = |_: &_| {
-                    progress.add(1);
-                    taken += 1;
-                    if Shell::is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-                };
-                let plan = RunPlan::new(self.plan.rig(), controller, task.clone(), *seed);
-                let run = plan.folder(folder, true)?;
-                let track = plan.execute(controller, run, true, Vec::new(), &mut watch)?;
-                progress.add(u64::from(task.max_steps).saturating_sub(taken));
-                Ok(track.is_some())
+            .map(|(out, controller, task, seed)| {
+                let config = RunConfig::new(self.plan.rig(), controller, task, seed);
+                let plan = RunPlan { out, resume: true, speed: None, config };
+                match plan.execute(&Runs(&progress)) {
+                    Err(Error::Interrupted { .. }) => Ok(false),
+                    done => Ok(done.map(|_| true)?),
+                }
             })
             .collect::<Result<_>>()?;
         if finished.iter().all(|&is_finished| is_finished) { Ok(()) } else { Err(self.interrupted()) }
@@ -248,11 +258,11 @@ impl Work<'_> {
     fn open_loop(&self) -> Result<()> {
         let run = |number: u32| {
             let folder = self.out.join("open-loop").join((number + 1).to_string());
-            let controller = LoadedController::Periodic(self.plan.switch_steps);
+            let controller = self.plan.periodic();
             (folder, controller, Targets::open_loop(self.plan.steps), self.plan.plant_seed(number))
         };
         let runs: Vec<_> = (0..self.plan.experiments).map(run).collect();
-        self.run_all("photographing beans", &runs)
+        self.run_all("photographing beans", runs)
     }
 
     fn fit(&self) -> Result<()> {
@@ -305,17 +315,17 @@ impl Work<'_> {
         Ok(files::write(&file, serde_json::to_string_pretty(&found)?.as_bytes())?)
     }
 
-    fn controllers(&self) -> Result<[(&'static str, LoadedController); 4]> {
+    fn controllers(&self) -> Result<[(&'static str, ControllerSpec); 4]> {
         let network = |file: &Path| -> Result<_> {
             let genome = files::read_as(file, Genome::from_json)?;
-            Ok(LoadedController::Network(Box::new(genome)))
+            Ok(ControllerSpec::network(genome)?)
         };
         let [champion, random, periodic, chase] = IN_REALITY;
         Ok([
             (champion, network(&self.out.join("evolution/champion.json"))?),
             (random, network(&self.out.join("random-champion.json"))?),
-            (periodic, LoadedController::Periodic(self.plan.switch_steps)),
-            (chase, LoadedController::Chase),
+            (periodic, self.plan.periodic()),
+            (chase, ControllerSpec::Greedy),
         ])
     }
 
@@ -329,7 +339,7 @@ impl Work<'_> {
                 runs.push((folder, controller.clone(), self.plan.task.clone(), seed));
             }
         }
-        self.run_all("steering fresh beans", &runs)
+        self.run_all("steering fresh beans", runs)
     }
 
     fn report(&self) -> Result<()> {

@@ -1,56 +1,56 @@
-//! What was seen, drawn over photographs for people to look at.
+//! Overlays: photographs with the detections drawn in, one by one and on a contact sheet.
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
 use tropism::geometry::{Pixel, Region};
 use tropism::lamps::Light;
 use tropism::photo::Image;
 use tropism::vision::overlay::{OverlayMarks, contact_sheet, draw_overlay};
 use tropism::vision::raster::filter;
 use tropism::vision::{Detection, TrackedFrame};
-use tropism_lab::files;
 
 use super::plants::Plant;
+use crate::{Error, files};
 
-/// Pictures of a contact sheet.
+/// Pictures of a contact sheet: four rows.
 const CELLS: usize = 24;
 
 /// Pictures in a row of a contact sheet.
 const COLUMNS: usize = 6;
 
-/// Columns of one of its pictures, at most.
+/// Pixel columns of one picture of a contact sheet, at most: a row of six is 1920 wide.
 const CELL_COLUMNS: usize = 320;
 
+/// Of overlays and contact sheets. Chosen by hand.
 const JPEG_QUALITY: u8 = 85;
 
-/// What is drawn of one plant.
-pub(crate) struct Drawn<'a> {
-    pub(crate) plant: &'a Plant,
-    pub(crate) sighting: Option<&'a Detection>,
-    pub(crate) seen: &'a TrackedFrame,
+/// What to draw of one plant in one photograph.
+pub(super) struct Annotation<'a> {
+    pub(super) plant: &'a Plant,
+    pub(super) sighting: Option<&'a Detection>,
+    pub(super) seen: &'a TrackedFrame,
 }
 
-/// The folder of overlays and the contact sheet, as far as they are wanted.
-pub(crate) struct Drawings {
+/// The folder of overlays and the contact sheet, each of them if the plan names it.
+pub(super) struct Overlays {
     folder: Option<PathBuf>,
     sheet: Option<PathBuf>,
-    /// Photographs that the sheet shows.
+    /// Indices of the photographs on the sheet.
     chosen: Vec<usize>,
     cells: Vec<Image>,
-    /// What the sheet shows of each: the plants' regions with a margin.
+    /// The part of a photograph that the sheet shows: the plants' regions with a margin.
     view: Option<Region>,
 }
 
-impl Drawings {
-    pub(crate) fn new(
+impl Overlays {
+    pub(super) fn new(
         folder: Option<&Path>,
         sheet: Option<&Path>,
         plants: &[Plant],
         photographs: usize,
     ) -> Self {
         let count = CELLS.min(photographs);
-        // Evenly from the first to the last.
+        // At equal distances from the first to the last.
         let chosen = (0..count).map(|cell| cell * (photographs - 1) / (count - 1).max(1)).collect();
         Self {
             folder: folder.map(Path::to_owned),
@@ -61,24 +61,24 @@ impl Drawings {
         }
     }
 
-    /// Whether the photograph itself is needed to draw it.
-    pub(crate) fn needs(&self, index: usize, name: &str) -> bool {
+    /// Whether the pixels of a photograph are needed, because it is still to be drawn.
+    pub(super) fn needs(&self, index: usize, name: &str) -> bool {
         let is_drawn = |folder: &PathBuf| folder.join(file_name(name)).exists();
         self.folder.as_ref().is_some_and(|folder| !is_drawn(folder))
             || self.sheet.is_some() && self.chosen.contains(&index)
     }
 
-    /// NoiseStream a photograph.
-    pub(crate) fn add(
+    /// NoiseStream the detections into a photograph.
+    pub(super) fn add(
         &mut self,
         index: usize,
         name: &str,
         image: &Image,
-        drawn: &[Drawn<'_>],
+        annotations: &[Annotation<'_>],
         light: Option<Light>,
-    ) -> Result<()> {
+    ) -> Result<(), Error> {
         if let Some(folder) = &self.folder {
-            let jpeg = self::drawn(image, drawn, light).to_jpeg(JPEG_QUALITY)?;
+            let jpeg = annotate(image, annotations, light).to_jpeg(JPEG_QUALITY).map_err(Error::at(name))?;
             files::write(&folder.join(file_name(name)), &jpeg)?;
         }
         if self.sheet.is_some() && self.chosen.contains(&index) {
@@ -87,36 +87,37 @@ impl Drawings {
             let factor = view.width.div_ceil(CELL_COLUMNS).min(view.height);
             let small = filter::downscale(image, view, factor);
             let middle = (factor as f64 - 1.0) / 2.0;
-            let place = |pixel: Pixel| {
+            let to_cell = |pixel: Pixel| {
                 let along = |at: f64, start: usize| (at - start as f64 - middle) / factor as f64;
                 Pixel::new(along(pixel.x, view.x), along(pixel.y, view.y))
             };
-            self.cells.push(draw(&small, drawn, light, place, false));
+            self.cells.push(draw(&small, annotations, light, to_cell, false));
         }
         Ok(())
     }
 
     /// Writes the contact sheet, if one is wanted.
-    pub(crate) fn finish(&self) -> Result<()> {
+    pub(super) fn finish(&self) -> Result<(), Error> {
         let Some(path) = &self.sheet else { return Ok(()) };
         let sheet = contact_sheet(&self.cells, COLUMNS);
-        Ok(files::write(path, &sheet.to_jpeg(JPEG_QUALITY)?)?)
+        let jpeg = sheet.to_jpeg(JPEG_QUALITY).map_err(Error::at(path.display()))?;
+        Ok(files::write(path, &jpeg)?)
     }
 }
 
-/// A photograph with what is seen drawn in.
-pub(crate) fn drawn(image: &Image, drawn: &[Drawn<'_>], light: Option<Light>) -> Image {
-    draw(image, drawn, light, |pixel| pixel, true)
+/// A copy of a photograph with the detections drawn in.
+pub(super) fn annotate(image: &Image, annotations: &[Annotation<'_>], light: Option<Light>) -> Image {
+    draw(image, annotations, light, |pixel| pixel, true)
 }
 
-/// A photograph's name as that of an overlay, a JPEG.
+/// The name of a photograph's overlay, which is a JPEG.
 fn file_name(name: &str) -> String {
     let flat = name.replace(['/', '\\'], "_");
     let is_jpeg = Path::new(&flat).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("jpg"));
     if is_jpeg { flat } else { flat + ".jpg" }
 }
 
-/// The regions of all plants with a margin of an eighth; `None` where a plant has none.
+/// The bounding box of all plants' regions, each with a margin of an eighth; `None` if a plant has no region.
 fn view(plants: &[Plant]) -> Option<Region> {
     let mut all: Option<Region> = None;
     for plant in plants {
@@ -134,29 +135,29 @@ fn view(plants: &[Plant]) -> Option<Region> {
     all
 }
 
-/// The marks of all plants over a picture in which the photograph's pixels stand where `place` says.
+/// NoiseStream the annotations of all plants. `to_picture` maps a pixel of the photograph to one of `image`.
 fn draw(
     image: &Image,
-    drawn: &[Drawn<'_>],
+    annotations: &[Annotation<'_>],
     light: Option<Light>,
-    place: impl Fn(Pixel) -> Pixel,
+    to_picture: impl Fn(Pixel) -> Pixel,
     has_regions: bool,
 ) -> Image {
     let mut picture = image.clone();
-    for Drawn { plant, sighting, seen } in drawn {
-        let believed = sighting.filter(|_| seen.is_measured()).map(|sighting| {
+    for Annotation { plant, sighting, seen } in annotations {
+        let accepted = sighting.filter(|_| seen.is_measured()).map(|sighting| {
             let mut sighting = sighting.clone();
-            sighting.tip = place(sighting.tip);
-            sighting.apex = sighting.apex.map(&place);
-            sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(&place).collect());
+            sighting.tip = to_picture(sighting.tip);
+            sighting.apex = sighting.apex.map(&to_picture);
+            sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(&to_picture).collect());
             sighting
         });
         let held = seen.observation.as_ref().filter(|_| !seen.is_measured());
         let marks = OverlayMarks {
-            detection: believed.as_ref(),
-            held: held.map(|observation| place(plant.calibration.pixel(observation.tip))),
+            detection: accepted.as_ref(),
+            held: held.map(|observation| to_picture(plant.calibration.pixel(observation.tip))),
             crop: plant.region.filter(|_| has_regions),
-            base: Some(place(plant.calibration.base)),
+            base: Some(to_picture(plant.calibration.base)),
             light,
         };
         picture = draw_overlay(&picture, &marks);

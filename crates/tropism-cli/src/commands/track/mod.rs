@@ -1,0 +1,222 @@
+//! `tropism track`: tracks from photographs.
+
+mod text;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use clap::{Args, ValueEnum};
+use tropism::geometry::{Pixel, Region};
+use tropism::vision::{Calibration, Mode, VisionConfig};
+use tropism_lab::files;
+use tropism_lab::track::{
+    GuidePlan, LightSource, PlantPlan, TimeSource, TrackPlan, TrackScale, numbered_plants, read_plants,
+};
+
+use crate::options::{parse_minutes, parse_pair, parse_region, parse_scale};
+use crate::progress::{execute, execute_and_print, for_user, with_options};
+use crate::shell::Shell;
+
+/// Track the tip and the stem of plants in a folder of photographs
+///
+/// Photographs are ordered by their times, or by the numbers in their names. A frame without a detected plant holds the
+/// last tip: its `quality` is `held`, and its `class` says why. A damaged file never ends the batch.
+///
+/// Beside track.csv are written track.json (calibration, settings, counts, bad files) and track.frames.jsonl (the
+/// detections of each photograph, with the whole midline), from which --resume continues.
+///
+/// Without --calibration or --scale, centimetres assume the paper's camera, whose picture is 74 cm wide at the plant.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    tropism track tent/1/photographs --calibration tent/1/calibration.toml --out track.csv\n  \
+    tropism track my-photos --guide guide.html\n  \
+    tropism track my-photos --roi 250,150,200,185 --scale 11 --base 364,336 --out track.csv --overlay look\n  \
+    tropism track two-plants --roi 50,80,200,300 --roi 300,80,200,300 --scale 30,420,195,421=15 --out track.csv")]
+pub(crate) struct Track {
+    /// Photographs (JPEG or PNG), or folders of them
+    #[arg(required = true, value_name = "PHOTOS")]
+    photographs: Vec<PathBuf>,
+
+    /// File to write the track to; with several plants track-1.csv, track-2.csv and so on
+    #[arg(
+        long,
+        value_name = "track.csv",
+        required_unless_present = "guide",
+        default_value = "track.csv",
+        hide_default_value = true
+    )]
+    out: PathBuf,
+
+    /// Begin here: write a page to open in a browser, on which you click base, scale and region and copy the command.
+    /// With --roi, the detections are drawn in
+    #[arg(long, value_name = "PAGE.html", conflicts_with_all = ["out", "resume", "overlay", "sheet"])]
+    guide: Option<PathBuf>,
+
+    /// Calibration file, from `tropism calibrate-camera` (base, px_per_cm, width, height)
+    #[arg(long, value_name = "FILE", conflicts_with = "scale")]
+    calibration: Option<PathBuf>,
+
+    /// Pixels per cm in the plane of the stem, or two pixels and the cm between them: a ruler's ends, the pot's rim
+    #[arg(long, value_name = "PX_PER_CM|X,Y,X,Y=CM", value_parser = parse_scale, allow_hyphen_values = true)]
+    scale: Option<f64>,
+
+    /// Pixel where the stem leaves the soil; the middle of the region's lower edge by default. Once a plant
+    #[arg(long, value_name = "X,Y", value_parser = parse_pair, allow_hyphen_values = true)]
+    base: Vec<Pair>,
+
+    /// Region of interest: the plant without pot and lamps; the whole picture by default. Once a plant
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
+    roi: Vec<Region>,
+
+    /// Several plants by name: a TOML file with [[plant]] tables of name, region and base
+    #[arg(long, value_name = "PLANTS.toml", conflicts_with_all = ["roi", "base"])]
+    plants: Option<PathBuf>,
+
+    /// Lamp that is lit: read from the pictures, none (no lamps in view), or from a CSV with the columns frame and light
+    #[arg(long, value_name = "auto|none|FILE.csv", default_value = "auto", value_parser = parse_light)]
+    light: LightSource,
+
+    /// Source of the photographs' times
+    #[arg(long, value_enum, default_value = "auto")]
+    time: TimeName,
+
+    /// Time from one step to the next; by default the median interval, or five minutes where no times are known
+    #[arg(long, value_name = "TIME", value_parser = parse_minutes)]
+    period: Option<f64>,
+
+    /// Method of detection: the robust one, or the paper's to the letter
+    #[arg(long, value_name = "robust|paper", default_value = "robust", value_parser = parse_mode)]
+    mode: Mode,
+
+    /// Folder for a copy of each photograph with the detections drawn in
+    #[arg(long, value_name = "DIR")]
+    overlay: Option<PathBuf>,
+
+    /// File for a sheet of up to 24 photographs from first to last, with the detections drawn in
+    #[arg(long, value_name = "SHEET.jpg")]
+    sheet: Option<PathBuf>,
+
+    /// Continue where the same command stopped, or add new photographs
+    #[arg(long)]
+    resume: bool,
+
+    /// Replace results that exist already
+    #[arg(long, conflicts_with = "resume")]
+    force: bool,
+}
+
+type Pair = [f64; 2];
+
+#[derive(Clone, Copy, ValueEnum)]
+enum TimeName {
+    /// Exif headers, else names, else neither
+    Auto,
+    /// The camera's clock, in the Exif headers
+    Exif,
+    /// The names of the files
+    Name,
+    /// Neither: one photograph every --period, in the order of the numbers in their names
+    Even,
+}
+
+fn parse_mode(text: &str) -> Result<Mode, String> {
+    match text {
+        "robust" => Ok(Mode::Robust),
+        "paper" => Ok(Mode::Paper),
+        _ => Err("wanted robust or paper".to_owned()),
+    }
+}
+
+fn parse_light(text: &str) -> Result<LightSource, String> {
+    Ok(match text {
+        "auto" => LightSource::Auto,
+        "none" => LightSource::None,
+        file => LightSource::File(file.into()),
+    })
+}
+
+impl Track {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        match self.guide.clone() {
+            Some(page) => {
+                let plan = self.guide_plan(page)?;
+                execute_and_print(&plan, shell, text::guide)
+            }
+            None => self.track(shell),
+        }
+    }
+
+    fn track(self, shell: &Shell) -> Result<()> {
+        let plan = self.plan()?;
+        let results = execute(&plan, shell)?;
+        shell.result(&text::tracks(&plan, &results), &results)?;
+        match results.undetected.as_slice() {
+            [] => Ok(()),
+            undetected => bail!(with_options(&undetected.join("; "))),
+        }
+    }
+
+    fn plan(self) -> Result<TrackPlan> {
+        Ok(TrackPlan {
+            scale: self.scale()?,
+            plants: self.plants()?,
+            photographs: self.photographs,
+            out: self.out,
+            light: self.light,
+            time: self.time.into(),
+            period_min: self.period,
+            vision: VisionConfig { mode: self.mode, ..VisionConfig::default() },
+            overlay: self.overlay,
+            sheet: self.sheet,
+            resume: self.resume,
+            replace: self.force,
+            ..TrackPlan::default()
+        })
+    }
+
+    fn guide_plan(self, page: PathBuf) -> Result<GuidePlan> {
+        let is_placed = !self.roi.is_empty() || self.plants.is_some();
+        Ok(GuidePlan {
+            scale: self.scale()?,
+            plants: if is_placed { self.plants()? } else { Vec::new() },
+            photographs: self.photographs,
+            page,
+            time: self.time.into(),
+            period_min: self.period,
+            vision: VisionConfig { mode: self.mode, ..VisionConfig::default() },
+            ..GuidePlan::default()
+        })
+    }
+
+    fn plants(&self) -> Result<Vec<PlantPlan>> {
+        let bases: Vec<Pixel> = self.base.iter().map(|&[x, y]| Pixel::new(x, y)).collect();
+        let plants = match &self.plants {
+            Some(path) => read_plants(path),
+            None => numbered_plants(&self.roi, &bases),
+        };
+        plants.map_err(for_user)
+    }
+
+    fn scale(&self) -> Result<TrackScale> {
+        match (&self.calibration, self.scale) {
+            (Some(path), _) => {
+                let calibration: Calibration = files::read_toml(path)?;
+                calibration.check().with_context(|| path.display().to_string())?;
+                Ok(TrackScale::Calibration(calibration))
+            }
+            (None, Some(px_per_cm)) => Ok(TrackScale::PxPerCm(px_per_cm)),
+            (None, None) => Ok(TrackScale::PaperCamera),
+        }
+    }
+}
+
+impl From<TimeName> for TimeSource {
+    fn from(name: TimeName) -> Self {
+        match name {
+            TimeName::Auto => Self::Auto,
+            TimeName::Exif => Self::Exif,
+            TimeName::Name => Self::Name,
+            TimeName::Even => Self::Even,
+        }
+    }
+}

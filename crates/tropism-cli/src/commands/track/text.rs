@@ -1,0 +1,85 @@
+//! What `tropism track` prints for people.
+
+use std::collections::BTreeMap;
+
+use tropism_lab::track::{CameraMotion, GuideResults, TrackCounts, TrackPlan, TrackResults};
+
+/// Bad files that are named on the terminal; the JSON file names all.
+const NAMED: usize = 5;
+
+/// The text after a guide.
+pub(super) fn guide(results: &GuideResults) -> String {
+    format!(
+        "{} photographs, {}\nwrote {}: open it in a browser, click, and copy the command",
+        results.series.photographs,
+        results.series,
+        results.guide.display()
+    )
+}
+
+/// The text after tracks.
+pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
+    let [first, ..] = results.tracks.as_slice() else { return String::new() };
+    let kind = if first.is_virtual { " of a virtual plant" } else { "" };
+    let mut lines = vec![
+        format!("{} photographs{kind}, {}", first.counts.frames, results.series),
+        format!("lamp lit: {}", counted(&first.counts.lights)),
+    ];
+    lines.extend(first.problems.iter().take(NAMED).map(|(name, problem)| format!("{name}: {problem}")));
+    if first.problems.len() > NAMED {
+        lines.push(format!("and {} more bad files", first.problems.len() - NAMED));
+    }
+    for track in &results.tracks {
+        let which = track.plant.as_ref().map_or_else(String::new, |name| format!("plant {name}: "));
+        lines.push(format!("{which}{}", frames(&track.counts)));
+        if !track.counts.leaves_view_at.is_empty() {
+            let edges = counted(&track.counts.leaves_view_at);
+            lines.push(format!("{which}reaches out of its region ({edges}): a larger --roi may help"));
+        }
+        lines.push(format!("wrote {}", track.track.display()));
+    }
+    lines.extend(camera(&first.counts.camera, first.calibration.px_per_cm));
+    if let Some(place) = plan.overlay.as_ref().or(plan.sheet.as_ref()) {
+        lines.push(format!("look at {}: is the cross on the tip?", place.display()));
+    }
+    if let Some(folder) = &plan.overlay {
+        let folder = folder.display();
+        lines.push(format!("or see it move: tropism timelapse {folder} --out {folder}.gif"));
+    }
+    let files: Vec<String> = results.tracks.iter().map(|track| track.track.display().to_string()).collect();
+    lines.push(format!("next: tropism fit {} --out model.json", files.join(" ")));
+    lines.join("\n")
+}
+
+fn frames(counts: &TrackCounts) -> String {
+    format!(
+        "{} measured, {} held, {} before the first detection ({}); longest gap {} ({:.0} min)",
+        counts.measured,
+        counts.held,
+        counts.before,
+        counted(&counts.classes),
+        counts.longest_gap,
+        counts.longest_gap_min
+    )
+}
+
+/// A line on the movement of the camera; `None` if it stood still.
+fn camera(camera: &CameraMotion, px_per_cm: f64) -> Option<String> {
+    let moved = camera.first.as_ref().map(|first| {
+        format!(
+            "moved by up to {:.1} px ({:.1} mm) in {} photographs, first in {first}: corrected",
+            camera.farthest_px,
+            10.0 * camera.farthest_px / px_per_cm,
+            camera.moved
+        )
+    });
+    let unknown = (camera.unknown > 0)
+        .then(|| format!("background not found again in {} photographs: not corrected", camera.unknown));
+    let parts: Vec<String> = moved.into_iter().chain(unknown).collect();
+    (!parts.is_empty()).then(|| format!("camera {}", parts.join("; ")))
+}
+
+/// `left 47, right 47`.
+fn counted(counts: &BTreeMap<&'static str, usize>) -> String {
+    counts.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", ")
+}

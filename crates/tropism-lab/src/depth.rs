@@ -1,0 +1,221 @@
+//! Tip, apex and stem in space, from the tracks of two cameras at a right angle.
+//!
+//! In: the track of a camera in front and of one at the side, with the calibrations in the JSON files beside them. Out: one
+//! track in space. Steps that either camera has no measured tip of are left out.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use tropism::geometry::{Point, Polyline};
+use tropism::observation::Quality;
+use tropism::track::{Column, Sample, Track};
+use tropism::vision::Calibration;
+use tropism::vision::camera::stereo::{
+    CameraPose, MAX_RAY_GAP_CM, Side, SpacePoint, StereoPair, Triangulation, length, resampled,
+};
+
+use crate::track::{point_at, stem_at};
+use crate::{Error, Monitor, Workflow, files};
+
+/// Points of a stem (section 4).
+const STEM_POINTS: usize = 10;
+
+/// Two tracks to triangulate. The default has both cameras at the distance of the paper's (section 2.1).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DepthPlan {
+    /// Track of the camera in front.
+    pub front: PathBuf,
+    /// Track of the camera at the side.
+    pub side: PathBuf,
+    /// From the lens of each camera to the plane through the root, in cm, the front camera's first.
+    pub distance_cm: [f64; 2],
+    /// Where the second camera stands, as the first sees it.
+    pub from: SideView,
+    /// CSV file of the track in space; a JSON file of the same name is written beside it.
+    pub out: PathBuf,
+    /// Whether to replace a file at `out`.
+    pub replace: bool,
+}
+
+/// The side of the plant from which the second camera sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SideView {
+    /// From the left.
+    Left,
+    /// From the right.
+    #[default]
+    Right,
+}
+
+/// A track in space, in numbers: the JSON file beside it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DepthResults {
+    /// The file of the track.
+    pub track: PathBuf,
+    /// Whether the plant is virtual.
+    pub is_virtual: bool,
+    /// Steps with a tip in space.
+    pub steps: usize,
+    /// Steps with a whole stem in space, from the base to an apex that both cameras see.
+    pub stems: usize,
+    /// Distance between the two rays to the tip: median and maximum, in cm.
+    pub tip_gap_cm: [f64; 2],
+}
+
+impl Default for DepthPlan {
+    fn default() -> Self {
+        Self {
+            front: PathBuf::from("front.csv"),
+            side: PathBuf::from("side.csv"),
+            distance_cm: [74.0; 2],
+            from: SideView::default(),
+            out: PathBuf::from("space.csv"),
+            replace: false,
+        }
+    }
+}
+
+impl Workflow for DepthPlan {
+    type Results = DepthResults;
+
+    const SCHEMA: &'static str = "tropism.depth/1";
+
+    fn check(&self) -> Result<(), Error> {
+        files::check_free(&self.out, self.replace)?;
+        let [front_cm, side_cm] = self.distance_cm;
+        if front_cm > 0.0 && side_cm > 0.0 {
+            return Ok(());
+        }
+        Err(Error::Plan(format!(
+            "found `distance_cm` {front_cm},{side_cm}, wanted two distances of more than 0 cm"
+        )))
+    }
+
+    fn execute(&self, _monitor: &dyn Monitor) -> Result<DepthResults, Error> {
+        self.check()?;
+        let (front, beside_front) = read(&self.front)?;
+        let (side, beside_side) = read(&self.side)?;
+        let views = StereoPair {
+            front: CameraPose::new(&beside_front.calibration, self.distance_cm[0]),
+            side: CameraPose::new(&beside_side.calibration, self.distance_cm[1]),
+            side_from: match self.from {
+                SideView::Left => Side::Left,
+                SideView::Right => Side::Right,
+            },
+        };
+        let rows = triangulate(&views, &front, &side);
+        if rows.is_empty() {
+            return Err(Error::Plan(format!(
+                "{}, {}: found no step at which both have a measured tip, wanted photographs taken at the same steps",
+                self.front.display(),
+                self.side.display()
+            )));
+        }
+        files::write_track(&self.out, &table(&rows))?;
+        let mut gaps: Vec<f64> = rows.iter().map(|row| row.tip.gap_cm).collect();
+        gaps.sort_by(f64::total_cmp);
+        let results = DepthResults {
+            track: self.out.clone(),
+            is_virtual: beside_front.is_virtual || beside_side.is_virtual,
+            steps: rows.len(),
+            stems: rows.iter().filter(|row| row.has_whole_stem()).count(),
+            tip_gap_cm: [gaps[gaps.len() / 2], gaps[gaps.len() - 1]],
+        };
+        // The commands that read the track find there that the plant is virtual.
+        files::write_json(&self.out.with_extension("json"), &results)?;
+        Ok(results)
+    }
+}
+
+/// The part of the JSON file beside a track that is needed here.
+#[derive(Deserialize)]
+struct Sidecar {
+    calibration: Calibration,
+    is_virtual: bool,
+}
+
+/// Reads a track and the JSON file beside it.
+fn read(path: &Path) -> Result<(Track, Sidecar), Error> {
+    let track = files::read_track(path)?;
+    let beside = path.with_extension("json");
+    let text = files::read_text(&beside)?;
+    let place = format!("{}: wanted the file that tropism track writes", beside.display());
+    let sidecar: Sidecar = serde_json::from_str(&text).map_err(Error::at(place))?;
+    sidecar.calibration.check().map_err(Error::at(beside.display()))?;
+    Ok((track, sidecar))
+}
+
+/// One step in space.
+struct Row {
+    /// With the tip's x and y in space.
+    sample: Sample,
+    tip: Triangulation,
+    /// `None` if the cameras see different ends of the stem.
+    apex: Option<Triangulation>,
+    /// From the base up, as far as both cameras see it.
+    stem: Vec<SpacePoint>,
+}
+
+impl Row {
+    /// Whether the stem reaches from base to apex.
+    const fn has_whole_stem(&self) -> bool {
+        self.apex.is_some() && self.stem.len() > 1
+    }
+}
+
+/// The steps at which both tracks have a measured tip.
+fn triangulate(views: &StereoPair, front: &Track, side: &Track) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let is_measured = |sample: &Sample| sample.quality == Quality::Measured;
+    for (row, sample) in front.samples.iter().enumerate().filter(|(_, sample)| is_measured(sample)) {
+        let Ok(other) = side.samples.binary_search_by_key(&sample.step, |sample| sample.step) else {
+            continue;
+        };
+        if !is_measured(&side.samples[other]) {
+            continue;
+        }
+        let tip = views.triangulate(sample.tip, side.samples[other].tip);
+        let apex = point_at(front, "apex", row).zip(point_at(side, "apex", other));
+        let apex = apex.map(|(front, side)| views.triangulate(front, side));
+        let stems: Option<(Polyline, Polyline)> = stem_at(front, row).zip(stem_at(side, other));
+        rows.push(Row {
+            sample: Sample { tip: Point::new(tip.point[0], tip.point[1]), ..sample.clone() },
+            tip,
+            apex: apex.filter(|apex| apex.gap_cm <= MAX_RAY_GAP_CM),
+            stem: stems.map_or_else(Vec::new, |(front, side)| views.triangulate_midline(&front, &side)),
+        });
+    }
+    rows
+}
+
+fn table(rows: &[Row]) -> Track {
+    let mut track = Track::of(rows.iter().map(|row| row.sample.clone()).collect());
+    let mut column = |name: String, value: &dyn Fn(&Row) -> Option<f64>| {
+        let text = |row: &Row| value(row).map_or_else(String::new, |value| format!("{value:.4}"));
+        track.columns.push(Column::parsed(&name, rows.iter().map(text).collect()));
+    };
+    column("tip_z_cm".to_owned(), &|row| Some(row.tip.point[2]));
+    column("tip_gap_cm".to_owned(), &|row| Some(row.tip.gap_cm));
+    let axes = ["x", "y", "z"];
+    for (index, axis) in axes.iter().enumerate() {
+        column(format!("apex_{axis}_cm"), &|row| Some(row.apex?.point[index]));
+    }
+    column("apex_gap_cm".to_owned(), &|row| Some(row.apex?.gap_cm));
+    column("length_cm".to_owned(), &|row| Some(length(&row.stem)).filter(|_| row.has_whole_stem()));
+    let points = |row: &Row| {
+        if row.has_whole_stem() { resampled(&row.stem, STEM_POINTS) } else { Vec::new() }
+    };
+    let stems: Vec<Vec<SpacePoint>> = rows.iter().map(points).collect();
+    for vertex in 0..STEM_POINTS {
+        for (index, axis) in axes.iter().enumerate() {
+            let text = |stem: &Vec<SpacePoint>| {
+                stem.get(vertex).map_or_else(String::new, |place| format!("{:.4}", place[index]))
+            };
+            let name = format!("stem_{}_{axis}_cm", vertex + 1);
+            track.columns.push(Column::parsed(&name, stems.iter().map(text).collect()));
+        }
+    }
+    track
+}

@@ -1,0 +1,218 @@
+//! The detections of each photograph, written down as they come: a JSON line a photograph.
+//!
+//! A line depends on nothing but its photograph and the settings, so lines may be used again by a resumed plan.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use tropism::geometry::Pixel;
+use tropism::lamps::Light;
+use tropism::vision::{Detection, FrameStatus};
+
+use crate::Error;
+use crate::files::FileError;
+
+const SCHEMA: &str = "tropism.frames/1";
+
+/// The first line.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Head {
+    schema: String,
+    /// Digest of the settings that decide what is detected in a photograph.
+    settings_sha256: String,
+}
+
+/// The detections in one photograph.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct FrameDetections {
+    pub(super) frame: String,
+    /// Of the file's bytes; empty if the file could not be read.
+    pub(super) sha256: String,
+    /// The lamp that is lit in the picture.
+    pub(super) light: Option<Light>,
+    /// What is wrong with the file.
+    pub(super) problem: Option<String>,
+    /// One detection a plant.
+    pub(super) plants: Vec<PlantDetection>,
+}
+
+impl FrameDetections {
+    /// The line of the journal.
+    pub(super) fn line(&self) -> Result<String, Error> {
+        let line = serde_json::to_string(self).map_err(Error::at(&self.frame))?;
+        Ok(line + "\n")
+    }
+}
+
+/// The detection of one plant in one photograph.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct PlantDetection {
+    pub(super) class: FrameStatus,
+    pub(super) sighting: Option<Detection>,
+}
+
+impl PlantDetection {
+    /// A detection rounded to a thousandth of a pixel, so that a line of the journal holds all of it.
+    pub(super) fn new(detected: Result<Detection, FrameStatus>) -> Self {
+        let rounded = |value: f64| (value * 1e3).round() / 1e3;
+        let round = |pixel: Pixel| Pixel::new(rounded(pixel.x), rounded(pixel.y));
+        match detected {
+            Err(class) => Self { class, sighting: None },
+            Ok(mut sighting) => {
+                sighting.tip = round(sighting.tip);
+                sighting.apex = sighting.apex.map(round);
+                sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(round).collect());
+                Self { class: FrameStatus::Ok, sighting: Some(sighting) }
+            }
+        }
+    }
+
+    /// The detection, or the reason why there is none.
+    pub(super) fn result(&self) -> Result<Detection, FrameStatus> {
+        self.sighting.clone().ok_or(self.class)
+    }
+}
+
+/// The journal's file, and where each photograph's line stands in it.
+pub(super) struct FrameJournal {
+    path: PathBuf,
+    file: File,
+    /// Offset and length of a line, by the name of its photograph.
+    lines: BTreeMap<String, (u64, usize)>,
+}
+
+impl FrameJournal {
+    /// Begins a journal at `path`, or with `is_resumed` opens the one there, if it has the same settings.
+    pub(super) fn open(path: &Path, settings_sha256: &str, is_resumed: bool) -> Result<Self, Error> {
+        let wanted = Head { schema: SCHEMA.to_owned(), settings_sha256: settings_sha256.to_owned() };
+        let exists = is_resumed && path.exists();
+        let mut options = OpenOptions::new();
+        let file = options.read(true).write(true).create(true).truncate(!exists).open(path);
+        let file = file.map_err(disk("write", path))?;
+        let mut journal = Self { path: path.to_owned(), file, lines: BTreeMap::new() };
+        if exists {
+            journal.index(&wanted)?;
+        } else {
+            let head = serde_json::to_string(&wanted).map_err(Error::at(path.display()))?;
+            journal.write(&(head + "\n"))?;
+        }
+        Ok(journal)
+    }
+
+    /// Finds the whole lines, and cuts off an incomplete one at the end.
+    fn index(&mut self, wanted: &Head) -> Result<(), Error> {
+        let refuse = |problem: &str| Error::Plan(format!("{}: {problem}", self.path.display()));
+        let mut lines = BufReader::new(&self.file);
+        let (mut line, mut end) = (String::new(), 0);
+        while lines.read_line(&mut line).unwrap_or(0) > 0 && line.ends_with('\n') {
+            if end == 0 {
+                if !serde_json::from_str::<Head>(&line).is_ok_and(|found| found == *wanted) {
+                    return Err(refuse(
+                        "found photographs that were judged with other settings or by another version, wanted the same \
+                         for `resume`; use another name, or `replace` to begin anew",
+                    ));
+                }
+            } else {
+                let Ok(detections) = serde_json::from_str::<FrameDetections>(&line) else { break };
+                self.lines.insert(detections.frame, (end, line.len()));
+            }
+            end += line.len() as u64;
+            line.clear();
+        }
+        if end == 0 {
+            return Err(refuse("found no line, wanted a journal of photographs; `replace` begins anew"));
+        }
+        let cut = self.file.set_len(end).and_then(|()| self.file.seek(SeekFrom::End(0)));
+        cut.map_err(disk("write", &self.path))?;
+        Ok(())
+    }
+
+    /// The detections in the photograph `frame`, if its bytes are the same.
+    pub(super) fn find(&mut self, frame: &str, sha256: &str) -> Result<Option<FrameDetections>, Error> {
+        let Some(&(start, length)) = self.lines.get(frame) else { return Ok(None) };
+        let mut line = vec![0; length];
+        let mut read = || {
+            self.file.seek(SeekFrom::Start(start))?;
+            self.file.read_exact(&mut line)?;
+            self.file.seek(SeekFrom::End(0))
+        };
+        read().map_err(disk("read", &self.path))?;
+        let detections: FrameDetections =
+            serde_json::from_slice(&line).map_err(Error::at(self.path.display()))?;
+        Ok(Some(detections).filter(|found| found.sha256 == sha256 && !sha256.is_empty()))
+    }
+
+    /// Adds the lines of photographs. When it returns, the operating system has them.
+    pub(super) fn add(&mut self, lines: &[&str]) -> Result<(), Error> {
+        self.write(&lines.concat())
+    }
+
+    /// Removes the file, when nothing in it is worth resuming.
+    pub(super) fn remove(&self) -> Result<(), Error> {
+        Ok(std::fs::remove_file(&self.path).map_err(disk("remove", &self.path))?)
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), Error> {
+        Ok(self.file.write_all(text.as_bytes()).map_err(disk("write", &self.path))?)
+    }
+}
+
+fn disk(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> FileError {
+    move |source| FileError::Disk { action, path: path.to_owned(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn detections(frame: &str) -> FrameDetections {
+        let sighting = Detection {
+            tip: Pixel::new(1.0 / 3.0, 2.0),
+            apex: Some(Pixel::new(0.1, 0.2)),
+            stem: Some(vec![Pixel::new(5.0, 6.123_456)]),
+            contrast: 17.3,
+            ..Detection::default()
+        };
+        FrameDetections {
+            frame: frame.to_owned(),
+            sha256: format!("of {frame}"),
+            light: Some(Light::LEFT),
+            problem: None,
+            plants: vec![PlantDetection::new(Ok(sighting)), PlantDetection::new(Err(FrameStatus::NoPlant))],
+        }
+    }
+
+    #[test]
+    fn what_was_written_is_found_again_and_half_a_line_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("track.frames.jsonl");
+        let mut journal = FrameJournal::open(&path, "settings", false).unwrap();
+        journal.add(&[&detections("a").line().unwrap(), &detections("b").line().unwrap()]).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() - 9]).unwrap();
+        let mut journal = FrameJournal::open(&path, "settings", true).unwrap();
+        assert_eq!(journal.find("a", "of a").unwrap(), Some(detections("a")));
+        assert_eq!(journal.find("a", "of another").unwrap(), None);
+        assert_eq!(journal.find("b", "of b").unwrap(), None);
+        journal.add(&[&detections("b").line().unwrap()]).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+        let mut journal = FrameJournal::open(&path, "settings", true).unwrap();
+        assert_eq!(journal.find("b", "of b").unwrap(), Some(detections("b")));
+    }
+
+    #[test]
+    fn other_settings_and_other_files_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("track.frames.jsonl");
+        FrameJournal::open(&path, "settings", false).unwrap();
+        let error = |settings| FrameJournal::open(&path, settings, true).err().unwrap().to_string();
+        assert!(error("others").contains("other settings"));
+        std::fs::write(&path, "").unwrap();
+        assert!(error("settings").contains("found no line"));
+        std::fs::write(&path, "step,tip\n1,2\n").unwrap();
+        assert!(error("settings").contains("other settings"));
+    }
+}

@@ -1,0 +1,218 @@
+//! From photographs to tables: detection on all threads, then gating in the order of the photographs.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use tropism::lamps::Light;
+use tropism::photo::{Image, Photo, PhotoError, Picture};
+use tropism::vision::raster::source::PixelSource;
+use tropism::vision::{FrameStatus, TipTracker, lamp_state};
+
+use super::journal::{FrameDetections, FrameJournal, PlantDetection};
+use super::overlays::{Annotation, Overlays};
+use super::plan::TrackPlan;
+use super::plants::Plant;
+use super::series::{Frame, Series};
+use super::table::Table;
+use crate::{Error, Monitor, files};
+
+/// Photographs that are in memory at the same time: a series of any length needs the same memory.
+const BATCH: usize = 64;
+
+/// A series of photographs on its way into one table a plant.
+pub(super) struct Pipeline<'a> {
+    pub(super) plan: &'a TrackPlan,
+    pub(super) series: &'a Series,
+    pub(super) plants: &'a [Plant],
+    /// The light of each photograph; `None` if the pictures say.
+    lights: Option<Vec<Option<Light>>>,
+    eyes: Vec<TipTracker>,
+    pub(super) tables: Vec<Table>,
+    pub(super) journal: FrameJournal,
+    overlays: Overlays,
+    /// The digests of the photographs so far, one after the other.
+    pub(super) sha256: String,
+    /// What is wrong with which file.
+    pub(super) problems: BTreeMap<String, String>,
+}
+
+impl<'a> Pipeline<'a> {
+    pub(super) fn new(
+        plan: &'a TrackPlan,
+        series: &'a Series,
+        plants: &'a [Plant],
+        lights: Option<Vec<Option<Light>>>,
+        settings_sha256: &str,
+    ) -> Result<Self, Error> {
+        let eye = |plant: &Plant| TipTracker::new(plant.calibration, plant.vision(&plan.vision));
+        let mut eyes: Vec<TipTracker> =
+            plants.iter().map(eye).collect::<Result<_, _>>().map_err(Error::at("vision"))?;
+        let journal = FrameJournal::open(&plan.journal_file(), settings_sha256, plan.resume)?;
+        // The background of the first pictures is the reference for the shift of the camera in all others.
+        let readable =
+            series.frames.iter().filter_map(|frame| files::read_photo(&frame.path, 0.0).ok()?.open().ok());
+        for picture in readable.take(TipTracker::REFERENCE_FRAMES) {
+            eyes.iter_mut().for_each(|eye| eye.set_reference(&picture));
+        }
+        let (folder, sheet) = (plan.overlay.as_deref(), plan.sheet.as_deref());
+        Ok(Self {
+            plan,
+            series,
+            plants,
+            lights,
+            eyes,
+            tables: plants.iter().map(|plant| Table::new(plant.calibration)).collect(),
+            journal,
+            overlays: Overlays::new(folder, sheet, plants, series.frames.len()),
+            sha256: String::new(),
+            problems: BTreeMap::new(),
+        })
+    }
+
+    /// Processes all photographs.
+    pub(super) fn run(&mut self, monitor: &dyn Monitor) -> Result<(), Error> {
+        let count = self.series.frames.len();
+        monitor.stage("track", count as u64);
+        for start in (0..count).step_by(BATCH) {
+            self.process(start..(start + BATCH).min(count), monitor)?;
+            if !monitor.may_go_on() {
+                return Err(Error::Interrupted { folder: self.plan.journal_file() });
+            }
+        }
+        self.overlays.finish()
+    }
+
+    /// Detects the plants in a batch of photographs on all threads, and gates the detections in order.
+    fn process(&mut self, batch: Range<usize>, monitor: &dyn Monitor) -> Result<(), Error> {
+        let read = |frame: &Frame| {
+            let photo = files::read_photo(&frame.path, frame.time_s).map_err(|error| error.to_string());
+            let sha256 = photo.as_ref().map_or_else(|_| String::new(), |photo| files::sha256(&photo.bytes));
+            (photo, sha256)
+        };
+        let frames = &self.series.frames;
+        let photos: Vec<_> = frames[batch.clone()].par_iter().map(read).collect();
+        let mut known = Vec::with_capacity(batch.len());
+        for (frame, (_, sha256)) in frames[batch.clone()].iter().zip(&photos) {
+            known.push(self.journal.find(&frame.name, sha256)?);
+        }
+        let (eyes, overlays) = (&self.eyes, &self.overlays);
+        let processed: Vec<Processed> = batch
+            .clone()
+            .into_par_iter()
+            .zip(photos)
+            .zip(known)
+            // One photograph a task: a thread that is done takes the next, and none waits long at the end of a batch.
+            .with_max_len(1)
+            .map(|((index, (photo, sha256)), known)| {
+                let name = &frames[index].name;
+                Processed::new(eyes, name, known, photo, sha256, overlays.needs(index, name))
+            })
+            .collect::<Result<_, _>>()?;
+        let new: Vec<&str> = processed.iter().filter_map(|photo| photo.line.as_deref()).collect();
+        if new.len() < processed.len() {
+            monitor.skip((processed.len() - new.len()) as u64);
+        }
+        for (index, photo) in batch.zip(&processed) {
+            self.gate(index, photo)?;
+        }
+        // After the drawings: a photograph in the journal has its overlay.
+        self.journal.add(&new)?;
+        monitor.advance(new.len() as u64);
+        let counts = &self.tables[0].counts;
+        monitor.status(&format!("{} measured, {} held", counts.measured, counts.held));
+        Ok(())
+    }
+
+    /// Gates the detections of the next photograph, adds them to the tables, and draws them.
+    fn gate(&mut self, index: usize, photo: &Processed) -> Result<(), Error> {
+        let detections = &photo.detections;
+        let frame = &self.series.frames[index];
+        let light = self.lights.as_ref().map_or(detections.light, |lights| lights[index]);
+        let is_repeated = !detections.sha256.is_empty() && self.sha256.ends_with(&detections.sha256);
+        let problem = if is_repeated {
+            Some("the same bytes as the photograph before".to_owned())
+        } else {
+            detections.problem.clone()
+        };
+        self.sha256 += &detections.sha256;
+        self.problems.extend(problem.map(|problem| (frame.name.clone(), problem)));
+        let mut seen = Vec::with_capacity(self.plants.len());
+        for ((eye, table), detection) in self.eyes.iter_mut().zip(&mut self.tables).zip(&detections.plants) {
+            let result = if is_repeated { Err(FrameStatus::Repeated) } else { detection.result() };
+            let tracked = eye.update(result, frame.time_s);
+            table.add(frame, detection.sighting.as_ref(), tracked.clone(), light);
+            seen.push(tracked);
+        }
+        let Some(image) = &photo.image else { return Ok(()) };
+        let annotations: Vec<Annotation<'_>> = self
+            .plants
+            .iter()
+            .zip(&detections.plants)
+            .zip(&seen)
+            .map(|((plant, detection), seen)| Annotation {
+                plant,
+                sighting: detection.sighting.as_ref(),
+                seen,
+            })
+            .collect();
+        self.overlays.add(index, &frame.name, image, &annotations, light)
+    }
+}
+
+/// The detections of a photograph, and its pixels if it is to be drawn.
+struct Processed {
+    detections: FrameDetections,
+    /// Its line for the journal; `None` if it is there already.
+    line: Option<String>,
+    image: Option<Arc<Image>>,
+}
+
+impl Processed {
+    /// Takes the detections that are `known` from the journal, or detects the plants now.
+    fn new(
+        eyes: &[TipTracker],
+        name: &str,
+        known: Option<FrameDetections>,
+        photo: Result<Photo, String>,
+        sha256: String,
+        is_drawn: bool,
+    ) -> Result<Self, Error> {
+        let is_new = known.is_none();
+        let open = || photo.map(|photo| photo.open());
+        let (detections, picture) = match known {
+            Some(known) => (known, if is_drawn { open().ok().and_then(Result::ok) } else { None }),
+            None => detect(eyes, name, open(), sha256),
+        };
+        let line = if is_new { Some(detections.line()?) } else { None };
+        let image = picture.filter(|_| is_drawn).map(|picture| Arc::new(picture.into_image()));
+        Ok(Self { detections, line, image })
+    }
+}
+
+/// Detects all plants in one photograph.
+fn detect(
+    eyes: &[TipTracker],
+    name: &str,
+    picture: Result<Result<Picture, PhotoError>, String>,
+    sha256: String,
+) -> (FrameDetections, Option<Picture>) {
+    // A file that cannot be read counts as a damaged photograph: it does not end the series.
+    let detect = |eye: &TipTracker| match &picture {
+        Ok(picture) => PlantDetection::new(eye.detect(picture.as_ref())),
+        Err(_) => PlantDetection::new(Err(FrameStatus::Corrupt)),
+    };
+    let plants: Vec<PlantDetection> = eyes.iter().map(detect).collect();
+    let problem = match &picture {
+        Err(problem) => Some(problem.clone()),
+        Ok(Err(error)) => Some(error.to_string()),
+        Ok(Ok(picture)) => {
+            let (width, height) = picture.size();
+            eyes[0].calibration().check_size(width, height).err().map(|error| error.to_string())
+        }
+    };
+    let picture = picture.ok().and_then(Result::ok);
+    let light = picture.as_ref().and_then(|picture| lamp_state(picture, None));
+    (FrameDetections { frame: name.to_owned(), sha256, light, problem, plants }, picture)
+}

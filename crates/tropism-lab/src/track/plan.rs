@@ -1,0 +1,201 @@
+//! What to track: photographs, scale, plants, times, and where the results go.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use tropism::track::PAPER_PERIOD_MIN;
+use tropism::vision::VisionConfig;
+
+use super::light::LightSource;
+use super::pipeline::Pipeline;
+use super::plants::{PAPER_WIDTH_CM, Plant, PlantPlan, TrackScale, check_plants, place};
+use super::results::{TrackResults, TrackSettings};
+use super::series::{Series, TimeSource};
+use crate::{Error, Monitor, Workflow, files};
+
+/// Photographs to track, and how.
+///
+/// The default tracks one plant in the whole picture of the paper's camera, with photographs five minutes apart where no
+/// times are known (section 2.2.1).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrackPlan {
+    /// Photographs (JPEG or PNG), or folders of them.
+    pub photographs: Vec<PathBuf>,
+    /// CSV file of the track; with several plants `track.csv` becomes `track-NAME.csv`. Beside it are written the same name
+    /// with `.json` and, one for all plants, with `.frames.jsonl`.
+    pub out: PathBuf,
+    /// How pixels become centimetres.
+    pub scale: TrackScale,
+    /// The plants to track.
+    pub plants: Vec<PlantPlan>,
+    /// What says which lamp is lit.
+    pub light: LightSource,
+    /// What says when a photograph was taken.
+    pub time: TimeSource,
+    /// Minutes from one step to the next; `None` takes the median interval of the photographs.
+    pub period_min: Option<f64>,
+    /// Minutes from one step to the next where `period_min` is `None` and no times are known.
+    pub default_period_min: f64,
+    /// How plants are detected. The crop of a plant is its region.
+    pub vision: VisionConfig,
+    /// Folder for a copy of each photograph with the detections drawn in.
+    pub overlay: Option<PathBuf>,
+    /// JPEG file for a contact sheet of up to 24 photographs with the detections drawn in.
+    pub sheet: Option<PathBuf>,
+    /// Whether to continue from the journal of the same plan, and take new photographs in.
+    pub resume: bool,
+    /// Whether to replace existing results.
+    pub replace: bool,
+}
+
+impl Default for TrackPlan {
+    fn default() -> Self {
+        Self {
+            photographs: Vec::new(),
+            out: PathBuf::from("track.csv"),
+            scale: TrackScale::default(),
+            plants: vec![PlantPlan::default()],
+            light: LightSource::default(),
+            time: TimeSource::default(),
+            period_min: None,
+            default_period_min: PAPER_PERIOD_MIN,
+            vision: VisionConfig::default(),
+            overlay: None,
+            sheet: None,
+            resume: false,
+            replace: false,
+        }
+    }
+}
+
+impl Workflow for TrackPlan {
+    type Results = TrackResults;
+
+    const SCHEMA: &'static str = "tropism.track/1";
+
+    fn check(&self) -> Result<(), Error> {
+        check_plants(&self.plants)?;
+        self.scale.check()?;
+        check_minutes("period_min", self.period_min)?;
+        check_minutes("default_period_min", Some(self.default_period_min))?;
+        if self.out.extension().is_some_and(|extension| extension == "json" || extension == "jsonl") {
+            return Err(Error::Plan(format!(
+                "`out` {}: found the name of the file beside the track, wanted one that ends in .csv",
+                self.out.display()
+            )));
+        }
+        self.check_free()
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
+        self.check()?;
+        let paths = files::photographs(&self.photographs)?;
+        let series = Series::read(&paths, self.time, self.period_min, self.default_period_min)?;
+        let plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
+        let lights = self.light.read(&series.frames)?;
+        if self.scale == TrackScale::PaperCamera {
+            let px_per_cm = plants[0].calibration.px_per_cm;
+            monitor.note(&format!(
+                "no `calibration` or `px_per_cm`: assuming a picture {PAPER_WIDTH_CM} cm wide at the plant \
+                 ({px_per_cm:.2} px/cm)"
+            ));
+        }
+        if let Some(folder) = &self.overlay {
+            files::make_folder(folder)?;
+        }
+        let settings = TrackSettings::new(self, &plants);
+        let mut pipeline = Pipeline::new(self, &series, &plants, lights, &settings.sha256()?)?;
+        pipeline.run(monitor)?;
+        pipeline.finish(settings)
+    }
+}
+
+impl TrackPlan {
+    /// The file of a plant's track: `track.csv`, or `track-NAME.csv` where there are several plants.
+    pub(super) fn track_file(&self, plant: &Plant) -> PathBuf {
+        self.track_file_of(plant.name.as_deref())
+    }
+
+    /// The journal of the photographs, one for all plants.
+    pub(super) fn journal_file(&self) -> PathBuf {
+        self.out.with_extension("frames.jsonl")
+    }
+
+    fn track_file_of(&self, name: Option<&str>) -> PathBuf {
+        let Some(name) = name else { return self.out.clone() };
+        let stem = self.out.file_stem().unwrap_or_default().to_string_lossy();
+        let file = format!("{stem}-{name}");
+        match self.out.extension() {
+            Some(extension) => self.out.with_file_name(format!("{file}.{}", extension.to_string_lossy())),
+            None => self.out.with_file_name(file),
+        }
+    }
+
+    /// Checks that no earlier results would be overwritten.
+    fn check_free(&self) -> Result<(), Error> {
+        if self.resume || self.replace {
+            return Ok(());
+        }
+        let is_alone = self.plants.len() == 1;
+        let names = self.plants.iter().map(|plant| Some(plant.name.as_str()).filter(|_| !is_alone));
+        let tracks = names.map(|name| self.track_file_of(name));
+        let tracks = tracks.flat_map(|track| [track.with_extension("json"), track]);
+        let results = tracks.chain([self.journal_file()]).chain(self.sheet.clone());
+        let overlays = self.overlay.iter().filter(|folder| files::photographs(&[(*folder).clone()]).is_ok());
+        let Some(taken) = results.filter(|path| path.exists()).chain(overlays.cloned()).next() else {
+            return Ok(());
+        };
+        Err(Error::Plan(format!(
+            "{}: found results here already, wanted a new name, `resume` to go on with them or `replace` to replace them",
+            taken.display()
+        )))
+    }
+}
+
+/// Checks that a period is one.
+pub(super) fn check_minutes(key: &str, minutes: Option<f64>) -> Result<(), Error> {
+    match minutes {
+        Some(found) if !(found.is_finite() && found > 0.0) => {
+            Err(Error::Plan(format!("found `{key}` {found}, wanted more than 0 minutes")))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plan_goes_through_json_and_an_empty_one_is_the_default() {
+        let plan = TrackPlan {
+            light: LightSource::File("light.csv".into()),
+            scale: TrackScale::PxPerCm(11.0),
+            ..TrackPlan::default()
+        };
+        let json = serde_json::to_string(&plan).unwrap();
+        assert_eq!(serde_json::from_str::<TrackPlan>(&json).unwrap(), plan);
+        assert_eq!(serde_json::from_str::<TrackPlan>("{}").unwrap(), TrackPlan::default());
+    }
+
+    #[test]
+    fn impossible_plans_are_refused_by_key() {
+        let refused = |plan: TrackPlan| plan.check().unwrap_err().to_string();
+        assert!(
+            refused(TrackPlan { period_min: Some(0.0), ..TrackPlan::default() }).contains("`period_min` 0")
+        );
+        let out = TrackPlan { out: "track.json".into(), ..TrackPlan::default() };
+        assert!(refused(out).contains("wanted one that ends in .csv"));
+        let scale = TrackScale::PxPerCm(-1.0);
+        assert!(refused(TrackPlan { scale, ..TrackPlan::default() }).contains("`px_per_cm` -1"));
+        assert!(refused(TrackPlan { plants: Vec::new(), ..TrackPlan::default() }).contains("`plants`"));
+    }
+
+    #[test]
+    fn each_of_several_plants_has_a_file() {
+        let plan = TrackPlan { out: "a/track.csv".into(), ..TrackPlan::default() };
+        assert_eq!(plan.track_file_of(None), PathBuf::from("a/track.csv"));
+        assert_eq!(plan.track_file_of(Some("left")), PathBuf::from("a/track-left.csv"));
+    }
+}

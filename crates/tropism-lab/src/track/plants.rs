@@ -1,0 +1,192 @@
+//! Which plants are tracked, where they stand in the picture, and how pixels become centimetres there.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use tropism::geometry::{Pixel, Region};
+use tropism::vision::{Calibration, VisionConfig, VisionError};
+
+use super::series::Frame;
+use crate::{Error, files};
+
+/// Width of the picture of the paper's camera in the plane of the stem, in cm.
+pub(super) const PAPER_WIDTH_CM: f64 = tropism::greenhouse::view::Frame::WIDTH_CM;
+
+/// One plant to track.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlantPlan {
+    /// Name in the files of its track, if there are several plants: letters, digits, `-` and `_`.
+    pub name: String,
+    /// The plant without pot and lamps; `None` is the whole picture.
+    pub region: Option<Region>,
+    /// Pixel where the stem leaves the soil; `None` is the middle of the region's lower edge.
+    pub base: Option<Pixel>,
+}
+
+impl Default for PlantPlan {
+    fn default() -> Self {
+        Self { name: "1".to_owned(), region: None, base: None }
+    }
+}
+
+/// How pixels become centimetres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TrackScale {
+    /// As in the picture of the paper's camera, whatever its pixels.
+    #[default]
+    PaperCamera,
+    /// So many pixels a cm in the plane of the stem.
+    PxPerCm(f64),
+    /// As calibrated; with several plants its base is not used.
+    Calibration(Calibration),
+}
+
+impl TrackScale {
+    pub(super) fn check(&self) -> Result<(), Error> {
+        match self {
+            Self::PxPerCm(found) if !(found.is_finite() && *found > 0.0) => {
+                Err(Error::Plan(format!("found `px_per_cm` {found}, wanted a number above 0")))
+            }
+            Self::Calibration(calibration) => calibration.check().map_err(Error::at("calibration")),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A plant with its calibration.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Plant {
+    /// `None` if it is the only one.
+    pub(super) name: Option<String>,
+    pub(super) region: Option<Region>,
+    pub(super) calibration: Calibration,
+}
+
+impl Plant {
+    /// How it is detected: as `vision` says, in its region.
+    pub(super) fn vision(&self, vision: &VisionConfig) -> VisionConfig {
+        VisionConfig { crop: self.region, ..vision.clone() }
+    }
+}
+
+/// Reads a TOML file with one `[[plant]]` table a plant.
+///
+/// # Errors
+/// [`Error`] if the file cannot be read, or names no plant, or one twice.
+pub fn read_plants(path: &Path) -> Result<Vec<PlantPlan>, Error> {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct PlantsFile {
+        plant: Vec<PlantPlan>,
+    }
+    let PlantsFile { plant: plants } = files::read_toml(path)?;
+    check_plants_in(&path.display().to_string(), &plants)?;
+    Ok(plants)
+}
+
+/// Plants by their regions and bases, named by their numbers from 1. Either list may be empty.
+///
+/// # Errors
+/// [`Error::Plan`] if the lists are of different lengths.
+pub fn numbered_plants(regions: &[Region], bases: &[Pixel]) -> Result<Vec<PlantPlan>, Error> {
+    let count = regions.len().max(bases.len()).max(1);
+    for (key, found) in [("region", regions.len()), ("base", bases.len())] {
+        if found != 0 && found != count {
+            return Err(Error::Plan(format!(
+                "found {found} x `{key}` for {count} plants, wanted one a plant, in the same order, or none"
+            )));
+        }
+    }
+    let plant = |index: usize| PlantPlan {
+        name: (index + 1).to_string(),
+        region: regions.get(index).copied(),
+        base: bases.get(index).copied(),
+    };
+    Ok((0..count).map(plant).collect())
+}
+
+pub(super) fn check_plants(plants: &[PlantPlan]) -> Result<(), Error> {
+    check_plants_in("`plants`", plants)
+}
+
+fn check_plants_in(place: &str, plants: &[PlantPlan]) -> Result<(), Error> {
+    let refuse = |problem: String| Err(Error::Plan(format!("{place}: {problem}")));
+    if plants.is_empty() {
+        return refuse("found no [[plant]], wanted at least one".to_owned());
+    }
+    for (index, PlantPlan { name, .. }) in plants.iter().enumerate() {
+        let is_allowed = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
+        if name.is_empty() || !name.chars().all(is_allowed) {
+            return refuse(format!(
+                "found name {name:?}, wanted letters, digits, - and _, for it becomes part of a file's name"
+            ));
+        }
+        if plants[..index].iter().any(|other| other.name == *name) {
+            return refuse(format!("found two plants of the name {name:?}, wanted a name for each"));
+        }
+    }
+    Ok(())
+}
+
+/// The plants with their calibrations, for photographs of the size of the first whole one.
+pub(super) fn place(
+    plants: &[PlantPlan],
+    scale: &TrackScale,
+    vision: &VisionConfig,
+    frames: &[Frame],
+) -> Result<Vec<Plant>, Error> {
+    let (width, height) = match scale {
+        TrackScale::Calibration(known) => (known.width, known.height),
+        TrackScale::PaperCamera | TrackScale::PxPerCm(_) => size_of_first(frames)?,
+    };
+    let is_alone = plants.len() == 1;
+    let place = |plan: &PlantPlan| {
+        let region = plan.region.unwrap_or(Region { x: 0, y: 0, width, height });
+        let lower_edge = Pixel::new(
+            region.x as f64 + (region.width as f64 - 1.0) / 2.0,
+            region.y as f64 + region.height as f64 - 1.0,
+        );
+        let base = plan.base.unwrap_or(lower_edge);
+        let calibration = match *scale {
+            TrackScale::Calibration(known) if is_alone && plan.base.is_none() => known,
+            TrackScale::Calibration(known) => Calibration { base, ..known },
+            TrackScale::PxPerCm(px_per_cm) => Calibration::from_scale(base, px_per_cm, width, height),
+            TrackScale::PaperCamera => {
+                Calibration::from_scale(base, width as f64 / PAPER_WIDTH_CM, width, height)
+            }
+        };
+        calibration.check().map_err(|error| Error::Plan(format!("`px_per_cm`: {error}")))?;
+        let name = Some(plan.name.clone()).filter(|_| !is_alone);
+        let plant = Plant { name, region: plan.region, calibration };
+        plant.vision(vision).check(width, height).map_err(|error| match (&error, &plant.name) {
+            (VisionError::Region { .. }, None) => Error::Plan(format!("`region`: {error}")),
+            (VisionError::Region { .. }, Some(name)) => Error::Plan(format!("plant {name}: {error}")),
+            _ => Error::Plan(format!("`vision`: {error}")),
+        })?;
+        Ok(plant)
+    };
+    plants.iter().map(place).collect()
+}
+
+/// Columns and rows of the first whole photograph.
+fn size_of_first(frames: &[Frame]) -> Result<(usize, usize), Error> {
+    let mut first_problem = None;
+    for frame in frames {
+        match files::read_photo(&frame.path, frame.time_s).map(|photo| photo.decode()) {
+            Ok(Ok(image)) => return Ok((image.width, image.height)),
+            Ok(Err(error)) => {
+                first_problem.get_or_insert_with(|| format!("{}: {error}", frame.path.display()));
+            }
+            Err(error) => {
+                first_problem.get_or_insert_with(|| error.to_string());
+            }
+        }
+    }
+    Err(Error::Plan(format!(
+        "{}; none of {} files is a whole photograph",
+        first_problem.unwrap_or_default(),
+        frames.len()
+    )))
+}

@@ -1,0 +1,158 @@
+//! What a track plan comes to: the tracks, and the JSON file beside each.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Serialize, Serializer};
+use tropism::vision::{Calibration, VisionConfig};
+
+use super::light::LightSource;
+use super::pipeline::Pipeline;
+use super::plan::TrackPlan;
+use super::plants::{Plant, TrackScale};
+use super::provenance::are_virtual;
+use super::series::{SeriesSummary, TimeSource};
+use super::table::TrackCounts;
+use crate::{Error, Workflow, files};
+
+/// The tracks of a series of photographs.
+///
+/// As JSON it is the object of the only track, or an array of several.
+#[derive(Clone, Debug)]
+pub struct TrackResults {
+    /// One entry a plant that was detected.
+    pub tracks: Vec<PlantTrack>,
+    /// Plants that were not detected in any photograph, each with what was found instead.
+    pub undetected: Vec<String>,
+    /// Order and times of the photographs.
+    pub series: SeriesSummary,
+}
+
+/// The track of one plant: the JSON file beside it.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlantTrack {
+    schema: &'static str,
+    /// The file of the track.
+    pub track: PathBuf,
+    /// Name of the plant; `None` if it is the only one.
+    pub plant: Option<String>,
+    /// Whether the photographs are of a virtual plant.
+    pub is_virtual: bool,
+    /// Photographs by what they show.
+    #[serde(flatten)]
+    pub counts: TrackCounts,
+    /// What the times are from.
+    pub time_from: TimeSource,
+    /// Minutes from one step to the next.
+    pub period_min: f64,
+    /// Steps without a photograph.
+    pub missing_steps: u32,
+    /// How pixels became centimetres.
+    pub calibration: Calibration,
+    /// Whether the scale is that of the paper's camera, because the plan gives none.
+    pub calibration_is_assumed: bool,
+    /// SHA-256 of the digests of all photographs, one after the other.
+    pub photographs_sha256: String,
+    /// What is wrong with which file.
+    pub problems: BTreeMap<String, String>,
+    /// What decides the detections.
+    pub settings: TrackSettings,
+    /// SHA-256 of the settings as JSON.
+    pub settings_sha256: String,
+}
+
+/// What decides the detections, and so whether a journal can be resumed.
+#[derive(Clone, Debug, Serialize)]
+pub struct TrackSettings {
+    version: &'static str,
+    vision: VisionConfig,
+    plants: Vec<Plant>,
+    time: TimeSource,
+    period_min: Option<f64>,
+    #[serde(serialize_with = "as_text")]
+    light: LightSource,
+}
+
+fn as_text<S: Serializer>(light: &LightSource, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(light)
+}
+
+impl Serialize for TrackResults {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.tracks.as_slice() {
+            [only] => only.serialize(serializer),
+            several => several.serialize(serializer),
+        }
+    }
+}
+
+impl TrackSettings {
+    pub(super) fn new(plan: &TrackPlan, plants: &[Plant]) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            vision: plan.vision.clone(),
+            plants: plants.to_vec(),
+            time: plan.time,
+            period_min: plan.period_min,
+            light: plan.light.clone(),
+        }
+    }
+
+    pub(super) fn sha256(&self) -> Result<String, Error> {
+        let json = serde_json::to_vec(self).map_err(Error::at("the settings"))?;
+        Ok(files::sha256(&json))
+    }
+}
+
+impl Pipeline<'_> {
+    /// Writes the tracks and the files beside them.
+    ///
+    /// If no plant was detected, it writes nothing, removes the journal and fails.
+    pub(super) fn finish(self, settings: TrackSettings) -> Result<TrackResults, Error> {
+        let is_virtual = are_virtual(&self.series.frames);
+        let settings_sha256 = settings.sha256()?;
+        let photographs_sha256 = files::sha256(self.sha256.as_bytes());
+        let (mut tracks, mut undetected) = (Vec::new(), Vec::new());
+        for (plant, table) in self.plants.iter().zip(&self.tables) {
+            let Some(track) = table.track() else {
+                undetected.push(not_detected(plant, &table.counts));
+                continue;
+            };
+            let results = PlantTrack {
+                schema: TrackPlan::SCHEMA,
+                track: self.plan.track_file(plant),
+                plant: plant.name.clone(),
+                is_virtual,
+                counts: table.counts.clone(),
+                time_from: self.series.time_from,
+                period_min: self.series.period_min,
+                missing_steps: self.series.missing(),
+                calibration: plant.calibration,
+                calibration_is_assumed: self.plan.scale == TrackScale::PaperCamera,
+                photographs_sha256: photographs_sha256.clone(),
+                problems: self.problems.clone(),
+                settings: settings.clone(),
+                settings_sha256: settings_sha256.clone(),
+            };
+            files::write_track(&results.track, &track)?;
+            files::write_json(&results.track.with_extension("json"), &results)?;
+            tracks.push(results);
+        }
+        if tracks.is_empty() {
+            self.journal.remove()?;
+            return Err(Error::Plan(undetected.join("; ")));
+        }
+        Ok(TrackResults { tracks, undetected, series: self.series.summary() })
+    }
+}
+
+fn not_detected(plant: &Plant, counts: &TrackCounts) -> String {
+    let which = plant.name.as_ref().map_or_else(String::new, |name| format!("plant {name}: "));
+    let classes: Vec<String> = counts.classes.iter().map(|(name, count)| format!("{name} {count}")).collect();
+    format!(
+        "{which}found no plant in any of {} photographs ({}), wanted one in the region of interest, with its foot near \
+         `base`",
+        counts.frames,
+        classes.join(", ")
+    )
+}

@@ -1,0 +1,286 @@
+//! Photographs in the order of their times, each with its step.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism::photo::time_in_name;
+
+use crate::{Error, files};
+
+/// What says when a photograph was taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TimeSource {
+    /// Exif headers, else names, else neither.
+    #[default]
+    Auto,
+    /// The camera's clock, in the Exif headers.
+    Exif,
+    /// The names of the files.
+    Name,
+    /// Neither: one photograph a period, in the order of the numbers in their names.
+    Even,
+}
+
+/// One photograph of a series.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Frame {
+    pub(super) path: PathBuf,
+    /// The file's name, or the path as given where two files have the same name.
+    pub(super) name: String,
+    /// Step, from 0. It rises by 1 from one photograph to the next, or by more where photographs are missing.
+    pub(super) step: u32,
+    /// Seconds since the first photograph.
+    pub(super) time_s: f64,
+}
+
+/// Photographs in the order of their times.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Series {
+    pub(super) frames: Vec<Frame>,
+    /// What the times are from; never [`TimeSource::Auto`].
+    pub(super) time_from: TimeSource,
+    /// Minutes from one step to the next.
+    pub(super) period_min: f64,
+    /// Photographs whose place in time is not the one that their names are numbered by.
+    pub(super) reordered: usize,
+}
+
+/// Order and times of a series in numbers. It displays as a few words.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SeriesSummary {
+    /// Photographs.
+    pub photographs: usize,
+    /// What the times are from; never [`TimeSource::Auto`].
+    pub time_from: TimeSource,
+    /// Minutes from one step to the next.
+    pub period_min: f64,
+    /// Steps without a photograph.
+    pub missing_steps: u32,
+    /// Photographs whose place in time is not the one that their names are numbered by.
+    pub reordered: usize,
+}
+
+impl Series {
+    /// Orders the photographs of `paths`, which come in the order of their names.
+    ///
+    /// The period is `period_min`, else the median interval, else `default_period_min`.
+    pub(super) fn read(
+        paths: &[PathBuf],
+        source: TimeSource,
+        period_min: Option<f64>,
+        default_period_min: f64,
+    ) -> Result<Self, Error> {
+        let exif = || -> Vec<Option<f64>> {
+            paths.par_iter().map(|path| files::read_header(path).ok()?.taken_s).collect()
+        };
+        let named =
+            || -> Vec<Option<f64>> { paths.iter().map(|path| time_in_name(&file_name(path))).collect() };
+        let (time_from, times) = match source {
+            TimeSource::Even => (TimeSource::Even, None),
+            TimeSource::Exif => (TimeSource::Exif, Some(exif())),
+            TimeSource::Name => (TimeSource::Name, Some(named())),
+            TimeSource::Auto => [(TimeSource::Exif, exif()), (TimeSource::Name, named())]
+                .into_iter()
+                .find(|(_, times)| are_informative(times))
+                .map_or((TimeSource::Even, None), |(from, times)| (from, Some(times))),
+        };
+        let Some(times) = times else {
+            return Ok(Self::even(paths, period_min.unwrap_or(default_period_min)));
+        };
+        if !are_informative(&times) {
+            let found = times.iter().flatten().count();
+            let place = if time_from == TimeSource::Exif { "Exif headers" } else { "names" };
+            return Err(Error::Plan(format!(
+                "found times in the {place} of {found} of {} photographs, wanted different ones in most",
+                paths.len()
+            )));
+        }
+        let period_min = period_min.or_else(|| median_interval(&times).map(|seconds| seconds / 60.0));
+        Ok(Self::timed(paths, time_from, &times, period_min.unwrap_or(default_period_min)))
+    }
+
+    fn even(paths: &[PathBuf], period_min: f64) -> Self {
+        let frames = names(paths).into_iter().zip(paths).enumerate().map(|(index, (name, path))| Frame {
+            path: path.clone(),
+            name,
+            step: index as u32,
+            time_s: index as f64 * period_min * 60.0,
+        });
+        Self { frames: frames.collect(), time_from: TimeSource::Even, period_min, reordered: 0 }
+    }
+
+    fn timed(paths: &[PathBuf], time_from: TimeSource, times: &[Option<f64>], period_min: f64) -> Self {
+        let times = fill_in(times, period_min * 60.0);
+        let mut order: Vec<usize> = (0..paths.len()).collect();
+        order.sort_by(|&a, &b| times[a].total_cmp(&times[b]).then(a.cmp(&b)));
+        let names = names(paths);
+        let mut frames: Vec<Frame> = Vec::with_capacity(paths.len());
+        for &index in &order {
+            let time_s = times[index] - times[order[0]];
+            // Photographs less than a period apart are a step each, because a step has one row in a track.
+            let step = frames.last().map_or(0, |last| {
+                last.step + ((time_s - last.time_s) / (period_min * 60.0)).round().max(1.0) as u32
+            });
+            frames.push(Frame { path: paths[index].clone(), name: names[index].clone(), step, time_s });
+        }
+        let reordered = order.iter().enumerate().filter(|&(place, &index)| place != index).count();
+        Self { frames, time_from, period_min, reordered }
+    }
+
+    /// Steps without a photograph.
+    pub(super) fn missing(&self) -> u32 {
+        self.frames.last().map_or(0, |last| last.step + 1 - self.frames.len() as u32)
+    }
+
+    pub(super) fn summary(&self) -> SeriesSummary {
+        SeriesSummary {
+            photographs: self.frames.len(),
+            time_from: self.time_from,
+            period_min: self.period_min,
+            missing_steps: self.missing(),
+            reordered: self.reordered,
+        }
+    }
+}
+
+impl fmt::Display for SeriesSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let source = match self.time_from {
+            TimeSource::Exif => "by their Exif headers",
+            TimeSource::Name => "by their names",
+            TimeSource::Auto | TimeSource::Even => "by counting",
+        };
+        let minutes = (self.period_min * 100.0).round() / 100.0;
+        write!(f, "one every {minutes} min {source}")?;
+        if self.missing_steps > 0 {
+            write!(f, ", {} missing", self.missing_steps)?;
+        }
+        if self.reordered > 0 {
+            write!(f, "; {} stand elsewhere than their names are numbered", self.reordered)?;
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// The files' names, or their paths where two files have the same name.
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let names: Vec<String> = paths.iter().map(|path| file_name(path)).collect();
+    let mut sorted = names.clone();
+    sorted.sort();
+    sorted.dedup();
+    if sorted.len() == names.len() {
+        return names;
+    }
+    paths.iter().map(|path| path.display().to_string()).collect()
+}
+
+/// Whether most photographs have a time, and most of these times differ.
+fn are_informative(times: &[Option<f64>]) -> bool {
+    let mut known: Vec<f64> = times.iter().flatten().copied().collect();
+    known.sort_by(f64::total_cmp);
+    known.dedup();
+    2 * known.len() > times.len()
+}
+
+/// The median interval between successive different times, in seconds.
+fn median_interval(times: &[Option<f64>]) -> Option<f64> {
+    let mut known: Vec<f64> = times.iter().flatten().copied().collect();
+    known.sort_by(f64::total_cmp);
+    let mut intervals: Vec<f64> =
+        known.windows(2).map(|pair| pair[1] - pair[0]).filter(|&interval| interval > 0.0).collect();
+    intervals.sort_by(f64::total_cmp);
+    intervals.get(intervals.len() / 2).copied()
+}
+
+/// The times of all photographs: one without a time, such as a damaged file, follows the one before it in the order of
+/// their names after `interval`.
+fn fill_in(times: &[Option<f64>], interval: f64) -> Vec<f64> {
+    let first = times.iter().position(Option::is_some).unwrap_or(0);
+    let start = times.get(first).copied().flatten().unwrap_or(0.0) - first as f64 * interval;
+    let mut last = start - interval;
+    times
+        .iter()
+        .map(|time| {
+            last = time.unwrap_or(last + interval);
+            last
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paths(names: &[&str]) -> Vec<PathBuf> {
+        names.iter().map(PathBuf::from).collect()
+    }
+
+    fn series(names: &[&str], period_min: Option<f64>) -> Series {
+        Series::read(&paths(names), TimeSource::Auto, period_min, 5.0).unwrap()
+    }
+
+    fn steps(series: &Series) -> Vec<(&str, u32, f64)> {
+        series.frames.iter().map(|frame| (frame.name.as_str(), frame.step, frame.time_s)).collect()
+    }
+
+    #[test]
+    fn counters_are_evenly_spaced() {
+        let series = series(&["a/1.jpg", "a/2.jpg", "a/10.jpg"], None);
+        assert_eq!(series.time_from, TimeSource::Even);
+        assert_eq!(steps(&series), [("1.jpg", 0, 0.0), ("2.jpg", 1, 300.0), ("10.jpg", 2, 600.0)]);
+        assert_eq!((series.missing(), series.reordered), (0, 0));
+    }
+
+    #[test]
+    fn times_in_names_order_and_leave_gaps() {
+        let names = [
+            "b_20240501_120000.jpg",
+            "b_20240501_121000.jpg",
+            "b_20240501_120500.jpg",
+            "b_20240501_123000.jpg",
+        ];
+        let series = series(&names, None);
+        assert_eq!(series.time_from, TimeSource::Name);
+        let found: Vec<(u32, f64)> = series.frames.iter().map(|frame| (frame.step, frame.time_s)).collect();
+        assert_eq!(found, [(0, 0.0), (1, 300.0), (2, 600.0), (6, 1800.0)]);
+        assert_eq!((series.missing(), series.reordered), (3, 2));
+        assert!(
+            series.summary().to_string().contains("every 5 min by their names, 3 missing; 2 stand"),
+            "{}",
+            series.summary().to_string()
+        );
+    }
+
+    #[test]
+    fn a_burst_is_a_step_each_and_a_nameless_file_follows_its_neighbour() {
+        let names = ["20240501_120000.jpg", "20240501_120001.jpg", "broken.jpg", "20240501_121001.jpg"];
+        let series = series(&names, Some(5.0));
+        assert_eq!(series.period_min, 5.0);
+        assert_eq!(
+            steps(&series).iter().map(|step| (step.1, step.2)).collect::<Vec<_>>(),
+            [(0, 0.0), (1, 1.0), (2, 301.0), (3, 601.0)]
+        );
+        assert_eq!(fill_in(&[None, None, Some(100.0), None], 10.0), [80.0, 90.0, 100.0, 110.0]);
+    }
+
+    #[test]
+    fn the_same_time_everywhere_tells_nothing() {
+        let names = ["a_20240501_1200_1.jpg", "a_20240501_1200_2.jpg", "a_20240501_1200_3.jpg"];
+        assert_eq!(series(&names, None).time_from, TimeSource::Even);
+        let error = Series::read(&paths(&names), TimeSource::Name, None, 5.0).unwrap_err().to_string();
+        assert!(error.contains("names of 3 of 3 photographs, wanted different ones"), "{error}");
+        assert!(Series::read(&paths(&names), TimeSource::Exif, None, 5.0).is_err());
+    }
+
+    #[test]
+    fn two_files_of_one_name_keep_their_folders() {
+        assert_eq!(names(&paths(&["a/1.jpg", "b/1.jpg"])), ["a/1.jpg", "b/1.jpg"]);
+    }
+}
