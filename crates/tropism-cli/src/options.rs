@@ -1,4 +1,4 @@
-//! Options that several commands share, and how they are spelt.
+//! Options that several commands share, and the parsers of their values.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use tropism_lab::files;
 
 use crate::shell::Shell;
 
-/// Which task.
+/// The task of an experiment.
 #[derive(Args, Clone)]
 pub(crate) struct TaskOption {
     /// Task file (start, targets, end_height_cm, max_steps); the paper's three targets by default
@@ -26,7 +26,7 @@ pub(crate) struct TaskOption {
 }
 
 impl TaskOption {
-    /// The task of the file, or the paper's.
+    /// Reads the task file; without one, the task is the paper's.
     pub(crate) fn load(&self) -> Result<Targets> {
         let Some(path) = &self.task else { return Ok(Targets::default()) };
         let task: Targets = files::read_toml(path)?;
@@ -35,25 +35,25 @@ impl TaskOption {
     }
 }
 
-/// Where chance begins.
+/// The seed of all random numbers.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct SeedOption {
-    /// Seed of all chance: the same seed gives the same result
-    // TOML, in which it is kept, has no larger numbers.
+    /// Seed of all random numbers: the same seed gives the same result
+    // A seed is stored as TOML, whose integers are signed and of 64 bits.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub(crate) seed: u64,
 }
 
-/// Which kind of plant grows in the virtual tent.
+/// The species of the virtual plant.
 #[derive(Args, Clone)]
 pub(crate) struct BeanOption {
-    /// Bean file, a virtual plant's kind (beans/*.toml); the common bean by default
+    /// Bean file: a species of virtual plant (beans/*.toml); the common bean by default
     #[arg(long, value_name = "BEAN.toml")]
     bean: Option<PathBuf>,
 }
 
 impl BeanOption {
-    /// The kind that the file describes; `None` if none is named.
+    /// Reads the bean file; `None` if none is given.
     pub(crate) fn load(&self) -> Result<Option<Species>> {
         let Some(path) = &self.bean else { return Ok(None) };
         let species: Species = files::read_toml(path)?;
@@ -62,13 +62,13 @@ impl BeanOption {
     }
 }
 
-/// What stands in the virtual tent, and what goes wrong there.
+/// The plant, the scene and the faults of the virtual tent.
 #[derive(Args, Clone)]
 pub(crate) struct TentOptions {
     #[command(flatten)]
     bean: BeanOption,
 
-    /// Scene file: the virtual camera, its lens and the lights; the paper's tent by default
+    /// Scene file: the virtual camera, its lens and the lamps; the paper's tent by default
     #[arg(long, value_name = "SCENE.toml")]
     scene: Option<PathBuf>,
 
@@ -76,17 +76,17 @@ pub(crate) struct TentOptions {
     #[arg(long, value_name = "X")]
     scale: Option<f64>,
 
-    /// Virtual cameras: 1 in front, 2 with one at the side, whose photographs go into the run's folder `side`
+    /// Number of virtual cameras: 1 in front, or 2 with one at the side, whose photographs go to the run's folder `side`
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=2))]
     cameras: Option<u8>,
 
-    /// What goes wrong with virtual photographs, and how often: missed_flash=0.02,fly=0.01
+    /// Faults of virtual photographs and their rates: missed_flash=0.02,fly=0.01
     #[arg(long, value_name = "FAULT=RATE,...", value_parser = parse_faults)]
     faults: Option<Faults>,
 }
 
 impl TentOptions {
-    /// The paper's tent but for what was asked for; `None` if nothing was.
+    /// The paper's tent with these options; `None` if it stays the paper's.
     pub(crate) fn load(&self) -> Result<Option<Greenhouse>> {
         let mut greenhouse = Greenhouse::default();
         if let Some(bean) = self.bean.load()? {
@@ -106,7 +106,7 @@ impl TentOptions {
     }
 }
 
-/// Faults by name and rate.
+/// Parses faults and their rates.
 fn parse_faults(text: &str) -> Result<Faults, String> {
     let settings = text.replace('-', "_").replace(',', "\n");
     let faults: Faults = toml::from_str(&settings).map_err(|error| {
@@ -129,7 +129,6 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("replace", "--force"),
     ("resume", "--resume"),
     ("seed", "--seed"),
-    ("speed", "--speed"),
     ("view_deg", "--view"),
 ];
 
@@ -138,15 +137,15 @@ pub(crate) fn option_of_key(key: &str) -> Option<&'static str> {
     OPTIONS_OF_KEYS.iter().find(|(known, _)| *known == key).map(|(_, option)| *option)
 }
 
-/// The model of a file.
+/// Reads a tip-motion model.
 pub(crate) fn load_model(path: &Path) -> Result<TipModel> {
     Ok(files::read_as(path, TipModel::from_json)?)
 }
 
-/// How far the nearest datum of a model may be from where its plants start, in cm: over such a gap they grow straight on.
+/// Largest distance from the seedling to the nearest datum of a model, in cm. Across it, plants grow straight up.
 const GAP_CM: f64 = 2.0;
 
-/// The model of a file, on which plants are to start where `task` says.
+/// Reads a tip-motion model, and checks that it has data near the start of `task`.
 pub(crate) fn load_model_for(path: &Path, task: &Targets, shell: &Shell) -> Result<TipModel> {
     let model = load_model(path)?;
     if Light::BOTH.iter().any(|&light| model.mean_shift(task.start, light).is_some()) {
@@ -168,7 +167,7 @@ pub(crate) fn load_model_for(path: &Path, task: &Targets, shell: &Shell) -> Resu
     Ok(model)
 }
 
-/// `X,Y,W,H` in pixels.
+/// Parses a region, `X,Y,W,H` in pixels.
 pub(crate) fn parse_region(text: &str) -> Result<Region, String> {
     let wanted = "wanted X,Y,WIDTH,HEIGHT in whole pixels, such as 250,150,200,185";
     let numbers: Vec<usize> =
@@ -179,7 +178,7 @@ pub(crate) fn parse_region(text: &str) -> Result<Region, String> {
     }
 }
 
-/// Two numbers with a comma between them.
+/// Parses two numbers, `364,336`.
 pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
     let wanted = "wanted two numbers with a comma between them, such as 364,336";
     let (first, second) = text.split_once(',').ok_or(wanted)?;
@@ -187,7 +186,7 @@ pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
     Ok([number(first)?, number(second)?])
 }
 
-/// Two pixels and the cm between them, `30,420,195,421=15`.
+/// Parses two pixels and the cm between them, `30,420,195,421=15`.
 pub(crate) fn parse_mark(text: &str) -> Result<Mark, String> {
     let wanted = "wanted two pixels and the cm between them, such as 30,420,195,421=15";
     let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
@@ -199,7 +198,7 @@ pub(crate) fn parse_mark(text: &str) -> Result<Mark, String> {
     if has_length { Ok(mark) } else { Err(wanted.to_owned()) }
 }
 
-/// A checkerboard by its inner corners each way and the side of a square in cm, `9x6@1.5`.
+/// Parses the inner corners of a checkerboard each way and the side of a square in cm, `9x6@1.5`.
 pub(crate) fn parse_board(text: &str) -> Result<ScaleSource, String> {
     let wanted = || {
         "wanted inner corners each way, 3 to 100, and the side of a square in cm, such as 9x6@1.5".to_owned()
@@ -213,7 +212,7 @@ pub(crate) fn parse_board(text: &str) -> Result<ScaleSource, String> {
     Ok(ScaleSource::Checkerboard { columns: count(columns)?, rows: count(rows)?, square_cm })
 }
 
-/// Pixels per cm: `11`, or a [`Mark`].
+/// Parses pixels per cm: `11`, or two pixels and the cm between them.
 pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
     let wanted =
         "wanted pixels per cm, such as 11, or two pixels and the cm between them, such as 30,420,195,421=15";
@@ -224,7 +223,7 @@ pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
     scale.filter(|scale: &f64| scale.is_finite() && *scale > 0.0).ok_or_else(|| wanted.to_owned())
 }
 
-/// A time such as `6h`, `90m` or `2d`, in minutes.
+/// Parses a time such as `6h`, `90m` or `2d` into minutes.
 pub(crate) fn parse_minutes(text: &str) -> Result<f64, String> {
     let wanted = || format!("found {text:?}, wanted a time such as 6h, 90m or 2d");
     let unit = text.chars().last().ok_or_else(wanted)?;

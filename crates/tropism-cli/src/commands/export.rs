@@ -214,7 +214,7 @@ impl Outcome {
         for LeftOut { path, problem } in &self.left_out {
             text += &format!("left out: {path}: {problem}\n");
         }
-        let size = crate::disk::bytes(self.bytes);
+        let size = crate::units::bytes(self.bytes);
         text + &format!("wrote {}: {} files, {size}, read back and compared", self.out.display(), self.files)
     }
 }

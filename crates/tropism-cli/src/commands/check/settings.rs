@@ -11,7 +11,7 @@ use tropism_rig::probe;
 use tropism_rig::strip::Strip;
 
 use super::{Findings, Group};
-use crate::disk::time;
+use crate::units::time;
 
 /// Judges what can be known without the devices.
 pub(super) fn examine(rig: &RigFile, findings: &mut Findings) {

@@ -12,7 +12,7 @@ use tropism_rig::driver::{FlashDriver, LampDriver};
 use tropism_rig::file::{Lamp, RigFile};
 
 use super::{Findings, Group};
-use crate::disk;
+use crate::units;
 
 /// Steps of the paper's experiments: 83.3 hours.
 const STEPS: u64 = 1000;
@@ -63,8 +63,11 @@ fn examine_disk(data: &Path, photograph_bytes: u64, findings: &mut Findings) {
             return;
         }
         Ok(free) => {
-            let found =
-                format!("{name}: {} left, {} wanted for {STEPS} steps", disk::bytes(free), disk::bytes(need));
+            let found = format!(
+                "{name}: {} left, {} wanted for {STEPS} steps",
+                units::bytes(free),
+                units::bytes(need)
+            );
             if free >= need {
                 findings.pass(Group::System, found);
             } else {

@@ -1,6 +1,6 @@
-//! Sizes and times for people.
+//! Sizes and times in units that people read.
 
-/// Bytes for people: `1.5 GB`.
+/// A number of bytes in decimal units: `1.5 GB`.
 pub(crate) fn bytes(count: u64) -> String {
     let count = count as f64;
     match count {
@@ -11,7 +11,7 @@ pub(crate) fn bytes(count: u64) -> String {
     }
 }
 
-/// Seconds for people: `40 s`, `12 min`, `6.2 h`, `3.5 days`.
+/// A number of seconds in the largest fitting unit: `40 s`, `12 min`, `6.2 h`, `3.5 days`.
 pub(crate) fn time(seconds: f64) -> String {
     match seconds {
         172_800.0.. => format!("{:.1} days", seconds / 86_400.0),
