@@ -9,7 +9,7 @@ mod saved;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism_neat::{
-    Activation, Config, Generation, Genome, Neat, NeatError, Sensor, random_genome, random_weights,
+    Activation, Config, Generation, Genome, LinearThreshold, Neat, NeatError, random_genome, random_weights,
 };
 
 use crate::control::Controller;
@@ -40,7 +40,7 @@ pub struct EvolutionConfig {
 
 impl Default for EvolutionConfig {
     fn default() -> Self {
-        Self { runs: 20, generations: 2000, episodes: 1, neat: Config::paper() }
+        Self { runs: 20, generations: 2000, episodes: 1, neat: Config::wahby2016() }
     }
 }
 
@@ -176,7 +176,7 @@ pub fn baseline(
                 let mut weights = random_weights(neat, INPUTS, OUTPUTS, seed, indices.start);
                 let episodes = indices.map(|index| {
                     let mut next = || weights.next().expect("weights without end");
-                    let output = Sensor { weights: [next(), next()], threshold };
+                    let output = LinearThreshold { weights: [next(), next()], threshold };
                     Episode { controller: Seed { output, bias: next() }, draws: draws(index) }
                 });
                 fitness_of_seeds(model, task, episodes)
@@ -302,7 +302,7 @@ mod tests {
     fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
         let (model, task) = (model(), Task::default());
         for output_activation in [Activation::UnsignedStep, Activation::SignedStep] {
-            let neat = Config { output_activation, ..Config::paper() };
+            let neat = Config { output_activation, ..Config::wahby2016() };
             let scores: Vec<f64> = (0..1100)
                 .map(|index| {
                     let genome = random_genome(&neat, INPUTS, OUTPUTS, 5, index);

@@ -55,7 +55,7 @@ impl Baseline {
             progress.add(count);
             !Shell::is_interrupted()
         };
-        let found = evolve::baseline(&model, &task, &Config::paper(), self.seed.seed, self.count, tick);
+        let found = evolve::baseline(&model, &task, &Config::wahby2016(), self.seed.seed, self.count, tick);
         drop(progress);
         let Some(found) = found else {
             return Err(Interrupted("nothing was written".to_owned()).into());

@@ -1,6 +1,6 @@
 //! Networks such as NEAT begins with, side by side: one step neuron each.
 
-use tropism_neat::Sensor;
+use tropism_neat::LinearThreshold;
 
 use super::lanes::Controllers;
 use super::plants::{Course, Plants};
@@ -13,7 +13,7 @@ use crate::observation::Observation;
 #[derive(Clone, Copy, Debug)]
 pub struct Seed {
     /// Weights of x and y, and what the sum must exceed for the light to be right.
-    pub output: Sensor<INPUTS>,
+    pub output: LinearThreshold<INPUTS>,
     /// Weight of the bias.
     pub bias: f64,
 }
@@ -43,7 +43,7 @@ pub(super) struct Seeds<const LANES: usize> {
 
 impl<const LANES: usize> Seeds<LANES> {
     pub(super) const fn none() -> Self {
-        let still = Seed { output: Sensor { weights: [0.0; INPUTS], threshold: 1.0 }, bias: 0.0 };
+        let still = Seed { output: LinearThreshold { weights: [0.0; INPUTS], threshold: 1.0 }, bias: 0.0 };
         Self {
             weights: [[0.0; LANES]; INPUTS],
             least: [1.0; LANES],
@@ -60,7 +60,7 @@ impl<const LANES: usize> Controllers<Seed, LANES> for Seeds<LANES> {
         seed: &Seed,
         course: &Course<'_, TARGETS>,
     ) -> bool {
-        let Sensor { weights, threshold } = seed.output;
+        let LinearThreshold { weights, threshold } = seed.output;
         let least = threshold - seed.bias;
         for (of_all, weight) in self.weights.iter_mut().zip(weights) {
             of_all[lane] = weight as f32;
