@@ -8,7 +8,7 @@ use tropism_lab::{Error, Monitor, Workflow};
 use crate::options::option_of_key;
 use crate::shell::{Interrupted, Paused, Progress, Shell};
 
-/// NoiseStream the stages of a workflow as progress lines, and asks it to stop after Ctrl-C.
+/// Draws the stages of a workflow as progress lines, and asks it to stop after Ctrl-C.
 pub(crate) struct ProgressMonitor<'s> {
     shell: &'s Shell,
     stage: Mutex<Option<Progress>>,

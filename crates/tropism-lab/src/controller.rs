@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn a_controller_comes_back_from_toml_and_json() {
-        let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 2, 1, 1, 0);
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 1, 0);
         let network = ControllerSpec::network(genome).unwrap();
         for spec in [ControllerSpec::default(), ControllerSpec::Greedy, network] {
             let toml = toml::to_string(&spec).unwrap();
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_network_of_another_shape_is_refused() {
-        let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 3, 2, 1, 0);
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 3, 2, 1, 0);
         let error = ControllerSpec::network(genome).unwrap_err().to_string();
         assert!(error.contains("3 inputs and 2 outputs"), "{error}");
     }

@@ -143,7 +143,7 @@ mod tests {
 
     /// A linear controller whose boundary crosses the map from its foot to its head.
     fn linear() -> Genome {
-        let genomes = (0..).map(|index| random_genome(&Config::paper(), 2, 1, 4, index));
+        let genomes = (0..).map(|index| random_genome(&Config::wahby2016(), 2, 1, 4, index));
         let side = |line: Boundary, x: f64, y: f64| line.x * x + line.y * y + line.constant > 0.0;
         let mut crossed = genomes.filter(|genome| {
             let line = Boundary::of(genome).unwrap();
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn only_controllers_have_a_map() {
-        let genome = random_genome(&Config::paper(), 3, 1, 1, 0);
+        let genome = random_genome(&Config::wahby2016(), 3, 1, 1, 0);
         assert!(decision(&genome, &[], None).is_err() && decision_text(&genome, &[]).is_err());
     }
 }

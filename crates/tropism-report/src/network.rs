@@ -343,7 +343,7 @@ mod tests {
 
     /// A genome with hidden neurons and recurrent links, from an evolution that rewards size.
     fn grown(generations: u32) -> Genome {
-        let config = Config { mutate_add_neuron_prob: 0.4, mutate_add_link_prob: 0.4, ..Config::paper() };
+        let config = Config { mutate_add_neuron_prob: 0.4, mutate_add_link_prob: 0.4, ..Config::wahby2016() };
         let mut neat = Neat::new(config, 2, 1, 3).unwrap();
         for _ in 0..generations {
             let scores: Vec<f64> = neat.ask().iter().map(|genome| genome.links().len() as f64).collect();
@@ -391,7 +391,7 @@ mod tests {
 
     #[test]
     fn other_shapes_are_drawn_with_numbers() {
-        let genome = tropism_neat::random_genome(&Config::paper(), 5, 3, 1, 0);
+        let genome = tropism_neat::random_genome(&Config::wahby2016(), 5, 3, 1, 0);
         let figure = network(&genome);
         testing::assert_well_formed(svg(&figure));
         assert!(svg(&figure).contains("out 3") && !svg(&figure).contains("right lamp"));

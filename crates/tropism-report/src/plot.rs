@@ -105,7 +105,7 @@ impl Path {
         self.number(self.at.1);
     }
 
-    /// NoiseStream to `place`.
+    /// Draws to `place`.
     pub(super) fn draw(&mut self, place: Place) {
         let to = (tenths(place.0), tenths(place.1));
         self.data.push('l');

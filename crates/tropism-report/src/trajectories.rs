@@ -160,7 +160,7 @@ pub fn steering(
     }
 }
 
-/// NoiseStream the path of one steered tip, coloured by the lamp that was lit, and its targets; with `is_outlined` the path
+/// Draws the path of one steered tip, coloured by the lamp that was lit, and its targets; with `is_outlined` the path
 /// stands off what lies below it.
 pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Point], is_outlined: bool) {
     for target in targets {

@@ -44,7 +44,7 @@ fn task() -> Targets {
 
 /// A population with so many links on average, bred for fitness and, until they are there, for links.
 fn population(links: f64, model: &TipModel, task: &Targets) -> Vec<Genome> {
-    let config = Config { population: 150, ..Config::paper() };
+    let config = Config { population: 150, ..Config::wahby2016() };
     let mut neat = Neat::new(config, 2, 1, 1).expect("the paper's parameters");
     loop {
         let fitness = evaluate(model, task, neat.ask());
@@ -72,7 +72,7 @@ fn data(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step, by data points");
     let task = task();
     let genomes: Vec<Genome> =
-        (0..1000).map(|index| random_genome(&Config::paper(), 2, 1, 1, index)).collect();
+        (0..1000).map(|index| random_genome(&Config::wahby2016(), 2, 1, 1, index)).collect();
     group.throughput(Throughput::Elements(u64::from(STEPS) * genomes.len() as u64));
     for points in [10_000, 100_000, 1_000_000] {
         let model = model(points);

@@ -90,7 +90,8 @@ fn code_of(file: &Path) -> String {
 fn paths_after(text: &str, prefix: &str) -> Vec<Vec<String>> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices(prefix) {
-        let is_word_before = text[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':');
+        let is_word_before =
+            text[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':');
         if !is_word_before {
             open(&text[at + prefix.len()..], &[], &mut found);
         }

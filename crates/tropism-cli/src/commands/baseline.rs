@@ -60,7 +60,7 @@ impl Baseline {
             &model,
             &task,
             &Sensors::default(),
-            &Config::paper(),
+            &Config::wahby2016(),
             self.seed.seed,
             self.count,
             tick,

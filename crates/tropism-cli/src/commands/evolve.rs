@@ -394,7 +394,7 @@ impl Evolve {
         let task = self.task.load()?;
         let model = load_model_for(&self.model, &task, shell)?;
         let mut neat = match self.preset {
-            Preset::Paper => Config::paper(),
+            Preset::Paper => Config::wahby2016(),
             Preset::BallKeeper => Config::ball_keeper(),
         };
         neat.population = self.population.unwrap_or(neat.population);

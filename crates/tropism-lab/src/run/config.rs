@@ -200,7 +200,7 @@ mod tests {
     }
 
     fn network() -> ControllerSpec {
-        let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 2, 1, 7, 0);
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 7, 0);
         ControllerSpec::network(genome).unwrap()
     }
 

@@ -68,7 +68,7 @@ impl Overlays {
             || self.sheet.is_some() && self.chosen.contains(&index)
     }
 
-    /// NoiseStream the detections into a photograph.
+    /// Draws the detections into a photograph.
     pub(super) fn add(
         &mut self,
         index: usize,
@@ -135,7 +135,7 @@ fn view(plants: &[Plant]) -> Option<Region> {
     all
 }
 
-/// NoiseStream the annotations of all plants. `to_picture` maps a pixel of the photograph to one of `image`.
+/// Draws the annotations of all plants. `to_picture` maps a pixel of the photograph to one of `image`.
 fn draw(
     image: &Image,
     annotations: &[Annotation<'_>],

@@ -51,8 +51,8 @@ const fn row(best: [f64; 5], links: f64, species: Option<f64>) -> Reference {
 /// The reference runs.
 pub(crate) const TABLE: [Preset; 2] = [
     Preset {
-        name: "paper",
-        config: Config::paper,
+        name: "wahby2016",
+        config: Config::wahby2016,
         reference: [
             row([3.0, 5.7, 6.2, 6.9, 8.1], 8.0, Some(23.0)),
             row([3.0, 6.0, 6.8, 7.0, 9.9], 10.0, Some(16.0)),

@@ -134,13 +134,13 @@ mod tests {
 
     #[test]
     fn a_genome_of_another_shape_is_refused() {
-        let genome = random_genome(&Config::paper(), 2, 1, 1, 0);
+        let genome = random_genome(&Config::wahby2016(), 2, 1, 1, 0);
         let layout = Layout::four_sides();
         let error =
             NetworkController::new(&genome, &Sensors::default(), &Targets::default(), &layout).unwrap_err();
         assert_eq!((error.wanted_inputs, error.wanted_outputs), (2, 4));
         let sensors = Sensors::new(vec![Sensor::Tip, Sensor::LastShift]).unwrap();
-        let genome = random_genome(&Config::paper(), 4, 4, 1, 0);
+        let genome = random_genome(&Config::wahby2016(), 4, 4, 1, 0);
         let mut controller = NetworkController::new(&genome, &sensors, &Targets::default(), &layout).unwrap();
         let light = controller.decide(&Observation::simulated(Point::new(1.0, 5.0)));
         assert!(layout.contains(light));

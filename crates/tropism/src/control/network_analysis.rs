@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_genome_of_another_shape_has_an_analysis_but_no_decisions() {
-        let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 3, 2, 1, 0);
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 3, 2, 1, 0);
         assert!(NetworkAnalysis::of(&genome).is_linear);
         assert!(Decisions::new(&genome, [Point::new(0.0, 0.0); 4]).is_err());
         assert_eq!(Boundary::of(&genome), None);

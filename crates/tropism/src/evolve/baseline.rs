@@ -54,7 +54,7 @@ pub fn baseline<M: BatchModel, T: Task + ?Sized>(
             let mut weights = random_weights(neat, TIP_INPUTS, outputs, seed, indices.start);
             let episodes = indices.map(|index| {
                 let mut next = || weights.next().expect("an endless iterator");
-                let output = tropism_neat::Sensor { weights: [next(), next()], threshold };
+                let output = tropism_neat::LinearThreshold { weights: [next(), next()], threshold };
                 let controller = LinearController { output, bias: next() };
                 Episode { controller, noise: noise(index) }
             });
@@ -90,7 +90,7 @@ mod tests {
     fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
         let (model, task, sensors) = (model(), Targets::default(), Sensors::default());
         for output_activation in [Activation::UnsignedStep, Activation::SignedStep] {
-            let neat = Config { output_activation, ..Config::paper() };
+            let neat = Config { output_activation, ..Config::wahby2016() };
             let scores: Vec<f64> = (0..1100)
                 .map(|index| {
                     let genome = random_genome(&neat, 2, 1, 5, index);

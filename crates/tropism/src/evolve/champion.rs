@@ -313,7 +313,7 @@ pub(super) mod tests {
     #[test]
     fn a_champion_file_comes_back_with_task_and_sensors() {
         let sensors = Sensors::new(vec![Sensor::Tip, Sensor::LastShift]).unwrap();
-        let genome = random_genome(&Config::paper(), 4, 1, 1, 0);
+        let genome = random_genome(&Config::wahby2016(), 4, 1, 1, 0);
         let champion = Champion {
             task: Some(Targets::default().into()),
             is_virtual: Some(true),
@@ -327,7 +327,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_network_alone_is_a_champion_without_task() {
-        let genome = random_genome(&Config::paper(), 2, 1, 1, 0);
+        let genome = random_genome(&Config::wahby2016(), 2, 1, 1, 0);
         assert_eq!(Champion::from_json(&genome.to_json()).unwrap(), Champion::of_genome(genome));
         let error = |text| Champion::from_json(text).unwrap_err().to_string();
         assert!(error(r#"{"schema":"tropism.model/2"}"#).contains("wanted \"tropism.champion/1\""));

@@ -25,7 +25,13 @@ pub struct EvolutionConfig {
 
 impl Default for EvolutionConfig {
     fn default() -> Self {
-        Self { runs: 20, generations: 2000, episodes: 1, sensors: Sensors::default(), neat: Config::paper() }
+        Self {
+            runs: 20,
+            generations: 2000,
+            episodes: 1,
+            sensors: Sensors::default(),
+            neat: Config::wahby2016(),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Linear controllers side by side: the minimal networks that NEAT begins with, one step neuron each.
 
-use tropism_neat::Sensor;
+use tropism_neat::LinearThreshold;
 
 use super::Controllers;
 use super::plants::{BatchTask, Plants};
@@ -12,7 +12,7 @@ use crate::observation::Observation;
 #[derive(Clone, Copy, Debug)]
 pub struct LinearController {
     /// Weights of x and y, and what the sum must exceed for the light to be right.
-    pub output: Sensor<INPUTS>,
+    pub output: LinearThreshold<INPUTS>,
     /// Weight of the bias.
     pub bias: f64,
 }
@@ -42,8 +42,10 @@ pub(super) struct LinearControllers<const LANES: usize> {
 
 impl<const LANES: usize> LinearControllers<LANES> {
     pub(super) const fn empty() -> Self {
-        let silent =
-            LinearController { output: Sensor { weights: [0.0; INPUTS], threshold: 1.0 }, bias: 0.0 };
+        let silent = LinearController {
+            output: LinearThreshold { weights: [0.0; INPUTS], threshold: 1.0 },
+            bias: 0.0,
+        };
         Self {
             weights: [[0.0; LANES]; INPUTS],
             threshold: [1.0; LANES],
@@ -60,7 +62,7 @@ impl<const LANES: usize> Controllers<LinearController, LANES> for LinearControll
         controller: &LinearController,
         task: &BatchTask<'_, TARGETS>,
     ) -> bool {
-        let Sensor { weights, threshold } = controller.output;
+        let LinearThreshold { weights, threshold } = controller.output;
         let reduced = threshold - controller.bias;
         for (of_all, weight) in self.weights.iter_mut().zip(weights) {
             of_all[lane] = weight as f32;

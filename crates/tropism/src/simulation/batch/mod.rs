@@ -225,7 +225,8 @@ mod tests {
     fn genomes(count: usize) -> Vec<Genome> {
         let mut genomes = Vec::new();
         for seed in 0.. {
-            let config = Config { mutate_add_neuron_prob: 0.2, mutate_add_link_prob: 0.4, ..Config::paper() };
+            let config =
+                Config { mutate_add_neuron_prob: 0.2, mutate_add_link_prob: 0.4, ..Config::wahby2016() };
             let mut neat = Neat::new(config, 2, 1, seed).unwrap();
             for _ in 0..150 {
                 genomes.extend_from_slice(neat.ask());
@@ -286,13 +287,13 @@ mod tests {
             (many_targets(7), 1.0, 300),
             (many_targets(50), 1.0, 20),
         ] {
-            let config = Config { initial_weight_range: range, ..Config::paper() };
+            let config = Config { initial_weight_range: range, ..Config::wahby2016() };
             let noise = |index: u64| NoiseStream::new(9, Purpose::Trial, [index as u32, 0, 0]);
             let genome = |index| tropism_neat::random_genome(&config, 2, 1, 4, index);
             let controllers = (0..count).map(|index| {
                 let genome = genome(index);
                 let [of_x, of_y, bias] = [0, 1, 2].map(|link| genome.links()[link].weight);
-                let output = tropism_neat::Sensor { weights: [of_x, of_y], threshold: 0.5 };
+                let output = tropism_neat::LinearThreshold { weights: [of_x, of_y], threshold: 0.5 };
                 Episode { controller: LinearController { output, bias }, noise: noise(index) }
             });
             let fast = fitness_of_linear(&model, &task, controllers);

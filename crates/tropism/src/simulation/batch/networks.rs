@@ -74,7 +74,7 @@ impl<const LANES: usize> Controllers<&Genome, LANES> for Networks<LANES> {
         if !network.assign(genome) {
             return false;
         }
-        for (place, sensor) in network.sensors().iter().enumerate() {
+        for (place, sensor) in network.input_units().iter().enumerate() {
             if place == self.neurons.len() {
                 self.neurons.push(InputNeurons::silent());
             }
@@ -84,10 +84,10 @@ impl<const LANES: usize> Controllers<&Genome, LANES> for Networks<LANES> {
                 weights[lane] = weight;
             }
         }
-        while self.recurrent.len() < 4 * network.rest().len() {
+        while self.recurrent.len() < 4 * network.internal_inputs().len() {
             self.recurrent.push([0.0; LANES]);
         }
-        self.watched[lane] = network.watched();
+        self.watched[lane] = network.transition_mask();
         self.refresh(lane);
         true
     }
@@ -111,10 +111,10 @@ impl<const LANES: usize> Networks<LANES> {
     fn refresh(&mut self, lane: usize) {
         let network = &self.networks[lane];
         let (rows, _) = self.recurrent.as_chunks_mut::<4>();
-        for (rows, rest) in rows.iter_mut().zip(network.rest()) {
+        for (rows, rest) in rows.iter_mut().zip(network.internal_inputs()) {
             rows.iter_mut().zip(rest).for_each(|(row, rest)| row[lane] = rest);
         }
-        self.stay[lane] = network.stay();
+        self.stay[lane] = network.self_transition();
     }
 
     /// Computes every network's output: the light.
@@ -150,7 +150,7 @@ impl<const LANES: usize> Networks<LANES> {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            self.networks[lane].go_on(self.fired[lane] & self.watched[lane]);
+            self.networks[lane].advance(self.fired[lane] & self.watched[lane]);
             self.refresh(lane);
         }
     }
