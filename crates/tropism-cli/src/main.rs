@@ -4,7 +4,6 @@ mod announce;
 mod commands;
 mod controller;
 mod disk;
-mod findings;
 mod options;
 mod progress;
 mod shell;

@@ -1,6 +1,6 @@
 //! Options that several commands share, and how they are spelt.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -8,16 +8,12 @@ use tropism::geometry::{Pixel, Region};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
-use tropism::plant::tip::TipModel;
 use tropism::task::Task;
 use tropism::vision::Calibration;
 use tropism_lab::calibrate_camera::{Mark, ScaleSource};
 use tropism_lab::files;
 
-use crate::shell::Shell;
-
-/// Which task.
+/// The task.
 #[derive(Args, Clone)]
 pub(crate) struct TaskOption {
     /// Task file (start, targets, end_height_cm, max_steps); the paper's three targets by default
@@ -35,25 +31,25 @@ impl TaskOption {
     }
 }
 
-/// Where chance begins.
+/// The seed of a command.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct SeedOption {
-    /// Seed of all chance: the same seed gives the same result
+    /// Seed of all random numbers: the same seed gives the same results
     // TOML, in which it is kept, has no larger numbers.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub(crate) seed: u64,
 }
 
-/// Which kind of plant grows in the virtual tent.
+/// The species of plant in the virtual tent.
 #[derive(Args, Clone)]
 pub(crate) struct BeanOption {
-    /// Bean file, a virtual plant's kind (beans/*.toml); the common bean by default
+    /// Bean file: the species of the virtual plants (beans/*.toml); the common bean by default
     #[arg(long, value_name = "BEAN.toml")]
     bean: Option<PathBuf>,
 }
 
 impl BeanOption {
-    /// The kind that the file describes; `None` if none is named.
+    /// The species of the file; `None` without a file.
     pub(crate) fn load(&self) -> Result<Option<Species>> {
         let Some(path) = &self.bean else { return Ok(None) };
         let species: Species = files::read_toml(path)?;
@@ -62,13 +58,13 @@ impl BeanOption {
     }
 }
 
-/// What stands in the virtual tent, and what goes wrong there.
+/// The virtual tent: its plant, its cameras and their faults.
 #[derive(Args, Clone)]
 pub(crate) struct TentOptions {
     #[command(flatten)]
     bean: BeanOption,
 
-    /// Scene file: the virtual camera, its lens and the lights; the paper's tent by default
+    /// Scene file: the virtual camera, its lens and the lamps; the paper's tent by default
     #[arg(long, value_name = "SCENE.toml")]
     scene: Option<PathBuf>,
 
@@ -80,13 +76,13 @@ pub(crate) struct TentOptions {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=2))]
     cameras: Option<u8>,
 
-    /// What goes wrong with virtual photographs, and how often: missed_flash=0.02,fly=0.01
+    /// Faults of virtual photographs and their rates: missed_flash=0.02,fly=0.01
     #[arg(long, value_name = "FAULT=RATE,...", value_parser = parse_faults)]
     faults: Option<Faults>,
 }
 
 impl TentOptions {
-    /// The paper's tent but for what was asked for; `None` if nothing was.
+    /// The paper's tent, changed by the options; `None` without any.
     pub(crate) fn load(&self) -> Result<Option<Greenhouse>> {
         let mut greenhouse = Greenhouse::default();
         if let Some(bean) = self.bean.load()? {
@@ -121,51 +117,29 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("base", "--base"),
     ("calibration", "--calibration"),
     ("distance_cm", "--distance"),
+    ("format", "--format"),
+    ("greenhouse.faults", "--faults"),
+    ("greenhouse.scene", "--scene"),
+    ("greenhouse.scene.cameras", "--cameras"),
+    ("interval_min", "--interval"),
+    ("model", "--model"),
     ("out", "--out"),
     ("period_min", "--period"),
     ("plants", "--plants"),
+    ("photographs", "--photographs"),
     ("px_per_cm", "--scale"),
     ("region", "--roi"),
     ("replace", "--force"),
     ("resume", "--resume"),
     ("seed", "--seed"),
     ("speed", "--speed"),
+    ("task", "--task"),
     ("view_deg", "--view"),
 ];
 
 /// The option that sets `key` of a plan; options of the same name have the same meaning in all commands.
 pub(crate) fn option_of_key(key: &str) -> Option<&'static str> {
     OPTIONS_OF_KEYS.iter().find(|(known, _)| *known == key).map(|(_, option)| *option)
-}
-
-/// The model of a file.
-pub(crate) fn load_model(path: &Path) -> Result<TipModel> {
-    Ok(files::read_as(path, TipModel::from_json)?)
-}
-
-/// How far the nearest datum of a model may be from where its plants start, in cm: over such a gap they grow straight on.
-const GAP_CM: f64 = 2.0;
-
-/// The model of a file, on which plants are to start where `task` says.
-pub(crate) fn load_model_for(path: &Path, task: &Task, shell: &Shell) -> Result<TipModel> {
-    let model = load_model(path)?;
-    if Light::BOTH.iter().any(|&light| model.mean_shift(task.start, light).is_some()) {
-        return Ok(model);
-    }
-    let tips = model.observed().iter().flat_map(|shift| [shift.tip, shift.tip.mirrored()]);
-    let gap = tips.map(|tip| tip.distance(task.start)).fold(f64::INFINITY, f64::min);
-    let found = format!(
-        "{}: found no data around the seedling at {:.1}, {:.1} cm; the nearest is {gap:.1} cm away",
-        path.display(),
-        task.start.x,
-        task.start.y
-    );
-    ensure!(
-        gap <= GAP_CM,
-        "{found}, wanted at most {GAP_CM} cm; let a task file (--task) start where the model has data"
-    );
-    shell.note(&format!("{found}, and until there plants grow straight on"));
-    Ok(model)
 }
 
 /// `X,Y,W,H` in pixels.
