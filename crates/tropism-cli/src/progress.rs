@@ -8,7 +8,10 @@ use tropism_lab::{Error, Monitor, Workflow};
 use crate::options::option_of_key;
 use crate::shell::{Interrupted, Paused, Progress, Shell};
 
-/// Draws the stages of a workflow as progress lines, and asks it to stop after Ctrl-C.
+/// Longest status that is shown beside the progress bar, in bytes: a terminal of 120 columns holds it.
+const MAX_STATUS: usize = 30;
+
+/// NoiseStream the stages of a workflow as progress lines, and asks it to stop after Ctrl-C.
 pub(crate) struct ProgressMonitor<'s> {
     shell: &'s Shell,
     stage: Mutex<Option<Progress>>,
@@ -43,7 +46,9 @@ impl Monitor for ProgressMonitor<'_> {
     }
 
     fn status(&self, text: &str) {
-        self.stage().iter().for_each(|stage| stage.say(text.to_owned()));
+        // Longer texts do not fit beside the progress bar.
+        let shown = if text.len() > MAX_STATUS { format!("\n  {text}") } else { text.to_owned() };
+        self.stage().iter().for_each(|stage| stage.say(shown.clone()));
     }
 
     fn note(&self, line: &str) {

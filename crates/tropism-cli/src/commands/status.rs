@@ -188,7 +188,7 @@ impl Outcome {
             controller: plan.controller_description(),
             process,
             step: last.map(|row| row.step),
-            max_steps: plan.task.max_steps,
+            max_steps: plan.task.max_steps(),
             tip_x_cm: tip.map(|tip| tip.x),
             tip_y_cm: tip.map(|tip| tip.y),
             lamp: rows.iter().rev().find_map(|row| row.decided),

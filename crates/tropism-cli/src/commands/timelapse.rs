@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tropism::geometry::Region;
 use tropism::photo::Image;
+use tropism::task::Task;
 use tropism::track::Sample;
 use tropism_lab::{Journal, Row, RunConfig, files};
 use tropism_report::{Composite, Film, Plants, Step, cropped, scaled};
@@ -238,7 +239,7 @@ impl Timelapse {
         let plan = RunConfig::read(&self.folder)?;
         film.plants = Some(plan.plants());
         film.calibration = plan.calibration();
-        film.targets = plan.task.targets;
+        film.targets = plan.task.targets().to_vec();
         let file = self.folder.join("journal.sqlite");
         if !file.exists() {
             // A plant that was grown: nobody looked at its photographs, but its track is known.

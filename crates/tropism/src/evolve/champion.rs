@@ -117,24 +117,36 @@ fn noise(seed: u64, plant: u32, model: u32) -> NoiseStream {
 const SCHEMA: &str = "tropism.champion/1";
 
 /// An evolved controller with all that it was evolved for: it steers as it did in evolution wherever the file goes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Champion {
-    /// The network.
-    pub genome: Genome,
     /// What the network sees.
+    #[serde(default)]
     pub sensors: Sensors,
     /// The lamps that it lights.
+    #[serde(default)]
     pub layout: Layout,
     /// Minutes of a step.
+    #[serde(default = "paper_period")]
     pub period_min: f64,
     /// The task that it was evolved for; `None` in files that do not say, and for tasks outside this library.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<TaskSpec>,
     /// SHA-256 of the model's JSON, in hexadecimal; `None` where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model_sha256: Option<String>,
     /// Whether the model was made of virtual plants; `None` where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub is_virtual: Option<bool>,
     /// Expected fitness on unseen plants, in cm, as it was predicted when the champion was chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected: Option<Trial>,
+    /// The network.
+    pub genome: Genome,
+}
+
+const fn paper_period() -> f64 {
+    PAPER_PERIOD_MIN
 }
 
 /// Why bytes are not a champion.
@@ -156,24 +168,6 @@ pub enum ChampionError {
     /// A task that cannot be done.
     #[error("task: {0}")]
     Task(#[from] crate::check::OutOfRange),
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    schema: String,
-    sensors: Sensors,
-    layout: Layout,
-    period_min: f64,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    task: Option<TaskSpec>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    model_sha256: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    is_virtual: Option<bool>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    expected: Option<Trial>,
-    genome: serde_json::Value,
 }
 
 impl Champion {
@@ -213,25 +207,25 @@ impl Champion {
         NetworkController::new(&self.genome, &self.sensors, task, &self.layout)
     }
 
+    /// Checks that the network fits sensors and lamps, and that the task can be done.
+    ///
+    /// # Errors
+    /// [`ChampionError::Shape`] or [`ChampionError::Task`].
+    pub fn check(&self) -> Result<(), ChampionError> {
+        ShapeError::check(&self.genome, &self.sensors, &self.layout)?;
+        Ok(self.task.as_ref().map_or(Ok(()), TaskSpec::check)?)
+    }
+
     /// JSON, schema `tropism.champion/1`; see `docs/formats.md`.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let genome = serde_json::from_str(&self.genome.to_json()).expect("a genome writes JSON");
-        let file = File {
-            schema: SCHEMA.to_owned(),
-            sensors: self.sensors.clone(),
-            layout: self.layout.clone(),
-            period_min: self.period_min,
-            task: self.task.clone(),
-            model_sha256: self.model_sha256.clone(),
-            is_virtual: self.is_virtual,
-            expected: self.expected,
-            genome,
-        };
+        let mut file = serde_json::to_value(self).expect("numbers and text are JSON");
+        file["schema"] = SCHEMA.into();
         serde_json::to_string_pretty(&file).expect("numbers and text are JSON") + "\n"
     }
 
-    /// Reads [`Self::to_json`], or a network alone (schema `tropism.genome/1`, the champions of earlier versions).
+    /// Reads [`Self::to_json`], or a network alone (schema `tropism.genome/1`, the champions of earlier versions). Whether
+    /// the network fits its sensors and lamps, [`check`](Self::check) tells.
     ///
     /// # Errors
     /// [`ChampionError`] says what was found instead.
@@ -241,30 +235,17 @@ impl Champion {
             schema: Option<String>,
         }
         let head: Result<Head, _> = serde_json::from_str(text);
-        let champion = match head.map(|head| head.schema) {
+        match head.map(|head| head.schema) {
             Ok(Some(schema)) if schema == SCHEMA => {
-                let file: File = serde_json::from_str(text)?;
-                Self {
-                    genome: Genome::from_json(&file.genome.to_string())?,
-                    sensors: file.sensors,
-                    layout: file.layout,
-                    period_min: file.period_min,
-                    task: file.task,
-                    model_sha256: file.model_sha256,
-                    is_virtual: file.is_virtual,
-                    expected: file.expected,
-                }
+                let mut file: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text)?;
+                file.remove("schema");
+                Ok(serde_json::from_value(file.into())?)
             }
             Ok(Some(schema)) if schema.starts_with("tropism.") && !schema.starts_with("tropism.genome/") => {
-                return Err(ChampionError::Schema(schema));
+                Err(ChampionError::Schema(schema))
             }
-            _ => Self::of_genome(Genome::from_json(text)?),
-        };
-        ShapeError::check(&champion.genome, &champion.sensors, &champion.layout)?;
-        if let Some(task) = &champion.task {
-            task.check()?;
+            _ => Ok(Self::of_genome(Genome::from_json(text)?)),
         }
-        Ok(champion)
     }
 }
 
@@ -321,7 +302,7 @@ pub(super) mod tests {
             ..Champion::of_model(genome.clone(), &sensors, &model(), "{}")
         };
         assert_eq!(Champion::from_json(&champion.to_json()).unwrap(), champion);
-        let error = Champion::from_json(&Champion::of_genome(genome).to_json()).unwrap_err().to_string();
+        let error = Champion::of_genome(genome).check().unwrap_err().to_string();
         assert!(error.contains("4 inputs"), "{error}");
     }
 

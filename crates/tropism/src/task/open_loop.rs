@@ -32,6 +32,10 @@ impl Task for OpenLoop {
         0.0
     }
 
+    fn best_fitness(&self) -> Option<f64> {
+        Some(0.0)
+    }
+
     fn start(&self) -> Point {
         self.start
     }

@@ -146,6 +146,15 @@ impl TaskSpec {
         }
     }
 
+    /// The best fitness there can be, in cm: eq. (9) for targets, 0 where nothing is to be reached.
+    #[must_use]
+    pub fn best(&self) -> f64 {
+        match self {
+            Self::Targets(task) => task.best(),
+            Self::OpenLoop(_) => 0.0,
+        }
+    }
+
     /// Steps after which the experiment ends at the latest.
     #[must_use]
     pub const fn max_steps(&self) -> u32 {
