@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use tropism::environment;
-use tropism::greenhouse::tent::{Device, Greenhouse};
+use tropism::greenhouse::tent::{Greenhouse, TentHandle};
 use tropism::observation::Quality;
 use tropism::rig::Moment;
 use tropism::rig::{Event, EventKind, HealthProblem, OnGap, RunMonitor};
@@ -356,7 +356,7 @@ impl RunMonitor for Notes {
 }
 
 /// Keeps this step's photograph from the side, where there is one and it is not there already.
-fn keep_side(device: &Device, folder: &Path) -> Result<()> {
+fn keep_side(device: &TentHandle, folder: &Path) -> Result<()> {
     let Some((step, bytes)) = device.side_photograph() else { return Ok(()) };
     let path = folder.join(format!("{step:06}.jpg"));
     if path.exists() {

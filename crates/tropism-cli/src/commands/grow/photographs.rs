@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use tropism::greenhouse::tent::{Device, Greenhouse};
+use tropism::greenhouse::tent::{Greenhouse, TentHandle};
 use tropism::task::Targets;
-use tropism::track::{Sample, Track};
+use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_lab::{files, lock};
 use tropism_rig::file::RigFile;
@@ -70,7 +70,7 @@ impl Nursery<'_> {
             files::write(&folder.join("calibration.toml"), calibration.as_bytes())?;
         }
         let (mut truth, mut kept) = (None, Ok(()));
-        let mut watch = |sample: &Sample, device: &Device| {
+        let mut watch = |sample: &Sample, device: &TentHandle| {
             kept = [(&front, true), (&side, false)].into_iter().try_for_each(|(folder, is_front)| {
                 let Some(folder) = folder else { return Ok(()) };
                 let path = folder.join(format!("{:06}.jpg", sample.step));
@@ -94,7 +94,7 @@ impl Nursery<'_> {
             }
         };
         let mut controller = self.controller.build(self.task);
-        let grown = self.greenhouse.grow(seed, &mut *controller, self.task, &mut watch);
+        let grown = self.greenhouse.grow(seed, PAPER_PERIOD_MIN, &mut *controller, self.task, &mut watch);
         kept?;
         let Some((csv, jsonl)) = truth else { return Ok(None) };
         files::write(&folder.join("truth.csv"), &csv)?;
