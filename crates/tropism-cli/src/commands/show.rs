@@ -14,7 +14,7 @@ use tropism::task::Task;
 use tropism::track::Track;
 use tropism_lab::files;
 use tropism_neat::{Genome, NeuronKind};
-use tropism_report::{self as report, Figure, Page, Plants, Steered};
+use tropism_report::{self as report, Figure, Page, Plants, SteeredTrack};
 
 use super::evolve::EvolutionPlan;
 use super::run::RunPlan;
@@ -261,7 +261,7 @@ impl Found {
 
     /// The network, and the map if it is a controller.
     fn figures(&self) -> Vec<Figure> {
-        let steered = self.steered.as_ref().map(|(track, plants)| Steered { track, plants: *plants });
+        let steered = self.steered.as_ref().map(|(track, plants)| SteeredTrack { track, plants: *plants });
         let map = report::decision(&self.genome, &self.task.targets, steered).ok();
         [Some(report::network(&self.genome)), map].into_iter().flatten().collect()
     }
