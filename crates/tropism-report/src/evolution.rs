@@ -1,17 +1,17 @@
-//! Figure 6: how fitness grew over the generations.
+//! Figure 6: fitness over the generations.
 
 use super::plot::{Axis, Path, Plot, nice_step};
 use super::{Body, Figure, Plants};
 use tropism::math::statistics::five_numbers;
 
-/// About so many boxes are drawn, as in the paper.
+/// Approximate number of boxes (Fig. 6a has 21).
 const BOXES: f64 = 20.0;
 
-/// Figure 6a: box plots over runs of the best fitness of a generation, in cm; `runs[run][generation - 1]`.
+/// Figure 6a: box plots of the best fitness of a generation over runs, in cm; `runs[run][generation - 1]`.
 ///
-/// Boxes reach from the 25th to the 75th percentile with the median in them, whiskers to the minimum and the maximum.
-/// They stand at generation 1 and at round generations (every hundredth of 2000). A run that ended early counts as long
-/// as it ran.
+/// A box reaches from the 25th to the 75th percentile and shows the median; its whiskers reach to the minimum and the
+/// maximum. Boxes stand at generation 1 and at round generations (every hundredth of 2000). A run that ended early counts
+/// in the generations that it has.
 #[must_use]
 pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
     let generations = runs.iter().map(Vec::len).max().unwrap_or(0);
@@ -24,7 +24,7 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
             Some((generation, five_numbers(&finite)?))
         })
         .collect();
-    let y = Axis::over("best fitness (cm)", (0.0, 16.0), boxes.iter().flat_map(|(_, numbers)| *numbers));
+    let y = Axis::covering("best fitness (cm)", (0.0, 16.0), boxes.iter().flat_map(|(_, numbers)| *numbers));
     let last = generations.max(1) as f64;
     let room = 0.03 * last;
     let mut plot = Plot::new(axis_of_generations(-room, last + room), y, (372.0, 270.0), 18.0, 28.0);
@@ -37,8 +37,8 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
         number: "6a",
         title: format!("Best fitness, {} runs", runs.len()),
         caption: format!(
-            "Fitness of the best controller of a generation over independent evolutionary runs: minimum, quartiles and \
-             maximum, the median as a bar. {}",
+            "Best fitness of a generation over independent evolutionary runs: minimum, quartiles and maximum, with the median \
+             as a bar. {}",
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
@@ -70,7 +70,7 @@ fn draw_box(plot: &mut Plot, generation: f64, numbers: &[f64; 5], half: f64) {
 #[must_use]
 pub fn fitness_run(best: &[f64], mean: &[f64], plants: Plants) -> Figure {
     let last = best.len().max(mean.len()).max(2) as f64;
-    let y = Axis::over("fitness (cm)", (0.0, 16.0), best.iter().chain(mean).copied());
+    let y = Axis::covering("fitness (cm)", (0.0, 16.0), best.iter().chain(mean).copied());
     let mut plot = Plot::new(axis_of_generations(0.0, last), y, (372.0, 270.0), 18.0, 28.0);
     for (class, fitness) in [("thin mean", mean), ("bold best", best)] {
         plot.line(class, (1..).map(f64::from).zip(fitness.iter().copied()));

@@ -1,7 +1,7 @@
 //! Drawings of a champion: its network, and the map of its decisions.
 
 use tropism::task::Task;
-use tropism_report::{self as report, Figure, Page, Plants, Steered};
+use tropism_report::{self as report, Figure, Page, Plants, SteeredTrack};
 
 use super::source::ShownChampion;
 use super::{ShowFormat, ShowResults};
@@ -33,7 +33,7 @@ impl ShownChampion {
 
     /// The network, and the map if it is a controller.
     fn figures(&self) -> Vec<Figure> {
-        let steered = self.steered.as_ref().map(|(track, plants)| Steered { track, plants: *plants });
+        let steered = self.steered.as_ref().map(|(track, plants)| SteeredTrack { track, plants: *plants });
         let map = report::decision(&self.champion.genome, self.task.targets(), steered).ok();
         [Some(report::network(&self.champion.genome)), map].into_iter().flatten().collect()
     }

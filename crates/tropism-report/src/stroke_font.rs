@@ -1,15 +1,15 @@
-//! Words in pictures: letters as strokes on a grid of 4 x 6, so that they are sharp at any size and need no font.
+//! A stroke font for text in pictures: letters as lines on a grid of 4 x 6, sharp at any size, without a font file.
 
 use tiny_skia::PathBuilder;
 
-/// A place on the grid: columns to the right, rows down.
-type Knot = (u8, u8);
+/// A vertex on the grid: columns to the right, rows down.
+type Vertex = (u8, u8);
 
-/// Columns from one letter to the next.
+/// Grid columns from one letter to the next: four of the letter and two of space.
 const ADVANCE: f32 = 6.0;
 
-/// The strokes of a letter; none for a letter that is not known.
-const fn strokes(letter: char) -> &'static [&'static [Knot]] {
+/// The strokes of a letter; none for a letter that the font lacks.
+const fn strokes(letter: char) -> &'static [&'static [Vertex]] {
     match letter {
         '0' => &[&[(0, 1), (1, 0), (3, 0), (4, 1), (4, 5), (3, 6), (1, 6), (0, 5), (0, 1)]],
         '1' => &[&[(1, 1), (2, 0), (2, 6)]],
@@ -39,12 +39,12 @@ const fn strokes(letter: char) -> &'static [&'static [Knot]] {
     }
 }
 
-/// The strokes of `words` in letters `height` pixels high, from `(x, y)`, their upper left corner.
-pub(super) fn path(words: &str, (x, y): (f32, f32), height: f32) -> PathBuilder {
+/// The strokes of `text` in letters `height` pixels high, with their upper left corner at `(x, y)`.
+pub(super) fn path(text: &str, (x, y): (f32, f32), height: f32) -> PathBuilder {
     let mut path = PathBuilder::new();
     let size = height / 6.0;
     let mut left = x;
-    for letter in words.chars() {
+    for letter in text.chars() {
         for stroke in strokes(letter) {
             for (index, &(column, row)) in stroke.iter().enumerate() {
                 let (x, y) = (left + f32::from(column) * size, y + f32::from(row) * size);
@@ -56,9 +56,9 @@ pub(super) fn path(words: &str, (x, y): (f32, f32), height: f32) -> PathBuilder 
     path
 }
 
-/// How wide `words` are in letters `height` pixels high.
-pub(super) fn width(words: &str, height: f32) -> f32 {
-    let letters = words.chars().count() as f32;
+/// The width of `text` in pixels, in letters `height` pixels high.
+pub(super) fn width(text: &str, height: f32) -> f32 {
+    let letters = text.chars().count() as f32;
     (letters * ADVANCE - 2.0).max(0.0) * height / 6.0
 }
 
@@ -67,14 +67,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_of_the_words_that_are_written_is_known() {
+    fn every_letter_of_a_film_is_in_the_font() {
         for letter in "VIRTUALPLANT0123456789HMIN".chars() {
             assert!(!strokes(letter).is_empty(), "{letter}");
         }
     }
 
     #[test]
-    fn words_are_as_wide_as_they_say() {
+    fn text_is_as_wide_as_its_path() {
         let bounds = path("H1H", (10.0, 20.0), 12.0).finish().unwrap().bounds();
         assert_eq!((bounds.left(), bounds.top(), bounds.bottom()), (10.0, 20.0, 32.0));
         assert!((bounds.width() - width("H1H", 12.0)).abs() < 1e-4);
