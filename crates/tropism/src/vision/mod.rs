@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pixel, Point, Polyline, Region};
 use crate::observation::{Observation, Quality};
-use crate::photo::{Photo, PhotoError, Picture};
+use crate::photo::{LazyImage, Photo, PhotoError};
 
 pub use calibration::Calibration;
 pub use lit::lit;
@@ -539,7 +539,7 @@ impl Eye {
     /// The class of a photograph that shows no plant.
     pub fn judge(&self, picture: Result<&impl Pixels, &PhotoError>) -> Result<Sighting, Class> {
         let image = picture.map_err(|error| match error {
-            PhotoError::Foreign(_) | PhotoError::TooLarge { .. } => Class::Foreign,
+            PhotoError::UnknownFormat(_) | PhotoError::TooLarge { .. } => Class::Foreign,
             _ => Class::Corrupt,
         })?;
         let (width, height) = image.size();
@@ -575,7 +575,7 @@ impl Eye {
     pub fn finds_dark(&self, photo: &Photo) -> bool {
         // Most photographs are bright, which is seen at a glance.
         let is_dark =
-            |picture: &Picture| self.is_dark(picture) && self.judge(Ok(picture)) == Err(Class::Dark);
+            |picture: &LazyImage| self.is_dark(picture) && self.judge(Ok(picture)) == Err(Class::Dark);
         photo.open().is_ok_and(|picture| is_dark(&picture))
     }
 

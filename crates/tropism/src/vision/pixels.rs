@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use crate::geometry::{Pixel, Region};
 use crate::photo::jpeg::Jpeg;
-use crate::photo::{Image, Picture};
+use crate::photo::{Image, LazyImage};
 use crate::vision::segment::{self, LUMA, Plane};
 
 /// A picture, whole or to be decoded where it is looked at.
@@ -142,36 +142,40 @@ impl Pixels for Image {
     }
 }
 
-impl Pixels for Picture {
+impl Pixels for LazyImage {
     fn size(&self) -> (usize, usize) {
         match self {
             Self::Jpeg(jpeg) => (jpeg.width, jpeg.height),
-            Self::Image(image) => image.size(),
+            Self::Decoded(image) => image.size(),
         }
     }
 
     fn part(&self, region: Region) -> Cow<'_, Image> {
         match self {
-            Self::Jpeg(jpeg) => Cow::Owned(jpeg.part(region)),
-            Self::Image(image) => image.part(region),
+            Self::Jpeg(jpeg) => Cow::Owned(jpeg.decode_region(region)),
+            Self::Decoded(image) => image.part(region),
         }
     }
 
     fn shrunk(&self, region: Region, factor: usize) -> Image {
         match self {
-            Self::Jpeg(jpeg) if Jpeg::shrinks(region, factor) => jpeg.shrunk(region, factor),
+            Self::Jpeg(jpeg) if Jpeg::can_decode_scaled(region, factor) => jpeg.decode_scaled(region, factor),
             Self::Jpeg(_) => {
                 segment::shrink(&self.part(region), whole((region.width, region.height)), factor)
             }
-            Self::Image(image) => image.shrunk(region, factor),
+            Self::Decoded(image) => image.shrunk(region, factor),
         }
     }
 
     fn shrunk_grey(&self, region: Region, factor: usize) -> Vec<f32> {
         match self {
-            Self::Jpeg(jpeg) if Jpeg::shrinks(region, factor) => jpeg.shrunk_grey(region, factor),
-            Self::Jpeg(jpeg) => jpeg.part(region).shrunk_grey(whole((region.width, region.height)), factor),
-            Self::Image(image) => image.shrunk_grey(region, factor),
+            Self::Jpeg(jpeg) if Jpeg::can_decode_scaled(region, factor) => {
+                jpeg.decode_scaled_luma(region, factor)
+            }
+            Self::Jpeg(jpeg) => {
+                jpeg.decode_region(region).shrunk_grey(whole((region.width, region.height)), factor)
+            }
+            Self::Decoded(image) => image.shrunk_grey(region, factor),
         }
     }
 }

@@ -8,7 +8,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use tropism::experiment::files;
 use tropism::light::Light;
-use tropism::photo::{Image, Photo, PhotoError, Picture};
+use tropism::photo::{Image, LazyImage, Photo, PhotoError};
 use tropism::vision::pixels::Pixels;
 use tropism::vision::{Class, Eye, lit};
 
@@ -140,9 +140,9 @@ fn look(
 fn judge(
     eyes: &[Eye],
     name: &str,
-    picture: Result<Result<Picture, PhotoError>, String>,
+    picture: Result<Result<LazyImage, PhotoError>, String>,
     sha256: String,
-) -> (Judged, Option<Picture>) {
+) -> (Judged, Option<LazyImage>) {
     // A file that cannot be read is a damaged photograph, not the end of the batch.
     let looked = |eye: &Eye| match &picture {
         Ok(picture) => Looked::new(eye.judge(picture.as_ref())),
