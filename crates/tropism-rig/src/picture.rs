@@ -8,7 +8,7 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), String> {
     let photo = Photo { name: String::new(), bytes: bytes.to_vec(), time_s: 0.0 };
     match photo.decode() {
         Ok(_) => Ok(()),
-        Err(tropism::photo::PhotoError::Foreign(_)) => {
+        Err(tropism::photo::PhotoError::UnknownFormat(_)) => {
             let start: String = String::from_utf8_lossy(bytes)
                 .chars()
                 .take(40)
