@@ -1,68 +1,114 @@
-//! Telling people and the system what happens to a run: alerts, and systemd.
+//! What the terminal and systemd hear of a run.
 
-use std::cell::Cell;
-use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
-use tropism_rig::alert::{Alerts, Happening, Kind};
-use tropism_rig::file::RigFile;
+use tropism::rig::Event;
+use tropism::track::Sample;
+use tropism_lab::Monitor;
 
+use crate::progress::ProgressMonitor;
 use crate::shell::Shell;
 
-/// How often systemd hears that the run is alive.
-const ALIVE: Duration = Duration::from_secs(1);
-
-/// Whoever wants to know of a run. Nothing that is told here delays it.
-pub(crate) struct Announcer {
-    alerts: Alerts,
-    is_ready: Cell<bool>,
-    alive: Cell<Option<Instant>>,
+/// Draws a run as a progress line and reports it to systemd.
+pub(crate) struct RunMonitor<'s> {
+    terminal: ProgressMonitor<'s>,
+    /// Whether events are printed: not those of a virtual tent.
+    has_notes: bool,
+    systemd: Systemd,
 }
 
-impl Announcer {
-    /// Opens the channels of `rig` for the run in `out`.
-    pub(crate) fn open(rig: &RigFile, out: &Path) -> Result<Self> {
-        let name =
-            out.file_name().map_or_else(|| out.display().to_string(), |name| name.to_string_lossy().into());
-        let alerts = rig.open_alerts(&name).context("alerts")?;
-        Ok(Self { alerts, is_ready: Cell::new(false), alive: Cell::new(None) })
-    }
-
-    /// Something happened.
-    pub(crate) fn happened(&self, kind: Kind, step: Option<u32>, text: &str) {
-        self.alerts.tell(&Happening::now(kind, step, text));
-        notify(&[State::Status(&format!("{}: {}", kind.name(), text.replace('\n', " ")))]);
-    }
-
-    /// A step was photographed: for heartbeats, and for systemd, to which the first one means that all is well.
-    pub(crate) fn step(&self, step: u32, text: &str) {
-        self.alerts.tell(&Happening::now(Kind::Step, Some(step), text));
-        notify(&[State::Status(&format!("step {step}: {text}"))]);
-        if !self.is_ready.replace(true) {
-            notify(&[State::Ready]);
-        }
-        self.heartbeat();
-    }
-
-    /// The loop is alive. To be called as often as it can tell: at least twice in systemd's WatchdogSec.
-    pub(crate) fn heartbeat(&self) {
-        if self.alive.get().is_none_or(|last| last.elapsed() >= ALIVE) {
-            self.alive.set(Some(Instant::now()));
-            notify(&[State::Watchdog]);
-        }
-    }
-
-    /// The run ends: waits until all is told, half a minute at most, and notes what could not be.
-    pub(crate) fn close(self, shell: &Shell) {
-        notify(&[State::Stopping]);
-        for (name, problem) in self.alerts.close() {
-            shell.note(&format!("alert ({name}): not delivered: {problem}"));
-        }
+impl<'s> RunMonitor<'s> {
+    /// A monitor that prints the events of the run only if `has_notes`.
+    pub(crate) const fn new(shell: &'s Shell, has_notes: bool) -> Self {
+        Self { terminal: ProgressMonitor::new(shell), has_notes, systemd: Systemd::new() }
     }
 }
 
-/// What systemd is told.
+impl Monitor for RunMonitor<'_> {
+    fn stage(&self, name: &str, total: u64) {
+        self.terminal.stage(name, total);
+    }
+
+    fn advance(&self, count: u64) {
+        self.terminal.advance(count);
+    }
+
+    fn status(&self, text: &str) {
+        Systemd::status(text);
+        self.terminal.status(text);
+    }
+
+    fn note(&self, line: &str) {
+        self.terminal.note(line);
+    }
+
+    fn event(&self, Event { step, kind, text, .. }: &Event) {
+        Systemd::status(&format!("{kind}: {text}"));
+        if self.has_notes {
+            self.terminal.note(&format!("step {step}: {kind}: {text}"));
+        }
+    }
+
+    fn sample(&self, sample: &Sample) {
+        let place = format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y);
+        Systemd::status(&format!("step {}: {place}", sample.step));
+        self.systemd.ready();
+        self.systemd.watchdog();
+        self.terminal.status(&place);
+    }
+
+    fn heartbeat(&self) {
+        self.systemd.watchdog();
+    }
+
+    fn closing(&self) {
+        self.terminal.closing();
+        notify(&State::Stopping);
+    }
+
+    fn may_go_on(&self) -> bool {
+        self.terminal.may_go_on()
+    }
+}
+
+/// The service manager that started the program, if it is a service of `Type=notify`.
+struct Systemd {
+    is_ready: AtomicBool,
+    last_watchdog: Mutex<Option<Instant>>,
+}
+
+impl Systemd {
+    /// Shortest time between two reports that the run is alive: half of the shortest sensible `WatchdogSec=`.
+    const WATCHDOG: Duration = Duration::from_secs(1);
+
+    const fn new() -> Self {
+        Self { is_ready: AtomicBool::new(false), last_watchdog: Mutex::new(None) }
+    }
+
+    /// Reports the state of the run in one line.
+    fn status(text: &str) {
+        notify(&State::Status(&text.replace('\n', " ")));
+    }
+
+    /// Reports once that the run works: its first photograph was taken.
+    fn ready(&self) {
+        if !self.is_ready.swap(true, Ordering::SeqCst) {
+            notify(&State::Ready);
+        }
+    }
+
+    /// Reports that the run is alive.
+    fn watchdog(&self) {
+        let mut last = self.last_watchdog.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.is_none_or(|last| last.elapsed() >= Self::WATCHDOG) {
+            *last = Some(Instant::now());
+            notify(&State::Watchdog);
+        }
+    }
+}
+
 enum State<'a> {
     Ready,
     Watchdog,
@@ -70,23 +116,20 @@ enum State<'a> {
     Status(&'a str),
 }
 
-/// Tells systemd, if it has started us as a service of type notify.
+/// Sends `state` to systemd.
 #[cfg(unix)]
-fn notify(states: &[State<'_>]) {
+fn notify(state: &State<'_>) {
     use sd_notify::NotifyState;
 
-    let states: Vec<_> = states
-        .iter()
-        .map(|state| match *state {
-            State::Ready => NotifyState::Ready,
-            State::Watchdog => NotifyState::Watchdog,
-            State::Stopping => NotifyState::Stopping,
-            State::Status(text) => NotifyState::Status(text),
-        })
-        .collect();
-    // A run does not end because nobody listens.
-    let _ = sd_notify::notify(&states);
+    let state = match *state {
+        State::Ready => NotifyState::Ready,
+        State::Watchdog => NotifyState::Watchdog,
+        State::Stopping => NotifyState::Stopping,
+        State::Status(text) => NotifyState::Status(text),
+    };
+    // The run does not depend on the service manager.
+    let _ = sd_notify::notify(&[state]);
 }
 
 #[cfg(not(unix))]
-fn notify(_states: &[State<'_>]) {}
+fn notify(_state: &State<'_>) {}

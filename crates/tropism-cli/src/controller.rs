@@ -3,30 +3,18 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::{Context, Result};
-use tropism::control::Controller;
-use tropism::control::chase::Chase;
-use tropism::control::network::NetworkController;
-use tropism::control::periodic::Periodic;
-use tropism::light::Light;
-use tropism::task::Task;
-use tropism::track::PERIOD_MIN;
-use tropism_lab::files;
-use tropism_neat::Genome;
+use anyhow::Result;
+use tropism::task::TaskSpec;
+use tropism_lab::ControllerSpec;
+use tropism_lab::controller::PAPER_SWITCH_MIN;
 
 use crate::options::{TaskOption, parse_minutes};
-
-/// Steps of the paper's six hours.
-pub(crate) const SIX_HOURS: u32 = 72;
-
-/// Steps of the paper's open-loop experiments: 83.3 hours.
-const OPEN_LOOP_STEPS: u32 = 1000;
 
 /// A controller by name: `periodic`, `periodic:6h`, `chase`, or the file of an evolved network.
 #[derive(Clone, Debug)]
 pub(crate) enum ControllerName {
-    /// Each lamp in turn for so many steps.
-    Periodic(u32),
+    /// Each lamp in turn for so many minutes.
+    Periodic(f64),
     /// The lamp towards the next target.
     Chase,
     /// A genome as JSON.
@@ -38,76 +26,43 @@ impl FromStr for ControllerName {
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
-            _ if text == "periodic" => Ok(Self::Periodic(SIX_HOURS)),
+            _ if text == "periodic" => Ok(Self::Periodic(PAPER_SWITCH_MIN)),
             _ if text == "chase" => Ok(Self::Chase),
-            Some(("periodic", time)) => {
-                let steps = (parse_minutes(time)? / PERIOD_MIN).round();
-                if !(1.0..=1e6).contains(&steps) {
-                    return Err(format!("found {time}, wanted at least one step of {PERIOD_MIN} minutes"));
-                }
-                Ok(Self::Periodic(steps as u32))
-            }
+            Some(("periodic", time)) => Ok(Self::Periodic(parse_minutes(time)?)),
             _ => Ok(Self::File(text.into())),
         }
     }
 }
 
-/// A controller that is loaded and can be built as often as there are plants.
-#[derive(Clone)]
-pub(crate) enum LoadedController {
-    /// Each lamp in turn for so many steps.
-    Periodic(u32),
-    /// The lamp towards the next target.
-    Chase,
-    /// An evolved network.
-    Network(Box<Genome>),
-}
-
 impl ControllerName {
-    /// Reads the file, if it is one, and checks that it is a controller.
-    pub(crate) fn load(&self) -> Result<LoadedController> {
+    /// The controller; a file is read.
+    pub(crate) fn load(&self) -> Result<ControllerSpec> {
         Ok(match self {
-            Self::Periodic(period) => LoadedController::Periodic(*period),
-            Self::Chase => LoadedController::Chase,
-            Self::File(path) => {
-                let genome = files::read_as(path, Genome::from_json)?;
-                NetworkController::new(&genome).with_context(|| path.display().to_string())?;
-                LoadedController::Network(Box::new(genome))
-            }
+            Self::Periodic(minutes) => ControllerSpec::periodic(*minutes),
+            Self::Chase => ControllerSpec::Greedy,
+            Self::File(path) => ControllerSpec::read_network(path)?,
         })
     }
 }
 
-impl LoadedController {
-    /// A fresh controller, at rest.
-    pub(crate) fn build(&self, task: &Task) -> Box<dyn Controller> {
-        match self {
-            Self::Periodic(period) => Box::new(Periodic::new(*period, Light::Left)),
-            Self::Chase => Box::new(Chase::new(task.targets.clone())),
-            Self::Network(genome) => {
-                Box::new(NetworkController::new(genome).expect("checked when it was loaded"))
-            }
-        }
-    }
+/// The task for `controller`: that of the file, or the paper's for such a controller; in `steps` at most.
+pub(crate) fn task_for(
+    controller: &ControllerSpec,
+    file: &TaskOption,
+    steps: Option<u32>,
+) -> Result<TaskSpec> {
+    let task = if file.task.is_some() { file.load()? } else { controller.default_task() };
+    Ok(match steps {
+        Some(steps) => task.with_max_steps(steps),
+        None => task,
+    })
+}
 
-    /// The task that it is given: that of the file, the paper's, or for one that does not look at the plant the 1000
-    /// steps of an open-loop experiment; in `steps` at most.
-    pub(crate) fn task(&self, file: &TaskOption, steps: Option<u32>) -> Result<Task> {
-        let is_open_loop = matches!(self, Self::Periodic(_)) && file.task.is_none();
-        let task = if is_open_loop { Task::open_loop(OPEN_LOOP_STEPS) } else { file.load()? };
-        Ok(Task { max_steps: steps.unwrap_or(task.max_steps), ..task })
-    }
-
-    /// What a run folder says of it.
-    pub(crate) fn name(&self) -> String {
-        match self {
-            Self::Periodic(period) => format!("periodic, {period} steps"),
-            Self::Chase => "chase".to_owned(),
-            Self::Network(genome) => {
-                let links = genome.links().len();
-                let neurons = genome.neurons().len();
-                format!("network, {neurons} neurons, {links} links")
-            }
-        }
+/// The task of the file; else the one that a champion was evolved for, or the paper's three targets.
+pub(crate) fn task_of_champion(controller: &ControllerSpec, file: &TaskOption) -> Result<TaskSpec> {
+    let own = controller.champion().and_then(|champion| champion.task.clone());
+    match own.filter(|_| file.task.is_none()) {
+        Some(task) => Ok(task),
+        None => file.load(),
     }
 }

@@ -3,7 +3,6 @@
 mod announce;
 mod commands;
 mod controller;
-mod findings;
 mod options;
 mod progress;
 mod shell;

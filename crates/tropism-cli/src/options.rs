@@ -1,6 +1,6 @@
-//! Options that several commands share, and the parsers of their values.
+//! Options that several commands share, and how they are spelt.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -8,16 +8,12 @@ use tropism::geometry::{Pixel, Region};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
-use tropism::plant::tip::TipModel;
-use tropism::task::Task;
+use tropism::task::TaskSpec;
 use tropism::vision::Calibration;
 use tropism_lab::calibrate_camera::{Mark, ScaleSource};
 use tropism_lab::files;
 
-use crate::shell::Shell;
-
-/// The task of an experiment.
+/// The task.
 #[derive(Args, Clone)]
 pub(crate) struct TaskOption {
     /// Task file (start, targets, end_height_cm, max_steps); the paper's three targets by default
@@ -26,34 +22,34 @@ pub(crate) struct TaskOption {
 }
 
 impl TaskOption {
-    /// Reads the task file; without one, the task is the paper's.
-    pub(crate) fn load(&self) -> Result<Task> {
-        let Some(path) = &self.task else { return Ok(Task::default()) };
-        let task: Task = files::read_toml(path)?;
+    /// The task of the file, or the paper's.
+    pub(crate) fn load(&self) -> Result<TaskSpec> {
+        let Some(path) = &self.task else { return Ok(TaskSpec::default()) };
+        let task: TaskSpec = files::read_toml(path)?;
         task.check().with_context(|| path.display().to_string())?;
         Ok(task)
     }
 }
 
-/// The seed of all random numbers.
+/// The seed of a command.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct SeedOption {
-    /// Seed of all random numbers: the same seed gives the same result
-    // A seed is stored as TOML, whose integers are signed and of 64 bits.
+    /// Seed of all random numbers: the same seed gives the same results
+    // TOML, in which it is kept, has no larger numbers.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub(crate) seed: u64,
 }
 
-/// The species of the virtual plant.
+/// The species of plant in the virtual tent.
 #[derive(Args, Clone)]
 pub(crate) struct BeanOption {
-    /// Bean file: a species of virtual plant (beans/*.toml); the common bean by default
+    /// Bean file: the species of the virtual plants (beans/*.toml); the common bean by default
     #[arg(long, value_name = "BEAN.toml")]
     bean: Option<PathBuf>,
 }
 
 impl BeanOption {
-    /// Reads the bean file; `None` if none is given.
+    /// The species of the file; `None` without a file.
     pub(crate) fn load(&self) -> Result<Option<Species>> {
         let Some(path) = &self.bean else { return Ok(None) };
         let species: Species = files::read_toml(path)?;
@@ -62,7 +58,7 @@ impl BeanOption {
     }
 }
 
-/// The plant, the scene and the faults of the virtual tent.
+/// The virtual tent: its plant, its cameras and their faults.
 #[derive(Args, Clone)]
 pub(crate) struct TentOptions {
     #[command(flatten)]
@@ -76,7 +72,7 @@ pub(crate) struct TentOptions {
     #[arg(long, value_name = "X")]
     scale: Option<f64>,
 
-    /// Number of virtual cameras: 1 in front, or 2 with one at the side, whose photographs go to the run's folder `side`
+    /// Virtual cameras: 1 in front, 2 with one at the side, whose photographs go into the run's folder `side`
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=2))]
     cameras: Option<u8>,
 
@@ -86,7 +82,7 @@ pub(crate) struct TentOptions {
 }
 
 impl TentOptions {
-    /// The paper's tent with these options; `None` if it stays the paper's.
+    /// The paper's tent, changed by the options; `None` without any.
     pub(crate) fn load(&self) -> Result<Option<Greenhouse>> {
         let mut greenhouse = Greenhouse::default();
         if let Some(bean) = self.bean.load()? {
@@ -106,7 +102,7 @@ impl TentOptions {
     }
 }
 
-/// Parses faults and their rates.
+/// Faults by name and rate.
 fn parse_faults(text: &str) -> Result<Faults, String> {
     let settings = text.replace('-', "_").replace(',', "\n");
     let faults: Faults = toml::from_str(&settings).map_err(|error| {
@@ -121,14 +117,23 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("base", "--base"),
     ("calibration", "--calibration"),
     ("distance_cm", "--distance"),
+    ("format", "--format"),
+    ("greenhouse.faults", "--faults"),
+    ("greenhouse.scene", "--scene"),
+    ("greenhouse.scene.cameras", "--cameras"),
+    ("interval_min", "--interval"),
+    ("model", "--model"),
     ("out", "--out"),
     ("period_min", "--period"),
     ("plants", "--plants"),
+    ("photographs", "--photographs"),
     ("px_per_cm", "--scale"),
     ("region", "--roi"),
     ("replace", "--force"),
     ("resume", "--resume"),
     ("seed", "--seed"),
+    ("speed", "--speed"),
+    ("task", "--task"),
     ("view_deg", "--view"),
 ];
 
@@ -137,37 +142,7 @@ pub(crate) fn option_of_key(key: &str) -> Option<&'static str> {
     OPTIONS_OF_KEYS.iter().find(|(known, _)| *known == key).map(|(_, option)| *option)
 }
 
-/// Reads a tip-motion model.
-pub(crate) fn load_model(path: &Path) -> Result<TipModel> {
-    Ok(files::read_as(path, TipModel::from_json)?)
-}
-
-/// Largest distance from the seedling to the nearest datum of a model, in cm. Across it, plants grow straight up.
-const GAP_CM: f64 = 2.0;
-
-/// Reads a tip-motion model, and checks that it has data near the start of `task`.
-pub(crate) fn load_model_for(path: &Path, task: &Task, shell: &Shell) -> Result<TipModel> {
-    let model = load_model(path)?;
-    if Light::BOTH.iter().any(|&light| model.mean_shift(task.start, light).is_some()) {
-        return Ok(model);
-    }
-    let tips = model.observed().iter().flat_map(|shift| [shift.tip, shift.tip.mirrored()]);
-    let gap = tips.map(|tip| tip.distance(task.start)).fold(f64::INFINITY, f64::min);
-    let found = format!(
-        "{}: found no data around the seedling at {:.1}, {:.1} cm; the nearest is {gap:.1} cm away",
-        path.display(),
-        task.start.x,
-        task.start.y
-    );
-    ensure!(
-        gap <= GAP_CM,
-        "{found}, wanted at most {GAP_CM} cm; let a task file (--task) start where the model has data"
-    );
-    shell.note(&format!("{found}, and until there plants grow straight on"));
-    Ok(model)
-}
-
-/// Parses a region, `X,Y,W,H` in pixels.
+/// `X,Y,W,H` in pixels.
 pub(crate) fn parse_region(text: &str) -> Result<Region, String> {
     let wanted = "wanted X,Y,WIDTH,HEIGHT in whole pixels, such as 250,150,200,185";
     let numbers: Vec<usize> =
@@ -178,7 +153,7 @@ pub(crate) fn parse_region(text: &str) -> Result<Region, String> {
     }
 }
 
-/// Parses two numbers, `364,336`.
+/// Two numbers with a comma between them.
 pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
     let wanted = "wanted two numbers with a comma between them, such as 364,336";
     let (first, second) = text.split_once(',').ok_or(wanted)?;
@@ -186,7 +161,7 @@ pub(crate) fn parse_pair(text: &str) -> Result<[f64; 2], String> {
     Ok([number(first)?, number(second)?])
 }
 
-/// Parses two pixels and the cm between them, `30,420,195,421=15`.
+/// Two pixels and the cm between them, `30,420,195,421=15`.
 pub(crate) fn parse_mark(text: &str) -> Result<Mark, String> {
     let wanted = "wanted two pixels and the cm between them, such as 30,420,195,421=15";
     let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or(wanted);
@@ -198,7 +173,7 @@ pub(crate) fn parse_mark(text: &str) -> Result<Mark, String> {
     if has_length { Ok(mark) } else { Err(wanted.to_owned()) }
 }
 
-/// Parses the inner corners of a checkerboard each way and the side of a square in cm, `9x6@1.5`.
+/// A checkerboard by its inner corners each way and the side of a square in cm, `9x6@1.5`.
 pub(crate) fn parse_board(text: &str) -> Result<ScaleSource, String> {
     let wanted = || {
         "wanted inner corners each way, 3 to 100, and the side of a square in cm, such as 9x6@1.5".to_owned()
@@ -212,18 +187,18 @@ pub(crate) fn parse_board(text: &str) -> Result<ScaleSource, String> {
     Ok(ScaleSource::Checkerboard { columns: count(columns)?, rows: count(rows)?, square_cm })
 }
 
-/// Parses pixels per cm: `11`, or two pixels and the cm between them.
+/// Pixels per cm: `11`, or a [`Mark`].
 pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
     let wanted =
         "wanted pixels per cm, such as 11, or two pixels and the cm between them, such as 30,420,195,421=15";
     let scale = match parse_mark(text) {
-        Ok(Mark { ends, length_cm }) => Calibration::scale_of(&[(ends, length_cm)]).map(|(scale, _)| scale),
+        Ok(Mark { ends, length_cm }) => Calibration::fit_scale(&[(ends, length_cm)]).map(|(scale, _)| scale),
         Err(_) => text.trim().parse().ok(),
     };
     scale.filter(|scale: &f64| scale.is_finite() && *scale > 0.0).ok_or_else(|| wanted.to_owned())
 }
 
-/// Parses a time such as `6h`, `90m` or `2d` into minutes.
+/// A time such as `6h`, `90m` or `2d`, in minutes.
 pub(crate) fn parse_minutes(text: &str) -> Result<f64, String> {
     let wanted = || format!("found {text:?}, wanted a time such as 6h, 90m or 2d");
     let unit = text.chars().last().ok_or_else(wanted)?;

@@ -8,7 +8,10 @@ use tropism_lab::{Error, Monitor, Workflow};
 use crate::options::option_of_key;
 use crate::shell::{Interrupted, Paused, Progress, Shell};
 
-/// Draws the stages of a workflow as progress lines, and asks it to stop after Ctrl-C.
+/// Longest status that is shown beside the progress bar, in bytes: a terminal of 120 columns holds it.
+const MAX_STATUS: usize = 30;
+
+/// NoiseStream the stages of a workflow as progress lines, and asks it to stop after Ctrl-C.
 pub(crate) struct ProgressMonitor<'s> {
     shell: &'s Shell,
     stage: Mutex<Option<Progress>>,
@@ -43,7 +46,9 @@ impl Monitor for ProgressMonitor<'_> {
     }
 
     fn status(&self, text: &str) {
-        self.stage().iter().for_each(|stage| stage.say(text.to_owned()));
+        // Longer texts do not fit beside the progress bar.
+        let shown = if text.len() > MAX_STATUS { format!("\n  {text}") } else { text.to_owned() };
+        self.stage().iter().for_each(|stage| stage.say(shown.clone()));
     }
 
     fn note(&self, line: &str) {
@@ -54,6 +59,10 @@ impl Monitor for ProgressMonitor<'_> {
         }
     }
 
+    fn closing(&self) {
+        *self.stage() = None;
+    }
+
     fn may_go_on(&self) -> bool {
         !Shell::is_interrupted()
     }
@@ -61,8 +70,12 @@ impl Monitor for ProgressMonitor<'_> {
 
 /// Checks and executes `plan`, with its progress on stderr.
 pub(crate) fn execute<P: Workflow>(plan: &P, shell: &Shell) -> Result<P::Results> {
-    let monitor = ProgressMonitor::new(shell);
-    plan.check().and_then(|()| plan.execute(&monitor)).map_err(for_user)
+    execute_with(plan, &ProgressMonitor::new(shell))
+}
+
+/// Checks and executes `plan` under a monitor of its own.
+pub(crate) fn execute_with<P: Workflow>(plan: &P, monitor: &dyn Monitor) -> Result<P::Results> {
+    plan.check().and_then(|()| plan.execute(monitor)).map_err(for_user)
 }
 
 /// Executes `plan` and prints its results: as `text_of_results` says, or with --json as JSON.

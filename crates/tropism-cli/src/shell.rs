@@ -146,8 +146,3 @@ impl Drop for Progress {
         }
     }
 }
-
-/// Processor time of this program so far, summed over all threads, in seconds.
-pub(crate) fn cpu_seconds() -> f64 {
-    cpu_time::ProcessTime::try_now().map_or(0.0, |now| now.as_duration().as_secs_f64())
-}

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::rig::{Camera, Clock, Flash, Lamps};
 use tropism::vision::VisionConfig;
 
@@ -62,8 +62,8 @@ fn tent(folder: &Path) {
         let _ = clock.wait_until(Duration::from_secs(300 * number), &mut || ControlFlow::Continue(()));
         for (name, light, has_flash) in [
             ("dark", None, false),
-            ("left", Some(Light::Left), false),
-            ("right", Some(Light::Right), false),
+            ("left", Some(Light::LEFT), false),
+            ("right", Some(Light::RIGHT), false),
             ("flash", None, true),
         ] {
             lamps.light(light).unwrap();

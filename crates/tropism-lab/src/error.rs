@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use tropism::plant::tip::ModelError;
+
 use crate::files::FileError;
 use crate::folder::FolderError;
 use crate::journal::JournalError;
@@ -44,6 +46,9 @@ pub enum Error {
     /// A recorded run.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// A tip-motion model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// Anything else that a part of tropism refused, and where.
     #[error("{place}: {source}")]
     At {
@@ -55,11 +60,45 @@ pub enum Error {
 }
 
 impl Error {
+    /// Wraps the error of a part of a plan, and names its `key`.
+    pub(crate) fn in_plan<E: std::fmt::Display>(key: &str) -> impl FnOnce(E) -> Self {
+        move |error| Self::Plan(format!("{key}: {error}"))
+    }
+
+    /// Checks that the value of `key` lies between 1 and `most`.
+    pub(crate) fn check_range(key: &str, found: impl Into<u64>, most: u64) -> Result<(), Self> {
+        let found = found.into();
+        if (1..=most).contains(&found) {
+            return Ok(());
+        }
+        Err(Self::Plan(format!("found {key} = {found}, wanted 1 to {most}")))
+    }
+
+    /// The monitor asked for an end of work that writes its results last.
+    pub(crate) fn cancelled() -> Self {
+        Self::Cancelled("nothing was written".to_owned())
+    }
+
     /// Says where another part's error belongs to.
     pub fn at<E: Into<Box<dyn std::error::Error + Send + Sync>>>(
         place: impl ToString,
     ) -> impl FnOnce(E) -> Self {
         let place = place.to_string();
         move |error| Self::At { place, source: error.into() }
+    }
+
+    /// The error and its causes in one line, each said once: some errors tell their cause themselves.
+    #[must_use]
+    pub fn with_causes(&self) -> String {
+        let mut line = self.to_string();
+        let mut cause = std::error::Error::source(self);
+        while let Some(error) = cause {
+            let text = error.to_string();
+            if !line.contains(&text) {
+                line = format!("{line}: {text}");
+            }
+            cause = error.source();
+        }
+        line
     }
 }

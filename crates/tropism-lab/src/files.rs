@@ -5,6 +5,7 @@ use std::fs;
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
@@ -227,9 +228,22 @@ pub(crate) fn check_free(path: &Path, is_replaced: bool) -> Result<(), crate::Er
 }
 
 /// Writes a value as indented JSON with a line feed at its end.
-pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), FileError> {
-    let json = serde_json::to_string_pretty(value).map_err(|error| content(path)(&error))? + "\n";
-    write(path, json.as_bytes())
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
+    write(path, (json_of(path, value)? + "\n").as_bytes())
+}
+
+/// Writes a value as indented JSON without a line feed at its end, as it is in the folders of evolutions and studies.
+pub(crate) fn write_unterminated_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
+    write(path, json_of(path, value)?.as_bytes())
+}
+
+fn json_of(path: &Path, value: &impl Serialize) -> Result<String, FileError> {
+    serde_json::to_string_pretty(value).map_err(|error| content(path)(&error))
+}
+
+/// The text of `value` as it stands in the TOML file `path`.
+pub(crate) fn toml_of(path: &Path, value: &impl Serialize) -> Result<String, FileError> {
+    toml::to_string(value).map_err(|error| content(path)(&error))
 }
 
 /// Writes a track as CSV.

@@ -56,6 +56,18 @@ pub enum FolderError {
         /// The same line as asked for now.
         wanted: String,
     },
+    /// The run there was started by an older version.
+    #[error(
+        "{path}: found a run of {found}, wanted {wanted}; finish it with the version that began it, or use another folder"
+    )]
+    OldSchema {
+        /// Its configuration.
+        path: PathBuf,
+        /// Its schema.
+        found: &'static str,
+        /// The schema of this version.
+        wanted: &'static str,
+    },
     /// Another program has it.
     #[error("{path}: found the run in use by another program{}, wanted it free", named(*process))]
     InUse {
@@ -70,7 +82,10 @@ impl FolderError {
     /// Whether the folder is another run's or another program's: nothing is wrong with it.
     #[must_use]
     pub const fn is_refusal(&self) -> bool {
-        matches!(self, Self::Taken { .. } | Self::OtherRun { .. } | Self::InUse { .. })
+        matches!(
+            self,
+            Self::Taken { .. } | Self::OtherRun { .. } | Self::OldSchema { .. } | Self::InUse { .. }
+        )
     }
 }
 
@@ -216,22 +231,21 @@ impl RunFolder {
         let mut rows = self.rows()?;
         rows.retain(|row| samples.next_if_eq(&row.step).is_some());
         let mut track = track.clone();
-        let text = |name: &str, value: &dyn Fn(&Row) -> String| Column {
-            name: name.to_owned(),
-            values: rows.iter().map(value).collect(),
+        let text = |name: &str, value: &dyn Fn(&Row) -> String| {
+            Column::parsed(name, rows.iter().map(value).collect())
         };
         // A held tip is not in this photograph: it has no place there.
         let place = |row: &Row, axis: usize| {
             let is_measured =
                 row.seen.observation.as_ref().is_some_and(|seen| seen.quality == Quality::Measured);
-            let pixel = row.seen.pixel.filter(|_| is_measured);
+            let pixel = row.seen.tip_px.filter(|_| is_measured);
             pixel.map_or_else(String::new, |pixel| format!("{:.2}", [pixel.x, pixel.y][axis]))
         };
         track.columns = vec![
             text("frame", &|row| row.photo.clone()),
             text("tip_x_px", &|row| place(row, 0)),
             text("tip_y_px", &|row| place(row, 1)),
-            text("class", &|row| row.seen.class.to_string()),
+            text("class", &|row| row.seen.status.to_string()),
         ];
         Ok(files::write_track(&self.path.join("track.csv"), &track)?)
     }

@@ -1,5 +1,6 @@
 //! How a workflow tells what it is doing, and how it is asked to stop.
 
+use tropism::rig::Event;
 use tropism::track::Sample;
 use tropism_neat::Generation;
 
@@ -28,6 +29,15 @@ pub trait Monitor: Sync {
     /// A step of an experiment is complete.
     fn sample(&self, _sample: &Sample) {}
 
+    /// An event of an experiment happened. It stands in the journal already, if the journal can still be written.
+    fn event(&self, _event: &Event) {}
+
+    /// An experiment is alive: called at each step, and about twice a second while it waits for the next one.
+    fn heartbeat(&self) {}
+
+    /// An experiment has ended, well or not. Its alerts are still being delivered, for half a minute at most.
+    fn closing(&self) {}
+
     /// Whether the workflow may go on. After `false` it saves its state and returns
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     fn may_go_on(&self) -> bool {
@@ -40,3 +50,25 @@ pub trait Monitor: Sync {
 pub struct Silent;
 
 impl Monitor for Silent {}
+
+/// The monitor of a workflow that is a part of another: the whole shows its own stages, the part advances them.
+#[derive(Clone, Copy)]
+pub struct Part<'a>(pub &'a dyn Monitor);
+
+impl Monitor for Part<'_> {
+    fn advance(&self, count: u64) {
+        self.0.advance(count);
+    }
+
+    fn skip(&self, count: u64) {
+        self.0.skip(count);
+    }
+
+    fn note(&self, line: &str) {
+        self.0.note(line);
+    }
+
+    fn may_go_on(&self) -> bool {
+        self.0.may_go_on()
+    }
+}

@@ -2,6 +2,8 @@
 //!
 //! A colour map has [`LEVELS`] classes, each with one colour on light ground and another on dark ground.
 
+use tropism::math::interpolate::lerp;
+
 /// Colours of a colour map: an odd number, so that a diverging one has a middle.
 pub(super) const LEVELS: usize = 17;
 
@@ -72,7 +74,7 @@ impl ColourMap {
         let share = place - low as f64;
         let channel = |channel: usize| {
             let (from, to) = (f64::from(anchors[low][channel]), f64::from(anchors[low + 1][channel]));
-            (from + share * (to - from)).round() as u8
+            lerp(from, to, share).round() as u8
         };
         format!("#{:02x}{:02x}{:02x}", channel(0), channel(1), channel(2))
     }

@@ -6,8 +6,8 @@ use super::colour::ColourMap;
 use super::plot::{Axis, Path, Plot};
 use super::trajectories::{axes, draw_steering};
 use super::{Body, Figure, Plants};
-use tropism::control::anatomy::{Anatomy, Boundary, Decisions};
-use tropism::control::network::ShapeError;
+use tropism::control::ShapeError;
+use tropism::control::network_analysis::{Boundary, Decisions, NetworkAnalysis};
 use tropism::geometry::Point;
 use tropism::track::Track;
 
@@ -47,9 +47,9 @@ pub fn decision(
     draw_steering(&mut plot, samples, targets, true);
     let depends = ColourMap::Diverging.class(ColourMap::level(PALE[1]));
     plot.legend(&[("left", "left lamp"), ("right", "right lamp"), (&depends, "depends")]);
-    let state = match Anatomy::of(genome) {
-        Anatomy { is_linear: true, .. } => String::new(),
-        Anatomy { has_memory: false, .. } => {
+    let state = match NetworkAnalysis::of(genome) {
+        NetworkAnalysis { is_linear: true, .. } => String::new(),
+        NetworkAnalysis { has_memory: false, .. } => {
             " The network is activated until its signals have passed; along a trajectory the decision may lag.".to_owned()
         }
         _ => " The network has memory: it is activated until its state settles, once from rest and once from each corner of \
@@ -146,7 +146,7 @@ mod tests {
 
     /// A linear controller whose boundary crosses the map from its lower to its upper edge.
     fn linear() -> Genome {
-        let genomes = (0..).map(|index| random_genome(&Config::paper(), 2, 1, 4, index));
+        let genomes = (0..).map(|index| random_genome(&Config::wahby2016(), 2, 1, 4, index));
         let side = |line: Boundary, x: f64, y: f64| line.x * x + line.y * y + line.constant > 0.0;
         let mut crossed = genomes.filter(|genome| {
             let line = Boundary::of(genome).unwrap();
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn only_controllers_have_a_map() {
-        let genome = random_genome(&Config::paper(), 3, 1, 1, 0);
+        let genome = random_genome(&Config::wahby2016(), 3, 1, 1, 0);
         assert!(decision(&genome, &[], None).is_err() && decision_text(&genome, &[]).is_err());
     }
 }

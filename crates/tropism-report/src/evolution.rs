@@ -2,6 +2,7 @@
 
 use super::plot::{Axis, Path, Plot, nice_step};
 use super::{Body, Figure, Plants};
+use tropism::math::statistics::five_numbers;
 
 /// Approximate number of boxes (Fig. 6a has 21).
 const BOXES: f64 = 20.0;
@@ -19,7 +20,8 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
     let boxes: Vec<(usize, [f64; 5])> = shown
         .filter_map(|generation| {
             let fitness = runs.iter().filter_map(|run| run.get(generation - 1)).copied();
-            Some((generation, five_numbers(fitness)?))
+            let finite: Vec<f64> = fitness.filter(|value| value.is_finite()).collect();
+            Some((generation, five_numbers(&finite)?))
         })
         .collect();
     let y = Axis::covering("best fitness (cm)", (0.0, 16.0), boxes.iter().flat_map(|(_, numbers)| *numbers));
@@ -64,18 +66,6 @@ fn draw_box(plot: &mut Plot, generation: f64, numbers: &[f64; 5], half: f64) {
     plot.path("bold best", &bar);
 }
 
-/// Minimum, quartiles (by linear interpolation) and maximum; `None` without finite values.
-fn five_numbers(values: impl Iterator<Item = f64>) -> Option<[f64; 5]> {
-    let mut sorted: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().checked_sub(1)?;
-    Some([0.0, 0.25, 0.5, 0.75, 1.0].map(|share| {
-        let place = share * last as f64;
-        let (low, high) = (place.floor() as usize, place.ceil() as usize);
-        sorted[low] + (place - place.floor()) * (sorted[high] - sorted[low])
-    }))
-}
-
 /// Figure 6b: best and mean fitness of each generation of one run, in cm.
 #[must_use]
 pub fn fitness_run(best: &[f64], mean: &[f64], plants: Plants) -> Figure {
@@ -98,7 +88,6 @@ pub fn fitness_run(best: &[f64], mean: &[f64], plants: Plants) -> Figure {
 mod tests {
     use super::*;
     use crate::testing;
-    use proptest::prelude::*;
 
     fn rising(run: usize, generations: usize) -> Vec<f64> {
         (0..generations).map(|at| 14.0 - 12.0 / (1.0 + (at * (run + 2)) as f64 / 60.0)).collect()
@@ -115,21 +104,6 @@ mod tests {
         let best = rising(3, 200);
         let mean: Vec<f64> = best.iter().map(|fitness| fitness - 4.0).collect();
         testing::golden(&fitness_run(&best, &mean, Plants::ModelOfReal));
-    }
-
-    #[test]
-    fn quartiles_lie_between_neighbours() {
-        assert_eq!(five_numbers([4.0, 1.0, 2.0, 3.0].into_iter()), Some([1.0, 1.75, 2.5, 3.25, 4.0]));
-        assert_eq!(five_numbers([7.0].into_iter()), Some([7.0; 5]));
-        assert_eq!(five_numbers([].into_iter()), None);
-    }
-
-    proptest! {
-        #[test]
-        fn five_numbers_are_in_order(values in prop::collection::vec(-1e3..1e3, 1..40)) {
-            let numbers = five_numbers(values.into_iter()).unwrap();
-            prop_assert!(numbers.is_sorted());
-        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::Plants;
 use super::picture::{BLACK, Canvas, WHITE, colour};
 use tropism::geometry::{Pixel, Point, Region};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Image;
 use tropism::vision::Calibration;
 
@@ -158,10 +158,10 @@ mod tests {
         let step = |index: u32| FilmStep {
             time_s: f64::from(index) * 300.0,
             tip: Some(Point::new(0.1 * f64::from(index), 4.0)),
-            light: Some(if index < 10 { Light::Left } else { Light::Right }),
+            light: Some(if index < 10 { Light::LEFT } else { Light::RIGHT }),
         };
         Film {
-            calibration: Some(Calibration::flat(Pixel::new(240.0, 400.0), 50.0, 480, 480)),
+            calibration: Some(Calibration::from_scale(Pixel::new(240.0, 400.0), 50.0, 480, 480)),
             targets: vec![Point::new(2.0, 6.0)],
             plants: None,
             steps: (0..20).map(step).collect(),

@@ -7,6 +7,7 @@ use super::plot::{Axis, Plot};
 use super::{Body, Figure, Plants};
 use tropism::greenhouse::bean::Individual;
 use tropism::greenhouse::bean::experiments::{self, Circling, Response};
+use tropism::math::statistics::mean;
 
 /// Lengths of the stem in the experiments, in cm: a seedling, and the paper's plants half and fully grown.
 const LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
@@ -179,15 +180,13 @@ fn figure(number: &'static str, title: &str, caption: &str, plot: Plot) -> Figur
 fn last_turns(circling: &Circling) -> Vec<[f64; 2]> {
     let readings = (3.0 * circling.period_min) as usize;
     let path = &circling.path[circling.path.len().saturating_sub(readings)..];
-    let count = path.len() as f64;
-    let centre = [0, 2].map(|axis| path.iter().map(|at| at[axis]).sum::<f64>() / count);
+    let centre = [0, 2].map(|axis| mean(path.iter().map(|at| at[axis])));
     path.iter().map(|at| [at[0] - centre[0], centre[1] - at[2]]).collect()
 }
 
 /// Semi-axes, the major first, of the ellipse that a path of whole turns follows, from its second moments.
 fn semi_axes(path: &[[f64; 2]]) -> [f64; 2] {
-    let moment =
-        |one: usize, other: usize| path.iter().map(|at| at[one] * at[other]).sum::<f64>() / path.len() as f64;
+    let moment = |one: usize, other: usize| mean(path.iter().map(|at| at[one] * at[other]));
     let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
     let spread = (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
     // The variances of a point that runs around an ellipse are half the squares of its semi-axes.

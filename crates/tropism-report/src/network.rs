@@ -9,8 +9,8 @@ use tropism_neat::{Activation, Genome, Neuron, NeuronKind};
 
 use super::plot::{Path, Place, Plot, number};
 use super::{Body, Figure};
-use tropism::control::anatomy::Anatomy;
-use tropism::control::network::{INPUTS, OUTPUTS};
+use tropism::control::network_analysis::NetworkAnalysis;
+use tropism::control::{OUTPUTS, TIP_INPUTS};
 
 /// Radius of a neuron, in pixels.
 const RADIUS: f64 = 11.0;
@@ -35,7 +35,7 @@ const CURVE_SEGMENTS: usize = 16;
 /// output are faint.
 #[must_use]
 pub fn network(genome: &Genome) -> Figure {
-    let anatomy = Anatomy::of(genome);
+    let anatomy = NetworkAnalysis::of(genome);
     let layout = Layout::of(genome);
     // Arcs reach above the highest neuron.
     let mut plot = Plot::bare(layout.size, 96.0, 76.0);
@@ -73,7 +73,7 @@ pub fn network(genome: &Genome) -> Figure {
 }
 
 /// A sentence on the kind of network.
-fn description(genome: &Genome, anatomy: &Anatomy) -> String {
+fn description(genome: &Genome, anatomy: &NetworkAnalysis) -> String {
     let idle = genome.links().len() - anatomy.links;
     let idle = match idle {
         0 => String::new(),
@@ -88,7 +88,7 @@ fn description(genome: &Genome, anatomy: &Anatomy) -> String {
 }
 
 fn is_controller(genome: &Genome) -> bool {
-    (genome.inputs(), genome.outputs()) == (INPUTS, OUTPUTS)
+    (genome.inputs(), genome.outputs()) == (TIP_INPUTS, OUTPUTS)
 }
 
 /// The text inside a neuron.
@@ -215,7 +215,7 @@ impl Layout {
     }
 }
 
-fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &Anatomy, layout: &Layout) {
+fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &NetworkAnalysis, layout: &Layout) {
     let largest = genome.links().iter().map(|link| link.weight.abs()).fold(1e-9, f64::max);
     let mut weights = Vec::new();
     for link in genome.links() {
@@ -311,7 +311,7 @@ impl Curve {
 /// The network of `genome` in the DOT language of Graphviz.
 #[must_use]
 pub fn network_dot(genome: &Genome) -> String {
-    let anatomy = Anatomy::of(genome);
+    let anatomy = NetworkAnalysis::of(genome);
     let mut dot =
         "digraph network {\n  rankdir=LR;\n  node [shape=circle, fontname=\"sans-serif\"];\n".to_owned();
     let mut ranks = [("source", String::new()), ("sink", String::new())];
@@ -355,7 +355,7 @@ mod tests {
 
     /// A genome with hidden neurons and recurrent links, from an evolution whose fitness is the number of links.
     fn grown(generations: u32) -> Genome {
-        let config = Config { mutate_add_neuron_prob: 0.4, mutate_add_link_prob: 0.4, ..Config::paper() };
+        let config = Config { mutate_add_neuron_prob: 0.4, mutate_add_link_prob: 0.4, ..Config::wahby2016() };
         let mut neat = Neat::new(config, 2, 1, 3).unwrap();
         for _ in 0..generations {
             let scores: Vec<f64> = neat.ask().iter().map(|genome| genome.links().len() as f64).collect();
@@ -403,7 +403,7 @@ mod tests {
 
     #[test]
     fn networks_that_are_no_controllers_have_numbers() {
-        let genome = tropism_neat::random_genome(&Config::paper(), 5, 3, 1, 0);
+        let genome = tropism_neat::random_genome(&Config::wahby2016(), 5, 3, 1, 0);
         let figure = network(&genome);
         testing::assert_well_formed(svg(&figure));
         assert!(svg(&figure).contains("out 3") && !svg(&figure).contains("right lamp"));

@@ -7,7 +7,7 @@ use tiny_skia::{
 
 use super::stroke_font;
 use tropism::geometry::{Pixel, Region};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Image;
 
 /// Colours that are drawn with, on photographs before dark cloth.
@@ -22,9 +22,9 @@ pub(super) const DRAWN: [[u8; 3]; 4] = [LEFT, RIGHT, WHITE, BLACK];
 /// The colour of a lamp; white for none.
 pub(super) const fn colour(light: Option<Light>) -> [u8; 3] {
     match light {
-        Some(Light::Left) => LEFT,
-        Some(Light::Right) => RIGHT,
-        None => WHITE,
+        Some(Light::LEFT) => LEFT,
+        Some(Light::RIGHT) => RIGHT,
+        _ => WHITE,
     }
 }
 
@@ -154,7 +154,7 @@ impl Canvas {
     pub(super) fn lamps(&mut self, lit: Option<Light>) {
         let (inset, radius) = (16.0 * self.unit, 7.0);
         for light in Light::BOTH {
-            let x = if light == Light::Left { inset } else { self.width() - inset };
+            let x = if light == Light::LEFT { inset } else { self.width() - inset };
             let at = Pixel::new(x, inset);
             if lit == Some(light) {
                 let [red, green, blue] = colour(lit);

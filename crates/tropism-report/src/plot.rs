@@ -8,6 +8,7 @@ use std::fmt::Write;
 
 use super::colour::{ColourMap, LEVELS};
 use tropism::geometry::Point;
+use tropism::math::interpolate::lerp;
 
 /// Space for the labels on the left of the panel, in pixels.
 const MARGIN_LEFT: f64 = 50.0;
@@ -357,7 +358,7 @@ impl Plot {
         // A little higher than a level, so that no gap shows between two.
         self.dashes(map, (12.0, height + 0.4), (0..LEVELS).map(|level| (level, (x, middle(level)))));
         for (share, text) in ticks {
-            let y = middle(0) + share * (middle(LEVELS - 1) - middle(0)) + 4.0;
+            let y = lerp(middle(0), middle(LEVELS - 1), *share) + 4.0;
             self.text("tick", (x + 17.0, y), "start", text);
         }
         self.text("label", (x - 2.0, self.top - 9.0), "start", title);

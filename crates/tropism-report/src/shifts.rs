@@ -7,7 +7,7 @@ use super::plot::{Axis, Plot, number};
 use super::trajectories::{axes, tips};
 use super::{Body, Figure, Plants};
 use tropism::geometry::Point;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::track::Track;
 
 /// Side of a cell, in cm; chosen by hand.
@@ -52,13 +52,13 @@ type Cell = (i64, i64);
 /// Measured and mirrored shifts are pooled. Cells without data are not drawn.
 #[must_use]
 pub fn shift_maps(tracks: &[Track], plants: Plants) -> [Figure; 4] {
-    let mirrored: Vec<Track> = tracks.iter().map(Track::mirrored).collect();
+    let mirrored: Vec<Track> = tracks.iter().filter_map(Track::mirrored).collect();
     let all = || tracks.iter().chain(&mirrored);
     let widest = tips(tracks).fold(15.0, |widest: f64, tip| widest.max(tip.x.abs()));
-    [("5a", Component::X, Light::Left), ("5b", Component::X, Light::Right), ("5c", Component::Y, Light::Left), (
+    [("5a", Component::X, Light::LEFT), ("5b", Component::X, Light::RIGHT), ("5c", Component::Y, Light::LEFT), (
         "5d",
         Component::Y,
-        Light::Right,
+        Light::RIGHT,
     )]
     .map(|(number, component, light)| {
         let (mut x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
@@ -139,10 +139,10 @@ mod tests {
     #[test]
     fn the_left_map_is_the_mirrored_right_one() {
         let tracks = testing::swings(2, 80);
-        let mirrored: Vec<Track> = tracks.iter().map(Track::mirrored).collect();
+        let mirrored: Vec<Track> = tracks.iter().filter_map(Track::mirrored).collect();
         let all = || tracks.iter().chain(&mirrored);
-        let left = means(all(), Component::X, Light::Left);
-        let right = means(all(), Component::X, Light::Right);
+        let left = means(all(), Component::X, Light::LEFT);
+        let right = means(all(), Component::X, Light::RIGHT);
         assert!(left.len() > 20);
         assert_eq!(left.len(), right.len());
         for ((row, column), shift) in left {

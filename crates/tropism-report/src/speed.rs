@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::colour::ColourMap;
 use super::plot::{Axis, Plot, number};
 use super::{Body, Figure, Plants};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::track::Track;
 
@@ -72,7 +72,7 @@ fn swings(track: &Track) -> Vec<(u32, i64, f64)> {
         let is_measured = before.quality != Quality::Held && after.quality != Quality::Held;
         if let Some((light, since)) = lit.filter(|_| is_measured && after.step - before.step == 1) {
             let duration = i64::from(before.step - since) + 1;
-            let signed = if light == Light::Left { -duration } else { duration };
+            let signed = if light == Light::LEFT { -duration } else { duration };
             swings.push((before.step, signed, (after.tip.x - before.tip.x).abs()));
         }
     }

@@ -3,7 +3,7 @@
 use super::plot::{Axis, Plot};
 use super::{Body, Figure, Plants};
 use tropism::geometry::Polyline;
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 
 /// A stem in cm from the base up, and the lamp that was lit; `None` is dark.
 pub type LitStem = (Polyline, Option<Light>);
@@ -18,7 +18,7 @@ pub fn stems(stems: &[LitStem], plants: Plants) -> Figure {
     let y = Axis::covering("y (cm)", (0.0, 15.0), points.map(|point| point.y));
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
     for (stem, light) in stems {
-        plot.line(light::name(*light), stem.0.iter().map(|point| (point.x, point.y)));
+        plot.line(lamps::name(*light), stem.0.iter().map(|point| (point.x, point.y)));
     }
     for (stem, _) in stems {
         if let Some(end) = stem.0.last() {
@@ -57,9 +57,9 @@ mod tests {
     #[test]
     fn figure_9_is_golden() {
         let one = |i: i32| {
-            let light = if i / 6 % 2 == 0 { Light::Left } else { Light::Right };
+            let light = if i / 6 % 2 == 0 { Light::LEFT } else { Light::RIGHT };
             let lean = 3.0 * f64::from(i % 6 - 3) / 3.0;
-            (stem(4.0 + 0.5 * f64::from(i), if light == Light::Left { -lean } else { lean }), Some(light))
+            (stem(4.0 + 0.5 * f64::from(i), if light == Light::LEFT { -lean } else { lean }), Some(light))
         };
         testing::golden(&stems(&(0..18).map(one).collect::<Vec<_>>(), Plants::Virtual));
     }

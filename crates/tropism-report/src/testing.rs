@@ -2,7 +2,7 @@
 
 use super::Figure;
 use tropism::geometry::Point;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::track::{Sample, Track};
 
@@ -12,14 +12,15 @@ pub(super) fn track(rows: &[(f64, f64, char)]) -> Track {
         step: step as u32,
         time_s: step as f64 * 300.0,
         tip: Point::new(x, y),
+        stem: None,
         light: match light {
-            'l' => Some(Light::Left),
-            'r' => Some(Light::Right),
+            'l' => Some(Light::LEFT),
+            'r' => Some(Light::RIGHT),
             _ => None,
         },
         quality: Quality::Measured,
     };
-    Track { samples: rows.iter().enumerate().map(sample).collect(), columns: Vec::new() }
+    Track::of(rows.iter().enumerate().map(sample).collect())
 }
 
 /// Tips that swing towards a lamp that changes every 20 steps.

@@ -3,7 +3,7 @@
 use super::plot::{Axis, Path, Place, Plot};
 use super::{Body, Figure, Plants};
 use tropism::geometry::Point;
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 use tropism::track::{Sample, Track};
 
 /// Least length of a vector of Figure 4b, in cm: shorter steps are joined. Chosen by hand.
@@ -92,7 +92,7 @@ pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
         for (from, to) in tracks.iter().flat_map(|track| vectors(track, light)) {
             needle(&mut needles, plot.place(from.x, from.y), plot.place(to.x, to.y));
         }
-        plot.fill(light.name(), &needles);
+        plot.fill(light.standard_name(), &needles);
     }
     plot.legend(&[("left", "left light"), ("right", "right light")]);
     Figure {
@@ -170,7 +170,7 @@ pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Poin
     let outline = samples.iter().map(|sample| (sample.tip.x, sample.tip.y));
     plot.line("under", outline.filter(|_| is_outlined));
     for run in runs(samples) {
-        let class = format!("bold {}", light::name(run[0].light));
+        let class = format!("bold {}", lamps::name(run[0].light));
         plot.line(&class, run.iter().map(|sample| (sample.tip.x, sample.tip.y)));
     }
     if let Some(first) = samples.first() {
@@ -226,8 +226,8 @@ mod tests {
         let track = testing::track(&rows);
         let ends =
             |light| vectors(&track, light).into_iter().map(|(from, to)| (from.x, to.x)).collect::<Vec<_>>();
-        assert_eq!(ends(Light::Left), [(0.0, -0.6), (-0.6, -0.7)]);
-        assert_eq!(ends(Light::Right), [(-0.7, 0.5)]);
+        assert_eq!(ends(Light::LEFT), [(0.0, -0.6), (-0.6, -0.7)]);
+        assert_eq!(ends(Light::RIGHT), [(-0.7, 0.5)]);
     }
 
     #[test]

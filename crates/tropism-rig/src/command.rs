@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Lamps, RigError};
 
@@ -54,8 +54,8 @@ pub struct CommandLamps {
 impl Lamps for CommandLamps {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
         let words = match light {
-            Some(Light::Left) => &self.left,
-            Some(Light::Right) => &self.right,
+            Some(Light::LEFT) => &self.left,
+            Some(_) => &self.right,
             None => &self.dark,
         };
         run("lamps", words, self.timeout).map(drop)
@@ -155,7 +155,7 @@ mod tests {
             dark: say("dark"),
             timeout: Duration::from_secs(5),
         };
-        for light in [Some(Light::Right), None, Some(Light::Left)] {
+        for light in [Some(Light::RIGHT), None, Some(Light::LEFT)] {
             lamps.light(light).unwrap();
         }
         assert_eq!(std::fs::read_to_string(log).unwrap(), "right\ndark\nleft\n");

@@ -9,8 +9,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 use tropism::greenhouse::tent::{Device, Greenhouse};
 use tropism::rig::{Camera, Clock, Flash, Lamps, OnExit, Rig, RigError};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
-use tropism::track::PERIOD_MIN;
-use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism::track::PAPER_PERIOD_MIN;
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
 
 use crate::alert::Alerts;
 use crate::clock::TentClock;
@@ -68,7 +68,7 @@ pub struct RigFile {
 }
 
 const fn five() -> f64 {
-    PERIOD_MIN
+    PAPER_PERIOD_MIN
 }
 
 /// The two lamps: each with a driver, behind one interlock, or both behind three programs.
@@ -213,7 +213,7 @@ impl RigFile {
     pub fn greenhouse(greenhouse: Greenhouse, vision: VisionConfig) -> Self {
         Self {
             durability: None,
-            period_min: PERIOD_MIN,
+            period_min: PAPER_PERIOD_MIN,
             patience: None,
             lamps_in_view: None,
             greenhouse: Some(greenhouse),
@@ -322,14 +322,14 @@ impl RigFile {
         let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
         let period = Duration::from_secs_f64(self.period_min * 60.0);
         if let Some(greenhouse) = &self.greenhouse {
-            let (device, eye) = greenhouse.open(seed, &self.vision).map_err(found)?;
+            let (device, tracker) = greenhouse.open(seed, &self.vision).map_err(found)?;
             let hand = || device.clone();
             let rig = Rig::new(
                 Box::new(hand()) as Box<dyn Camera>,
                 Box::new(hand()) as Box<dyn Lamps>,
                 Box::new(hand()) as Box<dyn Flash>,
                 Box::new(hand()) as Box<dyn Clock>,
-                eye,
+                tracker,
                 period,
             );
             return Ok(OpenRig { rig, truth: Some(device) });
@@ -338,7 +338,7 @@ impl RigFile {
         else {
             return Err(RigFileError("found no devices, wanted camera, lamps and calibration".to_owned()));
         };
-        let eye = Eye::new(calibration, self.vision.clone()).map_err(found)?;
+        let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;
         let device = |error: RigError| RigFileError(error.to_string());
         let flash = match &self.flash {
             Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
@@ -347,7 +347,7 @@ impl RigFile {
         let (clock, on_exit) = (Box::new(TentClock::new(since_start)) as Box<dyn Clock>, lamps.on_exit);
         let (camera, lamps) =
             (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
-        let rig = Rig::new(camera, lamps, flash, clock, eye, period).with_on_exit(on_exit);
+        let rig = Rig::new(camera, lamps, flash, clock, tracker, period).with_on_exit(on_exit);
         Ok(OpenRig { rig, truth: None })
     }
 }
@@ -355,7 +355,7 @@ impl RigFile {
 #[cfg(test)]
 mod tests {
     use tropism::environment::Environment;
-    use tropism::light::Light;
+    use tropism::lamps::Light;
 
     use super::*;
 
@@ -524,7 +524,7 @@ mod tests {
         let tent = RigFile::greenhouse(greenhouse.clone(), VisionConfig::default());
         let mut tent = tent.open(3, start).unwrap().rig;
         let (mut seen, mut shots) = (Vec::new(), Vec::new());
-        for light in [Light::Left, Light::Right, Light::Left] {
+        for light in [Light::LEFT, Light::RIGHT, Light::LEFT] {
             seen.push(tent.observe().unwrap());
             shots.push(tent.shot().unwrap().clone());
             let photo = &tent.shot().unwrap().photo;
@@ -551,9 +551,9 @@ mod tests {
         {
             let mut rig = rig.open(0, start).unwrap().rig;
             assert_eq!(rig.observe().unwrap(), seen[0]);
-            rig.step(Light::Left).unwrap();
+            rig.step(Light::LEFT).unwrap();
             assert_eq!(rig.observe().unwrap(), seen[1]);
-            rig.step(Light::Right).unwrap();
+            rig.step(Light::RIGHT).unwrap();
         }
         let log = std::fs::read_to_string(log).unwrap();
         let steps: Vec<&str> = log.lines().collect();
@@ -575,8 +575,8 @@ mod tests {
         );
 
         let mut resumed = rig.open(0, start).unwrap().rig;
-        resumed.relive(0, &shots[0], Some(Light::Left), 1);
-        resumed.relive(1, &shots[1], Some(Light::Right), 2);
+        resumed.relive(0, &shots[0], Some(Light::LEFT), 1);
+        resumed.relive(1, &shots[1], Some(Light::RIGHT), 2);
         assert_eq!(resumed.observe().unwrap(), seen[2]);
     }
 
@@ -590,8 +590,8 @@ mod tests {
         };
         let rig = parse(&format!("{CAMERA}[lamps]\npause_s = 0\n{}{}", lamp("left"), lamp("right"))).unwrap();
         let mut lamps = rig.lamps.unwrap().open(None).unwrap();
-        lamps.light(Some(Light::Right)).unwrap();
-        lamps.light(Some(Light::Left)).unwrap();
+        lamps.light(Some(Light::RIGHT)).unwrap();
+        lamps.light(Some(Light::LEFT)).unwrap();
         let log = std::fs::read_to_string(log).unwrap();
         assert_eq!(log, "left off\nright on\nright off\nleft on\n");
     }

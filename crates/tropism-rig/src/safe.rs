@@ -3,7 +3,7 @@
 //! For a program that was killed, and for people who want all light off now. Each device is opened by itself, so that one
 //! that is gone keeps no other from being put off.
 
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::rig::{Lamps, OnExit, RigError};
 
 use crate::file::{Lamp, RigFile};
@@ -36,8 +36,8 @@ pub fn safe_state(rig: &RigFile, is_all: bool) -> Vec<PutOff> {
                 done.push(PutOff { device: "lamps", result });
             }
             (left, right) => {
-                done.push(PutOff { device: "left lamp", result: darken(left, Light::Left, broker) });
-                done.push(PutOff { device: "right lamp", result: darken(right, Light::Right, broker) });
+                done.push(PutOff { device: "left lamp", result: darken(left, Light::LEFT, broker) });
+                done.push(PutOff { device: "right lamp", result: darken(right, Light::RIGHT, broker) });
             }
         }
     }
@@ -45,7 +45,7 @@ pub fn safe_state(rig: &RigFile, is_all: bool) -> Vec<PutOff> {
 }
 
 fn darken(lamp: &Lamp, side: Light, broker: Option<&Broker>) -> Result<(), RigError> {
-    let device = if side == Light::Left { "left lamp" } else { "right lamp" };
+    let device = if side == Light::LEFT { "left lamp" } else { "right lamp" };
     match lamp {
         Lamp::Driver(lamp) => again(two(), || lamp.open(device, broker)?.switch(false)),
         Lamp::Command(_) => Err(crate::failed(device, "found a program beside a driver, wanted both alike")),

@@ -4,7 +4,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::rig::{Flash, Lamps, RigError};
 
 /// A device that is on or off.
@@ -40,12 +40,12 @@ impl<L: Switch, R: Switch> Interlock<L, R> {
     }
 
     fn switch(&mut self, light: Light, is_on: bool) -> Result<(), RigError> {
-        let slot = &mut self.is_dark[usize::from(light == Light::Right)];
+        let slot = &mut self.is_dark[usize::from(light == Light::RIGHT)];
         // Unknown until the device has confirmed.
         *slot = false;
         match light {
-            Light::Left => self.left.switch(is_on)?,
-            Light::Right => self.right.switch(is_on)?,
+            Light::LEFT => self.left.switch(is_on)?,
+            _ => self.right.switch(is_on)?,
         }
         *slot = !is_on;
         Ok(())
@@ -56,11 +56,11 @@ impl<L: Switch, R: Switch> Lamps for Interlock<L, R> {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
         let Some(light) = light else {
             // The second one is tried even if the first does not obey.
-            let (left, right) = (self.switch(Light::Left, false), self.switch(Light::Right, false));
+            let (left, right) = (self.switch(Light::LEFT, false), self.switch(Light::RIGHT, false));
             return left.and(right);
         };
-        let other = light.mirrored();
-        let was_dark = self.is_dark[usize::from(other == Light::Right)];
+        let other = if light == Light::LEFT { Light::RIGHT } else { Light::LEFT };
+        let was_dark = self.is_dark[usize::from(other == Light::RIGHT)];
         // Every time, even if it was dark already: a device that restarted may have forgotten.
         self.switch(other, false)?;
         if !was_dark {
@@ -226,7 +226,7 @@ mod tests {
         ) {
             let (tent, mut lamps) = lamps(failing);
             for light in lights {
-                let light = light.map(|is_left| if is_left { Light::Left } else { Light::Right });
+                let light = light.map(|is_left| if is_left { Light::LEFT } else { Light::RIGHT });
                 let done = lamps.light(light);
                 let tent = lock(&tent);
                 if done.is_ok() {
@@ -241,8 +241,8 @@ mod tests {
     #[test]
     fn one_goes_dark_before_the_other_is_lit_and_both_are_darkened_even_if_one_does_not_obey() {
         let (tent, mut both) = lamps(vec![]);
-        both.light(Some(Light::Right)).unwrap();
-        both.light(Some(Light::Left)).unwrap();
+        both.light(Some(Light::RIGHT)).unwrap();
+        both.light(Some(Light::LEFT)).unwrap();
         assert_eq!(lock(&tent).commands, [(0, false), (1, true), (1, false), (0, true)]);
         let (tent, mut both) = lamps(vec![true]);
         assert!(both.light(None).is_err());

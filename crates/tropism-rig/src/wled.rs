@@ -315,7 +315,7 @@ mod tests {
     use super::*;
     use crate::http::tests::{device, reply};
     use crate::switch::Interlock;
-    use tropism::light::Light;
+    use tropism::lamps::Light;
     use tropism::rig::Lamps;
 
     /// A WLED controller as the documentation describes it, with 288 pixels.
@@ -463,7 +463,7 @@ mod tests {
             lamp(&url, 1, "dead_man_min = 0"),
             Duration::from_millis(1),
         );
-        for light in [Light::Left, Light::Right, Light::Right, Light::Left] {
+        for light in [Light::LEFT, Light::RIGHT, Light::RIGHT, Light::LEFT] {
             lamps.light(Some(light)).unwrap();
             assert_eq!(lit(&controller), Light::BOTH.map(|side| side == light));
         }

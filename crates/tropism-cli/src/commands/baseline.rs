@@ -1,20 +1,18 @@
-//! `tropism baseline`: what random controllers achieve.
+//! `tropism baseline`: the fitness of random controllers.
 
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use serde::Serialize;
-use tropism::evolve;
-use tropism_lab::files;
-use tropism_neat::Config;
+use tropism_lab::baseline::{BaselinePlan, BaselineResults};
 
-use crate::options::{SeedOption, TaskOption, load_model_for};
-use crate::shell::{Interrupted, Shell, cpu_seconds};
+use crate::options::{SeedOption, TaskOption};
+use crate::progress::execute_and_print;
+use crate::shell::Shell;
 
-/// Try random controllers: the paper's baseline (section 3.1)
+/// Evaluate random controllers: the paper's baseline (section 3.1)
 ///
-/// Each is a network as NEAT's initial population holds them. The paper tried two million.
+/// Each is a network like those of NEAT's initial population. The paper evaluated two million.
 #[derive(Args)]
 #[command(after_help = "Example:\n  tropism baseline --model model.json --count 200000 --out random.json")]
 pub(crate) struct Baseline {
@@ -22,11 +20,11 @@ pub(crate) struct Baseline {
     #[arg(long, value_name = "model.json")]
     model: PathBuf,
 
-    /// Controllers to try
+    /// Number of controllers
     #[arg(long, default_value_t = 2_000_000, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     count: u64,
 
-    /// Where the best of them goes, as a genome
+    /// File to write the genome of the best controller to
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
 
@@ -37,44 +35,28 @@ pub(crate) struct Baseline {
     seed: SeedOption,
 }
 
-#[derive(Serialize)]
-struct Outcome {
-    count: u64,
-    best: f64,
-    median: f64,
-    cpu_seconds: f64,
-}
-
 impl Baseline {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let task = self.task.load()?;
-        let model = load_model_for(&self.model, &task, shell)?;
-        let before = cpu_seconds();
-        let progress = shell.progress("random controllers", self.count);
-        let tick = |count| {
-            progress.add(count);
-            !Shell::is_interrupted()
+        let plan = BaselinePlan {
+            model: self.model,
+            task: self.task.load()?,
+            count: self.count,
+            seed: self.seed.seed,
+            out: self.out,
+            ..BaselinePlan::default()
         };
-        let found = evolve::baseline(&model, &task, &Config::paper(), self.seed.seed, self.count, tick);
-        drop(progress);
-        let Some(found) = found else {
-            return Err(Interrupted("nothing was written".to_owned()).into());
-        };
-        let mut text = format!(
-            "best of {} random controllers: {:.2} cm of at most {:.2}; median {:.2} cm",
-            found.count,
-            found.best,
-            task.best(),
-            found.median
-        );
-        if let Some(path) = &self.out {
-            files::write(path, found.champion.to_json().as_bytes())?;
-            text += &format!("\nwrote {}", path.display());
-        }
-        let cpu_seconds = cpu_seconds() - before;
-        shell.result(
-            &text,
-            &Outcome { count: found.count, best: found.best, median: found.median, cpu_seconds },
-        )
+        execute_and_print(&plan, shell, |results| text(&plan, results))
     }
+}
+
+fn text(plan: &BaselinePlan, results: &BaselineResults) -> String {
+    let BaselineResults { count, best, median, .. } = results;
+    let mut text = format!(
+        "best of {count} random controllers: {best:.2} cm of at most {:.2}; median {median:.2} cm",
+        plan.task.best(),
+    );
+    if let Some(path) = &plan.out {
+        text += &format!("\nwrote {}", path.display());
+    }
+    text
 }

@@ -1,41 +1,25 @@
 //! `tropism evolve`: controllers for a model.
 
-mod live;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
-use std::fmt::Write;
-use std::fs::File;
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
-
-use anyhow::{Context, Result, ensure};
+use anyhow::Result;
 use clap::{Args, ValueEnum};
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use tropism::control::network::NetworkController;
-use tropism::evolve::{self, EvolutionConfig, Run, Trial};
-use tropism::plant::tip::TipModel;
-use tropism::random::{Draws, Purpose};
-use tropism::simulation::simulate;
-use tropism::task::Task;
-use tropism_lab::{Checkpoint, files, lock};
-use tropism_neat::{Config, Generation, Genome};
+use serde::Serialize;
+use tropism::evolve::EvolutionConfig;
+use tropism_lab::Monitor;
+use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolvePlan, EvolveResults};
+use tropism_neat::{Config, Generation};
 
-use self::live::{Live, median};
-use crate::options::{SeedOption, TaskOption, load_model_for};
-use crate::shell::{Interrupted, Progress, Shell, cpu_seconds};
-
-/// Simulated plants on which the champions of all runs are compared.
-pub(crate) const TRIAL_PLANTS: u32 = 200;
-
-/// How much work a kill may cost.
-pub(crate) const CHECKPOINT: Duration = Duration::from_secs(60);
+use crate::options::{SeedOption, TaskOption};
+use crate::progress::{ProgressMonitor, execute_with};
+use crate::shell::Shell;
 
 /// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
 ///
-/// Each run ends with a champion. The one that goes on to reality, champion.json, is the one with the highest fitness to
-/// expect on a fresh plant: its mean over models that were each made of a single plant. Each run is saved every minute and
-/// at Ctrl-C or SIGTERM; --resume goes on to the same bits, also after a kill.
+/// Each run ends with a champion. The best of them, champion.json, has the highest expected fitness on an unseen plant: the
+/// mean over models that are each made of a single plant. Each run is saved every minute and at Ctrl-C or SIGTERM. --resume
+/// continues with the same results as without an interruption, also after a kill.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism evolve --model model.json --out evolution --runs 4 --generations 500\n  \
@@ -45,22 +29,22 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "model.json")]
     model: PathBuf,
 
-    /// Folder to make
+    /// Folder to write to
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
     #[command(flatten)]
     task: TaskOption,
 
-    /// Independent runs
+    /// Number of independent runs
     #[arg(long, default_value_t = 20, value_name = "N")]
     runs: u32,
 
-    /// Generations of a run
+    /// Generations of each run
     #[arg(long, default_value_t = 2000, value_name = "N")]
     generations: u32,
 
-    /// Population; that of the preset (50) by default
+    /// Population size; that of the preset (50) by default
     #[arg(long, value_name = "N")]
     population: Option<usize>,
 
@@ -68,19 +52,19 @@ pub(crate) struct Evolve {
     #[arg(long, value_enum, default_value = "paper")]
     preset: Preset,
 
-    /// Simulated plants that each genome steers for its fitness
+    /// Simulated plants that each genome steers; its fitness is the mean
     #[arg(long, default_value_t = 1, value_name = "N")]
     episodes: u32,
 
-    /// Go on with the evolution in DIR where it stopped
+    /// Continue the evolution in DIR
     #[arg(long)]
     resume: bool,
 
-    /// Save each run at least so often; 0: after each generation
-    #[arg(long, default_value_t = CHECKPOINT.as_secs(), value_name = "SECONDS")]
+    /// Longest time between two checkpoints of a run; 0 saves each generation
+    #[arg(long, default_value_t = CHECKPOINT_S, value_name = "SECONDS")]
     checkpoint: u64,
 
-    /// One JSON object a run and generation on stdout as they come, and last the one of --json
+    /// Print one JSON object for each generation of each run as it comes, and the one of --json at the end
     #[arg(long)]
     json_lines: bool,
 
@@ -94,348 +78,124 @@ enum Preset {
     BallKeeper,
 }
 
-/// All that decides an evolution's outcome: the text of `evolution.toml`.
-#[derive(Clone, Serialize, Deserialize)]
-pub(crate) struct EvolutionPlan {
-    schema: String,
-    version: String,
-    pub(crate) seed: u64,
-    /// Whether the model is one of virtual plants.
-    pub(crate) is_virtual: bool,
-    /// The model, by its check sum.
-    model_sha256: String,
-    trial_plants: u32,
-    task: Task,
-    evolution: EvolutionConfig,
+impl Evolve {
+    fn plan(&self) -> Result<EvolvePlan> {
+        let mut neat = match self.preset {
+            Preset::Paper => Config::wahby2016(),
+            Preset::BallKeeper => Config::ball_keeper(),
+        };
+        neat.population = self.population.unwrap_or(neat.population);
+        let Self { runs, generations, episodes, .. } = *self;
+        Ok(EvolvePlan {
+            model: self.model.clone(),
+            out: self.out.clone(),
+            task: self.task.load()?,
+            evolution: EvolutionConfig { runs, generations, episodes, neat, ..EvolutionConfig::default() },
+            seed: self.seed.seed,
+            resume: self.resume,
+            checkpoint_s: self.checkpoint,
+            ..EvolvePlan::default()
+        })
+    }
+
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let plan = self.plan()?;
+        let progress = ProgressMonitor::new(shell);
+        if !self.json_lines {
+            let results = execute_with(&plan, &progress)?;
+            drop(progress);
+            return shell.result(&text(&plan, &results), &results);
+        }
+        let monitor = GenerationPrinter { shell, progress, error: Mutex::new(None) };
+        let results = execute_with(&plan, &monitor);
+        match monitor.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => shell.line(&results?),
+        }
+    }
 }
 
-/// How one run ended.
-#[derive(Clone, Serialize, Deserialize)]
-pub(crate) struct RunOutcome {
-    pub(crate) seed: u64,
-    pub(crate) best_fitness: f64,
-    pub(crate) generations: u32,
-    pub(crate) evaluations: u64,
-    /// Its champion on fresh plants of the model.
-    pub(crate) trial: Trial,
-    /// Its champion on models of single plants: what to expect on a plant that nobody met.
-    pub(crate) transfer: Trial,
-    pub(crate) links: usize,
-    /// Share of its steps on a fresh plant where the model has no data.
-    pub(crate) without_data: f64,
+fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
+    let [least, median, greatest] = results.best_fitness_range();
+    let chosen = results.chosen();
+    format!(
+        "{} runs, {} evaluations, {:.1} s ({:.1} s of processor time)\n\
+         best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2} (best possible {:.2})\n\
+         champion: run {}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {:.2} cm \
+         (sd {:.2}){}\n\
+         wrote {champion}\nnext: tropism run --rig greenhouse --controller {champion} --out steered",
+        results.runs.len(),
+        results.evaluations,
+        results.wall_seconds,
+        results.cpu_seconds,
+        plan.task.best(),
+        results.champion,
+        chosen.links,
+        chosen.trial.mean,
+        chosen.transfer.mean,
+        chosen.transfer.sd,
+        warning(chosen),
+        champion = plan.out.join("champion.json").display(),
+    )
 }
 
-/// How an evolution ended: `summary.json`.
-#[derive(Clone, Serialize, Deserialize)]
-pub(crate) struct Outcome {
-    pub(crate) runs: Vec<RunOutcome>,
-    pub(crate) evaluations: u64,
-    /// Run whose champion is `champion.json`, from 0.
-    pub(crate) champion: usize,
-    pub(crate) cpu_seconds: f64,
-    pub(crate) wall_seconds: f64,
+/// Share of steps without data from which the fitness in the model is doubtful; chosen by hand.
+const DOUBTFUL_SHARE: f64 = 0.1;
+
+/// A line of warning if the champion steers plants to where the model has no data.
+fn warning(chosen: &EvolutionRunSummary) -> String {
+    if chosen.without_data <= DOUBTFUL_SHARE {
+        return String::new();
+    }
+    let percent = 100.0 * chosen.without_data;
+    format!("\nbut in {percent:.0} % of its steps the model has no data: these fitness values are doubtful")
 }
 
-/// How an evolution at work is looked after.
-pub(crate) struct Care<'c> {
-    /// How much work a kill may cost.
-    pub(crate) checkpoint: Duration,
-    /// Where it says how far it is.
-    pub(crate) progress: &'c Progress,
-    /// Sees the generations of every run, by the run's number.
-    pub(crate) watch: &'c (dyn Fn(u32, &Generation) -> Result<()> + Sync),
+/// Prints each generation as a line of JSON, beside the progress.
+struct GenerationPrinter<'s> {
+    shell: &'s Shell,
+    progress: ProgressMonitor<'s>,
+    /// Why a line could not be printed: the evolution is asked to stop.
+    error: Mutex<Option<anyhow::Error>>,
 }
 
-/// A generation as `--json-lines` writes it.
+/// A generation as `--json-lines` prints it.
 #[derive(Serialize)]
-struct Line<'g> {
+struct GenerationLine<'g> {
     run: u32,
     #[serde(flatten)]
     generation: &'g Generation,
 }
 
-impl EvolutionPlan {
-    pub(crate) fn new(
-        model: &TipModel,
-        task: &Task,
-        config: EvolutionConfig,
-        trial_plants: u32,
-        seed: u64,
-    ) -> Self {
-        Self {
-            schema: "tropism.evolution/1".to_owned(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            seed,
-            is_virtual: model.is_virtual(),
-            model_sha256: files::sha256(model.to_json().as_bytes()),
-            trial_plants,
-            task: task.clone(),
-            evolution: config,
+impl Monitor for GenerationPrinter<'_> {
+    fn stage(&self, name: &str, total: u64) {
+        self.progress.stage(name, total);
+    }
+
+    fn advance(&self, count: u64) {
+        self.progress.advance(count);
+    }
+
+    fn skip(&self, count: u64) {
+        self.progress.skip(count);
+    }
+
+    fn status(&self, text: &str) {
+        self.progress.status(text);
+    }
+
+    fn note(&self, line: &str) {
+        self.progress.note(line);
+    }
+
+    fn generation(&self, run: u32, generation: &Generation) {
+        if let Err(error) = self.shell.line(&GenerationLine { run, generation }) {
+            self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
         }
     }
 
-    /// The task that controllers are evolved for.
-    pub(crate) const fn task(&self) -> &Task {
-        &self.task
-    }
-
-    /// Whether `model` is the one that they evolve on.
-    pub(crate) fn is_on(&self, model: &TipModel) -> bool {
-        self.model_sha256 == files::sha256(model.to_json().as_bytes())
-    }
-
-    /// The run whose champion is best so far, by the checkpoints in the folder of an evolution that is not over, and its
-    /// number; `None` if there is none that can be read. Nothing in the folder is touched: it may be at work.
-    pub(crate) fn best_so_far(&self, out: &Path) -> Option<(u32, Run)> {
-        let read = |index| {
-            let file = out.join(format!("run-{index:02}.json"));
-            let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
-            Some((index, files::read_as(&file, parse).ok()?))
-        };
-        let fitness = |run: &Run| run.champion().map_or(f64::NEG_INFINITY, |(_, fitness)| fitness);
-        let begun = (0..self.evolution.runs).filter_map(read).filter(|(_, run)| run.champion().is_some());
-        begun.max_by(|(_, a), (_, b)| fitness(a).total_cmp(&fitness(b)))
-    }
-
-    /// Evolves in `out`, on all threads, and writes champions, history and summary there; `None` if it was interrupted.
-    pub(crate) fn execute(
-        &self,
-        model: &TipModel,
-        out: &Path,
-        is_resumed: bool,
-        care: &Care<'_>,
-    ) -> Result<Option<Outcome>> {
-        let (started, cpu) = (Instant::now(), cpu_seconds());
-        self.evolution.check()?;
-        let _lock = self.claim(out, is_resumed)?;
-        let live = Mutex::new(Live::new(self.evolution.runs as usize));
-        let runs: Vec<Option<Run>> = (0..self.evolution.runs)
-            .into_par_iter()
-            .map(|index| self.advance(index, model, out, care, &live))
-            .collect::<Result<_>>()?;
-        let Some(runs) = runs.into_iter().collect::<Option<Vec<Run>>>() else { return Ok(None) };
-        let plants = model.of_each_plant()?;
-        let outcomes: Vec<RunOutcome> =
-            runs.par_iter().map(|run| self.outcome(run, model, &plants)).collect::<Result<_>>()?;
-        let best = (0..runs.len()).fold(0, |best, index| {
-            if outcomes[index].transfer.mean > outcomes[best].transfer.mean { index } else { best }
-        });
-        for (index, run) in runs.iter().enumerate() {
-            let name = format!("run-{index:02}.json");
-            files::write(&out.join("champions").join(name), champion(run)?.to_json().as_bytes())?;
-        }
-        files::write(&out.join("champion.json"), champion(&runs[best])?.to_json().as_bytes())?;
-        files::write(&out.join("history.csv"), history(&runs).as_bytes())?;
-        let outcome = Outcome {
-            evaluations: outcomes.iter().map(|run| run.evaluations).sum(),
-            runs: outcomes,
-            champion: best,
-            cpu_seconds: cpu_seconds() - cpu,
-            wall_seconds: started.elapsed().as_secs_f64(),
-        };
-        files::write(&out.join("summary.json"), serde_json::to_string_pretty(&outcome)?.as_bytes())?;
-        Ok(Some(outcome))
-    }
-
-    /// Makes the folder or finds it to be this evolution's, and keeps others out of it.
-    fn claim(&self, out: &Path, is_resumed: bool) -> Result<File> {
-        let (file, text) = (out.join("evolution.toml"), toml::to_string(self)?);
-        let is_there = file.exists();
-        ensure!(
-            is_resumed || !is_there,
-            "{}: found an evolution here already, wanted a new folder (or --resume)",
-            out.display()
-        );
-        if is_there {
-            let there = files::read_text(&file)?;
-            ensure!(
-                there == text,
-                "{}: found an evolution of other settings or another model, wanted the same; use another folder",
-                file.display()
-            );
-        }
-        files::make_folder(&out.join("champions"))?;
-        let lock = lock(out)?;
-        files::write(&file, text.as_bytes())?;
-        Ok(lock)
-    }
-
-    /// Advances run `index` to its last generation, from its checkpoint if there is one. `None` if it was interrupted.
-    fn advance(
-        &self,
-        index: u32,
-        model: &TipModel,
-        out: &Path,
-        care: &Care<'_>,
-        live: &Mutex<Live>,
-    ) -> Result<Option<Run>> {
-        let checkpoint = Checkpoint::new(out.join(format!("run-{index:02}.json")));
-        let mut run = self.begin(index, &checkpoint, care.progress)?;
-        if let Some(last) = run.history.last() {
-            care.progress.skip(run.history.len() as u64);
-            if let Ok(mut live) = live.lock() {
-                live.know(index, last);
-            }
-        }
-        let mut saved = Instant::now();
-        let mut saved_generations = run.history.len();
-        while (run.history.len() as u32) < self.evolution.generations && !Shell::is_interrupted() {
-            let generation = run.advance(model, &self.task);
-            (care.watch)(index, generation)?;
-            care.progress.add(1);
-            if let Ok(mut live) = live.lock() {
-                live.see(index, generation, care.progress);
-            }
-            if saved.elapsed() >= care.checkpoint {
-                checkpoint.save(run.to_json().as_bytes())?;
-                (saved, saved_generations) = (Instant::now(), run.history.len());
-            }
-        }
-        if run.history.len() > saved_generations {
-            checkpoint.save(run.to_json().as_bytes())?;
-        }
-        Ok((run.history.len() as u32 == self.evolution.generations).then_some(run))
-    }
-
-    /// Run `index` as its checkpoint has it, or at its beginning.
-    fn begin(&self, index: u32, checkpoint: &Checkpoint, progress: &Progress) -> Result<Run> {
-        let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
-        let Some(loaded) = checkpoint.load(parse)? else {
-            return Ok(Run::new(&self.evolution, self.seed, index)?);
-        };
-        if let Some(refused) = loaded.refused {
-            progress.note(&format!(
-                "{refused}; run {index} goes on from {}, generation {}",
-                checkpoint.previous().display(),
-                loaded.value.neat.generation()
-            ));
-        }
-        Ok(loaded.value)
-    }
-
-    fn outcome(&self, run: &Run, model: &TipModel, plants: &[TipModel]) -> Result<RunOutcome> {
-        let genome = champion(run)?;
-        let mut controller = NetworkController::new(genome)?;
-        Ok(RunOutcome {
-            seed: run.seed,
-            best_fitness: run.champion().map_or(0.0, |(_, fitness)| fitness),
-            generations: run.neat.generation(),
-            evaluations: run.neat.evaluations(),
-            trial: self.trial(std::slice::from_ref(model), genome),
-            transfer: self.trial(plants, genome),
-            links: genome.links().len(),
-            without_data: {
-                let draws = Draws::new(self.seed, Purpose::Trial, [0; 3]);
-                model.share_without_data(&simulate(model, &mut controller, &self.task, draws))
-            },
-        })
-    }
-}
-
-impl EvolutionPlan {
-    fn trial(&self, models: &[TipModel], genome: &Genome) -> Trial {
-        evolve::trial_of_genome(models, &self.task, genome, self.seed, self.trial_plants)
-    }
-}
-
-fn champion(run: &Run) -> Result<&Genome> {
-    Ok(run.champion().context("a run of at least one generation has a champion")?.0)
-}
-
-/// One row a generation and run.
-fn history(runs: &[Run]) -> String {
-    let mut text =
-        "run,generation,best,mean,median,best_ever,species,population,links_mean,threshold\n".to_owned();
-    for (index, run) in runs.iter().enumerate() {
-        for generation in &run.history {
-            let _ = writeln!(
-                text,
-                "{index},{},{},{},{},{},{},{},{},{}",
-                generation.generation,
-                generation.best,
-                generation.mean,
-                generation.median,
-                generation.best_ever,
-                generation.species,
-                generation.population,
-                generation.links_mean,
-                generation.threshold
-            );
-        }
-    }
-    text
-}
-
-/// A line of doubt where the model is asked about what it never saw.
-fn doubt(chosen: &RunOutcome) -> String {
-    if chosen.without_data <= 0.1 {
-        return String::new();
-    }
-    let share = 100.0 * chosen.without_data;
-    format!(
-        "\nbut in {share:.0} % of its steps the model has no data: there the figures rest on nothing that was seen"
-    )
-}
-
-impl Evolve {
-    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let task = self.task.load()?;
-        let model = load_model_for(&self.model, &task, shell)?;
-        let mut neat = match self.preset {
-            Preset::Paper => Config::paper(),
-            Preset::BallKeeper => Config::ball_keeper(),
-        };
-        neat.population = self.population.unwrap_or(neat.population);
-        let config =
-            EvolutionConfig { runs: self.runs, generations: self.generations, episodes: self.episodes, neat };
-        let plan = EvolutionPlan::new(&model, &task, config, TRIAL_PLANTS, self.seed.seed);
-        let progress = shell.progress("evolve", u64::from(self.runs) * u64::from(self.generations));
-        let watch = |run, generation: &Generation| match self.json_lines {
-            true => shell.line(&Line { run, generation }),
-            false => Ok(()),
-        };
-        let checkpoint = Duration::from_secs(self.checkpoint);
-        let care = Care { checkpoint, progress: &progress, watch: &watch };
-        let outcome = plan.execute(&model, &self.out, self.resume, &care)?;
-        drop(progress);
-        let Some(outcome) = outcome else {
-            return Err(Interrupted::resumable(&self.out));
-        };
-        if model.is_virtual() {
-            shell.note("a model of virtual plants");
-        }
-        match self.json_lines {
-            true => shell.line(&outcome),
-            false => shell.result(&self.text(&outcome, &task), &outcome),
-        }
-    }
-
-    fn text(&self, outcome: &Outcome, task: &Task) -> String {
-        let mut best: Vec<f64> = outcome.runs.iter().map(|run| run.best_fitness).collect();
-        best.sort_by(f64::total_cmp);
-        let chosen = &outcome.runs[outcome.champion];
-        let champion = self.out.join("champion.json");
-        format!(
-            "{} runs, {} evaluations, {:.1} s ({:.1} s of processor time)\n\
-             best fitness of a run: {:.2} to {:.2} cm, median {:.2} (best possible {:.2})\n\
-             champion: run {}, {} links, {:.2} cm over fresh plants of the model; to expect on a plant that nobody met: {:.2} cm (sd {:.2}){}\n\
-             wrote {}\nnext: tropism run --rig greenhouse --controller {} --out steered",
-            outcome.runs.len(),
-            outcome.evaluations,
-            outcome.wall_seconds,
-            outcome.cpu_seconds,
-            best[0],
-            best[best.len() - 1],
-            median(&best),
-            task.best(),
-            outcome.champion,
-            chosen.links,
-            chosen.trial.mean,
-            chosen.transfer.mean,
-            chosen.transfer.sd,
-            doubt(chosen),
-            champion.display(),
-            champion.display(),
-        )
+    fn may_go_on(&self) -> bool {
+        let has_error = self.error.lock().unwrap_or_else(PoisonError::into_inner).is_some();
+        !has_error && self.progress.may_go_on()
     }
 }

@@ -8,13 +8,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use tropism::observation::Quality;
+use tropism::observation::{Observation, Quality};
 use tropism::rig::Event;
 use tropism::track::{Column, Sample, Track};
-use tropism_lab::{Journal, Row, files, holder};
+use tropism_lab::{Journal, Row, RunConfig, files, holder};
 
 use self::sink::Sink;
-use super::run::RunPlan;
 use crate::shell::{Interrupted, Shell};
 
 /// Write a run as an archive or folder: track, events, photographs, settings, and a manifest with the sum of each file
@@ -49,7 +48,7 @@ struct Manifest<'a> {
     run: String,
     is_virtual: bool,
     seed: u64,
-    controller: &'a str,
+    controller: String,
     is_over: bool,
     steps: usize,
     held: usize,
@@ -96,7 +95,7 @@ const COPIED: [&str; 4] = ["run.toml", "calibration.toml", "truth.csv", "truth.j
 
 impl Export {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let plan = RunPlan::read(&self.folder)?;
+        let plan = RunConfig::read(&self.folder)?;
         let out = self.out.display();
         ensure!(!self.out.exists(), "{out}: found something here already, wanted a new name");
         ensure!(
@@ -122,7 +121,7 @@ impl Export {
         &self,
         shell: &Shell,
         mut sink: Sink,
-        plan: &RunPlan,
+        plan: &RunConfig,
         (rows, events): (&[Row], &[Event]),
         is_over: bool,
     ) -> Result<Outcome> {
@@ -167,9 +166,9 @@ impl Export {
             schema: "tropism.export/1",
             version: env!("CARGO_PKG_VERSION"),
             run: name_of(&self.folder),
-            is_virtual: plan.is_virtual,
+            is_virtual: plan.is_virtual(),
             seed: plan.seed,
-            controller: &plan.controller,
+            controller: plan.controller_description(),
             is_over,
             steps: rows.len(),
             held: rows.iter().filter(is_held).count(),
@@ -197,7 +196,7 @@ impl Export {
         sink::put(&sink::part_of(&self.out), &self.out).with_context(cannot)?;
         Ok(Outcome {
             out: self.out.clone(),
-            is_virtual: plan.is_virtual,
+            is_virtual: plan.is_virtual(),
             is_over,
             steps: rows.len(),
             files: all.len(),
@@ -283,26 +282,27 @@ fn track(rows: &[Row]) -> Track {
         step: row.step,
         time_s: row.time_s,
         tip: seen.tip,
+        stem: seen.stem.clone(),
         light: row.decided,
         quality: seen.quality,
     });
-    let column = |name: &str, value: &dyn Fn(&Row, bool) -> String| Column {
-        name: name.to_owned(),
-        values: rows.iter().map(|(row, seen)| value(row, seen.quality == Quality::Measured)).collect(),
+    let column = |name: &str, value: &dyn Fn(&Row, bool) -> String| {
+        let cell = |(row, seen): &(&Row, &Observation)| value(row, seen.quality == Quality::Measured);
+        Column::parsed(name, rows.iter().map(cell).collect())
     };
     // A held tip is not in this photograph: it has no place there.
     let place = |row: &Row, is_measured: bool, axis: usize| {
-        let pixel = row.seen.pixel.filter(|_| is_measured);
+        let pixel = row.seen.tip_px.filter(|_| is_measured);
         pixel.map_or_else(String::new, |pixel| format!("{:.2}", [pixel.x, pixel.y][axis]))
     };
     let moved = |row: &Row, axis: usize| {
-        row.seen.shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
+        row.seen.camera_shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
     };
     let columns = vec![
         column("frame", &|row, _| row.photo.clone()),
         column("tip_x_px", &|row, is_measured| place(row, is_measured, 0)),
         column("tip_y_px", &|row, is_measured| place(row, is_measured, 1)),
-        column("class", &|row, _| row.seen.class.to_string()),
+        column("class", &|row, _| row.seen.status.to_string()),
         column("confidence", &|row, _| format!("{:.3}", row.seen.confidence)),
         column("done", &|row, _| u8::from(row.is_done).to_string()),
         column("moved_x_px", &|row, _| moved(row, 0)),
@@ -313,7 +313,7 @@ fn track(rows: &[Row]) -> Track {
         column("photo_bytes", &|row, _| row.photo_bytes.to_string()),
         column("photo_sha256", &|row, _| row.photo_sha256.clone()),
     ];
-    Track { samples: samples.collect(), columns }
+    Track { columns, ..Track::of(samples.collect()) }
 }
 
 /// The photograph of a step, as the journal says it is.

@@ -1,23 +1,20 @@
-//! `tropism fit`: tracks into the tip-motion model.
+//! `tropism fit`: the tip-motion model of tracks.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use serde::Serialize;
-use tropism::observation::Quality;
 use tropism::plant::shifts::Window;
-use tropism::plant::tip::{Empty, Growth, TipModel, TipModelConfig};
-use tropism::track::Track;
-use tropism_lab::files;
+use tropism::plant::tip::{Empty, Growth, TipModelConfig};
+use tropism_lab::fit::{FitPlan, FitResults};
 
-use super::run::RunPlan;
 use crate::options::parse_pair;
+use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Make the tip-motion model of tracks, eqs. (1)-(3)
+/// Fit the tip-motion model to tracks, eqs. (1)-(3)
 ///
-/// Every pair of successive, measured tips with a lit lamp between them is a datum, and so is its mirror image.
+/// The data are all pairs of successive measured tips with a lit lamp between them, and their mirror images.
 #[derive(Args)]
 #[command(after_help = "Example:\n  tropism fit tent/*/track.csv --out model.json")]
 pub(crate) struct Fit {
@@ -25,7 +22,7 @@ pub(crate) struct Fit {
     #[arg(required = true, value_name = "TRACK.csv")]
     tracks: Vec<PathBuf>,
 
-    /// Where the model goes
+    /// File to write the model to
     #[arg(long, value_name = "model.json")]
     out: PathBuf,
 
@@ -37,7 +34,7 @@ pub(crate) struct Fit {
     #[arg(long, value_name = "MEAN,SD", value_parser = parse_pair, allow_hyphen_values = true, default_value = "0.03,0.01")]
     growth: Pair,
 
-    /// What the tip does where a window holds no data: stand still sideways, or as at the nearest place with data
+    /// Motion of the tip where a window holds no data: straight up, or as at the nearest place with data
     #[arg(long, value_enum, default_value = "still")]
     empty: EmptyName,
 }
@@ -50,28 +47,9 @@ enum EmptyName {
     Nearest,
 }
 
-#[derive(Serialize)]
-struct Outcome {
-    model: PathBuf,
-    tracks: usize,
-    is_virtual: bool,
-    shifts: usize,
-    x_cm: [f64; 2],
-    y_cm: [f64; 2],
-}
-
-/// Whether a track is of a virtual plant: it was simulated, or its run folder or the file beside it says so.
-pub(crate) fn is_of_virtual_plant(path: &Path, track: &Track) -> bool {
-    let is_simulated = track.samples.iter().any(|sample| sample.quality == Quality::Simulated);
-    is_simulated
-        || tropism_lab::track::is_virtual(path)
-        || path.parent().is_some_and(|folder| RunPlan::read(folder).is_ok_and(|run| run.is_virtual))
-}
-
 impl Fit {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let tracks = self.tracks.iter().map(|path| files::read_track(path)).collect::<Result<Vec<_>, _>>()?;
-        let config = TipModelConfig {
+        let model = TipModelConfig {
             window: Window { wx: self.window[0], wy: self.window[1] },
             growth: Growth { mean: self.growth[0], sd: self.growth[1] },
             empty: match self.empty {
@@ -80,37 +58,20 @@ impl Fit {
             },
             ..TipModelConfig::default()
         };
-        let is_virtual =
-            self.tracks.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
-        let model = TipModel::fit(&tracks, config)?.of_virtual_plants(is_virtual);
-        files::write(&self.out, model.to_json().as_bytes())?;
-        let span = |value: fn(&tropism::plant::shifts::Shift) -> f64| {
-            let values = model.observed().iter().map(value);
-            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
-                [low.min(value), high.max(value)]
-            })
-        };
-        let outcome = Outcome {
-            model: self.out.clone(),
-            tracks: tracks.len(),
-            is_virtual,
-            shifts: model.observed().len(),
-            x_cm: span(|shift| shift.tip.x),
-            y_cm: span(|shift| shift.tip.y),
-        };
-        let text = format!(
-            "{} shifts of {} tracks{}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
-             wrote {}\nnext: tropism evolve --model {} --out evolution",
-            outcome.shifts,
-            outcome.tracks,
-            if is_virtual { " of virtual plants" } else { "" },
-            outcome.x_cm[0],
-            outcome.x_cm[1],
-            outcome.y_cm[0],
-            outcome.y_cm[1],
-            self.out.display(),
-            self.out.display(),
-        );
-        shell.result(&text, &outcome)
+        execute_and_print(&FitPlan { tracks: self.tracks, model, out: self.out }, shell, text)
     }
+}
+
+fn text(results: &FitResults) -> String {
+    let FitResults { shifts, tracks, x_cm, y_cm, .. } = results;
+    let of_plants = if results.is_virtual { " of virtual plants" } else { "" };
+    format!(
+        "{shifts} shifts of {tracks} tracks{of_plants}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
+         wrote {out}\nnext: tropism evolve --model {out} --out evolution",
+        x_cm[0],
+        x_cm[1],
+        y_cm[0],
+        y_cm[1],
+        out = results.model.display(),
+    )
 }

@@ -10,7 +10,7 @@ mod export;
 mod fit;
 mod grow;
 mod report;
-pub(crate) mod run;
+mod run;
 mod safe_state;
 mod score;
 mod show;

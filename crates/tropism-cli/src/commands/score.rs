@@ -1,20 +1,18 @@
-//! `tropism score`: how well a track did its task.
+//! `tropism score`: the fitness of tracks.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use serde::Serialize;
-use tropism::task::Crossing;
-use tropism_lab::files;
+use tropism_lab::score::{ScorePlan, TrackScore};
 
 use crate::options::TaskOption;
+use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
 /// Score tracks by the paper's fitness, eq. (9)
 ///
-/// Beside the fitness it tells how far the tip was from each target when it first reached the target's height.
+/// Also prints the distance of the tip to each target when it first reached the target's height.
 #[derive(Args)]
 #[command(after_help = "Example:\n  tropism score reality/*/track.csv")]
 pub(crate) struct Score {
@@ -26,47 +24,24 @@ pub(crate) struct Score {
     task: TaskOption,
 }
 
-#[derive(Serialize)]
-struct Scored {
-    track: PathBuf,
-    fitness: f64,
-    steps: usize,
-    targets: Vec<Option<Crossing>>,
-}
-
 impl Score {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let task = self.task.load()?;
-        let mut scores = Vec::new();
-        for path in &self.tracks {
-            let track = files::read_track(path)?;
-            scores.push(Scored {
-                track: path.clone(),
-                fitness: task.fitness(&track),
-                steps: track.samples.len() - 1,
-                targets: task.crossings(&track),
-            });
-        }
-        let mut text = String::from("fitness  steps  distance to each target at its height (cm)  track");
-        for score in &scores {
-            let distances: Vec<String> = score
-                .targets
-                .iter()
-                .map(|crossing| {
-                    crossing.map_or("-".to_owned(), |crossing| format!("{:.2}", crossing.distance_cm))
-                })
-                .collect();
-            write!(
-                text,
-                "\n{:7.2}  {:5}  {:<44}  {}",
-                score.fitness,
-                score.steps,
-                distances.join("  "),
-                score.track.display()
-            )?;
-        }
-        let mean = scores.iter().map(|score| score.fitness).sum::<f64>() / scores.len() as f64;
-        write!(text, "\nmean of {}: {mean:.2} cm of at most {:.2}", scores.len(), task.best())?;
-        shell.result(&text, &scores)
+        let plan = ScorePlan { task: self.task.load()?, tracks: self.tracks };
+        execute_and_print(&plan, shell, |scores| text(&plan, scores))
     }
+}
+
+fn text(plan: &ScorePlan, scores: &[TrackScore]) -> String {
+    let mut text = String::from("fitness  steps  distance to each target at its height (cm)  track\n");
+    for TrackScore { track, fitness, steps, targets } in scores {
+        let distance = |crossing: &Option<_>| {
+            crossing.map_or("-".to_owned(), |tropism::task::Crossing { distance_cm, .. }| {
+                format!("{distance_cm:.2}")
+            })
+        };
+        let distances = targets.iter().map(distance).collect::<Vec<_>>().join("  ");
+        text += &format!("{fitness:7.2}  {steps:5}  {distances:<44}  {}\n", track.display());
+    }
+    let mean = scores.iter().map(|score| score.fitness).sum::<f64>() / scores.len() as f64;
+    text + &format!("mean of {}: {mean:.2} cm of at most {:.2}", scores.len(), plan.task.best())
 }

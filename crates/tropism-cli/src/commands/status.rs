@@ -7,14 +7,13 @@ use std::time::SystemTime;
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::rig::{Event, EventKind};
-use tropism_lab::{Journal, Row, files, holder};
+use tropism_lab::{Journal, Row, RunConfig, files, holder};
 use tropism_rig::alert::Kind;
 use tropism_rig::clock::{SystemTimes, Time};
 
-use super::run::RunPlan;
 use super::safe_state::load_rig;
 use crate::shell::Shell;
 use crate::units;
@@ -142,7 +141,7 @@ impl Happened {
 
 impl Status {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let plan = RunPlan::read(&self.folder)?;
+        let plan = RunConfig::read(&self.folder)?;
         let period_s = 60.0 * load_rig(&self.folder)?.period_min;
         let file = self.folder.join("journal.sqlite");
         let (rows, events) = Journal::open_to_read(&file)
@@ -158,7 +157,7 @@ impl Status {
 impl Outcome {
     fn new(
         run: PathBuf,
-        plan: &RunPlan,
+        plan: &RunConfig,
         period_s: f64,
         rows: &[Row],
         happened: Happened,
@@ -170,7 +169,8 @@ impl Outcome {
         let photograph = last.map(|row| run.join("photographs").join(&row.photo));
         let age = photograph.as_deref().and_then(age_s);
         let is_over = run.join("track.csv").exists();
-        let next_step_in_s = age.filter(|_| process.is_some() && !plan.is_virtual).map(|age| period_s - age);
+        let next_step_in_s =
+            age.filter(|_| process.is_some() && !plan.is_virtual()).map(|age| period_s - age);
         let state = match process {
             Some(_) if next_step_in_s.is_some_and(|left| left < -period_s) => State::Overdue,
             Some(_) => State::Running,
@@ -184,11 +184,11 @@ impl Outcome {
         let per_day = 86_400.0 / period_s * photographs_bytes as f64 / rows.len().max(1) as f64;
         Self {
             state,
-            is_virtual: plan.is_virtual,
-            controller: plan.controller.clone(),
+            is_virtual: plan.is_virtual(),
+            controller: plan.controller_description(),
             process,
             step: last.map(|row| row.step),
-            max_steps: plan.task.max_steps,
+            max_steps: plan.task.max_steps(),
             tip_x_cm: tip.map(|tip| tip.x),
             tip_y_cm: tip.map(|tip| tip.y),
             lamp: rows.iter().rev().find_map(|row| row.decided),

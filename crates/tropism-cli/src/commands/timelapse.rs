@@ -10,12 +10,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tropism::geometry::Region;
 use tropism::photo::Image;
+use tropism::task::Task;
 use tropism::track::Sample;
-use tropism_lab::{Journal, Row, files};
+use tropism_lab::{Journal, Row, RunConfig, files};
 use tropism_report::{Composite, Film, FilmStep, Plants, cropped, scaled};
 
 use self::sink::Sink;
-use super::run::RunPlan;
 use crate::options::parse_region;
 use crate::shell::{Interrupted, Shell};
 
@@ -233,13 +233,13 @@ impl Timelapse {
         if !self.folder.join("run.toml").exists() {
             let photographs = files::photographs(std::slice::from_ref(&self.folder))?;
             // The photographs of a run by themselves are still those of its plant.
-            film.plants = RunPlan::read(&self.folder.join("..")).ok().map(|plan| plan.plants());
+            film.plants = RunConfig::read(&self.folder.join("..")).ok().map(|plan| plan.plants());
             return Ok(Source { photographs, film, crop: None, width });
         }
-        let plan = RunPlan::read(&self.folder)?;
+        let plan = RunConfig::read(&self.folder)?;
         film.plants = Some(plan.plants());
         film.calibration = plan.calibration();
-        film.targets = plan.task.targets;
+        film.targets = plan.task.targets().to_vec();
         let file = self.folder.join("journal.sqlite");
         if !file.exists() {
             // A plant that was grown: nobody looked at its photographs, but its track is known.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::track::PERIOD_MIN;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism::vision::VisionConfig;
 
 use super::light::LightSource;
@@ -59,7 +59,7 @@ impl Default for TrackPlan {
             light: LightSource::default(),
             time: TimeSource::default(),
             period_min: None,
-            default_period_min: PERIOD_MIN,
+            default_period_min: PAPER_PERIOD_MIN,
             vision: VisionConfig::default(),
             overlay: None,
             sheet: None,

@@ -9,6 +9,8 @@ use rand::Rng;
 use super::pose::Pose;
 use super::view::{self, Place};
 use crate::geometry::Point;
+use crate::math::interpolate::lerp;
+use crate::math::vector::distance;
 use crate::random;
 
 /// Size of the detector's pixels, in cm.
@@ -51,7 +53,7 @@ pub fn highest(pose: &Pose) -> Point {
         let after = pose.stem[(i + 2).min(pose.stem.len() - 1)].at;
         for step in 0..=FINENESS {
             let share = step as f64 / FINENESS as f64;
-            let radius = pair[0].radius + share * (pair[1].radius - pair[0].radius);
+            let radius = lerp(pair[0].radius, pair[1].radius, share);
             top.add(spline([before, lower, upper, after], share), radius);
         }
     }
@@ -97,10 +99,6 @@ impl Row {
         let [least, most] = self.span.unwrap_or_default();
         Point::new(0.5 * (least + most) * GRID, (self.row + 0.5) * GRID)
     }
-}
-
-fn distance(a: Place, b: Place) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
 /// A place on the smooth curve through four places, `share` of the way from the second to the third (Catmull-Rom).

@@ -14,16 +14,17 @@ use super::fault::{self, Fault, Faults, Happening, suffers};
 use super::render::{Renderer, Truth};
 use super::scene::Scene;
 use super::view::{Frame, View};
+use crate::check;
 use crate::control::Controller;
 use crate::environment::{Environment, run};
 use crate::geometry::{Point, Region};
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, RigError};
 use crate::task::Task;
-use crate::track::{PERIOD_MIN, Sample, Track};
-use crate::vision::{Calibration, Eye, VisionConfig, VisionError};
+use crate::track::{PAPER_PERIOD_MIN, Sample, Track};
+use crate::vision::{Calibration, TipTracker, VisionConfig, VisionError};
 
 /// A virtual tent and the plant in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -122,7 +123,7 @@ impl Tent {
     /// Number of the photograph of this step. Its noise and its faults are named by it, so a resumed run takes the
     /// photograph that it would have taken.
     fn frame(&self) -> u64 {
-        (self.now_min / PERIOD_MIN).round() as u64
+        (self.now_min / PAPER_PERIOD_MIN).round() as u64
     }
 
     /// What goes wrong with a camera's photograph so many steps from now.
@@ -152,9 +153,7 @@ impl Greenhouse {
     /// # Errors
     /// A line that names the key, its value and its range.
     pub fn check(&self) -> Result<(), String> {
-        if !(0.0..=2.0).contains(&self.scale) {
-            return Err(format!("found greenhouse.scale = {}, wanted 0 to 2", self.scale));
-        }
+        check::within("greenhouse.scale", self.scale, 0.0..=2.0).map_err(|error| error.to_string())?;
         self.bean.check().map_err(|error| format!("greenhouse.bean: {error}"))?;
         self.scene.check().map_err(|error| format!("greenhouse.scene: {error}"))?;
         self.faults.check().map_err(|error| format!("greenhouse.faults: {error}"))
@@ -166,7 +165,7 @@ impl Greenhouse {
     pub fn calibration(&self) -> Calibration {
         let frame = Frame::new(self.scene.width, self.scene.height);
         let (width, height) = (self.scene.width as usize, self.scene.height as usize);
-        Calibration::flat(frame.pixel(Point::new(0.0, 0.0)), frame.px_per_cm, width, height)
+        Calibration::from_scale(frame.pixel(Point::new(0.0, 0.0)), frame.px_per_cm, width, height)
     }
 
     /// The part of the photographs in which the plant may be: above the pot, between the lamps.
@@ -185,14 +184,14 @@ impl Greenhouse {
         }
     }
 
-    /// The tent with the plant of `seed`: a hand on it, and an eye for its photographs. Where `vision` has no crop it is
+    /// The tent with the plant of `seed`: a hand on it, and a tracker for its photographs. Where `vision` has no crop it is
     /// given [`Self::crop`].
     ///
     /// # Errors
     /// [`VisionError`] if `vision` is out of range for this tent's photographs.
-    pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, Eye), VisionError> {
+    pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, TipTracker), VisionError> {
         let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
-        Ok((self.device(seed), Eye::new(self.calibration(), vision)?))
+        Ok((self.device(seed), TipTracker::new(self.calibration(), vision)?))
     }
 
     /// A hand on the tent with the plant of `seed`.
@@ -222,11 +221,16 @@ impl Greenhouse {
         &self,
         seed: u64,
         controller: &mut (impl Controller + ?Sized),
-        task: &Task,
+        task: &(impl Task + ?Sized),
         watch: &mut dyn FnMut(&Sample, &Device) -> ControlFlow<()>,
     ) -> Track {
         let device = self.device(seed);
-        let mut growing = Growing { device: device.clone(), watcher: Watcher::of(seed), step: 0 };
+        let mut growing = Growing {
+            layout: Layout::default(),
+            device: device.clone(),
+            watcher: Watcher::of(seed),
+            step: 0,
+        };
         let Ok(track) = run(&mut growing, controller, task, &mut |sample| watch(sample, &device));
         growing.watcher.complete(track)
     }
@@ -234,6 +238,7 @@ impl Greenhouse {
 
 /// A plant that is watched without photographs.
 struct Growing {
+    layout: Layout,
     device: Device,
     watcher: Watcher,
     step: u32,
@@ -244,7 +249,7 @@ impl Environment for Growing {
 
     fn observe(&mut self) -> Result<Observation, Infallible> {
         let tent = &mut *self.device.0.borrow_mut();
-        tent.advance_to(f64::from(self.step) * PERIOD_MIN);
+        tent.advance_to(f64::from(self.step) * PAPER_PERIOD_MIN);
         Ok(self.watcher.observe(&tent.bean))
     }
 
@@ -252,6 +257,14 @@ impl Environment for Growing {
         self.device.0.borrow_mut().lit = Some(light);
         self.step += 1;
         Ok(())
+    }
+
+    fn period_min(&self) -> f64 {
+        PAPER_PERIOD_MIN
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
     }
 }
 

@@ -1,9 +1,10 @@
 //! Where the camera of the paper stands, and what it projects where (section 2.1).
 
 use crate::geometry::{Pixel, Point};
+use crate::math::vector::Vec3;
 
 /// A place in the tent, in cm: x to the right, y up from the soil, z towards the camera; the root is the origin.
-pub type Place = [f64; 3];
+pub type Place = Vec3;
 
 /// The camera's place: 32 cm above the floor (20 cm above the soil), 74 cm in front of the pot's axis.
 pub const CAMERA: Place = [0.0, 20.0, 74.0];

@@ -163,7 +163,7 @@ pub trait RunMonitor {
 }
 
 /// Each of them; any one may ask for an end.
-impl RunMonitor for Vec<Box<dyn RunMonitor>> {
+impl RunMonitor for Vec<Box<dyn RunMonitor + '_>> {
     fn event(&mut self, event: &Event) {
         self.iter_mut().for_each(|watcher| watcher.event(event));
     }

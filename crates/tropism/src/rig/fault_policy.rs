@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Region;
-use crate::vision::hold::STEERS;
+use crate::vision::tracking::hold::MAX_HELD_FRAMES;
 
 /// Columns of the paper's camera, section 2.1.
 pub const COLUMNS: f64 = 2592.0;
@@ -69,7 +69,7 @@ impl Default for FaultPolicy {
             late_s: 60.0,
             gap_min: 30.0,
             on_gap: OnGap::Pause,
-            hold_steps: STEERS,
+            hold_steps: MAX_HELD_FRAMES,
             flash_tries: 2,
             moved_px: 5.0,
             moved_pause_px: 20.0,

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps};
-use tropism::vision::{Calibration, Class, Eye, VisionConfig};
+use tropism::vision::{Calibration, FrameStatus, TipTracker, VisionConfig};
 use tropism_lab::files;
 use tropism_rig::driver::CameraDriver;
 use tropism_rig::file::RigFile;
@@ -30,7 +30,7 @@ pub(super) struct Devices {
     flash: Box<dyn Flash>,
     has_flash: bool,
     lamps: Box<dyn Lamps>,
-    eye: Eye,
+    tracker: TipTracker,
     calibration: Calibration,
     /// The clock of a virtual tent, whose photographs repeat unless time passes, and the period.
     clock: Option<(Box<dyn Clock>, Duration)>,
@@ -90,7 +90,7 @@ impl Devices {
     pub(super) fn open(rig: &RigFile, kept: Option<PathBuf>, findings: &mut Findings) -> Option<Self> {
         let calibration = rig.calibration()?;
         if let Some(greenhouse) = &rig.greenhouse {
-            let (device, eye) = greenhouse
+            let (device, tracker) = greenhouse
                 .open(1, &rig.vision)
                 .map_err(|error| findings.fail(Group::Camera, error.to_string(), "correct the rig file"))
                 .ok()?;
@@ -100,7 +100,7 @@ impl Devices {
                 flash: Box::new(device.clone()),
                 has_flash: true,
                 lamps: Box::new(device.clone()),
-                eye,
+                tracker,
                 calibration,
                 clock: Some((Box::new(device), period)),
                 discards: None,
@@ -113,7 +113,7 @@ impl Devices {
         let mut problem = |group, error: String| {
             findings.fail(group, error, "see that it is plugged in, free, and named as the rig file says");
         };
-        let eye = Eye::new(calibration, VisionConfig { ..rig.vision.clone() })
+        let tracker = TipTracker::new(calibration, VisionConfig { ..rig.vision.clone() })
             .map_err(|error| problem(Group::Plant, error.to_string()));
         let flash: Result<Box<dyn Flash>, ()> = match &rig.flash {
             None => Ok(Box::new(NoFlash)),
@@ -132,7 +132,7 @@ impl Devices {
             flash: flash.ok()?,
             has_flash: rig.flash.is_some(),
             lamps: lamps.ok()?,
-            eye: eye.ok()?,
+            tracker: tracker.ok()?,
             calibration,
             clock: None,
             discards,
@@ -323,16 +323,16 @@ impl Devices {
     }
 
     fn judge_plant(&mut self, shots: &[Shot], findings: &mut Findings) {
-        let seen: Vec<_> = shots.iter().map(|shot| self.eye.observe(&shot.photo)).collect();
+        let seen: Vec<_> = shots.iter().map(|shot| self.tracker.observe(&shot.photo)).collect();
         let is_measured =
             |quality: Option<Quality>| quality.is_some_and(|quality| quality == Quality::Measured);
         let tips: Vec<_> = seen
             .iter()
             .filter(|seen| is_measured(seen.observation.as_ref().map(|observation| observation.quality)))
-            .filter_map(|seen| Some((seen.pixel?, seen.observation.as_ref()?.tip)))
+            .filter_map(|seen| Some((seen.tip_px?, seen.observation.as_ref()?.tip)))
             .collect();
         if tips.len() < shots.len() {
-            let class = seen.iter().map(|seen| seen.class).find(|&class| class != Class::Ok);
+            let class = seen.iter().map(|seen| seen.status).find(|&class| class != FrameStatus::Ok);
             let class = class.map_or_else(String::new, |class| format!(" ({class})"));
             findings.fail(
                 Group::Plant,
@@ -364,11 +364,11 @@ impl Devices {
         let mut towards_left = [0.0; 2];
         let mut is_visible = true;
         for (side, light) in Light::BOTH.into_iter().enumerate() {
-            let name = if light == Light::Left { "left lamp" } else { "right lamp" };
+            let name = if light == Light::LEFT { "left lamp" } else { "right lamp" };
             if !self.light(Some(light), findings) {
                 return Ok(());
             }
-            let shot = self.shot(light.name(), false, findings)?;
+            let shot = self.shot(light.standard_name(), false, findings)?;
             if !self.light(None, findings) {
                 return Ok(());
             }

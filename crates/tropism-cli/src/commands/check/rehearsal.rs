@@ -142,7 +142,7 @@ fn start(rig: &RigFile, scratch: &Path, steps: u32, is_resumed: bool) -> Result<
     let said = fs::File::options().create(true).append(true).open(scratch.join("said.txt"))?;
     let mut command = Command::new(std::env::current_exe().context("cannot find this program")?);
     command.arg("run").arg("--rig").arg(scratch.join("rig.toml")).arg("--out").arg(scratch.join("run"));
-    command.args(["--controller", "periodic:5m", "--steps", &steps.to_string()]);
+    command.args(["--controller", &format!("periodic:{}m", rig.period_min), "--steps", &steps.to_string()]);
     if rig.is_virtual() {
         // So slow that there is something to kill.
         command.args(["--speed", "300"]);

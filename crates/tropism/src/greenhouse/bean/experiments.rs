@@ -9,6 +9,7 @@ use core::f64::consts::TAU;
 use super::{Bean, Individual};
 use crate::greenhouse::view::Place;
 use crate::math;
+use crate::math::statistics::mean;
 
 /// Minutes between two readings.
 const READING_MIN: f64 = 1.0;
@@ -51,7 +52,7 @@ impl Response {
     pub fn set_point_deg(&self) -> f64 {
         let [from, to] = SETTLED_H.map(|hours| (hours * 60.0 / READING_MIN) as usize);
         let settled = &self.degrees[from.min(self.degrees.len() - 1)..to.min(self.degrees.len())];
-        settled.iter().sum::<f64>() / settled.len() as f64
+        mean(settled.iter().copied())
     }
 
     /// The farthest that the apex went beyond its set point, in degrees.
@@ -160,7 +161,7 @@ pub fn circumnutation(individual: &Individual, length: f64, hours: f64) -> Circl
     let window = (individual.nutation.period_h * 60.0 / READING_MIN) as usize;
     let sway: Vec<f64> = path
         .windows(window)
-        .map(|turn| turn[window / 2][0] - turn.iter().map(|apex| apex[0]).sum::<f64>() / window as f64)
+        .map(|turn| turn[window / 2][0] - mean(turn.iter().map(|apex| apex[0])))
         .collect();
     let crossings: Vec<f64> = sway
         .windows(2)
@@ -172,7 +173,7 @@ pub fn circumnutation(individual: &Individual, length: f64, hours: f64) -> Circl
     let (first, last) = (crossings.first().copied(), crossings.last().copied());
     let period_min = (last.unwrap_or(f64::NAN) - first.unwrap_or(f64::NAN)) / turns * READING_MIN;
     // The mean of |sin| is 2 over pi.
-    let swing = sway.iter().map(|x| x.abs()).sum::<f64>() / sway.len() as f64;
+    let swing = mean(sway.iter().map(|x| x.abs()));
     Circling { path, period_min, amplitude: swing * TAU / 4.0 }
 }
 

@@ -9,11 +9,11 @@ use super::{Bean, Species};
 use crate::control::Controller;
 use crate::environment::{Environment, run, unwatched};
 use crate::greenhouse::detector;
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::random::{self, Purpose};
 use crate::task::Task;
-use crate::track::{PERIOD_MIN, Sample, Track};
+use crate::track::{PAPER_PERIOD_MIN, Sample, Track};
 
 /// The lamps' power for a light: one of them full, or both dark.
 #[must_use]
@@ -61,6 +61,7 @@ impl Watcher {
 
 /// A bean by itself, and its watcher.
 struct Specimen {
+    layout: Layout,
     bean: Bean,
     watcher: Watcher,
 }
@@ -73,8 +74,16 @@ impl Environment for Specimen {
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        self.bean.advance(lamps(Some(light)), PERIOD_MIN);
+        self.bean.advance(lamps(Some(light)), PAPER_PERIOD_MIN);
         Ok(())
+    }
+
+    fn period_min(&self) -> f64 {
+        PAPER_PERIOD_MIN
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
     }
 }
 
@@ -85,12 +94,13 @@ impl Environment for Specimen {
 /// `curvature_per_cm` (the largest along the stem).
 ///
 /// ```
-/// use tropism::control::chase::Chase;
+/// use tropism::control::Greedy;
 /// use tropism::environment::unwatched;
 /// use tropism::greenhouse::bean::{Species, grow};
-/// use tropism::task::Task;
-/// let task = Task { max_steps: 24, ..Task::default() };
-/// let mut controller = Chase::new(task.targets.clone());
+/// use tropism::lamps::Layout;
+/// use tropism::task::Targets;
+/// let task = Targets { max_steps: 24, ..Targets::default() };
+/// let mut controller = Greedy::new(&task, &Layout::default());
 /// let track = grow(&Species::default(), 1, 1.0, &mut controller, &task, &mut unwatched);
 /// assert_eq!(track.samples.len(), 25);
 /// ```
@@ -99,11 +109,11 @@ pub fn grow(
     seed: u64,
     scale: f64,
     controller: &mut (impl Controller + ?Sized),
-    task: &Task,
+    task: &(impl Task + ?Sized),
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Track {
     let bean = Bean::new(species.draw(seed, scale), seed);
-    Specimen { bean, watcher: Watcher::of(seed) }.live(controller, task, watch)
+    Specimen { layout: Layout::default(), bean, watcher: Watcher::of(seed) }.live(controller, task, watch)
 }
 
 /// [`grow`] of the species' average plant, with nothing left to chance: no noise, no events, no difference between plants
@@ -113,17 +123,21 @@ pub fn grow_quiet(
     species: &Species,
     phase: f64,
     controller: &mut (impl Controller + ?Sized),
-    task: &Task,
+    task: &(impl Task + ?Sized),
 ) -> Track {
     let bean = Bean { phase, ..Bean::quiet(species.average()) };
-    Specimen { bean, watcher: Watcher::default() }.live(controller, task, &mut unwatched)
+    Specimen { layout: Layout::default(), bean, watcher: Watcher::default() }.live(
+        controller,
+        task,
+        &mut unwatched,
+    )
 }
 
 impl Specimen {
     fn live(
         mut self,
         controller: &mut (impl Controller + ?Sized),
-        task: &Task,
+        task: &(impl Task + ?Sized),
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Track {
         let Ok(track) = run(&mut self, controller, task, watch);

@@ -24,7 +24,6 @@ mod species;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub use chance::Pause;
-pub use check::SpeciesError;
 pub(super) use grow::Watcher;
 pub use grow::{grow, grow_quiet, lamps};
 pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
@@ -302,6 +301,6 @@ fn circle(plant: &Individual) -> [[f64; 2]; 2] {
 }
 
 fn unit(vector: Place) -> Place {
-    let length = vector.iter().map(|axis| axis * axis).sum::<f64>().sqrt();
+    let length = math::vector::norm(vector);
     if length > 0.0 { vector.map(|axis| axis / length) } else { [0.0, 1.0, 0.0] }
 }

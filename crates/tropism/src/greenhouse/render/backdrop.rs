@@ -7,11 +7,11 @@ use super::cloth::{Cloth, Texture};
 use super::tone::Tone;
 use crate::geometry::{Pixel, Point};
 use crate::greenhouse::scene::{LAMP_HEIGHT, LAMP_RADIUS, Lighting, POT_DEPTH, POT_RADIUS, Rgb, Scene};
-use crate::greenhouse::vector::{length, minus, plus, scaled, unit};
 use crate::greenhouse::view::{CAMERA, LAMPS, Place, View, WALL, project};
 
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::math;
+use crate::math::vector::{add, norm, normalize_or, scale, sub};
 
 /// Black cloth is a dull brown to a sensor: its dye lets the longest waves go, here more, there less.
 const CLOTH: [Rgb; 2] = [[0.068, 0.040, 0.044], [0.055, 0.047, 0.030]];
@@ -81,7 +81,7 @@ impl Tent {
                     );
                     // Clipping each ray keeps the edge of a lamp from outshining the pixel that holds it.
                     let light = self.light(point, lighting).map(|band| band.min(1.5));
-                    seen = plus(seen, scaled(light, 1.0 / f64::from(rays * rays)));
+                    seen = add(seen, scale(light, 1.0 / f64::from(rays * rays)));
                 }
                 rgb.extend(seen.map(|band| tone.grey(band)));
             }
@@ -91,7 +91,7 @@ impl Tent {
 
     /// The light that reaches the lens through a point of the plane of the pot's axis.
     fn light(&self, point: Point, lighting: &Lighting) -> Rgb {
-        let along = minus([point.x, point.y, 0.0], CAMERA);
+        let along = sub([point.x, point.y, 0.0], CAMERA);
         let hit = self.meet(along);
         let light = match hit.what {
             Thing::Coil(light) if lighting.lit() == Some(light) => [40.0; 3],
@@ -101,26 +101,26 @@ impl Tent {
         };
         let mut shine = core::array::from_fn(|band| light[band] * hit.colour[band]);
         if hit.what == Thing::Pot {
-            shine = plus(shine, scaled(lighting.gloss(hit.at, hit.normal), 0.35));
+            shine = add(shine, scale(lighting.gloss(hit.at, hit.normal), 0.35));
         }
         let veil = lighting.lit().map_or([0.0; 3], |light| lighting.veil(self.off_coil(point, light)));
         // A wide lens darkens towards its corners.
-        let slant = CAMERA[2] / length(along);
-        plus(scaled(shine, slant * slant), veil)
+        let slant = CAMERA[2] / norm(along);
+        add(scale(shine, slant * slant), veil)
     }
 
     /// The light on the cloth. Half of a lamp's coil faces the cloth from close by, so that it gets more of the lamp than
     /// its distance from the lamp's middle tells: around the lamp the cloth is brighter than the sensor can tell.
     fn on_wall(&self, hit: &Hit, lighting: &Lighting) -> Rgb {
         let flood = lighting.lit().map_or(0.0, |light| {
-            let from_lamp = minus(hit.at, self.lamp(light));
-            let near = 9.0 / length(from_lamp).max(4.0);
+            let from_lamp = sub(hit.at, self.lamp(light));
+            let near = 9.0 / norm(from_lamp).max(4.0);
             2.3 * (1.0 + 2.5 * near * near * near * near) * self.beam(from_lamp, light)
         });
         let lamp = lighting.by_lamp(hit.at, hit.normal, 0.1);
-        let flash = scaled(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35);
+        let flash = scale(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35);
         let lamp = core::array::from_fn(|band| lamp[band] * flood * BLUE_ON_CLOTH[band]);
-        plus(plus(scaled(lighting.bounced(), BETWEEN), flash), lamp)
+        add(add(scale(lighting.bounced(), BETWEEN), flash), lamp)
     }
 
     /// How much of its light a lamp sends along the cloth in some direction: its collar keeps the light from what hangs
@@ -129,7 +129,7 @@ impl Tent {
         // The cloth behind the lamps runs along the side camera's view.
         let turn = math::atan2(if self.view == View::Front { x } else { z }, -y);
         let below = ((0.55 - turn.abs()) / 0.25).clamp(0.0, 1.0);
-        let layer = 30 + light as u64;
+        let layer = 30 + light.index() as u64;
         let rays = 0.26 * self.texture.noise(layer, 1.6 * turn, 0.0)
             + 0.16 * self.texture.noise(layer, 5.0 * turn, 7.0);
         (1.0 + rays) * (1.0 - 0.7 * below * below * (3.0 - 2.0 * below))
@@ -166,7 +166,7 @@ impl Tent {
             return Hit { at, normal, colour: CABLE, what: Thing::Matt };
         }
         let [slope_x, slope_y, brightness] = self.cloth.at(at[0], at[1]);
-        let normal = unit([-slope_x, -slope_y, 1.0], [0.0, 0.0, 1.0]);
+        let normal = normalize_or([-slope_x, -slope_y, 1.0], [0.0, 0.0, 1.0]);
         Hit { at, normal, colour: self.cloth_colour(at[0], at[1], brightness), what: Thing::Wall }
     }
 
@@ -174,16 +174,13 @@ impl Tent {
     fn cloth_colour(&self, x: f64, y: f64, brightness: f64) -> Rgb {
         let other = (0.5 + 0.8 * self.texture.noise(26, 0.045 * x, 0.03 * y)).clamp(0.0, 1.0);
         let weave = 1.0 + 0.07 * self.texture.noise(27, 6.0 * x, 4.0 * y);
-        plus(
-            scaled(CLOTH[0], (1.0 - other) * brightness * weave),
-            scaled(CLOTH[1], other * brightness * weave),
-        )
+        add(scale(CLOTH[0], (1.0 - other) * brightness * weave), scale(CLOTH[1], other * brightness * weave))
     }
 
     /// The tent's back wall as the side camera sees it.
     fn back_wall(&self, at: Place) -> Hit {
         let [slope_x, slope_y, brightness] = self.cloth.at(at[2], at[1]);
-        let normal = unit([-1.0, -slope_y, -slope_x], [-1.0, 0.0, 0.0]);
+        let normal = normalize_or([-1.0, -slope_y, -slope_x], [-1.0, 0.0, 0.0]);
         Hit { at, normal, colour: self.cloth_colour(at[2], at[1], brightness), what: Thing::Wall }
     }
 
@@ -199,7 +196,7 @@ impl Tent {
             let crumple = self.texture.noise(22, 1.3 * at[0], 0.8 * at[1] + at[2]);
             Hit {
                 at,
-                normal: unit(plus(normal, [crumple, 0.5, 0.0]), normal),
+                normal: normalize_or(add(normal, [crumple, 0.5, 0.0]), normal),
                 colour: LINER,
                 what: Thing::Matt,
             }
@@ -219,7 +216,7 @@ impl Tent {
         if let Some((at, normal)) =
             cone(POT_RADIUS + 0.25, 0.0, 1.0).filter(|(at, _)| (0.0..=lip(*at)).contains(&at[1]))
         {
-            return Some(crumpled((at, scaled(normal, -1.0))));
+            return Some(crumpled((at, scale(normal, -1.0))));
         }
         // The rim stands a little proud of the wall below it.
         let (at, normal, under) = cone(POT_RADIUS - 0.1, 0.0, -1.0)
@@ -231,7 +228,7 @@ impl Tent {
             })?;
         // What hangs over a surface keeps the flash off it.
         let shade = ((-at[1] - under) / 0.8).clamp(0.0, 1.0);
-        Some(Hit { at, normal, colour: scaled(POT, 0.45 + 0.55 * shade), what: Thing::Pot })
+        Some(Hit { at, normal, colour: scale(POT, 0.45 + 0.55 * shade), what: Thing::Pot })
     }
 
     /// The cloth that covers the soil, in folds that run to the stem, and rises to the rim.
@@ -253,15 +250,20 @@ impl Tent {
         let tangent = [-math::sin(turn), 0.0, math::cos(turn)];
         let radial = [math::cos(turn), 0.0, math::sin(turn)];
         let rising = ((far - 5.5) / 2.0).clamp(0.0, 1.0);
-        let slope = plus(scaled(tangent, -around), scaled(radial, -outward - 0.6 * rising));
+        let slope = add(scale(tangent, -around), scale(radial, -outward - 0.6 * rising));
         // Hollows are darker than ridges.
-        let colour = scaled(LINER, (0.70 + 1.1 * here).clamp(0.15, 1.4));
-        Hit { at, normal: unit(plus(slope, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]), colour, what: Thing::Matt }
+        let colour = scale(LINER, (0.70 + 1.1 * here).clamp(0.15, 1.4));
+        Hit {
+            at,
+            normal: normalize_or(add(slope, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]),
+            colour,
+            what: Thing::Matt,
+        }
     }
 
     fn meet_lamp(&self, along: Place, light: Light) -> Option<Hit> {
         let centre = self.lamp(light);
-        let [ox, _, oz] = minus(CAMERA, centre);
+        let [ox, _, oz] = sub(CAMERA, centre);
         let [dx, _, dz] = along;
         let far =
             root(dx * dx + dz * dz, ox * dx + oz * dz, ox * ox + oz * oz - LAMP_RADIUS * LAMP_RADIUS, -1.0)?;
@@ -271,7 +273,7 @@ impl Tent {
         if up.abs() > LAMP_HEIGHT / 2.0 || (self.view == View::Side && at[0] > -WALL) {
             return None;
         }
-        let normal = unit([at[0] - centre[0], 0.0, at[2] - centre[2]], [0.0, 0.0, 1.0]);
+        let normal = normalize_or([at[0] - centre[0], 0.0, at[2] - centre[2]], [0.0, 0.0, 1.0]);
         // The strip of 144 diodes a metre is coiled in turns of 1.2 cm; a collar closes the cylinder below.
         let turn = math::atan2(normal[0], normal[2]) / core::f64::consts::TAU;
         let part = |value: f64| value - value.floor();
@@ -313,7 +315,7 @@ impl Tent {
 
 /// A place on the ray from the camera along `along`.
 fn on_ray(along: Place, far: f64) -> Place {
-    plus(CAMERA, scaled(along, far))
+    add(CAMERA, scale(along, far))
 }
 
 /// An upright cone around the pot's axis, met from the front (`side` -1) or from within at the back (1): its radius at
@@ -326,7 +328,7 @@ fn meet_cone(along: Place, radius: f64, narrowing: f64, side: f64) -> Option<(Pl
     let b = ox * dx + oz * dz - narrowing * wide * dy;
     let c = ox * ox + oz * oz - wide * wide;
     let at = on_ray(along, root(a, b, c, side)?);
-    let normal = unit([at[0], -narrowing * (radius + narrowing * at[1]), at[2]], [0.0, 0.0, 1.0]);
+    let normal = normalize_or([at[0], -narrowing * (radius + narrowing * at[1]), at[2]], [0.0, 0.0, 1.0]);
     Some((at, normal))
 }
 
@@ -334,7 +336,7 @@ fn meet_cone(along: Place, radius: f64, narrowing: f64, side: f64) -> Option<(Pl
 fn on_cable(at: Place, light: Light) -> Option<f64> {
     let [x, y, _] = lamp(light);
     let above = at[1] - y - 0.4 * LAMP_HEIGHT;
-    let bow = x - light.sign() * (0.10 * above + 0.018 * above * above);
+    let bow = x - x.signum() * (0.10 * above + 0.018 * above * above);
     let across = (at[0] - bow) / 0.35;
     (above > 0.0 && across.abs() < 1.0).then_some(across)
 }
@@ -346,5 +348,5 @@ fn root(a: f64, b: f64, c: f64, side: f64) -> Option<f64> {
 }
 
 fn lamp(light: Light) -> Place {
-    LAMPS[if light == Light::Left { 0 } else { 1 }]
+    LAMPS[if light == Light::LEFT { 0 } else { 1 }]
 }

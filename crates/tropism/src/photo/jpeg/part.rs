@@ -6,7 +6,7 @@
 use super::{Jpeg, Plane, SIDE};
 use crate::geometry::Region;
 use crate::photo::Image;
-use crate::wide::{Work, widest};
+use crate::simd::{Kernel, dispatch};
 
 /// Samples of one plane, in whole blocks around a region.
 struct Patch {
@@ -26,11 +26,11 @@ impl Patch {
 /// [`Jpeg::part`].
 struct Part<'a>(&'a Jpeg, Region);
 
-impl Work for Part<'_> {
+impl Kernel for Part<'_> {
     type Result = Image;
 
     #[inline(always)]
-    fn work(self) -> Image {
+    fn run(self) -> Image {
         self.0.pixels(self.1)
     }
 }
@@ -42,7 +42,7 @@ impl Jpeg {
     /// If it does not lie inside the picture.
     #[must_use]
     pub fn part(&self, region: Region) -> Image {
-        widest(Part(self, region))
+        dispatch(Part(self, region))
     }
 
     #[inline(always)]

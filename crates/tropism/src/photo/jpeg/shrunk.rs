@@ -6,7 +6,7 @@
 use super::{Jpeg, Plane, SIDE, ZIGZAG};
 use crate::geometry::Region;
 use crate::photo::Image;
-use crate::wide::{Work, widest};
+use crate::simd::{Kernel, dispatch};
 
 /// The means of the squares of a plane that lie in the blocks around a region.
 struct Means {
@@ -25,11 +25,11 @@ struct Squares<'a> {
     factor: usize,
 }
 
-impl Work for Squares<'_> {
+impl Kernel for Squares<'_> {
     type Result = Means;
 
     #[inline(always)]
-    fn work(self) -> Means {
+    fn run(self) -> Means {
         self.jpeg.squares(self.plane, self.region, self.factor)
     }
 }
@@ -91,7 +91,7 @@ impl Jpeg {
     }
 
     fn means(&self, plane: &Plane, region: Region, factor: usize) -> Means {
-        widest(Squares { jpeg: self, plane, region, factor })
+        dispatch(Squares { jpeg: self, plane, region, factor })
     }
 
     #[inline(always)]

@@ -1,0 +1,281 @@
+//! Parameters of virtual beans that move like the plants of open-loop tracks.
+//!
+//! In: tracks, a plant each. Out: estimates of five parameters with 90 % intervals, and a bean file. [`RecoveryPlan`]
+//! measures on virtual plants, whose parameters are known, how well this works.
+
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism::greenhouse::bean::calibrate::{Calibration, Estimate, PARAMETERS, calibrate};
+use tropism::greenhouse::bean::{Individual, Species, acceptance};
+use tropism::math;
+use tropism::random::{self, Purpose};
+use tropism::track::PAPER_PERIOD_MIN;
+
+use crate::{Error, Monitor, Workflow, files};
+
+/// Half the width of a 90 % interval of a normal distribution, in standard deviations.
+const NINETY_PERCENT: f64 = 1.645;
+
+/// Estimates the parameters of plants from their open-loop tracks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CalibratePlan {
+    /// Track files (CSV), a plant each.
+    pub tracks: Vec<PathBuf>,
+    /// Minutes between the rows of the tracks, 0.1 to 120.
+    pub interval_min: f64,
+    /// Species of the plants: the prior of the estimates.
+    pub species: Species,
+    /// File for the species with these estimates and their spread.
+    pub out: Option<PathBuf>,
+}
+
+impl Default for CalibratePlan {
+    fn default() -> Self {
+        Self { tracks: Vec::new(), interval_min: PAPER_PERIOD_MIN, species: Species::default(), out: None }
+    }
+}
+
+/// The estimates of one plant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlantEstimates {
+    /// Its track file.
+    pub track: PathBuf,
+    /// Distance of the fitted plant's tip to the track's, root mean square, in cm.
+    pub rms_cm: f64,
+    /// One estimate a parameter, in the order of [`PARAMETERS`].
+    pub estimates: Vec<ParameterEstimate>,
+}
+
+/// The estimate of one parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEstimate {
+    /// Key of the bean file.
+    pub key: String,
+    /// The estimate, in the unit of [`PARAMETERS`].
+    pub value: f64,
+    /// Lower end of the 90 % interval.
+    pub low: f64,
+    /// Upper end of the 90 % interval.
+    pub high: f64,
+}
+
+/// One parameter over all plants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PooledEstimate {
+    /// Key of the bean file.
+    pub key: String,
+    /// Geometric mean over plants.
+    pub mean: f64,
+    /// Coefficient of variation between plants, without the variance of the estimates themselves.
+    pub spread: f64,
+}
+
+impl Workflow for CalibratePlan {
+    /// The estimates of each plant, in the order of the plan.
+    type Results = Vec<PlantEstimates>;
+
+    const SCHEMA: &'static str = "tropism.calibrate/1";
+
+    fn check(&self) -> Result<(), Error> {
+        self.species.check().map_err(Error::in_plan("species"))?;
+        if self.tracks.is_empty() {
+            return Err(Error::Plan("found no `tracks`, wanted at least one".to_owned()));
+        }
+        if !(0.1..=120.0).contains(&self.interval_min) {
+            let found = self.interval_min;
+            return Err(Error::Plan(format!("found `interval_min` {found}, wanted 0.1 to 120 minutes")));
+        }
+        Ok(())
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<Vec<PlantEstimates>, Error> {
+        self.check()?;
+        monitor.stage("calibrate", self.tracks.len() as u64);
+        let estimate = |path: &PathBuf| {
+            let track = files::read_track(path)?;
+            let calibration =
+                calibrate(&track, self.interval_min, &self.species).map_err(Error::at(path.display()))?;
+            monitor.advance(1);
+            Ok(PlantEstimates::new(path.clone(), &calibration))
+        };
+        let plants: Vec<PlantEstimates> =
+            self.tracks.par_iter().map(estimate).collect::<Result<_, Error>>()?;
+        if let Some(out) = &self.out {
+            let species = with_estimates(self.species.clone(), &pool(&plants), plants.len());
+            files::write(out, files::toml_of(out, &species)?.as_bytes())?;
+        }
+        Ok(plants)
+    }
+}
+
+impl PlantEstimates {
+    fn new(track: PathBuf, calibration: &Calibration) -> Self {
+        let estimate = |((key, ..), estimate): ((&str, &str, &str), &Estimate)| {
+            let Estimate { value, interval: [low, high] } = *estimate;
+            ParameterEstimate { key: key.to_owned(), value, low, high }
+        };
+        let estimates = PARAMETERS.into_iter().zip(&calibration.estimates).map(estimate).collect();
+        Self { track, rms_cm: calibration.rms_cm, estimates }
+    }
+}
+
+/// Pools the estimates of at least one plant: mean and variance of their logarithms, one row a parameter.
+#[must_use]
+pub fn pool(plants: &[PlantEstimates]) -> Vec<PooledEstimate> {
+    let count = plants.len() as f64;
+    let pooled = |(parameter, (key, ..)): (usize, (&str, &str, &str))| {
+        let estimates = || plants.iter().map(|plant| &plant.estimates[parameter]);
+        let logs: Vec<f64> = estimates().map(|estimate| math::ln(estimate.value)).collect();
+        let mean = logs.iter().sum::<f64>() / count;
+        let variance = logs.iter().map(|log| (log - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        let own = estimates().map(|&ParameterEstimate { low, high, .. }| {
+            (math::ln(high / low) / (2.0 * NINETY_PERCENT)).powi(2)
+        });
+        let between = (variance - own.sum::<f64>() / count).max(0.0);
+        PooledEstimate {
+            key: key.to_owned(),
+            mean: math::exp(mean),
+            spread: (math::exp(between) - 1.0).sqrt(),
+        }
+    };
+    PARAMETERS.into_iter().enumerate().map(pooled).collect()
+}
+
+/// The species with the pooled estimates; its spread only changes if there are several plants.
+fn with_estimates(mut species: Species, pooled: &[PooledEstimate], plants: usize) -> Species {
+    let typical = &mut species.typical;
+    let values = [
+        &mut typical.growth.rate,
+        &mut typical.tropism.light,
+        &mut typical.motility.zone,
+        &mut typical.tropism.light_memory_h,
+        &mut typical.nutation.period_h,
+    ];
+    for (value, pooled) in values.into_iter().zip(pooled) {
+        *value = pooled.mean;
+    }
+    if plants > 1 {
+        let spread = &mut species.spread;
+        let values = [
+            &mut spread.growth_rate,
+            &mut spread.tropism_light,
+            &mut spread.motility_zone,
+            &mut spread.tropism_light_memory_h,
+            &mut spread.nutation_period_h,
+        ];
+        for (value, pooled) in values.into_iter().zip(pooled) {
+            *value = pooled.spread.min(1.0);
+        }
+    }
+    species
+}
+
+/// Estimates the parameters of virtual plants, and compares them with the true ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RecoveryPlan {
+    /// Number of virtual plants, 2 to 10000.
+    pub plants: u32,
+    /// Their species.
+    pub species: Species,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl Default for RecoveryPlan {
+    fn default() -> Self {
+        Self { plants: 50, species: Species::default(), seed: 1 }
+    }
+}
+
+/// How well one parameter is recovered, over all virtual plants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterRecovery {
+    /// Key of the bean file.
+    pub key: String,
+    /// Mean error, as a share of the true value.
+    pub bias: f64,
+    /// Root mean square error, as a share of the true value.
+    pub error: f64,
+    /// Root mean square error of the species' typical value, as a share of the true value: the error without any track.
+    pub error_of_typical: f64,
+    /// Share of the 90 % intervals that contain the true value.
+    pub coverage: f64,
+}
+
+/// The true parameters of a virtual plant, in the order of [`PARAMETERS`], and their estimates.
+struct RecoveredPlant {
+    truth: [f64; 5],
+    estimates: [Estimate; 5],
+}
+
+impl Workflow for RecoveryPlan {
+    /// One row a parameter, in the order of [`PARAMETERS`].
+    type Results = Vec<ParameterRecovery>;
+
+    const SCHEMA: &'static str = "tropism.recovery/1";
+
+    fn check(&self) -> Result<(), Error> {
+        self.species.check().map_err(Error::in_plan("species"))?;
+        if !(2..=10_000).contains(&self.plants) {
+            return Err(Error::Plan(format!("found plants = {}, wanted 2 to 10000", self.plants)));
+        }
+        Ok(())
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<Vec<ParameterRecovery>, Error> {
+        self.check()?;
+        monitor.stage("calibrating virtual plants", self.plants.into());
+        let recover = |plant: u32| {
+            let seed = random::derive(self.seed, Purpose::Plant, plant.into());
+            let track = acceptance::experiment(&self.species, seed);
+            let calibration = calibrate(&track, PAPER_PERIOD_MIN, &self.species)
+                .map_err(Error::at(format!("virtual plant {}", plant + 1)))?;
+            monitor.advance(1);
+            let truth = parameters(&self.species.draw(seed, 1.0));
+            Ok(RecoveredPlant { truth, estimates: calibration.estimates })
+        };
+        let plants: Vec<RecoveredPlant> =
+            (0..self.plants).into_par_iter().map(recover).collect::<Result<_, Error>>()?;
+        let typical = parameters(&self.species.average());
+        let row = |(parameter, (key, ..)): (usize, (&str, &str, &str))| {
+            ParameterRecovery::new(key, parameter, &plants, typical[parameter])
+        };
+        Ok(PARAMETERS.into_iter().enumerate().map(row).collect())
+    }
+}
+
+impl ParameterRecovery {
+    fn new(key: &str, parameter: usize, plants: &[RecoveredPlant], typical: f64) -> Self {
+        let count = plants.len() as f64;
+        let mean = |value: &dyn Fn(&RecoveredPlant) -> f64| plants.iter().map(value).sum::<f64>() / count;
+        let relative = |truth: f64, value: f64| value / truth - 1.0;
+        let error =
+            |plant: &RecoveredPlant| relative(plant.truth[parameter], plant.estimates[parameter].value);
+        let is_covered = |plant: &RecoveredPlant| {
+            let [low, high] = plant.estimates[parameter].interval;
+            f64::from(u8::from((low..=high).contains(&plant.truth[parameter])))
+        };
+        Self {
+            key: key.to_owned(),
+            bias: mean(&error),
+            error: mean(&|plant| error(plant).powi(2)).sqrt(),
+            error_of_typical: mean(&|plant| relative(plant.truth[parameter], typical).powi(2)).sqrt(),
+            coverage: mean(&is_covered),
+        }
+    }
+}
+
+/// The parameters of a plant in the order of [`PARAMETERS`].
+fn parameters(plant: &Individual) -> [f64; 5] {
+    [
+        plant.growth.rate,
+        plant.tropism.light,
+        plant.motility.zone,
+        plant.tropism.light_memory_h,
+        plant.nutation.period_h,
+    ]
+}

@@ -1,0 +1,41 @@
+//! Champions: an evolved network as a file, and as the controller of a simulated plant.
+
+use std::path::Path;
+
+use tropism::control::ShapeError;
+use tropism::evolve::Champion;
+use tropism::plant::tip::TipModel;
+use tropism::task::TaskSpec;
+use tropism::track::Track;
+
+use crate::files::{self, FileError};
+use crate::model;
+
+/// Reads the champion in `path`, or a network alone.
+///
+/// # Errors
+/// [`FileError`] if the file cannot be read or holds no champion.
+pub(crate) fn read(path: &Path) -> Result<Champion, FileError> {
+    files::read_as(path, Champion::from_json)
+}
+
+/// Writes `champion` to `path`.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub(crate) fn write(path: &Path, champion: &Champion) -> Result<(), FileError> {
+    files::write(path, champion.to_json().as_bytes())
+}
+
+/// Simulates one plant of `model` that `champion` steers: the first plant of the trials under `seed`.
+///
+/// # Errors
+/// [`ShapeError`] if the network does not fit its sensors and lamps.
+pub(crate) fn simulate(
+    champion: &Champion,
+    model: &TipModel,
+    task: &TaskSpec,
+    seed: u64,
+) -> Result<Track, ShapeError> {
+    Ok(model::simulate(model, &mut champion.controller(task)?, task, seed, 0))
+}

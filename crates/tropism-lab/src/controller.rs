@@ -1,0 +1,229 @@
+//! Controllers as data: what a plan and a run folder keep of a controller, from which it is built again.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use tropism::control::{Controller, Greedy, Periodic};
+use tropism::evolve::Champion;
+use tropism::lamps::{Layout, Light};
+use tropism::task::{OpenLoop, TaskSpec};
+
+use crate::error::Error;
+use crate::files;
+
+/// Minutes between two switches of the paper's periodic controller: six hours (section 2.2.1).
+pub const PAPER_SWITCH_MIN: f64 = 360.0;
+
+/// The most steps between two switches of a periodic controller: as many as a task may have.
+const MAX_SWITCH_STEPS: f64 = 1e6;
+
+/// A controller as data, complete: [`build`](Self::build) needs no file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum ControllerSpec {
+    /// Lights each lamp in turn, whatever the plant does.
+    Periodic {
+        /// Minutes until the other lamp is lit, rounded to whole steps. Paper: 360.
+        minutes: f64,
+        /// The lamp that is lit first.
+        #[serde(default = "left")]
+        first: Light,
+    },
+    /// Lights the lamp towards the next target: the baseline without a model.
+    Greedy,
+    /// Lights what an evolved network decides.
+    Network {
+        /// The network with its sensors, lamps and task.
+        champion: Box<Champion>,
+    },
+}
+
+const fn left() -> Light {
+    Light::LEFT
+}
+
+impl Default for ControllerSpec {
+    /// The paper's open-loop controller.
+    fn default() -> Self {
+        Self::periodic(PAPER_SWITCH_MIN)
+    }
+}
+
+impl ControllerSpec {
+    /// A periodic controller that lights the left lamp first and switches every `minutes`.
+    #[must_use]
+    pub const fn periodic(minutes: f64) -> Self {
+        Self::Periodic { minutes, first: left() }
+    }
+
+    /// A controller that obeys the network of `champion`.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] if the network has not the inputs of its sensors and the outputs of its lamps.
+    pub fn network(champion: Champion) -> Result<Self, Error> {
+        champion.check().map_err(|error| Error::Plan(error.to_string()))?;
+        Ok(Self::Network { champion: Box::new(champion) })
+    }
+
+    /// Reads a champion file, such as `champion.json`, or a network alone.
+    ///
+    /// # Errors
+    /// [`Error`] names the file.
+    pub fn read_network(path: &Path) -> Result<Self, Error> {
+        let champion = files::read_as(path, Champion::from_json)?;
+        Self::network(champion).map_err(Error::at(path.display()))
+    }
+
+    /// The champion that decides; `None` if none does.
+    #[must_use]
+    pub fn champion(&self) -> Option<&Champion> {
+        match self {
+            Self::Network { champion } => Some(champion),
+            Self::Periodic { .. } | Self::Greedy => None,
+        }
+    }
+
+    /// Whether it decides without looking at the plant.
+    #[must_use]
+    pub const fn is_open_loop(&self) -> bool {
+        matches!(self, Self::Periodic { .. })
+    }
+
+    /// The task for such a controller where none is named: the one that a champion was evolved for, the 1000 steps of an
+    /// open-loop experiment, or the paper's three targets.
+    #[must_use]
+    pub fn default_task(&self) -> TaskSpec {
+        let own = self.champion().and_then(|champion| champion.task.clone());
+        match own {
+            Some(task) => task,
+            None if self.is_open_loop() => OpenLoop::default().into(),
+            None => TaskSpec::default(),
+        }
+    }
+
+    /// Checks that the controller can be built for the lamps of `layout` and steps of `period_min` minutes.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] says what was found and what was wanted.
+    pub fn check(&self, layout: &Layout, period_min: f64) -> Result<(), Error> {
+        match self {
+            Self::Periodic { minutes, first } => {
+                if !layout.contains(*first) {
+                    return Err(Error::Plan(format!(
+                        "controller: found first = {first}, wanted a lamp of the rig"
+                    )));
+                }
+                if (1.0..=MAX_SWITCH_STEPS).contains(&switch_steps(*minutes, period_min)) {
+                    return Ok(());
+                }
+                Err(Error::Plan(format!(
+                    "controller: found a switch every {minutes} minutes, wanted one to a million steps of {period_min} minutes"
+                )))
+            }
+            Self::Greedy => Ok(()),
+            Self::Network { champion } => {
+                champion.check().map_err(|error| Error::Plan(error.to_string()))?;
+                if champion.layout.len() == layout.len() {
+                    return Ok(());
+                }
+                Err(Error::Plan(format!(
+                    "controller: found a network for {} lamps, wanted one for the {} lamps of the rig or model",
+                    champion.layout.len(),
+                    layout.len()
+                )))
+            }
+        }
+    }
+
+    /// Builds the controller for `task`, with all its neurons at rest, for the lamps of `layout` and steps of `period_min`
+    /// minutes.
+    ///
+    /// # Panics
+    /// If [`check`](Self::check) refuses it.
+    #[must_use]
+    pub fn build(&self, task: &TaskSpec, layout: &Layout, period_min: f64) -> Box<dyn Controller> {
+        match self {
+            Self::Periodic { minutes, first } => {
+                let steps_each = switch_steps(*minutes, period_min) as u32;
+                Box::new(Periodic::new(steps_each, layout).starting_with(*first))
+            }
+            Self::Greedy => Box::new(Greedy::new(task, layout)),
+            Self::Network { champion } => {
+                Box::new(champion.controller(task).expect("a controller that was checked"))
+            }
+        }
+    }
+
+    /// A few words for people: `periodic, 72 steps`, `chase`, or the size of the network.
+    #[must_use]
+    pub fn description(&self, period_min: f64) -> String {
+        match self {
+            Self::Periodic { minutes, .. } => {
+                format!("periodic, {} steps", switch_steps(*minutes, period_min))
+            }
+            Self::Greedy => "chase".to_owned(),
+            Self::Network { champion } => {
+                let genome = &champion.genome;
+                format!("network, {} neurons, {} links", genome.neurons().len(), genome.links().len())
+            }
+        }
+    }
+}
+
+/// Whole steps between two switches.
+fn switch_steps(minutes: f64, period_min: f64) -> f64 {
+    (minutes / period_min).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use tropism::observation::Observation;
+    use tropism::task::Task;
+
+    use super::*;
+
+    #[test]
+    fn six_hours_are_72_steps_of_five_minutes() {
+        let spec = ControllerSpec::default();
+        assert_eq!(spec.description(5.0), "periodic, 72 steps");
+        let mut controller = spec.build(&TaskSpec::default(), &Layout::default(), 5.0);
+        let seen = Observation::simulated(TaskSpec::default().start());
+        let lights: Vec<Light> = (0..144).map(|_| controller.decide(&seen)).collect();
+        assert!(lights[..72].iter().all(|&light| light == Light::LEFT));
+        assert!(lights[72..].iter().all(|&light| light == Light::RIGHT));
+    }
+
+    #[test]
+    fn a_switch_takes_at_least_one_step() {
+        assert!(ControllerSpec::periodic(2.5).check(&Layout::default(), 5.0).is_ok());
+        for (minutes, period_min) in [(2.4, 5.0), (6e6, 5.0), (f64::NAN, 5.0), (-5.0, 5.0)] {
+            let error = ControllerSpec::periodic(minutes)
+                .check(&Layout::default(), period_min)
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains("wanted one to a million steps"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_controller_comes_back_from_toml_and_json() {
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 1, 0);
+        let network = ControllerSpec::network(Champion::of_genome(genome)).unwrap();
+        for spec in [ControllerSpec::default(), ControllerSpec::Greedy, network] {
+            let toml = toml::to_string(&spec).unwrap();
+            assert_eq!(toml::from_str::<ControllerSpec>(&toml).unwrap(), spec, "{toml}");
+            let json = serde_json::to_string(&spec).unwrap();
+            assert_eq!(serde_json::from_str::<ControllerSpec>(&json).unwrap(), spec, "{json}");
+        }
+        let spec: ControllerSpec = toml::from_str("kind = \"periodic\"\nminutes = 60").unwrap();
+        assert_eq!(spec, ControllerSpec::periodic(60.0));
+        assert!(toml::from_str::<ControllerSpec>("kind = \"periodic\"\nminuts = 60").is_err());
+    }
+
+    #[test]
+    fn a_network_of_another_shape_is_refused() {
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 3, 2, 1, 0);
+        let error = ControllerSpec::network(Champion::of_genome(genome)).unwrap_err().to_string();
+        assert!(error.contains("3 inputs and 2 outputs"), "{error}");
+    }
+}

@@ -1,0 +1,296 @@
+//! Evolution of controllers with NEAT on a tip-motion model (section 2.3.2), in a folder that can be resumed.
+//!
+//! In: the file of a model, a task, NEAT's parameters and a seed. Out: champions, history and summary in a folder. Runs are
+//! independent and work in parallel; each saves a checkpoint regularly. Neither the number of threads nor an interruption
+//! changes a result.
+
+mod history;
+mod record;
+mod status;
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, EvolutionRun, Trial};
+use tropism::plant::tip::TipModel;
+use tropism::task::TaskSpec;
+use tropism_neat::Genome;
+
+pub use self::history::EvolutionHistory;
+pub use self::record::EvolutionRecord;
+pub(crate) use self::record::champion_path;
+use self::record::checkpoint_path;
+use self::status::EvolutionStatus;
+use crate::stopwatch::Stopwatch;
+use crate::{Checkpoint, Error, Monitor, Workflow, champion, files, model};
+
+/// Default of [`EvolvePlan::trial_plants`]: the standard error of a mean over 200 plants is 0.07 standard deviations.
+pub const TRIAL_PLANTS: u32 = 200;
+
+/// Default of [`EvolvePlan::checkpoint_s`]: a kill costs a minute of work at most.
+pub const CHECKPOINT_S: u64 = 60;
+
+/// Evolves controllers with NEAT on a tip-motion model, and chooses the one to use on real plants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EvolvePlan {
+    /// File of the tip-motion model.
+    pub model: PathBuf,
+    /// Folder for checkpoints and results.
+    pub out: PathBuf,
+    /// Task of the controllers.
+    pub task: TaskSpec,
+    /// Number of runs, generations and episodes, and NEAT's parameters.
+    pub evolution: EvolutionConfig,
+    /// Unseen simulated plants of each model on which champions are compared, 1 to 1000000.
+    pub trial_plants: u32,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Whether to continue an evolution in `out`.
+    pub resume: bool,
+    /// Longest time between two checkpoints of a run, in s; 0 saves each generation.
+    pub checkpoint_s: u64,
+}
+
+impl Default for EvolvePlan {
+    fn default() -> Self {
+        Self {
+            model: "model.json".into(),
+            out: "evolution".into(),
+            task: TaskSpec::default(),
+            evolution: EvolutionConfig::default(),
+            trial_plants: TRIAL_PLANTS,
+            seed: 1,
+            resume: false,
+            checkpoint_s: CHECKPOINT_S,
+        }
+    }
+}
+
+/// The result of one evolutionary run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EvolutionRunSummary {
+    /// Seed of the run.
+    pub seed: u64,
+    /// Fitness of the champion when it was evaluated, in cm.
+    pub best_fitness: f64,
+    /// Number of generations.
+    pub generations: u32,
+    /// Number of evaluated genomes.
+    pub evaluations: u64,
+    /// The champion on unseen plants of the model.
+    pub trial: Trial,
+    /// The champion on models of single plants: its expected fitness on an unseen plant.
+    pub transfer: Trial,
+    /// Number of links of the champion.
+    pub links: usize,
+    /// Share of its steps on an unseen plant of the model at which the model has no data, 0 to 1.
+    pub without_data: f64,
+}
+
+/// The results of an evolution: the content of `summary.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EvolveResults {
+    /// One summary a run.
+    pub runs: Vec<EvolutionRunSummary>,
+    /// Number of evaluated genomes of all runs.
+    pub evaluations: u64,
+    /// EvolutionRun whose champion is `champion.json`, from 0.
+    pub champion: usize,
+    /// Processor time, in s.
+    pub cpu_seconds: f64,
+    /// Wall-clock time, in s.
+    pub wall_seconds: f64,
+}
+
+impl EvolveResults {
+    /// The run with the chosen champion.
+    #[must_use]
+    pub fn chosen(&self) -> &EvolutionRunSummary {
+        &self.runs[self.champion]
+    }
+
+    /// The least, median and greatest best fitness of the runs, in cm.
+    #[must_use]
+    pub fn best_fitness_range(&self) -> [f64; 3] {
+        let mut best: Vec<f64> = self.runs.iter().map(|run| run.best_fitness).collect();
+        best.sort_by(f64::total_cmp);
+        [best[0], median(&best), best[best.len() - 1]]
+    }
+}
+
+impl Workflow for EvolvePlan {
+    type Results = EvolveResults;
+
+    const SCHEMA: &'static str = "tropism.evolve/1";
+
+    fn check(&self) -> Result<(), Error> {
+        self.task.check().map_err(Error::in_plan("task"))?;
+        self.evolution.check().map_err(Error::in_plan("evolution"))?;
+        Error::check_range("trial_plants", self.trial_plants, MAX_TRIAL_PLANTS)
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
+        self.check()?;
+        let stopwatch = Stopwatch::start();
+        let model = model::read_for(&self.model, &self.task, monitor)?;
+        let _lock = EvolutionRecord::new(self, &model).claim(&self.out, self.resume)?;
+        let total = u64::from(self.evolution.runs) * u64::from(self.evolution.generations);
+        monitor.stage("evolve", total);
+        let runs = self.evolve(&model, monitor)?;
+        let summaries = self.summarize(&runs, &model)?;
+        let champion = Choice::of(summaries.iter().map(|run| run.transfer).collect()).run;
+        let json = model.to_json();
+        for (index, (run, summary)) in runs.iter().zip(&summaries).enumerate() {
+            let one = Champion { expected: Some(summary.transfer), ..self.champion(run, &model, &json)? };
+            champion::write(&champion_path(&self.out, index), &one)?;
+            if index == champion {
+                champion::write(&self.out.join("champion.json"), &one)?;
+            }
+        }
+        files::write(&self.out.join("history.csv"), history::csv_of(&runs).as_bytes())?;
+        let results = EvolveResults {
+            evaluations: summaries.iter().map(|run| run.evaluations).sum(),
+            runs: summaries,
+            champion,
+            cpu_seconds: stopwatch.cpu_seconds(),
+            wall_seconds: stopwatch.wall_seconds(),
+        };
+        files::write_unterminated_json(&self.out.join("summary.json"), &results)?;
+        if model.is_virtual() {
+            monitor.note("the model was made from virtual plants");
+        }
+        Ok(results)
+    }
+}
+
+/// The largest [`EvolvePlan::trial_plants`]; chosen by hand, against mistyped numbers.
+const MAX_TRIAL_PLANTS: u64 = 1_000_000;
+
+impl EvolvePlan {
+    /// Evolves all runs to their last generation.
+    fn evolve(&self, model: &TipModel, monitor: &dyn Monitor) -> Result<Vec<EvolutionRun>, Error> {
+        let status = Mutex::new(EvolutionStatus::new(self.evolution.runs as usize));
+        let runs: Vec<Option<EvolutionRun>> = (0..self.evolution.runs)
+            .into_par_iter()
+            .map(|index| self.evolve_run(index, model, monitor, &status))
+            .collect::<Result<_, _>>()?;
+        let runs: Option<Vec<EvolutionRun>> = runs.into_iter().collect();
+        runs.ok_or_else(|| Error::Interrupted { folder: self.out.clone() })
+    }
+
+    /// Evolves run `index` to its last generation, from its checkpoint if there is one; `None` if it was interrupted.
+    fn evolve_run(
+        &self,
+        index: u32,
+        model: &TipModel,
+        monitor: &dyn Monitor,
+        status: &Mutex<EvolutionStatus>,
+    ) -> Result<Option<EvolutionRun>, Error> {
+        let checkpoint = Checkpoint::new(checkpoint_path(&self.out, index));
+        let interval = Duration::from_secs(self.checkpoint_s);
+        let evolution = Evolution::new(model, &self.task, self.evolution.clone(), self.seed)
+            .map_err(Error::in_plan("evolution"))?;
+        let mut run = self.begin(&evolution, index, &checkpoint, monitor)?;
+        if let Some(last) = run.history.last() {
+            monitor.skip(run.history.len() as u64);
+            if let Ok(mut status) = status.lock() {
+                status.resume(index, last);
+            }
+        }
+        let (mut saved, mut saved_generations) = (Instant::now(), run.history.len());
+        while (run.history.len() as u32) < self.evolution.generations && monitor.may_go_on() {
+            let generation = evolution.advance(&mut run);
+            monitor.generation(index, generation);
+            monitor.advance(1);
+            if let Ok(mut status) = status.lock() {
+                status.update(index, generation, monitor);
+            }
+            if saved.elapsed() >= interval {
+                checkpoint.save(run.to_json().as_bytes())?;
+                (saved, saved_generations) = (Instant::now(), run.history.len());
+            }
+        }
+        if run.history.len() > saved_generations {
+            checkpoint.save(run.to_json().as_bytes())?;
+        }
+        Ok((run.history.len() as u32 == self.evolution.generations).then_some(run))
+    }
+
+    /// EvolutionRun `index` as its checkpoint has it, or before its first generation.
+    fn begin(
+        &self,
+        evolution: &Evolution<'_, TipModel, TaskSpec>,
+        index: u32,
+        checkpoint: &Checkpoint,
+        monitor: &dyn Monitor,
+    ) -> Result<EvolutionRun, Error> {
+        let parse = |text: &str| evolution.resume(index, text);
+        let Some(loaded) = checkpoint.load(parse)? else {
+            return evolution.begin(index).map_err(Error::at(format!("run {index}")));
+        };
+        if let Some(refused) = loaded.refused {
+            monitor.note(&format!(
+                "{refused}; run {index} goes on from {}, generation {}",
+                checkpoint.previous().display(),
+                loaded.value.neat.generation()
+            ));
+        }
+        Ok(loaded.value)
+    }
+
+    /// The champion of `run` with all that it was evolved for. `json` is the model's file.
+    fn champion(&self, run: &EvolutionRun, model: &TipModel, json: &str) -> Result<Champion, Error> {
+        let genome = champion_of(run)?.clone();
+        Ok(Champion {
+            task: Some(self.task.clone()),
+            is_virtual: Some(model.is_virtual()),
+            ..Champion::of_model(genome, &self.evolution.sensors, model, json)
+        })
+    }
+
+    /// Summarizes the runs: tries each champion on unseen plants of `model`, and on a model of each plant.
+    fn summarize(&self, runs: &[EvolutionRun], model: &TipModel) -> Result<Vec<EvolutionRunSummary>, Error> {
+        let plants = model.of_each_plant()?;
+        let summarize = |run: &EvolutionRun| {
+            let genome = champion_of(run)?;
+            let trial = |models: &[TipModel]| {
+                let sensors = &self.evolution.sensors;
+                evolve::trial_of_genome(models, &self.task, sensors, genome, self.seed, self.trial_plants)
+            };
+            Ok(EvolutionRunSummary {
+                seed: run.seed,
+                best_fitness: run.champion().map_or(0.0, |(_, fitness)| fitness),
+                generations: run.neat.generation(),
+                evaluations: run.neat.evaluations(),
+                trial: trial(std::slice::from_ref(model)),
+                transfer: trial(&plants),
+                links: genome.links().len(),
+                without_data: {
+                    let champion = self.champion(run, model, "")?;
+                    let track = champion::simulate(&champion, model, &self.task, self.seed)
+                        .map_err(Error::at("champion"))?;
+                    model.share_without_data(&track)
+                },
+            })
+        };
+        runs.par_iter().map(summarize).collect()
+    }
+}
+
+fn champion_of(run: &EvolutionRun) -> Result<&Genome, Error> {
+    let (champion, _) = run.champion().ok_or_else(|| {
+        Error::at(format!("run with seed {}", run.seed))(
+            "found no champion, wanted one after its first generation",
+        )
+    })?;
+    Ok(champion)
+}
+
+/// The median of at least one number in ascending order; of an even count, the mean of the middle two.
+pub(crate) fn median(sorted: &[f64]) -> f64 {
+    f64::midpoint(sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2])
+}

@@ -1,0 +1,128 @@
+//! `evolution.toml`: everything that decides the results of an evolution, kept in its folder.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use tropism::control::OUTPUTS;
+use tropism::evolve::{Champion, EvolutionConfig, EvolutionRun};
+use tropism::plant::tip::TipModel;
+use tropism::task::TaskSpec;
+
+use tropism_neat::Genome;
+
+use super::EvolvePlan;
+use crate::{Error, files, lock};
+
+/// Everything that decides the results of an evolution: the content of `evolution.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EvolutionRecord {
+    schema: String,
+    version: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Whether the model was made from virtual plants.
+    pub is_virtual: bool,
+    /// SHA-256 of the model's JSON, in hexadecimal.
+    model_sha256: String,
+    trial_plants: u32,
+    /// Task of the controllers.
+    pub task: TaskSpec,
+    evolution: EvolutionConfig,
+}
+
+fn digest(model: &TipModel) -> String {
+    files::sha256(model.to_json().as_bytes())
+}
+
+impl EvolutionRecord {
+    /// The record of `plan` on `model`.
+    pub(super) fn new(plan: &EvolvePlan, model: &TipModel) -> Self {
+        Self {
+            schema: "tropism.evolution/1".to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seed: plan.seed,
+            is_virtual: model.is_virtual(),
+            model_sha256: digest(model),
+            trial_plants: plan.trial_plants,
+            task: plan.task.clone(),
+            evolution: plan.evolution.clone(),
+        }
+    }
+
+    /// Reads the record of the evolution in `folder`.
+    ///
+    /// # Errors
+    /// [`Error::File`] if there is none, or it cannot be read.
+    pub fn read(folder: &Path) -> Result<Self, Error> {
+        Ok(files::read_toml(&Self::path(folder))?)
+    }
+
+    /// The place of the record in `folder`.
+    pub(crate) fn path(folder: &Path) -> PathBuf {
+        folder.join("evolution.toml")
+    }
+
+    /// The champion that `genome` is in this evolution.
+    pub(crate) fn champion_of(&self, genome: Genome) -> Champion {
+        Champion {
+            sensors: self.evolution.sensors.clone(),
+            task: Some(self.task.clone()),
+            model_sha256: Some(self.model_sha256.clone()),
+            is_virtual: Some(self.is_virtual),
+            ..Champion::of_genome(genome)
+        }
+    }
+
+    /// Whether the controllers evolved on `model`.
+    pub(crate) fn is_on(&self, model: &TipModel) -> bool {
+        self.model_sha256 == digest(model)
+    }
+
+    /// Makes `folder`, or checks that the evolution in it is this one, and locks it until the result is dropped.
+    pub(super) fn claim(&self, folder: &Path, is_resumed: bool) -> Result<File, Error> {
+        let path = Self::path(folder);
+        let text = files::toml_of(&path, self)?;
+        if path.exists() {
+            if !is_resumed {
+                return Err(Error::Plan(format!(
+                    "{}: found an evolution here already, wanted a new folder (or `resume`)",
+                    folder.display()
+                )));
+            }
+            if files::read_text(&path)? != text {
+                return Err(Error::Plan(format!(
+                    "{}: found an evolution of other settings or another model, wanted the same; use another folder",
+                    path.display()
+                )));
+            }
+        }
+        files::make_folder(&folder.join("champions"))?;
+        let lock = lock(folder)?;
+        files::write(&path, text.as_bytes())?;
+        Ok(lock)
+    }
+
+    /// Among the checkpoints in the `folder` of an unfinished evolution, the run with the best champion, and its number;
+    /// `None` without a readable checkpoint. Reads only: the evolution may be at work.
+    pub(crate) fn best_so_far(&self, folder: &Path) -> Option<(u32, EvolutionRun)> {
+        let read = |index| {
+            let parse =
+                |text: &str| EvolutionRun::from_json(text, &self.evolution, OUTPUTS, self.seed, index);
+            Some((index, files::read_as(&checkpoint_path(folder, index), parse).ok()?))
+        };
+        let fitness = |run: &EvolutionRun| run.champion().map_or(f64::NEG_INFINITY, |(_, fitness)| fitness);
+        let begun = (0..self.evolution.runs).filter_map(read).filter(|(_, run)| run.champion().is_some());
+        begun.max_by(|(_, a), (_, b)| fitness(a).total_cmp(&fitness(b)))
+    }
+}
+
+/// The checkpoint of run `index` of the evolution in `folder`.
+pub(super) fn checkpoint_path(folder: &Path, index: u32) -> PathBuf {
+    folder.join(format!("run-{index:02}.json"))
+}
+
+/// The champion of run `index` of the evolution in `folder`.
+pub(crate) fn champion_path(folder: &Path, index: usize) -> PathBuf {
+    folder.join("champions").join(format!("run-{index:02}.json"))
+}

@@ -1,0 +1,175 @@
+//! Populations of virtual beans: tracks, with or without photographs.
+//!
+//! In: a virtual tent with a species, a controller, a task and a seed. Out: one track a plant. The tip is where the
+//! detector of the paper would place it; no photograph is analysed. With photographs each plant has a run folder, and the
+//! ground truth stands beside them.
+
+mod acceptance;
+mod kinematics;
+mod photographs;
+mod tuning;
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism::greenhouse::bean::grow;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::lamps::Layout;
+use tropism::random::{self, Purpose};
+use tropism::task::{Task, TaskSpec};
+use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
+use tropism::vision::VisionConfig;
+use tropism_rig::file::RigFile;
+
+pub use self::acceptance::{AcceptancePlan, AcceptanceRow, OPEN_LOOP_PLANTS, STEERED_PLANTS};
+pub use self::kinematics::{KinematicsPlan, KinematicsResults, MeasuredQuantity};
+use crate::controller::ControllerSpec;
+use crate::run::RunConfig;
+use crate::{Error, Monitor, Workflow, files};
+
+/// Grows virtual beans under a controller, and writes their tracks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GrowPlan {
+    /// Number of plants, each an individual of the species, 1 to 1000000. Paper: 6 (section 2.2.1).
+    pub plants: u32,
+    /// Controller of the lamps.
+    pub controller: ControllerSpec,
+    /// Task of the controller.
+    pub task: TaskSpec,
+    /// Species and tent. Its scene and faults only change photographs.
+    pub greenhouse: Greenhouse,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Folder for the tracks, or for the run folders of the plants.
+    pub out: PathBuf,
+    /// Whether to write a photograph of each step, with the ground truth.
+    pub photographs: bool,
+    /// Whether to continue with photographed plants in `out`.
+    pub resume: bool,
+}
+
+impl Default for GrowPlan {
+    fn default() -> Self {
+        let controller = ControllerSpec::default();
+        Self {
+            plants: 6,
+            task: controller.default_task(),
+            controller,
+            greenhouse: Greenhouse::default(),
+            seed: 1,
+            out: "beans".into(),
+            photographs: false,
+            resume: false,
+        }
+    }
+}
+
+/// The plants of a [`GrowPlan`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GrowResults {
+    /// Always true.
+    pub is_virtual: bool,
+    /// Number of plants.
+    pub plants: u32,
+    /// The folder.
+    pub out: PathBuf,
+    /// Fitness of each plant, in cm; `None` without targets.
+    pub fitness: Option<Vec<f64>>,
+    /// Mean fitness, in cm; `None` without targets.
+    pub mean_fitness: Option<f64>,
+    /// Mean height of the tips at the end, in cm.
+    pub mean_final_height_cm: f64,
+    /// Track file of each plant.
+    pub tracks: Vec<PathBuf>,
+}
+
+/// A plant that has grown: its track file and its track.
+type GrownPlant = (PathBuf, Track);
+
+impl Workflow for GrowPlan {
+    type Results = GrowResults;
+
+    const SCHEMA: &'static str = "tropism.grow/1";
+
+    fn check(&self) -> Result<(), Error> {
+        Error::check_range("plants", self.plants, 1_000_000)?;
+        self.config(0).check()?;
+        let Greenhouse { scale, bean, .. } = self.greenhouse.clone();
+        let without_camera = Greenhouse { scale, bean, ..Greenhouse::default() };
+        if !self.photographs && self.greenhouse != without_camera {
+            return Err(Error::Plan(
+                "found `greenhouse.scene`, `greenhouse.scene.cameras` or `greenhouse.faults`, wanted `photographs` with \
+                 them: they only change photographs"
+                    .to_owned(),
+            ));
+        }
+        Ok(())
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<GrowResults, Error> {
+        self.check()?;
+        files::make_folder(&self.out)?;
+        let plants = if self.photographs { self.photograph(monitor)? } else { self.grow(monitor)? };
+        let count = plants.len() as f64;
+        let fitness: Option<Vec<f64>> = (!self.task.targets().is_empty())
+            .then(|| plants.iter().map(|(_, track)| self.task.fitness(track)).collect());
+        let heights = plants.iter().map(|(_, track)| track.samples[track.samples.len() - 1].tip.y);
+        Ok(GrowResults {
+            is_virtual: true,
+            plants: self.plants,
+            out: self.out.clone(),
+            mean_fitness: fitness.as_ref().map(|fitness| fitness.iter().sum::<f64>() / count),
+            fitness,
+            mean_final_height_cm: heights.sum::<f64>() / count,
+            tracks: plants.into_iter().map(|(path, _)| path).collect(),
+        })
+    }
+}
+
+impl GrowPlan {
+    /// The run folder of a plant, from 0; without photographs, its track file without the extension.
+    #[must_use]
+    pub fn folder(&self, plant: u32) -> PathBuf {
+        self.out.join(format!("plant-{:04}", plant + 1))
+    }
+
+    /// The seed of a plant, from 0. It fits into TOML, so that a run with this seed grows the same plant.
+    fn seed_of(&self, plant: u32) -> u64 {
+        random::derive(self.seed, Purpose::Plant, plant.into()) >> 1
+    }
+
+    /// The run that would grow and photograph the plant of `seed`.
+    fn config(&self, seed: u64) -> RunConfig {
+        let rig = RigFile::greenhouse(self.greenhouse.clone(), VisionConfig::default());
+        RunConfig::new(rig, self.controller.clone(), self.task.clone(), seed)
+    }
+
+    /// Grows all plants without photographs.
+    fn grow(&self, monitor: &dyn Monitor) -> Result<Vec<GrownPlant>, Error> {
+        monitor.stage("grow", self.plants.into());
+        let grow = |plant: u32| {
+            let mut is_whole = true;
+            let mut watch = |_: &Sample| {
+                is_whole = monitor.may_go_on();
+                if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            };
+            let Greenhouse { bean, scale, .. } = &self.greenhouse;
+            let mut controller = self.controller.build(&self.task, &Layout::default(), PAPER_PERIOD_MIN);
+            let track = grow(bean, self.seed_of(plant), *scale, &mut *controller, &self.task, &mut watch);
+            monitor.advance(1);
+            if !is_whole {
+                return Ok(None);
+            }
+            let path = self.folder(plant).with_extension("csv");
+            files::write_track(&path, &track)?;
+            Ok(Some((path, track)))
+        };
+        let plants: Vec<Option<GrownPlant>> =
+            (0..self.plants).into_par_iter().map(grow).collect::<Result<_, Error>>()?;
+        let plants: Option<Vec<GrownPlant>> = plants.into_iter().collect();
+        plants.ok_or_else(|| Error::Cancelled("some tracks were not written".to_owned()))
+    }
+}

@@ -1,0 +1,76 @@
+//! The paper's figures from runs, tracks and evolutions.
+
+use rayon::prelude::*;
+use tropism::task::Task;
+use tropism::track::Track;
+use tropism_report::{self as report, Composite, Figure, LitStem, Plants};
+
+use super::FinishedRun;
+use crate::Error;
+use crate::evolve::EvolutionHistory;
+use crate::track::stem_at;
+
+/// Figures 2 to 5 of open-loop runs; none without a run.
+pub(crate) fn of_open_loop_runs(runs: &[FinishedRun]) -> Result<Vec<Figure>, Error> {
+    let Some(first) = runs.first() else { return Ok(Vec::new()) };
+    let plants = first.plants();
+    let composites: Vec<Composite> = runs.par_iter().map(FinishedRun::composite).collect::<Result<_, _>>()?;
+    let tracks: Vec<Track> = runs.iter().map(|run| run.track.clone()).collect();
+    let mut figures = vec![report::composite(&composites, plants)];
+    figures.extend(of_tips(&tracks, plants));
+    Ok(figures)
+}
+
+/// Figures 3 to 5, and 9 if a track has stems, of tracks of photographs; none without a track.
+pub(crate) fn of_tracks(tracks: &[Track], plants: Plants) -> Vec<Figure> {
+    if tracks.is_empty() {
+        return Vec::new();
+    }
+    let mut figures = of_tips(tracks, plants);
+    let stems = tracks.iter().map(stems_of_track).find(|stems| !stems.is_empty());
+    figures.extend(stems.map(|stems| report::stems(&stems, plants)));
+    figures
+}
+
+/// Figures 3 to 5: speed, trajectories, directions and shifts of the tips.
+fn of_tips(tracks: &[Track], plants: Plants) -> Vec<Figure> {
+    let mut figures = vec![
+        report::speed(tracks, plants),
+        report::trajectories(tracks, plants),
+        report::directions(tracks, plants),
+    ];
+    figures.extend(report::shift_maps(tracks, plants));
+    figures
+}
+
+/// Figures 6a and 6b: fitness over the generations of all runs, and of the first one.
+pub(crate) fn of_evolution(history: &EvolutionHistory, plants: Plants) -> Vec<Figure> {
+    let mut figures = vec![report::fitness_boxes(&history.best, plants)];
+    if let (Some(best), Some(mean)) = (history.best.first(), history.mean.first()) {
+        figures.push(report::fitness_run(best, mean, plants));
+    }
+    figures
+}
+
+/// Figure 8: the track of a steered plant between its targets.
+pub(crate) fn of_steered_run(run: &FinishedRun) -> Figure {
+    let title = format!("Steered by {}", run.config.controller_description());
+    report::steering("8", &title, &run.track, run.config.task.targets(), run.fitness(), run.plants())
+}
+
+/// Figure 9: the stems of the first run in whose photographs stems are detected.
+pub(crate) fn of_stems(runs: &[FinishedRun]) -> Result<Option<Figure>, Error> {
+    for run in runs {
+        let stems = run.stems()?;
+        if !stems.is_empty() {
+            return Ok(Some(report::stems(&stems, run.plants())));
+        }
+    }
+    Ok(None)
+}
+
+/// The stems in the columns of a track, each with the light that followed.
+fn stems_of_track(track: &Track) -> Vec<LitStem> {
+    let rows = track.samples.iter().enumerate();
+    rows.filter_map(|(row, sample)| Some((stem_at(track, row)?, sample.light))).collect()
+}

@@ -1,0 +1,89 @@
+//! The folder of a finished run: its configuration, its track and what its photographs show.
+
+use std::path::{Path, PathBuf};
+
+use tropism::photo::Image;
+use tropism::task::Task;
+use tropism::track::Track;
+use tropism_report::{Composite, LitStem, Plants};
+
+use crate::run::RunConfig;
+use crate::{Error, files};
+
+/// Largest number of photographs of a run in Figures 2 and 9; chosen by hand.
+const MAX_PHOTOGRAPHS: usize = 60;
+
+/// Points of a stem in Figure 9, at equal distances.
+const STEM_POINTS: usize = 10;
+
+/// A finished run.
+pub(crate) struct FinishedRun {
+    /// Its folder.
+    pub(crate) path: PathBuf,
+    pub(crate) config: RunConfig,
+    pub(crate) track: Track,
+}
+
+impl FinishedRun {
+    /// Reads the run in `path`.
+    ///
+    /// # Errors
+    /// [`Error`] if the folder is none of a run, or its run is not finished.
+    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
+        let config = RunConfig::read(path)?;
+        let file = path.join("track.csv");
+        if !file.exists() {
+            return Err(Error::Plan(format!(
+                "{}: found a run that is not over, wanted its track.csv; go on with it by `resume`",
+                path.display()
+            )));
+        }
+        Ok(Self { path: path.to_owned(), config, track: files::read_track(&file)? })
+    }
+
+    /// Reads the runs in the folders `1`, `2` and so on of `path`.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub(crate) fn read_numbered(path: &Path) -> Result<Vec<Self>, Error> {
+        let numbered = (1..).map(|number: u32| path.join(number.to_string()));
+        numbered.take_while(|path| path.join("run.toml").exists()).map(|path| Self::read(&path)).collect()
+    }
+
+    /// The label of its plant in figures.
+    pub(crate) const fn plants(&self) -> Plants {
+        self.config.plants()
+    }
+
+    /// Fitness of the run for its own task, in cm.
+    pub(crate) fn fitness(&self) -> f64 {
+        self.config.task.fitness(&self.track)
+    }
+
+    /// Photographs at equal distances over the run, each with its step. A damaged photograph is left out.
+    fn photographs(&self) -> Result<impl Iterator<Item = (usize, Image)>, Error> {
+        let photographs = files::photographs(&[self.path.join("photographs")])?;
+        let stride = photographs.len().div_ceil(MAX_PHOTOGRAPHS);
+        Ok(photographs
+            .into_iter()
+            .enumerate()
+            .step_by(stride)
+            .filter_map(|(step, path)| Some((step, files::read_photo(&path, 0.0).ok()?.decode().ok()?))))
+    }
+
+    /// Its photographs laid over each other, for Figure 2.
+    pub(super) fn composite(&self) -> Result<Composite, Error> {
+        Ok(self.photographs()?.map(|(_, image)| image).collect())
+    }
+
+    /// Its stems with the light at each, for Figure 9. A run keeps tips only, so its photographs are analysed again.
+    pub(super) fn stems(&self) -> Result<Vec<LitStem>, Error> {
+        let Some(eye) = self.config.eye() else { return Ok(Vec::new()) };
+        let stem = |(step, image): (usize, Image)| {
+            let seen = eye.clone().update_next(eye.detect(Ok(&image)));
+            let light = self.track.samples.get(step).and_then(|sample| sample.light);
+            Some((seen.observation?.stem?.resampled(STEM_POINTS), light))
+        };
+        Ok(self.photographs()?.filter_map(stem).collect())
+    }
+}

@@ -1,0 +1,194 @@
+//! Reports: one HTML page of figures and tables from runs, tracks and evolutions, or from a study.
+
+pub(crate) mod figures;
+mod finished_run;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use tropism::task::Task;
+use tropism::track::Track;
+use tropism_report::{Figure, Page, Plants, Table};
+
+pub(crate) use self::finished_run::FinishedRun;
+use crate::evolve::{EvolutionHistory, EvolutionRecord};
+use crate::fit::is_of_virtual_plant;
+use crate::{Error, Monitor, Workflow, files, study};
+
+/// Writes a report of folders and tracks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ReportPlan {
+    /// Folders of runs and evolutions and track files; or the folder of one study.
+    pub sources: Vec<PathBuf>,
+    /// HTML file of the report.
+    pub out: PathBuf,
+    /// Folder for the figures as SVG and JPEG files.
+    pub figures: Option<PathBuf>,
+}
+
+impl Default for ReportPlan {
+    fn default() -> Self {
+        Self { sources: vec!["tropism-study".into()], out: "report.html".into(), figures: None }
+    }
+}
+
+/// A written report.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReportResults {
+    /// HTML file of the report.
+    pub report: PathBuf,
+    /// Numbers of its figures, in order; as in the paper where it has such a figure.
+    pub figures: Vec<String>,
+}
+
+impl Workflow for ReportPlan {
+    type Results = ReportResults;
+
+    const SCHEMA: &'static str = "tropism.report/1";
+
+    fn check(&self) -> Result<(), Error> {
+        if self.sources.is_empty() {
+            return Err(Error::Plan("found no `sources`, wanted a folder or a track".to_owned()));
+        }
+        Ok(())
+    }
+
+    fn execute(&self, _monitor: &dyn Monitor) -> Result<ReportResults, Error> {
+        self.check()?;
+        let page = match self.sources.as_slice() {
+            [folder] if folder.join("study.toml").exists() => study::page(folder)?,
+            sources => Sources::read(sources)?.page(sources)?,
+        };
+        files::write(&self.out, page.html().as_bytes())?;
+        if let Some(folder) = &self.figures {
+            files::make_folder(folder)?;
+            for (name, bytes) in page.figures.iter().flat_map(Figure::files) {
+                files::write(&folder.join(name), &bytes)?;
+            }
+        }
+        let figures = page.figures.iter().map(|figure| figure.number.to_owned()).collect();
+        Ok(ReportResults { report: self.out.clone(), figures })
+    }
+}
+
+/// The content of the sources of a report.
+#[derive(Default)]
+struct Sources {
+    open_loop: Vec<FinishedRun>,
+    steered: Vec<FinishedRun>,
+    tracks: Vec<Track>,
+    evolutions: Vec<(EvolutionHistory, Plants)>,
+    is_virtual: bool,
+}
+
+impl Sources {
+    fn read(paths: &[PathBuf]) -> Result<Self, Error> {
+        let mut sources = Self::default();
+        for path in paths {
+            sources.add(path)?;
+        }
+        Ok(sources)
+    }
+
+    fn add(&mut self, path: &Path) -> Result<(), Error> {
+        if path.is_file() {
+            let track = files::read_track(path)?;
+            self.is_virtual |= is_of_virtual_plant(path, &track);
+            self.tracks.push(track);
+        } else if path.join("run.toml").exists() {
+            let run = FinishedRun::read(path)?;
+            self.is_virtual |= run.config.is_virtual();
+            let runs =
+                if run.config.task.targets().is_empty() { &mut self.open_loop } else { &mut self.steered };
+            runs.push(run);
+        } else if path.join("history.csv").exists() {
+            let is_virtual = EvolutionRecord::read(path)?.is_virtual;
+            self.is_virtual |= is_virtual;
+            let plants = if is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
+            self.evolutions.push((EvolutionHistory::read(&path.join("history.csv"))?, plants));
+        } else {
+            return Err(Error::Plan(format!(
+                "{}: found no run.toml, history.csv or study.toml, wanted the folder of a finished run, evolution or study",
+                path.display()
+            )));
+        }
+        Ok(())
+    }
+
+    fn figures(&self, plants: Plants) -> Result<Vec<Figure>, Error> {
+        let mut all = figures::of_open_loop_runs(&self.open_loop)?;
+        all.extend(
+            self.evolutions.iter().flat_map(|(history, plants)| figures::of_evolution(history, *plants)),
+        );
+        all.extend(self.steered.iter().map(figures::of_steered_run));
+        all.extend(figures::of_stems(&self.open_loop)?);
+        all.extend(figures::of_tracks(&self.tracks, plants));
+        Ok(all)
+    }
+
+    fn page(&self, paths: &[PathBuf]) -> Result<Page, Error> {
+        let Self { open_loop, steered, tracks, .. } = self;
+        let plants = if self.is_virtual { Plants::Virtual } else { Plants::Real };
+        let of_photographs = match tracks.len() {
+            0 => String::new(),
+            count => format!(", {count} tracks of photographs"),
+        };
+        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        Ok(Page {
+            title: "Experiments".to_owned(),
+            intro: format!(
+                "{} open-loop and {} steered experiments{of_photographs}.",
+                open_loop.len(),
+                steered.len(),
+            ),
+            plants,
+            numbers: Vec::new(),
+            tables: if steered.is_empty() { Vec::new() } else { vec![fitness_table(steered)] },
+            figures: self.figures(plants)?,
+            command: format!("tropism report {}", names.join(" ")),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seeds: open_loop
+                .iter()
+                .chain(steered)
+                .map(|run| (run.path.display().to_string(), run.config.seed))
+                .collect(),
+            stages: Vec::new(),
+            config: String::new(),
+        })
+    }
+}
+
+/// The fitness of steered runs, and the distance of their tips to each target.
+pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
+    let row = |run: &FinishedRun| {
+        let targets = run.config.task.as_targets();
+        let distances: Vec<String> = targets
+            .map_or_else(Vec::new, |task| task.crossings(&run.track))
+            .iter()
+            .map(|crossing| {
+                crossing.map_or("-".to_owned(), |crossing| format!("{:.1}", crossing.distance_cm))
+            })
+            .collect();
+        vec![
+            short_name(&run.path),
+            run.config.controller_description(),
+            format!("{:.2}", run.fitness()),
+            (run.track.samples.len() - 1).to_string(),
+            distances.join(", "),
+        ]
+    };
+    let head = ["Run", "Controller", "Fitness (cm)", "Steps", "Distance to each target at its height (cm)"];
+    Table {
+        title: "Steered experiments".to_owned(),
+        caption: "Fitness after eq. (9). Tips are as the controller saw them in photographs.".to_owned(),
+        head: head.map(str::to_owned).to_vec(),
+        rows: runs.iter().map(row).collect(),
+    }
+}
+
+/// The last two parts of a path: `champion/1`.
+fn short_name(path: &Path) -> String {
+    let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
+    parts[parts.len().saturating_sub(2)..].join("/")
+}

@@ -1,0 +1,87 @@
+//! Who hears of a run: the channels of its rig, and the monitor of the workflow.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use tropism::rig::{Event, HealthProblem, RunMonitor};
+use tropism::track::Sample;
+use tropism_rig::alert::{self, Happening, Kind};
+use tropism_rig::computer::Computer;
+use tropism_rig::file::RigFile;
+
+use crate::error::Error;
+use crate::monitor::Monitor;
+
+/// The open alert channels of a run. Telling them never delays a step.
+pub(super) struct Alerts(alert::Alerts);
+
+impl Alerts {
+    /// Opens the channels of `rig` for the run in the folder `out`.
+    pub(super) fn open(rig: &RigFile, out: &Path) -> Result<Self, Error> {
+        let name =
+            out.file_name().map_or_else(|| out.display().to_string(), |name| name.to_string_lossy().into());
+        rig.open_alerts(&name).map(Self).map_err(Error::at("alerts"))
+    }
+
+    /// Tells of a step, for heartbeats and the status at a broker.
+    pub(super) fn step(&self, sample: &Sample) {
+        let text = format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y);
+        self.0.tell(&Happening::now(Kind::Step, Some(sample.step), &*text));
+    }
+
+    /// Tells of an error that ends the run.
+    pub(super) fn fault(&self, error: &Error) {
+        self.0.tell(&Happening::now(Kind::Fault, None, error.with_causes()));
+    }
+
+    /// Waits until everything is delivered, half a minute at most, and notes what could not be.
+    pub(super) fn close(self, monitor: &dyn Monitor) {
+        for (name, problem) in self.0.close() {
+            monitor.note(&format!("alert ({name}): not delivered: {problem}"));
+        }
+    }
+}
+
+/// Passes the events of a run to its alert channels.
+pub(super) struct AlertMonitor<'a>(pub(super) &'a Alerts);
+
+impl RunMonitor for AlertMonitor<'_> {
+    fn event(&mut self, event: &Event) {
+        self.0.0.tell(&Happening::now(event.kind, Some(event.step), &*event.text));
+    }
+}
+
+/// Passes the events of a run to the monitor of the workflow, which may ask for an end.
+pub(super) struct WorkflowMonitor<'a>(pub(super) &'a dyn Monitor);
+
+impl RunMonitor for WorkflowMonitor<'_> {
+    fn event(&mut self, event: &Event) {
+        self.0.event(event);
+    }
+
+    fn heartbeat(&mut self) -> ControlFlow<()> {
+        self.0.heartbeat();
+        if self.0.may_go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+}
+
+/// Reports a host computer that is too hot or whose supply is too weak.
+pub(super) struct HostMonitor {
+    computer: Computer,
+    hot_c: f64,
+}
+
+impl HostMonitor {
+    /// Watches this computer; above `hot_c` degrees Celsius it is too hot.
+    pub(super) fn new(hot_c: f64) -> Self {
+        Self { computer: Computer::here(), hot_c }
+    }
+}
+
+impl RunMonitor for HostMonitor {
+    fn event(&mut self, _event: &Event) {}
+
+    fn health(&mut self) -> Vec<HealthProblem> {
+        self.computer.health(self.hot_c)
+    }
+}

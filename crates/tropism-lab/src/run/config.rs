@@ -1,0 +1,259 @@
+//! `run.toml`: everything that decides the outcome of a run.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use tropism::evolve::Champion;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::lamps::Layout;
+use tropism::task::TaskSpec;
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
+use tropism_neat::Genome;
+use tropism_report::Plants;
+use tropism_rig::file::RigFile;
+
+use crate::controller::ControllerSpec;
+use crate::error::Error;
+use crate::files::{self, FileError};
+use crate::folder::{FolderError, RunFolder};
+
+/// The schema that is written.
+const SCHEMA: &str = "tropism.run/2";
+
+/// The schema before it, with the controller as prose.
+const SCHEMA_1: &str = "tropism.run/1";
+
+/// Everything that decides the outcome of a run: the text of `run.toml`. The same configuration gives the same bits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunConfig {
+    schema: String,
+    version: String,
+    is_virtual: bool,
+    /// Seed of the virtual plant.
+    pub seed: u64,
+    /// The controller, complete.
+    pub controller: ControllerSpec,
+    /// Targets and limits.
+    pub task: TaskSpec,
+    /// Camera, lamps, flash and vision; without the channels of its alerts, which decide nothing of the outcome.
+    pub rig: RigFile,
+}
+
+impl Default for RunConfig {
+    /// The paper's open-loop experiment in the virtual tent.
+    fn default() -> Self {
+        let rig = RigFile::greenhouse(Greenhouse::default(), VisionConfig::default());
+        let controller = ControllerSpec::default();
+        let task = controller.default_task();
+        Self::new(rig, controller, task, 1)
+    }
+}
+
+impl RunConfig {
+    /// The configuration of a run of `controller` in `rig`.
+    #[must_use]
+    pub fn new(rig: RigFile, controller: ControllerSpec, task: TaskSpec, seed: u64) -> Self {
+        Self {
+            schema: SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            is_virtual: rig.is_virtual(),
+            seed,
+            controller,
+            task,
+            rig,
+        }
+    }
+
+    /// Reads `run.toml` in `folder`, also of `tropism.run/1`.
+    ///
+    /// # Errors
+    /// [`Error::File`] names the file, the line and the key, or the schema that is not known.
+    pub fn read(folder: &Path) -> Result<Self, Error> {
+        let path = folder.join("run.toml");
+        match read_schema(&path)?.as_str() {
+            SCHEMA => Ok(files::read_toml(&path)?),
+            SCHEMA_1 => {
+                let content = |problem| FileError::Content { path: path.clone(), problem };
+                Ok(files::read_toml::<Config1>(&path)?.upgraded().map_err(content)?)
+            }
+            other => {
+                let problem = format!("found schema {other:?}, wanted {SCHEMA:?} or {SCHEMA_1:?}");
+                Err(FileError::Content { path, problem }.into())
+            }
+        }
+    }
+
+    /// The text of `run.toml`.
+    ///
+    /// # Errors
+    /// [`Error::At`] if a value cannot be written as TOML.
+    pub fn to_toml(&self) -> Result<String, Error> {
+        toml::to_string(self).map_err(Error::at("run.toml"))
+    }
+
+    /// Whether the plant is virtual.
+    #[must_use]
+    pub const fn is_virtual(&self) -> bool {
+        self.is_virtual
+    }
+
+    /// The label of its plant in figures.
+    #[must_use]
+    pub const fn plants(&self) -> Plants {
+        if self.is_virtual { Plants::Virtual } else { Plants::Real }
+    }
+
+    /// The controller in a few words.
+    #[must_use]
+    pub fn controller_description(&self) -> String {
+        self.controller.description(self.rig.period_min)
+    }
+
+    /// How its photographs map to centimetres.
+    #[must_use]
+    pub fn calibration(&self) -> Option<Calibration> {
+        self.rig.calibration()
+    }
+
+    /// The tracker for its photographs.
+    #[must_use]
+    pub fn eye(&self) -> Option<TipTracker> {
+        let vision = &self.rig.vision;
+        let crop = vision.crop.or_else(|| self.rig.greenhouse.as_ref().map(Greenhouse::crop));
+        TipTracker::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()
+    }
+
+    /// Checks what a file or a caller may have got wrong.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), Error> {
+        let plan = |error: &dyn std::error::Error| Error::Plan(error.to_string());
+        self.rig.check().map_err(|error| plan(&error))?;
+        self.task.check().map_err(|error| plan(&error))?;
+        self.controller.check(&Layout::default(), self.rig.period_min)
+    }
+
+    /// Makes the run folder at `path`, or opens the one that is there if its configuration is this one; one whose run is
+    /// over only with `is_resumed`.
+    ///
+    /// # Errors
+    /// [`Error::Folder`]; a [refusal](FolderError::is_refusal) leaves the folder as it was.
+    pub fn open_folder(&self, path: &Path, is_resumed: bool) -> Result<RunFolder, Error> {
+        let file = path.join("run.toml");
+        if file.exists() && read_schema(&file)? == SCHEMA_1 {
+            return Err(FolderError::OldSchema { path: file, found: SCHEMA_1, wanted: SCHEMA }.into());
+        }
+        Ok(RunFolder::open(path, &self.to_toml()?, self.rig.durability(), is_resumed)?)
+    }
+}
+
+fn read_schema(path: &Path) -> Result<String, FileError> {
+    #[derive(Deserialize)]
+    struct Head {
+        schema: String,
+    }
+    Ok(files::read_toml::<Head>(path)?.schema)
+}
+
+/// `tropism.run/1`: the controller in words, and the JSON of its network if it has one.
+#[derive(Deserialize)]
+struct Config1 {
+    version: String,
+    is_virtual: bool,
+    seed: u64,
+    controller: String,
+    network: Option<String>,
+    task: TaskSpec,
+    rig: RigFile,
+}
+
+impl Config1 {
+    fn upgraded(self) -> Result<RunConfig, String> {
+        let controller = self.controller()?;
+        let Self { version, is_virtual, seed, task, rig, .. } = self;
+        Ok(RunConfig { schema: SCHEMA_1.to_owned(), version, is_virtual, seed, controller, task, rig })
+    }
+
+    fn controller(&self) -> Result<ControllerSpec, String> {
+        if let Some(json) = &self.network {
+            let genome = Genome::from_json(json).map_err(|error| format!("network: {error}"))?;
+            return ControllerSpec::network(Champion::of_genome(genome))
+                .map_err(|error| format!("network: {error}"));
+        }
+        let words = self.controller.as_str();
+        let steps = words.strip_prefix("periodic, ").and_then(|rest| rest.strip_suffix(" steps"));
+        match steps.and_then(|steps| steps.parse::<u32>().ok()) {
+            Some(steps) => Ok(ControllerSpec::periodic(f64::from(steps) * self.rig.period_min)),
+            None if words == "chase" => Ok(ControllerSpec::Greedy),
+            None => Err(format!("found controller {words:?}, wanted a periodic one, chase or a network")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<RunConfig, Error> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("run.toml"), text).unwrap();
+        RunConfig::read(folder.path())
+    }
+
+    fn network() -> ControllerSpec {
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 7, 0);
+        ControllerSpec::network(Champion::of_genome(genome)).unwrap()
+    }
+
+    #[test]
+    fn a_configuration_comes_back_from_its_file() {
+        for controller in [ControllerSpec::default(), ControllerSpec::Greedy, network()] {
+            let task = controller.default_task();
+            let config = RunConfig { controller, task, ..RunConfig::default() };
+            let text = config.to_toml().unwrap();
+            let again = read(&text).unwrap();
+            assert_eq!(again, config, "{text}");
+            assert_eq!(again.to_toml().unwrap(), text);
+        }
+    }
+
+    /// A configuration as `tropism.run/1` has it.
+    fn old(controller: &str) -> String {
+        let text = RunConfig::default().to_toml().unwrap();
+        let (_, rig) = text.split_once("\n[rig]\n").unwrap();
+        format!(
+            "schema = \"tropism.run/1\"\nversion = \"0.1.0\"\nis_virtual = true\nseed = 7\n{controller}\n\
+             [task]\ntargets = []\nend_height_cm = inf\nmax_steps = 10\n[rig]\n{rig}"
+        )
+    }
+
+    #[test]
+    fn a_file_of_schema_1_is_read() {
+        let config = read(&old("controller = \"periodic, 72 steps\"")).unwrap();
+        assert_eq!((&config.controller, config.seed), (&ControllerSpec::periodic(360.0), 7));
+        assert_eq!(config.controller_description(), "periodic, 72 steps");
+        assert_eq!(read(&old("controller = \"chase\"")).unwrap().controller, ControllerSpec::Greedy);
+        let json = network().champion().unwrap().genome.to_json();
+        let text = old(&format!("controller = \"network\"\nnetwork = '''{json}'''"));
+        assert_eq!(read(&text).unwrap().controller, network());
+        let error = read(&old("controller = \"magic\"")).unwrap_err().to_string();
+        assert!(error.contains("run.toml: found controller \"magic\""), "{error}");
+    }
+
+    #[test]
+    fn a_file_of_schema_1_is_not_resumed() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("run.toml"), old("controller = \"chase\"")).unwrap();
+        let config = RunConfig::read(folder.path()).unwrap();
+        let error = config.open_folder(folder.path(), true).unwrap_err().to_string();
+        assert!(error.contains("found a run of tropism.run/1, wanted tropism.run/2"), "{error}");
+    }
+
+    #[test]
+    fn an_unknown_schema_is_named() {
+        let error = read("schema = \"tropism.run/9\"").unwrap_err().to_string();
+        assert!(error.contains("found schema \"tropism.run/9\""), "{error}");
+    }
+}

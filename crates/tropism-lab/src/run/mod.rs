@@ -1,0 +1,259 @@
+//! The workflow `run`: the loop of photograph, decision and lamp, recorded in a run folder.
+//!
+//! In comes a [`RunPlan`]: a run folder and its [`RunConfig`], the text of `run.toml`. Out come [`RunResults`], the track
+//! and the folder. A run that was interrupted by an end, a kill or a power cut is executed again with the same plan and ends
+//! with the same bits as without the interruption.
+
+mod alerts;
+mod config;
+mod start;
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+use tropism::environment::{self, Environment};
+use tropism::greenhouse::tent::Device;
+use tropism::observation::Quality;
+use tropism::rig::{EventKind, RunMonitor};
+use tropism::task::Task;
+use tropism::track::{Sample, Track};
+
+use crate::error::Error;
+use crate::files::{self, FileError};
+use crate::folder::RunFolder;
+use crate::journal::Journal;
+use crate::monitor::Monitor;
+use crate::recorded::{RecordError, Recorded, Supervision};
+use crate::workflow::Workflow;
+use alerts::{AlertMonitor, Alerts, HostMonitor, WorkflowMonitor};
+
+pub use config::RunConfig;
+
+/// A run and where it is recorded.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RunPlan {
+    /// Run folder. It is made, or holds a run of the same configuration that is resumed.
+    pub out: PathBuf,
+    /// Whether to resume a run that is paused, over, or was down for longer than its rig allows.
+    pub resume: bool,
+    /// How many times as fast as a real plant a virtual one grows, 0.001 to 1e9; as fast as the machine can if it is left
+    /// out. The results do not depend on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
+    /// Everything that decides the outcome.
+    pub config: RunConfig,
+}
+
+impl Default for RunPlan {
+    /// The paper's open-loop experiment in the virtual tent, recorded in the folder `run`.
+    fn default() -> Self {
+        Self { out: "run".into(), resume: false, speed: None, config: RunConfig::default() }
+    }
+}
+
+/// What a run left.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunResults {
+    /// Run folder.
+    pub run: PathBuf,
+    /// Whether the plant is virtual.
+    pub is_virtual: bool,
+    /// Steps taken.
+    pub steps: usize,
+    /// Photographs without a detected plant, for which the last tip was held.
+    pub held: usize,
+    /// Fitness by eq. (9), in cm; `None` without targets.
+    pub fitness: Option<f64>,
+    /// File of the track.
+    #[serde(rename = "track")]
+    pub track_file: PathBuf,
+    /// The track.
+    #[serde(skip)]
+    pub track: Track,
+}
+
+impl RunPlan {
+    /// The plan that resumes or repeats the run in the folder `out` from its `run.toml` alone.
+    ///
+    /// # Errors
+    /// Those of [`RunConfig::read`].
+    pub fn of_folder(out: &Path, resume: bool) -> Result<Self, Error> {
+        Ok(Self { out: out.to_owned(), resume, speed: None, config: RunConfig::read(out)? })
+    }
+
+    /// Runs in `folder`, or resumes the run there, and writes the files of a run that is over.
+    fn record(&self, folder: RunFolder, alerts: &Alerts, monitor: &dyn Monitor) -> Result<Track, Error> {
+        let (rig, out) = (&self.config.rig, &*self.out);
+        let mut pace = self.pace(monitor)?;
+        let mut monitors: Vec<Box<dyn RunMonitor + '_>> =
+            vec![Box::new(AlertMonitor(alerts)), Box::new(WorkflowMonitor(monitor))];
+        let mut since_start = Duration::ZERO;
+        if !rig.is_virtual() {
+            monitors.push(Box::new(HostMonitor::new(rig.patience().hot_c)));
+            since_start = start::since_start(rig, &folder, self.resume, &mut monitors)?;
+        }
+        let open = rig.open(self.config.seed, since_start).map_err(Error::at("rig"))?;
+        let care = Supervision {
+            patience: rig.patience(),
+            lamps_in_view: rig.lamps_in_view.clone(),
+            watcher: Box::new(monitors),
+        };
+        let mut recorded = Recorded::new(open.rig, folder, care)?;
+        let mut is_over = true;
+        let mut side = Ok(());
+        let mut watch = |sample: &Sample| {
+            if let Some(device) = open.truth.as_ref().filter(|_| side.is_ok()) {
+                side = keep_side_photograph(device, &out.join("side"));
+            }
+            if let Some(pace) = &mut pace {
+                pace.wait_for(sample.step);
+            }
+            monitor.advance(1);
+            alerts.step(sample);
+            monitor.sample(sample);
+            let may_go_on = monitor.may_go_on();
+            is_over &= may_go_on || sample.light.is_none();
+            if may_go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let mut controller =
+            self.config.controller.build(&self.config.task, recorded.layout(), rig.period_min);
+        let done = environment::run(&mut recorded, &mut *controller, &self.config.task, &mut watch);
+        let interrupted = || Error::Interrupted { folder: out.to_owned() };
+        let track = match done {
+            Err(RecordError::Stopped) => return Err(interrupted()),
+            Err(RecordError::Paused(reason)) => return Err(Error::Paused { folder: out.to_owned(), reason }),
+            other => other?,
+        };
+        side?;
+        if !is_over {
+            recorded.tell(EventKind::Stopped, "asked to end".to_owned())?;
+            return Err(interrupted());
+        }
+        if let Some(device) = &open.truth {
+            files::write(&out.join("truth.csv"), &device.truth_csv())?;
+            files::write(&out.join("truth.jsonl"), &device.truth_json())?;
+        }
+        self.write_calibration()?;
+        recorded.folder().write_track(&track)?;
+        if recorded.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
+            recorded.tell(EventKind::Finished, format!("{} steps", track.samples.len() - 1))?;
+        }
+        Ok(track)
+    }
+
+    /// What holds the steps of a virtual tent back, if anything does.
+    fn pace<'a>(&self, monitor: &'a dyn Monitor) -> Result<Option<Pace<'a>>, Error> {
+        let Some(speed) = self.speed else { return Ok(None) };
+        let journal = self.out.join("journal.sqlite");
+        let past = match journal.exists() {
+            true => Journal::open_to_read(&journal)
+                .and_then(|journal| journal.count())
+                .map_err(Error::at(journal.display()))?,
+            false => 0,
+        };
+        let per_step = Duration::from_secs_f64(60.0 * self.config.rig.period_min / speed);
+        Ok(Some(Pace { monitor, per_step, past, started: None }))
+    }
+
+    fn write_calibration(&self) -> Result<(), Error> {
+        let Some(calibration) = self.config.calibration() else { return Ok(()) };
+        let text = toml::to_string(&calibration).map_err(Error::at("calibration.toml"))?;
+        files::write(&self.out.join("calibration.toml"), text.as_bytes())?;
+        let side = self.out.join("side");
+        if side.exists() {
+            files::write(&side.join("calibration.toml"), text.as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+impl Workflow for RunPlan {
+    type Results = RunResults;
+    const SCHEMA: &'static str = "tropism.run/2";
+
+    fn check(&self) -> Result<(), Error> {
+        if let Some(speed) = self.speed {
+            if !(0.001..=1e9).contains(&speed) {
+                return Err(Error::Plan(format!("`speed` {speed}: wanted 0.001 to 1e9")));
+            }
+            if !self.config.is_virtual() {
+                return Err(Error::Plan(format!(
+                    "`speed` {speed}: found a real tent, wanted the virtual one: real plants take their time"
+                )));
+            }
+        }
+        self.config.check()
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<RunResults, Error> {
+        self.check()?;
+        let folder = self.config.open_folder(&self.out, self.resume);
+        // A folder that another program or another run has is left as it is, and no alert tells of it.
+        if matches!(&folder, Err(Error::Folder(error)) if error.is_refusal()) {
+            folder?;
+            unreachable!("an error returned above");
+        }
+        let max_steps = u64::from(self.config.task.max_steps());
+        monitor.stage("run", max_steps);
+        let alerts = Alerts::open(&self.config.rig, &self.out)?;
+        let done = folder.and_then(|folder| self.record(folder, &alerts, monitor));
+        // People heard of a pause when it happened, and an end was asked for.
+        if let Err(error) = &done
+            && !matches!(error, Error::Paused { .. } | Error::Interrupted { .. })
+        {
+            alerts.fault(error);
+            monitor.status(&format!("fault: {}", error.with_causes()));
+        }
+        monitor.closing();
+        alerts.close(monitor);
+        let track = done?;
+        // A task that ended early leaves the rest of the stage.
+        monitor.advance(max_steps.saturating_sub(track.samples.len() as u64));
+        let task = &self.config.task;
+        Ok(RunResults {
+            run: self.out.clone(),
+            is_virtual: self.config.is_virtual(),
+            steps: track.samples.len() - 1,
+            held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
+            fitness: (!task.targets().is_empty()).then(|| task.fitness(&track)),
+            track_file: self.out.join("track.csv"),
+            track,
+        })
+    }
+}
+
+/// Holds the steps of a virtual tent back, so that people can watch it.
+struct Pace<'a> {
+    monitor: &'a dyn Monitor,
+    per_step: Duration,
+    /// Steps that were taken before an interruption; they are replayed at once.
+    past: u32,
+    started: Option<Instant>,
+}
+
+impl Pace<'_> {
+    /// Returns when the step is due, or when the monitor asks for an end.
+    fn wait_for(&mut self, step: u32) {
+        let Some(due) = step.checked_sub(self.past) else { return };
+        let started = *self.started.get_or_insert_with(Instant::now);
+        while let Some(left) = (self.per_step * due).checked_sub(started.elapsed())
+            && self.monitor.may_go_on()
+        {
+            std::thread::sleep(left.min(Duration::from_millis(50)));
+        }
+    }
+}
+
+/// Keeps this step's photograph of the camera at the side, if there is one and it is not kept already.
+fn keep_side_photograph(device: &Device, folder: &Path) -> Result<(), FileError> {
+    let Some((step, bytes)) = device.side_photograph() else { return Ok(()) };
+    let path = folder.join(format!("{step:06}.jpg"));
+    if path.exists() {
+        return Ok(());
+    }
+    files::make_folder(folder)?;
+    files::write(&path, &bytes)
+}

@@ -1,0 +1,133 @@
+//! `study.toml`: everything that decides the results of a study.
+
+use serde::{Deserialize, Serialize};
+use tropism::evolve::EvolutionConfig;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::plant::tip::TipModelConfig;
+use tropism::random::{self, Purpose};
+use tropism::task::TaskSpec;
+use tropism::vision::VisionConfig;
+use tropism_rig::file::RigFile;
+
+use crate::Error;
+use crate::controller::ControllerSpec;
+use crate::evolve::TRIAL_PLANTS;
+
+/// Everything that decides the results of a study: the content of `study.toml`. The default is the paper.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StudyConfig {
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Number of open-loop experiments. Paper: 6 (section 2.2.1).
+    pub experiments: u32,
+    /// Steps of each open-loop experiment. Paper: 1000, 83.3 hours.
+    pub steps: u32,
+    /// Steps between two switches of the lamps in these experiments. Paper: 72, six hours.
+    pub switch_steps: u32,
+    /// Number of random controllers. Paper: two million (section 3.1).
+    pub random_controllers: u64,
+    /// Simulated plants of each model on which controllers are compared.
+    pub trial_plants: u32,
+    /// Unseen plants that each controller steers. Paper: 6 (section 3.2).
+    pub reality_plants: u32,
+    /// Task of the controllers.
+    pub task: TaskSpec,
+    /// Settings of the tip-motion model.
+    pub model: TipModelConfig,
+    /// Settings of the evolution.
+    pub evolution: EvolutionConfig,
+    /// Settings of the plant detector.
+    pub vision: VisionConfig,
+    /// The virtual tent.
+    pub greenhouse: Greenhouse,
+}
+
+impl Default for StudyConfig {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            experiments: 6,
+            steps: 1000,
+            switch_steps: 72,
+            random_controllers: 2_000_000,
+            trial_plants: TRIAL_PLANTS,
+            reality_plants: 6,
+            task: TaskSpec::default(),
+            model: TipModelConfig::default(),
+            evolution: EvolutionConfig::default(),
+            vision: VisionConfig::default(),
+            greenhouse: Greenhouse::default(),
+        }
+    }
+}
+
+/// The text of `studies/quick.toml`.
+const QUICK: &str = include_str!("../../../../studies/quick.toml");
+
+impl StudyConfig {
+    /// A small study that takes about a minute: `studies/quick.toml`.
+    ///
+    /// # Panics
+    /// Never: the file is part of the program, and a test reads it.
+    #[must_use]
+    pub fn quick() -> Self {
+        toml::from_str(QUICK).expect("studies/quick.toml is a study")
+    }
+
+    /// Checks the ranges of all settings.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), Error> {
+        Error::check_range("experiments", self.experiments, 1000)?;
+        Error::check_range("steps", self.steps, 100_000)?;
+        Error::check_range("switch_steps", self.switch_steps, 100_000)?;
+        Error::check_range("random_controllers", self.random_controllers, 1_000_000_000)?;
+        Error::check_range("trial_plants", self.trial_plants, 1_000_000)?;
+        Error::check_range("reality_plants", self.reality_plants, 10_000)?;
+        self.task.check().map_err(Error::in_plan("task"))?;
+        self.evolution.check().map_err(Error::in_plan("evolution"))?;
+        self.rig().check().map_err(|error| Error::Plan(error.to_string()))
+    }
+
+    /// The virtual tent as a rig.
+    pub(super) fn rig(&self) -> RigFile {
+        RigFile::greenhouse(self.greenhouse.clone(), self.vision.clone())
+    }
+
+    /// The controller of the open-loop experiments.
+    pub(super) fn periodic(&self) -> ControllerSpec {
+        ControllerSpec::periodic(f64::from(self.switch_steps) * self.rig().period_min)
+    }
+
+    /// The seed of a plant: first those of the open-loop experiments, then the unseen ones.
+    pub(super) fn plant_seed(&self, number: u32) -> u64 {
+        random::derive(self.seed, Purpose::Plant, number.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_paper_written_out_is_the_default() {
+        let written: StudyConfig = toml::from_str(include_str!("../../../../studies/paper.toml")).unwrap();
+        assert_eq!(written, StudyConfig::default());
+        written.check().unwrap();
+    }
+
+    #[test]
+    fn the_quick_study_is_a_small_paper() {
+        let (quick, paper) = (StudyConfig::quick(), StudyConfig::default());
+        quick.check().unwrap();
+        assert_eq!((&quick.task, &quick.model), (&paper.task, &paper.model));
+    }
+
+    #[test]
+    fn a_resolved_study_reads_back() {
+        let text = toml::to_string(&StudyConfig::default()).unwrap();
+        assert_eq!(toml::from_str::<StudyConfig>(&text).unwrap(), StudyConfig::default());
+    }
+}

@@ -1,0 +1,248 @@
+//! The whole paper as one workflow, on virtual plants, in a folder that can be resumed.
+//!
+//! In: a [`StudyConfig`]. Out: its numbers beside the paper's, and a report. Each stage executes the plan of another
+//! workflow: open-loop experiments, the model of their tracks, evolution on the model, random controllers as a baseline,
+//! experiments with unseen plants, and the report. A stage that is finished on the disk is not repeated.
+
+mod config;
+mod page;
+mod results;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism::task::{OpenLoop, TaskSpec};
+
+pub use self::config::StudyConfig;
+pub(crate) use self::page::page;
+use self::results::{RandomNumbers, StudyFolder};
+pub use self::results::{RealityNumbers, StudyResults};
+use crate::baseline::BaselinePlan;
+use crate::controller::ControllerSpec;
+use crate::evolve::EvolvePlan;
+use crate::files;
+use crate::fit::FitPlan;
+use crate::monitor::Part;
+use crate::run::{RunConfig, RunPlan};
+use crate::{Error, Monitor, Workflow};
+
+/// Repeats the paper on virtual plants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StudyPlan {
+    /// Folder of the study.
+    pub out: PathBuf,
+    /// Whether to continue a study in `out`.
+    pub resume: bool,
+    /// Everything that decides the results.
+    pub config: StudyConfig,
+}
+
+impl Default for StudyPlan {
+    fn default() -> Self {
+        Self { out: "tropism-study".into(), resume: false, config: StudyConfig::default() }
+    }
+}
+
+/// The controllers that steer unseen plants, by the names of their folders in `reality`.
+const CONTROLLERS: [&str; 4] = ["champion", "random", "periodic", "chase"];
+
+impl Workflow for StudyPlan {
+    type Results = StudyResults;
+
+    const SCHEMA: &'static str = "tropism.study/1";
+
+    fn check(&self) -> Result<(), Error> {
+        self.config.check()
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<StudyResults, Error> {
+        self.check()?;
+        self.claim()?;
+        monitor.note("a study on virtual plants: nothing here is a measurement of a living plant");
+        let mut study = StudyStages { plan: self, monitor, seconds: read_seconds(&self.out) };
+        study.time("open-loop experiments", StudyStages::open_loop)?;
+        study.time("model", StudyStages::fit)?;
+        study.time("evolution", StudyStages::evolve)?;
+        study.time("random controllers", StudyStages::random)?;
+        study.time("reality", StudyStages::reality)?;
+        study.time("report", StudyStages::report)
+    }
+}
+
+impl StudyPlan {
+    /// Makes the folder, or checks that the study in it is this one.
+    fn claim(&self) -> Result<(), Error> {
+        let file = self.out.join("study.toml");
+        let text = files::toml_of(&file, &self.config)?;
+        if !file.exists() {
+            files::make_folder(&self.out)?;
+            return Ok(files::write(&file, text.as_bytes())?);
+        }
+        if !self.resume {
+            return Err(Error::Plan(format!(
+                "{}: found a study here already, wanted a new folder (`out`) or `resume`",
+                self.out.display()
+            )));
+        }
+        if files::read_text(&file)? != text {
+            return Err(Error::Plan(format!(
+                "{}: found a study with other settings, wanted the same; use another folder",
+                file.display()
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// The seconds spent in each stage, from `seconds.json`. They are for people to read: a study without them is complete.
+fn read_seconds(folder: &Path) -> BTreeMap<String, f64> {
+    files::read_as(&folder.join("seconds.json"), |text| serde_json::from_str(text)).unwrap_or_default()
+}
+
+/// An experiment with one plant.
+struct Experiment {
+    folder: PathBuf,
+    controller: ControllerSpec,
+    task: TaskSpec,
+    seed: u64,
+}
+
+/// A study at work, and the seconds that it has spent in each stage.
+struct StudyStages<'s> {
+    plan: &'s StudyPlan,
+    monitor: &'s dyn Monitor,
+    seconds: BTreeMap<String, f64>,
+}
+
+impl StudyStages<'_> {
+    /// Executes a stage and adds its time to `seconds.json`. An interrupted stage is an interrupted study.
+    fn time<T>(&mut self, name: &str, stage: impl FnOnce(&Self) -> Result<T, Error>) -> Result<T, Error> {
+        let started = Instant::now();
+        let result = stage(self).map_err(|error| match error {
+            Error::Interrupted { .. } | Error::Cancelled(_) => {
+                Error::Interrupted { folder: self.plan.out.clone() }
+            }
+            other => other,
+        });
+        *self.seconds.entry(name.to_owned()).or_default() += started.elapsed().as_secs_f64();
+        files::write_unterminated_json(&self.file("seconds.json"), &self.seconds)?;
+        result
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.plan.out.join(name)
+    }
+
+    fn open_loop(&self) -> Result<(), Error> {
+        let config = &self.plan.config;
+        let experiment = |number: u32| Experiment {
+            folder: self.open_loop_folder(number),
+            controller: config.periodic(),
+            task: OpenLoop { steps: config.steps, ..OpenLoop::default() }.into(),
+            seed: config.plant_seed(number),
+        };
+        let experiments: Vec<_> = (0..config.experiments).map(experiment).collect();
+        self.run_all("photographing beans", &experiments)
+    }
+
+    fn open_loop_folder(&self, number: u32) -> PathBuf {
+        self.file("open-loop").join((number + 1).to_string())
+    }
+
+    /// Runs experiments in parallel, each in its run folder.
+    fn run_all(&self, stage: &str, experiments: &[Experiment]) -> Result<(), Error> {
+        let steps = experiments.iter().map(|experiment| u64::from(experiment.task.max_steps())).sum();
+        self.monitor.stage(stage, steps);
+        let run = |experiment: &Experiment| {
+            let Experiment { folder, controller, task, seed } = experiment;
+            let config = RunConfig::new(self.plan.config.rig(), controller.clone(), task.clone(), *seed);
+            let plan = RunPlan { out: folder.clone(), resume: true, config, ..RunPlan::default() };
+            plan.execute(&Part(self.monitor)).map(drop)
+        };
+        // Experiments take long: each is a task of its own for a thread.
+        experiments.par_iter().with_max_len(1).map(run).collect()
+    }
+
+    fn fit(&self) -> Result<(), Error> {
+        let config = &self.plan.config;
+        let track = |number| self.open_loop_folder(number).join("track.csv");
+        let plan = FitPlan {
+            tracks: (0..config.experiments).map(track).collect(),
+            model: config.model.clone(),
+            out: self.file("model.json"),
+        };
+        plan.execute(self.monitor).map(drop)
+    }
+
+    fn evolve(&self) -> Result<(), Error> {
+        let config = &self.plan.config;
+        let plan = EvolvePlan {
+            model: self.file("model.json"),
+            out: self.file("evolution"),
+            task: config.task.clone(),
+            evolution: config.evolution.clone(),
+            trial_plants: config.trial_plants,
+            seed: config.seed,
+            resume: true,
+            ..EvolvePlan::default()
+        };
+        plan.execute(self.monitor).map(drop)
+    }
+
+    fn random(&self) -> Result<(), Error> {
+        let file = self.file("random.json");
+        if file.exists() {
+            return Ok(());
+        }
+        let config = &self.plan.config;
+        let plan = BaselinePlan {
+            model: self.file("model.json"),
+            task: config.task.clone(),
+            neat: config.evolution.neat.clone(),
+            count: config.random_controllers,
+            seed: config.seed,
+            out: Some(self.file("random-champion.json")),
+        };
+        let results = plan.execute(self.monitor)?;
+        let numbers = RandomNumbers { count: results.count, best: results.best, median: results.median };
+        Ok(files::write_unterminated_json(&file, &numbers)?)
+    }
+
+    /// All controllers steer the same unseen plants.
+    fn reality(&self) -> Result<(), Error> {
+        let config = &self.plan.config;
+        let [champion, random, periodic, chase] = CONTROLLERS;
+        let controllers = [
+            (champion, ControllerSpec::read_network(&self.file("evolution/champion.json"))?),
+            (random, ControllerSpec::read_network(&self.file("random-champion.json"))?),
+            (periodic, config.periodic()),
+            (chase, ControllerSpec::Greedy),
+        ];
+        let experiments: Vec<Experiment> = controllers
+            .iter()
+            .flat_map(|(name, controller)| {
+                (0..config.reality_plants).map(move |plant| Experiment {
+                    folder: self.file("reality").join(name).join((plant + 1).to_string()),
+                    controller: controller.clone(),
+                    task: config.task.clone(),
+                    seed: config.plant_seed(config.experiments + plant),
+                })
+            })
+            .collect();
+        self.run_all("steering unseen beans", &experiments)
+    }
+
+    fn report(&self) -> Result<StudyResults, Error> {
+        self.monitor.stage("report", 1);
+        let folder = StudyFolder::read(&self.plan.out)?;
+        let results = folder.results();
+        files::write(&results.report, folder.page(&results)?.html().as_bytes())?;
+        files::write_unterminated_json(&self.file("numbers.json"), &results)?;
+        self.monitor.advance(1);
+        Ok(results)
+    }
+}

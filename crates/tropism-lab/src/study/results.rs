@@ -1,0 +1,255 @@
+//! The numbers of a study, beside the paper's.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use tropism::evolve::Champion;
+use tropism::evolve::Trial;
+use tropism::plant::tip::TipModel;
+use tropism::task::Task;
+use tropism::track::PAPER_PERIOD_MIN;
+use tropism_report::NumberRow;
+
+use super::{CONTROLLERS, StudyConfig};
+use crate::controller::ControllerSpec;
+use crate::evolve::{EvolutionHistory, EvolveResults, champion_path};
+use crate::report::FinishedRun;
+use crate::{Error, champion, files, model};
+
+/// The numbers of a study: the content of `numbers.json`. Fitness is in cm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StudyResults {
+    /// Seed of the study.
+    pub seed: u64,
+    /// Always true.
+    pub is_virtual: bool,
+    /// Greatest possible fitness.
+    pub best_possible: f64,
+    /// Best fitness of a single evaluation in all evolutionary runs.
+    pub best_evolved: f64,
+    /// Mean fitness of the champion on unseen plants of the model.
+    pub champion_mean_in_model: f64,
+    /// Mean fitness of the champion on models of single plants: the prediction for unseen plants.
+    pub champion_expected_in_reality: f64,
+    /// Generation at which the median of the best fitness comes within 2 % of its final value; `None` without generations.
+    pub saturation_generation: Option<usize>,
+    /// Best fitness of a single evaluation of the random controllers.
+    pub best_random: f64,
+    /// Median fitness of the random controllers.
+    pub median_random: f64,
+    /// Mean fitness of the best random controller on unseen plants of the model.
+    pub random_mean_in_model: f64,
+    /// The same of the periodic controller.
+    pub periodic_mean_in_model: f64,
+    /// The same of the greedy controller.
+    pub chase_mean_in_model: f64,
+    /// The champion on unseen plants of the virtual tent.
+    pub reality_champion: RealityNumbers,
+    /// The best random controller there.
+    pub reality_random: RealityNumbers,
+    /// The periodic controller there.
+    pub reality_periodic: RealityNumbers,
+    /// The greedy controller there.
+    pub reality_chase: RealityNumbers,
+    /// Mean fitness of the champion on unseen plants, as a share of its mean in the model.
+    pub share_kept: f64,
+    /// Mean duration of the champion's experiments, in hours.
+    pub hours_to_end: f64,
+    /// HTML file of the report.
+    pub report: PathBuf,
+}
+
+/// The fitness of a controller on unseen plants, in cm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RealityNumbers {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sd: f64,
+    /// Greatest.
+    pub best: f64,
+    /// Least.
+    pub worst: f64,
+    /// Number of plants.
+    pub plants: usize,
+}
+
+/// The fitness of the random controllers: the content of `random.json`.
+#[derive(Serialize, Deserialize)]
+pub(super) struct RandomNumbers {
+    pub(super) count: u64,
+    pub(super) best: f64,
+    pub(super) median: f64,
+}
+
+/// Everything in the folder of a finished study.
+pub(super) struct StudyFolder {
+    pub(super) path: PathBuf,
+    pub(super) config: StudyConfig,
+    pub(super) model: TipModel,
+    pub(super) open_loop: Vec<FinishedRun>,
+    pub(super) history: EvolutionHistory,
+    pub(super) evolution: EvolveResults,
+    /// The champion of each evolutionary run.
+    pub(super) champions: Vec<Champion>,
+    random: RandomNumbers,
+    pub(super) random_champion: Champion,
+    /// The runs of each controller with unseen plants, by the names in [`CONTROLLERS`].
+    pub(super) reality: BTreeMap<&'static str, Vec<FinishedRun>>,
+}
+
+impl StudyFolder {
+    /// Reads the study in `path`.
+    ///
+    /// # Errors
+    /// [`Error`] names the file that is missing or damaged.
+    pub(super) fn read(path: &Path) -> Result<Self, Error> {
+        let folder = path.join("evolution");
+        let evolution: EvolveResults = read_json(&folder.join("summary.json"))?;
+        let mut reality = BTreeMap::new();
+        for name in CONTROLLERS {
+            let runs = FinishedRun::read_numbered(&path.join("reality").join(name))?;
+            if runs.is_empty() {
+                return Err(Error::Plan(format!(
+                    "{}: found no reality/{name}, wanted a finished study",
+                    path.display()
+                )));
+            }
+            reality.insert(name, runs);
+        }
+        let champion = |index| champion::read(&champion_path(&folder, index));
+        Ok(Self {
+            path: path.to_owned(),
+            config: files::read_toml(&path.join("study.toml"))?,
+            model: model::read(&path.join("model.json"))?,
+            open_loop: FinishedRun::read_numbered(&path.join("open-loop"))?,
+            history: EvolutionHistory::read(&folder.join("history.csv"))?,
+            champions: (0..evolution.runs.len()).map(champion).collect::<Result<_, _>>()?,
+            evolution,
+            random: read_json(&path.join("random.json"))?,
+            random_champion: champion::read(&path.join("random-champion.json"))?,
+            reality,
+        })
+    }
+
+    /// The numbers of the study.
+    pub(super) fn results(&self) -> StudyResults {
+        let best_of_runs = self.evolution.runs.iter().map(|run| run.best_fitness);
+        let champion = self.evolution.chosen();
+        let reality = CONTROLLERS.map(|name| self.in_reality(name));
+        let random = ControllerSpec::Network { champion: Box::new(self.random_champion.clone()) };
+        StudyResults {
+            seed: self.config.seed,
+            is_virtual: true,
+            best_possible: self.config.task.best(),
+            best_evolved: best_of_runs.fold(f64::NEG_INFINITY, f64::max),
+            champion_mean_in_model: champion.trial.mean,
+            champion_expected_in_reality: champion.transfer.mean,
+            saturation_generation: self.history.saturation(SATURATION_SHARE),
+            best_random: self.random.best,
+            median_random: self.random.median,
+            random_mean_in_model: self.mean_in_model(&random),
+            periodic_mean_in_model: self.mean_in_model(&self.config.periodic()),
+            chase_mean_in_model: self.mean_in_model(&ControllerSpec::Greedy),
+            share_kept: reality[0].mean / champion.trial.mean,
+            hours_to_end: self.hours_to_end(),
+            reality_champion: reality[0],
+            reality_random: reality[1],
+            reality_periodic: reality[2],
+            reality_chase: reality[3],
+            report: self.path.join("report.html"),
+        }
+    }
+
+    fn mean_in_model(&self, controller: &ControllerSpec) -> f64 {
+        let StudyConfig { task, seed, trial_plants, .. } = &self.config;
+        model::trial(&self.model, controller, task, *seed, *trial_plants).mean
+    }
+
+    /// The fitness of the controller `name` on unseen plants.
+    pub(super) fn in_reality(&self, name: &str) -> RealityNumbers {
+        let scores: Vec<f64> =
+            self.reality[name].iter().map(|run| self.config.task.fitness(&run.track)).collect();
+        let Trial { mean, sd, .. } = Trial::of(&scores);
+        RealityNumbers {
+            mean,
+            sd,
+            best: scores.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            worst: scores.iter().copied().fold(f64::INFINITY, f64::min),
+            plants: scores.len(),
+        }
+    }
+
+    fn hours_to_end(&self) -> f64 {
+        let runs = &self.reality["champion"];
+        let steps: usize = runs.iter().map(|run| run.track.samples.len() - 1).sum();
+        steps as f64 / runs.len() as f64 * PAPER_PERIOD_MIN / 60.0
+    }
+}
+
+/// Share of its final value at which fitness counts as saturated; chosen by hand.
+const SATURATION_SHARE: f64 = 0.98;
+
+fn read_json<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, files::FileError> {
+    files::read_as(path, |text| serde_json::from_str(text))
+}
+
+impl StudyResults {
+    /// The numbers that the paper prints, too, with its values (sections 3.1 and 3.2).
+    #[must_use]
+    pub fn rows(&self) -> Vec<NumberRow> {
+        let cm = |value: f64| format!("{value:.2}");
+        let reality = &self.reality_champion;
+        let saturation =
+            self.saturation_generation.map_or("-".to_owned(), |generation| generation.to_string());
+        [
+            ("Best possible fitness (cm)", "15", cm(self.best_possible), "The distance in x to all targets."),
+            ("Best evolved fitness (cm)", "14.97", cm(self.best_evolved), "Best single evaluation."),
+            (
+                "The champion's mean in the model (cm)",
+                "",
+                cm(self.champion_mean_in_model),
+                "Over unseen simulated plants.",
+            ),
+            (
+                "Predicted mean in reality (cm)",
+                "",
+                cm(self.champion_expected_in_reality),
+                "Mean over models of single plants; the champion is chosen by it.",
+            ),
+            (
+                "Generation at which the median saturates",
+                "1000",
+                saturation,
+                "Within 2 % of its final value.",
+            ),
+            ("Best random controller (cm)", "8.72", cm(self.best_random), "Best single evaluation."),
+            (
+                "Mean in reality (cm)",
+                "9.96",
+                format!("{:.2} (sd {:.2})", reality.mean, reality.sd),
+                "The paper's plants are six real ones, these are unseen virtual beans.",
+            ),
+            (
+                "Share kept in reality",
+                "67 %",
+                format!("{:.0} %", 100.0 * self.share_kept),
+                "Mean in reality over mean in the model.",
+            ),
+            (
+                "Hours to the end of an experiment",
+                "about 25",
+                format!("{:.1}", self.hours_to_end),
+                "Until the tip is 13.8 cm high.",
+            ),
+        ]
+        .map(|(what, paper, ours, note)| NumberRow {
+            what: what.to_owned(),
+            paper: paper.to_owned(),
+            ours,
+            note: note.to_owned(),
+        })
+        .into()
+    }
+}

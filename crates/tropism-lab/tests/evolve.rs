@@ -1,0 +1,141 @@
+//! From a track to a champion without a shell: the library alone, and the same results after an interruption.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use tropism::evolve::EvolutionConfig;
+use tropism::geometry::Point;
+use tropism::task::Targets;
+use tropism_lab::baseline::BaselinePlan;
+use tropism_lab::evolve::EvolvePlan;
+use tropism_lab::fit::FitPlan;
+use tropism_lab::score::ScorePlan;
+use tropism_lab::show::ShowPlan;
+use tropism_lab::simulate::SimulatePlan;
+use tropism_lab::{ControllerSpec, Error, Monitor, Silent, Workflow};
+use tropism_neat::Generation;
+
+/// Fits a model to one plant that leans after the lamp, and plans an evolution on it.
+fn plan(folder: &Path, out: &str) -> EvolvePlan {
+    let rows: String = (0..120)
+        .map(|step: i32| {
+            let light = if step / 20 % 2 == 0 { "right" } else { "left" };
+            let x = 0.2 * f64::from(20 - (step % 40 - 20).abs());
+            format!("{x},{},{light}\n", 4.0 + 0.04 * f64::from(step))
+        })
+        .collect();
+    fs::write(folder.join("track.csv"), format!("tip_x_cm,tip_y_cm,light\n{rows}")).unwrap();
+    let fit = FitPlan {
+        tracks: vec![folder.join("track.csv")],
+        out: folder.join("model.json"),
+        ..FitPlan::default()
+    };
+    let results = fit.execute(&Silent).unwrap();
+    assert_eq!((results.tracks, results.shifts, results.is_virtual), (1, 119, false));
+    let targets = vec![Point::new(1.0, 5.0), Point::new(3.0, 6.0)];
+    EvolvePlan {
+        model: folder.join("model.json"),
+        out: folder.join(out),
+        task: Targets { targets, max_steps: 100, ..Targets::default() }.into(),
+        evolution: EvolutionConfig { runs: 2, generations: 30, ..EvolutionConfig::default() },
+        trial_plants: 20,
+        ..EvolvePlan::default()
+    }
+}
+
+/// Counts what it is told, and asks for an end after `limit` generations.
+struct Counter {
+    limit: u32,
+    generations: AtomicU32,
+    units: Mutex<(u64, u64)>,
+}
+
+impl Counter {
+    fn until(limit: u32) -> Self {
+        Self { limit, generations: AtomicU32::new(0), units: Mutex::default() }
+    }
+}
+
+impl Monitor for Counter {
+    fn stage(&self, _name: &str, total: u64) {
+        self.units.lock().unwrap().0 += total;
+    }
+
+    fn advance(&self, count: u64) {
+        self.units.lock().unwrap().1 += count;
+    }
+
+    fn skip(&self, count: u64) {
+        self.advance(count);
+    }
+
+    fn generation(&self, _run: u32, _generation: &Generation) {
+        self.generations.fetch_add(1, Ordering::SeqCst);
+    }
+
+    fn may_go_on(&self) -> bool {
+        self.generations.load(Ordering::SeqCst) < self.limit
+    }
+}
+
+#[test]
+fn an_interrupted_evolution_resumes_to_the_same_champion() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = plan(folder.path(), "whole");
+    let results = whole.execute(&Silent).unwrap();
+    assert!(results.runs.len() == 2 && results.evaluations >= 2 * 30 * 50, "{results:?}");
+    let [least, median, greatest] = results.best_fitness_range();
+    assert!(least <= median && median <= greatest);
+
+    let mut broken_off = plan(folder.path(), "broken-off");
+    let error = broken_off.execute(&Counter::until(20)).unwrap_err();
+    assert!(matches!(error, Error::Interrupted { folder } if folder == broken_off.out));
+    let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
+    assert!(refusal.contains("found an evolution here already"), "{refusal}");
+    broken_off.resume = true;
+    let rest = Counter::until(u32::MAX);
+    let resumed = broken_off.execute(&rest).unwrap();
+    assert_eq!(resumed.runs, results.runs);
+    assert!(rest.generations.into_inner() < 60, "what was done is not repeated");
+    assert_eq!(rest.units.into_inner().unwrap(), (60, 60));
+    for file in ["champion.json", "history.csv", "champions/run-01.json", "evolution.toml"] {
+        assert!(
+            fs::read(whole.out.join(file)).unwrap() == fs::read(broken_off.out.join(file)).unwrap(),
+            "{file}"
+        );
+    }
+    broken_off.seed = 2;
+    let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
+    assert!(refusal.contains("found an evolution of other settings"), "{refusal}");
+}
+
+#[test]
+fn a_champion_is_simulated_scored_and_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let evolve = plan(folder.path(), "evolution");
+    evolve.execute(&Silent).unwrap();
+    let champion = evolve.out.join("champion.json");
+    let simulate = SimulatePlan {
+        model: evolve.model.clone(),
+        controller: ControllerSpec::read_network(&champion).unwrap(),
+        task: evolve.task.clone(),
+        out: folder.path().join("steered.csv"),
+        ..SimulatePlan::default()
+    };
+    let simulated = simulate.execute(&Silent).unwrap();
+    let score = ScorePlan { tracks: vec![simulate.out.clone()], task: evolve.task.clone() };
+    let scores = score.execute(&Silent).unwrap();
+    // A track keeps five decimals of a cm.
+    assert!((scores[0].fitness - simulated.mean_fitness).abs() < 1e-2, "{scores:?}");
+    let shown = ShowPlan { source: champion, ..ShowPlan::default() }.execute(&Silent).unwrap();
+    assert_eq!((shown.fitness, shown.is_virtual), (Some(simulated.mean_fitness), Some(false)));
+    assert!(shown.drawing.starts_with(&shown.summary()), "{}", shown.drawing);
+
+    let baseline =
+        BaselinePlan { model: evolve.model, task: evolve.task, count: 500, ..BaselinePlan::default() };
+    let random = baseline.execute(&Silent).unwrap();
+    assert!(random.median <= random.best);
+    assert!(matches!(baseline.execute(&Counter::until(0)).unwrap_err(), Error::Cancelled(_)));
+}

@@ -1,0 +1,76 @@
+//! Plans are data: they come back from JSON or TOML, refuse keys that they do not know, and name the key of a bad value.
+
+use tropism_lab::baseline::BaselinePlan;
+use tropism_lab::calibrate::{CalibratePlan, RecoveryPlan};
+use tropism_lab::evolve::EvolvePlan;
+use tropism_lab::fit::FitPlan;
+use tropism_lab::grow::{AcceptancePlan, GrowPlan, KinematicsPlan};
+use tropism_lab::report::ReportPlan;
+use tropism_lab::score::ScorePlan;
+use tropism_lab::show::ShowPlan;
+use tropism_lab::simulate::SimulatePlan;
+use tropism_lab::study::StudyPlan;
+use tropism_lab::{Error, Workflow};
+
+#[track_caller]
+fn comes_back<P: Workflow + Default + PartialEq + std::fmt::Debug>() {
+    let plan = P::default();
+    let toml = toml::to_string(&plan).unwrap();
+    assert_eq!(toml::from_str::<P>(&toml).unwrap(), plan, "{toml}");
+    assert_eq!(serde_json::from_str::<P>("{}").unwrap(), plan, "what is left out is the default");
+    let error = serde_json::from_str::<P>("{\"sed\": 1}").unwrap_err().to_string();
+    assert!(error.contains("unknown field `sed`"), "{error}");
+    let (name, version) = P::SCHEMA.split_once('/').unwrap();
+    assert!(name.starts_with("tropism.") && version.parse::<u32>().is_ok(), "{}", P::SCHEMA);
+}
+
+#[test]
+fn plans_come_back_and_refuse_unknown_keys() {
+    comes_back::<FitPlan>();
+    comes_back::<EvolvePlan>();
+    comes_back::<BaselinePlan>();
+    comes_back::<SimulatePlan>();
+    comes_back::<ScorePlan>();
+    comes_back::<ShowPlan>();
+    comes_back::<GrowPlan>();
+    comes_back::<AcceptancePlan>();
+    comes_back::<KinematicsPlan>();
+    comes_back::<CalibratePlan>();
+    comes_back::<RecoveryPlan>();
+    comes_back::<ReportPlan>();
+    comes_back::<StudyPlan>();
+}
+
+#[track_caller]
+fn is_refused(plan: &impl Workflow, wanted: &str) {
+    match plan.check().unwrap_err() {
+        Error::Plan(text) => assert!(text.contains(wanted), "{text}"),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_value_out_of_range_is_named() {
+    EvolvePlan::default().check().unwrap();
+    GrowPlan::default().check().unwrap();
+    StudyPlan::default().check().unwrap();
+    is_refused(
+        &EvolvePlan { trial_plants: 0, ..EvolvePlan::default() },
+        "found trial_plants = 0, wanted 1 to",
+    );
+    is_refused(&BaselinePlan { count: 0, ..BaselinePlan::default() }, "found count = 0");
+    is_refused(&SimulatePlan { episodes: 0, ..SimulatePlan::default() }, "found episodes = 0");
+    is_refused(&RecoveryPlan { plants: 1, ..RecoveryPlan::default() }, "found plants = 1, wanted 2 to");
+    is_refused(&FitPlan::default(), "found no `tracks`");
+    let tracks = vec!["track.csv".into()];
+    let minutes = CalibratePlan { tracks, interval_min: f64::NAN, ..CalibratePlan::default() };
+    is_refused(&minutes, "found `interval_min` NaN");
+    let picture = ShowPlan { out: Some("a.png".into()), ..ShowPlan::default() };
+    is_refused(&picture, "a.png: wanted .html, .svg, .dot or .txt");
+    let mut study = StudyPlan::default();
+    study.config.evolution.runs = 0;
+    is_refused(&study, "evolution: found runs = 0");
+    let mut grow = GrowPlan::default();
+    grow.greenhouse.scene.cameras = 2;
+    is_refused(&grow, "wanted `photographs` with them");
+}
