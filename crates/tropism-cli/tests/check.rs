@@ -55,7 +55,7 @@ fn tent(folder: &Path) {
     let mut greenhouse = Greenhouse::default();
     // Small, so that all of it is quick.
     (greenhouse.scene.width, greenhouse.scene.height) = (432, 324);
-    let (device, _) = greenhouse.open(3, &VisionConfig::default()).unwrap();
+    let (device, _) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
     let (mut camera, mut lamps, mut flash, mut clock) =
         (device.clone(), device.clone(), device.clone(), device);
     for number in 0..2 {

@@ -27,7 +27,7 @@ type Told = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
 
 /// Goes on with the run in `path` for at most `samples`.
 fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told {
-    let (device, tracker) = greenhouse.open(3, &VisionConfig::default()).unwrap();
+    let (device, tracker) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
@@ -65,7 +65,7 @@ fn tips_in_photographs_are_where_they_are() {
 fn what_is_true_is_told_from_both_sides() {
     let scene = Scene { cameras: 2, ..Scene::default() };
     let greenhouse = Greenhouse { scene, ..Greenhouse::default() };
-    let (mut device, _) = greenhouse.open(5, &VisionConfig::default()).unwrap();
+    let (mut device, _) = greenhouse.open(5, 5.0, &VisionConfig::default()).unwrap();
     device.light(Some(Light::RIGHT)).unwrap();
     assert!(
         device.wait_until(Duration::from_secs(20 * 3600), &mut || ControlFlow::Continue(())).is_continue()
@@ -95,7 +95,7 @@ fn what_is_true_is_told_from_both_sides() {
             .any(|x| green(x, y) > 110 && green(x, y) > i32::from(image.at(x, y)[2]) + 40)
     });
     assert!((row.unwrap() as f64 - top.y).abs() < 3.0, "row {row:?}, true {top:?}");
-    let one = Greenhouse::default().open(5, &VisionConfig::default()).unwrap().0;
+    let one = Greenhouse::default().open(5, 5.0, &VisionConfig::default()).unwrap().0;
     assert!(one.side_photograph().is_none());
 }
 

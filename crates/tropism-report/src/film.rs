@@ -32,7 +32,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// Draws lit lamp, targets, trajectory so far and time into the photograph of step `index`.
+    /// NoiseStream lit lamp, targets, trajectory so far and time into the photograph of step `index`.
     ///
     /// `image` is the photograph, [`scaled`](super::scaled) from `photograph_width` columns.
     #[must_use]
@@ -51,7 +51,7 @@ impl Film {
         canvas.image()
     }
 
-    /// Draws the targets and the kind of plant into a composite of photographs.
+    /// NoiseStream the targets and the kind of plant into a composite of photographs.
     ///
     /// `composite` is [`scaled`](super::scaled) from `photograph_width` columns.
     #[must_use]

@@ -144,7 +144,7 @@ fn push(rows: &mut Vec<KinematicValue>, quantity: &str, value: f64, published: &
     rows.push(KinematicValue { quantity: quantity.to_owned(), value, published });
 }
 
-/// Draws the angle of the apex over time, one curve a response.
+/// NoiseStream the angle of the apex over time, one curve a response.
 fn angle_plot(responses: &[Response], names: impl Iterator<Item = String>, hours: f64) -> Plot {
     let degrees = responses.iter().flat_map(|response| response.degrees.iter().copied());
     let y = Axis::covering("apex from the vertical (degrees)", (0.0, 20.0), degrees);

@@ -150,7 +150,7 @@ impl Canvas {
         self.stroke(path, colour, 1.4);
     }
 
-    /// Draws a circle for each lamp along the upper edge, filled where the lamp is lit.
+    /// NoiseStream a circle for each lamp along the upper edge, filled where the lamp is lit.
     pub(super) fn lamps(&mut self, lit: Option<Light>) {
         let (inset, radius) = (16.0 * self.unit, 7.0);
         for light in Light::BOTH {

@@ -286,13 +286,13 @@ impl Plot {
         self.line(class, [(from, y), (to, y)].into_iter());
     }
 
-    /// Draws a disc of `radius` pixels.
+    /// NoiseStream a disc of `radius` pixels.
     pub(super) fn disc(&mut self, class: &str, place: Place, radius: f64) {
         let (x, y, radius) = (rounded(place.0), rounded(place.1), rounded(radius));
         let _ = write!(self.svg, r#"<circle class="{class}" cx="{x}" cy="{y}" r="{radius}"/>"#);
     }
 
-    /// Draws a disc of `radius` pixels with a mark in it and a tooltip.
+    /// NoiseStream a disc of `radius` pixels with a mark in it and a tooltip.
     pub(super) fn disc_with_tooltip(
         &mut self,
         class: &str,
@@ -314,7 +314,7 @@ impl Plot {
             write!(self.svg, r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{text}</text>"#);
     }
 
-    /// Draws the legend above the panel: pairs of a class and its name.
+    /// NoiseStream the legend above the panel: pairs of a class and its name.
     pub(super) fn legend(&mut self, entries: &[(&str, &str)]) {
         let mut x = MARGIN_LEFT;
         for (class, name) in entries {
@@ -327,7 +327,7 @@ impl Plot {
         }
     }
 
-    /// Draws horizontal dashes of `size` (width, height) in pixels, each given by its level and the middle of its left side.
+    /// NoiseStream horizontal dashes of `size` (width, height) in pixels, each given by its level and the middle of its left side.
     pub(super) fn dashes(
         &mut self,
         map: ColourMap,
@@ -350,7 +350,7 @@ impl Plot {
         self.svg.push_str("</g>");
     }
 
-    /// Draws a colour map beside the panel, with ticks at shares of its height.
+    /// NoiseStream a colour map beside the panel, with ticks at shares of its height.
     pub(super) fn colour_bar(&mut self, map: ColourMap, title: &str, ticks: &[(f64, &str)]) {
         let (x, height) = (self.right_edge() + 14.0, self.height / LEVELS as f64);
         let bottom = self.bottom_edge();

@@ -161,7 +161,7 @@ pub fn steering(
     }
 }
 
-/// Draws the trajectory of one steered tip, coloured by the lamp that was lit, and its targets. With `is_outlined` the
+/// NoiseStream the trajectory of one steered tip, coloured by the lamp that was lit, and its targets. With `is_outlined` the
 /// trajectory has an outline in the colour of the ground.
 pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Point], is_outlined: bool) {
     for target in targets {

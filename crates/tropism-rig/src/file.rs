@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
-use tropism::greenhouse::tent::{Device, Greenhouse};
+use tropism::greenhouse::tent::{Greenhouse, TentHandle};
 use tropism::rig::{Camera, Clock, Flash, Lamps, OnExit, Rig, RigError};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
@@ -203,8 +203,8 @@ pub struct RigFileError(String);
 pub struct OpenRig {
     /// The rig.
     pub rig: AnyRig,
-    /// A hand on what is true, if the tent is virtual.
-    pub truth: Option<Device>,
+    /// The handle that gives ground truth, if the tent is virtual.
+    pub truth: Option<TentHandle>,
 }
 
 impl RigFile {
@@ -322,7 +322,7 @@ impl RigFile {
         let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
         let period = Duration::from_secs_f64(self.period_min * 60.0);
         if let Some(greenhouse) = &self.greenhouse {
-            let (device, tracker) = greenhouse.open(seed, &self.vision).map_err(found)?;
+            let (device, tracker) = greenhouse.open(seed, self.period_min, &self.vision).map_err(found)?;
             let hand = || device.clone();
             let rig = Rig::new(
                 Box::new(hand()) as Box<dyn Camera>,
@@ -331,7 +331,8 @@ impl RigFile {
                 Box::new(hand()) as Box<dyn Clock>,
                 tracker,
                 period,
-            );
+            )
+            .with_layout(greenhouse.layout.clone());
             return Ok(OpenRig { rig, truth: Some(device) });
         }
         let (Some(camera), Some(lamps), Some(calibration)) = (&self.camera, &self.lamps, self.calibration)

@@ -33,7 +33,7 @@ fn draw(folder: &Path, width: u32, count: u64) -> Result<(), Box<dyn Error>> {
     let greenhouse = greenhouse(width);
     for seed in 0..count {
         let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
-        bean.advance([0.0, 1.0], END_MIN * (seed + 1) as f64 / count as f64);
+        bean.advance(&[0.0, 1.0], END_MIN * (seed + 1) as f64 / count as f64);
         let mut renderer = Renderer::new(&greenhouse.scene, seed);
         let bytes = renderer.photograph(&bean.pose(), Some(Light::RIGHT), true, 0);
         std::fs::write(folder.join(format!("{seed:03}.jpg")), bytes)?;

@@ -13,7 +13,7 @@ use marks::{Row, rows};
 use proptest::prelude::*;
 use published::{Shoot, WRONG, open};
 use tropism::geometry::{Pixel, Point, Region};
-use tropism::greenhouse::bean::{Bean, Species};
+use tropism::greenhouse::bean::{Bean, Species, lamp_powers};
 use tropism::greenhouse::fault::{self, Fault, Faults, Happening};
 use tropism::greenhouse::render::{Renderer, truth};
 use tropism::greenhouse::scene::Scene;
@@ -484,7 +484,7 @@ fn hindsight_knows_where_a_hidden_tip_was() {
     let mut tracker = TipTracker::new(tent.calibration(), config).unwrap();
     let mut renderer = Renderer::new(&scene, 5);
     let mut bean = Bean::new(Species::default().draw(5, 1.0), 5);
-    (0..120).for_each(|_| bean.advance([1.0, 0.0], 5.0));
+    (0..120).for_each(|_| bean.advance(&[1.0, 0.0], 5.0));
     let faults =
         Faults { glare: 0.06, fly: 0.06, missed_flash: 0.06, leaf_across: 0.06, ..Faults::default() };
     let (mut truths, mut seen, mut measurements) = (Vec::new(), Vec::new(), Vec::new());
@@ -503,7 +503,7 @@ fn hindsight_knows_where_a_hidden_tip_was() {
         });
         truths.push(truth(&pose, renderer.frame()).top);
         seen.push((tip, is_believed));
-        bean.advance(Light::BOTH.map(|lamp| if lamp == lit { 1.0 } else { 0.0 }), 5.0);
+        bean.advance(&lamp_powers(Some(lit)), 5.0);
     }
     let smoothed = smooth(&measurements);
     let held: Vec<usize> = (0..40).filter(|&i| !seen[i].1 && smoothed[i].is_some()).collect();
@@ -590,7 +590,7 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
     let dark = vec![happening(Fault::LampFails, 0), happening(Fault::MissedFlash, 0)];
     for first in [Vec::new(), dark, vec![happening(Fault::Condensation, 4)]] {
         let mut renderer = Renderer::new(&greenhouse.scene, 5);
-        let (_, mut tracker) = greenhouse.open(5, &VisionConfig::default()).unwrap();
+        let (_, mut tracker) = greenhouse.open(5, 5.0, &VisionConfig::default()).unwrap();
         for frame in 0..6 {
             let faults = match frame {
                 0 => first.clone(),
@@ -622,7 +622,7 @@ fn both(photo: &Photo) -> (Picture, Image) {
 fn virtual_photo(width: u32, seed: u64, hours: f64) -> (Photo, Greenhouse) {
     let scene = Scene { width, height: width * 3 / 4, ..Scene::default() };
     let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
-    bean.advance([0.0, 1.0], 3_600.0 * hours);
+    bean.advance(&[0.0, 1.0], 3_600.0 * hours);
     let bytes = Renderer::new(&scene, seed).photograph(&bean.pose(), Some(Light::RIGHT), true, 0);
     (
         Photo { name: format!("virtual {seed}"), bytes, time_s: 0.0 },

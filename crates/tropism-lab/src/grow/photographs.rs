@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use rayon::prelude::*;
-use tropism::greenhouse::tent::Device;
+use tropism::greenhouse::tent::TentHandle;
 use tropism::lamps::Layout;
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 
@@ -27,7 +27,7 @@ impl View {
         }
     }
 
-    fn photograph(self, device: &Device) -> Vec<u8> {
+    fn photograph(self, device: &TentHandle) -> Vec<u8> {
         match self {
             Self::Front => device.front_photograph(),
             Self::Side => device.side_photograph().map_or_else(Vec::new, |(_, bytes)| bytes),
@@ -103,7 +103,7 @@ impl GrowPlan {
         files::write(&folder.join("run.toml"), self.config(seed).to_toml()?.as_bytes())?;
         self.write_calibrations(folder, views)?;
         let (mut truth, mut written) = (None, Ok(()));
-        let mut watch = |sample: &Sample, device: &Device| {
+        let mut watch = |sample: &Sample, device: &TentHandle| {
             written = views.iter().try_for_each(|view| {
                 let path = folder.join(view.folder()).join(format!("{:06}.jpg", sample.step));
                 if self.resume && path.exists() {
@@ -122,7 +122,7 @@ impl GrowPlan {
             }
         };
         let mut controller = self.controller.build(&self.task, &Layout::default(), PAPER_PERIOD_MIN);
-        let track = self.greenhouse.grow(seed, &mut *controller, &self.task, &mut watch);
+        let track = self.greenhouse.grow(seed, PAPER_PERIOD_MIN, &mut *controller, &self.task, &mut watch);
         written?;
         let Some((csv, jsonl)) = truth else { return Ok(None) };
         files::write(&folder.join("truth.csv"), &csv)?;

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use tropism::environment::{self, Environment};
-use tropism::greenhouse::tent::Device;
+use tropism::greenhouse::tent::TentHandle;
 use tropism::observation::Quality;
 use tropism::rig::{EventKind, RunMonitor};
 use tropism::task::Task;
@@ -248,7 +248,7 @@ impl Pace<'_> {
 }
 
 /// Keeps this step's photograph of the camera at the side, if there is one and it is not kept already.
-fn keep_side_photograph(device: &Device, folder: &Path) -> Result<(), FileError> {
+fn keep_side_photograph(device: &TentHandle, folder: &Path) -> Result<(), FileError> {
     let Some((step, bytes)) = device.side_photograph() else { return Ok(()) };
     let path = folder.join(format!("{step:06}.jpg"));
     if path.exists() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use tropism::greenhouse::bean::{Bean, Species};
+use tropism::greenhouse::bean::{Bean, Species, lamp_powers};
 use tropism::greenhouse::fault::{self, Faults};
 use tropism::greenhouse::pose::{Leaf, Pose};
 use tropism::greenhouse::render::{Renderer, Truth, truth};
@@ -111,7 +111,7 @@ impl Growing {
 
     fn step(&mut self) {
         let light = self.light();
-        self.bean.advance(Light::BOTH.map(|lamp| if lamp == light { 1.0 } else { 0.0 }), PERIOD_MIN);
+        self.bean.advance(&lamp_powers(Some(light)), PERIOD_MIN);
         self.frame += 1;
     }
 }

@@ -158,7 +158,7 @@ mod tests {
     fn no_place_is_missed() {
         let mut bean = Bean::new(Species::default().draw(2, 1.0), 2);
         for step in 0..120 {
-            bean.advance([f64::from(step % 2), f64::from(step / 40 % 2)], 30.0);
+            bean.advance(&[f64::from(step % 2), f64::from(step / 40 % 2)], 30.0);
             let pose = bean.pose();
             let stem = pose.stem.iter().map(|node| view::project(node.at).y + node.radius);
             let leaves = pose.leaves.iter().flat_map(|leaf| leaf.outline(LEAF_EDGE));

@@ -5,9 +5,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::view::{CAMERA, Frame, LAMPS, Place, View, WALL};
+use super::view::{CAMERA, Frame, Place, View};
 use crate::check::{OutOfRange, within};
-use crate::lamps::Light;
+use crate::lamps::{Layout, Light};
 use crate::math;
 use crate::math::vector::{add, dot, norm, normalize_or, scale, sub};
 
@@ -124,18 +124,29 @@ pub(super) struct Lighting {
     flash: f64,
     lamp: f64,
     glow: f64,
-    lit: Option<Light>,
-    view: View,
+    lit: Option<Lit>,
+}
+
+/// A lit lamp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Lit {
+    light: Light,
+    /// Where its light comes from, in the camera's coordinates, in cm.
+    bulb: Place,
 }
 
 impl Lighting {
-    pub(super) fn new(scene: &Scene, lit: Option<Light>, flash: bool, view: View) -> Self {
+    /// `lit` is dark where `layout` has no such lamp.
+    pub(super) fn new(scene: &Scene, layout: &Layout, lit: Option<Light>, flash: bool, view: View) -> Self {
+        let lit = lit.and_then(|light| {
+            let lamp = layout.lamps().get(light.index())?;
+            Some(Lit { light, bulb: view.of(bulb(lamp.at)) })
+        });
         Self {
             flash: if flash { scene.flash * scene.exposure } else { 0.0 },
             lamp: scene.lamp * scene.exposure,
             glow: scene.glow,
             lit,
-            view,
         }
     }
 
@@ -163,8 +174,8 @@ impl Lighting {
 
     /// The light on a surface straight from the lit lamp.
     pub(super) fn by_lamp(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
-        let Some(light) = self.lit else { return [0.0; 3] };
-        let to_lamp = sub(self.view.of(bulb(light)), place);
+        let Some(lit) = self.lit else { return [0.0; 3] };
+        let to_lamp = sub(lit.bulb, place);
         let far = norm(to_lamp).max(LAMP_RADIUS);
         let direct = (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far, wrap);
         scale(LAMP_TINT, self.lamp * direct)
@@ -178,7 +189,7 @@ impl Lighting {
             math::pow(dot(half, normal).max(0.0), 30.0)
         };
         let flash = scale(FLASH_TINT, self.flash * spot(FLASH));
-        let lamp = |light| scale(LAMP_TINT, 2.0 * self.lamp * spot(self.view.of(bulb(light))));
+        let lamp = |lit: Lit| scale(LAMP_TINT, 2.0 * self.lamp * spot(lit.bulb));
         add(flash, self.lit.map_or([0.0; 3], lamp))
     }
 
@@ -190,7 +201,7 @@ impl Lighting {
     }
 
     pub(super) fn lit(&self) -> Option<Light> {
-        self.lit
+        self.lit.map(|lit| lit.light)
     }
 }
 
@@ -199,10 +210,19 @@ fn lambert(cosine: f64, wrap: f64) -> f64 {
     ((cosine + wrap) / (1.0 + wrap)).max(0.0)
 }
 
-/// Where a lamp's light comes from: the front of its coil.
-pub(super) fn bulb(light: Light) -> Place {
-    let [x, y, _] = LAMPS[if light == Light::LEFT { 0 } else { 1 }];
-    [x, y, WALL + LAMP_RADIUS]
+/// The place from which a lamp at `centre` shines: the side of its coil that faces the plant along z.
+fn bulb([x, y, z]: Place) -> Place {
+    [
+        x,
+        y,
+        if z < 0.0 {
+            z + LAMP_RADIUS
+        } else if z > 0.0 {
+            z - LAMP_RADIUS
+        } else {
+            z
+        },
+    ]
 }
 
 #[cfg(test)]
@@ -236,16 +256,22 @@ mod tests {
     #[test]
     fn light_falls_off_and_adds_up() {
         let scene = Scene::default();
-        let up = [0.0, 1.0, 0.0];
-        let low = Lighting::new(&scene, None, true, View::Front).at([0.0, 2.0, 0.0], up, 0.0);
-        let high = Lighting::new(&scene, None, true, View::Front).at([0.0, 25.0, 0.0], up, 0.0);
+        let (paper, up) = (Layout::wahby2016(), [0.0, 1.0, 0.0]);
+        let low = Lighting::new(&scene, &paper, None, true, View::Front).at([0.0, 2.0, 0.0], up, 0.0);
+        let high = Lighting::new(&scene, &paper, None, true, View::Front).at([0.0, 25.0, 0.0], up, 0.0);
         assert!(high[1] > 1.4 * low[1], "{high:?} {low:?}");
         let place = [3.0, 15.0, 0.0];
-        let lamp =
-            Lighting::new(&scene, Some(Light::RIGHT), false, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
-        let flash = Lighting::new(&scene, None, true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
-        let both =
-            Lighting::new(&scene, Some(Light::RIGHT), true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+        let lamp = Lighting::new(&scene, &paper, Some(Light::RIGHT), false, View::Front).at(
+            place,
+            [1.0, 0.0, 0.0],
+            0.0,
+        );
+        let flash = Lighting::new(&scene, &paper, None, true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+        let both = Lighting::new(&scene, &paper, Some(Light::RIGHT), true, View::Front).at(
+            place,
+            [1.0, 0.0, 0.0],
+            0.0,
+        );
         for band in 0..3 {
             assert!((lamp[band] + flash[band] - both[band]).abs() < 1e-12);
         }

@@ -91,7 +91,7 @@ impl Devices {
         let calibration = rig.calibration()?;
         if let Some(greenhouse) = &rig.greenhouse {
             let (device, tracker) = greenhouse
-                .open(1, &rig.vision)
+                .open(1, rig.period_min, &rig.vision)
                 .map_err(|error| findings.fail(Group::Camera, error.to_string(), "correct the rig file"))
                 .ok()?;
             let period = Duration::from_secs_f64(60.0 * rig.period_min);

@@ -10,7 +10,7 @@ use core::f64::consts::TAU;
 
 use super::experiments::{self, Response};
 use super::grow::{TRUTH, grow, grow_quiet};
-use super::{Bean, Species};
+use super::{Bean, Species, lamp_powers};
 use crate::control::{Controller, Greedy, Periodic};
 use crate::environment::unwatched;
 use crate::geometry::Point;
@@ -86,15 +86,18 @@ struct Plant {
     /// Speed of the apex, in mm/min.
     speed: Vec<f64>,
     curvature: Vec<f64>,
+    /// Minutes between samples.
+    period_min: f64,
 }
 
 impl Plant {
     fn new(track: &Track) -> Self {
         let [x, y, z, length, curvature] = TRUTH.map(|name| track.numbers(name).unwrap_or_default());
         let apex: Vec<[f64; 3]> = x.iter().zip(&y).zip(&z).map(|((&x, &y), &z)| [x, y, z]).collect();
+        let period_min = track.period_min;
         let speed = |pair: &[[f64; 3]]| {
             let square: f64 = (0..3).map(|axis| (pair[1][axis] - pair[0][axis]).powi(2)).sum();
-            square.sqrt() * 10.0 / PAPER_PERIOD_MIN
+            square.sqrt() * 10.0 / period_min
         };
         let pairs = || track.samples.windows(2);
         let dx: Vec<f64> = pairs().map(|pair| pair[1].tip.x - pair[0].tip.x).collect();
@@ -111,6 +114,7 @@ impl Plant {
             length,
             speed: apex.windows(2).map(speed).collect(),
             curvature,
+            period_min,
         }
     }
 
@@ -142,7 +146,7 @@ impl Plant {
             let moving = self.towards[change..end]
                 .windows(SUSTAINED)
                 .position(|steps| steps.iter().all(|&step| step > 0.0));
-            moving.unwrap_or(end - change) as f64 * PAPER_PERIOD_MIN
+            moving.unwrap_or(end - change) as f64 * self.period_min
         };
         mean(self.changes.iter().filter(|change| PHASES[1].contains(change)).map(delay))
     }
@@ -314,9 +318,9 @@ fn halved(species: &Species) -> f64 {
     let mut twin = bean.clone().with_substep(0.5 * Bean::SUBSTEP_S);
     let mut squares = 0.0;
     for step in 0..1000 {
-        let lamps = super::lamps(Some(alternating(step)));
-        bean.advance(lamps, PAPER_PERIOD_MIN);
-        twin.advance(lamps, PAPER_PERIOD_MIN);
+        let powers = lamp_powers(Some(alternating(step)));
+        bean.advance(&powers, PAPER_PERIOD_MIN);
+        twin.advance(&powers, PAPER_PERIOD_MIN);
         squares += square(&bean, &twin);
     }
     (squares / 1000.0).sqrt()
@@ -326,7 +330,7 @@ fn halved(species: &Species) -> f64 {
 fn twice(species: &Species) -> f64 {
     let grown = || {
         let mut bean = Bean::new(species.draw(1, 1.0), 1);
-        (0..288).for_each(|step| bean.advance(super::lamps(Some(alternating(step))), PAPER_PERIOD_MIN));
+        (0..288).for_each(|step| bean.advance(&lamp_powers(Some(alternating(step))), PAPER_PERIOD_MIN));
         bean
     };
     square(&grown(), &grown()).sqrt()

@@ -23,7 +23,7 @@ pub use self::truth::{Truth, truth};
 use super::pose::Pose;
 use super::scene::{Lighting, Scene};
 use super::view::{Frame, View};
-use crate::lamps::Light;
+use crate::lamps::{Layout, Light};
 use crate::math::interpolate::bilinear;
 use crate::photo::Image;
 
@@ -36,9 +36,10 @@ pub struct Renderer {
     tone: Tone,
     blur: Blur,
     noise: Noise,
-    /// The tent without a plant, for each state of the lights once it was asked for: dark, left, right; without and
+    layout: Layout,
+    /// The tent without a plant, for each state of the lights once it was asked for: dark, then each lamp; without and
     /// with flash.
-    backdrops: [Option<Film>; 6],
+    backdrops: Vec<Option<Film>>,
     /// Memory for the next photograph: fetching it anew costs more than filling it.
     film: Film,
 }
@@ -59,14 +60,26 @@ impl Renderer {
         let seed = seed ^ ((view as u64) << 63);
         Self {
             view,
-            tent: Tent::new(scene, seed, view),
+            tent: Tent::new(scene, &Layout::default(), seed, view),
             tone: Tone::new(),
             blur: Blur::new(scene.blur * scene.frame().px_per_cm),
             noise: Noise::new(seed, scene.noise, scene.width as usize),
-            backdrops: Default::default(),
+            backdrops: Vec::new(),
             film: Film::default(),
             scene: scene.clone(),
+            layout: Layout::default(),
         }
+    }
+
+    /// The same camera in a tent with the lamps of `layout`; without this, with the paper's two.
+    ///
+    /// A lamp behind the back wall stands in an opening of the cloth; a lamp before the plant hides what it stands before.
+    #[must_use]
+    pub fn under(mut self, layout: &Layout) -> Self {
+        self.tent.set_lamps(layout);
+        self.backdrops.clear();
+        self.layout = layout.clone();
+        self
     }
 
     /// From where the camera sees the plant.
@@ -104,7 +117,7 @@ impl Renderer {
     }
 
     fn expose(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) {
-        let lighting = Lighting::new(&self.scene, lit, flash, self.view);
+        let lighting = Lighting::new(&self.scene, &self.layout, lit, flash, self.view);
         let mut film = std::mem::take(&mut self.film);
         film.clone_from(self.backdrop(&lighting, flash));
         let margin = self.blur.reach() as i64 + 1;
@@ -113,6 +126,7 @@ impl Renderer {
         {
             let columns = canvas.pixmap.width() as usize;
             self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
+            self.tent.mask(&mut canvas);
             film.lay_over(&canvas);
         }
         self.noise.add(&mut film.luma, film.width, frame_index);
@@ -131,7 +145,8 @@ impl Renderer {
 
     fn backdrop(&mut self, lighting: &Lighting, flash: bool) -> &Film {
         let state = 2 * lighting.lit().map_or(0, |light| 1 + light.index()) + usize::from(flash);
-        let Self { scene, tent, tone, blur, backdrops, .. } = self;
+        let Self { scene, tent, tone, blur, backdrops, layout, .. } = self;
+        backdrops.resize(2 * (1 + layout.len()), None);
         backdrops[state].get_or_insert_with(|| {
             let (width, height) = (scene.width as usize, scene.height as usize);
             let mut rgb = tent.photograph(scene, lighting, tone);
@@ -183,7 +198,6 @@ mod tests {
 
     use super::*;
     use crate::greenhouse::pose::{Leaf, Node};
-    use crate::lamps::Layout;
     use crate::math;
     use crate::photo::Photo;
 

@@ -32,7 +32,7 @@ pub(super) struct Canvas<'a> {
     pub(super) pixmap: Pixmap,
     /// Column and row of the photograph at the canvas's corner: even ones, for colour is kept for 2 x 2 pixels.
     pub(super) corner: [i64; 2],
-    frame: Frame,
+    pub(super) frame: Frame,
     lighting: &'a Lighting,
     tone: &'a Tone,
 }
