@@ -9,8 +9,8 @@
 //! ntfy, "Publishing": <https://docs.ntfy.sh/publish/>. Healthchecks, "Pinging API":
 //! <https://healthchecks.io/docs/http_api/>.
 
-mod broker;
 mod channel;
+mod broker;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;

@@ -9,31 +9,31 @@
 //!
 //! None of this was checked on a physical camera, lamp or relay.
 
-pub mod alert;
 pub mod clock;
+pub mod seconds;
+mod picture;
+pub mod http;
+pub mod switch;
+pub mod mqtt;
+mod child;
+pub mod alert;
 pub mod command;
 pub mod computer;
-pub mod driver;
-pub mod file;
 pub mod folder;
 pub mod gpio;
-pub mod http;
+pub mod strip;
+mod pixels;
 pub mod leds;
-pub mod mqtt;
-pub mod probe;
 pub mod replay;
 pub mod rpicam;
-pub mod safe;
-pub mod seconds;
-pub mod strip;
-pub mod switch;
 pub mod v4l2;
 pub mod wled;
 pub mod ws2812;
+pub mod driver;
+pub mod file;
+pub mod probe;
+pub mod safe;
 
-mod child;
-mod picture;
-mod pixels;
 #[cfg(test)]
 mod testing;
 mod tries;

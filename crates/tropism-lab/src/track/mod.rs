@@ -8,17 +8,17 @@
 //! with the same bytes.
 
 mod columns;
-mod guide;
-mod journal;
-mod light;
-mod overlays;
-mod pipeline;
-mod plan;
+mod series;
 mod plants;
+mod overlays;
+mod light;
+mod journal;
+mod table;
+mod pipeline;
 mod provenance;
 mod results;
-mod series;
-mod table;
+mod plan;
+mod guide;
 
 pub use columns::{point_at, stem_at};
 pub use guide::{GuidePlan, GuideResults};

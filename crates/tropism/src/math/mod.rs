@@ -5,10 +5,10 @@
 //! the rest of the library from calling `f64::sin` and the like directly.
 
 pub mod interpolate;
-pub mod matrix;
-pub mod simplex;
-pub mod statistics;
 pub mod vector;
+pub mod matrix;
+pub mod statistics;
+pub mod simplex;
 
 pub use libm::{atan2, cos, exp, hypot, log as ln, pow, sin, tan, tanh};
 

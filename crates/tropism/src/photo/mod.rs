@@ -3,11 +3,11 @@
 //! In: the bytes of a JPEG or PNG file. Out: an [`Image`], upright, or a [`LazyImage`] that decodes only the regions
 //! that are asked for. Half a file is an error here, not a half-grey image.
 
+mod timestamp;
 mod exif;
 mod image;
 pub mod jpeg;
 mod name_order;
-mod timestamp;
 
 use std::error::Error;
 use std::io::Cursor;

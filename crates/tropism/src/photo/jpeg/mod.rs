@@ -18,15 +18,15 @@
 //! zig-zag, minimum coded units), B (marker segments), C (Huffman tables), F.2 (baseline decoding). ITU-T
 //! Recommendation T.871 (2011), *JPEG File Interchange Format*.
 
+mod huffman;
 mod bit_reader;
 mod colour;
 mod headers;
-mod huffman;
 mod idct;
+mod upsample;
 mod region;
 mod scaled;
 mod scan;
-mod upsample;
 
 #[cfg(test)]
 mod tests;

@@ -1,28 +1,11 @@
 //! The pixels of a region: inverse DCT of the blocks around it, chroma upsampling and colour conversion.
 
 use super::colour::ycbcr_row_to_rgb;
-use super::upsample::upsample_row;
+use super::upsample::{SampleWindow, upsample_row};
 use super::{BLOCK_SIDE, Component, Jpeg};
 use crate::geometry::Region;
 use crate::photo::Image;
 use crate::simd::{Kernel, dispatch};
-
-/// Samples of one component, in whole blocks around a region.
-pub(super) struct SampleWindow {
-    /// Column and row of the first sample in the component.
-    pub(super) left: usize,
-    top: usize,
-    width: usize,
-    samples: Vec<u8>,
-}
-
-impl SampleWindow {
-    /// Row `y` of the component, as far as it lies in the window.
-    #[inline]
-    pub(super) fn row(&self, y: usize) -> &[u8] {
-        &self.samples[(y - self.top) * self.width..][..self.width]
-    }
-}
 
 /// [`Jpeg::decode_region`], compiled for several processors.
 struct DecodeRegion<'a>(&'a Jpeg, Region);

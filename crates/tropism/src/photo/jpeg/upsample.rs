@@ -5,8 +5,24 @@
 
 use std::ops::Range;
 
-use super::region::SampleWindow;
 use super::{BLOCK_SIDE, Component};
+
+/// Samples of one component, in whole blocks around a region.
+pub(super) struct SampleWindow {
+    /// Column and row of the first sample in the component.
+    pub(super) left: usize,
+    pub(super) top: usize,
+    pub(super) width: usize,
+    pub(super) samples: Vec<u8>,
+}
+
+impl SampleWindow {
+    /// Row `y` of the component, as far as it lies in the window.
+    #[inline]
+    pub(super) fn row(&self, y: usize) -> &[u8] {
+        &self.samples[(y - self.top) * self.width..][..self.width]
+    }
+}
 
 /// Writes columns `xs` of row `y` of the picture to `out`. `mixed` is a buffer that is used again from row to row.
 #[inline(always)]
