@@ -14,10 +14,10 @@ mod overlays;
 mod light;
 mod journal;
 mod table;
-mod pipeline;
 mod provenance;
 mod results;
 mod plan;
+mod pipeline;
 mod guide;
 
 pub use columns::{point_at, stem_at};
