@@ -89,8 +89,8 @@ impl EvolutionRecord {
         Ok(lock)
     }
 
-    /// Among the checkpoints in the `folder` of an unfinished evolution, the run with the best champion, and its number;
-    /// `None` without a readable checkpoint. Reads only: the evolution may be at work.
+    /// Among the checkpoints in the `folder` of an unfinished evolution, the run with the best champion, and its
+    /// number; `None` without a readable checkpoint. Reads only: the evolution may be at work.
     pub(crate) fn best_so_far(&self, folder: &Path) -> Option<(u32, Run)> {
         let read = |index| {
             let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
