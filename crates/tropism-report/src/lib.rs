@@ -15,6 +15,7 @@ mod evolution;
 mod film;
 pub mod guide;
 mod kinematics;
+mod lamp;
 mod network;
 mod page;
 mod picture;

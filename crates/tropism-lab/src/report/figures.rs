@@ -27,8 +27,9 @@ pub(crate) fn of_tracks(tracks: &[Track], plants: Plants) -> Vec<Figure> {
         return Vec::new();
     }
     let mut figures = of_tips(tracks, plants);
-    let stems = tracks.iter().map(stems_of_track).find(|stems| !stems.is_empty());
-    figures.extend(stems.map(|stems| report::stems(&stems, plants)));
+    let stems = tracks.iter().map(|track| (stems_of_track(track), &track.layout));
+    let stems = stems.into_iter().find(|(stems, _)| !stems.is_empty());
+    figures.extend(stems.map(|(stems, layout)| report::stems(&stems, layout, plants)));
     figures
 }
 
@@ -63,7 +64,7 @@ pub(crate) fn of_stems(runs: &[FinishedRun]) -> Result<Option<Figure>, Error> {
     for run in runs {
         let stems = run.stems()?;
         if !stems.is_empty() {
-            return Ok(Some(report::stems(&stems, run.plants())));
+            return Ok(Some(report::stems(&stems, &run.track.layout, run.plants())));
         }
     }
     Ok(None)
