@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use tropism::geometry::{Pixel, Region};
-use tropism::photo::{Image, Photo, Picture};
+use tropism::photo::{Image, Photo, LazyImage};
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{Calibration, TipTracker, Mode, VisionConfig, lamp_state};
 
@@ -20,7 +20,7 @@ fuzz_target!(|bytes: &[u8]| {
     if width * height > 1 << 20 {
         return;
     }
-    if matches!(picture, Picture::Jpeg(_)) {
+    if matches!(picture, LazyImage::Jpeg(_)) {
         agree(&picture, &image, bytes.iter().fold(0, |sum, &byte| 31 * (sum % (1 << 32)) + usize::from(byte)));
     }
     let _ = lamp_state(&picture, None);
@@ -34,7 +34,7 @@ fuzz_target!(|bytes: &[u8]| {
 });
 
 /// Holds the whole picture and some part of it to what the plain decoder says, and tries every way of shrinking that part.
-fn agree(picture: &Picture, image: &Image, seed: usize) {
+fn agree(picture: &LazyImage, image: &Image, seed: usize) {
     let all = picture.crop(Region { x: 0, y: 0, width: image.width, height: image.height });
     assert!(*all == *image, "the whole picture differs");
     let (x, y) = (seed % image.width, seed / 7 % image.height);

@@ -1,12 +1,12 @@
 //! The command `tropism`. It reads arguments into the plans of `tropism-lab`, draws progress, and prints results.
 
-mod announce;
-mod commands;
-mod controller;
 mod options;
-mod progress;
 mod shell;
+mod progress;
+mod announce;
+mod controller;
 mod units;
+mod commands;
 
 use std::process::ExitCode;
 

@@ -31,7 +31,7 @@ fn folder() -> TempDir {
     assert_eq!(result.0, 0, "{}", result.1);
     let text = fs::read_to_string(folder.path().join("model.json")).unwrap();
     put("half.json", &text[..text.len() / 2]);
-    put("other.json", &text.replace("model/1", "model/7"));
+    put("other.json", &text.replace("model/2", "model/7"));
     folder
 }
 
@@ -101,7 +101,7 @@ fn models() {
         ("absent.json", "absent.json: cannot read"),
         ("empty", "empty: found no model"),
         ("half.json", "half.json: found no model"),
-        ("other.json", "wanted \"tropism.model/1\""),
+        ("other.json", "wanted \"tropism.model/2\""),
         ("track.csv", "track.csv: found no model"),
     ] {
         fails(&folder, &["baseline", "--model", model, "--count", "10"], &[wanted]);

@@ -10,8 +10,8 @@
 
 pub mod files;
 mod checkpoint;
-mod journal;
 mod copy;
+mod journal;
 mod folder;
 mod gap;
 mod recorded;
@@ -24,8 +24,8 @@ pub mod calibrate_camera;
 pub mod track;
 pub mod depth;
 mod stopwatch;
-mod champion;
 mod model;
+mod champion;
 pub mod fit;
 pub mod evolve;
 pub mod baseline;
@@ -34,8 +34,8 @@ pub mod score;
 pub mod show;
 pub mod grow;
 pub mod calibrate;
-pub mod report;
 pub mod study;
+pub mod report;
 
 pub use controller::ControllerSpec;
 pub use error::Error;

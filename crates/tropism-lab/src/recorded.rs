@@ -7,7 +7,7 @@ use crate::folder::{FolderError, RunFolder};
 use crate::journal::{Journal, JournalError, Row};
 use tropism::environment::Environment;
 use tropism::geometry::Pixel;
-use tropism::lamps::{self, Layout, Light};
+use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
@@ -225,7 +225,8 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         match recorded.past.len() {
             0 if state.is_none() => recorded.tell(EventKind::Started, "the run begins".to_owned())?,
             steps => {
-                let text = format!("found {steps} steps, going on; {} is lit as before", lamps::name(lit));
+                let lamp = recorded.rig.layout().name(lit);
+                let text = format!("found {steps} steps, going on; {lamp} is lit as before");
                 recorded.tell(EventKind::Resumed, text)?;
             }
         }
@@ -486,11 +487,11 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
 
     /// The lamp that a photograph shows lit, where that is looked at and can be seen.
     fn lamp_in(&self, photo: &Photo, class: FrameStatus) -> Option<Option<Light>> {
-        let places = self.care.lamps_in_view.as_ref()?.places();
+        let places = self.care.lamps_in_view.as_ref()?.places(self.rig.layout());
         if [FrameStatus::Dark, FrameStatus::Repeated].contains(&class) {
             return None;
         }
-        Some(vision::lamp_state(&photo.decode().ok()?, places))
+        Some(vision::lamp_state(&photo.decode().ok()?, places.as_deref()))
     }
 
     fn look_at_lamp(&mut self, lit: Option<Option<Light>>) -> Result<(), RecordError> {
@@ -499,12 +500,14 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         };
         if lit == Some(commanded) {
             let steps = std::mem::take(&mut self.streaks.mismatch);
-            return self.recovered(steps, &format!("{commanded} is lit again"));
+            let text = format!("{} is lit again", self.rig.layout().name(lit));
+            return self.recovered(steps, &text);
         }
         self.streaks.mismatch += 1;
         let steps = self.streaks.mismatch;
-        let text =
-            format!("found {} lit in the photograph, wanted {commanded}, {steps} in a row", lamps::name(lit));
+        let layout = self.rig.layout();
+        let (found, wanted) = (layout.name(lit), layout.name(Some(commanded)));
+        let text = format!("found {found} lit in the photograph, wanted {wanted}, {steps} in a row");
         self.tell(EventKind::Mismatch, text.clone())?;
         if steps >= self.care.patience.pause_steps { Err(self.pause(text)) } else { Ok(()) }
     }
@@ -607,7 +610,8 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         self.is_lit = true;
         self.write(|journal| journal.done(step))?;
         if std::mem::take(&mut self.streaks.lamp) > 0 {
-            self.tell(EventKind::Recovered, format!("{light} obeys again"))?;
+            let text = format!("{} obeys again", self.rig.layout().name(Some(light)));
+            self.tell(EventKind::Recovered, text)?;
         }
         Ok(None)
     }

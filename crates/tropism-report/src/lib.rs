@@ -7,9 +7,13 @@
 //! # References
 //! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 9, doi:10.1109/SASO.2016.8.
 
+mod stroke_font;
+mod picture;
 mod animation;
 mod colour;
 mod composite;
+mod plot;
+mod trajectories;
 mod decision;
 mod evolution;
 mod film;
@@ -18,13 +22,9 @@ mod kinematics;
 mod lamp;
 mod network;
 mod page;
-mod picture;
-mod plot;
 mod shifts;
 mod speed;
 mod stems;
-mod stroke_font;
-mod trajectories;
 
 pub use animation::{Animation, AnimationError};
 pub use composite::{Composite, composite};

@@ -39,7 +39,9 @@ fn bench(criterion: &mut Criterion) {
         group.sample_size(20);
         group.bench_function("decode", |bencher| bencher.iter(|| black_box(&photo).decode()));
         group.bench_function("open", |bencher| bencher.iter(|| black_box(&photo).open()));
-        group.bench_function("codes alone", |bencher| bencher.iter(|| Jpeg::floor(black_box(&photo.bytes))));
+        group.bench_function("codes alone", |bencher| {
+            bencher.iter(|| Jpeg::scan_only(black_box(&photo.bytes)))
+        });
         for (name, mode, stem) in [
             ("paper, tip", Mode::Paper, false),
             ("paper, tip and stem", Mode::Paper, true),

@@ -149,7 +149,8 @@ impl Polyline {
         self.0.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
     }
 
-    /// The same line with `count` vertices at equal distances along it; both ends stay. The paper has ten (section 4).
+    /// The same line with `count` vertices at equal distances along it; both ends stay. The paper uses ten vertices
+    /// (section 4).
     ///
     /// A line of fewer than two points, or a `count` below two, returns the line unchanged.
     ///

@@ -21,7 +21,7 @@ use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{self, Light};
 use tropism::math::{self, statistics::quantile_nearest};
 use tropism::observation::{Observation, Quality};
-use tropism::photo::{Image, Photo, Picture};
+use tropism::photo::{Image, LazyImage, Photo};
 use tropism::random::{self, Purpose};
 use tropism::vision::tracking::smoother::{TipMeasurement, smooth};
 use tropism::vision::{
@@ -612,9 +612,9 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
 }
 
 /// Both ways to have a picture: opened, and decoded whole.
-fn both(photo: &Photo) -> (Picture, Image) {
+fn both(photo: &Photo) -> (LazyImage, Image) {
     let picture = photo.open().unwrap();
-    assert!(matches!(picture, Picture::Jpeg(_)), "{} is decoded whole", photo.name);
+    assert!(matches!(picture, LazyImage::Jpeg(_)), "{} is decoded whole", photo.name);
     (picture, photo.decode().unwrap())
 }
 

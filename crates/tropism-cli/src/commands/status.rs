@@ -112,7 +112,7 @@ impl Happened {
         for event in events {
             *event_counts.entry(event.kind.name()).or_default() += 1;
         }
-        let told = events.iter().rev().filter(|event| Kind::from(event.kind).is_told()).take(LATEST);
+        let told = events.iter().rev().filter(|event| Kind::from(event.kind).is_default()).take(LATEST);
         let mut latest_events: Vec<_> = told
             .map(|Event { step, kind, text, at }| LatestEvent {
                 step: *step,

@@ -5,7 +5,6 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::Champion;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::lamps::Layout;
 use tropism::task::TaskSpec;
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_neat::Genome;
@@ -132,7 +131,8 @@ impl RunConfig {
         let plan = |error: &dyn std::error::Error| Error::Plan(error.to_string());
         self.rig.check().map_err(|error| plan(&error))?;
         self.task.check().map_err(|error| plan(&error))?;
-        self.controller.check(&Layout::default(), self.rig.period_min)
+        let layout = self.rig.layout().map_err(|error| plan(&error))?;
+        self.controller.check(&layout, self.rig.period_min)
     }
 
     /// Makes the run folder at `path`, or opens the one that is there if its configuration is this one; one whose run is

@@ -3,8 +3,8 @@
 //! In: a genome file, or the folder of an evolution, a study or a run. Out: the properties of the network and a drawing. If
 //! a plant that it steered is at hand, its path is drawn on the map.
 
-mod drawing;
 mod source;
+mod drawing;
 
 use std::path::PathBuf;
 

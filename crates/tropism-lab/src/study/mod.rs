@@ -5,8 +5,8 @@
 //! experiments with unseen plants, and the report. A stage that is finished on the disk is not repeated.
 
 mod config;
-mod page;
 mod results;
+mod page;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

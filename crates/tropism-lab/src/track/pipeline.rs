@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use tropism::lamps::Light;
-use tropism::photo::{Image, Photo, PhotoError, Picture};
+use tropism::photo::{Image, LazyImage, Photo, PhotoError};
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{FrameStatus, TipTracker, lamp_state};
 
@@ -195,9 +195,9 @@ impl Processed {
 fn detect(
     eyes: &[TipTracker],
     name: &str,
-    picture: Result<Result<Picture, PhotoError>, String>,
+    picture: Result<Result<LazyImage, PhotoError>, String>,
     sha256: String,
-) -> (FrameDetections, Option<Picture>) {
+) -> (FrameDetections, Option<LazyImage>) {
     // A file that cannot be read counts as a damaged photograph: it does not end the series.
     let detect = |eye: &TipTracker| match &picture {
         Ok(picture) => PlantDetection::new(eye.detect(picture.as_ref())),

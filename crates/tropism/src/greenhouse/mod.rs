@@ -5,8 +5,8 @@
 
 pub mod view;
 pub mod pose;
-pub mod bean;
 pub mod detector;
+pub mod bean;
 pub mod scene;
 pub mod render;
 pub mod fault;

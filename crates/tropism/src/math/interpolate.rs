@@ -1,8 +1,8 @@
 //! Linear interpolation between two values and between the four corners of a square.
 //!
 //! Each comes in two forms, which are equal but for rounding: the form that `lerp` and [`bilinear`] use needs one
-//! multiplication less; the form that [`blend`] and [`bilinear_blend`] use is exact at both ends. A figure that was computed
-//! with one keeps it.
+//! multiplication less; the form that [`blend`] and [`bilinear_blend`] use is exact at both ends. A figure that was
+//! computed with one keeps it.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -28,8 +28,8 @@ where
     (T::from(1) - share) * from + share * to
 }
 
-/// The value at (`across`, `down`), both 0 to 1, in a square whose corners are upper left, upper right, lower left and lower
-/// right, by [`lerp`].
+/// The value at (`across`, `down`), both 0 to 1, in a square whose corners are upper left, upper right, lower left
+/// and lower right, by [`lerp`].
 ///
 /// ```
 /// use tropism::math::interpolate::bilinear;

@@ -3,8 +3,8 @@
 //! Sums run from the first term to the last, so that every machine gives the same bits.
 //!
 //! # References
-//! Golub and Van Loan 2013, *Matrix Computations*, 4th edition: sections 3.4 (pivoting), 5.5 (least squares of deficient
-//! rank) and 8.6.3 (Jacobi's singular values).
+//! Golub and Van Loan 2013, *Matrix Computations*, 4th edition: sections 3.4 (pivoting), 5.5 (least squares of
+//! deficient rank) and 8.6 (Jacobi SVD procedures).
 
 use super::vector::{Vec3, dot};
 
@@ -115,8 +115,8 @@ pub fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> 
     Some(right)
 }
 
-/// Solves `matrix x = right` by Cramer's rule for the symmetric 3 x 3 matrix of the elements (xx, yy, zz, xy, xz, yz). A
-/// singular matrix gives numbers that are not finite.
+/// Solves `matrix x = right` by Cramer's rule for the symmetric 3 x 3 matrix of the elements (xx, yy, zz, xy, xz,
+/// yz). A singular matrix gives numbers that are not finite.
 #[must_use]
 pub fn solve_symmetric([xx, yy, zz, xy, xz, yz]: [f64; 6], [x, y, z]: Vec3) -> Vec3 {
     let (a, b, c) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
@@ -125,8 +125,8 @@ pub fn solve_symmetric([xx, yy, zz, xy, xz, yz]: [f64; 6], [x, y, z]: Vec3) -> V
     [a * x + b * y + c * z, b * x + d * y + e * z, c * x + e * y + f * z].map(|sum| sum / determinant)
 }
 
-/// The x with the least squares of `rows x - right`; `None` where the least singular value of `rows` is below `rank` of the
-/// greatest: another x would do as well.
+/// The x with the least squares of `rows x - right`; `None` where the least singular value of `rows` is below `rank`
+/// of the greatest: another x would do as well.
 ///
 /// Singular values by one-sided Jacobi rotations (Hestenes 1958, doi:10.1137/0106005).
 ///
@@ -153,7 +153,7 @@ pub fn least_squares<const N: usize>(rows: &[[f64; N]], right: &[f64], rank: f64
 
 /// Rotates pairs of the columns `u`, and the rows of `v` with them, until all columns stand at right angles.
 fn orthogonalize<const N: usize>(u: &mut [Vec<f64>; N], v: &mut [[f64; N]; N]) {
-    /// Quadratic convergence: well-conditioned columns need five or six sweeps (Golub and Van Loan, section 8.6.3).
+    /// Quadratic convergence: well-conditioned columns need five or six sweeps (Golub and Van Loan, section 8.6).
     const SWEEPS: usize = 30;
     for _ in 0..SWEEPS {
         let mut is_done = true;

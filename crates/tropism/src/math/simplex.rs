@@ -1,18 +1,18 @@
 //! Minimises a function of several variables without its derivatives.
 //!
-//! In: a function and the corners of a first simplex (a triangle in the plane, a tetrahedron in space, and so on). Out: the
-//! best corner found. The one idea: the corner with the greatest value is replaced by a better one on the line from it
-//! through the centroid of the others; where there is none, the simplex shrinks towards its best corner.
+//! In: a function and the corners of a first simplex (a triangle in the plane, a tetrahedron in space, and so on).
+//! Out: the best corner found. The one idea: the corner with the greatest value is replaced by a better one on the
+//! line from it through the centroid of the others; where there is none, the simplex shrinks towards its best corner.
 //!
 //! # References
-//! Nelder and Mead 1965, *A simplex method for function minimization*, doi:10.1093/comjnl/7.4.308. Lagarias, Reeds, Wright
-//! and Wright 1998, doi:10.1137/S1052623496303470, algorithm NM: which step is taken when.
+//! Nelder and Mead 1965, *A simplex method for function minimization*, doi:10.1093/comjnl/7.4.308. Lagarias, Reeds,
+//! Wright and Wright 1998, doi:10.1137/S1052623496303470, algorithm NM: which step is taken when.
 
 use super::statistics::standard_deviation;
 use super::vector::{add, along, scale, sub};
 
-/// How far the worst corner is carried beyond the centroid (Nelder and Mead's alpha = 1, gamma = 2 and beta = 1/2), and how
-/// far the simplex shrinks (1/2). The values that they recommend.
+/// How far the worst corner is carried beyond the centroid (Nelder and Mead's alpha = 1, gamma = 2 and beta = 1/2),
+/// and how far the simplex shrinks (1/2). The values that they recommend.
 const REFLECTION: f64 = 1.0;
 const EXPANSION: f64 = 2.0;
 const CONTRACTION: f64 = 0.5;

@@ -1,8 +1,8 @@
 //! Mean, spread, medians and quantiles of numbers in any order.
 //!
-//! There are two quantiles and two medians, because published figures were computed with each. [`quantile_linear`] and
-//! [`median`] lie between two values of the sample where the sample has no value at the position; [`quantile_nearest`] and
-//! [`upper_median`] always are values of the sample.
+//! There are two quantiles and two medians, because published figures were computed with each. [`quantile_linear`]
+//! and [`median`] lie between two values of the sample where the sample has no value at the position;
+//! [`quantile_nearest`] and [`upper_median`] always are values of the sample.
 //!
 //! # References
 //! Hyndman and Fan 1996, *Sample quantiles in statistical packages*, doi:10.2307/2684934.
@@ -69,8 +69,8 @@ pub fn upper_median<T: Copy>(values: &[T], compare: impl Fn(&T, &T) -> Ordering)
     Some(*values.to_vec().select_nth_unstable_by(half, compare).1)
 }
 
-/// The value nearest to the position `share` (0 to 1) of the sorted values, the greater of two equally near; 0 without
-/// values.
+/// The value nearest to the position `share` (0 to 1) of the sorted values, the greater of two equally near; 0
+/// without values.
 ///
 /// Position 0 is the least value and position 1 the greatest (NumPy's method `nearest`, but for ties).
 ///
@@ -86,8 +86,8 @@ pub fn quantile_nearest(values: &[f64], share: f64) -> f64 {
     sorted.get(at).copied().unwrap_or(0.0)
 }
 
-/// The value at the position `share` (0 to 1) of the sorted values, by linear interpolation between neighbours (definition 7
-/// of Hyndman and Fan, the default of NumPy and R); NaN without values.
+/// The value at the position `share` (0 to 1) of the sorted values, by linear interpolation between neighbours
+/// (definition 7 of Hyndman and Fan, the default of NumPy and R); NaN without values.
 ///
 /// ```
 /// use tropism::math::statistics::quantile_linear;
@@ -98,7 +98,8 @@ pub fn quantile_linear(values: &[f64], share: f64) -> f64 {
     if values.is_empty() { f64::NAN } else { between(&sorted(values), share) }
 }
 
-/// Minimum, lower quartile, median, upper quartile and maximum, as [`quantile_linear`] defines them; `None` without values.
+/// Minimum, lower quartile, median, upper quartile and maximum, as [`quantile_linear`] defines them; `None` without
+/// values.
 #[must_use]
 pub fn five_numbers(values: &[f64]) -> Option<[f64; 5]> {
     let sorted = sorted(values);

@@ -1,7 +1,8 @@
 //! Vectors of the plane and of space as arrays of components, in whatever unit the caller counts.
 //!
-//! A length is the square root of the sum of squares, summed from the first component to the last. It may differ in its last
-//! bit from [`hypot`](super::hypot), which [`Point`](crate::geometry::Point) and [`Pixel`](crate::geometry::Pixel) use.
+//! A length is the square root of the sum of squares, summed from the first component to the last. It may differ in
+//! its last bit from [`hypot`](super::hypot), which [`Point`](crate::geometry::Point) and
+//! [`Pixel`](crate::geometry::Pixel) use.
 
 use super::interpolate::lerp;
 

@@ -10,10 +10,11 @@
 //! Wahby et al. 2016, section 2.2.3, eqs. (1)-(8).
 
 pub mod shifts;
+mod config;
 pub(crate) mod table;
+pub mod window;
 pub mod tip;
 mod tip_file;
-pub mod window;
 
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
@@ -48,7 +49,7 @@ use crate::random::StepNoise;
 ///
 /// let task = Targets::default();
 /// let track = simulate(&Leaning(Layout::default()), &mut Greedy::new(&task, &Layout::default()), &task, 1);
-/// assert!(task.fitness(&track) > 10.0);
+/// assert!(task.fitness(&track) > 8.0);
 /// ```
 pub trait PlantModel: Sync {
     /// The state of one plant.

@@ -1,7 +1,7 @@
 //! Mean shifts on a grid: what makes the cost of a look-up constant.
 
+use super::config::{Empty, TipModelConfig};
 use super::shifts::{Shift, Window};
-use super::tip::{Empty, TipModelConfig};
 use crate::geometry::Point;
 use crate::lamps::Light;
 

@@ -8,72 +8,17 @@
 //! The state of a plant is kept in single precision, good to 1 µm over an experiment, so that many plants side by side
 //! (`simulation::batch`) have the same bits as one by one.
 
-use serde::{Deserialize, Serialize};
-
 use super::PlantModel;
-use super::shifts::{self, Shift, Window};
+use super::shifts::{self, Shift};
 use super::table::Table;
-use crate::check::{OutOfRange, ensure};
+use crate::check::OutOfRange;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::random::StepNoise;
 use crate::track::{PAPER_PERIOD_MIN, Track};
 
-/// Growth of the shoot in one step of five minutes, eq. (4).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Growth {
-    /// Mean, in cm. Paper: 0.03.
-    pub mean: f64,
-    /// Standard deviation, in cm. Paper: 0.01.
-    pub sd: f64,
-}
-
-impl Default for Growth {
-    fn default() -> Self {
-        Self { mean: 0.03, sd: 0.01 }
-    }
-}
-
-impl Growth {
-    /// The growth that a standard normal draw stands for, in cm.
-    #[must_use]
-    pub fn with_noise(&self, normal: f64) -> f64 {
-        self.mean + self.sd * normal
-    }
-}
-
-/// What the model does where its window holds no data: the white of Fig. 5. The paper does not say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Empty {
-    /// The tip is not shifted sideways; it only grows.
-    #[default]
-    Still,
-    /// The shift of the nearest node that has data.
-    Nearest,
-}
-
-/// How a model is made of tracks.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TipModelConfig {
-    /// Sliding window, eq. (1). Paper: 1 cm x 2 cm.
-    pub window: Window,
-    /// Distance between the nodes of the table, in cm.
-    pub grid_cm: f64,
-    /// Growth of a step, eq. (4).
-    pub growth: Growth,
-    /// What happens where a window is empty.
-    pub empty: Empty,
-}
-
-impl Default for TipModelConfig {
-    fn default() -> Self {
-        Self { window: Window::default(), grid_cm: 0.1, growth: Growth::default(), empty: Empty::Still }
-    }
-}
+pub use super::config::{Empty, Growth, TipModelConfig};
 
 /// Why there is no model.
 #[derive(Debug, thiserror::Error)]
@@ -131,12 +76,15 @@ pub enum ModelError {
         found: String,
     },
     /// A schema that this version does not know.
-    #[error("found schema {0:?}, wanted {wanted:?}", wanted = super::tip_file::SCHEMA)]
+    #[error("found schema {0:?}, wanted {wanted:?}", wanted = SCHEMA)]
     Schema(String),
     /// Not JSON of a model.
     #[error("found no model: {0}")]
     Json(#[from] serde_json::Error),
 }
+
+/// The schema that is written.
+pub(super) const SCHEMA: &str = "tropism.model/2";
 
 /// Coordinates beyond this are no plant; it bounds the table's memory.
 const FARTHEST_CM: f64 = 1000.0;
@@ -197,7 +145,7 @@ impl TipModel {
         if observed.is_empty() {
             return Err(ModelError::NoShifts { tracks: plants.len() });
         }
-        check(&config)?;
+        config.check()?;
         for (index, shift) in observed.iter().enumerate() {
             let values = [shift.tip.x, shift.tip.y, shift.dx, shift.dy];
             if values.iter().any(|value| value.is_nan() || value.abs() > FARTHEST_CM) {
@@ -291,17 +239,6 @@ impl TipModel {
             growth: self.config.growth,
         }
     }
-}
-
-fn check(config: &TipModelConfig) -> Result<(), OutOfRange> {
-    let TipModelConfig { window, grid_cm, growth, .. } = config;
-    let positive =
-        |key, found: f64, wanted, most: f64| ensure(found > 0.0 && found <= most, key, found, wanted);
-    positive("window.wx", window.wx, "a half-width above 0 and at most 20 cm", 20.0)?;
-    positive("window.wy", window.wy, "a half-height above 0 and at most 20 cm", 20.0)?;
-    ensure((0.01..=5.0).contains(grid_cm), "grid_cm", grid_cm, "0.01 to 5 cm")?;
-    positive("growth.mean", growth.mean, "growth above 0 and at most 1 cm a step", 1.0)?;
-    ensure((0.0..=1.0).contains(&growth.sd), "growth.sd", growth.sd, "0 to 1 cm a step")
 }
 
 /// The state of one plant of the model: the system configuration (x, L) of section 2.2.3, in single precision.

@@ -6,14 +6,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::shifts::Shift;
-use super::tip::{ModelError, TipModel, TipModelConfig};
+use super::tip::{ModelError, SCHEMA, TipModel, TipModelConfig};
 use crate::check::ensure;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::track::PAPER_PERIOD_MIN;
-
-/// The schema that is written.
-pub(super) const SCHEMA: &str = "tropism.model/2";
 
 /// The schema before lamps and period were data.
 const SCHEMA_1: &str = "tropism.model/1";

@@ -1,8 +1,8 @@
 //! The tip-motion model straight from the equations: every step reads every shift. The reference of [`super::tip`].
 
 use super::PlantModel;
+use super::config::Growth;
 use super::shifts::{self, Shift, Window};
-use super::tip::Growth;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::math;

@@ -52,7 +52,7 @@ pub trait Lamps {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OnExit {
-    /// Both go dark.
+    /// All go dark.
     #[default]
     Dark,
     /// They stay as they are.

@@ -67,7 +67,7 @@ impl<M: PlantModel> Environment for Simulation<'_, M> {
 /// let measured = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,right\n0,4.06,right\n0.1,4.1,dark\n";
 /// let model = TipModel::fit([&Track::read_csv(measured.as_bytes())?], TipModelConfig::default())?;
 /// let task = Targets { max_steps: 20, ..Targets::default() };
-/// let track = simulate_with(&model, &mut Greedy::new(&task, &Layout::default()), &task, 1);
+/// let track = simulate(&model, &mut Greedy::new(&task, &Layout::default()), &task, 1);
 /// assert_eq!(track.samples.len(), 21);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

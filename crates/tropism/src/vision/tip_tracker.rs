@@ -2,7 +2,7 @@
 
 use crate::geometry::{Pixel, Point, Polyline, Region};
 use crate::observation::{Observation, Quality};
-use crate::photo::{Photo, PhotoError, Picture};
+use crate::photo::{LazyImage, Photo, PhotoError};
 use crate::vision::camera::calibration::Calibration;
 use crate::vision::camera::registration::ReferenceFeatures;
 use crate::vision::config::{Mode, VisionConfig};
@@ -188,7 +188,7 @@ impl TipTracker {
     /// The class of a photograph that shows no plant.
     pub fn detect(&self, picture: Result<&impl PixelSource, &PhotoError>) -> Result<Detection, FrameStatus> {
         let image = picture.map_err(|error| match error {
-            PhotoError::Foreign(_) | PhotoError::TooLarge { .. } => FrameStatus::Foreign,
+            PhotoError::UnknownFormat(_) | PhotoError::TooLarge { .. } => FrameStatus::Foreign,
             _ => FrameStatus::Corrupt,
         })?;
         let (width, height) = image.size();
@@ -223,7 +223,7 @@ impl TipTracker {
     #[must_use]
     pub fn is_dark(&self, photo: &Photo) -> bool {
         // Most photographs are bright, which is seen at a glance.
-        let is_dark = |picture: &Picture| {
+        let is_dark = |picture: &LazyImage| {
             self.is_too_dark(picture) && self.detect(Ok(picture)) == Err(FrameStatus::Dark)
         };
         photo.open().is_ok_and(|picture| is_dark(&picture))

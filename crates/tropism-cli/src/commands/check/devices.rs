@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use tropism::lamps::Light;
+use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps};
@@ -30,6 +30,7 @@ pub(super) struct Devices {
     flash: Box<dyn Flash>,
     has_flash: bool,
     lamps: Box<dyn Lamps>,
+    layout: Layout,
     tracker: TipTracker,
     calibration: Calibration,
     /// The clock of a virtual tent, whose photographs repeat unless time passes, and the period.
@@ -89,6 +90,7 @@ impl Devices {
     /// The devices of `rig`; `None`, and a line, if one cannot be opened.
     pub(super) fn open(rig: &RigFile, kept: Option<PathBuf>, findings: &mut Findings) -> Option<Self> {
         let calibration = rig.calibration()?;
+        let layout = rig.layout().ok()?;
         if let Some(greenhouse) = &rig.greenhouse {
             let (device, tracker) = greenhouse
                 .open(1, rig.period_min, &rig.vision)
@@ -100,6 +102,7 @@ impl Devices {
                 flash: Box::new(device.clone()),
                 has_flash: true,
                 lamps: Box::new(device.clone()),
+                layout,
                 tracker,
                 calibration,
                 clock: Some((Box::new(device), period)),
@@ -132,6 +135,7 @@ impl Devices {
             flash: flash.ok()?,
             has_flash: rig.flash.is_some(),
             lamps: lamps.ok()?,
+            layout,
             tracker: tracker.ok()?,
             calibration,
             clock: None,
@@ -361,21 +365,22 @@ impl Devices {
 
     /// Each lamp alone, without the flash, and darkness after each.
     fn examine_lamps(&mut self, dark: &Shot, findings: &mut Findings) -> Result<()> {
-        let mut towards_left = [0.0; 2];
+        let mut towards_left = vec![0.0; self.layout.len()];
         let mut is_visible = true;
-        for (side, light) in Light::BOTH.into_iter().enumerate() {
-            let name = if light == Light::LEFT { "left lamp" } else { "right lamp" };
+        for light in self.layout.lights() {
+            let word = self.layout.name(Some(light)).to_owned();
+            let name = format!("{word} lamp");
             if !self.light(Some(light), findings) {
                 return Ok(());
             }
-            let shot = self.shot(light.standard_name(), false, findings)?;
+            let shot = self.shot(&word, false, findings)?;
             if !self.light(None, findings) {
                 return Ok(());
             }
             let (Some(lit), Some(after)) = (shot, self.shot("dark", false, findings)?) else { return Ok(()) };
             let gain = lit.mean - dark.mean;
             let halves = [0, 1].map(|half| lit.halves[half] - dark.halves[half]);
-            towards_left[side] = halves[0] - halves[1];
+            towards_left[light.index()] = halves[0] - halves[1];
             if gain < NOISE {
                 is_visible = false;
                 findings.warn(
@@ -398,15 +403,20 @@ impl Devices {
                 );
             }
         }
-        if is_visible {
-            let [left, right] = towards_left;
-            if left > right {
-                findings.pass(Group::Lamps, "left is left, and right is right");
+        let [left, right] = [false, true].map(|is_right| self.layout.towards(is_right));
+        if is_visible && self.layout.side(left) < 0.0 && self.layout.side(right) > 0.0 {
+            let [left_name, right_name] = [left, right].map(|light| self.layout.name(Some(light)));
+            if towards_left[left.index()] > towards_left[right.index()] {
+                findings.pass(Group::Lamps, format!("{left_name} is left, and {right_name} is right"));
             } else {
                 findings.fail(
                     Group::Lamps,
-                    "left and right are the wrong way round, or both lamps are the same",
-                    "exchange [lamps.left] and [lamps.right]: the sides are the camera's",
+                    format!(
+                        "{left_name} and {right_name} are the wrong way round, or both lamps are the same"
+                    ),
+                    format!(
+                        "exchange [lamps.{left_name}] and [lamps.{right_name}]: the sides are the camera's"
+                    ),
                 );
             }
         }

@@ -11,12 +11,12 @@
 //!
 //! Sign conventions: x to the right, y up, z towards the camera.
 
+pub mod experiments;
+mod grow;
 pub mod acceptance;
 pub mod calibrate;
 mod chance;
 mod check;
-pub mod experiments;
-mod grow;
 mod individual;
 mod rod;
 mod species;

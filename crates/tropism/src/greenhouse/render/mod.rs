@@ -3,14 +3,14 @@
 //! While a plant grows, only the plant moves. So the tent is drawn once for each state of the lights, and a photograph
 //! costs a copy of it, the plant's few square centimetres, a stretch of noise, and the JPEG.
 
-mod backdrop;
 mod body;
 mod cloth;
+mod tone;
+mod paint;
+mod backdrop;
 mod film;
 mod jpeg;
-mod paint;
 mod sensor;
-mod tone;
 mod truth;
 
 use self::backdrop::Tent;

@@ -7,9 +7,9 @@
 //! Grown networks, whose state transitions are scalar, do best in few lanes; minimal networks, a few operations each, in
 //! many.
 
+mod plants;
 mod linear;
 mod networks;
-mod plants;
 
 use std::cell::Cell;
 use std::marker::PhantomData;

@@ -14,20 +14,22 @@ const COARSEST: usize = 8;
 
 /// The lamp that is lit in a picture; `None` where no side is clearly brighter: both dark, both lit, or no lamps in view.
 ///
-/// `lamps` are the places of the left and the right lamp; without them the outer thirds of the picture are compared.
+/// `lamps` are the places of all lamps in the order of their layout, and the brightest is compared with the second; without
+/// them the outer thirds of the picture stand for [`Light::LEFT`] and [`Light::RIGHT`].
 /// A side's glow is the mean square of what its squares of up to eight pixels exceed the picture's median by, so that a saturated lamp
 /// outweighs the fitting of the unlit one, which a flash lights up, and things that stand on both sides cancel out.
 ///
 /// A lamp's place that does not lie in the picture glows as little as darkness.
 #[must_use]
-pub fn lamp_state(image: &impl PixelSource, lamps: Option<[Region; 2]>) -> Option<Light> {
+pub fn lamp_state(image: &impl PixelSource, lamps: Option<&[Region]>) -> Option<Light> {
     let (width, height) = image.size();
     let third = Region { x: 0, y: 0, width: (width / 3).max(1), height };
-    let sides = lamps.unwrap_or([third, Region { x: width - third.width, ..third }]);
+    let thirds = [third, Region { x: width - third.width, ..third }];
+    let sides = lamps.unwrap_or(&thirds);
     let step = (width / COLUMNS).clamp(1, COARSEST);
     let greys = image.downscale_luma(full_region((width, height)), step);
     let median = upper_median(&greys, f32::total_cmp)?;
-    let [left, right] = sides.map(|side| {
+    let glow = |side: &Region| {
         if !side.fits(width, height) {
             return 0.0;
         }
@@ -42,10 +44,19 @@ pub fn lamp_state(image: &impl PixelSource, lamps: Option<[Region; 2]>) -> Optio
             }
         }
         glow / f64::max(count, 1.0)
-    });
+    };
+    let (mut brightest, mut best, mut second) = (0, 0.0, 0.0);
+    for (index, side) in sides.iter().enumerate() {
+        let glow = glow(side);
+        if glow > best {
+            (brightest, best, second) = (index, glow, best);
+        } else if glow > second {
+            second = glow;
+        }
+    }
     // Less than one grey value of glow is the camera's noise.
-    let difference = (right - left) / (left + right).max(1.0);
-    (difference.abs() >= CLEAR).then_some(if difference > 0.0 { Light::RIGHT } else { Light::LEFT })
+    let difference = (best - second) / (best + second).max(1.0);
+    if difference >= CLEAR { Light::new(brightest) } else { None }
 }
 
 #[cfg(test)]
@@ -82,7 +93,8 @@ mod tests {
     fn places_of_lamps_are_believed() {
         let image = tent(&[(50, 255), (8, 120)]);
         let at = |x| Region { x, y: 0, width: 20, height: 20 };
-        assert_eq!(lamp_state(&image, Some([at(0), at(45)])), Some(Light::RIGHT));
-        assert_eq!(lamp_state(&image, Some([at(1_000), at(2_000)])), None);
+        assert_eq!(lamp_state(&image, Some(&[at(0), at(45)])), Some(Light::RIGHT));
+        assert_eq!(lamp_state(&image, Some(&[at(1_000), at(2_000)])), None);
+        assert_eq!(lamp_state(&image, Some(&[at(0), at(100), at(45), at(20)])), Some(Light::FRONT));
     }
 }

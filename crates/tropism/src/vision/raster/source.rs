@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use crate::geometry::{Pixel, Region};
 use crate::photo::jpeg::Jpeg;
-use crate::photo::{Image, Picture};
+use crate::photo::{Image, LazyImage};
 use crate::vision::raster::filter;
 use crate::vision::raster::plane::{LUMA, Plane};
 
@@ -143,38 +143,40 @@ impl PixelSource for Image {
     }
 }
 
-impl PixelSource for Picture {
+impl PixelSource for LazyImage {
     fn size(&self) -> (usize, usize) {
         match self {
             Self::Jpeg(jpeg) => (jpeg.width, jpeg.height),
-            Self::Image(image) => image.size(),
+            Self::Decoded(image) => image.size(),
         }
     }
 
     fn crop(&self, region: Region) -> Cow<'_, Image> {
         match self {
-            Self::Jpeg(jpeg) => Cow::Owned(jpeg.part(region)),
-            Self::Image(image) => image.crop(region),
+            Self::Jpeg(jpeg) => Cow::Owned(jpeg.decode_region(region)),
+            Self::Decoded(image) => image.crop(region),
         }
     }
 
     fn downscale(&self, region: Region, factor: usize) -> Image {
         match self {
-            Self::Jpeg(jpeg) if Jpeg::shrinks(region, factor) => jpeg.shrunk(region, factor),
+            Self::Jpeg(jpeg) if Jpeg::can_decode_scaled(region, factor) => jpeg.decode_scaled(region, factor),
             Self::Jpeg(_) => {
                 filter::downscale(&self.crop(region), full_region((region.width, region.height)), factor)
             }
-            Self::Image(image) => image.downscale(region, factor),
+            Self::Decoded(image) => image.downscale(region, factor),
         }
     }
 
     fn downscale_luma(&self, region: Region, factor: usize) -> Vec<f32> {
         match self {
-            Self::Jpeg(jpeg) if Jpeg::shrinks(region, factor) => jpeg.shrunk_grey(region, factor),
-            Self::Jpeg(jpeg) => {
-                jpeg.part(region).downscale_luma(full_region((region.width, region.height)), factor)
+            Self::Jpeg(jpeg) if Jpeg::can_decode_scaled(region, factor) => {
+                jpeg.decode_scaled_luma(region, factor)
             }
-            Self::Image(image) => image.downscale_luma(region, factor),
+            Self::Jpeg(jpeg) => {
+                jpeg.decode_region(region).downscale_luma(full_region((region.width, region.height)), factor)
+            }
+            Self::Decoded(image) => image.downscale_luma(region, factor),
         }
     }
 }

@@ -1,55 +1,47 @@
-//! The safe state of a tent: flash off, lamps as its file says they are to be left, whoever left them lit.
+//! Shutdown of a tent into its safe state: flash off, lamps as `on_exit` says.
 //!
-//! For a program that was killed, and for people who want all light off now. Each device is opened by itself, so that one
-//! that is gone keeps no other from being put off.
+//! For the time after a program was killed, and for users who want all light off now. Each device is opened separately, so
+//! that one missing device does not keep the others lit.
 
-use tropism::lamps::Light;
 use tropism::rig::{Lamps, OnExit, RigError};
 
-use crate::file::{Lamp, RigFile};
-use crate::mqtt::Broker;
+use crate::file::{RigFile, device_name};
+use crate::retry::{retry, two};
 use crate::switch::Switch;
-use crate::tries::{again, two};
 
-/// What became of one device.
+/// How the shutdown of one device went.
 #[derive(Debug)]
-pub struct PutOff {
-    /// `flash`, `left lamp`, `right lamp` or `lamps`.
-    pub device: &'static str,
+pub struct DeviceShutdown {
+    /// `flash`, `lamps`, or the lamp's name and `lamp`, as in `left lamp`.
+    pub device: String,
     /// Whether it confirmed to be off, as far as it can.
     pub result: Result<(), RigError>,
 }
 
-/// Puts the flash off and both lamps dark, the lamps as [`OnExit`] says unless `is_all`. Each device is tried three times;
-/// those that are to stay lit are not touched, and a virtual tent has none.
-pub fn safe_state(rig: &RigFile, is_all: bool) -> Vec<PutOff> {
+/// Switches off the flash and all lamps; lamps with [`OnExit::Keep`] only if `is_all`.
+///
+/// Each device is tried three times. A virtual tent has none.
+pub fn shut_down(rig: &RigFile, is_all: bool) -> Vec<DeviceShutdown> {
     let broker = rig.mqtt.as_ref();
     let mut done = Vec::new();
     if let Some(flash) = &rig.flash {
-        // A flash is put off when it is opened.
-        done.push(PutOff { device: "flash", result: again(two(), || flash.open(broker).map(drop)) });
+        // Opening a flash switches it off.
+        let result = retry(two(), || flash.open(broker).map(drop));
+        done.push(DeviceShutdown { device: "flash".to_owned(), result });
     }
-    if let Some(lamps) = rig.lamps.as_ref().filter(|lamps| is_all || lamps.on_exit == OnExit::Dark) {
-        match (&lamps.left, &lamps.right) {
-            (Lamp::Command(_), Lamp::Command(_)) => {
-                let result = again(two(), || lamps.programs().light(None));
-                done.push(PutOff { device: "lamps", result });
-            }
-            (left, right) => {
-                done.push(PutOff { device: "left lamp", result: darken(left, Light::LEFT, broker) });
-                done.push(PutOff { device: "right lamp", result: darken(right, Light::RIGHT, broker) });
-            }
-        }
+    let Some(lamps) = rig.lamps.as_ref().filter(|lamps| is_all || lamps.on_exit == OnExit::Dark) else {
+        return done;
+    };
+    if let Some(mut programs) = lamps.programs() {
+        let result = retry(two(), || programs.light(None));
+        done.push(DeviceShutdown { device: "lamps".to_owned(), result });
     }
+    done.extend(lamps.drivers().map(|(name, driver)| {
+        let device = device_name(name);
+        let result = retry(two(), || driver.open(&device, broker)?.switch(false));
+        DeviceShutdown { device, result }
+    }));
     done
-}
-
-fn darken(lamp: &Lamp, side: Light, broker: Option<&Broker>) -> Result<(), RigError> {
-    let device = if side == Light::LEFT { "left lamp" } else { "right lamp" };
-    match lamp {
-        Lamp::Driver(lamp) => again(two(), || lamp.open(device, broker)?.switch(false)),
-        Lamp::Command(_) => Err(crate::failed(device, "found a program beside a driver, wanted both alike")),
-    }
 }
 
 #[cfg(test)]
@@ -83,8 +75,9 @@ mod tests {
             say("right on"),
             say("right off"),
         );
-        let done = safe_state(&rig(folder.path(), &lamps), false);
-        let found: Vec<_> = done.iter().map(|put| (put.device, put.result.is_ok())).collect();
+        let done = shut_down(&rig(folder.path(), &lamps), false);
+        let found: Vec<_> =
+            done.iter().map(|shutdown| (shutdown.device.as_str(), shutdown.result.is_ok())).collect();
         assert_eq!(found, [("flash", true), ("left lamp", false), ("right lamp", true)]);
         assert!(done[1].result.as_ref().unwrap_err().to_string().contains("/no/such/leds"));
         assert_eq!(fs::read_to_string(folder.path().join("log")).unwrap(), "flash off\nright off\n");
@@ -97,8 +90,8 @@ mod tests {
         let dark = format!("echo dark >> {0}; test $(grep -c dark {0}) -ge 2", log.display());
         let lamps =
             format!("[lamps]\nleft = [\"true\"]\nright = [\"true\"]\ndark = [\"sh\", \"-c\", {dark:?}]\n");
-        let done = safe_state(&rig(folder.path(), &lamps), false);
-        assert!(done.iter().all(|put| put.result.is_ok()), "{done:?}");
+        let done = shut_down(&rig(folder.path(), &lamps), false);
+        assert!(done.iter().all(|shutdown| shutdown.result.is_ok()), "{done:?}");
         assert_eq!(fs::read_to_string(log).unwrap(), "flash off\ndark\ndark\n");
     }
 
@@ -111,10 +104,29 @@ mod tests {
             "[lamps]\non_exit = \"keep\"\nleft = [\"true\"]\nright = [\"true\"]\ndark = [\"sh\", \"-c\", {dark:?}]\n"
         );
         let rig = rig(folder.path(), &lamps);
-        let devices = |is_all| safe_state(&rig, is_all).iter().map(|put| put.device).collect::<Vec<_>>();
+        let devices = |is_all| {
+            shut_down(&rig, is_all).iter().map(|shutdown| shutdown.device.clone()).collect::<Vec<_>>()
+        };
         assert_eq!(devices(false), ["flash"]);
         assert_eq!(fs::read_to_string(&log).unwrap(), "flash off\n");
         assert_eq!(devices(true), ["flash", "lamps"]);
         assert_eq!(fs::read_to_string(&log).unwrap(), "flash off\nflash off\ndark\n");
+    }
+
+    #[test]
+    fn all_of_four_lamps_are_darkened() {
+        let folder = tempfile::tempdir().unwrap();
+        let lamp = |name: &&str| {
+            let off = format!("echo {name} off >> {}/log", folder.path().display());
+            format!(
+                "[lamps.{name}]\ndriver = \"command\"\non = [\"false\"]\noff = [\"sh\", \"-c\", {off:?}]\n"
+            )
+        };
+        let lamps: String = ["left", "right", "front", "back"].iter().map(lamp).collect();
+        let done = shut_down(&rig(folder.path(), &lamps), false);
+        let found: Vec<_> = done.iter().map(|shutdown| shutdown.device.as_str()).collect();
+        assert_eq!(found, ["flash", "left lamp", "right lamp", "front lamp", "back lamp"]);
+        let log = fs::read_to_string(folder.path().join("log")).unwrap();
+        assert_eq!(log, "flash off\nleft off\nright off\nfront off\nback off\n");
     }
 }

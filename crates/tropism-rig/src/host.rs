@@ -1,4 +1,4 @@
-//! The computer that a run depends on: how hot it is, and whether its supply holds. Linux alone tells.
+//! The computer that runs the experiment: its temperature and its power supply, as Linux reports them.
 //!
 //! # References
 //! Raspberry Pi documentation, "vcgencmd get_throttled": the bits. Linux, drivers/hwmon/raspberrypi-hwmon.c: the alarm.
@@ -8,25 +8,25 @@ use std::path::{Path, PathBuf};
 
 use tropism::rig::HealthProblem;
 
-/// The computer, as its system shows it.
+/// The computer, as its file system `/sys` shows it.
 #[derive(Clone, Debug)]
-pub struct Computer {
+pub struct Host {
     sys: PathBuf,
 }
 
-/// What a Raspberry Pi says of its supply and of itself.
+/// Power supply and throttling, as a Raspberry Pi reports them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Supply {
-    /// Whether its voltage is too low now.
+    /// Whether the voltage is too low now.
     pub is_weak: bool,
-    /// Whether it was since the start of the computer.
+    /// Whether the voltage was too low at any time since boot.
     pub was_weak: bool,
-    /// Whether the processor is slowed down now, for that or for its heat.
+    /// Whether the processor is throttled now, by voltage or temperature.
     pub is_throttled: bool,
 }
 
-impl Computer {
-    /// This one.
+impl Host {
+    /// The computer that this program runs on.
     #[must_use]
     pub fn here() -> Self {
         Self::at(Path::new("/sys"))
@@ -36,17 +36,17 @@ impl Computer {
         Self { sys: sys.to_owned() }
     }
 
-    /// What stands in a file below a folder of the system.
+    /// The trimmed content of a file; `None` if it cannot be read.
     fn word(path: &Path) -> Option<String> {
         Some(fs::read_to_string(path).ok()?.trim().to_owned())
     }
 
-    /// The folders in one of the system's, in no order.
+    /// The folders in the folder `name` of `/sys`, in no order.
     fn folders(&self, name: &str) -> impl Iterator<Item = PathBuf> {
         fs::read_dir(self.sys.join(name)).into_iter().flatten().flatten().map(|entry| entry.path())
     }
 
-    /// The hottest of its thermometers, in degrees Celsius; `None` without any.
+    /// The highest temperature of all sensors, in degrees Celsius; `None` without a sensor.
     #[must_use]
     pub fn temperature_c(&self) -> Option<f64> {
         let zones = self.folders("class/thermal").filter_map(|zone| Self::word(&zone.join("temp")));
@@ -56,7 +56,7 @@ impl Computer {
             .max_by(f64::total_cmp)
     }
 
-    /// What it says of its supply; `None` where nobody watches that.
+    /// The state of the power supply; `None` where the system does not report it.
     #[must_use]
     pub fn supply(&self) -> Option<Supply> {
         let bits = Self::word(&self.sys.join("devices/platform/soc/soc:firmware/get_throttled"))
@@ -73,13 +73,13 @@ impl Computer {
         Some(Supply { is_weak, was_weak: is_weak || is_set(16), is_throttled: is_set(2) })
     }
 
-    /// What is wrong with it now, if above `hot_c` degrees Celsius is.
+    /// The present problems; above `hot_c` degrees Celsius is one.
     #[must_use]
     pub fn health(&self, hot_c: f64) -> Vec<HealthProblem> {
-        let mut troubles = Vec::new();
-        let mut add = |is_so: bool, what, text: &str| {
-            if is_so {
-                troubles.push(HealthProblem { what, text: text.to_owned() });
+        let mut problems = Vec::new();
+        let mut add = |is_present: bool, what, text: &str| {
+            if is_present {
+                problems.push(HealthProblem { what, text: text.to_owned() });
             }
         };
         let temperature_c = self.temperature_c().unwrap_or(f64::NEG_INFINITY);
@@ -92,7 +92,7 @@ impl Computer {
             "the computer's supply is too weak: a photograph or the disk may suffer",
         );
         add(supply.is_throttled, "speed", "the computer slows itself down, for heat or a weak supply");
-        troubles
+        problems
     }
 }
 
@@ -107,18 +107,18 @@ mod tests {
     }
 
     fn health(sys: &Path) -> Vec<&'static str> {
-        Computer::at(sys).health(80.0).iter().map(|trouble| trouble.what).collect()
+        Host::at(sys).health(80.0).iter().map(|problem| problem.what).collect()
     }
 
     #[test]
-    fn a_computer_that_says_nothing_has_no_troubles() {
+    fn a_computer_that_says_nothing_has_no_problems() {
         let sys = tempfile::tempdir().unwrap();
-        let computer = Computer::at(sys.path());
-        assert_eq!((computer.temperature_c(), computer.supply()), (None, None));
+        let host = Host::at(sys.path());
+        assert_eq!((host.temperature_c(), host.supply()), (None, None));
         assert!(health(sys.path()).is_empty());
         put(sys.path(), "class/thermal/thermal_zone0/temp", "");
         put(sys.path(), "class/hwmon/hwmon0/name", "nvme");
-        assert_eq!((computer.temperature_c(), computer.supply()), (None, None));
+        assert_eq!((host.temperature_c(), host.supply()), (None, None));
     }
 
     #[test]
@@ -137,7 +137,7 @@ mod tests {
         put(sys, "devices/platform/soc/soc:firmware/get_throttled", "50005");
         assert_eq!(health(sys), ["supply", "speed"]);
         put(sys, "devices/platform/soc/soc:firmware/get_throttled", "50000");
-        let supply = Computer::at(sys).supply().unwrap();
+        let supply = Host::at(sys).supply().unwrap();
         assert_eq!(supply, Supply { is_weak: false, was_weak: true, is_throttled: false });
         assert!(health(sys).is_empty());
     }

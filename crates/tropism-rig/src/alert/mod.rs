@@ -1,16 +1,15 @@
-//! Telling people: what happens to a run goes out by ntfy, webhook, MQTT or a program, and a heartbeat as long as it lives.
+//! Alerts: events of a run go out by ntfy, webhook, MQTT or a program, and a heartbeat shows that the run is alive.
 //!
-//! Each channel has a thread of its own, so that a network that hangs never delays a step. What could not be delivered is
-//! tried again, after ten seconds at first and ten minutes at most; what happens shortly after a message waits a minute and
-//! goes out together. A heartbeat is one GET after a step, and silence is what alarms: whoever expects it (healthchecks.io,
-//! Uptime Kuma) also notices that the computer is dead.
+//! Each channel has its own thread, so that a network that hangs never delays a step. Failed messages are repeated after
+//! 10 s at first and 10 min at most; events within a minute after a message go out together. A heartbeat is one GET after a
+//! step: a service that expects it (healthchecks.io, Uptime Kuma) also notices a dead computer.
 //!
 //! # References
 //! ntfy, "Publishing": <https://docs.ntfy.sh/publish/>. Healthchecks, "Pinging API":
 //! <https://healthchecks.io/docs/http_api/>.
 
-mod broker;
 mod channel;
+mod broker;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -28,17 +27,17 @@ use crate::mqtt::Broker;
 use crate::seconds::{Seconds, ten, twenty};
 use channel::{Channel, Pace};
 
-/// What kind of thing happened: what a run's journal knows, and some more. In files and messages, one word.
+/// Kind of an event: the kinds of the journal, and three more. One word in files and messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&'static str")]
 pub enum Kind {
-    /// It stands in the journal.
+    /// An event of the journal.
     Event(EventKind),
-    /// The run ended by an error.
+    /// The run ended with an error.
     Fault,
-    /// A step is over: what heartbeats and the status at a broker are made of.
+    /// A step is complete: sent as heartbeat and as status.
     Step,
-    /// Somebody tries whether messages arrive.
+    /// A test message.
     Test,
 }
 
@@ -59,14 +58,14 @@ impl Kind {
         }
     }
 
-    /// Whether people are told of it if they do not choose: not of what happens once and passes.
+    /// Whether a channel without `on` sends it. Events that pass by themselves are left out.
     #[must_use]
-    pub const fn is_told(self) -> bool {
+    pub const fn is_default(self) -> bool {
         use EventKind::{Camera, Dark, Held, Late};
         !matches!(self, Self::Event(Late | Camera | Dark | Held) | Self::Step)
     }
 
-    /// Whether somebody should come.
+    /// Whether a person must act.
     const fn is_urgent(self) -> bool {
         use EventKind::{Computer, Damaged, Disk, Lamp, Lost, Mismatch, Paused};
         matches!(self, Self::Event(Paused | Lost | Lamp | Mismatch | Computer | Disk | Damaged) | Self::Fault)
@@ -104,27 +103,27 @@ impl TryFrom<String> for Kind {
     }
 }
 
-/// Something that happened to a run.
+/// An event of a run, as it is sent.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Happening {
-    /// What kind of thing.
+pub struct AlertEvent {
+    /// Kind of the event.
     pub kind: Kind,
-    /// At which step.
+    /// Step, if the event belongs to one.
     pub step: Option<u32>,
-    /// In words.
+    /// Description.
     pub text: String,
-    /// When, in seconds since 1970.
+    /// Time, in seconds since 1970.
     pub unix_s: f64,
 }
 
-impl Happening {
-    /// Something that happens now.
+impl AlertEvent {
+    /// An event at the present time.
     #[must_use]
     pub fn now(kind: impl Into<Kind>, step: Option<u32>, text: impl Into<String>) -> Self {
         Self { kind: kind.into(), step, text: text.into(), unix_s: SystemTimes.unix_s() }
     }
 
-    /// As a line for people, who read it `late_s` seconds after it happened.
+    /// A line of text that is read `late_s` seconds after the event.
     fn line(&self, late_s: f64) -> String {
         let step = self.step.map_or_else(String::new, |step| format!(", step {step}"));
         let late = match late_s {
@@ -134,7 +133,7 @@ impl Happening {
         format!("{}{step}: {}{late}", self.kind.name(), self.text)
     }
 
-    /// As an object for programs.
+    /// A JSON object.
     fn json(&self, run: &str) -> serde_json::Value {
         serde_json::json!({
             "schema": "tropism.alert/1", "run": run, "kind": self.kind, "step": self.step,
@@ -143,12 +142,11 @@ impl Happening {
     }
 }
 
-/// A POST for each message, of lines to an ntfy server or of JSON to any other. Where the address is the secret, a file
-/// holds it.
+/// Settings of a channel that sends a POST: text to an ntfy server, JSON to a webhook. A secret address lies in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Post {
-    /// Where to, such as `https://ntfy.sh/my-topic`.
+    /// Address, such as `https://ntfy.sh/my-topic`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub url: Option<String>,
     /// A file whose first line is the address.
@@ -157,56 +155,57 @@ pub struct Post {
     /// A file whose first line is sent as the header `Authorization`, such as `Bearer tk_…`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub authorization_file: Option<PathBuf>,
-    /// What is told; all but what happens once and passes if it is left out.
-    #[serde(default = "told")]
+    /// Kinds that are sent. If it is left out: [`Kind::is_default`].
+    #[serde(default = "default_kinds")]
     pub on: Vec<Kind>,
-    /// Seconds until a try is given up.
+    /// Time limit of one attempt.
     #[serde(default = "ten")]
     pub timeout_s: Seconds,
 }
 
-/// A GET after each step, at most one a minute.
+/// Settings of a heartbeat: a GET after each step, at most one a minute.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Heartbeat {
-    /// Where to.
+    /// Address.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub url: Option<String>,
     /// A file whose first line is the address.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub url_file: Option<PathBuf>,
-    /// Seconds until a try is given up.
+    /// Time limit of one attempt.
     #[serde(default = "ten")]
     pub timeout_s: Seconds,
 }
 
-/// The rig's broker: what goes on is kept in `TOPIC/status`, and each message passes through `TOPIC/event`.
+/// Settings of a channel to the rig's broker: `TOPIC/status` is retained, `TOPIC/event` has each event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MqttAlert {
-    /// Such as `tropism/bean`.
+    /// Start of the topics, such as `tropism/bean`.
     pub topic: String,
-    /// What is told; all but what happens once and passes if it is left out.
-    #[serde(default = "told")]
+    /// Kinds that are sent. If it is left out: [`Kind::is_default`].
+    #[serde(default = "default_kinds")]
     pub on: Vec<Kind>,
 }
 
-/// A program that is run for each message, with two more words: the kind and the text.
+/// Settings of a program that runs for each message, with two more arguments: kind and text.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CommandAlert {
     /// Program and first arguments.
     pub command: Vec<String>,
-    /// What is told; all but what happens once and passes if it is left out.
-    #[serde(default = "told")]
+    /// Kinds that are sent. If it is left out: [`Kind::is_default`].
+    #[serde(default = "default_kinds")]
     pub on: Vec<Kind>,
     /// Seconds until it is killed.
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
 }
 
-fn told() -> Vec<Kind> {
-    Kind::all().filter(|kind| kind.is_told()).collect()
+/// The kinds that a channel without `on` sends.
+fn default_kinds() -> Vec<Kind> {
+    Kind::all().filter(|kind| kind.is_default()).collect()
 }
 
 fn check_address(url: Option<&str>, file: Option<&Path>) -> Result<(), String> {
@@ -217,7 +216,7 @@ fn check_address(url: Option<&str>, file: Option<&Path>) -> Result<(), String> {
     }
 }
 
-/// A channel as a rig file names it.
+/// The settings of any channel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Settings<'a> {
     Ntfy(&'a Post),
@@ -268,16 +267,16 @@ impl Settings<'_> {
         }
     }
 
-    /// The channel without its thread; its secrets are read now. A broker has no such.
-    fn deliver(self, run: &str) -> Result<Option<Deliver>, RigError> {
+    /// Reads the secrets and returns the sender of the channel; `None` for MQTT, which holds a connection instead.
+    fn sender(self, run: &str) -> Result<Option<Sender>, RigError> {
         let secret = |file: &Option<PathBuf>| file.as_deref().map(read_secret).transpose();
         let address = |url: &Option<String>, file: &Option<PathBuf>| match (url, file) {
             (Some(url), _) => Ok(url.clone()),
             (None, Some(file)) => {
                 let url = read_secret(file)?;
-                // Not shown: it is a secret.
+                // The address is a secret and is not shown.
                 check_url(&url).map(|()| url).map_err(|_| {
-                    failed(file.display().to_string(), "found no address in its first line, wanted one")
+                    failed(file.display().to_string(), "found no address in its first line that can be used, wanted http:// or, with the feature `tls`, https://")
                 })
             }
             (None, None) => Err(failed(self.name(), "found no address, wanted one")),
@@ -289,48 +288,46 @@ impl Settings<'_> {
                     (address(&post.url, &post.url_file)?, secret(&post.authorization_file)?);
                 let timeout = post.timeout_s.duration();
                 Some(match self {
-                    Self::Ntfy(_) => Deliver::Ntfy { url, authorization, timeout, run },
-                    _ => Deliver::Webhook { url, authorization, timeout, run },
+                    Self::Ntfy(_) => Sender::Ntfy { url, authorization, timeout, run },
+                    _ => Sender::Webhook { url, authorization, timeout, run },
                 })
             }
             Self::Heartbeat(Heartbeat { url, url_file, timeout_s }) => {
-                Some(Deliver::Heartbeat { url: address(url, url_file)?, timeout: timeout_s.duration() })
+                Some(Sender::Heartbeat { url: address(url, url_file)?, timeout: timeout_s.duration() })
             }
             Self::Command(CommandAlert { command, timeout_s, .. }) => {
-                Some(Deliver::Command { command: command.clone(), timeout: timeout_s.duration() })
+                Some(Sender::Command { command: command.clone(), timeout: timeout_s.duration() })
             }
             Self::Mqtt(_) => None,
         })
     }
 }
 
-/// How messages leave.
+/// Sends the messages of a channel.
 #[derive(Clone, Debug)]
-enum Deliver {
+enum Sender {
     Ntfy { url: String, authorization: Option<String>, timeout: Duration, run: String },
     Webhook { url: String, authorization: Option<String>, timeout: Duration, run: String },
     Heartbeat { url: String, timeout: Duration },
     Command { command: Vec<String>, timeout: Duration },
 }
 
-/// The most lines of one message.
-const LINES: usize = 20;
+/// The largest number of lines of a message: chosen by hand.
+const MAX_LINES: usize = 20;
 
-impl Deliver {
-    /// Sends what happened, all in one message where people read it.
+impl Sender {
+    /// Sends `events`, in one message where people read it.
     ///
     /// # Errors
-    /// What went wrong, without the address: it may be a secret.
-    fn deliver(&self, happenings: &[Happening]) -> Result<(), String> {
+    /// The failure, without the address, which may be a secret.
+    fn send(&self, events: &[AlertEvent]) -> Result<(), String> {
         let now = SystemTimes.unix_s();
         let mut lines: Vec<_> =
-            happenings.iter().take(LINES).map(|happening| happening.line(now - happening.unix_s)).collect();
-        if happenings.len() > LINES {
-            lines.push(format!("and {} more", happenings.len() - LINES));
+            events.iter().take(MAX_LINES).map(|event| event.line(now - event.unix_s)).collect();
+        if events.len() > MAX_LINES {
+            lines.push(format!("and {} more", events.len() - MAX_LINES));
         }
-        let Some(worst) =
-            happenings.iter().map(|happening| happening.kind).max_by_key(|kind| kind.is_urgent())
-        else {
+        let Some(worst) = events.iter().map(|event| event.kind).max_by_key(|kind| kind.is_urgent()) else {
             return Ok(());
         };
         match self {
@@ -339,17 +336,17 @@ impl Deliver {
                 let request = post(url, authorization.as_deref(), *timeout)
                     .header("Title", format!("tropism: {}", worst.name()))
                     .header("Priority", priority);
-                answered(request.send(format!("{run}\n{}", lines.join("\n"))))
+                check_answer(request.send(format!("{run}\n{}", lines.join("\n"))))
             }
             Self::Webhook { url, authorization, timeout, run } => {
-                for happening in happenings {
+                for event in events {
                     let request = post(url, authorization.as_deref(), *timeout)
                         .header("Content-Type", "application/json");
-                    answered(request.send(happening.json(run).to_string()))?;
+                    check_answer(request.send(event.json(run).to_string()))?;
                 }
                 Ok(())
             }
-            Self::Heartbeat { url, timeout } => answered(agent(*timeout).get(url).call()),
+            Self::Heartbeat { url, timeout } => check_answer(agent(*timeout).get(url).call()),
             Self::Command { command, timeout } => {
                 let words = [&command[..], &[worst.name().to_owned(), lines.join("\n")]].concat();
                 run(&command[0], &words, *timeout).map(drop).map_err(|error| error.to_string())
@@ -374,11 +371,11 @@ fn post(
     }
 }
 
-fn answered(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>) -> Result<(), String> {
+fn check_answer(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>) -> Result<(), String> {
     answer.map(drop).map_err(|error| error.to_string())
 }
 
-/// The channels of a run.
+/// The alert channels of a run.
 #[derive(Debug, Default)]
 pub struct Alerts {
     channels: Vec<Channel>,
@@ -388,8 +385,8 @@ impl Alerts {
     /// Opens all channels; `run` is the run's name, `broker` the rig's.
     ///
     /// # Errors
-    /// [`RigError::Device`] if a secret cannot be read, or there is no broker. Nothing is sent yet but by MQTT, so a
-    /// network that is down is no error.
+    /// [`RigError::Device`] if a secret cannot be read, or a channel wants a broker and there is none. A network that is
+    /// down is not an error.
     pub(crate) fn open<'a>(
         settings: impl Iterator<Item = Settings<'a>>,
         broker: Option<&Broker>,
@@ -397,10 +394,10 @@ impl Alerts {
     ) -> Result<Self, RigError> {
         let open = |settings: Settings<'_>| {
             let (name, on) = (settings.name(), settings.on());
-            match (settings.deliver(run)?, settings) {
-                (Some(deliver), _) => {
+            match (settings.sender(run)?, settings) {
+                (Some(sender), _) => {
                     let pace = if name == "heartbeat" { Pace::HEARTBEAT } else { Pace::MESSAGES };
-                    Ok(Channel::start(name, on, pace, move |happenings| deliver.deliver(happenings)))
+                    Ok(Channel::start(name, on, pace, move |events| sender.send(events)))
                 }
                 (None, Settings::Mqtt(alert)) => {
                     let broker = broker.ok_or_else(|| {
@@ -408,24 +405,24 @@ impl Alerts {
                     })?;
                     broker::start(broker, alert, run)
                 }
-                (None, _) => Err(failed(name, "found no way out, wanted one")),
+                (None, _) => Err(failed(name, "found no sender, wanted one")),
             }
         };
         Ok(Self { channels: settings.map(open).collect::<Result<_, _>>()? })
     }
 
-    /// Tells all channels that want to know. Returns at once.
-    pub fn tell(&self, happening: &Happening) {
+    /// Passes `event` to all channels that send its kind. Returns at once.
+    pub fn send(&self, event: &AlertEvent) {
         for channel in &self.channels {
-            channel.tell(happening);
+            channel.send(event);
         }
     }
 
-    /// Ends all channels: what waits is tried once more. Returns the name of each channel that has something left, and
-    /// what was wrong with it; after half a minute, what hangs is left behind.
+    /// Ends all channels after one more attempt to send what waits. Returns name and problem of each channel that could not
+    /// send everything; a channel that hangs is abandoned after 30 s.
     #[must_use]
     pub fn close(self) -> Vec<(&'static str, String)> {
-        // All are told first, so that their last tries go side by side.
+        // End all of them first, so that their last attempts run in parallel.
         let ending: Vec<_> = self.channels.into_iter().map(Channel::end).collect();
         ending.into_iter().filter_map(channel::Ending::wait).collect()
     }

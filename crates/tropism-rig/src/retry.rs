@@ -1,13 +1,14 @@
-//! Asking again.
+//! Repeated attempts.
 
 use tropism::rig::RigError;
 
+/// The default number of retries of cameras, and of devices at shutdown: chosen by hand.
 pub(crate) const fn two() -> u32 {
     2
 }
 
-/// The first success of `attempt`, or after `retries` further tries its last error.
-pub(crate) fn again<T>(
+/// Calls `attempt` until it succeeds, at most `1 + retries` times, and returns its first success or its last error.
+pub(crate) fn retry<T>(
     retries: u32,
     mut attempt: impl FnMut() -> Result<T, RigError>,
 ) -> Result<T, RigError> {
