@@ -54,7 +54,7 @@ pub(super) fn legend(layout: &Layout, suffix: &str) -> Vec<(&'static str, String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tropism::math::hypot;
+    use tropism::math::{hypot, pow};
 
     /// Linear RGB as seen with normal, protanopic, deuteranopic and tritanopic vision (Machado, Oliveira and Fernandes
     /// 2009, doi:10.1109/TVCG.2009.113, severity 1), and the factor of its distances: tritanopia is rare.
@@ -103,12 +103,12 @@ mod tests {
     fn linear(colour: [u8; 3]) -> [f64; 3] {
         colour.map(|value| {
             let value = f64::from(value) / 255.0;
-            if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+            if value <= 0.04045 { value / 12.92 } else { pow((value + 0.055) / 1.055, 2.4) }
         })
     }
 
     fn product(matrix: [[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
-        matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum::<f64>().clamp(0.0, 1.0))
+        matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum::<f64>())
     }
 
     /// CIE 1976 L*a*b*.
@@ -122,7 +122,7 @@ mod tests {
 
     /// The smallest difference of two colours over all kinds of vision.
     fn difference(a: [u8; 3], b: [u8; 3]) -> f64 {
-        let seen = |matrix, colour| lab(product(matrix, linear(colour)));
+        let seen = |matrix, colour| lab(product(matrix, linear(colour)).map(|value| value.clamp(0.0, 1.0)));
         let one = |(matrix, factor): ([[f64; 3]; 3], f64)| {
             let (a, b) = (seen(matrix, a), seen(matrix, b));
             factor * hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2])

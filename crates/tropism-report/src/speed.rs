@@ -184,7 +184,7 @@ mod tests {
         let columns = Columns { layout: &track.layout, longest: 80 };
         let places: Vec<_> = swings(&track).iter().map(|swing| columns.column(swing)).collect();
         assert_eq!(places, [1, 271]);
-        let Body::Svg(svg) = speed(&[track.clone()], Plants::Real).body else { panic!() };
+        let Body::Svg(svg) = speed(std::slice::from_ref(&track), Plants::Real).body else { panic!() };
         testing::assert_well_formed(&svg);
         assert!(svg.contains(">front</text>") && svg.contains("mark lamp4"));
     }

@@ -27,8 +27,8 @@ pub(crate) fn of_tracks(tracks: &[Track], plants: Plants) -> Vec<Figure> {
         return Vec::new();
     }
     let mut figures = of_tips(tracks, plants);
-    let stems = tracks.iter().map(|track| (stems_of_track(track), &track.layout));
-    let stems = stems.into_iter().find(|(stems, _)| !stems.is_empty());
+    let mut stems = tracks.iter().map(|track| (stems_of_track(track), &track.layout));
+    let stems = stems.find(|(stems, _)| !stems.is_empty());
     figures.extend(stems.map(|(stems, layout)| report::stems(&stems, layout, plants)));
     figures
 }
