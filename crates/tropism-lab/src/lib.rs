@@ -24,7 +24,6 @@
 
 pub mod files;
 mod checkpoint;
-mod copy;
 mod journal;
 mod folder;
 mod gap;

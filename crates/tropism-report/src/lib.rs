@@ -8,6 +8,7 @@
 //! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 9, doi:10.1109/SASO.2016.8.
 
 mod stroke_font;
+mod lamp;
 mod picture;
 mod animation;
 mod colour;
@@ -19,7 +20,6 @@ mod evolution;
 mod film;
 pub mod guide;
 mod kinematics;
-mod lamp;
 mod network;
 mod page;
 mod shifts;

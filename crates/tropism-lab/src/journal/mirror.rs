@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 use rusqlite::types::Value;
 use serde_json::Value as Json;
 
-use crate::journal::{Journal, JournalError};
+use super::{Journal, JournalError};
 use tropism::rig::Durability;
 
 /// Where entries are written, until that fails once: a line that is cut short must not be followed by another.
 #[derive(Debug, Default)]
-pub(super) struct Copy(RefCell<Option<File>>);
+pub(super) struct Mirror(RefCell<Option<File>>);
 
 /// The copy of the journal at `path`.
 fn beside(path: &Path) -> PathBuf {
@@ -52,7 +52,7 @@ fn parse(line: &str) -> Option<(String, Vec<Value>)> {
     Some((name.clone(), values.iter().map(value).collect::<Option<_>>()?))
 }
 
-impl Copy {
+impl Mirror {
     /// Writes the copy of the journal at `path` anew from its `entries`, to be gone on with. Where it cannot be written
     /// there is none: the journal does not depend on it.
     pub(super) fn of(path: &Path, entries: &[(&'static str, Vec<Value>)]) -> Self {

@@ -1,18 +1,21 @@
 //! The journal of a run: SQLite, one row a step, one an event, and one for each time that a program took the run up.
 
+mod mirror;
+
 use std::path::Path;
 use std::time::Duration;
 
 use rusqlite::types::Value;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_iter};
 
-use crate::copy::{self, Copy};
 use tropism::geometry::{Pixel, Point, Polyline};
 use tropism::lamps::{self, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::rig::{Boot, Moment};
 use tropism::rig::{Durability, Event};
 use tropism::vision::{FrameStatus, TrackedFrame};
+
+use mirror::Mirror;
 
 /// One step as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,7 +112,7 @@ const WRITES: [(&str, &str, &str); 5] = [
 pub struct Journal {
     db: Connection,
     schema: i64,
-    copy: Copy,
+    mirror: Mirror,
     restored: Option<String>,
 }
 
@@ -120,20 +123,20 @@ impl Journal {
     /// # Errors
     /// [`JournalError`] if the file is no journal, or damaged without a copy, or of another schema.
     pub fn open(path: &Path, durability: Durability) -> Result<Self, JournalError> {
-        let is_gone = copy::is_left(path);
+        let is_gone = mirror::is_left(path);
         let opened = match is_gone {
             true => Err(JournalError::Damaged("no such file".to_owned())),
             false => Self::at(path, durability),
         };
         let mut journal = match opened {
             Err(error) if error.is_damage() => {
-                let Some(entries) = copy::restore(path, durability)? else { return Err(error) };
+                let Some(entries) = mirror::restore(path, durability)? else { return Err(error) };
                 let restored = Some(format!("{error}; made again from its copy, {entries} entries"));
                 Self { restored, ..Self::at(path, durability)? }
             }
             other => other?,
         };
-        journal.copy = Copy::of(path, &journal.entries()?);
+        journal.mirror = Mirror::of(path, &journal.entries()?);
         Ok(journal)
     }
 
@@ -174,7 +177,7 @@ impl Journal {
             ))?,
             other => return Err(JournalError::Schema(other)),
         }
-        Ok(Self { db, schema: SCHEMA, copy: Copy::default(), restored: None })
+        Ok(Self { db, schema: SCHEMA, mirror: Mirror::default(), restored: None })
     }
 
     /// Makes a new journal at `path` of `entries`.
@@ -210,7 +213,7 @@ impl Journal {
             return Err(JournalError::Damaged(format!("an entry {name:?} in its copy")));
         };
         self.db.prepare_cached(sql)?.execute(params_from_iter(values))?;
-        self.copy.add(name, values);
+        self.mirror.add(name, values);
         Ok(())
     }
 
@@ -221,7 +224,7 @@ impl Journal {
     pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
         let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
         match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-            schema @ READABLE..=SCHEMA => Ok(Self { db, schema, copy: Copy::default(), restored: None }),
+            schema @ READABLE..=SCHEMA => Ok(Self { db, schema, mirror: Mirror::default(), restored: None }),
             other => Err(JournalError::Schema(other)),
         }
     }
