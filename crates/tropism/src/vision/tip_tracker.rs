@@ -135,6 +135,7 @@ impl TipTracker {
         }
         self.past.push((photo.clone(), seen.clone()));
         self.last = seen.observation.as_ref().map(|held| held.tip);
+        self.stems.resume(seen.observation.as_ref().and_then(|held| held.stem.as_ref()));
         if let Some(tip) = self.last.filter(|_| seen.is_measured()) {
             self.gate.accept(tip, photo.time_s);
         }

@@ -45,6 +45,13 @@ impl StemHold {
         self.last = believed.or_else(|| self.last.take());
         (self.last.clone(), is_duplicate)
     }
+
+    /// Takes the stem of a step from before an interruption: one that repeats the step before was held.
+    pub fn resume(&mut self, stem: Option<&Polyline>) {
+        let is_duplicate = stem.is_none() || self.last.as_ref() == stem;
+        self.held = if is_duplicate { self.held.saturating_add(1) } else { 0 };
+        self.last = stem.cloned();
+    }
 }
 
 /// Photographs in a row in which a held tip may steer; after that nobody knows where the plant is.
