@@ -1,25 +1,14 @@
 //! What lies in the folders of runs, evolutions and studies, and the report made of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use rayon::prelude::*;
 use serde::Deserialize;
-use tropism::photo::Image;
 use tropism::track::Track;
 use tropism_lab::track::stem_at;
-use tropism_lab::{RunConfig, files};
+use tropism_lab::{FinishedRun, files};
 use tropism_report::{self as report, Composite, Figure, LitStem, Plants};
-
-/// Photographs of a run that are laid over each other in Figure 2, at most.
-const COMPOSED: usize = 60;
-
-/// A run folder that is over.
-pub(crate) struct RunFound {
-    pub(crate) path: PathBuf,
-    pub(crate) plan: RunConfig,
-    pub(crate) track: Track,
-}
 
 /// The history of an evolution, a list a run.
 pub(crate) struct History {
@@ -37,58 +26,6 @@ struct Row {
     best: f64,
     mean: f64,
     best_ever: f64,
-}
-
-impl RunFound {
-    /// The run in `path`.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
-        let plan = RunConfig::read(path)?;
-        let file = path.join("track.csv");
-        if !file.exists() {
-            bail!(
-                "{}: found a run that is not over, wanted its track.csv; go on with it by --resume",
-                path.display()
-            );
-        }
-        Ok(Self { path: path.to_owned(), plan, track: files::read_track(&file)? })
-    }
-
-    /// The numbered runs in `path`: `1`, `2` and so on.
-    pub(crate) fn read_numbered(path: &Path) -> Result<Vec<Self>> {
-        let numbered = (1..).map(|number: u32| path.join(number.to_string()));
-        numbered.take_while(|path| path.join("run.toml").exists()).map(|path| Self::read(&path)).collect()
-    }
-
-    /// What kind of plant it is.
-    pub(crate) const fn plants(&self) -> Plants {
-        self.plan.plants()
-    }
-
-    /// Whole photographs at equal distances over the run, each with its step.
-    fn photographs(&self) -> Result<impl Iterator<Item = (usize, Image)>> {
-        let photographs = files::photographs(&[self.path.join("photographs")])?;
-        let stride = photographs.len().div_ceil(COMPOSED);
-        // A damaged photograph adds nothing to a figure.
-        Ok(photographs
-            .into_iter()
-            .enumerate()
-            .step_by(stride)
-            .filter_map(|(step, path)| Some((step, files::read_photo(&path, 0.0).ok()?.decode().ok()?))))
-    }
-
-    fn composite(&self) -> Result<Composite> {
-        Ok(self.photographs()?.map(|(_, image)| image).collect())
-    }
-
-    fn stems(&self) -> Result<Vec<LitStem>> {
-        let Some(eye) = self.plan.eye() else { return Ok(Vec::new()) };
-        let stem = |(step, image): (usize, Image)| {
-            let seen = eye.clone().settle(eye.judge(Ok(&image)));
-            let light = self.track.samples.get(step).and_then(|sample| sample.light);
-            Some((seen.observation?.stem?.equidistant(10), light))
-        };
-        Ok(self.photographs()?.filter_map(stem).collect())
-    }
 }
 
 impl History {
@@ -128,9 +65,8 @@ impl History {
     }
 }
 
-/// Figure 9: the stems of the first run in which any are seen. A run keeps tips alone, so its photographs are looked at
-/// again.
-pub(crate) fn stem_figure(runs: &[RunFound]) -> Result<Option<Figure>> {
+/// Figure 9: the stems of the first run in which any were detected.
+pub(crate) fn stem_figure(runs: &[FinishedRun]) -> Result<Option<Figure>> {
     for run in runs {
         let stems = run.stems()?;
         if !stems.is_empty() {
@@ -162,11 +98,16 @@ pub(crate) fn track_figures(tracks: &[Track], plants: Plants) -> Vec<Figure> {
     figures
 }
 
+/// The photographs of a run, laid over each other.
+fn composite(run: &FinishedRun) -> Result<Composite> {
+    Ok(run.photographs()?.map(|(_, image)| image).collect())
+}
+
 /// Figures 2 to 5: what open-loop experiments show.
-pub(crate) fn open_loop_figures(runs: &[RunFound]) -> Result<Vec<Figure>> {
+pub(crate) fn open_loop_figures(runs: &[FinishedRun]) -> Result<Vec<Figure>> {
     let Some(first) = runs.first() else { return Ok(Vec::new()) };
     let plants = first.plants();
-    let composites = runs.par_iter().map(RunFound::composite).collect::<Result<Vec<_>>>()?;
+    let composites = runs.par_iter().map(composite).collect::<Result<Vec<_>>>()?;
     let tracks: Vec<Track> = runs.iter().map(|run| run.track.clone()).collect();
     let mut figures = vec![
         report::composite(&composites, plants),
@@ -188,8 +129,8 @@ pub(crate) fn evolution_figures(history: &History, plants: Plants) -> Vec<Figure
 }
 
 /// Figure 8: a steered plant.
-pub(crate) fn steered_figure(run: &RunFound) -> Figure {
-    let task = &run.plan.task;
-    let title = format!("Steered by {}", run.plan.controller_description());
+pub(crate) fn steered_figure(run: &FinishedRun) -> Figure {
+    let task = &run.config.task;
+    let title = format!("Steered by {}", run.config.controller_description());
     report::steering("8", &title, &run.track, &task.targets, task.fitness(&run.track), run.plants())
 }

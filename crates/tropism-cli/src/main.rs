@@ -3,7 +3,6 @@
 mod announce;
 mod commands;
 mod controller;
-mod disk;
 mod findings;
 mod options;
 mod progress;
@@ -75,6 +74,7 @@ fn main() -> ExitCode {
 fn in_one_line(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |line, cause| {
         let cause = cause.to_string();
-        if line.contains(&cause) { line } else { format!("{line}: {cause}") }
+        let cause = cause.trim_end();
+        if line.contains(cause) { line } else { format!("{line}: {cause}") }
     })
 }

@@ -120,17 +120,25 @@ fn parse_faults(text: &str) -> Result<Faults, String> {
 const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("base", "--base"),
     ("calibration", "--calibration"),
+    ("crop", "--crop"),
     ("distance_cm", "--distance"),
+    ("dry", "--dry"),
+    ("every", "--every"),
+    ("fps", "--fps"),
+    ("keep_going", "--keep-going"),
     ("out", "--out"),
     ("period_min", "--period"),
     ("plants", "--plants"),
     ("px_per_cm", "--scale"),
     ("region", "--roi"),
+    ("rehearsal", "--rehearse"),
     ("replace", "--force"),
     ("resume", "--resume"),
     ("seed", "--seed"),
     ("speed", "--speed"),
     ("view_deg", "--view"),
+    ("wait_min", "--wait"),
+    ("width", "--width"),
 ];
 
 /// The option that sets `key` of a plan; options of the same name have the same meaning in all commands.

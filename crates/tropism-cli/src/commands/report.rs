@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use serde::Serialize;
-use tropism_lab::files;
+use tropism_lab::{FinishedRun, files};
 use tropism_report::{Page, Plants, Table};
 
 use super::evolve::EvolutionPlan;
 use super::fit::is_of_virtual_plant;
 use super::study;
-use crate::findings::{self, History, RunFound};
+use crate::findings::{self, History};
 use crate::shell::Shell;
 
 /// Make a report of runs, tracks, evolutions or a study: one HTML file
@@ -70,8 +70,8 @@ fn page(folders: &[PathBuf]) -> Result<Page> {
             is_virtual |= is_of_virtual_plant(folder, &track);
             tracks.push(track);
         } else if folder.join("run.toml").exists() {
-            let run = RunFound::read(folder)?;
-            if run.plan.task.targets.is_empty() { open_loop.push(run) } else { steered.push(run) }
+            let run = FinishedRun::read(folder)?;
+            if run.config.task.targets.is_empty() { open_loop.push(run) } else { steered.push(run) }
         } else if folder.join("history.csv").exists() {
             let history = History::read(&folder.join("history.csv"))?;
             let plan: EvolutionPlan = files::read_toml(&folder.join("evolution.toml"))?;
@@ -85,7 +85,7 @@ fn page(folders: &[PathBuf]) -> Result<Page> {
             );
         }
     }
-    is_virtual |= open_loop.iter().chain(&steered).any(|run| run.plan.is_virtual());
+    is_virtual |= open_loop.iter().chain(&steered).any(|run| run.config.is_virtual());
     let mut all = findings::open_loop_figures(&open_loop)?;
     all.extend(figures);
     all.extend(steered.iter().map(findings::steered_figure));
@@ -113,7 +113,7 @@ fn page(folders: &[PathBuf]) -> Result<Page> {
         seeds: open_loop
             .iter()
             .chain(&steered)
-            .map(|run| (run.path.display().to_string(), run.plan.seed))
+            .map(|run| (run.path.display().to_string(), run.config.seed))
             .collect(),
         stages: Vec::new(),
         config: String::new(),
@@ -125,9 +125,9 @@ fn names(folders: &[PathBuf]) -> String {
 }
 
 /// Fitness of steered runs, and how near they came to their targets.
-pub(crate) fn scores(runs: &[RunFound]) -> Table {
-    let row = |run: &RunFound| {
-        let task = &run.plan.task;
+pub(crate) fn scores(runs: &[FinishedRun]) -> Table {
+    let row = |run: &FinishedRun| {
+        let task = &run.config.task;
         let crossings = task.crossings(&run.track);
         let distances: Vec<String> = crossings
             .iter()
@@ -137,7 +137,7 @@ pub(crate) fn scores(runs: &[RunFound]) -> Table {
             .collect();
         vec![
             name_of(&run.path),
-            run.plan.controller_description(),
+            run.config.controller_description(),
             format!("{:.2}", task.fitness(&run.track)),
             (run.track.samples.len() - 1).to_string(),
             distances.join(", "),

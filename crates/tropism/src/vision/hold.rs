@@ -67,6 +67,13 @@ impl Hold {
         self.last = believed.or_else(|| self.last.take());
         (self.last.clone(), is_duplicate)
     }
+
+    /// Takes the stem of a step that was settled before an interruption: one that repeats the step before was held.
+    pub fn resume(&mut self, stem: Option<&Polyline>) {
+        let is_duplicate = self.last.as_ref() == stem;
+        self.held = if is_duplicate { self.held.saturating_add(1) } else { 0 };
+        self.last = stem.cloned();
+    }
 }
 
 /// Photographs in a row in which a held tip may steer; after that nobody knows where the plant is.
@@ -111,5 +118,28 @@ mod tests {
         assert_eq!(paper.settle(Some(jump.clone()), Some(&never)).0, Some(good));
         assert_eq!(released.settle(Some(jump.clone()), Some(&twice)), (Some(jump.clone()), false));
         assert_eq!(paper.settle(Some(jump.clone()), None), (Some(jump), false));
+    }
+
+    #[test]
+    fn a_hold_that_is_resumed_goes_on_as_if_it_had_not_been() {
+        let rule = HoldConfig { release: Some(2), ..HoldConfig::default() };
+        let (good, jump) = (stem(&[(0.0, 0.0), (0.0, 10.0)]), stem(&[(0.0, 0.0), (0.0, 20.0)]));
+        let mut hold = Hold::default();
+        let seen = [None, Some(good), Some(jump.clone()), None, Some(jump)];
+        for interruption in 0..seen.len() {
+            let mut resumed = Hold::default();
+            let mut hold = hold.clone();
+            for (step, now) in seen.iter().enumerate() {
+                let settled = hold.settle(now.clone(), Some(&rule));
+                if step < interruption {
+                    resumed.resume(settled.0.as_ref());
+                } else {
+                    assert_eq!(resumed.settle(now.clone(), Some(&rule)), settled);
+                }
+                assert_eq!(resumed, hold);
+            }
+        }
+        hold.resume(None);
+        assert_eq!(hold.held, 1);
     }
 }

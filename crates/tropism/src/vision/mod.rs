@@ -486,6 +486,7 @@ impl Eye {
         }
         self.past.push((photo.clone(), seen.clone()));
         self.last = seen.observation.as_ref().map(|held| held.tip);
+        self.stems.resume(seen.observation.as_ref().and_then(|held| held.stem.as_ref()));
         if let Some(tip) = self.last.filter(|_| seen.is_measured()) {
             self.follow.believe(tip, photo.time_s);
         }

@@ -11,14 +11,14 @@ use tropism::plant::tip::TipModel;
 use tropism::random::{Draws, Purpose};
 use tropism::simulation::simulate;
 use tropism::track::PERIOD_MIN;
-use tropism_lab::{ControllerSpec, files};
+use tropism_lab::{ControllerSpec, FinishedRun, files};
 use tropism_neat::Genome;
 use tropism_report::{self as report, Figure, NumberRow, Page, Plants, Table};
 
 use super::super::evolve::Outcome as Evolved;
 use super::super::report::scores;
 use super::{IN_REALITY, StudyPlan};
-use crate::findings::{self, History, RunFound};
+use crate::findings::{self, History};
 use crate::options::load_model;
 
 /// What a study found: the numbers beside the paper's.
@@ -78,13 +78,13 @@ pub(super) struct Found {
     out: PathBuf,
     plan: StudyPlan,
     model: TipModel,
-    open_loop: Vec<RunFound>,
+    open_loop: Vec<FinishedRun>,
     history: History,
     evolved: Evolved,
     champions: Vec<Genome>,
     random: RandomFound,
     random_champion: Genome,
-    reality: BTreeMap<&'static str, Vec<RunFound>>,
+    reality: BTreeMap<&'static str, Vec<FinishedRun>>,
 }
 
 impl Found {
@@ -98,7 +98,7 @@ impl Found {
         };
         let mut reality = BTreeMap::new();
         for name in IN_REALITY {
-            let runs = RunFound::read_numbered(&out.join("reality").join(name))?;
+            let runs = FinishedRun::read_numbered(&out.join("reality").join(name))?;
             ensure!(!runs.is_empty(), "{}: found no reality/{name}, wanted a finished study", out.display());
             reality.insert(name, runs);
         }
@@ -106,7 +106,7 @@ impl Found {
             out: out.to_owned(),
             plan: files::read_toml(&out.join("study.toml"))?,
             model: load_model(&out.join("model.json"))?,
-            open_loop: RunFound::read_numbered(&out.join("open-loop"))?,
+            open_loop: FinishedRun::read_numbered(&out.join("open-loop"))?,
             history: History::read(&evolution.join("history.csv"))?,
             champions: (0..evolved.runs.len()).map(champion).collect::<Result<_, _>>()?,
             evolved,
@@ -203,7 +203,7 @@ impl Found {
         // As in the paper, one experiment is shown: the one whose fitness is nearest to the mean.
         let runs = &self.reality["champion"];
         let mean = self.in_reality("champion").mean;
-        let distance = |run: &RunFound| (self.plan.task.fitness(&run.track) - mean).abs();
+        let distance = |run: &FinishedRun| (self.plan.task.fitness(&run.track) - mean).abs();
         if let Some(typical) = runs.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) {
             figures.push(findings::steered_figure(typical));
         }
@@ -219,10 +219,10 @@ impl Found {
         let stages = stages.iter().filter_map(|&name| Some((name.to_owned(), *seconds.get(name)?)));
         let plants = (1..)
             .zip(&self.open_loop)
-            .map(|(number, run)| (format!("open-loop bean {number}"), run.plan.seed));
+            .map(|(number, run)| (format!("open-loop bean {number}"), run.config.seed));
         let fresh = (1..)
             .zip(&self.reality["champion"])
-            .map(|(number, run)| (format!("fresh bean {number}"), run.plan.seed));
+            .map(|(number, run)| (format!("fresh bean {number}"), run.config.seed));
         Ok(Page {
             title: "Steering beans with light".to_owned(),
             intro: self.intro(&numbers),

@@ -16,12 +16,11 @@ use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
 use tropism::task::Task;
 use tropism::vision::VisionConfig;
-use tropism_lab::{ControllerSpec, Error, Monitor, RunConfig, RunPlan, Workflow, files};
+use tropism_lab::{ControllerSpec, Error, FinishedRun, Monitor, RunConfig, RunPlan, Workflow, files};
 use tropism_neat::Genome;
 use tropism_rig::file::RigFile;
 
 use super::evolve::{CHECKPOINT, Care, EvolutionPlan, TRIAL_PLANTS};
-use crate::findings::RunFound;
 use crate::options::{BeanOption, load_model, load_model_for};
 use crate::shell::{Interrupted, Progress, Shell};
 use found::{Found, RandomFound, read_seconds};
@@ -265,7 +264,7 @@ impl Work<'_> {
     }
 
     fn fit(&self) -> Result<()> {
-        let runs = RunFound::read_numbered(&self.out.join("open-loop"))?;
+        let runs = FinishedRun::read_numbered(&self.out.join("open-loop"))?;
         let model = TipModel::fit(runs.iter().map(|run| &run.track), self.plan.model.clone())?
             .of_virtual_plants(true);
         Ok(files::write(&self.model_file(), model.to_json().as_bytes())?)
