@@ -1,12 +1,19 @@
-//! How a lens and a tilted camera map the plane of the stem, learned from a checkerboard held there.
+//! Lens distortion and perspective, calibrated from a checkerboard in the plane of the stem.
 //!
-//! In: corners of a board in a photograph, and where on the board they are. Out: a [`Lens`], and how well it fits. The
-//! one idea: a distorted radius becomes a straight one by division, r / (1 + distortion r²), which can be undone exactly;
-//! what is straight maps to the plane by a homography.
+//! In: corners of a checkerboard in one photograph, and their positions on the board. Out: a [`Lens`] and its
+//! residuals. The one idea: the division model r / (1 + k r²) removes radial distortion and can be inverted exactly;
+//! a homography then maps the undistorted picture to the plane. It starts from a linear least-squares solution and is
+//! refined to the least reprojection error, as in Zhang's calibration, but of one plane and without the camera's
+//! intrinsic parameters.
 //!
 //! # References
-//! Fitzgibbon 2001, *Simultaneous linear estimation of multiple view geometry and lens distortion*,
-//! doi:10.1109/CVPR.2001.990465 (the division model).
+//! - Fitzgibbon 2001, *Simultaneous linear estimation of multiple view geometry and lens distortion*,
+//!   doi:10.1109/CVPR.2001.990465: the division model.
+//! - Hartley and Zisserman 2003, *Multiple View Geometry in Computer Vision*, section 4.1: homography by least
+//!   squares.
+//! - Zhang 2000, *A flexible new technique for camera calibration*, doi:10.1109/34.888718: refinement of the
+//!   reprojection error.
+//! - Levenberg 1944, doi:10.1090/qam/10666; Marquardt 1963, doi:10.1137/0111030: the refinement's algorithm.
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -14,126 +21,129 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Pixel, Point};
 use crate::vision::error::VisionError;
 
-/// The map from a picture to the plane of the stem. Its cm count from somewhere in the plane; [`Calibration`] counts them
-/// from the root.
+/// Map from a picture to the plane of the stem. Its origin is anywhere in the plane; [`Calibration`] moves it to the
+/// root.
 ///
 /// [`Calibration`]: crate::vision::Calibration
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lens {
-    /// Distortion for radii in halves of the picture's diagonal: negative for a barrel, 0 for none, above -1 and below 1.
+    /// Distortion k of the division model, for radii in halves of the picture's diagonal: negative for barrel
+    /// distortion, 0 for none, above -1 and below 1.
     pub distortion: f64,
-    /// From undistorted places, in halves of the diagonal from the picture's centre with y down, to cm in the plane with y
-    /// up: rows of a homography.
+    /// Homography by rows: from undistorted points, in halves of the diagonal from the picture's centre with y down,
+    /// to cm in the plane with y up.
     pub homography: [[f64; 3]; 3],
 }
 
-/// A lens and how far the corners it was fitted to are from where it places them, as root mean squares.
+/// A fitted lens and the root mean square of its residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensFit {
-    /// The lens.
+    /// Fitted lens.
     pub lens: Lens,
-    /// In the plane, in mm.
+    /// Residual in the plane, in mm.
     pub residual_mm: f64,
-    /// In the picture, in pixels.
+    /// Residual in the picture, in pixels.
     pub residual_px: f64,
 }
 
-/// Where a corner is in the picture, in halves of its diagonal from its centre, and in the plane, in cm.
-type Pair = ((f64, f64), (f64, f64));
+/// A corner in the picture, in normalised coordinates, and in the plane, in cm.
+type Correspondence = ((f64, f64), (f64, f64));
 
-/// Nine numbers to fit: the homography from plane to picture but for its last element, which is 1, and the distortion.
+/// The nine parameters of the fit: the homography from plane to picture without its last element, which is 1, and the
+/// distortion.
 type Parameters = SVector<f64, 9>;
 
 impl Lens {
-    /// Checks that it is a map of pictures of `width` x `height`: whole, one to one, and of a plane before the camera.
+    /// Checks that the lens maps pictures of `width` x `height` to a plane in front of the camera, finitely and one
+    /// to one.
     ///
     /// # Errors
     /// [`VisionError::Value`] names the key.
     pub fn check(&self, width: usize, height: usize) -> Result<(), VisionError> {
-        if !(self.distortion > -1.0 && self.distortion < 1.0) {
-            let found = self.distortion.to_string();
-            return Err(VisionError::Value {
-                key: "lens.distortion",
-                found,
-                wanted: "more than -1 and less than 1",
-            });
-        }
+        VisionError::check_value(
+            "lens.distortion",
+            self.distortion,
+            self.distortion > -1.0 && self.distortion < 1.0,
+            "more than -1 and less than 1",
+        )?;
         let matrix = self.matrix();
         let corners = [(0, 0), (width - 1, 0), (0, height - 1), (width - 1, height - 1)];
         let depth = |(x, y): (usize, usize)| {
-            (matrix * straight(normal(Pixel::new(x as f64, y as f64), width, height), self.distortion)).z
+            (matrix * undistort(normalise(Pixel::new(x as f64, y as f64), width, height), self.distortion)).z
         };
         let depths = corners.map(depth);
-        let is_before = depths.iter().all(|depth| *depth > 0.0) || depths.iter().all(|depth| *depth < 0.0);
-        let is_whole = matrix.iter().all(|value| value.is_finite()) && matrix.determinant() != 0.0;
-        if is_whole && is_before {
-            return Ok(());
-        }
-        let found = format!("{:?}", self.homography);
-        let wanted = "a homography of a plane that the whole picture shows";
-        Err(VisionError::Value { key: "lens.homography", found, wanted })
+        let is_in_front = depths.iter().all(|depth| *depth > 0.0) || depths.iter().all(|depth| *depth < 0.0);
+        let is_invertible = matrix.iter().all(|value| value.is_finite()) && matrix.determinant() != 0.0;
+        VisionError::check_value(
+            "lens.homography",
+            format!("{:?}", self.homography),
+            is_invertible && is_in_front,
+            "a homography of a plane that the whole picture shows",
+        )
     }
 
-    /// The place in the plane, in cm, that a pixel of a picture of `width` x `height` shows.
+    /// Maps a pixel of a picture of `width` x `height` to the plane, in cm.
     #[must_use]
     pub fn point(&self, pixel: Pixel, width: usize, height: usize) -> Point {
-        let place = self.matrix() * straight(normal(pixel, width, height), self.distortion);
-        Point::new(place.x / place.z, place.y / place.z)
+        let projected = self.matrix() * undistort(normalise(pixel, width, height), self.distortion);
+        Point::new(projected.x / projected.z, projected.y / projected.z)
     }
 
-    /// The pixel that shows a place in the plane.
+    /// Maps a point of the plane, in cm, to a pixel of a picture of `width` x `height`.
     #[must_use]
     pub fn pixel(&self, point: Point, width: usize, height: usize) -> Pixel {
         let inverse = self.matrix().try_inverse().unwrap_or_else(Matrix3::identity);
-        let place = inverse * Vector3::new(point.x, point.y, 1.0);
-        let (x, y) = bent(place.x / place.z, place.y / place.z, self.distortion);
-        let unit = unit(width, height);
+        let projected = inverse * Vector3::new(point.x, point.y, 1.0);
+        let (x, y) = distort(projected.x / projected.z, projected.y / projected.z, self.distortion);
+        let unit = half_diagonal(width, height);
         Pixel::new(x * unit + (width as f64 - 1.0) / 2.0, y * unit + (height as f64 - 1.0) / 2.0)
     }
 
-    /// Pixels per cm around a pixel: the square root of how much larger areas are.
+    /// Local scale around a pixel, in pixels per cm: the square root of the ratio of areas.
     #[must_use]
     pub fn px_per_cm(&self, pixel: Pixel, width: usize, height: usize) -> f64 {
-        let near = |dx, dy| self.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
-        let (left, right, up, down) = (near(-0.5, 0.0), near(0.5, 0.0), near(0.0, -0.5), near(0.0, 0.5));
-        let area = (right.x - left.x) * (up.y - down.y) - (up.x - down.x) * (right.y - left.y);
+        let at = |dx, dy| self.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
+        let (left, right, above, below) = (at(-0.5, 0.0), at(0.5, 0.0), at(0.0, -0.5), at(0.0, 0.5));
+        let area = (right.x - left.x) * (above.y - below.y) - (above.x - below.x) * (right.y - left.y);
         1.0 / area.abs().sqrt()
     }
 
-    /// The lens that shows `corners`, places in the plane in cm, at their pixels in a picture of `width` x `height`: least
-    /// squares of pixels. Up in the plane is what is up in the picture at the middle of the corners.
+    /// Fits a lens to corners, given as pixels of a picture of `width` x `height` and points of the plane in cm, by
+    /// least squares of the reprojection error. Up in the plane is up in the picture at the centroid of the corners.
     ///
-    /// `None` for fewer than twelve corners, or corners that lie on a line.
+    /// `None` for fewer than twelve corners, or for collinear ones.
     #[must_use]
     pub fn fit(corners: &[(Pixel, Point)], width: usize, height: usize) -> Option<LensFit> {
         if corners.len() < 12 {
             return None;
         }
         let count = corners.len() as f64;
-        let middle =
+        let centroid =
             corners.iter().fold((0.0, 0.0), |sum, (_, at)| (sum.0 + at.x / count, sum.1 + at.y / count));
-        let pairs: Vec<Pair> = corners
+        let correspondences: Vec<Correspondence> = corners
             .iter()
-            .map(|&(pixel, at)| (normal(pixel, width, height), (at.x - middle.0, at.y - middle.1)))
+            .map(|&(pixel, at)| (normalise(pixel, width, height), (at.x - centroid.0, at.y - centroid.1)))
             .collect();
-        let parameters = refined(linear(&pairs)?, &pairs)?;
+        let parameters = refine(linear_homography(&correspondences)?, &correspondences)?;
         let matrix = plane_to_picture(&parameters).try_inverse()?;
         let mut lens = Self { distortion: parameters[8], homography: rows(&(matrix / matrix[(2, 2)])) };
         let centre = lens.pixel(Point::default(), width, height);
-        let turned = upright(&lens, centre, width, height) * lens.matrix();
-        lens.homography = rows(&turned);
+        let rotated = upright(&lens, centre, width, height) * lens.matrix();
+        lens.homography = rows(&rotated);
         lens.check(width, height).ok()?;
-        let off: f64 = pairs.iter().map(|pair| error(&parameters, pair).norm_squared()).sum();
-        let place = |&(pixel, at): &(Pixel, Point)| {
-            let seen = matrix * straight(normal(pixel, width, height), lens.distortion);
-            Point::new(seen.x / seen.z + middle.0, seen.y / seen.z + middle.1).distance(at)
+        let squares: f64 =
+            correspondences.iter().map(|one| reprojection_error(&parameters, one).norm_squared()).sum();
+        let error_cm = |&(pixel, at): &(Pixel, Point)| {
+            let projected = matrix * undistort(normalise(pixel, width, height), lens.distortion);
+            Point::new(projected.x / projected.z + centroid.0, projected.y / projected.z + centroid.1)
+                .distance(at)
         };
-        let off_cm: f64 = corners.iter().map(|corner| place(corner) * place(corner)).sum();
+        let squares_cm: f64 = corners.iter().map(|corner| error_cm(corner) * error_cm(corner)).sum();
         Some(LensFit {
             lens,
-            residual_mm: 10.0 * (off_cm / count).sqrt(),
-            residual_px: unit(width, height) * (off / count).sqrt(),
+            residual_mm: 10.0 * (squares_cm / count).sqrt(),
+            residual_px: half_diagonal(width, height) * (squares / count).sqrt(),
         })
     }
 
@@ -147,43 +157,46 @@ fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[(row, column)]))
 }
 
-/// Half of the picture's diagonal, in pixels.
-fn unit(width: usize, height: usize) -> f64 {
+/// Half of a picture's diagonal, in pixels: the unit of normalised coordinates.
+fn half_diagonal(width: usize, height: usize) -> f64 {
     crate::math::hypot(width as f64, height as f64) / 2.0
 }
 
-/// A pixel in halves of the diagonal from the picture's centre.
-fn normal(pixel: Pixel, width: usize, height: usize) -> (f64, f64) {
-    let unit = unit(width, height);
+/// Normalised coordinates of a pixel: halves of the diagonal from the picture's centre.
+fn normalise(pixel: Pixel, width: usize, height: usize) -> (f64, f64) {
+    let unit = half_diagonal(width, height);
     ((pixel.x - (width as f64 - 1.0) / 2.0) / unit, (pixel.y - (height as f64 - 1.0) / 2.0) / unit)
 }
 
-/// Where a place of the picture would be without distortion.
-fn straight((x, y): (f64, f64), distortion: f64) -> Vector3<f64> {
+/// Removes distortion by the division model; homogeneous coordinates.
+fn undistort((x, y): (f64, f64), distortion: f64) -> Vector3<f64> {
     Vector3::new(x, y, 1.0 + distortion * (x * x + y * y))
 }
 
-/// Where an undistorted place is in the picture: the smaller root of r = bent / (1 + distortion bent²).
-fn bent(x: f64, y: f64, distortion: f64) -> (f64, f64) {
+/// Applies distortion: inverts the division model, r = d / (1 + k d²), by its smaller root d.
+fn distort(x: f64, y: f64, distortion: f64) -> (f64, f64) {
     let root = (1.0 - 4.0 * distortion * (x * x + y * y)).max(0.0).sqrt();
     (2.0 * x / (1.0 + root), 2.0 * y / (1.0 + root))
 }
 
+/// The homography from plane to picture.
 fn plane_to_picture(p: &Parameters) -> Matrix3<f64> {
     Matrix3::new(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], 1.0)
 }
 
-/// How far a corner is from where the parameters place it, in the picture.
-fn error(parameters: &Parameters, &((x, y), (u, v)): &Pair) -> SVector<f64, 2> {
-    let place = plane_to_picture(parameters) * Vector3::new(u, v, 1.0);
-    let (seen_x, seen_y) = bent(place.x / place.z, place.y / place.z, parameters[8]);
-    SVector::<f64, 2>::new(seen_x - x, seen_y - y)
+/// Reprojection error of one corner, in normalised coordinates.
+fn reprojection_error(parameters: &Parameters, &((x, y), (u, v)): &Correspondence) -> SVector<f64, 2> {
+    let projected = plane_to_picture(parameters) * Vector3::new(u, v, 1.0);
+    let (found_x, found_y) = distort(projected.x / projected.z, projected.y / projected.z, parameters[8]);
+    SVector::<f64, 2>::new(found_x - x, found_y - y)
 }
 
-/// The homography without distortion, by linear least squares.
-fn linear(pairs: &[Pair]) -> Option<Parameters> {
-    let (mut left, mut right) = (DMatrix::zeros(2 * pairs.len(), 8), DVector::zeros(2 * pairs.len()));
-    for (i, &((x, y), (u, v))) in pairs.iter().enumerate() {
+/// The homography without distortion, by linear least squares (direct linear transform with its last element set to
+/// 1).
+fn linear_homography(correspondences: &[Correspondence]) -> Option<Parameters> {
+    let rows = 2 * correspondences.len();
+    let (mut left, mut right) = (DMatrix::zeros(rows, 8), DVector::zeros(rows));
+    for (i, &((x, y), (u, v))) in correspondences.iter().enumerate() {
         for (row, value) in
             [[u, v, 1.0, 0.0, 0.0, 0.0, -x * u, -x * v], [0.0, 0.0, 0.0, u, v, 1.0, -y * u, -y * v]]
                 .into_iter()
@@ -193,42 +206,43 @@ fn linear(pairs: &[Pair]) -> Option<Parameters> {
         }
         (right[2 * i], right[2 * i + 1]) = (x, y);
     }
-    let found = left.svd(true, true);
-    if found.singular_values.min() < 1e-9 * found.singular_values.max() {
+    let svd = left.svd(true, true);
+    // Collinear corners leave a direction of the homography undetermined.
+    if svd.singular_values.min() < 1e-9 * svd.singular_values.max() {
         return None;
     }
-    let solved = found.solve(&right, 0.0).ok()?;
+    let solved = svd.solve(&right, 0.0).ok()?;
     Some(Parameters::from_fn(|i, _| if i < 8 { solved[i] } else { 0.0 }))
 }
 
-/// Levenberg's and Marquardt's descent to the least squares of [`error`].
-fn refined(start: Parameters, pairs: &[Pair]) -> Option<Parameters> {
+/// Minimises the squares of [`reprojection_error`] by the Levenberg-Marquardt algorithm with numerical derivatives.
+fn refine(start: Parameters, correspondences: &[Correspondence]) -> Option<Parameters> {
     let cost = |parameters: &Parameters| -> f64 {
-        pairs.iter().map(|pair| error(parameters, pair).norm_squared()).sum()
+        correspondences.iter().map(|one| reprojection_error(parameters, one).norm_squared()).sum()
     };
     let (mut best, mut least, mut damping) = (start, cost(&start), 1e-3);
     for _ in 0..100 {
         let mut normal = SMatrix::<f64, 9, 9>::zeros();
-        let mut slope = Parameters::zeros();
-        for pair in pairs {
-            let here = error(&best, pair);
-            let mut change = SMatrix::<f64, 2, 9>::zeros();
+        let mut gradient = Parameters::zeros();
+        for correspondence in correspondences {
+            let error = reprojection_error(&best, correspondence);
+            let mut jacobian = SMatrix::<f64, 2, 9>::zeros();
             for i in 0..9 {
                 let step = 1e-6 * best[i].abs().max(1e-2);
-                let mut there = best;
-                there[i] += step;
-                change.set_column(i, &((error(&there, pair) - here) / step));
+                let mut moved = best;
+                moved[i] += step;
+                jacobian.set_column(i, &((reprojection_error(&moved, correspondence) - error) / step));
             }
-            normal += change.transpose() * change;
-            slope += change.transpose() * here;
+            normal += jacobian.transpose() * jacobian;
+            gradient += jacobian.transpose() * error;
         }
         let damped = normal + SMatrix::from_diagonal(&(normal.diagonal() * damping));
-        let next = best - damped.lu().solve(&slope)?;
+        let next = best - damped.lu().solve(&gradient)?;
         let squares = cost(&next);
         if squares < least {
-            let is_done = least - squares < 1e-12 * least;
+            let is_converged = least - squares < 1e-12 * least;
             (best, least, damping) = (next, squares, damping * 0.1);
-            if is_done {
+            if is_converged {
                 break;
             }
         } else if damping > 1e9 {
@@ -240,15 +254,15 @@ fn refined(start: Parameters, pairs: &[Pair]) -> Option<Parameters> {
     least.is_finite().then_some(best)
 }
 
-/// The turn, and mirroring if the corners were counted the other way round, that lets up in the picture be up in the
-/// plane around `pixel`.
+/// The rotation that makes up in the picture up in the plane around `pixel`, with a reflection where the corners were
+/// counted the other way round.
 fn upright(lens: &Lens, pixel: Pixel, width: usize, height: usize) -> Matrix3<f64> {
-    let near = |dx, dy| lens.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
-    let (left, right, above, below) = (near(-0.5, 0.0), near(0.5, 0.0), near(0.0, -0.5), near(0.0, 0.5));
+    let at = |dx, dy| lens.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
+    let (left, right, above, below) = (at(-0.5, 0.0), at(0.5, 0.0), at(0.0, -0.5), at(0.0, 0.5));
     let (x, y) = (above.x - below.x, above.y - below.y);
     let length = crate::math::hypot(x, y);
     let (sin, cos) = (x / length, y / length);
-    // The direction at a right angle to up that the picture's right points to.
+    // The side of "up" on which the picture's right lies: -1 where the corners were counted in a mirror.
     let side = ((right.x - left.x) * cos - (right.y - left.y) * sin).signum();
     Matrix3::new(side * cos, -side * sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
 }
@@ -260,7 +274,7 @@ mod tests {
 
     const SIZE: (usize, usize) = (1296, 972);
 
-    /// A camera that looks at the plane from 60 cm, pitched, turned and with a barrel of a lens.
+    /// A camera 60 cm from the plane, pitched and turned, with barrel distortion.
     fn lens(distortion: f64, pitch: f64, turn: f64) -> Lens {
         let homography = [[40.0, 2.0 * turn, 1.0], [0.0, -40.0, 12.0], [turn, pitch, 1.0]];
         Lens { distortion, homography }

@@ -1,57 +1,60 @@
-//! Which lamp is lit, read from a photograph.
+//! The lamp that is lit, read from a photograph.
+//!
+//! In: a picture, and where it shows the lamps. Out: the lit one. The one idea: the lit lamp saturates, so the mean
+//! square of the luma above the picture's median tells its side.
 
 use crate::geometry::Region;
 use crate::light::Light;
 use crate::vision::raster::source::{PixelSource, full_region};
 
-/// How much brighter one side must be: the difference of both sides' glow over their sum.
-const CLEAR: f64 = 0.25;
+/// Least difference of both sides' glow, as a share of their sum. Chosen by hand.
+const MIN_DIFFERENCE: f64 = 0.25;
 
-/// Columns that a picture is read at, at least, and the most pixels that make one.
-const COLUMNS: usize = 80;
-const COARSEST: usize = 8;
+/// Least number of columns to which a picture is downscaled, and the greatest factor. Chosen by hand; a JPEG is
+/// downscaled by 8 without decoding its pixels.
+const MIN_COLUMNS: usize = 80;
+const MAX_FACTOR: usize = 8;
 
-/// The lamp that is lit in a picture; `None` where no side is clearly brighter: both dark, both lit, or no lamps in view.
+/// The lamp that is lit; `None` where no side is clearly brighter: both dark, both lit, or no lamp in view.
 ///
-/// `lamps` are the places of the left and the right lamp; without them the outer thirds of the picture are compared.
-/// A side's glow is the mean square of what its squares of up to eight pixels exceed the picture's median by, so that a saturated lamp
-/// outweighs the fitting of the unlit one, which a flash lights up, and things that stand on both sides cancel out.
-///
-/// A lamp's place that does not lie in the picture glows as little as darkness.
+/// `lamps` are the regions of the left and the right lamp; without them the outer thirds of the picture are compared.
+/// The glow of a region is the mean square of its luma above the picture's median. A saturated lamp thus outweighs
+/// the fitting of the unlit one, which a flash lights up, and what stands on both sides cancels out. A region outside
+/// the picture has no glow.
 #[must_use]
 pub fn lamp_state(image: &impl PixelSource, lamps: Option<[Region; 2]>) -> Option<Light> {
     let (width, height) = image.size();
     let third = Region { x: 0, y: 0, width: (width / 3).max(1), height };
     let sides = lamps.unwrap_or([third, Region { x: width - third.width, ..third }]);
-    let step = (width / COLUMNS).clamp(1, COARSEST);
-    let greys = image.downscale_luma(full_region((width, height)), step);
-    if greys.is_empty() {
+    let factor = (width / MIN_COLUMNS).clamp(1, MAX_FACTOR);
+    let luma = image.downscale_luma(full_region((width, height)), factor);
+    if luma.is_empty() {
         return None;
     }
     let median = {
-        let mut greys = greys.clone();
-        let middle = greys.len() / 2;
-        *greys.select_nth_unstable_by(middle, f32::total_cmp).1
+        let mut sorted = luma.clone();
+        let middle = sorted.len() / 2;
+        *sorted.select_nth_unstable_by(middle, f32::total_cmp).1
     };
     let [left, right] = sides.map(|side| {
         if !side.fits(width, height) {
             return 0.0;
         }
-        let columns = side.x / step..(side.x + side.width).div_ceil(step).min(width / step);
-        let rows = side.y / step..(side.y + side.height).div_ceil(step).min(height / step);
+        let columns = side.x / factor..(side.x + side.width).div_ceil(factor).min(width / factor);
+        let rows = side.y / factor..(side.y + side.height).div_ceil(factor).min(height / factor);
         let (mut glow, mut count) = (0.0, 0.0);
         for row in rows {
-            for grey in &greys[row * (width / step)..][columns.clone()] {
-                let excess = f64::from((grey - median).max(0.0));
+            for value in &luma[row * (width / factor)..][columns.clone()] {
+                let excess = f64::from((value - median).max(0.0));
                 glow += excess * excess;
                 count += 1.0;
             }
         }
         glow / f64::max(count, 1.0)
     });
-    // Less than one grey value of glow is the camera's noise.
+    // Less than one grey value of glow is noise of the camera.
     let difference = (right - left) / (left + right).max(1.0);
-    (difference.abs() >= CLEAR).then_some(if difference > 0.0 { Light::Right } else { Light::Left })
+    (difference.abs() >= MIN_DIFFERENCE).then_some(if difference > 0.0 { Light::Right } else { Light::Left })
 }
 
 #[cfg(test)]
@@ -85,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn places_of_lamps_are_believed() {
+    fn given_regions_of_lamps_are_compared() {
         let image = tent(&[(50, 255), (8, 120)]);
         let at = |x| Region { x, y: 0, width: 20, height: 20 };
         assert_eq!(lamp_state(&image, Some([at(0), at(45)])), Some(Light::Right));
