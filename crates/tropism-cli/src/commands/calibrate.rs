@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
-use tropism::greenhouse::bean::calibrate::{Calibration, Estimate, PARAMETERS, calibrate};
+use tropism::greenhouse::bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
 use tropism::greenhouse::bean::{Individual, Species, acceptance};
 use tropism::math;
 use tropism::random::{self, Purpose};
@@ -100,7 +100,7 @@ impl Calibrate {
             self.interval
         );
         let progress = shell.progress("calibrate", self.tracks.len() as u64);
-        let found: Vec<Calibration> = self
+        let found: Vec<BeanCalibration> = self
             .tracks
             .par_iter()
             .map(|path| {
@@ -150,7 +150,7 @@ impl Calibrate {
 }
 
 /// The parameters over all plants, as logarithms add up.
-fn pool(found: &[Calibration]) -> Vec<Pooled> {
+fn pool(found: &[BeanCalibration]) -> Vec<Pooled> {
     let count = found.len() as f64;
     let pooled = |(parameter, (key, ..)): (usize, (&'static str, &str, &str))| {
         let logs: Vec<f64> = found.iter().map(|found| math::ln(found.estimates[parameter].value)).collect();
@@ -206,7 +206,7 @@ fn values(plant: &Individual) -> [f64; 5] {
 }
 
 /// The true parameters of a plant, and what its track tells.
-type Tried = ([f64; 5], Calibration);
+type Tried = ([f64; 5], BeanCalibration);
 
 fn recover(species: &Species, plants: u32, seed: u64, shell: &Shell) -> Result<()> {
     let progress = shell.progress("calibrating virtual plants", plants.into());
@@ -214,7 +214,7 @@ fn recover(species: &Species, plants: u32, seed: u64, shell: &Shell) -> Result<(
         .into_par_iter()
         .map(|plant| {
             let seed = random::derive(seed, Purpose::Plant, plant.into());
-            let track = acceptance::experiment(species, seed);
+            let track = acceptance::open_loop_experiment(species, seed);
             let found = calibrate(&track, PAPER_PERIOD_MIN, species)?;
             progress.add(1);
             Ok((values(&species.draw(seed, 1.0)), found))

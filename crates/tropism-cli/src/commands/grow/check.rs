@@ -30,8 +30,8 @@ struct Checked {
     holds: bool,
 }
 
-impl From<acceptance::Row> for Checked {
-    fn from(row: acceptance::Row) -> Self {
+impl From<acceptance::AcceptanceRow> for Checked {
+    fn from(row: acceptance::AcceptanceRow) -> Self {
         Self {
             number: row.number,
             statistic: row.statistic,
@@ -63,7 +63,7 @@ pub(super) fn check(species: &Species, seed: u64, shell: &Shell) -> Result<()> {
     let tracks: Vec<Track> = open_loop
         .par_iter()
         .map(|&seed| {
-            let track = acceptance::experiment(species, seed);
+            let track = acceptance::open_loop_experiment(species, seed);
             progress.add(1);
             track
         })
@@ -72,7 +72,7 @@ pub(super) fn check(species: &Species, seed: u64, shell: &Shell) -> Result<()> {
     let progress = shell.progress("tuning controllers", TUNED as u64 * tune::WORK);
     let task = Targets::default();
     let mut tuned = tracks
-        .chunks(acceptance::SET)
+        .chunks(acceptance::SET_SIZE)
         .take(TUNED)
         .map(|set| {
             let model = TipModel::fit(set, TipModelConfig::default())?;
@@ -82,11 +82,11 @@ pub(super) fn check(species: &Species, seed: u64, shell: &Shell) -> Result<()> {
     drop(progress);
     // Some searches end too early: they give no nearly perfect controllers.
     tuned.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let good = tuned.iter().filter(|(fitness, _)| *fitness >= acceptance::NEARLY_PERFECT).count();
+    let good = tuned.iter().filter(|(fitness, _)| *fitness >= acceptance::GOOD_MODEL_FITNESS).count();
     tuned.truncate(good.max(1));
     let mut rows = acceptance::population(&tracks);
-    rows.extend(acceptance::single(species));
-    rows.extend(acceptance::steered(species, fresh, &tuned));
+    rows.extend(acceptance::single_plant(species));
+    rows.extend(acceptance::closed_loop(species, fresh, &tuned));
     rows.sort_by_key(|row| row.number);
     let rows: Vec<Checked> = rows.into_iter().map(Checked::from).collect();
     let missed = rows.iter().filter(|row| !row.holds).count();

@@ -1,8 +1,8 @@
-//! Which values a plant can have: the guard between a file and a bean.
+//! Range checks of bean files.
 
 use super::{Individual, Species, Spread};
 
-/// A value that no plant can have.
+/// A parameter outside its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("found {key} = {value}, wanted {wanted}")]
 pub struct SpeciesError {
@@ -15,7 +15,7 @@ pub struct SpeciesError {
 }
 
 impl Species {
-    /// Whether every value is one that a plant can have.
+    /// Checks that every value lies in its range.
     ///
     /// # Errors
     /// [`SpeciesError`] names the first key that is not, its value, and the range.
