@@ -53,7 +53,8 @@ impl Workflow for FitPlan {
     const SCHEMA: &'static str = "tropism.fit/1";
 
     fn check(&self) -> Result<(), Error> {
-        // The settings of the model are checked when it is fitted, which is the first thing that is done with the tracks.
+        // The settings of the model are checked when it is fitted, which is the first thing that is done with the
+        // tracks.
         if self.tracks.is_empty() {
             return Err(Error::Plan("found no `tracks`, wanted at least one".to_owned()));
         }

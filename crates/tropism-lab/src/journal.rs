@@ -7,7 +7,7 @@ use rusqlite::types::Value;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_iter};
 
 use crate::copy::{self, Copy};
-use tropism::geometry::{Pixel, Point};
+use tropism::geometry::{Pixel, Point, Polyline};
 use tropism::lamps::{self, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::rig::{Boot, Moment};
@@ -66,7 +66,8 @@ pub enum JournalError {
     Schema(i64),
 }
 
-const SCHEMA: i64 = 4;
+/// The schema that is written. 5 added the stem of each step, 4 the shift of the camera, 3 events, boots and wall times.
+const SCHEMA: i64 = 5;
 
 /// The oldest schema whose rows can still be read; a run of it cannot be gone on with.
 const READABLE: i64 = 2;
@@ -81,10 +82,10 @@ const WRITES: [(&str, &str, &str); 5] = [
     (
         "saw",
         "INSERT OR REPLACE INTO steps (step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px,
-             tip_y_px, quality, class, confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+             tip_y_px, quality, class, confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px, stem)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
         "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px,
-             tip_y_px, quality, class, confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px FROM steps ORDER BY step",
+             tip_y_px, quality, class, confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px, stem FROM steps ORDER BY step",
     ),
     (
         "decided",
@@ -162,7 +163,7 @@ impl Journal {
                      tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
                      quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
                      decided TEXT, done INTEGER NOT NULL DEFAULT 0,
-                     begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL);
+                     begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL, stem TEXT);
                  CREATE TABLE event (
                      id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
                      since_start_s REAL, unix_s REAL);
@@ -341,6 +342,7 @@ impl Journal {
             row.lit.map(|lit| lamps::name(lit).to_owned()).into(),
             row.seen.camera_shift.map(|shift| shift.x).into(),
             row.seen.camera_shift.map(|shift| shift.y).into(),
+            tip.and_then(|seen| seen.stem.as_ref()).map(stem_text).into(),
         ];
         self.write("saw", &values)
     }
@@ -367,9 +369,10 @@ impl Journal {
     /// [`JournalError`] names the step and the column that cannot be read.
     pub fn rows(&self) -> Result<Vec<Row>, JournalError> {
         let later = match self.schema {
-            ..3 => "NULL, NULL, NULL, NULL, NULL",
-            3 => "begun_s, unix_s, lit, NULL, NULL",
-            _ => "begun_s, unix_s, lit, moved_x_px, moved_y_px",
+            ..3 => "NULL, NULL, NULL, NULL, NULL, NULL",
+            3 => "begun_s, unix_s, lit, NULL, NULL, NULL",
+            4 => "begun_s, unix_s, lit, moved_x_px, moved_y_px, NULL",
+            _ => "begun_s, unix_s, lit, moved_x_px, moved_y_px, stem",
         };
         let mut statement = self.db.prepare(&format!(
             "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px,
@@ -424,6 +427,22 @@ impl JournalError {
     }
 }
 
+/// The points of a stem as JSON, `[[x, y], ...]` in cm; exact to the bit.
+fn stem_text(stem: &Polyline) -> String {
+    let points: Vec<[f64; 2]> = stem.0.iter().map(|&point| point.into()).collect();
+    serde_json::to_string(&points).expect("numbers are always written")
+}
+
+/// The stem of [`stem_text`].
+fn parse_stem(step: u32, text: String) -> Result<Polyline, JournalError> {
+    match serde_json::from_str::<Vec<[f64; 2]>>(&text) {
+        Ok(points) => Ok(Polyline(points.into_iter().map(Point::from).collect())),
+        Err(_) => {
+            Err(JournalError::Value { step, column: "stem", found: text, wanted: "[[x, y], ...] in cm" })
+        }
+    }
+}
+
 /// A moment of two columns, neither of which a virtual tent has.
 fn moment(since_start_s: Option<f64>, unix_s: Option<f64>) -> Option<Moment> {
     let since_start = Duration::try_from_secs_f64(since_start_s?).ok()?;
@@ -461,11 +480,10 @@ fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<TrackedFrame, JournalError
         found: class,
         wanted: "a class of photograph",
     })?;
-    let observation = point(5, 6)?.zip(quality).map(|(tip, quality)| Observation {
-        tip: Point::from(tip),
-        stem: None,
-        quality,
-    });
+    let stem: Option<String> = row.get(19)?;
+    let stem = stem.map(|text| parse_stem(step, text)).transpose()?;
+    let observation =
+        point(5, 6)?.zip(quality).map(|(tip, quality)| Observation { tip: Point::from(tip), stem, quality });
     let pixel = point(7, 8)?.map(|[x, y]| Pixel::new(x, y));
     let shift = point(17, 18)?.map(|[x, y]| Pixel::new(x, y));
     Ok(TrackedFrame {

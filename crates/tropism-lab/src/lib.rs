@@ -1,4 +1,18 @@
-//! Workflows of tropism and what they keep on the disk.
+//! Workflows of tropism, and what they keep on the disk.
+//!
+//! A workflow is a plan that is executed ([`Workflow`]): data go in, results come out, and a [`Monitor`] hears of progress and
+//! may ask for an end. A command, a page and a notebook that do the same thing execute the same plan.
+//!
+//! | plan | results |
+//! |---|---|
+//! | [`RunPlan`] | an experiment in a real or virtual tent, in a run folder |
+//! | [`CalibrateCameraPlan`](calibrate_camera::CalibrateCameraPlan) | the calibration of a camera |
+//! | [`TrackPlan`](track::TrackPlan), [`DepthPlan`](depth::DepthPlan) | tracks of photographs, in the plane and in space |
+//! | [`FitPlan`](fit::FitPlan) | the tip-motion model of tracks |
+//! | [`EvolvePlan`](evolve::EvolvePlan), [`BaselinePlan`](baseline::BaselinePlan) | champions, and the fitness of random controllers |
+//! | [`SimulatePlan`](simulate::SimulatePlan), [`ScorePlan`](score::ScorePlan), [`ShowPlan`](show::ShowPlan) | a controller on the model, the fitness of tracks, a network and its decisions |
+//! | [`GrowPlan`](grow::GrowPlan), [`CalibratePlan`](calibrate::CalibratePlan) | virtual beans, and their parameters from tracks |
+//! | [`StudyPlan`](study::StudyPlan), [`ReportPlan`](report::ReportPlan) | the whole paper, and pages of figures |
 //!
 //! A run folder holds `run.toml` (configuration, seed and version), `journal.sqlite` (one row a step, one an event),
 //! `photographs/`, and `track.csv` when the run is over. [`Recorded`] wraps a rig so that the loop itself need not know: it
@@ -24,6 +38,7 @@ pub mod calibrate_camera;
 pub mod track;
 pub mod depth;
 mod stopwatch;
+mod statistics;
 mod model;
 mod champion;
 pub mod fit;
@@ -34,6 +49,8 @@ pub mod score;
 pub mod show;
 pub mod grow;
 pub mod calibrate;
+mod finished_run;
+mod figures;
 pub mod study;
 pub mod report;
 

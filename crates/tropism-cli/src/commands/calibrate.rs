@@ -16,9 +16,10 @@ use crate::shell::Shell;
 
 /// Estimate the parameters of plants from their open-loop tracks
 ///
-/// Finds the virtual bean that moves most like each plant, with 90 % intervals of its growth (G), sensitivity to light (nu),
-/// motile zone (La), memory of light (tau_p) and period of circumnutation (Tcn); of several plants also their spread. The
-/// tracks must show both lamps in turn. Half a day gives wide intervals, three days those in docs/virtual-bean.md.
+/// Finds the virtual bean that moves most like each plant, with 90 % intervals of its growth (G), sensitivity to light
+/// (nu), motile zone (La), memory of light (tau_p) and period of circumnutation (Tcn); of several plants also their
+/// spread. The tracks must show both lamps in turn. Half a day gives wide intervals, three days those in
+/// docs/virtual-bean.md.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism calibrate tent/1/track.csv tent/2/track.csv --out mine.toml\n  \
@@ -36,7 +37,8 @@ pub(crate) struct Calibrate {
     #[arg(long, value_name = "BEAN.toml")]
     out: Option<PathBuf>,
 
-    /// Estimate known parameters of N virtual plants instead: bias, error, and share of intervals that contain the truth
+    /// Estimate known parameters of N virtual plants instead: bias, error, and share of intervals that contain the
+    /// truth
     #[arg(long, value_name = "N", conflicts_with_all = ["tracks", "out", "interval"], value_parser = clap::value_parser!(u32).range(2..=10_000))]
     recover: Option<u32>,
 

@@ -17,9 +17,9 @@ use crate::shell::Shell;
 
 /// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
 ///
-/// Each run ends with a champion. The best of them, champion.json, has the highest expected fitness on an unseen plant: the
-/// mean over models that are each made of a single plant. Each run is saved every minute and at Ctrl-C or SIGTERM. --resume
-/// continues with the same results as without an interruption, also after a kill.
+/// Each run ends with a champion. The best of them, champion.json, has the highest expected fitness on an unseen plant:
+/// the mean over models that are each made of a single plant. Each run is saved every minute and at Ctrl-C or SIGTERM.
+/// --resume continues with the same results as without an interruption, also after a kill.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism evolve --model model.json --out evolution --runs 4 --generations 500\n  \

@@ -11,8 +11,8 @@ use crate::shell::Shell;
 
 /// Write a report of runs, tracks, evolutions or a study: one HTML file
 ///
-/// Open-loop runs give Figures 2 to 5 and 9, tracks of `tropism track` Figures 3 to 5 and 9, evolutions Figure 6, steered
-/// runs Figure 8; a study gives all of them.
+/// Open-loop runs give Figures 2 to 5 and 9, tracks of `tropism track` Figures 3 to 5 and 9, evolutions Figure 6,
+/// steered runs Figure 8; a study gives all of them.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  tropism report tropism-study --out report.html\n  tropism report tent/* --out report.html\n  tropism report track.csv --out report.html"

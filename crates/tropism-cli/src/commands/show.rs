@@ -12,9 +12,9 @@ use crate::shell::Shell;
 
 /// Show an evolved network, and which lamp it lights where
 ///
-/// Without --out or --format it prints the properties of the network, and its decisions in letters. The picture shows the
-/// network and a map: the lamp that is lit when the tip stands still at a place, and the path of a plant that the network
-/// steered. This is the plant of a run folder, or one simulated on the model that the network evolved on.
+/// Without --out or --format it prints the properties of the network, and its decisions in letters. The picture shows
+/// the network and a map: the lamp that is lit when the tip stands still at a place, and the path of a plant that the
+/// network steered. This is the plant of a run folder, or one simulated on the model that the network evolved on.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism show evolution/champion.json\n  \

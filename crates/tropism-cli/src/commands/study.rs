@@ -14,10 +14,10 @@ use crate::shell::Shell;
 
 /// Repeat the whole paper: beans, photographs, model, evolution, and unseen beans
 ///
-/// Six virtual beans are photographed under lamps that switch every six hours. Their photographs give tracks, the tracks a
-/// model, and evolution on the model gives controllers. The best controller steers six unseen virtual beans by their
-/// photographs. A report shows figures and numbers beside the paper's. Ctrl-C saves; --resume continues with the same
-/// results as without an interruption.
+/// Six virtual beans are photographed under lamps that switch every six hours. Their photographs give tracks, the
+/// tracks a model, and evolution on the model gives controllers. The best controller steers six unseen virtual beans by
+/// their photographs. A report shows figures and numbers beside the paper's. Ctrl-C saves; --resume continues with the
+/// same results as without an interruption.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism study --quick\n  \

@@ -6,8 +6,8 @@ use std::path::Path;
 use serde::Deserialize;
 use tropism::evolve::EvolutionRun;
 
-use super::median;
 use crate::files::{self, FileError};
+use crate::statistics::median;
 
 /// Largest number of runs that is read from a file: it bounds the memory that a damaged file can ask for.
 const MAX_RUNS: usize = 100_000;
@@ -61,8 +61,8 @@ impl EvolutionHistory {
         Ok(history)
     }
 
-    /// The first generation, counted from 1, at which the median over runs of the best fitness so far reaches `share` of its
-    /// final value; `None` of an empty history.
+    /// The first generation, counted from 1, at which the median over runs of the best fitness so far reaches `share`
+    /// of its final value; `None` of an empty history.
     #[must_use]
     pub fn saturation(&self, share: f64) -> Option<usize> {
         let generations = self.best_ever.iter().map(Vec::len).min()?;

@@ -24,6 +24,7 @@ pub use self::record::EvolutionRecord;
 pub(crate) use self::record::champion_path;
 use self::record::checkpoint_path;
 use self::status::EvolutionStatus;
+use crate::statistics::median;
 use crate::stopwatch::Stopwatch;
 use crate::{Checkpoint, Error, Monitor, Workflow, champion, files, model};
 
@@ -220,7 +221,7 @@ impl EvolvePlan {
         Ok((run.history.len() as u32 == self.evolution.generations).then_some(run))
     }
 
-    /// EvolutionRun `index` as its checkpoint has it, or before its first generation.
+    /// Run `index` as its checkpoint has it, or before its first generation.
     fn begin(
         &self,
         evolution: &Evolution<'_, TipModel, TaskSpec>,
@@ -288,9 +289,4 @@ fn champion_of(run: &EvolutionRun) -> Result<&Genome, Error> {
         )
     })?;
     Ok(champion)
-}
-
-/// The median of at least one number in ascending order; of an even count, the mean of the middle two.
-pub(crate) fn median(sorted: &[f64]) -> f64 {
-    f64::midpoint(sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2])
 }

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use tropism_neat::Generation;
 
-use super::median;
 use crate::Monitor;
+use crate::statistics::median;
 
 /// Shortest time between two status lines; chosen by hand, faster than anybody reads.
 const REFRESH: Duration = Duration::from_millis(100);

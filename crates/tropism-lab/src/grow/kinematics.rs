@@ -1,4 +1,5 @@
-//! The typical plant of a species in the experiments of plant physiology: a figure an experiment, and measured quantities.
+//! The typical plant of a species in the experiments of plant physiology: a figure an experiment, and measured
+//! quantities.
 
 use std::path::PathBuf;
 

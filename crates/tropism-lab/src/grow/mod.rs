@@ -1,8 +1,8 @@
 //! Populations of virtual beans: tracks, with or without photographs.
 //!
 //! In: a virtual tent with a species, a controller, a task and a seed. Out: one track a plant. The tip is where the
-//! detector of the paper would place it; no photograph is analysed. With photographs each plant has a run folder, and the
-//! ground truth stands beside them.
+//! detector of the paper would place it; no photograph is analysed. With photographs each plant has a run folder, and
+//! the ground truth stands beside them.
 
 mod tuning;
 mod acceptance;

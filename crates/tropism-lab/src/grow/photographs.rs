@@ -78,8 +78,8 @@ impl GrowPlan {
 
     /// Grows the plant of `seed` in `folder`; `None` if it was interrupted.
     ///
-    /// A folder with a track is complete. In any other folder the plant grows again from the start, which takes little time
-    /// beside the photographs; photographs that exist are kept.
+    /// A folder with a track is complete. In any other folder the plant grows again from the start, which takes little
+    /// time beside the photographs; photographs that exist are kept.
     fn photograph_plant(
         &self,
         folder: &Path,

@@ -1,7 +1,7 @@
 //! An evolved network as text, page, picture or graph, with a map of its decisions.
 //!
-//! In: a genome file, or the folder of an evolution, a study or a run. Out: the properties of the network and a drawing. If
-//! a plant that it steered is at hand, its path is drawn on the map.
+//! In: a genome file, or the folder of an evolution, a study or a run. Out: the properties of the network and a
+//! drawing. If a plant that it steered is at hand, its path is drawn on the map.
 
 mod source;
 mod drawing;
@@ -28,7 +28,8 @@ pub struct ShowPlan {
     pub out: Option<PathBuf>,
     /// Format of the drawing; `None`: as the extension of `out` says, or text.
     pub format: Option<ShowFormat>,
-    /// File of a tip-motion model on which the network steers a plant; `None`: the model that it evolved on, if it is found.
+    /// File of a tip-motion model on which the network steers a plant; `None`: the model that it evolved on, if it is
+    /// found.
     pub model: Option<PathBuf>,
     /// Task of the plant; `None`: the one that the network evolved for, or the paper's.
     pub task: Option<TaskSpec>,

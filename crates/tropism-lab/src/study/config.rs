@@ -13,6 +13,9 @@ use crate::Error;
 use crate::controller::ControllerSpec;
 use crate::evolve::TRIAL_PLANTS;
 
+/// The controllers that steer unseen plants, by the names of their folders in `reality`.
+pub(super) const CONTROLLERS: [&str; 4] = ["champion", "random", "periodic", "chase"];
+
 /// Everything that decides the results of a study: the content of `study.toml`. The default is the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

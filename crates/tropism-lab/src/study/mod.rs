@@ -1,24 +1,25 @@
 //! The whole paper as one workflow, on virtual plants, in a folder that can be resumed.
 //!
 //! In: a [`StudyConfig`]. Out: its numbers beside the paper's, and a report. Each stage executes the plan of another
-//! workflow: open-loop experiments, the model of their tracks, evolution on the model, random controllers as a baseline,
-//! experiments with unseen plants, and the report. A stage that is finished on the disk is not repeated.
+//! workflow: open-loop experiments, the model of their tracks, evolution on the model, random controllers as a
+//! baseline, experiments with unseen plants, and the report. A stage that is finished on the disk is not repeated.
 
 mod config;
 mod results;
 mod page;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::task::{OpenLoop, TaskSpec};
 
+use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;
 pub(crate) use self::page::page;
-use self::results::{RandomNumbers, StudyFolder};
+use self::results::{RandomNumbers, StudyFolder, read_seconds};
 pub use self::results::{RealityNumbers, StudyResults};
 use crate::baseline::BaselinePlan;
 use crate::controller::ControllerSpec;
@@ -46,9 +47,6 @@ impl Default for StudyPlan {
         Self { out: "tropism-study".into(), resume: false, config: StudyConfig::default() }
     }
 }
-
-/// The controllers that steer unseen plants, by the names of their folders in `reality`.
-const CONTROLLERS: [&str; 4] = ["champion", "random", "periodic", "chase"];
 
 impl Workflow for StudyPlan {
     type Results = StudyResults;
@@ -96,11 +94,6 @@ impl StudyPlan {
         }
         Ok(())
     }
-}
-
-/// The seconds spent in each stage, from `seconds.json`. They are for people to read: a study without them is complete.
-fn read_seconds(folder: &Path) -> BTreeMap<String, f64> {
-    files::read_as(&folder.join("seconds.json"), |text| serde_json::from_str(text)).unwrap_or_default()
 }
 
 /// An experiment with one plant.

@@ -7,9 +7,9 @@ use tropism::task::Task;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_report::{self as report, Figure, Page, Plants, Table};
 
-use super::read_seconds;
 use super::results::{RealityNumbers, StudyFolder, StudyResults};
-use crate::report::{FinishedRun, figures, fitness_table};
+use crate::figures::{self, fitness_table};
+use crate::finished_run::FinishedRun;
 use crate::{Error, champion, files};
 
 /// The stages of a study, in order, by their keys in `seconds.json`.
@@ -25,8 +25,7 @@ pub(crate) fn page(folder: &Path) -> Result<Page, Error> {
 impl StudyFolder {
     /// The report of the study, with its `results`.
     pub(super) fn page(&self, results: &StudyResults) -> Result<Page, Error> {
-        let seconds = read_seconds(&self.path);
-        let stages = STAGES.iter().filter_map(|&name| Some((name.to_owned(), *seconds.get(name)?)));
+        let stages = STAGES.iter().filter_map(|&name| Some((name.to_owned(), *self.seconds.get(name)?)));
         let plant_seeds = |name: &'static str, runs: &[FinishedRun]| {
             let seeds: Vec<u64> = runs.iter().map(|run| run.config.seed).collect();
             (1..).zip(seeds).map(move |(number, seed)| (format!("{name} bean {number}"), seed))

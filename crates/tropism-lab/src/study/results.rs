@@ -11,10 +11,10 @@ use tropism::task::Task;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_report::NumberRow;
 
-use super::{CONTROLLERS, StudyConfig};
+use super::config::{CONTROLLERS, StudyConfig};
 use crate::controller::ControllerSpec;
 use crate::evolve::{EvolutionHistory, EvolveResults, champion_path};
-use crate::report::FinishedRun;
+use crate::finished_run::FinishedRun;
 use crate::{Error, champion, files, model};
 
 /// The numbers of a study: the content of `numbers.json`. Fitness is in cm.
@@ -32,7 +32,8 @@ pub struct StudyResults {
     pub champion_mean_in_model: f64,
     /// Mean fitness of the champion on models of single plants: the prediction for unseen plants.
     pub champion_expected_in_reality: f64,
-    /// Generation at which the median of the best fitness comes within 2 % of its final value; `None` without generations.
+    /// Generation at which the median of the best fitness comes within 2 % of its final value; `None` without
+    /// generations.
     pub saturation_generation: Option<usize>,
     /// Best fitness of a single evaluation of the random controllers.
     pub best_random: f64,
@@ -97,6 +98,13 @@ pub(super) struct StudyFolder {
     pub(super) random_champion: Champion,
     /// The runs of each controller with unseen plants, by the names in [`CONTROLLERS`].
     pub(super) reality: BTreeMap<&'static str, Vec<FinishedRun>>,
+    /// Seconds spent in each stage.
+    pub(super) seconds: BTreeMap<String, f64>,
+}
+
+/// The seconds spent in each stage, from `seconds.json`. They are for people to read: a study without them is complete.
+pub(super) fn read_seconds(folder: &Path) -> BTreeMap<String, f64> {
+    files::read_as(&folder.join("seconds.json"), |text| serde_json::from_str(text)).unwrap_or_default()
 }
 
 impl StudyFolder {
@@ -130,6 +138,7 @@ impl StudyFolder {
             random: read_json(&path.join("random.json"))?,
             random_champion: champion::read(&path.join("random-champion.json"))?,
             reality,
+            seconds: read_seconds(path),
         })
     }
 

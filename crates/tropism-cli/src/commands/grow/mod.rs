@@ -16,8 +16,9 @@ use crate::shell::Shell;
 
 /// Grow virtual beans for statistics, with or without photographs
 ///
-/// The tip is the highest point as the paper's detector would place it: projected, leaves included, on its grid and with
-/// its noise. The true position of the shoot apex stands in further columns. No photograph is analysed, not even those of
+/// The tip is the highest point as the paper's detector would place it: projected, leaves included, on its grid and
+/// with its noise. The true position of the shoot apex stands in further columns. No photograph is analysed, not even
+/// those of
 /// --photographs: these are for `tropism track` and for other vision software, with the ground truth beside them.
 #[derive(Args)]
 #[command(

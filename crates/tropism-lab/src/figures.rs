@@ -1,13 +1,15 @@
-//! The paper's figures from runs, tracks and evolutions.
+//! The paper's figures, and the table of fitness, from runs, tracks and evolutions.
+
+use std::path::Path;
 
 use rayon::prelude::*;
 use tropism::task::Task;
 use tropism::track::Track;
-use tropism_report::{self as report, Composite, Figure, LitStem, Plants};
+use tropism_report::{self as report, Composite, Figure, LitStem, Plants, Table};
 
-use super::FinishedRun;
 use crate::Error;
 use crate::evolve::EvolutionHistory;
+use crate::finished_run::FinishedRun;
 use crate::track::stem_at;
 
 /// Figures 2 to 5 of open-loop runs; none without a run.
@@ -27,8 +29,9 @@ pub(crate) fn of_tracks(tracks: &[Track], plants: Plants) -> Vec<Figure> {
         return Vec::new();
     }
     let mut figures = of_tips(tracks, plants);
-    let stems = tracks.iter().map(stems_of_track).find(|stems| !stems.is_empty());
-    figures.extend(stems.map(|stems| report::stems(&stems, plants)));
+    let mut stems = tracks.iter().map(|track| (stems_of_track(track), &track.layout));
+    let stems = stems.find(|(stems, _)| !stems.is_empty());
+    figures.extend(stems.map(|(stems, layout)| report::stems(&stems, layout, plants)));
     figures
 }
 
@@ -63,7 +66,7 @@ pub(crate) fn of_stems(runs: &[FinishedRun]) -> Result<Option<Figure>, Error> {
     for run in runs {
         let stems = run.stems()?;
         if !stems.is_empty() {
-            return Ok(Some(report::stems(&stems, run.plants())));
+            return Ok(Some(report::stems(&stems, &run.track.layout, run.plants())));
         }
     }
     Ok(None)
@@ -73,4 +76,38 @@ pub(crate) fn of_stems(runs: &[FinishedRun]) -> Result<Option<Figure>, Error> {
 fn stems_of_track(track: &Track) -> Vec<LitStem> {
     let rows = track.samples.iter().enumerate();
     rows.filter_map(|(row, sample)| Some((stem_at(track, row)?, sample.light))).collect()
+}
+
+/// The fitness of steered runs, and the distance of their tips to each target.
+pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
+    let row = |run: &FinishedRun| {
+        let targets = run.config.task.as_targets();
+        let distances: Vec<String> = targets
+            .map_or_else(Vec::new, |task| task.crossings(&run.track))
+            .iter()
+            .map(|crossing| {
+                crossing.map_or("-".to_owned(), |crossing| format!("{:.1}", crossing.distance_cm))
+            })
+            .collect();
+        vec![
+            short_name(&run.path),
+            run.config.controller_description(),
+            format!("{:.2}", run.fitness()),
+            (run.track.samples.len() - 1).to_string(),
+            distances.join(", "),
+        ]
+    };
+    let head = ["Run", "Controller", "Fitness (cm)", "Steps", "Distance to each target at its height (cm)"];
+    Table {
+        title: "Steered experiments".to_owned(),
+        caption: "Fitness after eq. (9). Tips are as the controller saw them in photographs.".to_owned(),
+        head: head.map(str::to_owned).to_vec(),
+        rows: runs.iter().map(row).collect(),
+    }
+}
+
+/// The last two parts of a path: `champion/1`.
+fn short_name(path: &Path) -> String {
+    let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
+    parts[parts.len().saturating_sub(2)..].join("/")
 }

@@ -1,17 +1,15 @@
 //! Reports: one HTML page of figures and tables from runs, tracks and evolutions, or from a study.
 
-pub(crate) mod figures;
-mod finished_run;
-
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::task::Task;
 use tropism::track::Track;
-use tropism_report::{Figure, Page, Plants, Table};
+use tropism_report::{Figure, Page, Plants};
 
-pub(crate) use self::finished_run::FinishedRun;
 use crate::evolve::{EvolutionHistory, EvolutionRecord};
+use crate::figures::{self, fitness_table};
+use crate::finished_run::FinishedRun;
 use crate::fit::is_of_virtual_plant;
 use crate::{Error, Monitor, Workflow, files, study};
 
@@ -157,38 +155,4 @@ impl Sources {
             config: String::new(),
         })
     }
-}
-
-/// The fitness of steered runs, and the distance of their tips to each target.
-pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
-    let row = |run: &FinishedRun| {
-        let targets = run.config.task.as_targets();
-        let distances: Vec<String> = targets
-            .map_or_else(Vec::new, |task| task.crossings(&run.track))
-            .iter()
-            .map(|crossing| {
-                crossing.map_or("-".to_owned(), |crossing| format!("{:.1}", crossing.distance_cm))
-            })
-            .collect();
-        vec![
-            short_name(&run.path),
-            run.config.controller_description(),
-            format!("{:.2}", run.fitness()),
-            (run.track.samples.len() - 1).to_string(),
-            distances.join(", "),
-        ]
-    };
-    let head = ["Run", "Controller", "Fitness (cm)", "Steps", "Distance to each target at its height (cm)"];
-    Table {
-        title: "Steered experiments".to_owned(),
-        caption: "Fitness after eq. (9). Tips are as the controller saw them in photographs.".to_owned(),
-        head: head.map(str::to_owned).to_vec(),
-        rows: runs.iter().map(row).collect(),
-    }
-}
-
-/// The last two parts of a path: `champion/1`.
-fn short_name(path: &Path) -> String {
-    let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
-    parts[parts.len().saturating_sub(2)..].join("/")
 }

@@ -72,12 +72,12 @@ impl FinishedRun {
     }
 
     /// Its photographs laid over each other, for Figure 2.
-    pub(super) fn composite(&self) -> Result<Composite, Error> {
+    pub(crate) fn composite(&self) -> Result<Composite, Error> {
         Ok(self.photographs()?.map(|(_, image)| image).collect())
     }
 
     /// Its stems with the light at each, for Figure 9. A run keeps tips only, so its photographs are analysed again.
-    pub(super) fn stems(&self) -> Result<Vec<LitStem>, Error> {
+    pub(crate) fn stems(&self) -> Result<Vec<LitStem>, Error> {
         let Some(eye) = self.config.eye() else { return Ok(Vec::new()) };
         let stem = |(step, image): (usize, Image)| {
             let seen = eye.clone().update_next(eye.detect(Ok(&image)));
