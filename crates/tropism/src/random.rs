@@ -70,7 +70,7 @@ pub fn normal(rng: &mut impl Rng) -> f64 {
 ///
 /// Philox4x32-10, a counter-based generator (Salmon et al. 2011, doi:10.1145/2063384.2063405), turns seed and episode into
 /// a key; a hash turns key and step into 32 bits. Any draw can be computed without those before it, so plants may be
-/// advanced one by one, in any order, or many side by side. [`approx_normal`] maps the bits to a normal draw.
+/// advanced one by one, in any order, or many side by side. `approx_normal` maps the bits to a normal draw.
 ///
 /// ```
 /// use tropism::random::{NoiseStream, Purpose};

@@ -4,7 +4,7 @@
 //! a JSON file with calibration, settings and counts, and a journal with the detections of each photograph.
 //!
 //! The one idea: detection needs one photograph, gating needs them in order. Detection runs on all threads and goes into
-//! the [`journal`]; gating reads the detections in order. A resumed plan reads the journal and gates again, so it ends
+//! the `journal`; gating reads the detections in order. A resumed plan reads the journal and gates again, so it ends
 //! with the same bytes.
 
 mod columns;

@@ -1,6 +1,6 @@
 //! From a photograph to the tip and the stem of the plant in it, in centimetres (sections 2.2.2 and 4).
 //!
-//! In: photographs, in order. Out: what each shows, and why where it shows nothing. The one idea: [`look`] is pure and
+//! In: photographs, in order. Out: what each shows, and why where it shows nothing. The one idea: `detect` is pure and
 //! knows one picture; [`TipTracker`] adds what the camera's place ([`Calibration`]) and the photographs before know.
 //!
 //! Two modes. [`Mode::Paper`] does what the paper says, word for word. [`Mode::Robust`], the default, believes only

@@ -64,7 +64,7 @@ pub struct TipTracker {
 }
 
 impl TipTracker {
-    /// Pictures at the beginning that [`TipTracker::refer`] takes up.
+    /// Pictures at the beginning that [`TipTracker::set_reference`] takes up.
     pub const REFERENCE_FRAMES: usize = 6;
 
     /// The latest photographs in which the plant was believed that the next one is compared with.
@@ -182,7 +182,7 @@ impl TipTracker {
         self.update(sighting, photo.time_s)
     }
 
-    /// What a decoded photograph shows, without memory but for what [`TipTracker::refer`] took in: the part of [`TipTracker::observe`]
+    /// What a decoded photograph shows, without memory but for what [`TipTracker::set_reference`] took in: the part of [`TipTracker::observe`]
     /// that can be done for many photographs at a time, in any order.
     ///
     /// # Errors
@@ -235,7 +235,7 @@ impl TipTracker {
         self.update(sighting, self.time_s + 60.0 * PERIOD_MIN)
     }
 
-    /// Takes what [`TipTracker::judge`] made of the next photograph, taken at `time_s`, into memory: the part that needs
+    /// Takes what [`TipTracker::detect`] made of the next photograph, taken at `time_s`, into memory: the part that needs
     /// photographs in order.
     pub fn update(&mut self, sighting: Result<Detection, FrameStatus>, time_s: f64) -> TrackedFrame {
         let periods = (time_s - self.time_s) / (60.0 * PERIOD_MIN);

@@ -54,7 +54,7 @@ pub struct Detection {
     /// Whether there is a backdrop and it is not found again: the camera may look elsewhere.
     #[serde(rename = "is_lost")]
     pub is_unregistered: bool,
-    /// How far the camera's picture has moved since the first one, in pixels to the right and down, as a [`TipTracker`] finds.
+    /// How far the camera's picture has moved since the first one, in pixels to the right and down, as a `TipTracker` finds.
     #[serde(rename = "shift")]
     pub camera_shift: Pixel,
 }

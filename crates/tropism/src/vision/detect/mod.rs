@@ -41,7 +41,7 @@ pub fn detect(image: &impl PixelSource, config: &VisionConfig) -> Option<Detecti
     detect_from_base(image, None, config)
 }
 
-/// [`look`], for a plant whose stem leaves the soil at `base`; without one it is taken to stand at the middle of the
+/// [`detect`], for a plant whose stem leaves the soil at `base`; without one it is taken to stand at the middle of the
 /// crop's lower edge.
 #[must_use]
 pub fn detect_from_base(
