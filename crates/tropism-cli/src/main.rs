@@ -5,7 +5,6 @@ mod shell;
 mod progress;
 mod announce;
 mod controller;
-mod units;
 mod commands;
 
 use std::process::ExitCode;
@@ -74,6 +73,7 @@ fn main() -> ExitCode {
 fn in_one_line(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |line, cause| {
         let cause = cause.to_string();
-        if line.contains(&cause) { line } else { format!("{line}: {cause}") }
+        let cause = cause.trim_end();
+        if line.contains(cause) { line } else { format!("{line}: {cause}") }
     })
 }

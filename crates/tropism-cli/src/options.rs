@@ -116,12 +116,17 @@ fn parse_faults(text: &str) -> Result<Faults, String> {
 const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("base", "--base"),
     ("calibration", "--calibration"),
+    ("crop", "--crop"),
     ("distance_cm", "--distance"),
+    ("dry", "--dry"),
+    ("every", "--every"),
     ("format", "--format"),
+    ("fps", "--fps"),
     ("greenhouse.faults", "--faults"),
     ("greenhouse.scene", "--scene"),
     ("greenhouse.scene.cameras", "--cameras"),
     ("interval_min", "--interval"),
+    ("keep_going", "--keep-going"),
     ("model", "--model"),
     ("out", "--out"),
     ("period_min", "--period"),
@@ -129,12 +134,15 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("photographs", "--photographs"),
     ("px_per_cm", "--scale"),
     ("region", "--roi"),
+    ("rehearsal", "--rehearse"),
     ("replace", "--force"),
     ("resume", "--resume"),
     ("seed", "--seed"),
     ("speed", "--speed"),
     ("task", "--task"),
     ("view_deg", "--view"),
+    ("wait_min", "--wait"),
+    ("width", "--width"),
 ];
 
 /// The option that sets `key` of a plan; options of the same name have the same meaning in all commands.

@@ -94,7 +94,8 @@ pub(crate) fn for_user(error: Error) -> anyhow::Error {
         Error::Interrupted { folder } => Interrupted::resumable(&folder),
         Error::Cancelled(left) => Interrupted(left).into(),
         Error::Paused { folder, reason } => Paused::at(&folder, &reason),
-        Error::Plan(text) => anyhow!(with_options(&text)),
+        Error::Plan(text) | Error::Failed(text) => anyhow!(with_options(&text)),
+        Error::At { place, source } => Error::At { place: with_options(&place), source }.into(),
         other => other.into(),
     }
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use tempfile::TempDir;
 use tropism::rig::{Event, EventKind};
-use tropism_lab::{Journal, Row};
+use tropism_lab::{Journal, StepRecord};
 
 const STEPS: usize = 40;
 
@@ -48,9 +48,9 @@ fn done(output: &Output) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-fn rows(run: &Path) -> Vec<Row> {
+fn rows(run: &Path) -> Vec<StepRecord> {
     // Before there is a journal, and while it is made, there are none.
-    Journal::open_to_read(&run.join("journal.sqlite")).and_then(|journal| journal.rows()).unwrap_or_default()
+    Journal::open_to_read(&run.join("journal.sqlite")).and_then(|journal| journal.steps()).unwrap_or_default()
 }
 
 fn events(run: &Path) -> Vec<Event> {
@@ -124,7 +124,7 @@ fn a_run_that_is_killed_again_and_again_loses_nothing_and_ends_as_if_it_had_not_
                 if was.decided.is_none() {
                     is.decided = None;
                 }
-                is.is_done &= was.is_done;
+                is.is_confirmed &= was.is_confirmed;
                 assert_eq!(*was, is);
             }
             acknowledged += before.len();
@@ -224,7 +224,7 @@ fn a_run_ends_in_order_while_it_waits_for_its_next_step_and_goes_on_by_itself() 
         fs::write(&rig, text.replace("on_exit = \"dark\"", &format!("on_exit = {on_exit:?}"))).unwrap();
         let _ = fs::remove_dir_all(real.run());
         let mut child = real.until(1);
-        while !rows(&real.run())[0].is_done {
+        while !rows(&real.run())[0].is_confirmed {
             assert!(child.try_wait().unwrap().is_none(), "it ended: {:?}", child.wait_with_output());
             sleep(Duration::from_millis(5));
         }
@@ -323,8 +323,8 @@ fn a_full_disk_costs_photographs_and_nothing_else() {
     let saved = real.folder.path().join("saved");
     let rows = rows(&saved);
     assert_eq!(rows.len(), 41);
-    assert!(rows[..40].iter().all(|row| row.is_done));
-    let is_kept = |row: &Row| saved.join("photographs").join(&row.photo).exists();
+    assert!(rows[..40].iter().all(|row| row.is_confirmed));
+    let is_kept = |row: &StepRecord| saved.join("photographs").join(&row.photo).exists();
     let kept = rows.iter().filter(|row| is_kept(row)).count();
     assert!(kept < 40 && is_kept(&rows[4]) && is_kept(&rows[40]), "{kept} of 41 photographs");
     assert_eq!(count(&saved, EventKind::Disk), 1);

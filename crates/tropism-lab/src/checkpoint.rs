@@ -70,7 +70,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`FileError`] of the file, if neither can be used.
-    pub fn load<T, E: Error>(
+    pub fn load<T, E: Error + Send + Sync + 'static>(
         &self,
         parse: impl Fn(&str) -> Result<T, E>,
     ) -> Result<Option<Loaded<T>>, FileError> {

@@ -7,7 +7,8 @@ use tropism::plant::tip::ModelError;
 use crate::files::FileError;
 use crate::folder::FolderError;
 use crate::journal::JournalError;
-use crate::recorded::RecordError;
+use crate::lock::LockError;
+use crate::recorder::RecordError;
 
 /// Why a workflow ended without results.
 #[derive(Debug, thiserror::Error)]
@@ -34,9 +35,15 @@ pub enum Error {
         /// What was found.
         reason: String,
     },
+    /// What was asked for could not be reached. The text says what was found and what was wanted.
+    #[error("{0}")]
+    Failed(String),
     /// A file.
     #[error(transparent)]
     File(#[from] FileError),
+    /// The lock of a folder.
+    #[error(transparent)]
+    Lock(#[from] LockError),
     /// A run folder.
     #[error(transparent)]
     Folder(#[from] FolderError),
@@ -94,8 +101,8 @@ impl Error {
         let mut cause = std::error::Error::source(self);
         while let Some(error) = cause {
             let text = error.to_string();
-            if !line.contains(&text) {
-                line = format!("{line}: {text}");
+            if !line.contains(text.trim_end()) {
+                line = format!("{line}: {}", text.trim_end());
             }
             cause = error.source();
         }

@@ -14,8 +14,9 @@ use tropism::track::Track;
 
 /// A file that could not be read or written, or does not hold what it should.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FileError {
-    /// The disk said no.
+    /// The system refused.
     #[error("{path}: cannot {action}: {source}")]
     Disk {
         /// What was tried.
@@ -24,6 +25,14 @@ pub enum FileError {
         path: PathBuf,
         /// What the system says.
         source: std::io::Error,
+    },
+    /// The content could not be parsed.
+    #[error("{path}: {}", source.to_string().trim_end())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// What the parser says; a [`TomlError`] for TOML.
+        source: Box<dyn Error + Send + Sync>,
     },
     /// The content is not what it should be.
     #[error("{path}: {problem}")]
@@ -36,7 +45,12 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// Whether the disk is full, or what its user may have of it.
+    /// The content of the file at `path` is not what it should be.
+    pub fn content(path: &Path, problem: impl Into<String>) -> Self {
+        Self::Content { path: path.to_owned(), problem: problem.into() }
+    }
+
+    /// Whether the disk is full, or the quota of its user.
     #[must_use]
     pub fn is_disk_full(&self) -> bool {
         use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
@@ -44,50 +58,71 @@ impl FileError {
     }
 }
 
-/// How much room the disk of `path` has left for its user, in bytes.
-///
-/// # Errors
-/// What the system says where it does not tell.
-#[cfg(unix)]
-pub fn free_bytes(path: &Path) -> std::io::Result<u64> {
-    let disk = rustix::fs::statvfs(path)?;
-    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+/// A TOML error in one line: the number of the line, what stands there, and what is wrong with it.
+#[derive(Debug, thiserror::Error)]
+#[error("{line}")]
+pub struct TomlError {
+    line: String,
+    /// The parser's own error, which shows the place by arrows over several lines.
+    pub error: toml::de::Error,
 }
 
-/// How much room the disk of `path` has left for its user, in bytes.
-///
-/// # Errors
-/// Here, always.
-#[cfg(not(unix))]
-pub fn free_bytes(_path: &Path) -> std::io::Result<u64> {
-    let wanted = "wanted a system that tells how much is free";
-    Err(std::io::Error::new(std::io::ErrorKind::Unsupported, wanted))
-}
-
-/// Has the names of the files in a folder on the disk.
-///
-/// # Errors
-/// [`FileError::Disk`].
-pub fn sync_folder(path: &Path) -> Result<(), FileError> {
-    // Elsewhere folders cannot be opened, and need not be.
-    if cfg!(not(unix)) {
-        return Ok(());
+impl TomlError {
+    fn new(text: &str, error: toml::de::Error) -> Self {
+        let message = error.message().trim().replace('\n', "; ");
+        let line = match error.span().and_then(|span| text.get(..span.start)) {
+            None => message,
+            Some(before) => {
+                let line = before.matches('\n').count();
+                let found = text.lines().nth(line).unwrap_or_default().trim();
+                format!("line {}: found {found:?}: {message}", line + 1)
+            }
+        };
+        Self { line, error }
     }
-    fs::File::open(path).and_then(|folder| folder.sync_all()).map_err(disk("sync", path))
 }
 
 fn disk(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> FileError {
     move |source| FileError::Disk { action, path: path.to_owned(), source }
 }
 
-fn content(path: &Path) -> impl FnOnce(&dyn Error) -> FileError {
-    move |error| FileError::Content {
-        path: path.to_owned(),
-        problem: error.to_string().trim_end().to_owned(),
-    }
+fn parse<E: Error + Send + Sync + 'static>(path: &Path) -> impl FnOnce(E) -> FileError {
+    move |error| FileError::Parse { path: path.to_owned(), source: Box::new(error) }
 }
 
-/// The bytes of a file.
+/// Free bytes on the disk of `path`, as far as its user may have them.
+///
+/// # Errors
+/// What the system says if it does not tell.
+#[cfg(unix)]
+pub fn free_bytes(path: &Path) -> std::io::Result<u64> {
+    let disk = rustix::fs::statvfs(path)?;
+    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+/// Free bytes on the disk of `path`.
+///
+/// # Errors
+/// Always, on a system that does not tell.
+#[cfg(not(unix))]
+pub fn free_bytes(_path: &Path) -> std::io::Result<u64> {
+    let wanted = "wanted a system that tells how much is free";
+    Err(std::io::Error::new(std::io::ErrorKind::Unsupported, wanted))
+}
+
+/// Syncs a folder: the names of its files are then on the disk.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn sync_folder(path: &Path) -> Result<(), FileError> {
+    // Other systems cannot open folders, and need not sync them.
+    if cfg!(not(unix)) {
+        return Ok(());
+    }
+    fs::File::open(path).and_then(|folder| folder.sync_all()).map_err(disk("sync", path))
+}
+
+/// Reads the bytes of a file.
 ///
 /// # Errors
 /// [`FileError::Disk`].
@@ -95,59 +130,52 @@ pub fn read(path: &Path) -> Result<Vec<u8>, FileError> {
     fs::read(path).map_err(disk("read", path))
 }
 
-/// The text of a file.
+/// Reads the text of a file.
 ///
 /// # Errors
 /// [`FileError`]; text that is not UTF-8 is an error.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    String::from_utf8(read(path)?).map_err(|error| content(path)(&error))
+    String::from_utf8(read(path)?).map_err(parse(path))
 }
 
-/// What `parse` makes of the text of a file.
+/// Reads the text of a file and parses it.
 ///
 /// # Errors
-/// [`FileError`] with the message of `parse` and the name of the file.
-pub fn read_as<T, E: Error>(path: &Path, parse: impl FnOnce(&str) -> Result<T, E>) -> Result<T, FileError> {
-    parse(&read_text(path)?).map_err(|error| content(path)(&error))
+/// [`FileError`] with the error of `parser` and the name of the file.
+pub fn read_as<T, E: Error + Send + Sync + 'static>(
+    path: &Path,
+    parser: impl FnOnce(&str) -> Result<T, E>,
+) -> Result<T, FileError> {
+    parser(&read_text(path)?).map_err(parse(path))
 }
 
-/// A TOML file.
+/// Reads a TOML file.
 ///
 /// # Errors
-/// [`FileError`] in one line: the number of the line, what stands there, and what is wrong with it.
+/// [`FileError`] in one line, as [`TomlError`] has it.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
     let text = read_text(path)?;
-    toml::from_str(&text)
-        .map_err(|error| FileError::Content { path: path.to_owned(), problem: in_one_line(&text, &error) })
+    toml::from_str(&text).map_err(|error| parse(path)(TomlError::new(&text, error)))
 }
 
-/// A TOML error as one line; the crate's own shows the place by arrows, over several.
-fn in_one_line(text: &str, error: &toml::de::Error) -> String {
-    let message = error.message().trim().replace('\n', "; ");
-    let Some(before) = error.span().and_then(|span| text.get(..span.start)) else { return message };
-    let line = before.matches('\n').count();
-    let found = text.lines().nth(line).unwrap_or_default().trim();
-    format!("line {}: found {found:?}: {message}", line + 1)
-}
-
-/// A track.
+/// Reads a track.
 ///
 /// # Errors
 /// [`FileError`].
 pub fn read_track(path: &Path) -> Result<Track, FileError> {
-    Track::read_csv(read(path)?.as_slice()).map_err(|error| content(path)(&error))
+    Track::read_csv(read(path)?.as_slice()).map_err(parse(path))
 }
 
-/// A photograph.
+/// Reads a photograph, without decoding it.
 ///
 /// # Errors
-/// [`FileError`] if the file cannot be read; whether it holds a picture shows when it is decoded.
+/// [`FileError`] if the file cannot be read. Whether it holds a picture shows when it is decoded.
 pub fn read_photo(path: &Path, time_s: f64) -> Result<Photo, FileError> {
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     Ok(Photo { name, bytes: read(path)?, time_s })
 }
 
-/// What the header of a photograph says; reads no more of the file than that.
+/// Reads the header of a photograph, and no more of the file.
 ///
 /// # Errors
 /// [`FileError::Disk`].
@@ -162,7 +190,7 @@ pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Makes a folder and those above it.
+/// Creates a folder and those above it.
 ///
 /// # Errors
 /// [`FileError::Disk`].
@@ -170,7 +198,7 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
     fs::create_dir_all(path).map_err(disk("make the folder", path))
 }
 
-/// Writes a file whole or not at all: under another name first, then renamed. What was there before stays until then.
+/// Writes a file whole or not at all: under another name first, then renamed. The old file stays until then.
 ///
 /// # Errors
 /// [`FileError::Disk`].
@@ -178,7 +206,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write_with(path, bytes, false)
 }
 
-/// [`write()`], and with `is_synced` the file and its folder are on the disk when it returns, whatever happens to the power.
+/// [`write()`]; with `is_synced` the file and its name are on the disk when it returns, even if the power fails then.
 ///
 /// # Errors
 /// [`FileError::Disk`].
@@ -186,7 +214,7 @@ pub fn write_with(path: &Path, bytes: &[u8], is_synced: bool) -> Result<(), File
     write_after(path, bytes, is_synced, || Ok(()))
 }
 
-/// [`write_with()`], with something to be done when the bytes are written but have not yet taken their place.
+/// [`write_with()`]; `make_way` is called when the bytes are written, before they take the place of the old file.
 pub(super) fn write_after(
     path: &Path,
     bytes: &[u8],
@@ -238,12 +266,12 @@ pub(crate) fn write_unterminated_json(path: &Path, value: &impl Serialize) -> Re
 }
 
 fn json_of(path: &Path, value: &impl Serialize) -> Result<String, FileError> {
-    serde_json::to_string_pretty(value).map_err(|error| content(path)(&error))
+    serde_json::to_string_pretty(value).map_err(parse(path))
 }
 
 /// The text of `value` as it stands in the TOML file `path`.
 pub(crate) fn toml_of(path: &Path, value: &impl Serialize) -> Result<String, FileError> {
-    toml::to_string(value).map_err(|error| content(path)(&error))
+    toml::to_string(value).map_err(parse(path))
 }
 
 /// Writes a track as CSV.
@@ -252,12 +280,12 @@ pub(crate) fn toml_of(path: &Path, value: &impl Serialize) -> Result<String, Fil
 /// [`FileError::Disk`].
 pub fn write_track(path: &Path, track: &Track) -> Result<(), FileError> {
     let mut bytes = Vec::new();
-    track.write_csv(&mut bytes).map_err(|error| content(path)(&error))?;
+    track.write_csv(&mut bytes).map_err(parse(path))?;
     write(path, &bytes)
 }
 
-/// The photographs that `paths` name: files as they are, and of folders all JPEG and PNG files in them. In the order of
-/// the numbers and words in their names: `frame9.jpg` stands before `frame10.jpg`.
+/// Lists the photographs that `paths` name: files as they are, and of a folder all JPEG and PNG files in it, in natural
+/// order: `frame9.jpg` stands before `frame10.jpg`.
 ///
 /// # Errors
 /// [`FileError`] if a path does not exist or a folder holds no photograph.
@@ -278,8 +306,7 @@ pub fn photographs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FileError> {
             }
         }
         if found.len() == before {
-            let problem = "found no .jpg, .jpeg or .png file, wanted photographs".to_owned();
-            return Err(FileError::Content { path: path.clone(), problem });
+            return Err(FileError::content(path, "found no .jpg, .jpeg or .png file, wanted photographs"));
         }
         found[before..].sort_by_cached_key(|path| {
             photo::natural_order(&path.file_name().unwrap_or_default().to_string_lossy())
@@ -294,7 +321,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_disk_tells_its_room_and_an_absent_folder_why_not() {
+    fn the_free_bytes_of_a_disk_are_known_and_those_of_an_absent_folder_are_an_error() {
         assert!(free_bytes(Path::new("/")).unwrap() > 0);
         assert_eq!(free_bytes(Path::new("/absent")).unwrap_err().kind(), std::io::ErrorKind::NotFound);
     }

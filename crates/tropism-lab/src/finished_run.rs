@@ -7,6 +7,7 @@ use tropism::task::Task;
 use tropism::track::Track;
 use tropism_report::{Composite, LitStem, Plants};
 
+use crate::journal::{Journal, StepRecord};
 use crate::run::RunConfig;
 use crate::{Error, files};
 
@@ -34,7 +35,7 @@ impl FinishedRun {
         let file = path.join("track.csv");
         if !file.exists() {
             return Err(Error::Plan(format!(
-                "{}: found a run that is not over, wanted its track.csv; go on with it by `resume`",
+                "{}: found a run that is not over, wanted its track.csv; go on with it by --resume",
                 path.display()
             )));
         }
@@ -76,11 +77,30 @@ impl FinishedRun {
         Ok(self.photographs()?.map(|(_, image)| image).collect())
     }
 
-    /// Its stems with the light at each, for Figure 9. A run keeps tips only, so its photographs are analysed again.
+    /// Its stems with the light at each, for Figure 9: those of the journal, or of the photographs where it has none.
     pub(crate) fn stems(&self) -> Result<Vec<LitStem>, Error> {
-        let Some(eye) = self.config.eye() else { return Ok(Vec::new()) };
+        let path = self.path.join("journal.sqlite");
+        if !path.exists() {
+            return self.detect_stems();
+        }
+        let at = || Error::at(path.display());
+        let journal = Journal::open_to_read(&path).map_err(at())?;
+        if !journal.has_stems() {
+            return self.detect_stems();
+        }
+        let steps = journal.steps().map_err(at())?;
+        let stride = steps.len().div_ceil(MAX_PHOTOGRAPHS).max(1);
+        let drawn = steps.into_iter().step_by(stride).filter(|step| step.seen.is_measured());
+        let stem =
+            |step: StepRecord| Some((step.seen.observation?.stem?.resampled(STEM_POINTS), step.decided));
+        Ok(drawn.filter_map(stem).collect())
+    }
+
+    /// Detects the stem in each of the photographs by itself.
+    fn detect_stems(&self) -> Result<Vec<LitStem>, Error> {
+        let Some(tracker) = self.config.eye() else { return Ok(Vec::new()) };
         let stem = |(step, image): (usize, Image)| {
-            let seen = eye.clone().update_next(eye.detect(Ok(&image)));
+            let seen = tracker.clone().update_next(tracker.detect(Ok(&image)));
             let light = self.track.samples.get(step).and_then(|sample| sample.light);
             Some((seen.observation?.stem?.resampled(STEM_POINTS), light))
         };

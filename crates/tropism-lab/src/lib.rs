@@ -1,11 +1,15 @@
-//! Workflows of tropism, and what they keep on the disk.
+//! Workflows of tropism, with what they keep on the disk.
 //!
-//! A workflow is a plan that is executed ([`Workflow`]): data go in, results come out, and a [`Monitor`] hears of progress and
-//! may ask for an end. A command, a page and a notebook that do the same thing execute the same plan.
+//! Everything that a user does is a [`Workflow`]: a plan goes in, results come out, a [`Monitor`] listens and may ask for an
+//! end. Plans and results are data, so that a command, a page and a notebook that do the same thing exchange the same JSON.
+//! This library never prints and reads no arguments and no environment variables; paths stand in the plans.
 //!
 //! | plan | results |
 //! |---|---|
 //! | [`RunPlan`] | an experiment in a real or virtual tent, in a run folder |
+//! | [`StatusPlan`](status::StatusPlan), [`StopPlan`](stop::StopPlan), [`SafeStatePlan`](safe_state::SafeStatePlan) | a run looked after: how it goes, its end, its light off |
+//! | [`ExportPlan`](export::ExportPlan), [`TimelapsePlan`](timelapse::TimelapsePlan) | a run for others: an archive, a film |
+//! | [`CheckPlan`](check::CheckPlan) | what is wrong with a rig before a plant depends on it |
 //! | [`CalibrateCameraPlan`](calibrate_camera::CalibrateCameraPlan) | the calibration of a camera |
 //! | [`TrackPlan`](track::TrackPlan), [`DepthPlan`](depth::DepthPlan) | tracks of photographs, in the plane and in space |
 //! | [`FitPlan`](fit::FitPlan) | the tip-motion model of tracks |
@@ -14,25 +18,28 @@
 //! | [`GrowPlan`](grow::GrowPlan), [`CalibratePlan`](calibrate::CalibratePlan) | virtual beans, and their parameters from tracks |
 //! | [`StudyPlan`](study::StudyPlan), [`ReportPlan`](report::ReportPlan) | the whole paper, and pages of figures |
 //!
-//! A run folder holds `run.toml` (configuration, seed and version), `journal.sqlite` (one row a step, one an event),
-//! `photographs/`, and `track.csv` when the run is over. [`Recorded`] wraps a rig so that the loop itself need not know: it
-//! writes down each step in the order photograph, decision, action, bears what goes wrong as far as [`FaultPolicy`] goes,
-//! tells a [`RunMonitor`] of it, and after an interruption plays the journal back to the controller before the loop goes on.
-//!
-//! [`FaultPolicy`]: tropism::rig::FaultPolicy
-//! [`RunMonitor`]: tropism::rig::RunMonitor
+//! Below them: [`files`] and [`Checkpoint`] on the disk, the [`Journal`] of a [`RunFolder`], and the [`Recorder`], which
+//! records each step of a rig and replays them after an interruption. Modules stand in the order in which they use each
+//! other: each uses only those above it.
 
 pub mod files;
+pub mod units;
 mod checkpoint;
 mod journal;
+mod lock;
 mod folder;
-mod gap;
-mod recorded;
+mod recorder;
 mod error;
 pub mod monitor;
 pub mod workflow;
 pub mod controller;
 pub mod run;
+pub mod status;
+pub mod stop;
+pub mod safe_state;
+pub mod export;
+pub mod timelapse;
+pub mod check;
 pub mod calibrate_camera;
 pub mod track;
 pub mod depth;
@@ -53,14 +60,18 @@ mod figures;
 pub mod study;
 pub mod report;
 
+pub use checkpoint::{Checkpoint, Loaded};
 pub use controller::ControllerSpec;
 pub use error::Error;
+pub use folder::{FolderError, RunFolder};
+pub use journal::{Downtime, Journal, JournalError, StepRecord};
+pub use lock::{LockError, holder, lock};
 pub use monitor::{Monitor, Part, Silent};
+pub use recorder::{RecordError, Recorder, Supervision};
 pub use run::{RunConfig, RunPlan, RunResults};
 pub use workflow::Workflow;
 
-pub use checkpoint::{Checkpoint, Loaded};
-pub use folder::{FolderError, RunFolder, holder, lock};
-pub use gap::Gap;
-pub use journal::{Journal, JournalError, Row};
-pub use recorded::{RecordError, Recorded, Supervision};
+/// The example of the README, tested as documentation.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

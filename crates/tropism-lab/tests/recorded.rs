@@ -18,7 +18,7 @@ use tropism::rig::{
 use tropism::task::Targets;
 use tropism::track::{Sample, Track};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
-use tropism_lab::{Journal, RecordError, Recorded, RunFolder, Supervision, files};
+use tropism_lab::{Journal, RecordError, Recorder, RunFolder, StepRecord, Supervision, files};
 
 /// A straight stem that grows and leans to the lit lamp, what goes wrong in its tent, and a log of what was done to it.
 #[derive(Default)]
@@ -180,7 +180,7 @@ fn task() -> Targets {
     Targets { max_steps: 60, end_height_cm: 1e9, ..Targets::default() }
 }
 
-type Recording = Recorded<'static, Hand, Hand, Hand, Hand>;
+type Recording = Recorder<'static, Hand, Hand, Hand, Hand>;
 
 fn open(path: &Path, is_resumed: bool, dark_at: &[u32]) -> Result<(Recording, Hand), RecordError> {
     let wrong = Wrong { dark_at: dark_at.to_vec(), ..Wrong::default() };
@@ -191,7 +191,7 @@ fn open_with(
     path: &Path,
     is_resumed: bool,
     wrong: Wrong,
-    care: Supervision<'static>,
+    supervision: Supervision<'static>,
 ) -> Result<(Recording, Hand), RecordError> {
     let on_exit = wrong.on_exit;
     let hand = Hand(Rc::new(RefCell::new(Tent { wrong, ..Tent::default() })));
@@ -204,7 +204,7 @@ fn open_with(
     let rig = Rig::new(device(), device(), device(), device(), tracker, Duration::from_secs(300));
     let rig = rig.with_on_exit(on_exit);
     let folder = RunFolder::open(path, "seed = 1\n", Durability::Fast, is_resumed)?;
-    Ok((Recorded::new(rig, folder, care)?, hand))
+    Ok((Recorder::new(rig, folder, supervision)?, hand))
 }
 
 /// Goes on with the run in `path` for at most `steps` samples.
@@ -227,6 +227,10 @@ fn whole(dark_at: &[u32]) -> (tempfile::TempDir, Track) {
     (folder, track)
 }
 
+fn steps_of(path: &Path) -> Vec<StepRecord> {
+    Journal::open_to_read(&path.join("journal.sqlite")).unwrap().steps().unwrap()
+}
+
 #[test]
 fn a_run_broken_off_anywhere_ends_as_if_it_had_not_been() {
     let dark = [50, 55, 60, 200];
@@ -238,6 +242,7 @@ fn a_run_broken_off_anywhere_ends_as_if_it_had_not_been() {
         }
         let (resumed, hand) = go(folder.path(), true, &dark, usize::MAX);
         assert_eq!(resumed, track, "broken off after {breaks:?}");
+        assert_eq!(steps_of(folder.path()), steps_of(reference.path()), "broken off after {breaks:?}");
         for step in 0..=60 {
             let name = format!("photographs/{step:06}.jpg");
             assert_eq!(
@@ -270,9 +275,13 @@ fn lamps_stay_lit_if_that_is_wanted_however_the_run_ends() {
             let folder = tempfile::tempdir().unwrap();
             let wrong = Wrong { on_exit, is_real: true, ..Wrong::default() };
             let watcher = Box::new(Ears { ends_at, ..Ears::default() });
-            let (mut world, hand) =
-                open_with(folder.path(), true, wrong, Supervision { watcher, ..Supervision::default() })
-                    .unwrap();
+            let (mut world, hand) = open_with(
+                folder.path(),
+                true,
+                wrong,
+                Supervision { monitor: watcher, ..Supervision::default() },
+            )
+            .unwrap();
             let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
                 let mut watch = |sample: &Sample| match sample.step {
                     5 if has_panicked => panic!("as a test"),
@@ -298,15 +307,19 @@ fn lamps_stay_lit_if_that_is_wanted_however_the_run_ends() {
 fn the_journal_holds_what_was_seen_and_done() {
     let (reference, track) = whole(&[50]);
     let (world, _) = open(reference.path(), true, &[50]).unwrap();
-    let rows = world.folder().rows().unwrap();
+    let rows = world.folder().steps().unwrap();
     assert_eq!(rows.len(), 61);
     for (row, sample) in rows.iter().zip(&track.samples) {
         assert_eq!(row.decided, sample.light);
-        assert_eq!(row.is_done, sample.light.is_some());
+        assert_eq!(row.is_confirmed, sample.light.is_some());
         let bytes = std::fs::read(reference.path().join("photographs").join(&row.photo)).unwrap();
         assert_eq!((row.photo_bytes, &row.photo_sha256), (bytes.len() as u64, &files::sha256(&bytes)));
     }
     assert_eq!(rows[10].seen.status.name(), "dark");
+    // A held stem is recorded as well: a controller may see it, and sees the same in a replay.
+    let stem = |row: &StepRecord| row.seen.observation.as_ref().unwrap().stem.clone().unwrap();
+    assert_eq!(stem(&rows[9]).0.len(), 10);
+    assert_eq!(stem(&rows[10]), stem(&rows[9]));
     world.folder().write_track(&track).unwrap();
     let written = files::read_track(&reference.path().join("track.csv")).unwrap();
     assert_eq!(written.samples[10].quality.name(), "held");
@@ -335,7 +348,7 @@ fn a_folder_is_not_taken_twice() {
     drop(world);
     // One that is not over is gone on with; one that is over, only if that is wanted.
     let (mut world, _) = open(folder.path(), false, &[]).unwrap();
-    world.tell(EventKind::Finished, "60 steps".to_owned()).unwrap();
+    world.report(EventKind::Finished, "60 steps".to_owned()).unwrap();
     drop(world);
     assert!(error(false).contains("already, and it is over"), "{}", error(false));
     open(folder.path(), true, &[]).unwrap();
@@ -436,23 +449,23 @@ impl RunMonitor for Ears {
 struct Outcome {
     track: Result<Track, RecordError>,
     hand: Hand,
-    rows: Vec<tropism_lab::Row>,
+    rows: Vec<StepRecord>,
     /// What happened, by minute and kind, without the beginning.
     events: Vec<(u32, EventKind)>,
     texts: Vec<String>,
 }
 
 /// A run of 60 steps in a real tent, in which much is `wrong`.
-fn real(path: &Path, wrong: Wrong, patience: FaultPolicy, ends_at: Option<u32>) -> Outcome {
+fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) -> Outcome {
     let ears = Ears { ends_at, ..Ears::default() };
-    let care = Supervision {
-        patience: FaultPolicy { ballast_mb: 0, ..patience },
+    let supervision = Supervision {
+        policy: FaultPolicy { ballast_mb: 0, ..policy },
         lamps_in_view: Some(LampsInView::default()),
-        watcher: Box::new(ears.clone()),
+        monitor: Box::new(ears.clone()),
     };
-    let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, care).unwrap();
+    let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, supervision).unwrap();
     let track = run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched);
-    let rows = world.folder().rows().unwrap();
+    let rows = world.folder().steps().unwrap();
     let heard = ears.heard.borrow();
     let written = world.folder().journal().events().unwrap();
     assert_eq!(written[written.len() - heard.len()..], heard[..], "all that is told is written down");
@@ -496,8 +509,8 @@ fn a_camera_that_fails_for_some_steps_is_stood_in_for() {
 fn a_camera_that_fails_for_longer_costs_steps_in_which_nothing_is_decided() {
     let folder = tempfile::tempdir().unwrap();
     let wrong = Wrong { camera_fails: 50..75, ..Wrong::default() };
-    let patience = FaultPolicy { on_fault: OnFault::Dark, ..FaultPolicy::default() };
-    let outcome = real(folder.path(), wrong, patience, None);
+    let policy = FaultPolicy { on_fault: OnFault::Dark, ..FaultPolicy::default() };
+    let outcome = real(folder.path(), wrong, policy, None);
     let track = outcome.track.unwrap();
     // Held at 10, 11 and 12; 13 and 14 are missed; the experiment is not longer for it.
     assert_eq!(steps(&track), (0..=12).chain(15..=60).collect::<Vec<_>>());
@@ -525,8 +538,8 @@ fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
 fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided() {
     let folder = tempfile::tempdir().unwrap();
     let dark_at = vec![50, 55, 60, 65, 70];
-    let patience = FaultPolicy { flash_tries: 1, ..FaultPolicy::default() };
-    let outcome = real(folder.path(), Wrong { dark_at, ..Wrong::default() }, patience, None);
+    let policy = FaultPolicy { flash_tries: 1, ..FaultPolicy::default() };
+    let outcome = real(folder.path(), Wrong { dark_at, ..Wrong::default() }, policy, None);
     // As for a camera that fails: held at 10, 11 and 12; from 13 on nothing is decided, until the plant, which has grown
     // in the dark, is believed again. What was seen is written down.
     let track = outcome.track.unwrap();
@@ -559,13 +572,13 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
     let dark_at: Vec<u32> = (0..7).map(|step| 50 + 5 * step).collect();
     for on_fault in [OnFault::Hold, OnFault::Dark] {
         let go_on = |path: &Path, ends_at: Option<u32>| {
-            let care = Supervision {
-                patience: FaultPolicy { hold_steps: 3, on_fault, ..FaultPolicy::unlimited() },
-                watcher: Box::new(Ears { ends_at, ..Ears::default() }),
+            let supervision = Supervision {
+                policy: FaultPolicy { hold_steps: 3, on_fault, ..FaultPolicy::unlimited() },
+                monitor: Box::new(Ears { ends_at, ..Ears::default() }),
                 lamps_in_view: None,
             };
             let wrong = Wrong { dark_at: dark_at.clone(), ..Wrong::default() };
-            let (mut world, _) = open_with(path, true, wrong, care).unwrap();
+            let (mut world, _) = open_with(path, true, wrong, supervision).unwrap();
             run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched)
         };
         let whole = tempfile::tempdir().unwrap();
@@ -629,8 +642,8 @@ fn a_camera_that_is_moved_is_told_and_far_enough_pauses_the_run() {
 fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
     let folder = tempfile::tempdir().unwrap();
     let ears = Ears { hot: 10..13, ..Ears::default() };
-    let care = Supervision { watcher: Box::new(ears.clone()), ..Supervision::default() };
-    let (mut world, _) = open_with(folder.path(), true, Wrong::default(), care).unwrap();
+    let supervision = Supervision { monitor: Box::new(ears.clone()), ..Supervision::default() };
+    let (mut world, _) = open_with(folder.path(), true, Wrong::default(), supervision).unwrap();
     run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched).unwrap();
     let heard = ears.heard.borrow();
     let told: Vec<_> = heard[1..].iter().map(|event| (event.step, event.kind, event.text.as_str())).collect();
@@ -647,7 +660,7 @@ fn a_lamp_that_does_not_obey_is_told_again_until_it_does() {
     use EventKind::{Clock, Lamp, Recovered};
     // Not at the next step but as soon as it obeys.
     assert_eq!(outcome.events, [(50, Lamp), (55, Lamp), (58, Recovered), (105, Clock)]);
-    assert!(!outcome.rows[10].is_done && outcome.rows[11].is_done);
+    assert!(!outcome.rows[10].is_confirmed && outcome.rows[11].is_confirmed);
     let wrong = Wrong { lamps_fail: 50..10_000, ..Wrong::default() };
     let folder = tempfile::tempdir().unwrap();
     let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
@@ -659,8 +672,8 @@ fn a_lamp_that_says_it_obeys_and_does_not_is_seen_in_the_photograph() {
     let folder = tempfile::tempdir().unwrap();
     // The hand-written controller changes lamps now and then, and the lamps then stay as they were.
     let wrong = Wrong { lamps_lie: 0..10_000, ..Wrong::default() };
-    let patience = FaultPolicy { pause_steps: 5, ..FaultPolicy::default() };
-    let outcome = real(folder.path(), wrong, patience, None);
+    let policy = FaultPolicy { pause_steps: 5, ..FaultPolicy::default() };
+    let outcome = real(folder.path(), wrong, policy, None);
     let error = outcome.track.unwrap_err().to_string();
     assert!(error.contains("found dark lit in the photograph, wanted right, 5 in a row"), "{error}");
     assert_eq!(outcome.rows[1].lit, Some(None));
@@ -707,7 +720,7 @@ fn a_run_that_is_asked_to_end_ends_while_it_waits_and_goes_on_with_its_lamp_lit_
     assert_eq!(outcome.hand.0.borrow().lights.last(), Some(&None), "dark when it ends");
     let wrong = Wrong { is_real: true, ..Wrong::default() };
     let (world, hand) = open_with(folder.path(), true, wrong, Supervision::default()).unwrap();
-    let lit = world.folder().rows().unwrap()[rows - 1].decided;
+    let lit = world.folder().steps().unwrap()[rows - 1].decided;
     assert!(lit.is_some());
     assert_eq!(hand.0.borrow().lights, [lit], "before anything else");
     drop(world);

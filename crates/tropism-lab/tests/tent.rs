@@ -20,7 +20,7 @@ use tropism::rig::{Clock, Lamps, Rig};
 use tropism::task::Targets;
 use tropism::track::Track;
 use tropism::vision::VisionConfig;
-use tropism_lab::{Recorded, RunFolder, Supervision};
+use tropism_lab::{Recorder, RunFolder, Supervision};
 
 /// What is seen of a run: its track, where the top truly is at each step, and its photographs from the side.
 type Told = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
@@ -31,7 +31,7 @@ fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told 
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
-    let mut world = Recorded::new(rig, folder, Supervision::default()).unwrap();
+    let mut world = Recorder::new(rig, folder, Supervision::default()).unwrap();
     let mut left = samples;
     let mut side = BTreeMap::new();
     let mut watch = |_: &_| {

@@ -1,15 +1,12 @@
 //! `tropism safe-state`: flash off, lamps as they are to be left.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, ensure};
 use clap::Args;
-use serde::{Deserialize, Serialize};
-use tropism::rig::OnExit;
-use tropism_lab::files;
-use tropism_rig::file::RigFile;
-use tropism_rig::shutdown::{DeviceShutdown, shut_down};
+use tropism_lab::safe_state::{DeviceResult, SafeStatePlan, SafeStateResults};
 
+use crate::progress::execute;
 use crate::shell::Shell;
 
 /// Put the flash off and both lamps dark, now
@@ -31,68 +28,32 @@ pub(crate) struct SafeState {
     dark: bool,
 }
 
-/// The rig of a rig file or of a run folder.
-pub(crate) fn load_rig(path: &Path) -> Result<RigFile> {
-    #[derive(Deserialize)]
-    struct Plan {
-        rig: RigFile,
-    }
-    let rig = if path.is_dir() {
-        files::read_toml::<Plan>(&path.join("run.toml"))?.rig
-    } else {
-        files::read_toml(path)?
-    };
-    rig.check().with_context(|| path.display().to_string())?;
-    Ok(rig)
-}
-
-#[derive(Serialize)]
-struct Outcome {
-    rig: PathBuf,
-    is_virtual: bool,
-    /// Whether the lamps were left as they are.
-    is_kept: bool,
-    devices: Vec<DeviceOutcome>,
-}
-
-#[derive(Serialize)]
-struct DeviceOutcome {
-    device: String,
-    is_off: bool,
-    problem: Option<String>,
-}
-
 impl SafeState {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let rig = load_rig(&self.rig)?;
-        let outcome = |DeviceShutdown { device, result }: DeviceShutdown| DeviceOutcome {
-            device,
-            is_off: result.is_ok(),
-            problem: result.err().map(|error| error.to_string()),
-        };
-        let devices: Vec<_> = shut_down(&rig, self.dark).into_iter().map(outcome).collect();
-        let line = |device: &DeviceOutcome| match &device.problem {
-            None => format!("{}: off", device.device),
-            Some(problem) => format!("{}: NOT KNOWN TO BE OFF: {problem}", device.device),
-        };
-        let mut lines: Vec<String> = devices.iter().map(line).collect();
-        if rig.is_virtual() {
-            lines.push("a virtual tent: nothing is lit".to_owned());
-        }
-        let is_kept = !self.dark && rig.lamps.as_ref().is_some_and(|lamps| lamps.on_exit == OnExit::Keep);
-        if is_kept {
-            lines.push("lamps: left as they are, for on_exit = \"keep\" (--dark puts them out)".to_owned());
-        }
-        let failed = devices.iter().filter(|device| !device.is_off).count();
-        let outcome = Outcome { rig: self.rig, is_virtual: rig.is_virtual(), is_kept, devices };
-        shell.result(&lines.join("\n"), &outcome)?;
-        if failed > 0 {
-            bail!(
-                "{}: found {failed} of {} devices that did not confirm, wanted all off: pull their plug",
-                outcome.rig.display(),
-                outcome.devices.len()
-            );
-        }
+        let results = execute(&SafeStatePlan { rig: self.rig, dark: self.dark }, shell)?;
+        shell.result(&text(&results), &results)?;
+        let unconfirmed = results.devices.iter().filter(|device| !device.is_off).count();
+        ensure!(
+            unconfirmed == 0,
+            "{}: found {unconfirmed} of {} devices that did not confirm, wanted all off: pull their plug",
+            results.rig.display(),
+            results.devices.len()
+        );
         Ok(())
     }
+}
+
+fn text(results: &SafeStateResults) -> String {
+    let line = |DeviceResult { device, problem, .. }: &DeviceResult| match problem {
+        None => format!("{device}: off"),
+        Some(problem) => format!("{device}: NOT KNOWN TO BE OFF: {problem}"),
+    };
+    let mut lines: Vec<String> = results.devices.iter().map(line).collect();
+    if results.is_virtual {
+        lines.push("a virtual tent: nothing is lit".to_owned());
+    }
+    if results.is_kept {
+        lines.push("lamps: left as they are, for on_exit = \"keep\" (--dark puts them out)".to_owned());
+    }
+    lines.join("\n")
 }

@@ -1,15 +1,14 @@
-//! `tropism stop`: ends a run in order.
+//! `tropism stop`: ends a run or an evolution in order.
 
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::Result;
 use clap::Args;
-use serde::Serialize;
-use tropism_lab::holder;
+use tropism_lab::stop::{StopPlan, StopResults};
 
 use crate::options::parse_minutes;
-use crate::shell::{Interrupted, Shell};
+use crate::progress::execute_and_print;
+use crate::shell::Shell;
 
 /// End the run or evolution in a folder, and wait until it has ended
 ///
@@ -29,74 +28,18 @@ pub(crate) struct Stop {
     wait: f64,
 }
 
-#[derive(Serialize)]
-struct Outcome {
-    folder: PathBuf,
-    /// The process that had the folder.
-    process: Option<u32>,
-    was_running: bool,
-    seconds: f64,
-}
-
 impl Stop {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        ensure_run(&self.folder)?;
-        let began = Instant::now();
-        let Some(process) = holder(&self.folder)? else {
-            let text = format!("{}: nothing runs here", self.folder.display());
-            let outcome = Outcome { folder: self.folder, process: None, was_running: false, seconds: 0.0 };
-            return shell.result(&text, &outcome);
-        };
-        ask_to_end(process).with_context(|| format!("{}: process {process}", self.folder.display()))?;
-        shell.note(&format!("process {process} was asked to end"));
-        let wait = Duration::from_secs_f64(60.0 * self.wait);
-        // Until it lets go of the folder: then all of it is written. Another one may have taken it since.
-        while holder(&self.folder)? == Some(process) {
-            if Shell::is_interrupted() {
-                return Err(Interrupted(format!("process {process} was asked to end all the same")).into());
-            }
-            if began.elapsed() >= wait {
-                bail!(
-                    "{}: found process {process} still at work after {wait:?}, wanted it ended; \
-                     kill -9 {process}, then tropism safe-state {}",
-                    self.folder.display(),
-                    self.folder.display()
-                );
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        let seconds = began.elapsed().as_secs_f64();
-        let text = format!(
-            "{}: process {process} has ended, after {seconds:.1} s; the same command with --resume goes on",
-            self.folder.display()
-        );
-        let outcome = Outcome { folder: self.folder, process: Some(process), was_running: true, seconds };
-        shell.result(&text, &outcome)
+        execute_and_print(&StopPlan { folder: self.folder, wait_min: self.wait }, shell, text)
     }
 }
 
-/// An error if `folder` is not one in which something could run.
-fn ensure_run(folder: &Path) -> Result<()> {
-    let is_one = ["run.toml", "evolution.toml", "run.lock"].iter().any(|name| folder.join(name).exists());
-    ensure!(is_one, "{}: found no run.toml and no evolution.toml, wanted a run folder", folder.display());
-    Ok(())
-}
-
-/// Asks a process to end in order.
-#[cfg(unix)]
-fn ask_to_end(process: u32) -> Result<()> {
-    use rustix::process::{Pid, Signal, kill_process};
-
-    let id = i32::try_from(process).ok().and_then(Pid::from_raw).context("found no number of a process")?;
-    match kill_process(id, Signal::TERM) {
-        // It ended by itself in between.
-        Err(rustix::io::Errno::SRCH) => Ok(()),
-        done => Ok(done?),
+fn text(StopResults { folder, process, seconds, .. }: &StopResults) -> String {
+    let folder = folder.display();
+    match process {
+        None => format!("{folder}: nothing runs here"),
+        Some(process) => format!(
+            "{folder}: process {process} has ended, after {seconds:.1} s; the same command with --resume goes on"
+        ),
     }
-}
-
-/// Elsewhere nobody can be asked.
-#[cfg(not(unix))]
-fn ask_to_end(_process: u32) -> Result<()> {
-    bail!("wanted a system with signals; press Ctrl-C where it runs")
 }

@@ -1,7 +1,7 @@
-//! The journal's second copy: all that is written into it, one line a time, from which it can be made again.
+//! The mirror of a journal: a text file with a copy of each entry, from which a damaged journal is restored.
 //!
-//! Lines are JSON lists: the name of what is written, then its values. The copy is not waited for: it is a second line of
-//! defence, against a disk that damages the journal itself.
+//! Each line is a JSON list: the name of the entry, then its values. The mirror is written without waiting for the disk: it
+//! is a second line of defence against a disk that damages the journal itself.
 
 use std::cell::RefCell;
 use std::fs::{self, File};
@@ -10,20 +10,23 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::types::Value;
 use serde_json::Value as Json;
-
-use super::{Journal, JournalError};
 use tropism::rig::Durability;
 
-/// Where entries are written, until that fails once: a line that is cut short must not be followed by another.
+use super::{Journal, JournalError};
+
+/// An entry of a journal: its name, and its values in the order of the statement that writes it.
+pub(super) type Entry = (String, Vec<Value>);
+
+/// An open mirror; closed after the first write that fails, as nothing may follow a line that is cut short.
 #[derive(Debug, Default)]
 pub(super) struct Mirror(RefCell<Option<File>>);
 
-/// The copy of the journal at `path`.
-fn beside(path: &Path) -> PathBuf {
-    path.with_extension("jsonl")
+/// Path of the mirror of the journal at `journal`.
+fn path_of(journal: &Path) -> PathBuf {
+    journal.with_extension("jsonl")
 }
 
-fn line(name: &str, values: &[Value]) -> String {
+fn to_line(name: &str, values: &[Value]) -> String {
     let json = |value: &Value| match value {
         Value::Integer(whole) => Json::from(*whole),
         Value::Real(number) => Json::from(*number),
@@ -34,8 +37,8 @@ fn line(name: &str, values: &[Value]) -> String {
     format!("{}\n", Json::from(words))
 }
 
-/// What [`line`] was made of; `None` for a line that is cut short.
-fn parse(line: &str) -> Option<(String, Vec<Value>)> {
+/// The entry of a line; `None` if the line is cut short.
+fn from_line(line: &str) -> Option<Entry> {
     let words: Vec<Json> = serde_json::from_str(line).ok()?;
     let (Json::String(name), values) = words.split_first()? else { return None };
     let value = |json: &Json| {
@@ -53,15 +56,15 @@ fn parse(line: &str) -> Option<(String, Vec<Value>)> {
 }
 
 impl Mirror {
-    /// Writes the copy of the journal at `path` anew from its `entries`, to be gone on with. Where it cannot be written
-    /// there is none: the journal does not depend on it.
-    pub(super) fn of(path: &Path, entries: &[(&'static str, Vec<Value>)]) -> Self {
-        let (part, copy) = (path.with_extension("jsonl.part"), beside(path));
+    /// Writes the mirror of the journal at `journal` anew from its `entries` and keeps it open. If the disk refuses, the
+    /// journal goes on without a mirror.
+    pub(super) fn create(journal: &Path, entries: &[(&'static str, Vec<Value>)]) -> Self {
+        let (part, mirror) = (journal.with_extension("jsonl.part"), path_of(journal));
         let write = || {
             let mut file = File::create(&part)?;
-            let text: String = entries.iter().map(|(name, values)| line(name, values)).collect();
+            let text: String = entries.iter().map(|(name, values)| to_line(name, values)).collect();
             file.write_all(text.as_bytes())?;
-            fs::rename(&part, &copy)?;
+            fs::rename(&part, &mirror)?;
             Ok::<_, std::io::Error>(file)
         };
         Self(RefCell::new(write().ok()))
@@ -70,39 +73,38 @@ impl Mirror {
     /// Adds an entry.
     pub(super) fn add(&self, name: &str, values: &[Value]) {
         let mut file = self.0.borrow_mut();
-        if file.as_mut().is_some_and(|file| file.write_all(line(name, values).as_bytes()).is_err()) {
+        if file.as_mut().is_some_and(|file| file.write_all(to_line(name, values).as_bytes()).is_err()) {
             *file = None;
         }
     }
 }
 
-/// Whether the journal at `path` is gone although there is a copy of it.
-pub(super) fn is_left(path: &Path) -> bool {
-    !path.exists() && beside(path).exists()
+/// Whether the journal at `journal` is missing although its mirror is there.
+pub(super) fn is_orphaned(journal: &Path) -> bool {
+    !journal.exists() && path_of(journal).exists()
 }
 
-/// Makes the journal at `path` again from its copy, after moving what is there aside; how many entries it has, or `None`
-/// if there is no copy to make it from.
-pub(super) fn restore(path: &Path, durability: Durability) -> Result<Option<usize>, JournalError> {
-    let Ok(text) = fs::read_to_string(beside(path)) else { return Ok(None) };
-    // A line that is cut short is the last one.
-    let entries: Vec<_> = text.lines().map_while(parse).collect();
+/// Restores the journal at `journal` from its mirror, after the damaged file was moved aside. Returns how many entries it
+/// has, or `None` if there is no mirror.
+pub(super) fn restore(journal: &Path, durability: Durability) -> Result<Option<usize>, JournalError> {
+    let Ok(text) = fs::read_to_string(path_of(journal)) else { return Ok(None) };
+    // Only the last line can be cut short.
+    let entries: Vec<_> = text.lines().map_while(from_line).collect();
     if entries.is_empty() {
         return Ok(None);
     }
-    let made = path.with_extension("restored.sqlite");
-    let aside = |from: &Path, ending: &str| {
-        let named = |path: &Path| PathBuf::from(format!("{}{ending}", path.display()));
-        let _ = fs::rename(named(from), named(&path.with_extension("broken.sqlite")));
-    };
-    for ending in ["", "-wal", "-shm"] {
-        let _ = fs::remove_file(format!("{}{ending}", made.display()));
+    let restored = journal.with_extension("restored.sqlite");
+    let broken = journal.with_extension("broken.sqlite");
+    let sibling = |path: &Path, ending: &str| PathBuf::from(format!("{}{ending}", path.display()));
+    // SQLite's own files: the database, its log and the index of the log.
+    let endings = ["", "-wal", "-shm"];
+    for ending in endings {
+        let _ = fs::remove_file(sibling(&restored, ending));
     }
-    Journal::make(&made, durability, &entries)?;
-    for ending in ["", "-wal", "-shm"] {
-        aside(path, ending);
+    Journal::create(&restored, durability, &entries)?;
+    for ending in endings {
+        let _ = fs::rename(sibling(journal, ending), sibling(&broken, ending));
     }
-    let moved = fs::rename(&made, path);
-    moved.map_err(|error| JournalError::Damaged(format!("{}: {error}", made.display())))?;
+    fs::rename(&restored, journal).map_err(|source| JournalError::Restore { path: restored, source })?;
     Ok(Some(entries.len()))
 }

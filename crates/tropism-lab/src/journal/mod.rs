@@ -1,110 +1,146 @@
-//! The journal of a run: SQLite, one row a step, one an event, and one for each time that a program took the run up.
+//! The journal of a run: an SQLite file with a row for each step, for each event, and for each time a program resumed it.
+//!
+//! In come steps and events as they happen; out comes what a resumed run, a report or an export needs. With full durability
+//! a write that returns is on the disk: write-ahead logging with `synchronous = FULL`, as with less a power cut may lose the
+//! latest commits. A mirror, the same entries as text, restores a journal that the disk damaged.
+//!
+//! # References
+//! SQLite, "PRAGMA synchronous": <https://www.sqlite.org/pragma.html#pragma_synchronous>. `scripts/power-cuts` tries it.
 
+mod downtime;
 mod mirror;
+mod step;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rusqlite::types::Value;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_iter};
+use tropism::lamps::Light;
+use tropism::rig::{Boot, Durability, Event, Moment};
 
-use tropism::geometry::{Pixel, Point, Polyline};
-use tropism::lamps::{self, Light};
-use tropism::observation::{Observation, Quality};
-use tropism::rig::{Boot, Moment};
-use tropism::rig::{Durability, Event};
-use tropism::vision::{FrameStatus, TrackedFrame};
+use mirror::{Entry, Mirror};
+use step::columns;
 
-use mirror::Mirror;
-
-/// One step as it was recorded.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// Step, from 0. One that was missed is not there.
-    pub step: u32,
-    /// Seconds since the start, as it was due.
-    pub time_s: f64,
-    /// File of the photograph in `photographs/`.
-    pub photo: String,
-    /// Its size, in bytes.
-    pub photo_bytes: u64,
-    /// Its SHA-256, in hexadecimal.
-    pub photo_sha256: String,
-    /// What was seen.
-    pub seen: TrackedFrame,
-    /// The light decided upon; `None` before the decision, at the last step of a run, and where the plant was not believed
-    /// for so long that nothing was decided.
-    pub decided: Option<Light>,
-    /// Whether the lamp was then lit.
-    pub is_done: bool,
-    /// When the step was really begun; `None` in the virtual tent.
-    pub begun: Option<Moment>,
-    /// The lamp that this photograph shows lit, `Some(None)` if none or both; `None` if that was not looked for.
-    pub lit: Option<Option<Light>>,
-}
+pub use downtime::Downtime;
+pub use step::StepRecord;
 
 /// Why a journal cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum JournalError {
-    /// SQLite's own error.
+    /// SQLite refused.
     #[error(transparent)]
     Sqlite(#[from] rusqlite::Error),
     /// A damaged file.
     #[error("found a damaged journal ({0}), wanted one that SQLite's quick_check passes")]
     Damaged(String),
-    /// A value that cannot be one.
+    /// A restored journal that cannot take its place.
+    #[error("{path}: cannot rename the restored journal: {source}")]
+    Restore {
+        /// The restored file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A value that its column cannot hold.
     #[error("step {step}: found {column} {found:?}, wanted {wanted}")]
     Value {
-        /// Row.
+        /// Step of the row.
         step: u32,
         /// Column.
         column: &'static str,
-        /// What stands there.
+        /// The value.
         found: String,
-        /// What should stand there.
+        /// The values that the column can hold.
         wanted: &'static str,
     },
-    /// A schema that this version does not know.
-    #[error("found journal schema {0}, wanted {SCHEMA}")]
+    /// A schema that this version cannot use.
+    #[error("found journal schema {0}, wanted {SCHEMA}; the version that began the run can resume it")]
     Schema(i64),
+}
+
+impl JournalError {
+    /// Whether the disk is full.
+    #[must_use]
+    pub fn is_disk_full(&self) -> bool {
+        matches!(self, Self::Sqlite(error) if error.sqlite_error_code() == Some(ErrorCode::DiskFull))
+    }
+
+    /// Whether the file is damaged.
+    fn is_damage(&self) -> bool {
+        match self {
+            Self::Damaged(_) => true,
+            Self::Sqlite(error) => {
+                let code = error.sqlite_error_code();
+                [Some(ErrorCode::DatabaseCorrupt), Some(ErrorCode::NotADatabase)].contains(&code)
+            }
+            _ => false,
+        }
+    }
 }
 
 /// The schema that is written. 5 added the stem of each step, 4 the shift of the camera, 3 events, boots and wall times.
 const SCHEMA: i64 = 5;
 
-/// The oldest schema whose rows can still be read; a run of it cannot be gone on with.
-const READABLE: i64 = 2;
+/// The oldest schema that can be read. Only a journal of [`SCHEMA`] can be resumed.
+const OLDEST_READABLE: i64 = 2;
 
-/// What is written, by name, and what of a journal it is made of: the same values in the same order.
-const WRITES: [(&str, &str, &str); 5] = [
-    (
-        "boot",
-        "INSERT INTO boot (boot, start_s, wall_set) VALUES (?, ?, ?)",
-        "SELECT boot, start_s, wall_set FROM boot ORDER BY id",
-    ),
-    (
-        "saw",
-        "INSERT OR REPLACE INTO steps (step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px,
-             tip_y_px, quality, class, confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px, stem)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px,
-             tip_y_px, quality, class, confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px, stem FROM steps ORDER BY step",
-    ),
-    (
-        "decided",
-        "UPDATE steps SET decided = ? WHERE step = ?",
-        "SELECT decided, step FROM steps WHERE decided IS NOT NULL ORDER BY step",
-    ),
-    (
-        "done",
-        "UPDATE steps SET done = 1 WHERE step = ?",
-        "SELECT step FROM steps WHERE done = 1 ORDER BY step",
-    ),
-    (
-        "event",
-        "INSERT INTO event (step, kind, text, since_start_s, unix_s) VALUES (?, ?, ?, ?, ?)",
-        "SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id",
-    ),
+const TABLES: &str = "
+    CREATE TABLE steps (
+        step INTEGER PRIMARY KEY, time_s REAL NOT NULL,
+        photo TEXT NOT NULL, photo_bytes INTEGER NOT NULL, photo_sha256 TEXT NOT NULL,
+        tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
+        quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
+        decided TEXT, done INTEGER NOT NULL DEFAULT 0,
+        begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL, stem TEXT);
+    CREATE TABLE event (
+        id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
+        since_start_s REAL, unix_s REAL);
+    CREATE TABLE boot (
+        id INTEGER PRIMARY KEY, boot TEXT NOT NULL, start_s REAL NOT NULL, wall_set INTEGER NOT NULL);";
+
+/// A kind of entry.
+struct EntryKind {
+    /// Its name in the mirror.
+    name: &'static str,
+    /// The statement that writes it.
+    write: &'static str,
+    /// The query that reads the values of all such entries, in the order of `write`.
+    read: &'static str,
+}
+
+/// All kinds of entries, each after those that it changes.
+const ENTRY_KINDS: [EntryKind; 5] = [
+    EntryKind {
+        name: "boot",
+        write: "INSERT INTO boot (boot, start_s, wall_set) VALUES (?, ?, ?)",
+        read: "SELECT boot, start_s, wall_set FROM boot ORDER BY id",
+    },
+    EntryKind {
+        name: "saw",
+        write: concat!(
+            "INSERT OR REPLACE INTO steps (",
+            columns!(),
+            ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+        ),
+        read: concat!("SELECT ", columns!(), " FROM steps ORDER BY step"),
+    },
+    EntryKind {
+        name: "decided",
+        write: "UPDATE steps SET decided = ? WHERE step = ?",
+        read: "SELECT decided, step FROM steps WHERE decided IS NOT NULL ORDER BY step",
+    },
+    EntryKind {
+        name: "done",
+        write: "UPDATE steps SET done = 1 WHERE step = ?",
+        read: "SELECT step FROM steps WHERE done = 1 ORDER BY step",
+    },
+    EntryKind {
+        name: "event",
+        write: "INSERT INTO event (step, kind, text, since_start_s, unix_s) VALUES (?, ?, ?, ?, ?)",
+        read: "SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id",
+    },
 ];
 
 /// An open journal.
@@ -117,39 +153,58 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal at `path`, or makes one. One that is damaged or gone is made again from its copy, a `.jsonl`
+    /// Opens the journal at `path`, or creates it. One that is damaged or missing is restored from its mirror, a `.jsonl`
     /// file beside it, if there is one.
     ///
     /// # Errors
-    /// [`JournalError`] if the file is no journal, or damaged without a copy, or of another schema.
+    /// [`JournalError`] if the file is no journal, is damaged without a mirror, or has another schema.
     pub fn open(path: &Path, durability: Durability) -> Result<Self, JournalError> {
-        let is_gone = mirror::is_left(path);
-        let opened = match is_gone {
+        let opened = match mirror::is_orphaned(path) {
             true => Err(JournalError::Damaged("no such file".to_owned())),
-            false => Self::at(path, durability),
+            false => Self::connect(path, durability),
         };
         let mut journal = match opened {
             Err(error) if error.is_damage() => {
                 let Some(entries) = mirror::restore(path, durability)? else { return Err(error) };
                 let restored = Some(format!("{error}; made again from its copy, {entries} entries"));
-                Self { restored, ..Self::at(path, durability)? }
+                Self { restored, ..Self::connect(path, durability)? }
             }
             other => other?,
         };
-        journal.mirror = Mirror::of(path, &journal.entries()?);
+        journal.mirror = Mirror::create(path, &journal.entries()?);
         Ok(journal)
     }
 
-    /// What was wrong with the journal and what was done about it, if it had to be made again.
+    /// Opens the journal at `path` to read it, also while a run writes it.
+    ///
+    /// # Errors
+    /// [`JournalError`] if there is no journal, or its schema cannot be read.
+    pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
+        let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
+            schema @ OLDEST_READABLE..=SCHEMA => {
+                Ok(Self { db, schema, mirror: Mirror::default(), restored: None })
+            }
+            other => Err(JournalError::Schema(other)),
+        }
+    }
+
+    /// What was wrong with the journal and how it was restored; `None` if it was whole.
     #[must_use]
     pub fn restored(&self) -> Option<&str> {
         self.restored.as_deref()
     }
 
-    fn at(path: &Path, durability: Durability) -> Result<Self, JournalError> {
+    /// Whether it holds the stem of each step: since schema 5.
+    #[must_use]
+    pub const fn has_stems(&self) -> bool {
+        self.schema >= 5
+    }
+
+    fn connect(path: &Path, durability: Durability) -> Result<Self, JournalError> {
         let db = Connection::open(path)?;
         db.pragma_update(None, "journal_mode", "WAL")?;
-        // FULL syncs the log at every commit; OFF leaves that to the system, which a killed program does not disturb.
+        // FULL syncs the log at every commit. OFF leaves that to the system, which outlives a killed program.
         db.pragma_update(None, "synchronous", if durability == Durability::Full { "FULL" } else { "OFF" })?;
         let check: String = db.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
         if check != "ok" {
@@ -158,35 +213,15 @@ impl Journal {
         let schema: i64 = db.query_row("PRAGMA user_version", [], |row| row.get(0))?;
         match schema {
             SCHEMA => {}
-            0 => db.execute_batch(&format!(
-                "BEGIN;
-                 CREATE TABLE steps (
-                     step INTEGER PRIMARY KEY, time_s REAL NOT NULL,
-                     photo TEXT NOT NULL, photo_bytes INTEGER NOT NULL, photo_sha256 TEXT NOT NULL,
-                     tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
-                     quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
-                     decided TEXT, done INTEGER NOT NULL DEFAULT 0,
-                     begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL, stem TEXT);
-                 CREATE TABLE event (
-                     id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
-                     since_start_s REAL, unix_s REAL);
-                 CREATE TABLE boot (
-                     id INTEGER PRIMARY KEY, boot TEXT NOT NULL, start_s REAL NOT NULL, wall_set INTEGER NOT NULL);
-                 PRAGMA user_version = {SCHEMA};
-                 COMMIT;"
-            ))?,
+            0 => db.execute_batch(&format!("BEGIN; {TABLES} PRAGMA user_version = {SCHEMA}; COMMIT;"))?,
             other => return Err(JournalError::Schema(other)),
         }
         Ok(Self { db, schema: SCHEMA, mirror: Mirror::default(), restored: None })
     }
 
-    /// Makes a new journal at `path` of `entries`.
-    pub(super) fn make(
-        path: &Path,
-        durability: Durability,
-        entries: &[(String, Vec<Value>)],
-    ) -> Result<(), JournalError> {
-        let journal = Self::at(path, durability)?;
+    /// Creates a journal of `entries` at `path`.
+    fn create(path: &Path, durability: Durability, entries: &[Entry]) -> Result<(), JournalError> {
+        let journal = Self::connect(path, durability)?;
         journal.db.execute_batch("BEGIN")?;
         for (name, values) in entries {
             journal.write(name, values)?;
@@ -194,11 +229,11 @@ impl Journal {
         Ok(journal.db.execute_batch("COMMIT")?)
     }
 
-    /// All that it is made of.
+    /// Reads all entries.
     fn entries(&self) -> Result<Vec<(&'static str, Vec<Value>)>, JournalError> {
         let mut entries = Vec::new();
-        for (name, _, select) in WRITES {
-            let mut statement = self.db.prepare(select)?;
+        for EntryKind { name, read, .. } in ENTRY_KINDS {
+            let mut statement = self.db.prepare(read)?;
             let columns = statement.column_count();
             let mut found = statement.query([])?;
             while let Some(row) = found.next()? {
@@ -208,36 +243,125 @@ impl Journal {
         Ok(entries)
     }
 
+    /// Writes an entry, and its copy into the mirror.
     fn write(&self, name: &str, values: &[Value]) -> Result<(), JournalError> {
-        let Some((_, sql, _)) = WRITES.iter().find(|(known, ..)| *known == name) else {
+        let Some(EntryKind { write, .. }) = ENTRY_KINDS.iter().find(|kind| kind.name == name) else {
             return Err(JournalError::Damaged(format!("an entry {name:?} in its copy")));
         };
-        self.db.prepare_cached(sql)?.execute(params_from_iter(values))?;
+        self.db.prepare_cached(write)?.execute(params_from_iter(values))?;
         self.mirror.add(name, values);
         Ok(())
     }
+}
 
-    /// Opens the journal at `path` to read its rows, also while a run writes them.
-    ///
-    /// # Errors
-    /// [`JournalError`] if there is no journal, or none of this schema.
-    pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
-        let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
-        match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-            schema @ READABLE..=SCHEMA => Ok(Self { db, schema, mirror: Mirror::default(), restored: None }),
-            other => Err(JournalError::Schema(other)),
-        }
-    }
-
-    /// Writes down that a program has taken the run up, and what its clock counts from.
+/// Writing.
+impl Journal {
+    /// Records that a program began or resumed the run, and the start of the experiment on its clock.
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].
-    pub fn taken_up(&self, boot: &Boot) -> Result<(), JournalError> {
+    pub fn record_boot(&self, boot: &Boot) -> Result<(), JournalError> {
         self.write("boot", &[boot.id.clone().into(), boot.start_s.into(), boot.is_wall_set.into()])
     }
 
-    /// What the clock of the program counted from that took the run up last; `None` of a virtual tent.
+    /// Records an event.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn record_event(&self, event: &Event) -> Result<(), JournalError> {
+        let values = [
+            event.step.into(),
+            event.kind.name().to_owned().into(),
+            event.text.clone().into(),
+            event.at.map(|at| at.since_start.as_secs_f64()).into(),
+            event.at.map(|at| at.unix_s).into(),
+        ];
+        self.write("event", &values)
+    }
+
+    /// Records a photograph that is safe on the disk, and its detection. The decision is recorded later.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn record_observation(&self, step: &StepRecord) -> Result<(), JournalError> {
+        self.write("saw", &step.values())
+    }
+
+    /// Records the decision of a step, before the lamps are told.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn record_decision(&self, step: u32, light: Light) -> Result<(), JournalError> {
+        self.write("decided", &[light.standard_name().to_owned().into(), step.into()])
+    }
+
+    /// Records that the lamps confirmed the decision of a step.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn record_confirmation(&self, step: u32) -> Result<(), JournalError> {
+        self.write("done", &[step.into()])
+    }
+}
+
+/// Reading.
+impl Journal {
+    /// Reads all recorded steps in order. Missed steps are not among them.
+    ///
+    /// # Errors
+    /// [`JournalError`] names the step and the column that cannot be read.
+    pub fn steps(&self) -> Result<Vec<StepRecord>, JournalError> {
+        let columns = StepRecord::columns(self.schema);
+        let mut statement = self.db.prepare(&format!("SELECT {columns} FROM steps ORDER BY step"))?;
+        let mut found = statement.query([])?;
+        let mut steps = Vec::new();
+        while let Some(row) = found.next()? {
+            steps.push(StepRecord::read(row)?);
+        }
+        Ok(steps)
+    }
+
+    /// How many steps are recorded.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn step_count(&self) -> Result<u32, JournalError> {
+        Ok(self.db.query_row("SELECT count(*) FROM steps", [], |row| row.get(0))?)
+    }
+
+    /// Reads all events in order; none in a journal before schema 3.
+    ///
+    /// # Errors
+    /// [`JournalError`] names the event that cannot be read.
+    pub fn events(&self) -> Result<Vec<Event>, JournalError> {
+        if self.schema < 3 {
+            return Ok(Vec::new());
+        }
+        let mut statement =
+            self.db.prepare("SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id")?;
+        let mut found = statement.query([])?;
+        let mut events = Vec::new();
+        while let Some(row) = found.next()? {
+            let (step, word): (u32, String) = (row.get(0)?, row.get(1)?);
+            let Ok(kind) = word.parse() else {
+                let wanted = "a kind of event";
+                return Err(JournalError::Value { step, column: "kind", found: word, wanted });
+            };
+            events.push(Event { step, kind, text: row.get(2)?, at: moment(row.get(3)?, row.get(4)?) });
+        }
+        Ok(events)
+    }
+
+    /// The latest event that says whether the run goes on, waits or is over; `None` before the run began. After a kill it
+    /// still says that the run was started or resumed.
+    ///
+    /// # Errors
+    /// As [`Self::events`].
+    pub fn state(&self) -> Result<Option<Event>, JournalError> {
+        Ok(self.events()?.into_iter().rfind(|event| event.kind.is_state()))
+    }
+
+    /// The boot in which a program began or resumed the run last; `None` in a virtual tent.
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].
@@ -251,7 +375,7 @@ impl Journal {
             .optional()?)
     }
 
-    /// The last sign of the run: the latest moment that stands in the journal.
+    /// The latest moment of a step or an event; `None` in a virtual tent.
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].
@@ -268,232 +392,10 @@ impl Journal {
             .optional()?;
         Ok(latest.flatten())
     }
-
-    /// Writes down something that happened.
-    ///
-    /// # Errors
-    /// [`JournalError::Sqlite`].
-    pub fn happened(&self, event: &Event) -> Result<(), JournalError> {
-        let values = [
-            event.step.into(),
-            event.kind.name().to_owned().into(),
-            event.text.clone().into(),
-            event.at.map(|at| at.since_start.as_secs_f64()).into(),
-            event.at.map(|at| at.unix_s).into(),
-        ];
-        self.write("event", &values)
-    }
-
-    /// All that happened, in order. Nothing in a journal of a version before 3.
-    ///
-    /// # Errors
-    /// [`JournalError`] names what cannot be read.
-    pub fn events(&self) -> Result<Vec<Event>, JournalError> {
-        if self.schema < 3 {
-            return Ok(Vec::new());
-        }
-        let mut statement =
-            self.db.prepare("SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id")?;
-        let mut found = statement.query([])?;
-        let mut events = Vec::new();
-        while let Some(row) = found.next()? {
-            let (step, word): (u32, String) = (row.get(0)?, row.get(1)?);
-            let Ok(kind) = word.parse() else {
-                return Err(JournalError::Value {
-                    step,
-                    column: "kind",
-                    found: word,
-                    wanted: "a kind of event",
-                });
-            };
-            events.push(Event { step, kind, text: row.get(2)?, at: moment(row.get(3)?, row.get(4)?) });
-        }
-        Ok(events)
-    }
-
-    /// What the run is doing: the latest event that says so; `None` if it has not begun. A run that was killed still
-    /// says that it has started or resumed.
-    ///
-    /// # Errors
-    /// As [`Self::events`].
-    pub fn state(&self) -> Result<Option<Event>, JournalError> {
-        Ok(self.events()?.into_iter().rfind(|event| event.kind.is_state()))
-    }
-
-    /// Writes down a photograph that is safe on the disk, and what was seen in it.
-    ///
-    /// # Errors
-    /// [`JournalError::Sqlite`].
-    pub fn saw(&self, row: &Row) -> Result<(), JournalError> {
-        let tip = row.seen.observation.as_ref();
-        let text = |text: &str| Value::from(text.to_owned());
-        let values = [
-            row.step.into(),
-            row.time_s.into(),
-            text(&row.photo),
-            (row.photo_bytes as i64).into(),
-            text(&row.photo_sha256),
-            tip.map(|seen| seen.tip.x).into(),
-            tip.map(|seen| seen.tip.y).into(),
-            row.seen.tip_px.map(|pixel| pixel.x).into(),
-            row.seen.tip_px.map(|pixel| pixel.y).into(),
-            tip.map(|seen| seen.quality.name().to_owned()).into(),
-            text(row.seen.status.name()),
-            row.seen.confidence.into(),
-            row.begun.map(|begun| begun.since_start.as_secs_f64()).into(),
-            row.begun.map(|begun| begun.unix_s).into(),
-            row.lit.map(|lit| lamps::name(lit).to_owned()).into(),
-            row.seen.camera_shift.map(|shift| shift.x).into(),
-            row.seen.camera_shift.map(|shift| shift.y).into(),
-            tip.and_then(|seen| seen.stem.as_ref()).map(stem_text).into(),
-        ];
-        self.write("saw", &values)
-    }
-
-    /// Writes down the decision of a step, before it is acted upon.
-    ///
-    /// # Errors
-    /// [`JournalError::Sqlite`].
-    pub fn decided(&self, step: u32, light: Light) -> Result<(), JournalError> {
-        self.write("decided", &[light.standard_name().to_owned().into(), step.into()])
-    }
-
-    /// Writes down that the decision of a step was acted upon.
-    ///
-    /// # Errors
-    /// [`JournalError::Sqlite`].
-    pub fn done(&self, step: u32) -> Result<(), JournalError> {
-        self.write("done", &[step.into()])
-    }
-
-    /// All steps in order; those that were missed are not among them.
-    ///
-    /// # Errors
-    /// [`JournalError`] names the step and the column that cannot be read.
-    pub fn rows(&self) -> Result<Vec<Row>, JournalError> {
-        let later = match self.schema {
-            ..3 => "NULL, NULL, NULL, NULL, NULL, NULL",
-            3 => "begun_s, unix_s, lit, NULL, NULL, NULL",
-            4 => "begun_s, unix_s, lit, moved_x_px, moved_y_px, NULL",
-            _ => "begun_s, unix_s, lit, moved_x_px, moved_y_px, stem",
-        };
-        let mut statement = self.db.prepare(&format!(
-            "SELECT step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px,
-                    quality, class, decided, done, confidence, {later} FROM steps ORDER BY step",
-        ))?;
-        let mut found = statement.query([])?;
-        let mut rows = Vec::new();
-        while let Some(row) = found.next()? {
-            let step: u32 = row.get(0)?;
-            rows.push(Row {
-                step,
-                time_s: row.get(1)?,
-                photo: row.get(2)?,
-                photo_bytes: row.get::<_, i64>(3)? as u64,
-                photo_sha256: row.get(4)?,
-                seen: seen(step, row)?,
-                decided: lamp(step, "decided", row.get(11)?)?.flatten(),
-                is_done: row.get(12)?,
-                begun: moment(row.get(14)?, row.get(15)?),
-                lit: lamp(step, "lit", row.get(16)?)?,
-            });
-        }
-        Ok(rows)
-    }
-
-    /// How many steps are recorded.
-    ///
-    /// # Errors
-    /// [`JournalError::Sqlite`].
-    pub fn count(&self) -> Result<u32, JournalError> {
-        Ok(self.db.query_row("SELECT count(*) FROM steps", [], |row| row.get(0))?)
-    }
 }
 
-impl JournalError {
-    /// Whether the disk is full.
-    #[must_use]
-    pub fn is_disk_full(&self) -> bool {
-        matches!(self, Self::Sqlite(error) if error.sqlite_error_code() == Some(ErrorCode::DiskFull))
-    }
-
-    /// Whether the file is no journal any more.
-    fn is_damage(&self) -> bool {
-        match self {
-            Self::Damaged(_) => true,
-            Self::Sqlite(error) => {
-                let code = error.sqlite_error_code();
-                [Some(ErrorCode::DatabaseCorrupt), Some(ErrorCode::NotADatabase)].contains(&code)
-            }
-            _ => false,
-        }
-    }
-}
-
-/// The points of a stem as JSON, `[[x, y], ...]` in cm; exact to the bit.
-fn stem_text(stem: &Polyline) -> String {
-    let points: Vec<[f64; 2]> = stem.0.iter().map(|&point| point.into()).collect();
-    serde_json::to_string(&points).expect("numbers are always written")
-}
-
-/// The stem of [`stem_text`].
-fn parse_stem(step: u32, text: String) -> Result<Polyline, JournalError> {
-    match serde_json::from_str::<Vec<[f64; 2]>>(&text) {
-        Ok(points) => Ok(Polyline(points.into_iter().map(Point::from).collect())),
-        Err(_) => {
-            Err(JournalError::Value { step, column: "stem", found: text, wanted: "[[x, y], ...] in cm" })
-        }
-    }
-}
-
-/// A moment of two columns, neither of which a virtual tent has.
+/// The moment of two columns; `None` in a virtual tent, where they are empty.
 fn moment(since_start_s: Option<f64>, unix_s: Option<f64>) -> Option<Moment> {
     let since_start = Duration::try_from_secs_f64(since_start_s?).ok()?;
     Some(Moment { since_start, unix_s: unix_s? })
-}
-
-fn lamp(
-    step: u32,
-    column: &'static str,
-    word: Option<String>,
-) -> Result<Option<Option<Light>>, JournalError> {
-    let Some(word) = word else { return Ok(None) };
-    let error = |_| JournalError::Value { step, column, found: word.clone(), wanted: "left, right or dark" };
-    lamps::parse(&word).map(Some).map_err(error)
-}
-
-fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<TrackedFrame, JournalError> {
-    let point = |x, y| -> Result<Option<[f64; 2]>, rusqlite::Error> {
-        Ok(row.get::<_, Option<f64>>(x)?.zip(row.get::<_, Option<f64>>(y)?).map(|(x, y)| [x, y]))
-    };
-    let quality: Option<String> = row.get(9)?;
-    let quality: Option<Quality> = match quality {
-        None => None,
-        Some(word) => Some(word.parse().map_err(|_| JournalError::Value {
-            step,
-            column: "quality",
-            found: word,
-            wanted: "measured, held or simulated",
-        })?),
-    };
-    let class: String = row.get(10)?;
-    let class: FrameStatus = class.parse().map_err(|_| JournalError::Value {
-        step,
-        column: "class",
-        found: class,
-        wanted: "a class of photograph",
-    })?;
-    let stem: Option<String> = row.get(19)?;
-    let stem = stem.map(|text| parse_stem(step, text)).transpose()?;
-    let observation =
-        point(5, 6)?.zip(quality).map(|(tip, quality)| Observation { tip: Point::from(tip), stem, quality });
-    let pixel = point(7, 8)?.map(|[x, y]| Pixel::new(x, y));
-    let shift = point(17, 18)?.map(|[x, y]| Pixel::new(x, y));
-    Ok(TrackedFrame {
-        observation,
-        tip_px: pixel,
-        status: class,
-        confidence: row.get(13)?,
-        camera_shift: shift,
-    })
 }

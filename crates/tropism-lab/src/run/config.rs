@@ -73,12 +73,12 @@ impl RunConfig {
         match read_schema(&path)?.as_str() {
             SCHEMA => Ok(files::read_toml(&path)?),
             SCHEMA_1 => {
-                let content = |problem| FileError::Content { path: path.clone(), problem };
-                Ok(files::read_toml::<Config1>(&path)?.upgraded().map_err(content)?)
+                let config = files::read_toml::<Config1>(&path)?.upgraded();
+                Ok(config.map_err(|problem| FileError::content(&path, problem))?)
             }
             other => {
                 let problem = format!("found schema {other:?}, wanted {SCHEMA:?} or {SCHEMA_1:?}");
-                Err(FileError::Content { path, problem }.into())
+                Err(FileError::content(&path, problem).into())
             }
         }
     }
@@ -147,6 +147,24 @@ impl RunConfig {
         }
         Ok(RunFolder::open(path, &self.to_toml()?, self.rig.durability(), is_resumed)?)
     }
+}
+
+/// Reads and checks the rig of a rig file, or of a run folder of any schema.
+///
+/// # Errors
+/// [`Error`] names the file, the key, and what is wrong with it.
+pub fn read_rig(path: &Path) -> Result<RigFile, Error> {
+    #[derive(Deserialize)]
+    struct Config {
+        rig: RigFile,
+    }
+    let rig = if path.is_dir() {
+        files::read_toml::<Config>(&path.join("run.toml"))?.rig
+    } else {
+        files::read_toml(path)?
+    };
+    rig.check().map_err(Error::at(path.display()))?;
+    Ok(rig)
 }
 
 fn read_schema(path: &Path) -> Result<String, FileError> {

@@ -25,11 +25,11 @@ use crate::files::{self, FileError};
 use crate::folder::RunFolder;
 use crate::journal::Journal;
 use crate::monitor::Monitor;
-use crate::recorded::{RecordError, Recorded, Supervision};
+use crate::recorder::{RecordError, Recorder, Supervision};
 use crate::workflow::Workflow;
 use alerts::{AlertMonitor, Alerts, HostMonitor, WorkflowMonitor};
 
-pub use config::RunConfig;
+pub use config::{RunConfig, read_rig};
 
 /// A run and where it is recorded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -96,12 +96,12 @@ impl RunPlan {
             since_start = start::since_start(rig, &folder, self.resume, &mut monitors)?;
         }
         let open = rig.open(self.config.seed, since_start).map_err(Error::at("rig"))?;
-        let care = Supervision {
-            patience: rig.patience(),
+        let supervision = Supervision {
+            policy: rig.patience(),
             lamps_in_view: rig.lamps_in_view.clone(),
-            watcher: Box::new(monitors),
+            monitor: Box::new(monitors),
         };
-        let mut recorded = Recorded::new(open.rig, folder, care)?;
+        let mut recorder = Recorder::new(open.rig, folder, supervision)?;
         let mut is_over = true;
         let mut side = Ok(());
         let mut watch = |sample: &Sample| {
@@ -119,8 +119,8 @@ impl RunPlan {
             if may_go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
         let mut controller =
-            self.config.controller.build(&self.config.task, recorded.layout(), rig.period_min);
-        let done = environment::run(&mut recorded, &mut *controller, &self.config.task, &mut watch);
+            self.config.controller.build(&self.config.task, recorder.layout(), rig.period_min);
+        let done = environment::run(&mut recorder, &mut *controller, &self.config.task, &mut watch);
         let interrupted = || Error::Interrupted { folder: out.to_owned() };
         let track = match done {
             Err(RecordError::Stopped) => return Err(interrupted()),
@@ -129,7 +129,7 @@ impl RunPlan {
         };
         side?;
         if !is_over {
-            recorded.tell(EventKind::Stopped, "asked to end".to_owned())?;
+            recorder.report(EventKind::Stopped, "asked to end".to_owned())?;
             return Err(interrupted());
         }
         if let Some(device) = &open.truth {
@@ -137,9 +137,9 @@ impl RunPlan {
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
         }
         self.write_calibration()?;
-        recorded.folder().write_track(&track)?;
-        if recorded.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
-            recorded.tell(EventKind::Finished, format!("{} steps", track.samples.len() - 1))?;
+        recorder.folder().write_track(&track)?;
+        if recorder.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
+            recorder.report(EventKind::Finished, format!("{} steps", track.samples.len() - 1))?;
         }
         Ok(track)
     }
@@ -150,7 +150,7 @@ impl RunPlan {
         let journal = self.out.join("journal.sqlite");
         let past = match journal.exists() {
             true => Journal::open_to_read(&journal)
-                .and_then(|journal| journal.count())
+                .and_then(|journal| journal.step_count())
                 .map_err(Error::at(journal.display()))?,
             false => 0,
         };

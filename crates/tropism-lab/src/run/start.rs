@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use tropism::rig::{Event, EventKind, Moment, OnGap, RunMonitor};
+use tropism::rig::{Event, EventKind, Moment, OnDowntime, RunMonitor};
 use tropism_rig::clock::{SystemTimes, Time};
 use tropism_rig::file::RigFile;
 
 use crate::error::Error;
 use crate::folder::RunFolder;
-use crate::gap::Gap;
+use crate::journal::Downtime;
 
 /// How long ago the experiment in `folder` began: zero for a new one.
 ///
@@ -21,43 +21,46 @@ pub(super) fn since_start(
     is_resumed: bool,
     monitors: &mut Vec<Box<dyn RunMonitor + '_>>,
 ) -> Result<Duration, Error> {
-    let (patience, journal, times) = (rig.patience(), folder.journal(), SystemTimes);
+    let (policy, journal, times) = (rig.patience(), folder.journal(), SystemTimes);
     let paused = |reason: String| Error::Paused { folder: folder.path().to_owned(), reason };
     if let Some(Event { kind: EventKind::Paused, text, .. }) = journal.state()?.filter(|_| !is_resumed) {
         return Err(paused(text));
     }
-    let gap = Gap::of(journal, &times.boot_id(), times.boot_s(), times.unix_s(), times.is_wall_set())?;
-    let goes_on = is_resumed || patience.on_gap == OnGap::Resume;
-    let reason = match gap {
+    let downtime =
+        Downtime::of(journal, &times.boot_id(), times.boot_s(), times.unix_s(), times.is_wall_set())?;
+    let goes_on = is_resumed || policy.on_gap == OnDowntime::Resume;
+    let reason = match downtime {
         // A run without a step has lost none.
-        _ if journal.count()? == 0 => {
-            check_free_disk(folder, patience.free_mb)?;
+        _ if journal.step_count()? == 0 => {
+            check_free_disk(folder, policy.free_mb)?;
             return Ok(Duration::ZERO);
         }
-        Gap::New => return Ok(Duration::ZERO),
-        Gap::Known { away, since_start } if goes_on || away.as_secs_f64() <= 60.0 * patience.gap_min => {
+        Downtime::NotBegun => return Ok(Duration::ZERO),
+        Downtime::Known { length, since_start }
+            if goes_on || length.as_secs_f64() <= 60.0 * policy.gap_min =>
+        {
             return Ok(since_start);
         }
-        Gap::Unknown { last } if goes_on => {
+        Downtime::Unknown { last } if goes_on => {
             // As if no time had passed: the next step is due now.
             let period_s = 60.0 * rig.period_min;
             return Ok(Duration::from_secs_f64(period_s * ((last.as_secs_f64() / period_s).floor() + 1.0)));
         }
-        Gap::Known { away, .. } => format!(
+        Downtime::Known { length, .. } => format!(
             "nobody looked after the plant for {:.0} minutes, more than patience.gap_min = {}",
-            away.as_secs_f64() / 60.0,
-            patience.gap_min
+            length.as_secs_f64() / 60.0,
+            policy.gap_min
         ),
-        Gap::Unknown { .. } => {
+        Downtime::Unknown { .. } => {
             "the computer was started again, and its clock was not known to be right then or is not now: \
                                 nobody knows for how long"
                 .to_owned()
         }
     };
     let at = journal.latest_moment()?.map(|last| Moment { unix_s: times.unix_s(), ..last });
-    let step = journal.rows()?.last().map_or(0, |row| row.step);
+    let step = journal.steps()?.last().map_or(0, |step| step.step);
     let event = Event { step, kind: EventKind::Paused, text: reason.clone(), at };
-    journal.happened(&event)?;
+    journal.record_event(&event)?;
     monitors.event(&event);
     Err(paused(reason))
 }

@@ -1,4 +1,4 @@
-//! What happens to a run, for those who are not there to see it.
+//! Events of a run, and the monitor that hears of them.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -9,43 +9,43 @@ use crate::rig::Moment;
 /// A kind of event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EventKind {
-    /// The run begins.
+    /// The run began.
     Started,
-    /// The run goes on after an interruption.
+    /// The run was resumed after an interruption.
     Resumed,
-    /// The run was ended by its user before its task was over.
+    /// The user ended the run before its task was over.
     Stopped,
-    /// The run waits for its user: it has come to something that it must not decide.
+    /// The run waits for its user, who must decide how it goes on.
     Paused,
     /// The task is over.
     Finished,
-    /// A step began late, but within bounds.
+    /// A step began late, but within the tolerance.
     Late,
-    /// Steps passed without a decision: without a photograph, or without a believed plant for too long.
+    /// Steps passed without a decision: without a photograph, or with a plant that was not detected for too long.
     Missed,
-    /// The camera gave no photograph: the last sighting stands in.
+    /// The camera gave no photograph: the last tip is held.
     Camera,
-    /// A photograph was dark, and another one of the same step was taken.
+    /// A photograph was dark, and was taken again at the same step.
     Dark,
-    /// A photograph shows no plant that can be believed: the last sighting stands in.
+    /// The plant was not detected in a photograph: the last tip is held.
     Held,
-    /// The plant was not seen for so long that somebody should look.
+    /// The plant was not detected for so many steps that a person should look.
     Lost,
-    /// A lamp does not obey.
+    /// A lamp did not obey.
     Lamp,
     /// The photograph shows another lamp lit than was commanded.
     Mismatch,
     /// The camera was moved.
     Moved,
-    /// What was wrong is right again.
+    /// A fault that was reported is over.
     Recovered,
-    /// The clock on the wall was set; the schedule is not moved by it.
+    /// The wall clock was set. It does not move the schedule.
     Clock,
-    /// The computer is too hot or its supply too weak.
+    /// The host computer is too hot, or its supply is too weak.
     Computer,
-    /// The disk is full or nearly so.
+    /// The disk is full.
     Disk,
-    /// A file of the run is damaged or gone.
+    /// A file of the run is damaged or missing.
     Damaged,
 }
 
@@ -99,7 +99,7 @@ impl EventKind {
         }
     }
 
-    /// Whether it says that the run begins, goes on or ends: the latest one of these is the state of a run.
+    /// Whether it begins, resumes or ends a run: the latest of these is the state of the run.
     #[must_use]
     pub const fn is_state(self) -> bool {
         matches!(self, Self::Started | Self::Resumed | Self::Stopped | Self::Paused | Self::Finished)
@@ -123,49 +123,49 @@ impl FromStr for EventKind {
     }
 }
 
-/// Something that happened to a run.
+/// An event of a run, as its journal records it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// The step that was the latest one then; 0 before there was one.
+    /// The latest step at that time; 0 before the first.
     pub step: u32,
-    /// What kind of thing happened.
+    /// Kind of event.
     pub kind: EventKind,
     /// What was found and what was done about it, in one line.
     pub text: String,
-    /// When; `None` in the virtual tent.
+    /// When it happened; `None` in the virtual tent.
     pub at: Option<Moment>,
 }
 
-/// Something that may harm a run and that it cannot see by itself.
+/// A problem of the host computer that may harm a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HealthProblem {
-    /// What it is with, the same as long as it lasts: `temperature`.
+    /// Name of the problem, the same as long as it lasts, such as `temperature`.
     pub what: &'static str,
     /// What was found.
     pub text: String,
 }
 
-/// Somebody who watches over a run: tells people, feeds a watchdog, asks for an end.
+/// Listens to a run: alerts people, feeds a watchdog, reports the health of the host, asks for an end.
 pub trait RunMonitor {
-    /// Something happened. It stands in the journal already, if the journal can still be written.
+    /// Hears of an event. It stands in the journal already, if the journal can still be written.
     fn event(&mut self, event: &Event);
 
-    /// What is wrong with the computer now; asked at each step.
+    /// The problems of the host computer now. Called at each step.
     fn health(&mut self) -> Vec<HealthProblem> {
         Vec::new()
     }
 
-    /// The run is alive: told at each step, and about twice a second while the next one is waited for. `Break` asks for
-    /// an orderly end, at once.
+    /// Hears that the run is alive: at each step, and about twice a second while it waits for the next. `Break` asks for an
+    /// orderly end at once.
     fn heartbeat(&mut self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-/// Each of them; any one may ask for an end.
+/// All of them hear of everything, and each may ask for an end.
 impl RunMonitor for Vec<Box<dyn RunMonitor + '_>> {
     fn event(&mut self, event: &Event) {
-        self.iter_mut().for_each(|watcher| watcher.event(event));
+        self.iter_mut().for_each(|monitor| monitor.event(event));
     }
 
     fn health(&mut self) -> Vec<HealthProblem> {
@@ -173,8 +173,8 @@ impl RunMonitor for Vec<Box<dyn RunMonitor + '_>> {
     }
 
     fn heartbeat(&mut self) -> ControlFlow<()> {
-        let asked: Vec<_> = self.iter_mut().map(RunMonitor::heartbeat).collect();
-        if asked.iter().any(ControlFlow::is_break) {
+        let answers: Vec<_> = self.iter_mut().map(RunMonitor::heartbeat).collect();
+        if answers.iter().any(ControlFlow::is_break) {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
@@ -196,7 +196,7 @@ impl<T: RunMonitor + ?Sized> RunMonitor for Box<T> {
     }
 }
 
-/// Nobody.
+/// A monitor that does nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoMonitor;
 
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_read_as_they_are_written() {
+    fn a_kind_comes_back_from_its_name() {
         for kind in EventKind::ALL {
             assert_eq!(kind.name().parse(), Ok(kind));
         }
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn one_of_many_watchers_is_enough_to_end_a_run_and_all_are_asked() {
+    fn one_of_many_monitors_is_enough_to_end_a_run_and_all_are_asked() {
         struct Counting(std::rc::Rc<std::cell::Cell<u32>>, bool);
         impl RunMonitor for Counting {
             fn event(&mut self, _event: &Event) {
@@ -230,8 +230,8 @@ mod tests {
             }
         }
         let count = std::rc::Rc::default();
-        let watcher = |asks| Box::new(Counting(std::rc::Rc::clone(&count), asks)) as Box<dyn RunMonitor>;
-        let mut all = vec![watcher(true), watcher(false)];
+        let monitor = |asks| Box::new(Counting(std::rc::Rc::clone(&count), asks)) as Box<dyn RunMonitor>;
+        let mut all = vec![monitor(true), monitor(false)];
         assert!(all.heartbeat().is_break());
         let event = Event { step: 3, kind: EventKind::Lamp, text: "left lamp: silent".to_owned(), at: None };
         all.event(&event);

@@ -1,4 +1,4 @@
-//! How much a run bears before it asks its user.
+//! Which faults a run tolerates before it asks its user, and how durable its files are.
 
 use std::collections::BTreeMap;
 
@@ -8,59 +8,59 @@ use crate::geometry::Region;
 use crate::lamps::Layout;
 use crate::vision::tracking::hold::MAX_HELD_FRAMES;
 
-/// Columns of the paper's camera, section 2.1.
+/// Columns of the paper's photographs (section 2.1).
 pub const COLUMNS: f64 = 2592.0;
 
-/// What is borne, and for how long. The default is for a tent with a real plant in it.
+/// The faults that a run tolerates, and for how long: the table `patience` of a rig file. The default is for a real plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FaultPolicy {
-    /// Seconds by which a step may begin late. One that would be later is missed: it is never caught up with, so that
-    /// there is never more than one photograph and one decision in a period.
+    /// Seconds by which a step may begin late; a later step is missed. Missed steps are never caught up with, so that there
+    /// is at most one photograph and one decision in a period.
     pub late_s: f64,
-    /// Minutes without the program after which it asks before it goes on.
+    /// Minutes of downtime after which the run asks before it is resumed.
     pub gap_min: f64,
-    /// What is done after a longer gap, or one of unknown length.
-    pub on_gap: OnGap,
-    /// Steps in a row for which the last sighting may stand in, where the camera gave no photograph or it shows no plant
-    /// that can be believed. After them nothing is decided until the plant is seen.
+    /// What happens after a longer downtime, or one of unknown length.
+    pub on_gap: OnDowntime,
+    /// Steps in a row at which the last tip is held, if the camera gave no photograph or the plant was not detected. After
+    /// them nothing is decided until the plant is detected again.
     pub hold_steps: u32,
-    /// Photographs that are taken at one step at most, the flash lit anew for each, as long as they are dark.
+    /// The most photographs that are taken at one step, each with the flash lit anew, as long as they are dark.
     pub flash_tries: u32,
-    /// Pixels by which the camera may move until somebody is told, and until the run pauses, in pictures of
-    /// 2592 columns, as the paper's are; in others as much of their width.
+    /// Pixels by which the camera may move before an alert. They are counted in pictures of 2592 columns, as the paper's
+    /// are; in others they scale with the width.
     pub moved_px: f64,
-    /// See [`Self::moved_px`].
+    /// Pixels by which the camera may move before the run pauses, counted as [`Self::moved_px`].
     pub moved_pause_px: f64,
-    /// Degrees Celsius of the computer above which somebody is told.
+    /// Temperature of the host computer before an alert, in degrees Celsius.
     pub hot_c: f64,
     /// What the lamps do while nothing is decided.
     pub on_fault: OnFault,
-    /// Steps in a row without a believed plant, or with the wrong lamp in the photograph, after which somebody is told.
+    /// Steps in a row without a detected plant, or with the wrong lamp in the photograph, before an alert.
     pub alert_steps: u32,
-    /// Steps in a row with the same trouble after which the run pauses.
+    /// Steps in a row with the same fault before the run pauses.
     pub pause_steps: u32,
-    /// Megabytes of disk that are kept for the journal: given up when the disk is full.
+    /// Megabytes of the disk that are reserved for the journal, and released when the disk is full.
     pub ballast_mb: u32,
-    /// Megabytes of disk that must be free at the beginning.
+    /// Megabytes of the disk that must be free when the run begins.
     pub free_mb: u32,
 }
 
-/// After a long gap.
+/// What happens after a long downtime.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum OnGap {
-    /// Ask.
+pub enum OnDowntime {
+    /// The run pauses and asks its user.
     Pause,
-    /// Go on.
+    /// The run is resumed.
     Resume,
 }
 
-/// While nothing is decided.
+/// What the lamps do while nothing is decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OnFault {
-    /// The lamp that is lit stays lit.
+    /// The lit lamp stays lit.
     Hold,
     /// All lamps are dark.
     Dark,
@@ -71,7 +71,7 @@ impl Default for FaultPolicy {
         Self {
             late_s: 60.0,
             gap_min: 30.0,
-            on_gap: OnGap::Pause,
+            on_gap: OnDowntime::Pause,
             hold_steps: MAX_HELD_FRAMES,
             flash_tries: 2,
             moved_px: 5.0,
@@ -87,13 +87,13 @@ impl Default for FaultPolicy {
 }
 
 impl FaultPolicy {
-    /// For a virtual plant, which waits for nobody: the last sighting always stands in, and nothing is asked.
+    /// Tolerates everything, for a virtual plant: the last tip is always held, and the run never pauses.
     #[must_use]
     pub const fn unlimited() -> Self {
         Self {
             late_s: f64::INFINITY,
             gap_min: f64::INFINITY,
-            on_gap: OnGap::Resume,
+            on_gap: OnDowntime::Resume,
             hold_steps: u32::MAX,
             flash_tries: 1,
             moved_px: f64::INFINITY,
@@ -107,7 +107,7 @@ impl FaultPolicy {
         }
     }
 
-    /// Checks what a file may have got wrong.
+    /// Checks the values of a file.
     ///
     /// # Errors
     /// A line that names the key, its value and its range.
@@ -136,13 +136,13 @@ impl FaultPolicy {
     }
 }
 
-/// What a power cut may cost.
+/// What a power cut may cost a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Durability {
-    /// Nothing: every step is on the disk before the next begins. For real plants.
+    /// Nothing: each step is on the disk before the next begins. For real plants.
     Full,
-    /// The steps of the last seconds; a killed program costs nothing. For virtual plants at full speed.
+    /// The steps of the last seconds; a killed program still costs nothing. For virtual plants at full speed.
     Fast,
 }
 
@@ -160,7 +160,7 @@ impl LampsInView {
         layout.lamps().iter().map(|lamp| self.0.get(&lamp.name).copied()).collect()
     }
 
-    /// Checks what a file may have got wrong, for photographs of `width` x `height` and the lamps of `layout`.
+    /// Checks the regions for photographs of `width` x `height` and the lamps of `layout`.
     ///
     /// # Errors
     /// A line that says what was found and what was wanted.

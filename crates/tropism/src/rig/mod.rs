@@ -18,7 +18,7 @@ use crate::photo::Photo;
 use crate::vision::{TipTracker, TrackedFrame};
 
 pub use event::{Event, EventKind, HealthProblem, NoMonitor, RunMonitor};
-pub use fault_policy::{Durability, FaultPolicy, LampsInView, OnFault, OnGap};
+pub use fault_policy::{Durability, FaultPolicy, LampsInView, OnDowntime, OnFault};
 
 /// Takes photographs.
 pub trait Camera {

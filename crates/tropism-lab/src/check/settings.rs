@@ -1,4 +1,4 @@
-//! What a rig file says, and what it forgets.
+//! Settings of a rig file that are missing, unsafe or too slow; its broker and its alerts.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use tropism_rig::strip::Strip;
 use super::{Findings, Group};
 use crate::units::time;
 
-/// Judges what can be known without the devices.
+/// Examines what can be known without the devices.
 pub(super) fn examine(rig: &RigFile, findings: &mut Findings) {
     if rig.is_virtual() {
         findings.pass(Group::Settings, "a virtual tent: no device of it can fail");
@@ -100,7 +100,7 @@ fn is_open_to_all(_path: &Path) -> bool {
     false
 }
 
-/// Seconds that one try of the camera may take, and how many tries there are.
+/// Seconds that one try of the camera may take, and the number of tries.
 fn camera_times(camera: &CameraDriver) -> (f64, u32) {
     match camera {
         CameraDriver::Command(camera) => (camera.timeout_s.into(), 1 + camera.retries),
@@ -122,7 +122,8 @@ fn lamp_time(lamp: &LampDriver) -> f64 {
     }
 }
 
-/// Whether a step fits its period even if everything takes as long as it may, and the flash outlasts a photograph.
+/// Examines whether a step fits into its period if everything takes as long as it may, and whether the flash outlasts a
+/// photograph.
 fn examine_times(rig: &RigFile, findings: &mut Findings) {
     let (try_s, tries) = rig.camera.as_ref().map_or((0.0, 1), camera_times);
     let (settle_s, max_on_s, order_s) = match &rig.flash {
@@ -201,7 +202,7 @@ fn examine_plug(name: &str, plug: &Plug, findings: &mut Findings) {
     }
 }
 
-/// Talks to the broker, and looks whether it keeps orders, which would be carried out again.
+/// Connects to the broker, and looks for retained orders: a device that restarts would carry them out again.
 pub(super) fn examine_broker(rig: &RigFile, findings: &mut Findings) {
     let Some(broker) = &rig.mqtt else { return };
     let plugs = lamps(rig).filter_map(|(_, lamp)| match lamp {
@@ -239,7 +240,7 @@ pub(super) fn examine_broker(rig: &RigFile, findings: &mut Findings) {
     }
 }
 
-/// Sends a message by each channel.
+/// Sends a test message by each channel.
 pub(super) fn examine_alerts(rig: &RigFile, findings: &mut Findings) {
     if rig.alert.is_empty() {
         return;

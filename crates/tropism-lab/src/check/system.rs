@@ -1,4 +1,4 @@
-//! The computer: its disk, its clock, its power, and what happens when it hangs.
+//! The computer: its disk, its clock, its power, its watchdog and its GPIO lines.
 
 use std::fs;
 use std::io::Write;
@@ -6,29 +6,35 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use tropism_lab::files;
 use tropism_rig::driver::{FlashDriver, LampDriver};
 use tropism_rig::file::{LampsTable, RigFile};
 use tropism_rig::host::Host;
 
 use super::{Findings, Group};
+use crate::files;
 use crate::units;
 
-/// Steps of the paper's experiments: 83.3 hours.
+/// Steps of the paper's longest experiments: 83.3 hours (section 2.2.1).
 const STEPS: u64 = 1000;
 
-/// Bytes of a photograph for each pixel, if none was taken: a JPEG of good quality.
+/// Factor on the size of all photographs; chosen by hand.
+const MARGIN: f64 = 1.3;
+
+/// Bytes for the journal and its mirror: more than the 31 MB that 83.3 hours write at 9 MB a day (measured, docs/rig.md).
+const JOURNAL_BYTES: u64 = 64 << 20;
+
+/// Bytes of a photograph for each pixel, if none was taken; chosen by hand for a JPEG of good quality.
 const BYTES_PER_PIXEL: f64 = 0.25;
 
-/// Judges the computer. `photograph_bytes` is the size of a photograph, if some were taken.
+/// Examines the computer. `photograph_bytes` is the mean size of a photograph, if any was taken.
 pub(super) fn examine(rig: &RigFile, data: &Path, photograph_bytes: Option<u64>, findings: &mut Findings) {
     if let Some(model) = line("/proc/device-tree/model") {
         findings.pass(Group::System, model.trim_end_matches('\0').to_owned());
     }
-    let guess = rig
+    let estimate = rig
         .calibration()
         .map_or(0.0, |calibration| BYTES_PER_PIXEL * (calibration.width * calibration.height) as f64);
-    examine_disk(data, photograph_bytes.unwrap_or(guess as u64), findings);
+    examine_disk(data, photograph_bytes.unwrap_or(estimate as u64), findings);
     if rig.is_virtual() {
         return;
     }
@@ -46,13 +52,14 @@ pub(super) fn examine(rig: &RigFile, data: &Path, photograph_bytes: Option<u64>,
     }
 }
 
+/// The first line of a file.
 fn line(path: &str) -> Option<String> {
     Some(fs::read_to_string(path).ok()?.lines().next()?.trim().to_owned())
 }
 
 fn examine_disk(data: &Path, photograph_bytes: u64, findings: &mut Findings) {
     let name = data.display();
-    let need = (1.3 * (STEPS * photograph_bytes) as f64) as u64 + (64 << 20);
+    let need = (MARGIN * (STEPS * photograph_bytes) as f64) as u64 + JOURNAL_BYTES;
     match files::free_bytes(data) {
         Err(error) => {
             findings.fail(
@@ -75,7 +82,7 @@ fn examine_disk(data: &Path, photograph_bytes: u64, findings: &mut Findings) {
             }
         }
     }
-    if let Some((kind, problem)) = kind_of_disk(data) {
+    if let Some((kind, problem)) = file_system(data) {
         match problem {
             None => findings.pass(Group::System, format!("{name}: {kind}")),
             Some(problem) => findings.warn(
@@ -85,7 +92,7 @@ fn examine_disk(data: &Path, photograph_bytes: u64, findings: &mut Findings) {
             ),
         }
     }
-    match syncs(data) {
+    match slowest_sync(data) {
         Err(error) => findings.fail(
             Group::System,
             format!("{name}: cannot write: {error}"),
@@ -103,9 +110,10 @@ fn examine_disk(data: &Path, photograph_bytes: u64, findings: &mut Findings) {
     }
 }
 
-/// The kind of disk, and what is wrong with it for a run.
+/// The file system of a folder, and what is wrong with it for a run.
 #[cfg(target_os = "linux")]
-fn kind_of_disk(folder: &Path) -> Option<(&'static str, Option<&'static str>)> {
+fn file_system(folder: &Path) -> Option<(&'static str, Option<&'static str>)> {
+    // Magic numbers of file systems: linux/magic.h.
     const FORGETS: Option<&str> = Some("it is memory, and empty after a restart");
     const NETWORK: Option<&str> = Some("locks and syncs over a network are promises of others");
     const FRAGILE: Option<&str> = Some("a power cut may cost all of it");
@@ -126,12 +134,12 @@ fn kind_of_disk(folder: &Path) -> Option<(&'static str, Option<&'static str>)> {
 }
 
 #[cfg(not(target_os = "linux"))]
-fn kind_of_disk(_folder: &Path) -> Option<(&'static str, Option<&'static str>)> {
+fn file_system(_folder: &Path) -> Option<(&'static str, Option<&'static str>)> {
     None
 }
 
-/// The slowest of 20 syncs, in seconds.
-fn syncs(folder: &Path) -> std::io::Result<f64> {
+/// Seconds that the slowest of 20 synced writes takes.
+fn slowest_sync(folder: &Path) -> std::io::Result<f64> {
     let path = folder.join(format!(".tropism-check-{}", std::process::id()));
     let tried = (|| {
         let mut file = fs::File::create_new(&path)?;
@@ -205,7 +213,7 @@ fn examine_watchdog(findings: &mut Findings) {
     }
 }
 
-/// Whether lines fall back when their program dies.
+/// Examines whether GPIO lines fall back when the program that drives them dies.
 fn examine_gpio(findings: &mut Findings) {
     let kept = ["pinctrl_bcm2835", "pinctrl_rp1"]
         .into_iter()

@@ -1,54 +1,44 @@
-//! Where an export goes: a tar archive, or a folder. Both are made under another name and take their own when they are
-//! whole.
+//! Where an export goes: a tar archive, or a folder. Both are written under another name, and renamed when they are whole.
 
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
-use tropism_lab::files;
-
-use super::{Written, name_of};
+use super::manifest::{Written, name_of};
+use crate::error::Error;
 
 /// An export that is being written.
-pub(crate) enum Sink {
-    /// An archive; all of it is in a folder of its name.
+pub(super) enum Sink {
+    /// An archive, with all files in a folder of its name.
     Tar { part: PathBuf, name: String, archive: Box<tar::Builder<BufWriter<File>>> },
     /// A folder.
     Folder { part: PathBuf },
 }
 
 /// The name under which `out` is written.
-pub(crate) fn part_of(out: &Path) -> PathBuf {
+pub(super) fn part_of(out: &Path) -> PathBuf {
     let mut name = out.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     out.with_file_name(name)
 }
 
 impl Sink {
-    /// An archive if `out` ends in `.tar`, else a folder.
-    pub(crate) fn new(out: &Path) -> Result<Self> {
+    /// Creates an archive if `out` ends in `.tar`, otherwise a folder.
+    pub(super) fn create(out: &Path) -> Result<Self, Error> {
         let part = part_of(out);
-        let cannot = || format!("{}: cannot make it", part.display());
+        let cannot = || Error::at(format!("{}: cannot make it", part.display()));
         let is_tar = out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tar"));
         if !is_tar {
-            fs::create_dir(&part).with_context(cannot)?;
+            fs::create_dir(&part).map_err(cannot())?;
             return Ok(Self::Folder { part });
         }
-        let file = File::create_new(&part).with_context(cannot)?;
+        let file = File::create_new(&part).map_err(cannot())?;
         let name = name_of(&out.with_extension(""));
         Ok(Self::Tar { part, name, archive: Box::new(tar::Builder::new(BufWriter::new(file))) })
     }
 
-    /// What is being written.
-    pub(crate) fn part(&self) -> &Path {
-        match self {
-            Self::Tar { part, .. } | Self::Folder { part } => part,
-        }
-    }
-
-    /// Adds a file; `path` is relative.
-    pub(crate) fn add(&mut self, path: &str, bytes: &[u8]) -> io::Result<()> {
+    /// Adds a file; `path` is relative to the export.
+    pub(super) fn add(&mut self, path: &str, bytes: &[u8]) -> io::Result<()> {
         match self {
             Self::Tar { name, archive, .. } => {
                 let mut header = tar::Header::new_gnu();
@@ -68,8 +58,8 @@ impl Sink {
         }
     }
 
-    /// Brings all of it to the disk, and reads it back from there.
-    pub(crate) fn finish(self) -> Result<Vec<Written>> {
+    /// Syncs all files to the disk, and reads them back from there.
+    pub(super) fn finish(self) -> io::Result<Vec<Written>> {
         match self {
             Self::Tar { part, name, archive } => {
                 let file = archive.into_inner()?.into_inner().map_err(io::IntoInnerError::into_error)?;
@@ -87,11 +77,7 @@ impl Sink {
     }
 }
 
-fn written(path: String, bytes: &[u8]) -> Written {
-    Written { path, bytes: bytes.len() as u64, sha256: files::sha256(bytes) }
-}
-
-fn read_tar(path: &Path, name: &str) -> Result<Vec<Written>> {
+fn read_tar(path: &Path, name: &str) -> io::Result<Vec<Written>> {
     let mut archive = tar::Archive::new(BufReader::new(File::open(path)?));
     let mut found = Vec::new();
     for entry in archive.entries()? {
@@ -100,31 +86,31 @@ fn read_tar(path: &Path, name: &str) -> Result<Vec<Written>> {
         let path = path.strip_prefix(&format!("{name}/")).unwrap_or(&path).to_owned();
         let mut bytes = Vec::new();
         entry.read_to_end(&mut bytes)?;
-        found.push(written(path, &bytes));
+        found.push(Written::new(path, &bytes));
     }
     Ok(found)
 }
 
-fn read_folder(folder: &Path, prefix: &str, found: &mut Vec<Written>) -> Result<()> {
+fn read_folder(folder: &Path, prefix: &str, found: &mut Vec<Written>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let path = format!("{prefix}{}", entry.file_name().to_string_lossy());
         if entry.file_type()?.is_dir() {
             read_folder(&entry.path(), &format!("{path}/"), found)?;
         } else {
-            found.push(written(path, &fs::read(entry.path())?));
+            found.push(Written::new(path, &fs::read(entry.path())?));
         }
     }
     Ok(())
 }
 
-/// Gives what was written its name, unless something has taken it meanwhile.
-pub(crate) fn put(part: &Path, out: &Path) -> io::Result<()> {
+/// Renames `part` to `out`, unless something has taken that name since.
+pub(super) fn rename(part: &Path, out: &Path) -> io::Result<()> {
     #[cfg(target_os = "linux")]
     {
         use rustix::fs::{CWD, RenameFlags, renameat_with};
         match renameat_with(CWD, part, CWD, out, RenameFlags::NOREPLACE) {
-            // Not every network disk can.
+            // Some network file systems do not support it.
             Err(rustix::io::Errno::INVAL | rustix::io::Errno::NOSYS) => {}
             done => return Ok(done?),
         }
@@ -135,8 +121,8 @@ pub(crate) fn put(part: &Path, out: &Path) -> io::Result<()> {
     fs::rename(part, out)
 }
 
-/// Removes what was begun.
-pub(crate) fn remove(part: &Path) {
-    // What cannot be removed stays under its own name and is in nobody's way.
+/// Removes an export that was not finished.
+pub(super) fn remove(part: &Path) {
+    // If it cannot be removed, it stays under its own name, which nothing else uses.
     let _ = if part.is_dir() { fs::remove_dir_all(part) } else { fs::remove_file(part) };
 }

@@ -1,7 +1,8 @@
-//! Sizes and times in units that people read.
+//! Sizes and times as text for people.
 
-/// A number of bytes in decimal units: `1.5 GB`.
-pub(crate) fn bytes(count: u64) -> String {
+/// A number of bytes as text, such as `1.5 GB`.
+#[must_use]
+pub fn bytes(count: u64) -> String {
     let count = count as f64;
     match count {
         1e9.. => format!("{:.1} GB", count / 1e9),
@@ -11,8 +12,9 @@ pub(crate) fn bytes(count: u64) -> String {
     }
 }
 
-/// A number of seconds in the largest fitting unit: `40 s`, `12 min`, `6.2 h`, `3.5 days`.
-pub(crate) fn time(seconds: f64) -> String {
+/// A number of seconds as text, such as `40 s`, `12 min`, `6.2 h` or `3.5 days`.
+#[must_use]
+pub fn time(seconds: f64) -> String {
     match seconds {
         172_800.0.. => format!("{:.1} days", seconds / 86_400.0),
         7200.0.. => format!("{:.1} h", seconds / 3600.0),

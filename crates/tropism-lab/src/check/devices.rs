@@ -1,0 +1,257 @@
+//! Camera, flash and lamps, opened and tried one after the other.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::lamps::{Layout, Light};
+use tropism::rig::{Camera, Clock, Flash, Lamps};
+use tropism::vision::{Calibration, TipTracker};
+use tropism_rig::driver::CameraDriver;
+use tropism_rig::file::RigFile;
+use tropism_rig::switch::NoFlash;
+
+use super::judgement::{judge_camera, judge_flash, judge_lamp, judge_plant, judge_sides};
+use super::shot::Shot;
+use super::{Findings, Group};
+use crate::error::Error;
+use crate::files;
+use crate::monitor::Monitor;
+
+/// Photographs with the flash; chosen by hand.
+const SHOTS: usize = 5;
+
+/// Photographs in the dark, of which the last counts: a camera may have kept frames from before. Chosen by hand.
+const WARM_UP_SHOTS: usize = 3;
+
+/// The open devices of a rig. Flash and lamps go dark when they are dropped.
+pub(super) struct Devices<'m> {
+    monitor: &'m dyn Monitor,
+    camera: Box<dyn Camera>,
+    flash: Box<dyn Flash>,
+    has_flash: bool,
+    lamps: Box<dyn Lamps>,
+    layout: Layout,
+    tracker: TipTracker,
+    calibration: Calibration,
+    /// The clock of a virtual tent, whose photographs repeat unless time passes, and the period.
+    clock: Option<(Box<dyn Clock>, Duration)>,
+    /// The setting by which old frames of the camera are discarded.
+    discard_key: Option<&'static str>,
+    /// Where photographs are kept.
+    kept: Option<PathBuf>,
+    shots: u32,
+    /// Sizes of the photographs with the flash.
+    bytes: Vec<usize>,
+}
+
+impl Drop for Devices<'_> {
+    fn drop(&mut self) {
+        // A device that does not obey was reported before.
+        let _ = self.flash.flash(false);
+        let _ = self.lamps.light(None);
+    }
+}
+
+impl<'m> Devices<'m> {
+    /// Opens the devices of `rig`; `None`, and a finding, if one cannot be opened.
+    pub(super) fn open(
+        rig: &RigFile,
+        kept: Option<PathBuf>,
+        monitor: &'m dyn Monitor,
+        findings: &mut Findings,
+    ) -> Option<Self> {
+        match &rig.greenhouse {
+            Some(greenhouse) => Self::open_virtual(rig, greenhouse, kept, monitor, findings),
+            None => Self::open_real(rig, kept, monitor, findings),
+        }
+    }
+
+    fn open_virtual(
+        rig: &RigFile,
+        greenhouse: &Greenhouse,
+        kept: Option<PathBuf>,
+        monitor: &'m dyn Monitor,
+        findings: &mut Findings,
+    ) -> Option<Self> {
+        let calibration = rig.calibration()?;
+        let layout = rig.layout().ok()?;
+        let (device, tracker) = greenhouse
+            .open(1, rig.period_min, &rig.vision)
+            .map_err(|error| findings.fail(Group::Camera, error.to_string(), "correct the rig file"))
+            .ok()?;
+        let period = Duration::from_secs_f64(60.0 * rig.period_min);
+        Some(Self {
+            monitor,
+            camera: Box::new(device.clone()),
+            flash: Box::new(device.clone()),
+            has_flash: true,
+            lamps: Box::new(device.clone()),
+            layout,
+            tracker,
+            calibration,
+            clock: Some((Box::new(device), period)),
+            discard_key: None,
+            kept,
+            shots: 0,
+            bytes: Vec::new(),
+        })
+    }
+
+    fn open_real(
+        rig: &RigFile,
+        kept: Option<PathBuf>,
+        monitor: &'m dyn Monitor,
+        findings: &mut Findings,
+    ) -> Option<Self> {
+        let calibration = rig.calibration()?;
+        let broker = rig.mqtt.as_ref();
+        let mut fail = |group, error: String| {
+            findings.fail(group, error, "see that it is plugged in, free, and named as the rig file says");
+        };
+        // All are opened before any is given up, so that each problem is found.
+        let tracker = TipTracker::new(calibration, rig.vision.clone())
+            .map_err(|error| fail(Group::Plant, error.to_string()));
+        let flash: Result<Box<dyn Flash>, ()> = match &rig.flash {
+            None => Ok(Box::new(NoFlash)),
+            Some(flash) => flash.open(broker).map_err(|error| fail(Group::Flash, error.to_string())),
+        };
+        let lamps = rig.lamps.as_ref()?.open(broker).map_err(|error| fail(Group::Lamps, error.to_string()));
+        let driver = rig.camera.as_ref()?;
+        let camera = driver.open().map_err(|error| fail(Group::Camera, error.to_string()));
+        let discard_key = match driver {
+            CameraDriver::Http(_) | CameraDriver::V4l2(_) => Some("camera.discard_frames"),
+            _ => None,
+        };
+        Some(Self {
+            monitor,
+            camera: camera.ok()?,
+            flash: flash.ok()?,
+            has_flash: rig.flash.is_some(),
+            lamps: lamps.ok()?,
+            layout: rig.layout().ok()?,
+            tracker: tracker.ok()?,
+            calibration,
+            clock: None,
+            discard_key,
+            kept,
+            shots: 0,
+            bytes: Vec::new(),
+        })
+    }
+
+    /// Mean size of the photographs with the flash.
+    pub(super) fn photograph_bytes(&self) -> Option<u64> {
+        let count = self.bytes.len();
+        (count > 0).then(|| (self.bytes.iter().sum::<usize>() / count) as u64)
+    }
+
+    /// Fails if the monitor asked for an end.
+    fn check_end(&self) -> Result<(), Error> {
+        if self.monitor.may_go_on() { Ok(()) } else { Err(Error::Cancelled("all light is off".to_owned())) }
+    }
+
+    /// Takes a photograph with or without the flash; `None`, and a finding, if that fails.
+    fn shot(&mut self, name: &str, has_flash: bool, findings: &mut Findings) -> Result<Option<Shot>, Error> {
+        self.check_end()?;
+        let monitor = self.monitor;
+        if let Some((clock, period)) = &mut self.clock {
+            let _ = clock.wait_until(*period * self.shots, &mut || match monitor.may_go_on() {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            });
+            self.check_end()?;
+        }
+        self.shots += 1;
+        let lit = if has_flash { self.flash.flash(true) } else { Ok(()) };
+        let began = Instant::now();
+        let photo = self.camera.photograph();
+        let took = began.elapsed();
+        for done in [lit, if has_flash { self.flash.flash(false) } else { Ok(()) }] {
+            if let Err(error) = done {
+                findings.fail(Group::Flash, error.to_string(), "see that it is plugged in and obeys by hand");
+                return Ok(None);
+            }
+        }
+        let shot = photo.map_err(|error| error.to_string()).and_then(|photo| {
+            if let Some(folder) = &self.kept {
+                let path = folder.join(format!("{:02}-{name}.jpg", self.shots));
+                files::write(&path, &photo.bytes).map_err(|error| error.to_string())?;
+            }
+            Shot::new(photo, took)
+        });
+        match shot {
+            Ok(shot) => Ok(Some(shot)),
+            Err(error) => {
+                findings.fail(
+                    Group::Camera,
+                    format!("photograph {} ({name}): {error}", self.shots),
+                    "take one by hand with the same settings; docs/rig.md has the camera's keys",
+                );
+                Ok(None)
+            }
+        }
+    }
+
+    /// Lights a lamp, or none; `false`, and a finding, if a lamp does not obey.
+    fn light(&mut self, light: Option<Light>, findings: &mut Findings) -> bool {
+        let done = self.lamps.light(light);
+        if let Err(error) = &done {
+            let remedy = "see that it is plugged in and obeys by hand; tropism safe-state puts all light off";
+            findings.fail(Group::Lamps, error.to_string(), remedy);
+        }
+        done.is_ok()
+    }
+
+    /// Tries all devices. Stops at the first that does not work at all: the others are judged by it.
+    pub(super) fn examine(&mut self, findings: &mut Findings) -> Result<(), Error> {
+        if !self.light(None, findings) {
+            return Ok(());
+        }
+        for _ in 1..WARM_UP_SHOTS {
+            if self.shot("dark", false, findings)?.is_none() {
+                return Ok(());
+            }
+        }
+        let Some(dark) = self.shot("dark", false, findings)? else { return Ok(()) };
+        let mut shots = Vec::new();
+        for _ in 0..SHOTS {
+            let Some(shot) = self.shot("flash", true, findings)? else { return Ok(()) };
+            self.bytes.push(shot.photo.bytes.len());
+            shots.push(shot);
+        }
+        let Some(after) = self.shot("dark", false, findings)? else { return Ok(()) };
+        judge_camera(&self.calibration, &shots, findings);
+        if self.has_flash {
+            judge_flash(&dark, &shots, &after, self.discard_key, findings);
+        }
+        judge_plant(&mut self.tracker, &shots, findings);
+        self.examine_lamps(&after, findings)
+    }
+
+    /// Lights each lamp alone, without the flash, and photographs it and the darkness after it.
+    fn examine_lamps(&mut self, dark: &Shot, findings: &mut Findings) -> Result<(), Error> {
+        let mut gains = vec![None; self.layout.len()];
+        for light in self.layout.lights() {
+            let name = self.layout.name(Some(light)).to_owned();
+            if !self.light(Some(light), findings) {
+                return Ok(());
+            }
+            let lit = self.shot(&name, false, findings)?;
+            if !self.light(None, findings) {
+                return Ok(());
+            }
+            let (Some(lit), Some(after)) = (lit, self.shot("dark", false, findings)?) else { return Ok(()) };
+            gains[light.index()] = judge_lamp(&name, dark, &lit, &after, findings);
+        }
+        let sides = [false, true].map(|is_right| self.layout.towards(is_right));
+        let [left, right] = sides.map(|light| gains[light.index()]);
+        let is_one_each_side = self.layout.side(sides[0]) < 0.0 && self.layout.side(sides[1]) > 0.0;
+        if let (Some(left), Some(right), true) = (left, right, is_one_each_side) {
+            let names = sides.map(|light| self.layout.name(Some(light)));
+            judge_sides(names, [left, right], findings);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,220 @@
+//! The workflow `export`: a run as one archive or folder that others can read and check.
+//!
+//! In comes a run folder, out comes a copy with tables instead of the journal, and a manifest with the SHA-256 of each file.
+//! Each photograph is compared with the journal, and all that was written is read back and compared again. The run may go
+//! on meanwhile: it is exported up to its latest step.
+
+mod manifest;
+mod sink;
+mod tables;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::files::{self, FileError};
+use crate::journal::{Journal, StepRecord};
+use crate::lock::holder;
+use crate::monitor::Monitor;
+use crate::run::RunConfig;
+use crate::workflow::Workflow;
+use manifest::{Contents, Written};
+use sink::Sink;
+
+/// The run to export.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExportPlan {
+    /// Run folder.
+    pub folder: PathBuf,
+    /// New archive, if it ends in `.tar`, or new folder. Nothing is overwritten.
+    pub out: PathBuf,
+    /// Whether photographs that are missing or damaged are left out and listed. Otherwise they are an error.
+    #[serde(default)]
+    pub keep_going: bool,
+}
+
+/// What was exported.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExportResults {
+    /// Archive or folder.
+    pub out: PathBuf,
+    /// Whether the plant is virtual.
+    pub is_virtual: bool,
+    /// Whether the run is over.
+    pub is_over: bool,
+    /// Recorded steps.
+    pub steps: usize,
+    /// Files of the export.
+    pub files: usize,
+    /// Their size.
+    pub bytes: u64,
+    /// Photographs that were left out.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A photograph that was left out.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeftOut {
+    /// Where it would be in the export.
+    pub path: String,
+    /// What is wrong with it.
+    pub problem: String,
+}
+
+/// Files that are copied from a run folder if they are there. The journal is not: a run may be writing it, and `track.csv`
+/// and `events.csv` hold all that is in it.
+const COPIED: [&str; 4] = ["run.toml", "calibration.toml", "truth.csv", "truth.jsonl"];
+
+impl Workflow for ExportPlan {
+    type Results = ExportResults;
+    const SCHEMA: &'static str = manifest::SCHEMA;
+
+    fn check(&self) -> Result<(), Error> {
+        let out = self.out.display();
+        if self.out.exists() {
+            return Err(Error::Plan(format!("{out}: found something here already, wanted a new name")));
+        }
+        if is_inside(&self.out, &self.folder) {
+            return Err(Error::Plan(format!("{out}: found it inside the run folder, wanted it elsewhere")));
+        }
+        Ok(())
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<ExportResults, Error> {
+        let config = RunConfig::read(&self.folder)?;
+        self.check()?;
+        let journal = self.folder.join("journal.sqlite");
+        let (steps, events) = Journal::open_to_read(&journal)
+            .and_then(|journal| Ok((journal.steps()?, journal.events()?)))
+            .map_err(Error::at(journal.display()))?;
+        let is_over = self.folder.join("track.csv").exists() && holder(&self.folder)?.is_none();
+        let contents = Contents { config: &config, steps: &steps, events: &events, is_over };
+        let mut writer = Writer { sink: Sink::create(&self.out)?, out: &self.out, written: Vec::new() };
+        let part = sink::part_of(&self.out);
+        let done = self.write(&mut writer, &contents, monitor).and_then(|left_out| {
+            let written = writer.finish()?;
+            Ok(self.results(&contents, &written, left_out))
+        });
+        if done.is_err() {
+            sink::remove(&part);
+        }
+        done
+    }
+}
+
+impl ExportPlan {
+    /// Writes all files, and returns the photographs that were left out.
+    fn write(
+        &self,
+        writer: &mut Writer<'_>,
+        contents: &Contents<'_>,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<LeftOut>, Error> {
+        monitor.stage("export", contents.steps.len() as u64);
+        for name in COPIED {
+            let path = self.folder.join(name);
+            if path.exists() {
+                writer.add(name.to_owned(), &files::read(&path)?)?;
+            }
+        }
+        let layout = contents.config.rig.layout().map_err(Error::at(self.folder.display()))?;
+        let at = || Error::at(self.folder.display());
+        writer.add("track.csv".to_owned(), &tables::track_csv(contents.steps, &layout).map_err(at())?)?;
+        writer.add("events.csv".to_owned(), &tables::events_csv(contents.events).map_err(at())?)?;
+        let mut left_out = Vec::new();
+        for step in contents.steps {
+            let path = format!("photographs/{}", step.photo);
+            match read_photograph(&self.folder, step) {
+                Ok(bytes) => writer.add(path, &bytes)?,
+                Err(error) if self.keep_going => left_out.push(LeftOut { path, problem: error.to_string() }),
+                Err(error) => {
+                    let place = "nothing was written (`keep_going` leaves it out)".to_owned();
+                    return Err(Error::At { place, source: Box::new(error) });
+                }
+            }
+            let side = self.folder.join("side").join(&step.photo);
+            if side.exists() {
+                writer.add(format!("side/{}", step.photo), &files::read(&side)?)?;
+            }
+            monitor.advance(1);
+            if !monitor.may_go_on() {
+                return Err(Error::Cancelled("nothing was written".to_owned()));
+            }
+        }
+        let text = contents.manifest(&self.folder, &writer.written, &left_out)?;
+        writer.add("manifest.json".to_owned(), text.as_bytes())?;
+        Ok(left_out)
+    }
+
+    fn results(&self, contents: &Contents<'_>, written: &[Written], left_out: Vec<LeftOut>) -> ExportResults {
+        ExportResults {
+            out: self.out.clone(),
+            is_virtual: contents.config.is_virtual(),
+            is_over: contents.is_over,
+            steps: contents.steps.len(),
+            files: written.len(),
+            bytes: written.iter().map(|file| file.bytes).sum(),
+            left_out,
+        }
+    }
+}
+
+/// An export that is being written, and the files in it so far.
+struct Writer<'a> {
+    sink: Sink,
+    out: &'a Path,
+    written: Vec<Written>,
+}
+
+impl Writer<'_> {
+    fn add(&mut self, path: String, bytes: &[u8]) -> Result<(), Error> {
+        let place = || format!("{}: cannot write {path}", self.out.display());
+        self.sink.add(&path, bytes).map_err(|source| Error::at(place())(source))?;
+        self.written.push(Written::new(path, bytes));
+        Ok(())
+    }
+
+    /// Reads all files back, compares them, and gives the export its name.
+    fn finish(self) -> Result<Vec<Written>, Error> {
+        let Self { sink, out, written } = self;
+        let cannot = || Error::at(format!("{}: cannot write", out.display()));
+        let found = sink.finish().map_err(cannot())?;
+        if let Some(wrong) = written.iter().find(|file| !found.contains(file)) {
+            return Err(Error::Failed(format!(
+                "{}: found {} changed when it was read back, wanted it as it was written; check the disk",
+                out.display(),
+                wrong.path
+            )));
+        }
+        sink::rename(&sink::part_of(out), out).map_err(cannot())?;
+        Ok(written)
+    }
+}
+
+/// Reads the photograph of a step and compares it with the journal.
+fn read_photograph(folder: &Path, step: &StepRecord) -> Result<Vec<u8>, FileError> {
+    let path = folder.join("photographs").join(&step.photo);
+    let bytes = files::read(&path)?;
+    let found = files::sha256(&bytes);
+    if found == step.photo_sha256 {
+        return Ok(bytes);
+    }
+    let problem = format!(
+        "found {} bytes with the SHA-256 {found}, wanted {} bytes with {}, as the journal says",
+        bytes.len(),
+        step.photo_bytes,
+        step.photo_sha256
+    );
+    Err(FileError::content(&path, problem))
+}
+
+/// Whether `path`, which need not exist, is in `folder`.
+fn is_inside(path: &Path, folder: &Path) -> bool {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (parent.canonicalize(), folder.canonicalize()) {
+        (Ok(parent), Ok(folder)) => parent.starts_with(folder),
+        _ => false,
+    }
+}

@@ -1,0 +1,105 @@
+//! The tables of an export: the journal as `track.csv` and `events.csv`, and what their columns mean.
+
+use tropism::lamps::Layout;
+use tropism::observation::Observation;
+use tropism::rig::Event;
+use tropism::track::{Column, Sample, Track};
+
+use crate::folder::tip_px;
+use crate::journal::StepRecord;
+
+/// Columns of `track.csv`.
+pub(super) const TRACK_COLUMNS: [(&str, &str); 17] = [
+    ("step", "from 0"),
+    ("time_s", "seconds since the start"),
+    ("tip_x_cm", "tip, to the right of the root"),
+    ("tip_y_cm", "tip, above the soil"),
+    ("light", "name of the lamp, or dark: decided at this step, lit until the next"),
+    ("quality", "measured in this photograph, held from an earlier one, or simulated"),
+    ("frame", "file in photographs/"),
+    ("tip_x_px", "tip in the photograph, from its left; empty where held"),
+    ("tip_y_px", "tip in the photograph, from its top; empty where held"),
+    ("class", "ok, or why the tip is held"),
+    ("confidence", "0 to 1"),
+    ("done", "1 if the lamp confirmed, 0 if nobody knows"),
+    (
+        "moved_x_px",
+        "how far the camera's picture has moved to the right since the first one; empty where nobody knows",
+    ),
+    ("moved_y_px", "the same, down"),
+    ("begun_unix_s", "when the step was really begun, in seconds since 1970; empty in a virtual tent"),
+    ("photo_bytes", "size of the photograph"),
+    ("photo_sha256", "its SHA-256, as the journal has it"),
+];
+
+/// Columns of `events.csv`.
+pub(super) const EVENT_COLUMNS: [(&str, &str); 5] = [
+    ("step", "the latest step then"),
+    ("kind", "what kind of thing happened, one word"),
+    ("text", "what was found and what was done about it"),
+    ("since_start_s", "seconds since the start; empty in a virtual tent"),
+    ("unix_s", "seconds since 1970, by the clock on the wall; empty in a virtual tent"),
+];
+
+/// The bytes of `events.csv`.
+pub(super) fn events_csv(events: &[Event]) -> Result<Vec<u8>, csv::Error> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(EVENT_COLUMNS.map(|(name, _)| name))?;
+    for Event { step, kind, text, at } in events {
+        let seconds = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.3}"));
+        table.write_record([
+            &step.to_string(),
+            kind.name(),
+            text,
+            &seconds(at.map(|at| at.since_start.as_secs_f64())),
+            &seconds(at.map(|at| at.unix_s)),
+        ])?;
+    }
+    table.into_inner().map_err(|error| error.into_error().into())
+}
+
+/// The bytes of `track.csv`, with the lamps of `layout` by their names.
+pub(super) fn track_csv(steps: &[StepRecord], layout: &Layout) -> Result<Vec<u8>, csv::Error> {
+    let mut bytes = Vec::new();
+    Track { layout: layout.clone(), ..track(steps) }.write_csv(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The steps of a journal with a decision, and the last step, as a track with further columns.
+fn track(steps: &[StepRecord]) -> Track {
+    let last = steps.last().map(|step| step.step);
+    let is_in_track = |step: &&StepRecord| step.decided.is_some() || Some(step.step) == last;
+    let steps: Vec<(&StepRecord, &Observation)> = steps
+        .iter()
+        .filter(is_in_track)
+        .filter_map(|step| Some((step, step.seen.observation.as_ref()?)))
+        .collect();
+    let samples = steps.iter().map(|(step, seen)| Sample {
+        step: step.step,
+        time_s: step.time_s,
+        tip: seen.tip,
+        stem: seen.stem.clone(),
+        light: step.decided,
+        quality: seen.quality,
+    });
+    let column = |name: &str, value: &dyn Fn(&StepRecord) -> String| {
+        Column::parsed(name, steps.iter().map(|(step, _)| value(step)).collect())
+    };
+    let moved = |step: &StepRecord, axis: usize| {
+        step.seen.camera_shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
+    };
+    let columns = vec![
+        column("frame", &|step| step.photo.clone()),
+        column("tip_x_px", &|step| tip_px(step)[0].clone()),
+        column("tip_y_px", &|step| tip_px(step)[1].clone()),
+        column("class", &|step| step.seen.status.to_string()),
+        column("confidence", &|step| format!("{:.3}", step.seen.confidence)),
+        column("done", &|step| u8::from(step.is_confirmed).to_string()),
+        column("moved_x_px", &|step| moved(step, 0)),
+        column("moved_y_px", &|step| moved(step, 1)),
+        column("begun_unix_s", &|step| step.begun.map_or_else(String::new, |at| format!("{:.3}", at.unix_s))),
+        column("photo_bytes", &|step| step.photo_bytes.to_string()),
+        column("photo_sha256", &|step| step.photo_sha256.clone()),
+    ];
+    Track { columns, ..Track::of(samples.collect()) }
+}

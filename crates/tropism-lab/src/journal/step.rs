@@ -1,0 +1,175 @@
+//! A recorded step, and the columns of the table `steps` that hold it.
+
+use rusqlite::types::Value;
+use tropism::geometry::{Pixel, Point, Polyline};
+use tropism::lamps::{self, Light};
+use tropism::observation::{Observation, Quality};
+use tropism::rig::Moment;
+use tropism::vision::{FrameStatus, TrackedFrame};
+
+use super::{JournalError, moment};
+
+/// A step as it was recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepRecord {
+    /// Step, from 0. A missed step has no record.
+    pub step: u32,
+    /// Seconds since the start at which the step was due.
+    pub time_s: f64,
+    /// File name of the photograph in `photographs/`.
+    pub photo: String,
+    /// Size of the photograph, in bytes; 0 if the camera gave none.
+    pub photo_bytes: u64,
+    /// SHA-256 of the photograph, in hexadecimal.
+    pub photo_sha256: String,
+    /// What the tip tracker made of the photograph. Journals before schema 5 hold no stem.
+    pub seen: TrackedFrame,
+    /// The light that was decided; `None` before the decision, at the last step, and where the plant was not detected for
+    /// so long that nothing was decided.
+    pub decided: Option<Light>,
+    /// Whether the lamps confirmed the decision.
+    pub is_confirmed: bool,
+    /// When the step began; `None` in the virtual tent.
+    pub begun: Option<Moment>,
+    /// The light that the photograph shows, `Some(None)` if no lamp or both; `None` if it was not looked for.
+    pub lit: Option<Option<Light>>,
+}
+
+/// Columns that a photograph and its detection fill, in the order of [`StepRecord::values`].
+macro_rules! columns {
+    () => {
+        "step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, \
+         confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px, stem"
+    };
+}
+pub(super) use columns;
+
+impl StepRecord {
+    /// Values of the `columns!` that a photograph and its detection fill.
+    pub(super) fn values(&self) -> [Value; 18] {
+        let text = |text: &str| Value::from(text.to_owned());
+        let (seen, observation) = (&self.seen, self.seen.observation.as_ref());
+        [
+            self.step.into(),
+            self.time_s.into(),
+            text(&self.photo),
+            (self.photo_bytes as i64).into(),
+            text(&self.photo_sha256),
+            observation.map(|seen| seen.tip.x).into(),
+            observation.map(|seen| seen.tip.y).into(),
+            seen.tip_px.map(|pixel| pixel.x).into(),
+            seen.tip_px.map(|pixel| pixel.y).into(),
+            observation.map(|seen| seen.quality.name().to_owned()).into(),
+            text(seen.status.name()),
+            seen.confidence.into(),
+            self.begun.map(|begun| begun.since_start.as_secs_f64()).into(),
+            self.begun.map(|begun| begun.unix_s).into(),
+            self.lit.map(|lit| lamps::name(lit).to_owned()).into(),
+            seen.camera_shift.map(|shift| shift.x).into(),
+            seen.camera_shift.map(|shift| shift.y).into(),
+            observation.and_then(|seen| seen.stem.as_ref()).map(stem_text).into(),
+        ]
+    }
+
+    /// Columns that [`Self::read`] reads from a journal of `schema`.
+    pub(super) fn columns(schema: i64) -> String {
+        let later = match schema {
+            ..3 => "NULL, NULL, NULL, NULL, NULL, NULL",
+            3 => "begun_s, unix_s, lit, NULL, NULL, NULL",
+            4 => "begun_s, unix_s, lit, moved_x_px, moved_y_px, NULL",
+            _ => "begun_s, unix_s, lit, moved_x_px, moved_y_px, stem",
+        };
+        format!(
+            "step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, \
+             confidence, decided, done, {later}"
+        )
+    }
+
+    /// Reads a row of the [columns](Self::columns).
+    pub(super) fn read(row: &rusqlite::Row<'_>) -> Result<Self, JournalError> {
+        let step: u32 = row.get(0)?;
+        Ok(Self {
+            step,
+            time_s: row.get(1)?,
+            photo: row.get(2)?,
+            photo_bytes: row.get::<_, i64>(3)? as u64,
+            photo_sha256: row.get(4)?,
+            seen: read_seen(step, row)?,
+            decided: read_light(step, "decided", row.get(12)?)?.flatten(),
+            is_confirmed: row.get(13)?,
+            begun: moment(row.get(14)?, row.get(15)?),
+            lit: read_light(step, "lit", row.get(16)?)?,
+        })
+    }
+}
+
+fn read_seen(step: u32, row: &rusqlite::Row<'_>) -> Result<TrackedFrame, JournalError> {
+    let pair = |x, y| -> Result<Option<[f64; 2]>, rusqlite::Error> {
+        Ok(row.get::<_, Option<f64>>(x)?.zip(row.get::<_, Option<f64>>(y)?).map(|(x, y)| [x, y]))
+    };
+    let quality: Option<String> = row.get(9)?;
+    let quality: Option<Quality> =
+        quality.map(|word| parse(step, "quality", word, "measured, held or simulated")).transpose()?;
+    let status: FrameStatus = parse(step, "class", row.get(10)?, "a class of photograph")?;
+    let stem: Option<String> = row.get(19)?;
+    let stem = stem.map(|text| parse_stem(step, text)).transpose()?;
+    let observation =
+        pair(5, 6)?.zip(quality).map(|(tip, quality)| Observation { tip: Point::from(tip), stem, quality });
+    let pixel = |[x, y]: [f64; 2]| Pixel::new(x, y);
+    Ok(TrackedFrame {
+        observation,
+        tip_px: pair(7, 8)?.map(pixel),
+        status,
+        confidence: row.get(11)?,
+        camera_shift: pair(17, 18)?.map(pixel),
+    })
+}
+
+fn parse<T: std::str::FromStr>(
+    step: u32,
+    column: &'static str,
+    word: String,
+    wanted: &'static str,
+) -> Result<T, JournalError> {
+    word.parse().map_err(|_| JournalError::Value { step, column, found: word, wanted })
+}
+
+/// The light of its [standard name](lamps::name); `None` for a column without a value.
+fn read_light(
+    step: u32,
+    column: &'static str,
+    word: Option<String>,
+) -> Result<Option<Option<Light>>, JournalError> {
+    let Some(word) = word else { return Ok(None) };
+    let error = |_| JournalError::Value { step, column, found: word.clone(), wanted: "left, right or dark" };
+    lamps::parse(&word).map(Some).map_err(error)
+}
+
+/// The points of a stem as JSON, `[[x, y], ...]` in cm; exact to the bit.
+fn stem_text(stem: &Polyline) -> String {
+    let points: Vec<[f64; 2]> = stem.0.iter().map(|&point| point.into()).collect();
+    serde_json::to_string(&points).expect("numbers are always written")
+}
+
+/// The stem of [`stem_text`].
+fn parse_stem(step: u32, text: String) -> Result<Polyline, JournalError> {
+    match serde_json::from_str::<Vec<[f64; 2]>>(&text) {
+        Ok(points) => Ok(Polyline(points.into_iter().map(Point::from).collect())),
+        Err(_) => {
+            Err(JournalError::Value { step, column: "stem", found: text, wanted: "[[x, y], ...] in cm" })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stem_comes_back_to_the_bit() {
+        let stem = Polyline((1..=10).map(|point| Point::new(1.0 / f64::from(point), 1e-7 + 0.1)).collect());
+        assert_eq!(parse_stem(3, stem_text(&stem)).unwrap(), stem);
+        let error = parse_stem(3, "[[1]".to_owned()).unwrap_err().to_string();
+        assert_eq!(error, "step 3: found stem \"[[1]\", wanted [[x, y], ...] in cm");
+    }
+}

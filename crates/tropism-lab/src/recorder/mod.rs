@@ -1,0 +1,306 @@
+//! The recorder: a rig whose every step is recorded in a run folder, and replayed after an interruption.
+//!
+//! In come a [`Rig`] and a [`RunFolder`]; out comes an [`Environment`] for the loop, which need not know of either. Each
+//! step is recorded in the order in which it happens: the photograph is written and its detection is committed, then the
+//! decision, then, when the lamps confirm it, the action. Recorded steps are replayed: the loop and its controller go
+//! through them as they did before, without touching the plant, and then go on.
+//!
+//! Faults are tolerated as far as [`FaultPolicy`] goes, recorded as events, and passed to a [`RunMonitor`]. If the plant was
+//! detected too many steps ago, or the time of a step has passed, nothing is decided: the track has a gap there.
+
+mod health;
+mod lamps;
+mod photographs;
+mod replay;
+
+use tropism::environment::Environment;
+use tropism::lamps::{Layout, Light};
+use tropism::observation::{Observation, Quality};
+use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
+use tropism::rig::{Event, EventKind, FaultPolicy, LampsInView, NoMonitor, RunMonitor};
+
+use crate::files::{self, FileError};
+use crate::folder::{FolderError, RunFolder};
+use crate::journal::{Journal, JournalError, StepRecord};
+use health::Health;
+use lamps::Command;
+use replay::Replay;
+
+/// What a full disk means for a run.
+const DISK_FULL: &str = "photographs are not kept until there is room, all else goes on";
+
+/// How a run is watched, and what it tolerates.
+pub struct Supervision<'a> {
+    /// Which faults it tolerates, and for how long.
+    pub policy: FaultPolicy,
+    /// Where photographs show the lamps; `None` if they are not compared with what is commanded.
+    pub lamps_in_view: Option<LampsInView>,
+    /// Who is told of events, and may ask for an end.
+    pub monitor: Box<dyn RunMonitor + 'a>,
+}
+
+impl Default for Supervision<'_> {
+    /// For a virtual plant: everything is tolerated, and no one is told.
+    fn default() -> Self {
+        Self { policy: FaultPolicy::unlimited(), lamps_in_view: None, monitor: Box::new(NoMonitor) }
+    }
+}
+
+/// Why a recorded run ended.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// The rig failed.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// The folder cannot be used.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A photograph cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The journal cannot be read or written.
+    #[error("journal.sqlite: {0}")]
+    Journal(#[from] JournalError),
+    /// The monitor asked for an end. The run can be resumed.
+    #[error("the run was asked to end")]
+    Stopped,
+    /// The run met a condition that its user must decide. It can be resumed.
+    #[error("paused: {0}")]
+    Paused(String),
+    /// The controller decides otherwise than it did when the step was recorded.
+    #[error(
+        "step {step}: found the decision {found} in the journal, wanted {wanted}, which the controller decides now"
+    )]
+    Diverged {
+        /// Step.
+        step: u32,
+        /// The recorded light.
+        found: Light,
+        /// The light that the controller decides now.
+        wanted: Light,
+    },
+}
+
+/// A rig that is recorded in a run folder.
+pub struct Recorder<'a, C, L: Lamps, F, K> {
+    rig: Rig<C, L, F, K>,
+    folder: RunFolder,
+    supervision: Supervision<'a>,
+    replay: Replay,
+    /// The latest step.
+    step: u32,
+    /// The latest step at which the plant was detected.
+    last_measured: Option<u32>,
+    /// How many steps the loop observed.
+    observed: u32,
+    /// The latest decision; `None` while the lamps are dark because nothing is decided.
+    command: Option<Command>,
+    /// Whether the lamps confirmed what they were told last.
+    is_confirmed: bool,
+    health: Health,
+    /// Whether the disk is too full for photographs.
+    is_disk_full: bool,
+}
+
+impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
+    /// Records `rig` in `folder`, after a replay of the steps that are recorded there. The lamps are set at once as the
+    /// journal says: to the latest decision, or dark.
+    ///
+    /// # Errors
+    /// [`RecordError`] if the journal cannot be read or written.
+    pub fn new(
+        rig: Rig<C, L, F, K>,
+        folder: RunFolder,
+        supervision: Supervision<'a>,
+    ) -> Result<Self, RecordError> {
+        let (steps, events) = (folder.steps()?, folder.journal().events()?);
+        let state = events.iter().rfind(|event| event.kind.is_state()).map(|event| event.kind);
+        let mut recorder = Self {
+            rig,
+            folder,
+            supervision,
+            step: steps.last().map_or(0, |step| step.step),
+            last_measured: None,
+            observed: 0,
+            command: None,
+            is_confirmed: false,
+            health: Health::of(&steps, &events),
+            replay: Replay::new(steps),
+            is_disk_full: false,
+        };
+        if state != Some(EventKind::Finished) {
+            recorder.begin(state)?;
+        }
+        Ok(recorder)
+    }
+
+    /// Begins or resumes a run that is not over; `state` is the latest state in its journal.
+    fn begin(&mut self, state: Option<EventKind>) -> Result<(), RecordError> {
+        let light = self.interrupted_light();
+        if let Some(boot) = self.rig.clock().boot() {
+            self.write(|journal| journal.record_boot(&boot))?;
+        }
+        match self.replay.len() {
+            0 if state.is_none() => self.report(EventKind::Started, "the run begins".to_owned())?,
+            steps => {
+                let lamp = self.rig.layout().name(light);
+                let text = format!("found {steps} steps, going on; {lamp} is lit as before");
+                self.report(EventKind::Resumed, text)?;
+            }
+        }
+        if let Some(damage) = self.folder.journal().restored().map(str::to_owned) {
+            self.report(EventKind::Damaged, format!("journal.sqlite: {damage}"))?;
+        }
+        self.reserve_ballast()?;
+        // In the virtual tent, whose clock jumps, the replay lights the lamps of the recorded steps.
+        let light = light.filter(|_| self.rig.clock().now().is_some());
+        match self.rig.light(light) {
+            Ok(()) => self.is_confirmed = true,
+            Err(error) => self.report(EventKind::Lamp, error.to_string())?,
+        }
+        Ok(())
+    }
+
+    /// The run folder.
+    pub const fn folder(&self) -> &RunFolder {
+        &self.folder
+    }
+
+    /// How many steps were recorded before this program began or resumed the run.
+    pub const fn resumed_from(&self) -> usize {
+        self.replay.len()
+    }
+
+    /// Records an event and tells the monitor.
+    ///
+    /// # Errors
+    /// [`RecordError::Journal`] if it cannot be recorded; the monitor was told all the same.
+    pub fn report(&mut self, kind: EventKind, text: String) -> Result<(), RecordError> {
+        let event = Event { step: self.step, kind, text, at: self.rig.clock().now() };
+        let written = self.write(|journal| journal.record_event(&event));
+        self.supervision.monitor.event(&event);
+        written
+    }
+
+    /// Reports a pause; the error ends the run until its user has looked.
+    fn pause(&mut self, reason: String) -> RecordError {
+        match self.report(EventKind::Paused, reason.clone()) {
+            Ok(()) => RecordError::Paused(reason),
+            Err(error) => error,
+        }
+    }
+
+    /// Writes into the journal. On a full disk the ballast is released first.
+    fn write(&mut self, entry: impl Fn(&Journal) -> Result<(), JournalError>) -> Result<(), RecordError> {
+        match entry(self.folder.journal()) {
+            Err(error) if error.is_disk_full() && self.folder.release_ballast() => {
+                entry(self.folder.journal())?;
+                self.is_disk_full = true;
+                self.report(EventKind::Disk, format!("journal.sqlite: {error}; {DISK_FULL}"))
+            }
+            done => Ok(done?),
+        }
+    }
+
+    fn reserve_ballast(&mut self) -> Result<(), RecordError> {
+        match self.folder.reserve_ballast(self.supervision.policy.ballast_mb) {
+            Err(error) if error.is_disk_full() => {
+                self.is_disk_full = true;
+                self.report(EventKind::Disk, format!("{error}; {DISK_FULL}"))
+            }
+            done => Ok(done?),
+        }
+    }
+
+    /// Counts a step that was replayed or observed.
+    fn advance(&mut self, step: u32, is_measured: bool) {
+        self.step = step;
+        self.replay.advance();
+        if is_measured {
+            self.last_measured = Some(step);
+        }
+    }
+
+    /// Whether the plant was detected too long ago for a decision at `step`.
+    fn is_undecidable(&self, step: u32) -> bool {
+        self.is_held_too_long(self.last_measured, step)
+    }
+
+    /// Whether a tip that was measured at the step `measured` may not be held at `step` any more.
+    fn is_held_too_long(&self, measured: Option<u32>, step: u32) -> bool {
+        measured.is_some_and(|measured| step - measured > self.supervision.policy.hold_steps)
+    }
+
+    /// Records the photograph of this step and its detection, and checks the health of the run.
+    fn record(&mut self, begun: Option<Moment>) -> Result<(), RecordError> {
+        let Some(Shot { photo, seen }) = self.rig.shot().cloned() else { return Ok(()) };
+        let lit = self.lit_in(&photo, seen.status);
+        self.keep_photo(&photo)?;
+        let record = StepRecord {
+            step: self.step,
+            time_s: photo.time_s,
+            photo: photo.name.clone(),
+            photo_bytes: photo.bytes.len() as u64,
+            photo_sha256: files::sha256(&photo.bytes),
+            seen,
+            decided: None,
+            is_confirmed: false,
+            begun,
+            lit,
+        };
+        self.write(|journal| journal.record_observation(&record))?;
+        self.check_health(&record)
+    }
+}
+
+impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L, F, K> {
+    type Error = RecordError;
+
+    fn observe(&mut self) -> Result<Observation, RecordError> {
+        while let Some(StepRecord { step, seen, decided, .. }) = self.replay.next().cloned() {
+            self.advance(step, seen.is_measured());
+            if decided.is_none() && self.is_undecidable(step) {
+                self.replay_undecided()?;
+                continue;
+            }
+            self.observed += 1;
+            let wanted = "a tip: each step has one, measured or held";
+            let error = JournalError::Value { step, column: "tip_x_cm", found: "none".to_owned(), wanted };
+            return seen.observation.ok_or(RecordError::Journal(error));
+        }
+        loop {
+            let (photo, begun) = self.photograph()?;
+            let observation = self.rig.see(photo)?;
+            let step = self.rig.next_step() - 1;
+            self.advance(step, observation.quality == Quality::Measured);
+            self.record(begun)?;
+            if !self.is_undecidable(step) {
+                self.observed += 1;
+                return Ok(observation);
+            }
+            let steps = step - self.last_measured.unwrap_or_default();
+            self.report(
+                EventKind::Missed,
+                format!("1 without a decision: the plant was last believed {steps} steps ago"),
+            )?;
+            self.rest()?;
+        }
+    }
+
+    fn step(&mut self, light: Light) -> Result<(), RecordError> {
+        if self.replay_decided(light)? { Ok(()) } else { self.decide(light) }
+    }
+
+    fn missed(&self) -> u32 {
+        (self.step + 1).saturating_sub(self.observed)
+    }
+
+    fn layout(&self) -> &Layout {
+        self.rig.layout()
+    }
+
+    fn period_min(&self) -> f64 {
+        self.rig.period_min()
+    }
+}

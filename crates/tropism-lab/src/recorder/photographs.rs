@@ -1,0 +1,123 @@
+//! The photograph of a step: waiting for it, missing it, taking it, keeping it.
+
+use tropism::photo::Photo;
+use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, Moment};
+
+use super::lamps::RETRY_AFTER;
+use super::{DISK_FULL, RecordError, Recorder};
+
+impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
+    /// Takes the photograph of the next step, and tells when it was begun. If the camera fails, an empty photograph stands
+    /// in for as long as the last tip may be held; then steps are missed.
+    pub(super) fn photograph(&mut self) -> Result<(Photo, Option<Moment>), RecordError> {
+        loop {
+            self.wait()?;
+            if self.miss_overdue_steps()? {
+                continue;
+            }
+            let begun = self.rig.clock().now();
+            let error = match self.rig.photograph() {
+                Ok(photo) => return Ok((self.retake_if_dark(photo)?, begun)),
+                // At the first step there is no earlier tip that could be held.
+                Err(error) if !self.replay.has_begun() => return Err(error.into()),
+                Err(error) => error,
+            };
+            self.health.streaks.camera += 1;
+            if !self.is_undecidable(self.rig.next_step()) {
+                self.report(EventKind::Camera, format!("{error}; the last sighting stands in"))?;
+                return Ok((self.rig.no_photograph(), begun));
+            }
+            self.miss(self.rig.next_step() + 1, &error.to_string())?;
+            self.rest()?;
+            self.health.streaks.held += 1;
+            self.check_held()?;
+        }
+    }
+
+    /// Waits until the next step is due. Lamps that failed are told again meanwhile.
+    fn wait(&mut self) -> Result<(), RecordError> {
+        let due = self.rig.due(self.rig.next_step());
+        loop {
+            let is_failing = self.command.is_some() && !self.is_confirmed;
+            let until = match self.rig.clock().now().filter(|_| is_failing) {
+                Some(now) => due.min(now.since_start + RETRY_AFTER),
+                None => due,
+            };
+            let monitor = &mut self.supervision.monitor;
+            if monitor.heartbeat().is_break()
+                || self.rig.wait_until(until, &mut || monitor.heartbeat()).is_break()
+            {
+                self.report(EventKind::Stopped, "asked to end".to_owned())?;
+                return Err(RecordError::Stopped);
+            }
+            if until == due {
+                return Ok(());
+            }
+            // The failure itself was reported at its step.
+            self.act()?;
+        }
+    }
+
+    /// Misses the steps that would begin too late. Returns whether there were any.
+    fn miss_overdue_steps(&mut self) -> Result<bool, RecordError> {
+        let Some(now) = self.rig.clock().now() else { return Ok(false) };
+        let (step, late_s) = (self.rig.next_step(), self.supervision.policy.late_s);
+        let now_s = now.since_start.as_secs_f64();
+        let by_s = now_s - self.rig.due(step).as_secs_f64();
+        if by_s > late_s {
+            let next = ((now_s - late_s) / self.rig.due(1).as_secs_f64()).ceil() as u32;
+            let reason = format!("step {step} would be {by_s:.0} s late, more than {late_s}");
+            self.miss(next.max(step + 1), &reason)?;
+            return Ok(true);
+        }
+        if by_s > late_s / 2.0 {
+            self.report(EventKind::Late, format!("step {step} begins {by_s:.0} s late"))?;
+        }
+        Ok(false)
+    }
+
+    /// Misses the steps before `next`.
+    fn miss(&mut self, next: u32, reason: &str) -> Result<(), RecordError> {
+        let steps = next - self.rig.next_step();
+        self.rig.skip_to(next);
+        self.report(EventKind::Missed, format!("{steps} without a photograph and a decision: {reason}"))
+    }
+
+    /// Takes a dark photograph again, as often as the policy allows.
+    fn retake_if_dark(&mut self, mut photo: Photo) -> Result<Photo, RecordError> {
+        for _ in 1..self.supervision.policy.flash_tries {
+            let Some(again) = self.rig.photograph_again(&photo) else { break };
+            let outcome = match &again {
+                Ok(again) if self.rig.tracker().is_dark(again) => "dark again: is the flash dead?".to_owned(),
+                Ok(_) => "bright".to_owned(),
+                Err(error) => error.to_string(),
+            };
+            let text = format!("{} was dark, and was taken again: {outcome}", photo.name);
+            self.report(EventKind::Dark, text)?;
+            photo = again.unwrap_or(photo);
+        }
+        Ok(photo)
+    }
+
+    /// Writes a photograph, if the disk has room for it beside what the journal needs.
+    pub(super) fn keep_photo(&mut self, photo: &Photo) -> Result<(), RecordError> {
+        if self.is_disk_full {
+            // Room for eight photographs beside the ballast; chosen by hand.
+            let ballast = u64::from(self.supervision.policy.ballast_mb) << 20;
+            let needed = 8 * photo.bytes.len() as u64 + ballast;
+            if self.folder.free_bytes().is_none_or(|free| free < needed) {
+                return Ok(());
+            }
+            self.is_disk_full = false;
+            self.reserve_ballast()?;
+        }
+        match self.folder.write_photo(&photo.name, &photo.bytes) {
+            Err(error) if error.is_disk_full() => {
+                self.is_disk_full = true;
+                self.folder.release_ballast();
+                self.report(EventKind::Disk, format!("{error}; {DISK_FULL}"))
+            }
+            done => Ok(done?),
+        }
+    }
+}

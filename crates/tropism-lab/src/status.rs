@@ -1,0 +1,210 @@
+//! The workflow `status`: what a run does now, read from its folder without disturbing it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use serde::{Deserialize, Serialize};
+use tropism::lamps::Light;
+use tropism::observation::Quality;
+use tropism::rig::{Event, EventKind};
+use tropism_rig::alert::Kind;
+
+use crate::error::Error;
+use crate::files;
+use crate::journal::{Journal, StepRecord};
+use crate::lock::holder;
+use crate::monitor::Monitor;
+use crate::run::RunConfig;
+use crate::workflow::Workflow;
+
+/// The run to look at.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StatusPlan {
+    /// Run folder.
+    pub folder: PathBuf,
+}
+
+/// Whether a run goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RunState {
+    /// A program works on it.
+    Running,
+    /// A program works on it, and its next step was due more than a period ago.
+    Overdue,
+    /// No program works on it, and it is not over.
+    Stopped,
+    /// No program works on it: it waits for its user.
+    Paused,
+    /// It is over.
+    Over,
+}
+
+/// What a run does now.
+#[derive(Clone, Debug, Serialize)]
+pub struct StatusResults {
+    /// Run folder.
+    pub run: PathBuf,
+    /// Whether it goes on.
+    pub state: RunState,
+    /// Whether the plant is virtual.
+    pub is_virtual: bool,
+    /// The controller in a few words.
+    pub controller: String,
+    /// Number of the process that works on it.
+    pub process: Option<u32>,
+    /// The latest step, from 0.
+    pub step: Option<u32>,
+    /// The most steps of its task.
+    pub max_steps: u32,
+    /// The latest tip, in cm to the right of the root.
+    pub tip_x_cm: Option<f64>,
+    /// The latest tip, in cm above the soil.
+    pub tip_y_cm: Option<f64>,
+    /// The latest decision.
+    pub lamp: Option<Light>,
+    /// File of the latest photograph.
+    pub photograph: Option<PathBuf>,
+    /// Its age in seconds.
+    pub photograph_age_s: Option<f64>,
+    /// Seconds until the next step is due, below 0 if it is late; of real plants while the run goes on.
+    pub next_step_in_s: Option<f64>,
+    /// Photographs without a detected plant.
+    pub held: usize,
+    /// Those in a row up to the latest one.
+    pub held_now: usize,
+    /// Decisions that no lamp confirmed.
+    pub unconfirmed: usize,
+    /// Size of all photographs.
+    pub photographs_bytes: u64,
+    /// Free bytes on the disk.
+    pub disk_free_bytes: Option<u64>,
+    /// Days until the disk is full.
+    pub disk_lasts_days: Option<f64>,
+    /// How many events of each kind there are; kinds without events are left out.
+    pub event_counts: BTreeMap<&'static str, usize>,
+    /// The latest events that people are alerted to by default, in order.
+    pub latest_events: Vec<LatestEvent>,
+}
+
+/// An event of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct LatestEvent {
+    /// The latest step then.
+    pub step: u32,
+    /// Kind of event.
+    pub kind: &'static str,
+    /// What was found and what was done about it.
+    pub text: String,
+    /// Seconds since 1970; of real plants.
+    pub unix_s: Option<f64>,
+}
+
+/// How many of the latest events are told.
+const LATEST_EVENTS: usize = 5;
+
+const SECONDS_PER_DAY: f64 = 86_400.0;
+
+impl Workflow for StatusPlan {
+    type Results = StatusResults;
+    const SCHEMA: &'static str = "tropism.run-status/1";
+
+    fn check(&self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn execute(&self, _monitor: &dyn Monitor) -> Result<StatusResults, Error> {
+        let config = RunConfig::read(&self.folder)?;
+        config.rig.check().map_err(Error::at(self.folder.display()))?;
+        let file = self.folder.join("journal.sqlite");
+        let (steps, events) = Journal::open_to_read(&file)
+            .and_then(|journal| Ok((journal.steps()?, journal.events()?)))
+            .map_err(Error::at(file.display()))?;
+        let process = holder(&self.folder)?;
+        Ok(status(&self.folder, &config, &steps, &events, process))
+    }
+}
+
+fn status(
+    folder: &Path,
+    config: &RunConfig,
+    steps: &[StepRecord],
+    events: &[Event],
+    process: Option<u32>,
+) -> StatusResults {
+    let period_s = 60.0 * config.rig.period_min;
+    let last = steps.last();
+    let is_held =
+        |step: &&StepRecord| step.seen.observation.as_ref().is_none_or(|seen| seen.quality == Quality::Held);
+    let photograph = last.map(|step| folder.join("photographs").join(&step.photo));
+    let age = photograph.as_deref().and_then(age_s);
+    let next_step_in_s = age.filter(|_| process.is_some() && !config.is_virtual()).map(|age| period_s - age);
+    let tip = last.and_then(|step| step.seen.observation.as_ref()).map(|seen| seen.tip);
+    let photographs_bytes = steps.iter().map(|step| step.photo_bytes).sum();
+    let disk_free_bytes = files::free_bytes(folder).ok();
+    let per_day = SECONDS_PER_DAY / period_s * photographs_bytes as f64 / steps.len().max(1) as f64;
+    StatusResults {
+        run: folder.to_owned(),
+        state: state(folder, process, next_step_in_s.is_some_and(|left| left < -period_s), events),
+        is_virtual: config.is_virtual(),
+        controller: config.controller_description(),
+        process,
+        step: last.map(|step| step.step),
+        max_steps: config.task.max_steps(),
+        tip_x_cm: tip.map(|tip| tip.x),
+        tip_y_cm: tip.map(|tip| tip.y),
+        lamp: steps.iter().rev().find_map(|step| step.decided),
+        photograph,
+        photograph_age_s: age,
+        next_step_in_s,
+        held: steps.iter().filter(is_held).count(),
+        held_now: steps.iter().rev().take_while(is_held).count(),
+        unconfirmed: steps.iter().filter(|step| step.decided.is_some() && !step.is_confirmed).count(),
+        photographs_bytes,
+        disk_free_bytes,
+        disk_lasts_days: disk_free_bytes.filter(|_| per_day > 0.0).map(|free| free as f64 / per_day),
+        event_counts: event_counts(events),
+        latest_events: latest_events(events),
+    }
+}
+
+fn state(folder: &Path, process: Option<u32>, is_overdue: bool, events: &[Event]) -> RunState {
+    let latest = events.iter().rfind(|event| event.kind.is_state()).map(|event| event.kind);
+    match process {
+        Some(_) if is_overdue => RunState::Overdue,
+        Some(_) => RunState::Running,
+        None if folder.join("track.csv").exists() => RunState::Over,
+        None if latest == Some(EventKind::Paused) => RunState::Paused,
+        None => RunState::Stopped,
+    }
+}
+
+fn event_counts(events: &[Event]) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
+    for event in events {
+        *counts.entry(event.kind.name()).or_default() += 1;
+    }
+    counts
+}
+
+fn latest_events(events: &[Event]) -> Vec<LatestEvent> {
+    let latest = events.iter().rev().filter(|event| Kind::from(event.kind).is_default()).take(LATEST_EVENTS);
+    let mut latest: Vec<_> = latest
+        .map(|Event { step, kind, text, at }| LatestEvent {
+            step: *step,
+            kind: kind.name(),
+            text: text.clone(),
+            unix_s: at.map(|at| at.unix_s),
+        })
+        .collect();
+    latest.reverse();
+    latest
+}
+
+/// Seconds since a file was written; 0 if the wall clock was set back since.
+fn age_s(path: &Path) -> Option<f64> {
+    let written = std::fs::metadata(path).and_then(|about| about.modified()).ok()?;
+    Some(SystemTime::now().duration_since(written).unwrap_or_default().as_secs_f64())
+}
