@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use tropism::rig::Durability;
 use tropism_lab::{Gap, Journal};
-use tropism::light::Light;
+use tropism::lamps::Light;
 
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     let shared = PathBuf::from("/dev/shm");
@@ -33,7 +33,7 @@ fuzz_target!(|data: &[u8]| {
     let (Ok(rows), Ok(_)) = (journal.rows(), journal.state()) else { return };
     let _ = Gap::of(&journal, "boot", 1.0, 1e9, true);
     let step = rows.last().map_or(0, |row| row.step);
-    if journal.decided(step, Light::Left).is_err() || journal.done(step).is_err() {
+    if journal.decided(step, Light::LEFT).is_err() || journal.done(step).is_err() {
         return;
     }
     let (Ok(rows), Ok(events)) = (journal.rows(), journal.events()) else { return };

@@ -17,7 +17,7 @@ fn score(count: u64) -> f64 {
 /// CPU seconds and species.
 fn ours(population: usize, generations: usize) -> (f64, usize) {
     let mut neat =
-        Neat::new(Config { population, ..Config::paper() }, 2, 1, 1).expect("the paper's parameters");
+        Neat::new(Config { population, ..Config::wahby2016() }, 2, 1, 1).expect("the paper's parameters");
     let (mut count, mut start) = (0, ProcessTime::now());
     for generation in 0..FIRST + generations {
         if generation == FIRST {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use anyhow::Result;
-use tropism::task::Task;
+use tropism::task::TaskSpec;
 use tropism_lab::ControllerSpec;
 use tropism_lab::controller::PAPER_SWITCH_MIN;
 
@@ -35,20 +35,34 @@ impl FromStr for ControllerName {
 }
 
 impl ControllerName {
-    /// Reads the file, if it is one, and checks that the controller can be built for steps of `period_min` minutes.
-    pub(crate) fn load(&self, period_min: f64) -> Result<ControllerSpec> {
-        let controller = match self {
+    /// The controller; a file is read.
+    pub(crate) fn load(&self) -> Result<ControllerSpec> {
+        Ok(match self {
             Self::Periodic(minutes) => ControllerSpec::periodic(*minutes),
             Self::Chase => ControllerSpec::Greedy,
             Self::File(path) => ControllerSpec::read_network(path)?,
-        };
-        controller.check(period_min)?;
-        Ok(controller)
+        })
     }
 }
 
 /// The task for `controller`: that of the file, or the paper's for such a controller; in `steps` at most.
-pub(crate) fn task_for(controller: &ControllerSpec, file: &TaskOption, steps: Option<u32>) -> Result<Task> {
+pub(crate) fn task_for(
+    controller: &ControllerSpec,
+    file: &TaskOption,
+    steps: Option<u32>,
+) -> Result<TaskSpec> {
     let task = if file.task.is_some() { file.load()? } else { controller.default_task() };
-    Ok(Task { max_steps: steps.unwrap_or(task.max_steps), ..task })
+    Ok(match steps {
+        Some(steps) => task.with_max_steps(steps),
+        None => task,
+    })
+}
+
+/// The task of the file; else the one that a champion was evolved for, or the paper's three targets.
+pub(crate) fn task_of_champion(controller: &ControllerSpec, file: &TaskOption) -> Result<TaskSpec> {
+    let own = controller.champion().and_then(|champion| champion.task.clone());
+    match own.filter(|_| file.task.is_none()) {
+        Some(task) => Ok(task),
+        None => file.load(),
+    }
 }

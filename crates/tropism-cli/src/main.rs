@@ -1,12 +1,12 @@
-//! `tropism`: steers living plants with light, from photograph to lamp.
+//! The command `tropism`. It reads arguments into the plans of `tropism-lab`, draws progress, and prints results.
 
-mod announce;
-mod commands;
-mod controller;
-mod disk;
 mod options;
-mod progress;
 mod shell;
+mod progress;
+mod announce;
+mod controller;
+mod units;
+mod commands;
 
 use std::process::ExitCode;
 
@@ -15,8 +15,8 @@ use clap::Parser;
 use crate::commands::Command;
 use crate::shell::{Interrupted, Paused, Shell};
 
-// Planes and pictures of the same sizes come and go with each photograph: the system's allocator gives their pages back and
-// asks for them again, for a quarter of vision's time; musl's, in static programs, is slower still.
+// Each photograph allocates and frees buffers of the same sizes. The system's allocator returns their pages and asks for
+// them again, which takes a quarter of the time of detection; that of musl, in static programs, takes longer still.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
@@ -33,15 +33,15 @@ struct Cli {
     #[command(subcommand)]
     command: Command,
 
-    /// One JSON object on stdout instead of text
+    /// Print one JSON object on stdout instead of text
     #[arg(long, global = true)]
     json: bool,
 
-    /// No progress and no notes on stderr
+    /// Print no progress and no notes on stderr
     #[arg(long, short, global = true)]
     quiet: bool,
 
-    /// Threads to work with (all cores by default); results do not depend on it
+    /// Number of threads, all cores by default; results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }
@@ -49,7 +49,7 @@ struct Cli {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     if let Some(threads) = cli.threads {
-        // Fails only if a pool exists already, and none does this early.
+        // This fails only if a thread pool exists already.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
     let shell = Shell::new(cli.json, cli.quiet);
@@ -70,7 +70,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The error and its causes, each said once: some errors of the library tell their cause themselves.
+/// The error and its causes in one line. A cause that an error's text contains already is left out.
 fn in_one_line(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |line, cause| {
         let cause = cause.to_string();

@@ -8,7 +8,7 @@ use tropism::geometry::{Pixel, Region};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::task::Task;
+use tropism::task::TaskSpec;
 use tropism::vision::Calibration;
 use tropism_lab::calibrate_camera::{Mark, ScaleSource};
 use tropism_lab::files;
@@ -23,9 +23,9 @@ pub(crate) struct TaskOption {
 
 impl TaskOption {
     /// The task of the file, or the paper's.
-    pub(crate) fn load(&self) -> Result<Task> {
-        let Some(path) = &self.task else { return Ok(Task::default()) };
-        let task: Task = files::read_toml(path)?;
+    pub(crate) fn load(&self) -> Result<TaskSpec> {
+        let Some(path) = &self.task else { return Ok(TaskSpec::default()) };
+        let task: TaskSpec = files::read_toml(path)?;
         task.check().with_context(|| path.display().to_string())?;
         Ok(task)
     }
@@ -192,7 +192,7 @@ pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
     let wanted =
         "wanted pixels per cm, such as 11, or two pixels and the cm between them, such as 30,420,195,421=15";
     let scale = match parse_mark(text) {
-        Ok(Mark { ends, length_cm }) => Calibration::scale_of(&[(ends, length_cm)]).map(|(scale, _)| scale),
+        Ok(Mark { ends, length_cm }) => Calibration::fit_scale(&[(ends, length_cm)]).map(|(scale, _)| scale),
         Err(_) => text.trim().parse().ok(),
     };
     scale.filter(|scale: &f64| scale.is_finite() && *scale > 0.0).ok_or_else(|| wanted.to_owned())

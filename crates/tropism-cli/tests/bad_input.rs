@@ -31,7 +31,7 @@ fn folder() -> TempDir {
     assert_eq!(result.0, 0, "{}", result.1);
     let text = fs::read_to_string(folder.path().join("model.json")).unwrap();
     put("half.json", &text[..text.len() / 2]);
-    put("other.json", &text.replace("model/1", "model/7"));
+    put("other.json", &text.replace("model/2", "model/7"));
     folder
 }
 
@@ -101,7 +101,7 @@ fn models() {
         ("absent.json", "absent.json: cannot read"),
         ("empty", "empty: found no model"),
         ("half.json", "half.json: found no model"),
-        ("other.json", "wanted \"tropism.model/1\""),
+        ("other.json", "wanted \"tropism.model/2\""),
         ("track.csv", "track.csv: found no model"),
     ] {
         fails(&folder, &["baseline", "--model", model, "--count", "10"], &[wanted]);
@@ -125,7 +125,7 @@ fn a_model_without_data_where_the_plant_is_says_so() {
 #[test]
 fn controllers() {
     let folder = folder();
-    let xor = tropism_neat::Neat::new(tropism_neat::Config::paper(), 3, 2, 1).unwrap();
+    let xor = tropism_neat::Neat::new(tropism_neat::Config::wahby2016(), 3, 2, 1).unwrap();
     fs::write(folder.path().join("shape.json"), xor.ask()[0].to_json()).unwrap();
     for (controller, wanted) in [
         ("absent.json", "absent.json: cannot read"),
@@ -152,7 +152,7 @@ fn controllers() {
 #[test]
 fn genomes() {
     let folder = folder();
-    let config = tropism_neat::Config::paper();
+    let config = tropism_neat::Config::wahby2016();
     let json = tropism_neat::random_genome(&config, 2, 1, 1, 0).to_json();
     let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     put("good.json", &json);
@@ -162,12 +162,15 @@ fn genomes() {
     for (text, wanted) in [
         (String::new(), "not a genome file: EOF"),
         (json[..json.len() / 2].to_owned(), "not a genome file: EOF"),
-        (json.replace("genome/1", "genome/2"), "schema is \"tropism.genome/2\": wanted \"tropism.genome/1\""),
-        (json.replace("\"from\":3", "\"from\":33"), "joins neuron 33, which the genome does not have"),
+        (
+            json.replace("genome/1", "genome/2"),
+            "found schema \"tropism.genome/2\", wanted \"tropism.genome/1\"",
+        ),
+        (json.replace("\"from\":3", "\"from\":33"), "from or to neuron 33, wanted a neuron of the genome"),
         (json.replace("\"innovation\":2", "\"innovation\":1"), "innovation 1 after 1"),
-        (json.replace("\"to\":4", "\"to\":1"), "enters neuron 1"),
+        (json.replace("\"to\":4", "\"to\":1"), "to neuron 1, wanted an output or a hidden neuron"),
         (json.replace("\"id\":2", "\"id\":1"), "neuron id 1 after 1"),
-        (weighing("1e308"), "wanted a size of at most 1000000"),
+        (weighing("1e308"), "wanted a magnitude of at most 1000000"),
         (weighing("1e999"), "out of range"),
         (weighing("null"), "invalid type: null"),
         (json.replace("\"inputs\": 2", "\"inputs\": 200000000"), "200000000 inputs"),

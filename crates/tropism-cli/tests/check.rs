@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::rig::{Camera, Clock, Flash, Lamps};
 use tropism::vision::VisionConfig;
 
@@ -55,15 +55,15 @@ fn tent(folder: &Path) {
     let mut greenhouse = Greenhouse::default();
     // Small, so that all of it is quick.
     (greenhouse.scene.width, greenhouse.scene.height) = (432, 324);
-    let (device, _) = greenhouse.open(3, &VisionConfig::default()).unwrap();
+    let (device, _) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
     let (mut camera, mut lamps, mut flash, mut clock) =
         (device.clone(), device.clone(), device.clone(), device);
     for number in 0..2 {
         let _ = clock.wait_until(Duration::from_secs(300 * number), &mut || ControlFlow::Continue(()));
         for (name, light, has_flash) in [
             ("dark", None, false),
-            ("left", Some(Light::Left), false),
-            ("right", Some(Light::Right), false),
+            ("left", Some(Light::LEFT), false),
+            ("right", Some(Light::RIGHT), false),
             ("flash", None, true),
         ] {
             lamps.light(light).unwrap();

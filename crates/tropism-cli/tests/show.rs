@@ -79,7 +79,7 @@ fn champions_are_found_where_they_lie() {
 #[test]
 fn every_form_goes_to_stdout_or_to_a_file() {
     let folder = tempfile::tempdir().unwrap();
-    let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 2, 1, 1, 0);
+    let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 1, 0);
     fs::write(folder.path().join("champion.json"), genome.to_json()).unwrap();
     let text = tropism(folder.path(), &["show", "champion.json"]);
     assert!(text.contains("linear: the output is a weighted sum") && text.contains("right where"), "{text}");

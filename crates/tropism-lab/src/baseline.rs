@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::evolve;
-use tropism::task::Task;
+use tropism::control::Sensors;
+use tropism::evolve::{self, Champion};
+use tropism::task::TaskSpec;
 use tropism_neat::Config;
 
 use crate::stopwatch::Stopwatch;
@@ -17,7 +18,7 @@ pub struct BaselinePlan {
     /// File of the tip-motion model.
     pub model: PathBuf,
     /// Task of the controllers.
-    pub task: Task,
+    pub task: TaskSpec,
     /// NEAT's parameters, for the distribution of the weights.
     pub neat: Config,
     /// Number of controllers, 1 to 1000000000. Paper: two million.
@@ -35,8 +36,8 @@ impl Default for BaselinePlan {
     fn default() -> Self {
         Self {
             model: "model.json".into(),
-            task: Task::default(),
-            neat: Config::paper(),
+            task: TaskSpec::default(),
+            neat: Config::wahby2016(),
             count: 2_000_000,
             seed: 1,
             out: None,
@@ -77,10 +78,25 @@ impl Workflow for BaselinePlan {
             monitor.advance(count);
             monitor.may_go_on()
         };
-        let baseline = evolve::baseline(&model, &self.task, &self.neat, self.seed, self.count, tick)
-            .ok_or_else(Error::cancelled)?;
+        let baseline = evolve::baseline(
+            &model,
+            &self.task,
+            &Sensors::default(),
+            &self.neat,
+            self.seed,
+            self.count,
+            tick,
+        )
+        .ok_or_else(Error::cancelled)?;
         if let Some(path) = &self.out {
-            champion::write(path, &baseline.champion)?;
+            let json = model.to_json();
+            let genome = baseline.champion.clone();
+            let champion = Champion {
+                task: Some(self.task.clone()),
+                is_virtual: Some(model.is_virtual()),
+                ..Champion::of_model(genome, &Sensors::default(), &model, &json)
+            };
+            champion::write(path, &champion)?;
         }
         Ok(BaselineResults {
             count: baseline.count,

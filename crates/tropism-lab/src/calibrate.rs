@@ -11,7 +11,7 @@ use tropism::greenhouse::bean::calibrate::{Calibration, Estimate, PARAMETERS, ca
 use tropism::greenhouse::bean::{Individual, Species, acceptance};
 use tropism::math;
 use tropism::random::{self, Purpose};
-use tropism::track::PERIOD_MIN;
+use tropism::track::PAPER_PERIOD_MIN;
 
 use crate::{Error, Monitor, Workflow, files};
 
@@ -34,7 +34,7 @@ pub struct CalibratePlan {
 
 impl Default for CalibratePlan {
     fn default() -> Self {
-        Self { tracks: Vec::new(), interval_min: PERIOD_MIN, species: Species::default(), out: None }
+        Self { tracks: Vec::new(), interval_min: PAPER_PERIOD_MIN, species: Species::default(), out: None }
     }
 }
 
@@ -232,7 +232,7 @@ impl Workflow for RecoveryPlan {
         let recover = |plant: u32| {
             let seed = random::derive(self.seed, Purpose::Plant, plant.into());
             let track = acceptance::experiment(&self.species, seed);
-            let calibration = calibrate(&track, PERIOD_MIN, &self.species)
+            let calibration = calibrate(&track, PAPER_PERIOD_MIN, &self.species)
                 .map_err(Error::at(format!("virtual plant {}", plant + 1)))?;
             monitor.advance(1);
             let truth = parameters(&self.species.draw(seed, 1.0));

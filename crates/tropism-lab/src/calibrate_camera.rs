@@ -10,8 +10,8 @@ use tropism::geometry::Pixel;
 use tropism::math;
 use tropism::photo::Image;
 use tropism::vision::Calibration;
-use tropism::vision::checkerboard::Board;
-use tropism::vision::lens::Lens;
+use tropism::vision::camera::checkerboard::Checkerboard;
+use tropism::vision::camera::lens::Lens;
 
 use crate::files;
 use crate::{Error, Monitor, Workflow};
@@ -142,7 +142,7 @@ impl Workflow for CalibrateCameraPlan {
         let image = files::read_photo(&self.photograph, 0.0)?.decode().map_err(Error::at(&place))?;
         let Image { width, height, .. } = image;
         let lower_edge = Pixel::new((width as f64 - 1.0) / 2.0, height as f64 - 1.0);
-        let mut calibration = Calibration::flat(self.base.unwrap_or(lower_edge), 1.0, width, height);
+        let mut calibration = Calibration::from_scale(self.base.unwrap_or(lower_edge), 1.0, width, height);
         let (mut residual_px, mut corners) = (None, None);
         match &self.scale {
             ScaleSource::Geometry { distance_cm, view_deg } => {
@@ -150,7 +150,7 @@ impl Workflow for CalibrateCameraPlan {
                 calibration.px_per_cm = width as f64 / width_cm;
             }
             &ScaleSource::Checkerboard { columns, rows, square_cm } => {
-                let board = Board { columns, rows, square_cm };
+                let board = Checkerboard { columns, rows, square_cm };
                 let found = board.find(&image).map_err(Error::at(&place))?;
                 let fit = Lens::fit(&found, width, height).ok_or_else(|| {
                     let problem = "found a checkerboard that fits no lens, wanted a flat one";
@@ -164,7 +164,7 @@ impl Workflow for CalibrateCameraPlan {
             ScaleSource::Marks(marks) => {
                 let marks: Vec<([Pixel; 2], f64)> =
                     marks.iter().map(|mark| (mark.ends, mark.length_cm)).collect();
-                let scale = Calibration::scale_of(&marks)
+                let scale = Calibration::fit_scale(&marks)
                     .ok_or_else(|| Error::Plan("found no mark with a length, wanted one".to_owned()))?;
                 (calibration.px_per_cm, calibration.residual_mm) = scale;
             }

@@ -3,22 +3,16 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use tropism::control::Controller;
-use tropism::control::chase::Chase;
-use tropism::control::network::NetworkController;
-use tropism::control::periodic::Periodic;
-use tropism::light::Light;
-use tropism::task::Task;
-use tropism_neat::Genome;
+use tropism::control::{Controller, Greedy, Periodic};
+use tropism::evolve::Champion;
+use tropism::lamps::{Layout, Light};
+use tropism::task::{OpenLoop, TaskSpec};
 
 use crate::error::Error;
 use crate::files;
 
 /// Minutes between two switches of the paper's periodic controller: six hours (section 2.2.1).
 pub const PAPER_SWITCH_MIN: f64 = 360.0;
-
-/// Steps of the paper's open-loop experiments: 83.3 hours (section 2.2.1).
-pub const OPEN_LOOP_STEPS: u32 = 1000;
 
 /// The most steps between two switches of a periodic controller: as many as a task may have.
 const MAX_SWITCH_STEPS: f64 = 1e6;
@@ -39,13 +33,13 @@ pub enum ControllerSpec {
     Greedy,
     /// Lights what an evolved network decides.
     Network {
-        /// The network's genome.
-        genome: Box<Genome>,
+        /// The network with its sensors, lamps and task.
+        champion: Box<Champion>,
     },
 }
 
 const fn left() -> Light {
-    Light::Left
+    Light::LEFT
 }
 
 impl Default for ControllerSpec {
@@ -62,30 +56,29 @@ impl ControllerSpec {
         Self::Periodic { minutes, first: left() }
     }
 
-    /// A controller that obeys the network of `genome`.
+    /// A controller that obeys the network of `champion`.
     ///
     /// # Errors
-    /// [`Error::Plan`] if the network has not the inputs and outputs of a controller.
-    pub fn network(genome: Genome) -> Result<Self, Error> {
-        let spec = Self::Network { genome: Box::new(genome) };
-        spec.check_network()?;
-        Ok(spec)
+    /// [`Error::Plan`] if the network has not the inputs of its sensors and the outputs of its lamps.
+    pub fn network(champion: Champion) -> Result<Self, Error> {
+        champion.check().map_err(|error| Error::Plan(error.to_string()))?;
+        Ok(Self::Network { champion: Box::new(champion) })
     }
 
-    /// Reads the network of a genome file, such as `champion.json`.
+    /// Reads a champion file, such as `champion.json`, or a network alone.
     ///
     /// # Errors
     /// [`Error`] names the file.
     pub fn read_network(path: &Path) -> Result<Self, Error> {
-        let genome = files::read_as(path, Genome::from_json)?;
-        Self::network(genome).map_err(Error::at(path.display()))
+        let champion = files::read_as(path, Champion::from_json)?;
+        Self::network(champion).map_err(Error::at(path.display()))
     }
 
-    /// The genome of the network that decides; `None` if none does.
+    /// The champion that decides; `None` if none does.
     #[must_use]
-    pub fn genome(&self) -> Option<&Genome> {
+    pub fn champion(&self) -> Option<&Champion> {
         match self {
-            Self::Network { genome } => Some(genome),
+            Self::Network { champion } => Some(champion),
             Self::Periodic { .. } | Self::Greedy => None,
         }
     }
@@ -96,46 +89,67 @@ impl ControllerSpec {
         matches!(self, Self::Periodic { .. })
     }
 
-    /// The task of the paper for such a controller: the 1000 steps of an open-loop experiment, or the three targets.
+    /// The task for such a controller where none is named: the one that a champion was evolved for, the 1000 steps of an
+    /// open-loop experiment, or the paper's three targets.
     #[must_use]
-    pub fn default_task(&self) -> Task {
-        if self.is_open_loop() { Task::open_loop(OPEN_LOOP_STEPS) } else { Task::default() }
+    pub fn default_task(&self) -> TaskSpec {
+        let own = self.champion().and_then(|champion| champion.task.clone());
+        match own {
+            Some(task) => task,
+            None if self.is_open_loop() => OpenLoop::default().into(),
+            None => TaskSpec::default(),
+        }
     }
 
-    /// Checks that the controller can be built for steps of `period_min` minutes.
+    /// Checks that the controller can be built for the lamps of `layout` and steps of `period_min` minutes.
     ///
     /// # Errors
     /// [`Error::Plan`] says what was found and what was wanted.
-    pub fn check(&self, period_min: f64) -> Result<(), Error> {
-        let Self::Periodic { minutes, .. } = *self else { return self.check_network() };
-        if (1.0..=MAX_SWITCH_STEPS).contains(&switch_steps(minutes, period_min)) {
-            return Ok(());
+    pub fn check(&self, layout: &Layout, period_min: f64) -> Result<(), Error> {
+        match self {
+            Self::Periodic { minutes, first } => {
+                if !layout.contains(*first) {
+                    return Err(Error::Plan(format!(
+                        "controller: found first = {first}, wanted a lamp of the rig"
+                    )));
+                }
+                if (1.0..=MAX_SWITCH_STEPS).contains(&switch_steps(*minutes, period_min)) {
+                    return Ok(());
+                }
+                Err(Error::Plan(format!(
+                    "controller: found a switch every {minutes} minutes, wanted one to a million steps of {period_min} minutes"
+                )))
+            }
+            Self::Greedy => Ok(()),
+            Self::Network { champion } => {
+                champion.check().map_err(|error| Error::Plan(error.to_string()))?;
+                if champion.layout.len() == layout.len() {
+                    return Ok(());
+                }
+                Err(Error::Plan(format!(
+                    "controller: found a network for {} lamps, wanted one for the {} lamps of the rig or model",
+                    champion.layout.len(),
+                    layout.len()
+                )))
+            }
         }
-        Err(Error::Plan(format!(
-            "controller: found a switch every {minutes} minutes, wanted one to a million steps of {period_min} minutes"
-        )))
     }
 
-    fn check_network(&self) -> Result<(), Error> {
-        match self.genome().map(NetworkController::new) {
-            Some(Err(error)) => Err(Error::Plan(error.to_string())),
-            _ => Ok(()),
-        }
-    }
-
-    /// Builds the controller for `task`, with all its neurons at rest, for steps of `period_min` minutes.
+    /// Builds the controller for `task`, with all its neurons at rest, for the lamps of `layout` and steps of `period_min`
+    /// minutes.
     ///
     /// # Panics
     /// If [`check`](Self::check) refuses it.
     #[must_use]
-    pub fn build(&self, task: &Task, period_min: f64) -> Box<dyn Controller> {
+    pub fn build(&self, task: &TaskSpec, layout: &Layout, period_min: f64) -> Box<dyn Controller> {
         match self {
             Self::Periodic { minutes, first } => {
-                Box::new(Periodic::new(switch_steps(*minutes, period_min) as u32, *first))
+                let steps_each = switch_steps(*minutes, period_min) as u32;
+                Box::new(Periodic::new(steps_each, layout).starting_with(*first))
             }
-            Self::Greedy => Box::new(Chase::new(task.targets.clone())),
-            Self::Network { genome } => {
-                Box::new(NetworkController::new(genome).expect("a controller that was checked"))
+            Self::Greedy => Box::new(Greedy::new(task, layout)),
+            Self::Network { champion } => {
+                Box::new(champion.controller(task).expect("a controller that was checked"))
             }
         }
     }
@@ -148,7 +162,8 @@ impl ControllerSpec {
                 format!("periodic, {} steps", switch_steps(*minutes, period_min))
             }
             Self::Greedy => "chase".to_owned(),
-            Self::Network { genome } => {
+            Self::Network { champion } => {
+                let genome = &champion.genome;
                 format!("network, {} neurons, {} links", genome.neurons().len(), genome.links().len())
             }
         }
@@ -163,6 +178,7 @@ fn switch_steps(minutes: f64, period_min: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use tropism::observation::Observation;
+    use tropism::task::Task;
 
     use super::*;
 
@@ -170,26 +186,29 @@ mod tests {
     fn six_hours_are_72_steps_of_five_minutes() {
         let spec = ControllerSpec::default();
         assert_eq!(spec.description(5.0), "periodic, 72 steps");
-        let mut controller = spec.build(&Task::default(), 5.0);
-        let seen = Observation::simulated(Task::default().start);
+        let mut controller = spec.build(&TaskSpec::default(), &Layout::default(), 5.0);
+        let seen = Observation::simulated(TaskSpec::default().start());
         let lights: Vec<Light> = (0..144).map(|_| controller.decide(&seen)).collect();
-        assert!(lights[..72].iter().all(|&light| light == Light::Left));
-        assert!(lights[72..].iter().all(|&light| light == Light::Right));
+        assert!(lights[..72].iter().all(|&light| light == Light::LEFT));
+        assert!(lights[72..].iter().all(|&light| light == Light::RIGHT));
     }
 
     #[test]
     fn a_switch_takes_at_least_one_step() {
-        assert!(ControllerSpec::periodic(2.5).check(5.0).is_ok());
+        assert!(ControllerSpec::periodic(2.5).check(&Layout::default(), 5.0).is_ok());
         for (minutes, period_min) in [(2.4, 5.0), (6e6, 5.0), (f64::NAN, 5.0), (-5.0, 5.0)] {
-            let error = ControllerSpec::periodic(minutes).check(period_min).unwrap_err().to_string();
+            let error = ControllerSpec::periodic(minutes)
+                .check(&Layout::default(), period_min)
+                .unwrap_err()
+                .to_string();
             assert!(error.contains("wanted one to a million steps"), "{error}");
         }
     }
 
     #[test]
     fn a_controller_comes_back_from_toml_and_json() {
-        let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 2, 1, 1, 0);
-        let network = ControllerSpec::network(genome).unwrap();
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 1, 0);
+        let network = ControllerSpec::network(Champion::of_genome(genome)).unwrap();
         for spec in [ControllerSpec::default(), ControllerSpec::Greedy, network] {
             let toml = toml::to_string(&spec).unwrap();
             assert_eq!(toml::from_str::<ControllerSpec>(&toml).unwrap(), spec, "{toml}");
@@ -203,8 +222,8 @@ mod tests {
 
     #[test]
     fn a_network_of_another_shape_is_refused() {
-        let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 3, 2, 1, 0);
-        let error = ControllerSpec::network(genome).unwrap_err().to_string();
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 3, 2, 1, 0);
+        let error = ControllerSpec::network(Champion::of_genome(genome)).unwrap_err().to_string();
         assert!(error.contains("3 inputs and 2 outputs"), "{error}");
     }
 }

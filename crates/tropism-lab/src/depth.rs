@@ -10,7 +10,9 @@ use tropism::geometry::{Point, Polyline};
 use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::Calibration;
-use tropism::vision::two_views::{AGREE_CM, Met, Place, Side, Stand, TwoViews, equidistant, length};
+use tropism::vision::camera::stereo::{
+    CameraPose, MAX_RAY_GAP_CM, Side, SpacePoint, StereoPair, Triangulation, length, resampled,
+};
 
 use crate::track::{point_at, stem_at};
 use crate::{Error, Monitor, Workflow, files};
@@ -95,10 +97,10 @@ impl Workflow for DepthPlan {
         self.check()?;
         let (front, beside_front) = read(&self.front)?;
         let (side, beside_side) = read(&self.side)?;
-        let views = TwoViews {
-            front: Stand::new(&beside_front.calibration, self.distance_cm[0]),
-            side: Stand::new(&beside_side.calibration, self.distance_cm[1]),
-            from: match self.from {
+        let views = StereoPair {
+            front: CameraPose::new(&beside_front.calibration, self.distance_cm[0]),
+            side: CameraPose::new(&beside_side.calibration, self.distance_cm[1]),
+            side_from: match self.from {
                 SideView::Left => Side::Left,
                 SideView::Right => Side::Right,
             },
@@ -149,11 +151,11 @@ fn read(path: &Path) -> Result<(Track, Sidecar), Error> {
 struct Row {
     /// With the tip's x and y in space.
     sample: Sample,
-    tip: Met,
+    tip: Triangulation,
     /// `None` if the cameras see different ends of the stem.
-    apex: Option<Met>,
+    apex: Option<Triangulation>,
     /// From the base up, as far as both cameras see it.
-    stem: Vec<Place>,
+    stem: Vec<SpacePoint>,
 }
 
 impl Row {
@@ -164,7 +166,7 @@ impl Row {
 }
 
 /// The steps at which both tracks have a measured tip.
-fn triangulate(views: &TwoViews, front: &Track, side: &Track) -> Vec<Row> {
+fn triangulate(views: &StereoPair, front: &Track, side: &Track) -> Vec<Row> {
     let mut rows = Vec::new();
     let is_measured = |sample: &Sample| sample.quality == Quality::Measured;
     for (row, sample) in front.samples.iter().enumerate().filter(|(_, sample)| is_measured(sample)) {
@@ -174,46 +176,45 @@ fn triangulate(views: &TwoViews, front: &Track, side: &Track) -> Vec<Row> {
         if !is_measured(&side.samples[other]) {
             continue;
         }
-        let tip = views.meet(sample.tip, side.samples[other].tip);
+        let tip = views.triangulate(sample.tip, side.samples[other].tip);
         let apex = point_at(front, "apex", row).zip(point_at(side, "apex", other));
-        let apex = apex.map(|(front, side)| views.meet(front, side));
+        let apex = apex.map(|(front, side)| views.triangulate(front, side));
         let stems: Option<(Polyline, Polyline)> = stem_at(front, row).zip(stem_at(side, other));
         rows.push(Row {
-            sample: Sample { tip: Point::new(tip.place[0], tip.place[1]), ..sample.clone() },
+            sample: Sample { tip: Point::new(tip.point[0], tip.point[1]), ..sample.clone() },
             tip,
-            apex: apex.filter(|apex| apex.gap_cm <= AGREE_CM),
-            stem: stems.map_or_else(Vec::new, |(front, side)| views.midline(&front, &side)),
+            apex: apex.filter(|apex| apex.gap_cm <= MAX_RAY_GAP_CM),
+            stem: stems.map_or_else(Vec::new, |(front, side)| views.triangulate_midline(&front, &side)),
         });
     }
     rows
 }
 
 fn table(rows: &[Row]) -> Track {
-    let mut track =
-        Track { samples: rows.iter().map(|row| row.sample.clone()).collect(), columns: Vec::new() };
+    let mut track = Track::of(rows.iter().map(|row| row.sample.clone()).collect());
     let mut column = |name: String, value: &dyn Fn(&Row) -> Option<f64>| {
         let text = |row: &Row| value(row).map_or_else(String::new, |value| format!("{value:.4}"));
-        track.columns.push(Column { name, values: rows.iter().map(text).collect() });
+        track.columns.push(Column::parsed(&name, rows.iter().map(text).collect()));
     };
-    column("tip_z_cm".to_owned(), &|row| Some(row.tip.place[2]));
+    column("tip_z_cm".to_owned(), &|row| Some(row.tip.point[2]));
     column("tip_gap_cm".to_owned(), &|row| Some(row.tip.gap_cm));
     let axes = ["x", "y", "z"];
     for (index, axis) in axes.iter().enumerate() {
-        column(format!("apex_{axis}_cm"), &|row| Some(row.apex?.place[index]));
+        column(format!("apex_{axis}_cm"), &|row| Some(row.apex?.point[index]));
     }
     column("apex_gap_cm".to_owned(), &|row| Some(row.apex?.gap_cm));
     column("length_cm".to_owned(), &|row| Some(length(&row.stem)).filter(|_| row.has_whole_stem()));
     let points = |row: &Row| {
-        if row.has_whole_stem() { equidistant(&row.stem, STEM_POINTS) } else { Vec::new() }
+        if row.has_whole_stem() { resampled(&row.stem, STEM_POINTS) } else { Vec::new() }
     };
-    let stems: Vec<Vec<Place>> = rows.iter().map(points).collect();
+    let stems: Vec<Vec<SpacePoint>> = rows.iter().map(points).collect();
     for vertex in 0..STEM_POINTS {
         for (index, axis) in axes.iter().enumerate() {
-            let text = |stem: &Vec<Place>| {
+            let text = |stem: &Vec<SpacePoint>| {
                 stem.get(vertex).map_or_else(String::new, |place| format!("{:.4}", place[index]))
             };
             let name = format!("stem_{}_{axis}_cm", vertex + 1);
-            track.columns.push(Column { name, values: stems.iter().map(text).collect() });
+            track.columns.push(Column::parsed(&name, stems.iter().map(text).collect()));
         }
     }
     track

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_report::{self as report, Composite, Figure, LitStem, Plants, Table};
 
@@ -56,7 +57,7 @@ pub(crate) fn of_evolution(history: &EvolutionHistory, plants: Plants) -> Vec<Fi
 /// Figure 8: the track of a steered plant between its targets.
 pub(crate) fn of_steered_run(run: &FinishedRun) -> Figure {
     let title = format!("Steered by {}", run.config.controller_description());
-    report::steering("8", &title, &run.track, &run.config.task.targets, run.fitness(), run.plants())
+    report::steering("8", &title, &run.track, run.config.task.targets(), run.fitness(), run.plants())
 }
 
 /// Figure 9: the stems of the first run in whose photographs stems are detected.
@@ -79,10 +80,9 @@ fn stems_of_track(track: &Track) -> Vec<LitStem> {
 /// The fitness of steered runs, and the distance of their tips to each target.
 pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
     let row = |run: &FinishedRun| {
-        let distances: Vec<String> = run
-            .config
-            .task
-            .crossings(&run.track)
+        let targets = run.config.task.as_targets();
+        let distances: Vec<String> = targets
+            .map_or_else(Vec::new, |task| task.crossings(&run.track))
             .iter()
             .map(|crossing| {
                 crossing.map_or("-".to_owned(), |crossing| format!("{:.1}", crossing.distance_cm))

@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
-use tropism::photo::{self, Header, Photo};
+use tropism::photo::{self, ExifHeader, Photo};
 use tropism::track::Track;
 
 /// A file that could not be read or written, or does not hold what it should.
@@ -151,9 +151,9 @@ pub fn read_photo(path: &Path, time_s: f64) -> Result<Photo, FileError> {
 ///
 /// # Errors
 /// [`FileError::Disk`].
-pub fn read_header(path: &Path) -> Result<Header, FileError> {
+pub fn read_header(path: &Path) -> Result<ExifHeader, FileError> {
     let file = fs::File::open(path).map_err(disk("read", path))?;
-    Ok(Header::read(&mut BufReader::new(file)))
+    Ok(ExifHeader::read(&mut BufReader::new(file)))
 }
 
 /// The SHA-256 of `bytes`, in hexadecimal.

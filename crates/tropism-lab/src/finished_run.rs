@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use tropism::photo::Image;
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_report::{Composite, LitStem, Plants};
 
@@ -79,9 +80,9 @@ impl FinishedRun {
     pub(crate) fn stems(&self) -> Result<Vec<LitStem>, Error> {
         let Some(eye) = self.config.eye() else { return Ok(Vec::new()) };
         let stem = |(step, image): (usize, Image)| {
-            let seen = eye.clone().settle(eye.judge(Ok(&image)));
+            let seen = eye.clone().update_next(eye.detect(Ok(&image)));
             let light = self.track.samples.get(step).and_then(|sample| sample.light);
-            Some((seen.observation?.stem?.equidistant(STEM_POINTS), light))
+            Some((seen.observation?.stem?.resampled(STEM_POINTS), light))
         };
         Ok(self.photographs()?.filter_map(stem).collect())
     }

@@ -231,22 +231,21 @@ impl RunFolder {
         let mut rows = self.rows()?;
         rows.retain(|row| samples.next_if_eq(&row.step).is_some());
         let mut track = track.clone();
-        let text = |name: &str, value: &dyn Fn(&Row) -> String| Column {
-            name: name.to_owned(),
-            values: rows.iter().map(value).collect(),
+        let text = |name: &str, value: &dyn Fn(&Row) -> String| {
+            Column::parsed(name, rows.iter().map(value).collect())
         };
         // A held tip is not in this photograph: it has no place there.
         let place = |row: &Row, axis: usize| {
             let is_measured =
                 row.seen.observation.as_ref().is_some_and(|seen| seen.quality == Quality::Measured);
-            let pixel = row.seen.pixel.filter(|_| is_measured);
+            let pixel = row.seen.tip_px.filter(|_| is_measured);
             pixel.map_or_else(String::new, |pixel| format!("{:.2}", [pixel.x, pixel.y][axis]))
         };
         track.columns = vec![
             text("frame", &|row| row.photo.clone()),
             text("tip_x_px", &|row| place(row, 0)),
             text("tip_y_px", &|row| place(row, 1)),
-            text("class", &|row| row.seen.class.to_string()),
+            text("class", &|row| row.seen.status.to_string()),
         ];
         Ok(files::write_track(&self.path.join("track.csv"), &track)?)
     }

@@ -8,11 +8,11 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_
 
 use crate::copy::{self, Copy};
 use tropism::geometry::{Pixel, Point};
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::rig::{Boot, Moment};
 use tropism::rig::{Durability, Event};
-use tropism::vision::{Class, Seen};
+use tropism::vision::{FrameStatus, TrackedFrame};
 
 /// One step as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Row {
     /// Its SHA-256, in hexadecimal.
     pub photo_sha256: String,
     /// What was seen.
-    pub seen: Seen,
+    pub seen: TrackedFrame,
     /// The light decided upon; `None` before the decision, at the last step of a run, and where the plant was not believed
     /// for so long that nothing was decided.
     pub decided: Option<Light>,
@@ -331,16 +331,16 @@ impl Journal {
             text(&row.photo_sha256),
             tip.map(|seen| seen.tip.x).into(),
             tip.map(|seen| seen.tip.y).into(),
-            row.seen.pixel.map(|pixel| pixel.x).into(),
-            row.seen.pixel.map(|pixel| pixel.y).into(),
+            row.seen.tip_px.map(|pixel| pixel.x).into(),
+            row.seen.tip_px.map(|pixel| pixel.y).into(),
             tip.map(|seen| seen.quality.name().to_owned()).into(),
-            text(row.seen.class.name()),
+            text(row.seen.status.name()),
             row.seen.confidence.into(),
             row.begun.map(|begun| begun.since_start.as_secs_f64()).into(),
             row.begun.map(|begun| begun.unix_s).into(),
-            row.lit.map(|lit| light::name(lit).to_owned()).into(),
-            row.seen.shift.map(|shift| shift.x).into(),
-            row.seen.shift.map(|shift| shift.y).into(),
+            row.lit.map(|lit| lamps::name(lit).to_owned()).into(),
+            row.seen.camera_shift.map(|shift| shift.x).into(),
+            row.seen.camera_shift.map(|shift| shift.y).into(),
         ];
         self.write("saw", &values)
     }
@@ -350,7 +350,7 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn decided(&self, step: u32, light: Light) -> Result<(), JournalError> {
-        self.write("decided", &[light.name().to_owned().into(), step.into()])
+        self.write("decided", &[light.standard_name().to_owned().into(), step.into()])
     }
 
     /// Writes down that the decision of a step was acted upon.
@@ -437,10 +437,10 @@ fn lamp(
 ) -> Result<Option<Option<Light>>, JournalError> {
     let Some(word) = word else { return Ok(None) };
     let error = |_| JournalError::Value { step, column, found: word.clone(), wanted: "left, right or dark" };
-    light::parse(&word).map(Some).map_err(error)
+    lamps::parse(&word).map(Some).map_err(error)
 }
 
-fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<Seen, JournalError> {
+fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<TrackedFrame, JournalError> {
     let point = |x, y| -> Result<Option<[f64; 2]>, rusqlite::Error> {
         Ok(row.get::<_, Option<f64>>(x)?.zip(row.get::<_, Option<f64>>(y)?).map(|(x, y)| [x, y]))
     };
@@ -455,7 +455,7 @@ fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<Seen, JournalError> {
         })?),
     };
     let class: String = row.get(10)?;
-    let class: Class = class.parse().map_err(|_| JournalError::Value {
+    let class: FrameStatus = class.parse().map_err(|_| JournalError::Value {
         step,
         column: "class",
         found: class,
@@ -468,5 +468,11 @@ fn seen(step: u32, row: &rusqlite::Row<'_>) -> Result<Seen, JournalError> {
     });
     let pixel = point(7, 8)?.map(|[x, y]| Pixel::new(x, y));
     let shift = point(17, 18)?.map(|[x, y]| Pixel::new(x, y));
-    Ok(Seen { observation, pixel, class, confidence: row.get(13)?, shift })
+    Ok(TrackedFrame {
+        observation,
+        tip_px: pixel,
+        status: class,
+        confidence: row.get(13)?,
+        camera_shift: shift,
+    })
 }

@@ -24,8 +24,8 @@
 
 pub mod files;
 mod checkpoint;
-mod journal;
 mod copy;
+mod journal;
 mod folder;
 mod gap;
 mod recorded;
@@ -39,8 +39,8 @@ pub mod track;
 pub mod depth;
 mod stopwatch;
 mod statistics;
-mod champion;
 mod model;
+mod champion;
 pub mod fit;
 pub mod evolve;
 pub mod baseline;

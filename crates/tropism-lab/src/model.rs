@@ -4,12 +4,12 @@ use std::path::Path;
 
 use tropism::control::Controller;
 use tropism::evolve::{self, Trial};
-use tropism::light::Light;
+use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
-use tropism::random::{Draws, Purpose};
+use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation;
-use tropism::task::Task;
-use tropism::track::{PERIOD_MIN, Track};
+use tropism::task::{Task, TaskSpec};
+use tropism::track::Track;
 
 use crate::controller::ControllerSpec;
 use crate::files::{self, FileError};
@@ -31,18 +31,19 @@ pub(crate) fn read(path: &Path) -> Result<TipModel, FileError> {
 ///
 /// # Errors
 /// [`Error::File`] as [`read`] does; [`Error::Plan`] if the gap is larger than [`MAX_GAP_CM`].
-pub(crate) fn read_for(path: &Path, task: &Task, monitor: &dyn Monitor) -> Result<TipModel, Error> {
+pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> Result<TipModel, Error> {
     let model = read(path)?;
-    if Light::BOTH.iter().any(|&light| model.mean_shift(task.start, light).is_some()) {
+    let start = task.start();
+    if model.layout().lights().any(|light| model.mean_shift(start, light).is_some()) {
         return Ok(model);
     }
     let tips = model.observed().iter().flat_map(|shift| [shift.tip, shift.tip.mirrored()]);
-    let gap_cm = tips.map(|tip| tip.distance(task.start)).fold(f64::INFINITY, f64::min);
+    let gap_cm = tips.map(|tip| tip.distance(start)).fold(f64::INFINITY, f64::min);
     let found = format!(
         "{}: found no data around the start of the task at {:.1}, {:.1} cm; the nearest data are {gap_cm:.1} cm away",
         path.display(),
-        task.start.x,
-        task.start.y
+        start.x,
+        start.y
     );
     if gap_cm > MAX_GAP_CM {
         return Err(Error::Plan(format!(
@@ -57,22 +58,22 @@ pub(crate) fn read_for(path: &Path, task: &Task, monitor: &dyn Monitor) -> Resul
 pub(crate) fn simulate(
     model: &TipModel,
     controller: &mut dyn Controller,
-    task: &Task,
+    task: &TaskSpec,
     seed: u64,
     episode: u32,
 ) -> Track {
-    let noise = Draws::new(seed, Purpose::Trial, [episode, 0, 0]);
-    simulation::simulate(model, controller, task, noise)
+    let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
+    simulation::simulate_with(model, controller, task, noise)
 }
 
 /// Tries `controller` on `plants` unseen plants of `model`.
 pub(crate) fn trial(
     model: &TipModel,
     controller: &ControllerSpec,
-    task: &Task,
+    task: &TaskSpec,
     seed: u64,
     plants: u32,
 ) -> Trial {
-    let build = || controller.build(task, PERIOD_MIN);
+    let build = || controller.build(task, model.layout(), model.period_min());
     evolve::trial(std::slice::from_ref(model), task, build, seed, plants)
 }

@@ -7,13 +7,13 @@ use crate::folder::{FolderError, RunFolder};
 use crate::journal::{Journal, JournalError, Row};
 use tropism::environment::Environment;
 use tropism::geometry::Pixel;
-use tropism::light::{self, Light};
+use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
 use tropism::rig::{Event, EventKind, NoMonitor, RunMonitor};
 use tropism::rig::{FaultPolicy, LampsInView, OnFault, fault_policy::COLUMNS};
-use tropism::vision::{self, Class, Eye};
+use tropism::vision::{self, FrameStatus, TipTracker};
 
 /// How long after a lamp did not obey it is told again, before the next step is due.
 const AGAIN: Duration = Duration::from_secs(30);
@@ -57,7 +57,7 @@ pub struct Recorded<'a, C, L: Lamps, F, K> {
     folder: RunFolder,
     care: Supervision<'a>,
     past: Vec<Row>,
-    /// The last of the first recorded pictures, which the eye compares with, and the first of the latest ones in
+    /// The last of the first recorded pictures, which the tracker compares with, and the first of the latest ones in
     /// which the plant was believed that it remembers.
     first: usize,
     believed: usize,
@@ -98,10 +98,13 @@ impl CameraPlace {
     fn of(past: &[Row], events: &[Event]) -> Self {
         let at = |kind: EventKind| {
             let event = events.iter().rfind(|event| event.kind == kind)?;
-            past.iter().rfind(|row| row.step <= event.step && row.seen.shift.is_some())?.seen.shift
+            past.iter()
+                .rfind(|row| row.step <= event.step && row.seen.camera_shift.is_some())?
+                .seen
+                .camera_shift
         };
         Self {
-            latest: past.iter().rev().find_map(|row| row.seen.shift),
+            latest: past.iter().rev().find_map(|row| row.seen.camera_shift),
             told: at(EventKind::Moved).unwrap_or_default(),
             accepted: at(EventKind::Paused).unwrap_or_default(),
         }
@@ -186,12 +189,13 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         let state = events.iter().rfind(|event| event.kind.is_state()).map(|event| event.kind);
         let camera = CameraPlace::of(&past, &events);
         let (streaks, step) = (Streaks::of(&past), past.last().map_or(0, |row| row.step));
-        let is_picture =
-            |row: &Row| ![Class::Corrupt, Class::Foreign, Class::Repeated].contains(&row.seen.class);
+        let is_picture = |row: &Row| {
+            ![FrameStatus::Corrupt, FrameStatus::Foreign, FrameStatus::Repeated].contains(&row.seen.status)
+        };
         let mut pictures = (0..past.len()).filter(|&index| is_picture(&past[index]));
-        let first = pictures.nth(Eye::REFERS - 1).unwrap_or(past.len());
+        let first = pictures.nth(TipTracker::REFERENCE_FRAMES - 1).unwrap_or(past.len());
         let mut measured = (0..past.len()).rev().filter(|&index| past[index].seen.is_measured());
-        let believed = measured.nth(Eye::REMEMBERS - 1).unwrap_or(0);
+        let believed = measured.nth(TipTracker::MEMORY_FRAMES - 1).unwrap_or(0);
         let mut recorded = Self {
             rig,
             folder,
@@ -221,7 +225,8 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         match recorded.past.len() {
             0 if state.is_none() => recorded.tell(EventKind::Started, "the run begins".to_owned())?,
             steps => {
-                let text = format!("found {steps} steps, going on; {} is lit as before", light::name(lit));
+                let lamp = recorded.rig.layout().name(lit);
+                let text = format!("found {steps} steps, going on; {lamp} is lit as before");
                 recorded.tell(EventKind::Resumed, text)?;
             }
         }
@@ -401,7 +406,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
                 Some(again) => again,
             };
             let what = again.as_ref().map_or_else(ToString::to_string, |again| {
-                let is_dark = self.rig.eye().finds_dark(again);
+                let is_dark = self.rig.tracker().is_dark(again);
                 if is_dark { "dark again: is the flash dead?".to_owned() } else { "bright".to_owned() }
             });
             self.tell(EventKind::Dark, format!("{} was dark, and was taken again: {what}", photo.name))?;
@@ -425,7 +430,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
     /// Writes down what was seen at this step.
     fn record(&mut self, begun: Option<Moment>) -> Result<(), RecordError> {
         let Some(Shot { photo, seen }) = self.rig.shot().cloned() else { return Ok(()) };
-        let lit = self.lamp_in(&photo, seen.class);
+        let lit = self.lamp_in(&photo, seen.status);
         self.keep(&photo)?;
         let row = Row {
             step: self.step,
@@ -443,7 +448,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         self.look_at_clock(begun)?;
         self.look_at_computer()?;
         self.look_at_lamp(lit)?;
-        self.look_at_camera(seen.shift)?;
+        self.look_at_camera(seen.camera_shift)?;
         if !photo.bytes.is_empty() {
             let steps = std::mem::take(&mut self.streaks.camera);
             self.recovered(steps, "a photograph again")?;
@@ -454,7 +459,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         } else {
             self.streaks.held += 1;
             if self.streaks.held == 1 && !photo.bytes.is_empty() {
-                let text = format!("{} ({}): the last sighting stands in", photo.name, seen.class);
+                let text = format!("{} ({}): the last sighting stands in", photo.name, seen.status);
                 self.tell(EventKind::Held, text)?;
             }
             self.look_after_held()
@@ -481,12 +486,12 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
     }
 
     /// The lamp that a photograph shows lit, where that is looked at and can be seen.
-    fn lamp_in(&self, photo: &Photo, class: Class) -> Option<Option<Light>> {
-        let places = self.care.lamps_in_view.as_ref()?.places();
-        if [Class::Dark, Class::Repeated].contains(&class) {
+    fn lamp_in(&self, photo: &Photo, class: FrameStatus) -> Option<Option<Light>> {
+        let places = self.care.lamps_in_view.as_ref()?.places(self.rig.layout());
+        if [FrameStatus::Dark, FrameStatus::Repeated].contains(&class) {
             return None;
         }
-        Some(vision::lit(&photo.decode().ok()?, places))
+        Some(vision::lamp_state(&photo.decode().ok()?, places.as_deref()))
     }
 
     fn look_at_lamp(&mut self, lit: Option<Option<Light>>) -> Result<(), RecordError> {
@@ -495,12 +500,14 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         };
         if lit == Some(commanded) {
             let steps = std::mem::take(&mut self.streaks.mismatch);
-            return self.recovered(steps, &format!("{commanded} is lit again"));
+            let text = format!("{} is lit again", self.rig.layout().name(lit));
+            return self.recovered(steps, &text);
         }
         self.streaks.mismatch += 1;
         let steps = self.streaks.mismatch;
-        let text =
-            format!("found {} lit in the photograph, wanted {commanded}, {steps} in a row", light::name(lit));
+        let layout = self.rig.layout();
+        let (found, wanted) = (layout.name(lit), layout.name(Some(commanded)));
+        let text = format!("found {found} lit in the photograph, wanted {wanted}, {steps} in a row");
         self.tell(EventKind::Mismatch, text.clone())?;
         if steps >= self.care.patience.pause_steps { Err(self.pause(text)) } else { Ok(()) }
     }
@@ -509,7 +516,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
     fn look_at_camera(&mut self, place: Option<Pixel>) -> Result<(), RecordError> {
         let Some(place) = place else { return Ok(()) };
         let before = self.camera.latest.replace(place);
-        let scale = self.rig.eye().calibration().width as f64 / COLUMNS;
+        let scale = self.rig.tracker().calibration().width as f64 / COLUMNS;
         let has_left = |from: Pixel, most: f64| {
             let is_far = |at: Pixel| at.distance(from) > scale * most;
             is_far(place) && before.is_some_and(is_far)
@@ -603,7 +610,8 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         self.is_lit = true;
         self.write(|journal| journal.done(step))?;
         if std::mem::take(&mut self.streaks.lamp) > 0 {
-            self.tell(EventKind::Recovered, format!("{light} obeys again"))?;
+            let text = format!("{} obeys again", self.rig.layout().name(Some(light)));
+            self.tell(EventKind::Recovered, text)?;
         }
         Ok(None)
     }
@@ -622,7 +630,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
         Ok(())
     }
 
-    /// What was seen at a recorded step, with the photograph if the eye still needs it: the first ones, by which it knows
+    /// What was seen at a recorded step, with the photograph if the tracker still needs it: the first ones, by which it knows
     /// what stands still, and from the latest ones on in which the plant was believed.
     fn remembered(&mut self, index: usize) -> Result<Shot, RecordError> {
         let row = self.past[index].clone();
@@ -697,6 +705,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<'_, C, L,
 
     fn missed(&self) -> u32 {
         (self.step + 1).saturating_sub(self.observed)
+    }
+
+    fn layout(&self) -> &Layout {
+        self.rig.layout()
     }
 
     fn period_min(&self) -> f64 {

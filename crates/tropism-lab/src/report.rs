@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::task::Task;
 use tropism::track::Track;
 use tropism_report::{Figure, Page, Plants};
 
@@ -97,7 +98,7 @@ impl Sources {
             let run = FinishedRun::read(path)?;
             self.is_virtual |= run.config.is_virtual();
             let runs =
-                if run.config.task.targets.is_empty() { &mut self.open_loop } else { &mut self.steered };
+                if run.config.task.targets().is_empty() { &mut self.open_loop } else { &mut self.steered };
             runs.push(run);
         } else if path.join("history.csv").exists() {
             let is_virtual = EvolutionRecord::read(path)?.is_virtual;

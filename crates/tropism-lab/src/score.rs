@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::task::{Crossing, Task};
+use tropism::task::{Crossing, Task, TaskSpec};
 
 use crate::{Error, Monitor, Workflow, files};
 
@@ -14,7 +14,7 @@ pub struct ScorePlan {
     /// Track files (CSV).
     pub tracks: Vec<PathBuf>,
     /// Task of the experiments.
-    pub task: Task,
+    pub task: TaskSpec,
 }
 
 /// The fitness of one track.
@@ -48,7 +48,7 @@ impl Workflow for ScorePlan {
                 track: path.clone(),
                 fitness: self.task.fitness(&track),
                 steps: track.samples.len() - 1,
-                targets: self.task.crossings(&track),
+                targets: self.task.as_targets().map_or_else(Vec::new, |task| task.crossings(&track)),
             })
         };
         self.tracks.iter().map(score).collect()

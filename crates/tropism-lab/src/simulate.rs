@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::Trial;
-use tropism::task::Task;
-use tropism::track::{PERIOD_MIN, Track};
+use tropism::plant::PlantModel;
+use tropism::task::{Task, TaskSpec};
+use tropism::track::Track;
 
 use crate::controller::ControllerSpec;
 use crate::{Error, Monitor, Workflow, files, model};
@@ -19,7 +20,7 @@ pub struct SimulatePlan {
     /// The controller.
     pub controller: ControllerSpec,
     /// Its task.
-    pub task: Task,
+    pub task: TaskSpec,
     /// Number of plants, 1 to 10000000.
     pub episodes: u32,
     /// Seed of all random numbers.
@@ -33,7 +34,7 @@ impl Default for SimulatePlan {
         Self {
             model: "model.json".into(),
             controller: ControllerSpec::default(),
-            task: Task::default(),
+            task: TaskSpec::default(),
             episodes: 1,
             seed: 1,
             out: "track.csv".into(),
@@ -64,7 +65,6 @@ impl Workflow for SimulatePlan {
     const SCHEMA: &'static str = "tropism.simulate/1";
 
     fn check(&self) -> Result<(), Error> {
-        self.controller.check(PERIOD_MIN)?;
         self.task.check().map_err(Error::in_plan("task"))?;
         Error::check_range("episodes", self.episodes, 10_000_000)
     }
@@ -72,9 +72,10 @@ impl Workflow for SimulatePlan {
     fn execute(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {
         self.check()?;
         let model = model::read_for(&self.model, &self.task, monitor)?;
+        self.controller.check(model.layout(), model.period_min())?;
         let (mut fitness, mut without_data, mut first) = (Vec::new(), 0.0, None::<Track>);
         for episode in 0..self.episodes {
-            let mut controller = self.controller.build(&self.task, PERIOD_MIN);
+            let mut controller = self.controller.build(&self.task, model.layout(), model.period_min());
             let track = model::simulate(&model, &mut *controller, &self.task, self.seed, episode);
             fitness.push(self.task.fitness(&track));
             without_data += model.share_without_data(&track);

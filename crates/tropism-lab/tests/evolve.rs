@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use tropism::evolve::EvolutionConfig;
 use tropism::geometry::Point;
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::evolve::EvolvePlan;
 use tropism_lab::fit::FitPlan;
@@ -38,7 +38,7 @@ fn plan(folder: &Path, out: &str) -> EvolvePlan {
     EvolvePlan {
         model: folder.join("model.json"),
         out: folder.join(out),
-        task: Task { targets, max_steps: 100, ..Task::default() },
+        task: Targets { targets, max_steps: 100, ..Targets::default() }.into(),
         evolution: EvolutionConfig { runs: 2, generations: 30, ..EvolutionConfig::default() },
         trial_plants: 20,
         ..EvolvePlan::default()

@@ -6,18 +6,18 @@ use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
 
-use tropism::control::chase::Chase;
+use tropism::control::Greedy;
 use tropism::environment::{run, unwatched};
 use tropism::geometry::{Pixel, Point, Region};
-use tropism::light::Light;
+use tropism::lamps::{Layout, Light};
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Boot, Camera, Clock, Flash, Lamps, Moment, OnExit, Rig, RigError};
 use tropism::rig::{
     Durability, Event, EventKind, FaultPolicy, HealthProblem, LampsInView, OnFault, RunMonitor,
 };
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism::track::{Sample, Track};
-use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_lab::{Journal, RecordError, Recorded, RunFolder, Supervision, files};
 
 /// A straight stem that grows and leans to the lit lamp, what goes wrong in its tent, and a log of what was done to it.
@@ -60,7 +60,7 @@ impl Tent {
     }
 
     fn advance_to(&mut self, minutes: f64) {
-        let sign = self.lit.map_or(0.0, Light::sign);
+        let sign = self.lit.map_or(0.0, |light| Layout::default().side(light));
         self.lean = (self.lean + 0.02 * sign * (minutes - self.minutes)).clamp(-7.0, 7.0);
         self.minutes = minutes;
     }
@@ -69,7 +69,7 @@ impl Tent {
 #[derive(Clone)]
 struct Hand(Rc<RefCell<Tent>>);
 
-const CALIBRATION: Calibration = Calibration::flat(Pixel::new(100.0, 189.0), 10.0, 200, 200);
+const CALIBRATION: Calibration = Calibration::from_scale(Pixel::new(100.0, 189.0), 10.0, 200, 200);
 
 fn failed(device: &str) -> RigError {
     RigError::Device { device: device.to_owned(), problem: "found silence, wanted an answer".to_owned() }
@@ -97,7 +97,7 @@ impl Camera for Hand {
         }
         // The lit lamp, below the crop.
         if let Some(light) = tent.lit.filter(|_| !is_dark) {
-            let left = if light == Light::Left { 4 } else { 180 };
+            let left = if light == Light::LEFT { 4 } else { 180 };
             (190..198).for_each(|y| image.rgb[3 * (200 * y + left)..][..48].fill(250));
         }
         if let Some((from, right)) = tent.wrong.moved.filter(|_| !is_dark) {
@@ -176,8 +176,8 @@ impl Clock for Hand {
     }
 }
 
-fn task() -> Task {
-    Task { max_steps: 60, end_height_cm: 1e9, ..Task::default() }
+fn task() -> Targets {
+    Targets { max_steps: 60, end_height_cm: 1e9, ..Targets::default() }
 }
 
 type Recording = Recorded<'static, Hand, Hand, Hand, Hand>;
@@ -199,9 +199,9 @@ fn open_with(
         crop: Some(Region { x: 0, y: 0, width: 200, height: 185 }),
         ..VisionConfig::default()
     };
-    let eye = Eye::new(CALIBRATION, config).unwrap();
+    let tracker = TipTracker::new(CALIBRATION, config).unwrap();
     let device = || hand.clone();
-    let rig = Rig::new(device(), device(), device(), device(), eye, Duration::from_secs(300));
+    let rig = Rig::new(device(), device(), device(), device(), tracker, Duration::from_secs(300));
     let rig = rig.with_on_exit(on_exit);
     let folder = RunFolder::open(path, "seed = 1\n", Durability::Fast, is_resumed)?;
     Ok((Recorded::new(rig, folder, care)?, hand))
@@ -210,7 +210,7 @@ fn open_with(
 /// Goes on with the run in `path` for at most `steps` samples.
 fn go(path: &Path, is_resumed: bool, dark_at: &[u32], steps: usize) -> (Track, Hand) {
     let (mut world, hand) = open(path, is_resumed, dark_at).unwrap();
-    let mut controller = Chase::new(task().targets);
+    let mut controller = Greedy::new(&task(), &Layout::default());
     let mut left = steps;
     let mut watch = |_: &_| {
         left -= 1;
@@ -278,7 +278,7 @@ fn lamps_stay_lit_if_that_is_wanted_however_the_run_ends() {
                     5 if has_panicked => panic!("as a test"),
                     _ => ControlFlow::Continue(()),
                 };
-                run(&mut world, &mut Chase::new(task().targets), &task(), &mut watch).is_ok()
+                run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut watch).is_ok()
             }));
             assert_eq!(
                 (ended.is_err(), ended.unwrap_or(false)),
@@ -306,13 +306,13 @@ fn the_journal_holds_what_was_seen_and_done() {
         let bytes = std::fs::read(reference.path().join("photographs").join(&row.photo)).unwrap();
         assert_eq!((row.photo_bytes, &row.photo_sha256), (bytes.len() as u64, &files::sha256(&bytes)));
     }
-    assert_eq!(rows[10].seen.class.name(), "dark");
+    assert_eq!(rows[10].seen.status.name(), "dark");
     world.folder().write_track(&track).unwrap();
     let written = files::read_track(&reference.path().join("track.csv")).unwrap();
     assert_eq!(written.samples[10].quality.name(), "held");
     assert_eq!(written.samples[10].tip, written.samples[9].tip);
-    assert_eq!(written.columns[0].values[3], "000003.jpg");
-    assert_eq!(written.columns[1].values[10], "", "a held tip has no place in the photograph");
+    assert_eq!(written.columns[0].values.text(3), "000003.jpg");
+    assert_eq!(written.columns[1].values.text(10), "", "a held tip has no place in the photograph");
 }
 
 #[test]
@@ -320,7 +320,8 @@ fn a_controller_that_decides_otherwise_is_found_out() {
     let folder = tempfile::tempdir().unwrap();
     go(folder.path(), false, &[], 30);
     let (mut world, _) = open(folder.path(), true, &[]).unwrap();
-    let mut other = Chase::new(vec![Point::new(-9.0, 20.0)]);
+    let elsewhere = Targets { targets: vec![Point::new(-9.0, 20.0)], ..Targets::default() };
+    let mut other = Greedy::new(&elsewhere, &Layout::default());
     let error = run(&mut world, &mut other, &task(), &mut unwatched).unwrap_err();
     assert!(error.to_string().contains("step 0: found the decision right"), "{error}");
 }
@@ -394,7 +395,8 @@ fn a_damaged_journal_is_set_aside_and_made_again_from_its_copy() {
 fn a_first_photograph_without_a_plant_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let (mut world, _) = open(folder.path(), false, &[0]).unwrap();
-    let error = run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched).unwrap_err();
+    let error =
+        run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched).unwrap_err();
     assert!(error.to_string().contains("000000.jpg: found no plant (dark)"), "{error}");
 }
 
@@ -449,7 +451,7 @@ fn real(path: &Path, wrong: Wrong, patience: FaultPolicy, ends_at: Option<u32>) 
         watcher: Box::new(ears.clone()),
     };
     let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, care).unwrap();
-    let track = run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched);
+    let track = run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched);
     let rows = world.folder().rows().unwrap();
     let heard = ears.heard.borrow();
     let written = world.folder().journal().events().unwrap();
@@ -549,7 +551,7 @@ fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided(
     world.folder().write_track(&track).unwrap();
     let written = files::read_track(&folder.path().join("track.csv")).unwrap();
     let photo = format!("{back:06}.jpg");
-    assert_eq!((written.samples[13].step, &written.columns[0].values[13]), (back, &photo));
+    assert_eq!((written.samples[13].step, &written.columns[0].values.text(13)), (back, &photo));
 }
 
 #[test]
@@ -564,7 +566,7 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
             };
             let wrong = Wrong { dark_at: dark_at.clone(), ..Wrong::default() };
             let (mut world, _) = open_with(path, true, wrong, care).unwrap();
-            run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched)
+            run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched)
         };
         let whole = tempfile::tempdir().unwrap();
         let track = go_on(whole.path(), None).unwrap();
@@ -609,7 +611,7 @@ fn a_camera_that_is_moved_is_told_and_far_enough_pauses_the_run() {
     let wrong = |right| Wrong { moved: Some((50, right)), ..Wrong::default() };
     let outcome = real(folder.path(), wrong(1), FaultPolicy::default(), None);
     assert_eq!(outcome.events, [(55, Moved), (105, Clock)], "{:?}", outcome.texts);
-    let shift = |row: usize| outcome.rows[row].seen.shift.unwrap();
+    let shift = |row: usize| outcome.rows[row].seen.camera_shift.unwrap();
     assert!(shift(9).distance(Pixel::default()) == 0.0 && shift(10).distance(Pixel::new(1.0, 0.0)) < 0.4);
 
     let folder = tempfile::tempdir().unwrap();
@@ -629,7 +631,7 @@ fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
     let ears = Ears { hot: 10..13, ..Ears::default() };
     let care = Supervision { watcher: Box::new(ears.clone()), ..Supervision::default() };
     let (mut world, _) = open_with(folder.path(), true, Wrong::default(), care).unwrap();
-    run(&mut world, &mut Chase::new(task().targets), &task(), &mut unwatched).unwrap();
+    run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched).unwrap();
     let heard = ears.heard.borrow();
     let told: Vec<_> = heard[1..].iter().map(|event| (event.step, event.kind, event.text.as_str())).collect();
     use EventKind::{Computer, Recovered};

@@ -6,18 +6,18 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Duration;
 
-use tropism::control::periodic::Periodic;
+use tropism::control::Periodic;
 use tropism::environment::run;
 use tropism::geometry::Point;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::{Greenhouse, Witness};
-use tropism::light::Light;
+use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::photo::Photo;
 use tropism::rig::Durability;
 use tropism::rig::{Clock, Lamps, Rig};
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism::track::Track;
 use tropism::vision::VisionConfig;
 use tropism_lab::{Recorded, RunFolder, Supervision};
@@ -27,9 +27,9 @@ type Told = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
 
 /// Goes on with the run in `path` for at most `samples`.
 fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told {
-    let (device, eye) = greenhouse.open(3, &VisionConfig::default()).unwrap();
+    let (device, tracker) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
     let hand = || device.clone();
-    let rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300));
+    let rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300));
     let folder = RunFolder::open(path, "seed = 3\n", Durability::Fast, true).unwrap();
     let mut world = Recorded::new(rig, folder, Supervision::default()).unwrap();
     let mut left = samples;
@@ -39,8 +39,8 @@ fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told 
         left -= 1;
         if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let mut controller = Periodic::new(30, Light::Right);
-    let track = run(&mut world, &mut controller, &Task::open_loop(steps), &mut watch).unwrap();
+    let mut controller = Periodic::new(30, &Layout::default()).starting_with(Light::RIGHT);
+    let track = run(&mut world, &mut controller, &Targets::open_loop(steps), &mut watch).unwrap();
     let truth = String::from_utf8(device.truth_csv()).unwrap();
     let top = |line: &str| {
         let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
@@ -65,8 +65,8 @@ fn tips_in_photographs_are_where_they_are() {
 fn what_is_true_is_told_from_both_sides() {
     let scene = Scene { cameras: 2, ..Scene::default() };
     let greenhouse = Greenhouse { scene, ..Greenhouse::default() };
-    let (mut device, _) = greenhouse.open(5, &VisionConfig::default()).unwrap();
-    device.light(Some(Light::Right)).unwrap();
+    let (mut device, _) = greenhouse.open(5, 5.0, &VisionConfig::default()).unwrap();
+    device.light(Some(Light::RIGHT)).unwrap();
     assert!(
         device.wait_until(Duration::from_secs(20 * 3600), &mut || ControlFlow::Continue(())).is_continue()
     );
@@ -75,7 +75,7 @@ fn what_is_true_is_told_from_both_sides() {
     let text = String::from_utf8(device.truth_json()).unwrap();
     let witnesses: Vec<Witness> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let [first, last] = &witnesses[..] else { panic!("{text}") };
-    assert_eq!((first.step, first.lit, last.step, last.lit), (0, None, 240, Some(Light::Right)));
+    assert_eq!((first.step, first.lit, last.step, last.lit), (0, None, 240, Some(Light::RIGHT)));
     let (front, side) = (&last.front, last.side.as_ref().unwrap());
     // It leans to the right, so towards the side camera, which sees it larger and no less high.
     assert!(front.apex.x > 1.0 && side.apex.x.abs() < front.apex.x, "{front:?} {side:?}");
@@ -95,7 +95,7 @@ fn what_is_true_is_told_from_both_sides() {
             .any(|x| green(x, y) > 110 && green(x, y) > i32::from(image.at(x, y)[2]) + 40)
     });
     assert!((row.unwrap() as f64 - top.y).abs() < 3.0, "row {row:?}, true {top:?}");
-    let one = Greenhouse::default().open(5, &VisionConfig::default()).unwrap().0;
+    let one = Greenhouse::default().open(5, 5.0, &VisionConfig::default()).unwrap().0;
     assert!(one.side_photograph().is_none());
 }
 

@@ -1,4 +1,6 @@
-//! What a generation costs beside its evaluations: `Neat::tell` with the paper's parameters, early and with large networks.
+//! Cost of a generation without its evaluations, and of building and running a network.
+//!
+//! `Neat::tell` is measured with the parameters of Wahby et al. (2016), for small and large networks.
 //!
 //! `cargo bench -p tropism-neat`
 
@@ -8,26 +10,27 @@ use std::time::{Duration, Instant};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use tropism_neat::{Config, Generation, Genome, Neat, Network, random_genome};
 
-/// Generations that a state is run on for before it is taken afresh: its networks hardly grow in so few.
-const STRETCH: u64 = 10;
+/// Generations after which a measured run is reset to its start, before its networks grow noticeably.
+const RESET_INTERVAL: u64 = 10;
 
-/// Scores without a meaning, but the same in every run: fractions of a scrambled count.
+/// Meaningless scores, the same in every run: hashes of a counter.
 fn noise(neat: &Neat) -> impl Iterator<Item = f64> {
     let first = u64::from(neat.generation()) << 20;
     (first..).map(|n| ((n.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f64) / 1e7)
 }
 
-fn step(neat: &mut Neat, worth_of_a_link: f64) -> Generation {
+/// Advances a run by one generation with noise and a reward for links as scores.
+fn step(neat: &mut Neat, score_per_link: f64) -> Generation {
     let scores = neat.ask().iter().zip(noise(neat));
     let scores: Vec<f64> =
-        scores.map(|(genome, noise)| noise + worth_of_a_link * genome.links().len() as f64).collect();
+        scores.map(|(genome, noise)| noise + score_per_link * genome.links().len() as f64).collect();
     neat.tell(&scores).expect("finite scores")
 }
 
-/// A run whose networks have so many links: fast in growing as long as links are worth something, then left to chance.
+/// A run whose networks have about `links` links. Links are rewarded until they are reached; 30 generations of noise follow.
 fn run_with(population: usize, links: f64) -> Neat {
-    let config = Config { population, ..Config::paper() };
-    let mut neat = Neat::new(config, 2, 1, 1).expect("the paper's parameters");
+    let config = Config { population, ..Config::wahby2016() };
+    let mut neat = Neat::new(config, 2, 1, 1).expect("a valid preset");
     while step(&mut neat, 0.1).links_mean < links {}
     for _ in 0..30 {
         step(&mut neat, 0.0);
@@ -46,7 +49,7 @@ fn bookkeeping(criterion: &mut Criterion) {
                     let mut spent = Duration::ZERO;
                     let (mut neat, mut scores) = (start.clone(), Vec::new());
                     for generation in 0..generations {
-                        if generation % STRETCH == 0 {
+                        if generation % RESET_INTERVAL == 0 {
                             neat = start.clone();
                         }
                         scores.clear();
@@ -65,9 +68,9 @@ fn bookkeeping(criterion: &mut Criterion) {
 
 fn phenotype(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("network");
-    let of_size = |links| run_with(50, links).champion().expect("has been told").genome.clone();
+    let of_size = |links| run_with(50, links).champion().expect("at least one generation").genome.clone();
     let genomes: [(&str, Genome); 2] =
-        [("3 links", random_genome(&Config::paper(), 2, 1, 1, 0)), ("140 links", of_size(140.0))];
+        [("3 links", random_genome(&Config::wahby2016(), 2, 1, 1, 0)), ("140 links", of_size(140.0))];
     for (name, genome) in &genomes {
         group.bench_function(BenchmarkId::new("new", name), |b| b.iter(|| Network::new(black_box(genome))));
         let mut network = Network::new(genome);
@@ -76,7 +79,7 @@ fn phenotype(criterion: &mut Criterion) {
         });
     }
     group.bench_function("random_genome", |b| {
-        let config = Config::paper();
+        let config = Config::wahby2016();
         let mut index = 0;
         b.iter(|| {
             index += 1;

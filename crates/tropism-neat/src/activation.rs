@@ -1,12 +1,14 @@
-//! What a neuron makes of the sum of its inputs.
+//! Activation functions of neurons: those of MultiNEAT, under its definitions.
 
 use serde::{Deserialize, Serialize};
 
-/// Activation function of a neuron, of the weighted sum `x` with the neuron's slope `a` and shift `b`.
+/// Activation function of a neuron.
+///
+/// `x` is the weighted sum of the neuron's inputs, `a` its slope and `b` its shift.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Activation {
-    /// `1` if `x > 0.5 + b`, else `0`: the paper's "unsigned step". The half is MultiNEAT's.
+    /// `1` if `x > 0.5 + b`, else `0`. As in MultiNEAT, the threshold is 0.5, not 0.
     UnsignedStep,
     /// `1` if `x > b`, else `-1`.
     SignedStep,
@@ -33,16 +35,16 @@ pub enum Activation {
 }
 
 impl Activation {
-    /// The activation for the sum `x`.
+    /// Applies the function to the weighted sum `x`, with slope `a` and shift `b`.
     ///
     /// ```
     /// use tropism_neat::Activation;
-    /// assert_eq!(Activation::UnsignedStep.of(0.5, 1.0, 0.0), 0.0);
-    /// assert_eq!(Activation::UnsignedStep.of(0.51, 1.0, 0.0), 1.0);
+    /// assert_eq!(Activation::UnsignedStep.apply(0.5, 1.0, 0.0), 0.0);
+    /// assert_eq!(Activation::UnsignedStep.apply(0.51, 1.0, 0.0), 1.0);
     /// ```
     #[must_use]
     #[inline]
-    pub fn of(self, x: f64, a: f64, b: f64) -> f64 {
+    pub fn apply(self, x: f64, a: f64, b: f64) -> f64 {
         let sigmoid = || 1.0 / (1.0 + libm::exp(-a * x - b));
         let gauss = || libm::exp(-a * x * x + b);
         match self {
@@ -63,7 +65,7 @@ impl Activation {
             Self::Sine => libm::sin(a * x + b),
             Self::Linear => x + b,
             Self::Relu => x.max(0.0),
-            // For large x the exponential overflows long after the result has become x.
+            // Above 40, ln(1 + exp(x)) rounds to x; exp(x) itself overflows above 709.
             Self::Softplus => {
                 if x > 40.0 {
                     x
@@ -80,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_function_passes_through_known_points() {
+    fn each_function_has_known_values() {
         use Activation::*;
         let e = core::f64::consts::E;
         let table = [
@@ -104,7 +106,7 @@ mod tests {
             (Softplus, 1000.0, 1000.0),
         ];
         for (function, x, wanted) in table {
-            let found = function.of(x, 1.0, 0.0);
+            let found = function.apply(x, 1.0, 0.0);
             assert!((found - wanted).abs() < 1e-12, "{function:?}({x}) = {found}, wanted {wanted}");
         }
     }
@@ -112,8 +114,8 @@ mod tests {
     #[test]
     fn slope_and_shift_move_the_sigmoid_and_the_step() {
         let sigmoid = Activation::UnsignedSigmoid;
-        assert_eq!(sigmoid.of(1.0, 4.9, 0.0), sigmoid.of(4.9, 1.0, 0.0));
-        assert_eq!(sigmoid.of(0.0, 1.0, 2.0), sigmoid.of(2.0, 1.0, 0.0));
-        assert_eq!(Activation::UnsignedStep.of(0.6, 1.0, 0.2), 0.0);
+        assert_eq!(sigmoid.apply(1.0, 4.9, 0.0), sigmoid.apply(4.9, 1.0, 0.0));
+        assert_eq!(sigmoid.apply(0.0, 1.0, 2.0), sigmoid.apply(2.0, 1.0, 0.0));
+        assert_eq!(Activation::UnsignedStep.apply(0.6, 1.0, 0.2), 0.0);
     }
 }

@@ -1,89 +1,99 @@
-//! Crossover: a child has its fitter parent's links, with weights from both where both have the link.
+//! Crossover: a child has the links of its better parent; weights of matching links come from both parents.
 
-use crate::random::Dice;
-use crate::{Genome, Link};
+use crate::genome::{Genome, Link};
+use crate::random::Rng;
 
-/// How two parents are mated.
-pub(crate) struct Mating {
-    /// Whether matching links get the mean weight rather than either parent's.
-    pub(crate) averages: bool,
-    /// Whether the links that only the less fit parent has are inherited too: between species.
+/// Variant of crossover.
+pub(crate) struct CrossoverKind {
+    /// Whether a matching link gets the mean of its two weights (averaging crossover) rather than one of them (multipoint).
+    pub(crate) is_averaging: bool,
+    /// Whether disjoint and excess genes of the other parent are inherited, too: between species they are.
     pub(crate) keeps_all: bool,
 }
 
-/// Writes the child of `mom` and `dad`, with their fitness beside them, over `child`.
+/// Overwrites `child` with the child of two parents, each given with its fitness.
 ///
-/// The better parent is the fitter one, at equal fitness the one with fewer links, else a coin decides.
+/// The better parent is the fitter one; at equal fitness the one with fewer links; otherwise a coin flip decides.
 pub(crate) fn crossover(
     mom: (&Genome, f64),
     dad: (&Genome, f64),
-    mating: &Mating,
-    dice: &mut Dice,
+    kind: &CrossoverKind,
+    rng: &mut Rng,
     child: &mut Genome,
 ) {
     let ((mom, mom_fitness), (dad, dad_fitness)) = (mom, dad);
     let mom_is_better = if mom_fitness == dad_fitness {
         let (mom, dad) = (mom.links.len(), dad.links.len());
-        if mom == dad { dice.coin() } else { mom < dad }
+        if mom == dad { rng.coin() } else { mom < dad }
     } else {
         mom_fitness > dad_fitness
     };
     (child.inputs, child.outputs) = (mom.inputs, mom.outputs);
-    let inherits = |from: Parent| mating.keeps_all || (from == Parent::Mom) == mom_is_better;
+    let inherits = |from: Parent| kind.keeps_all || (from == Parent::Mom) == mom_is_better;
 
     child.neurons.clear();
-    // Neurons of one id differ only if they come from different runs; only then does the coin matter.
-    pair_up(
+    // Neurons with the same id differ only between runs; only then is a coin flipped.
+    align(
         &mom.neurons,
         &dad.neurons,
         |neuron| neuron.id,
-        |pair| match pair {
-            Pair::Both(mom, dad) => child.neurons.push(if mom != dad && dice.coin() { *dad } else { *mom }),
-            Pair::One(neuron, parent) => child.neurons.extend(inherits(parent).then_some(*neuron)),
+        |genes| match genes {
+            Aligned::Matching(mom, dad) => {
+                child.neurons.push(if mom != dad && rng.coin() { *dad } else { *mom })
+            }
+            Aligned::Unmatched(neuron, parent) => child.neurons.extend(inherits(parent).then_some(*neuron)),
         },
     );
     child.links.clear();
-    pair_up(
+    align(
         &mom.links,
         &dad.links,
         |link| link.innovation,
-        |pair| match pair {
-            Pair::Both(mom, dad) if mating.averages => {
+        |genes| match genes {
+            Aligned::Matching(mom, dad) if kind.is_averaging => {
                 child.links.push(Link { weight: f64::midpoint(mom.weight, dad.weight), ..*mom });
             }
-            Pair::Both(mom, dad) => child.links.push(if dice.coin() { *dad } else { *mom }),
-            Pair::One(link, parent) => child.links.extend(inherits(parent).then_some(*link)),
+            Aligned::Matching(mom, dad) => child.links.push(if rng.coin() { *dad } else { *mom }),
+            Aligned::Unmatched(link, parent) => child.links.extend(inherits(parent).then_some(*link)),
         },
     );
 }
 
+/// The parent that a gene comes from.
 #[derive(Clone, Copy, PartialEq)]
 enum Parent {
     Mom,
     Dad,
 }
 
-/// A gene that both parents have, or only one.
-enum Pair<'a, T> {
-    Both(&'a T, &'a T),
-    One(&'a T, Parent),
+/// A gene in the alignment of two parents.
+enum Aligned<'a, T> {
+    /// Both parents have the gene: the mother's and the father's.
+    Matching(&'a T, &'a T),
+    /// Only one parent has the gene: it is disjoint or excess.
+    Unmatched(&'a T, Parent),
 }
 
-/// Visits the genes of two parents, each sorted by `key`, in order of their keys.
-fn pair_up<'a, T>(moms: &'a [T], dads: &'a [T], key: impl Fn(&T) -> u32, mut visit: impl FnMut(Pair<'a, T>)) {
+/// Visits the aligned genes of two parents in ascending order of `key`, by which both slices are sorted.
+fn align<'a, T>(
+    moms: &'a [T],
+    dads: &'a [T],
+    key: impl Fn(&T) -> u32,
+    mut visit: impl FnMut(Aligned<'a, T>),
+) {
     let (mut m, mut d) = (0, 0);
     loop {
         match (moms.get(m), dads.get(d)) {
             (Some(mom), Some(dad)) if key(mom) == key(dad) => {
-                visit(Pair::Both(mom, dad));
+                visit(Aligned::Matching(mom, dad));
                 (m, d) = (m + 1, d + 1);
             }
             (Some(mom), dad) if dad.is_none_or(|dad| key(mom) < key(dad)) => {
-                visit(Pair::One(mom, Parent::Mom));
+                visit(Aligned::Unmatched(mom, Parent::Mom));
                 m += 1;
             }
             (_, Some(dad)) => {
-                visit(Pair::One(dad, Parent::Dad));
+                visit(Aligned::Unmatched(dad, Parent::Dad));
                 d += 1;
             }
             (_, None) => return,
@@ -96,16 +106,16 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Config;
-    use crate::testing::{dice, genome, grown};
+    use crate::config::Config;
+    use crate::testing::{genome, mutants, rng};
 
-    const MULTIPOINT: Mating = Mating { averages: false, keeps_all: false };
-    const AVERAGING: Mating = Mating { averages: true, keeps_all: false };
+    const MULTIPOINT: CrossoverKind = CrossoverKind { is_averaging: false, keeps_all: false };
+    const AVERAGING: CrossoverKind = CrossoverKind { is_averaging: true, keeps_all: false };
 
-    fn child(mom: (&Genome, f64), dad: (&Genome, f64), mating: &Mating, seed: u64) -> Genome {
-        // Over something quite different, of which nothing may be left.
+    fn child(mom: (&Genome, f64), dad: (&Genome, f64), kind: &CrossoverKind, seed: u64) -> Genome {
+        // The child overwrites a genome of another shape, of which nothing may remain.
         let mut child = genome(3, 2, &[], &[(1, 5, 1.0)]);
-        crossover(mom, dad, mating, &mut dice(seed), &mut child);
+        crossover(mom, dad, kind, &mut rng(seed), &mut child);
         child
     }
 
@@ -117,17 +127,20 @@ mod tests {
     fn matching_links_come_from_either_parent_or_are_averaged() {
         let parent = |weight| genome(1, 1, &[], &[(1, 3, weight), (2, 3, weight)]);
         let (mom, dad) = (parent(1.0), parent(2.0));
-        let of_dad = (0..4000)
+        let from_dad = (0..4000)
             .flat_map(|seed| child((&mom, 9.0), (&dad, 1.0), &MULTIPOINT, seed).links)
             .filter(|link| link.weight == 2.0)
             .count();
-        assert!((of_dad as f64 / 8000.0 - 0.5).abs() < 0.03, "{of_dad} of 8000, whatever the fitness");
+        assert!(
+            (from_dad as f64 / 8000.0 - 0.5).abs() < 0.03,
+            "{from_dad} of 8000 links, although the mother is fitter"
+        );
         let averaged = child((&mom, 9.0), (&dad, 1.0), &AVERAGING, 1);
         assert!(averaged.links.iter().all(|link| link.weight == 1.5));
     }
 
     #[test]
-    fn at_equal_fitness_fewer_links_win_and_then_a_coin() {
+    fn at_equal_fitness_the_smaller_parent_is_better_and_then_a_coin_decides() {
         let small = genome(1, 1, &[], &[(1, 3, 1.0)]);
         let large = genome(1, 1, &[], &[(1, 3, 1.0), (2, 3, 1.0)]);
         for seed in 0..20 {
@@ -136,26 +149,26 @@ mod tests {
         }
         let mut other = genome(1, 1, &[], &[(1, 3, 1.0), (3, 3, 1.0)]);
         other.links[1].innovation = 3;
-        let of_other =
+        let like_other =
             (0..1000).filter(|&seed| child((&large, 1.0), (&other, 1.0), &MULTIPOINT, seed) == other).count();
-        assert!((450..550).contains(&of_other), "{of_other} of 1000");
+        assert!((450..550).contains(&like_other), "{like_other} of 1000");
     }
 
     proptest! {
         #[test]
-        fn a_child_of_twins_is_a_twin(seed in 0_u64..500, averages: bool, keeps_all: bool) {
-            let twin = grown(&Config::paper(), seed, 40).pop().unwrap();
-            let mating = Mating { averages, keeps_all };
-            prop_assert_eq!(child((&twin, 1.0), (&twin, 1.0), &mating, seed), twin);
+        fn a_child_of_identical_parents_is_identical(seed in 0_u64..500, is_averaging: bool, keeps_all: bool) {
+            let twin = mutants(&Config::wahby2016(), seed, 40).pop().unwrap();
+            let kind = CrossoverKind { is_averaging, keeps_all };
+            prop_assert_eq!(child((&twin, 1.0), (&twin, 1.0), &kind, seed), twin);
         }
 
         #[test]
         fn a_child_has_exactly_its_fitter_parents_links(seed in 0_u64..500, fitter in 0_usize..80, other in 0_usize..80) {
-            let kin = grown(&Config::paper(), seed, 80);
+            let kin = mutants(&Config::wahby2016(), seed, 80);
             let (fitter, other) = (&kin[fitter], &kin[other]);
-            for mating in [MULTIPOINT, AVERAGING] {
-                let as_mom = child((fitter, 2.0), (other, 1.0), &mating, seed);
-                let as_dad = child((other, -2.0), (fitter, -1.0), &mating, seed);
+            for kind in [MULTIPOINT, AVERAGING] {
+                let as_mom = child((fitter, 2.0), (other, 1.0), &kind, seed);
+                let as_dad = child((other, -2.0), (fitter, -1.0), &kind, seed);
                 for child in [as_mom, as_dad] {
                     prop_assert!(child.check().is_ok());
                     prop_assert!(!child.has_dead_ends());
@@ -167,9 +180,9 @@ mod tests {
 
         #[test]
         fn between_species_a_child_has_the_links_of_both(seed in 0_u64..500, mom in 0_usize..80, dad in 0_usize..80) {
-            let kin = grown(&Config::paper(), seed, 80);
-            let mating = Mating { averages: false, keeps_all: true };
-            let child = child((&kin[mom], 2.0), (&kin[dad], 1.0), &mating, seed);
+            let kin = mutants(&Config::wahby2016(), seed, 80);
+            let kind = CrossoverKind { is_averaging: false, keeps_all: true };
+            let child = child((&kin[mom], 2.0), (&kin[dad], 1.0), &kind, seed);
             let mut both = [innovations(&kin[mom]), innovations(&kin[dad])].concat();
             both.sort_unstable();
             both.dedup();

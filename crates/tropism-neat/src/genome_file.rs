@@ -1,20 +1,20 @@
-//! A genome as a file: readable JSON, every gene of which is checked when it is read.
+//! Genome files: readable JSON in which every gene is checked on reading.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use thiserror::Error;
 
-use crate::genome::{NUMBER_LIMIT, SIZE_LIMIT, WEIGHT_LIMIT};
-use crate::{Genome, Link, Neuron, NeuronKind};
+use crate::genome::{Genome, Link, Neuron, NeuronKind};
+use crate::limits::{ID_LIMIT, SIZE_LIMIT, WEIGHT_LIMIT};
 
-/// What a genome file calls itself.
+/// Schema of genome files.
 const SCHEMA: &str = "tropism.genome/1";
 
 impl Genome {
-    /// Whether the genes make a network that can be run and bred.
+    /// Checks that the genes describe a network that can be run and bred.
     ///
     /// # Errors
     ///
-    /// The first gene that is wrong, with what was found and what was wanted.
+    /// [`GenomeError`] names the first wrong gene.
     pub fn check(&self) -> Result<(), GenomeError> {
         check_shape(self.inputs, self.outputs)?;
         self.check_neurons()?;
@@ -35,7 +35,7 @@ impl Genome {
                 _ => (NeuronKind::Hidden, 0.0..=1.0),
             };
             let id = neuron.id;
-            if id <= last || id >= NUMBER_LIMIT || (index < fixed && id as usize != index + 1) {
+            if id <= last || id >= ID_LIMIT || (index < fixed && id as usize != index + 1) {
                 return Err(GenomeError::NeuronId { id, last });
             }
             if neuron.kind != kind {
@@ -45,7 +45,7 @@ impl Genome {
                 return Err(GenomeError::Depth { id, depth: neuron.depth });
             }
             for value in [neuron.a, neuron.b] {
-                if !is_usable(value) {
+                if !is_in_range(value) {
                     return Err(GenomeError::Parameter { id, value });
                 }
             }
@@ -57,7 +57,7 @@ impl Genome {
     fn check_links(&self) -> Result<(), GenomeError> {
         let mut last = 0;
         for &Link { innovation, from, to, weight, .. } in &self.links {
-            if innovation <= last || innovation >= NUMBER_LIMIT {
+            if innovation <= last || innovation >= ID_LIMIT {
                 return Err(GenomeError::Innovation { innovation, last });
             }
             last = innovation;
@@ -69,7 +69,7 @@ impl Genome {
             if to as usize <= self.inputs + 1 {
                 return Err(GenomeError::LinkIntoInput { innovation, id: to });
             }
-            if !is_usable(weight) {
+            if !is_in_range(weight) {
                 return Err(GenomeError::Weight { innovation, weight });
             }
         }
@@ -81,9 +81,9 @@ impl Genome {
         }
     }
 
-    /// The genome as JSON, one gene a line, with `"schema": "tropism.genome/1"`.
+    /// Writes the genome as JSON of schema `tropism.genome/1`, one gene per line.
     ///
-    /// [`from_json`](Self::from_json) gives the same genome back, to the bit.
+    /// [`from_json`](Self::from_json) restores it bit for bit.
     #[must_use]
     pub fn to_json(&self) -> String {
         fn lines<T: Serialize>(genes: &[T]) -> String {
@@ -100,17 +100,17 @@ impl Genome {
         )
     }
 
-    /// Reads a genome from JSON and checks all of it.
+    /// Reads a genome from JSON and checks every gene.
     ///
     /// # Errors
     ///
-    /// Broken JSON, another schema, or the first gene that is wrong.
+    /// [`GenomeError`]: invalid JSON, another schema, or the first wrong gene.
     pub fn from_json(json: &str) -> Result<Self, GenomeError> {
         #[derive(Deserialize)]
         struct Head {
             schema: String,
         }
-        // The schema is read first: a file of another one should be called that, not full of unknown fields.
+        // The schema is read first, so that a file of another schema is reported as such and not for its unknown fields.
         let head: Head = serde_json::from_str(json)?;
         if head.schema != SCHEMA {
             return Err(GenomeError::Schema { found: head.schema });
@@ -119,7 +119,7 @@ impl Genome {
     }
 }
 
-/// Whether a network may have this many inputs and outputs.
+/// Checks the numbers of inputs and outputs of a network.
 pub(crate) fn check_shape(inputs: usize, outputs: usize) -> Result<(), GenomeError> {
     let fits = |n: usize| (1..=SIZE_LIMIT).contains(&n);
     if fits(inputs) && fits(outputs) && (inputs + 1) * outputs <= SIZE_LIMIT {
@@ -129,26 +129,41 @@ pub(crate) fn check_shape(inputs: usize, outputs: usize) -> Result<(), GenomeErr
     }
 }
 
-/// Whether a weight, slope or shift is a number, and not too large.
-fn is_usable(value: f64) -> bool {
+/// Whether a weight, slope or shift is a number within [`WEIGHT_LIMIT`].
+fn is_in_range(value: f64) -> bool {
     (-WEIGHT_LIMIT..=WEIGHT_LIMIT).contains(&value)
 }
 
-/// A genome as it is written.
-#[derive(Serialize, Deserialize)]
+impl Serialize for Genome {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct File<'a> {
+            schema: &'static str,
+            inputs: usize,
+            outputs: usize,
+            neurons: &'a [Neuron],
+            links: &'a [Link],
+        }
+        let Self { inputs, outputs, neurons, links } = self;
+        File { schema: SCHEMA, inputs: *inputs, outputs: *outputs, neurons, links }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Genome {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        File::deserialize(deserializer)?.try_into().map_err(D::Error::custom)
+    }
+}
+
+/// Contents of a genome file, not yet checked.
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+struct File {
     schema: String,
     inputs: usize,
     outputs: usize,
     neurons: Vec<Neuron>,
     links: Vec<Link>,
-}
-
-impl From<Genome> for File {
-    fn from(Genome { inputs, outputs, neurons, links }: Genome) -> Self {
-        Self { schema: SCHEMA.into(), inputs, outputs, neurons, links }
-    }
 }
 
 impl TryFrom<File> for Genome {
@@ -168,18 +183,18 @@ impl TryFrom<File> for Genome {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum GenomeError {
-    /// Not JSON, or not of a genome's form.
+    /// Invalid JSON, or JSON of another structure.
     #[error("not a genome file: {0}")]
     Json(#[from] serde_json::Error),
     /// Another schema.
-    #[error("schema is \"{found}\": wanted \"{SCHEMA}\"")]
+    #[error("found schema \"{found}\", wanted \"{SCHEMA}\"")]
     Schema {
-        /// What was found.
+        /// Schema found.
         found: String,
     },
     /// Too few or too many inputs or outputs.
     #[error(
-        "{inputs} inputs and {outputs} outputs: wanted at least 1 of each and at most {SIZE_LIMIT} links between them"
+        "found {inputs} inputs and {outputs} outputs, wanted at least 1 of each and at most {SIZE_LIMIT} links between them"
     )]
     Shape {
         /// Number of inputs, without the bias.
@@ -188,16 +203,16 @@ pub enum GenomeError {
         outputs: usize,
     },
     /// Fewer neurons than inputs, bias and outputs.
-    #[error("{found} neurons: wanted at least {wanted}, for inputs, bias and outputs")]
+    #[error("found {found} neurons, wanted at least {wanted} for inputs, bias and outputs")]
     TooFewNeurons {
-        /// Neurons found.
+        /// Number of neurons found.
         found: usize,
-        /// Neurons wanted.
+        /// Number of inputs and outputs, and one for the bias.
         wanted: usize,
     },
-    /// A neuron id is doubled, out of order, or not the one that its place asks for.
+    /// A neuron id is duplicate, out of order, or not consecutive among inputs, bias and outputs.
     #[error(
-        "neuron id {id} after {last}: wanted inputs, bias and outputs numbered from 1, then hidden neurons ascending"
+        "found neuron id {id} after {last}, wanted inputs, bias and outputs numbered from 1, then hidden neurons ascending"
     )]
     NeuronId {
         /// Id found.
@@ -205,19 +220,19 @@ pub enum GenomeError {
         /// Id of the neuron before it; 0 at the start.
         last: u32,
     },
-    /// A neuron is not of the kind that its place asks for.
-    #[error("neuron {id} is {found:?}: wanted {wanted:?}")]
+    /// A neuron has the wrong kind for its position.
+    #[error("found neuron {id} of kind {found:?}, wanted {wanted:?}")]
     NeuronKind {
         /// Id of the neuron.
         id: u32,
         /// Kind found.
         found: NeuronKind,
-        /// Kind wanted.
+        /// Kind that its position requires.
         wanted: NeuronKind,
     },
     /// A neuron's depth is out of range.
     #[error(
-        "neuron {id} has depth {depth}: wanted 0 for inputs and bias, 1 for outputs, 0 to 1 for hidden neurons"
+        "found neuron {id} at depth {depth}, wanted 0 for inputs and bias, 1 for outputs, 0 to 1 for hidden neurons"
     )]
     Depth {
         /// Id of the neuron.
@@ -226,51 +241,51 @@ pub enum GenomeError {
         depth: f64,
     },
     /// A neuron's slope or shift is not finite or too large.
-    #[error("neuron {id} has slope or shift {value}: wanted a size of at most {WEIGHT_LIMIT}")]
+    #[error("found neuron {id} with slope or shift {value}, wanted a magnitude of at most {WEIGHT_LIMIT}")]
     Parameter {
         /// Id of the neuron.
         id: u32,
         /// Value found.
         value: f64,
     },
-    /// An innovation number is doubled or out of order.
-    #[error("innovation {innovation} after {last}: wanted ascending numbers from 1, each once")]
+    /// An innovation number is duplicate or out of order.
+    #[error("found innovation {innovation} after {last}, wanted ascending numbers from 1, each once")]
     Innovation {
-        /// Number found.
+        /// Innovation number found.
         innovation: u32,
-        /// Number before it; 0 at the start.
+        /// Innovation number before it; 0 at the start.
         last: u32,
     },
-    /// A link leaves or enters a neuron that is not there.
-    #[error("link {innovation} joins neuron {id}, which the genome does not have")]
+    /// A link's source or target is not in the genome.
+    #[error("found link {innovation} from or to neuron {id}, wanted a neuron of the genome")]
     DanglingLink {
         /// Innovation number of the link.
         innovation: u32,
-        /// Id of the neuron.
+        /// Id of the missing neuron.
         id: u32,
     },
-    /// A link enters an input or the bias.
-    #[error("link {innovation} enters neuron {id}: wanted an output or a hidden neuron")]
+    /// A link leads to an input or the bias.
+    #[error("found link {innovation} to neuron {id}, wanted an output or a hidden neuron as its target")]
     LinkIntoInput {
         /// Innovation number of the link.
         innovation: u32,
-        /// Id of the neuron.
+        /// Id of its target.
         id: u32,
     },
     /// A weight is not finite or too large.
-    #[error("link {innovation} has weight {weight}: wanted a size of at most {WEIGHT_LIMIT}")]
+    #[error("found link {innovation} with weight {weight}, wanted a magnitude of at most {WEIGHT_LIMIT}")]
     Weight {
         /// Innovation number of the link.
         innovation: u32,
         /// Weight found.
         weight: f64,
     },
-    /// Two links join the same neurons in the same direction.
-    #[error("two links lead from neuron {from} to neuron {to}: wanted at most one")]
+    /// Two links have the same source and the same target.
+    #[error("found two links from neuron {from} to neuron {to}, wanted at most one")]
     DuplicateLink {
-        /// Id of the neuron that they leave.
+        /// Id of the source.
         from: u32,
-        /// Id of the neuron that they enter.
+        /// Id of the target.
         to: u32,
     },
 }
@@ -281,7 +296,7 @@ mod tests {
 
     use super::*;
     use crate::Config;
-    use crate::testing::{genome, grown};
+    use crate::testing::{genome, mutants};
 
     fn refusal(change: impl FnOnce(&mut Genome)) -> String {
         let mut genome = genome(2, 1, &[(5, 0.5)], &[(1, 5, 1.0), (5, 4, 1.0), (2, 4, -2.0)]);
@@ -292,27 +307,36 @@ mod tests {
     #[test]
     fn every_wrong_gene_is_refused_by_name() {
         let table = [
-            (refusal(|g| g.links[1].from = 9), "link 2 joins neuron 9, which the genome does not have"),
-            (refusal(|g| g.links[1].to = 0), "link 2 joins neuron 0, which the genome does not have"),
-            (refusal(|g| g.links[1].to = 3), "link 2 enters neuron 3: wanted an output or a hidden neuron"),
+            (
+                refusal(|g| g.links[1].from = 9),
+                "found link 2 from or to neuron 9, wanted a neuron of the genome",
+            ),
+            (
+                refusal(|g| g.links[1].to = 0),
+                "found link 2 from or to neuron 0, wanted a neuron of the genome",
+            ),
+            (refusal(|g| g.links[1].to = 3), "found link 2 to neuron 3, wanted an output or a hidden neuron"),
             (
                 refusal(|g| g.links[1].innovation = 1),
-                "innovation 1 after 1: wanted ascending numbers from 1, each once",
+                "found innovation 1 after 1, wanted ascending numbers from 1, each once",
             ),
             (
                 refusal(|g| g.links[2].from = 5),
-                "two links lead from neuron 5 to neuron 4: wanted at most one",
+                "found two links from neuron 5 to neuron 4, wanted at most one",
             ),
-            (refusal(|g| g.links[0].weight = 1e308), "link 1 has weight 1"),
-            (refusal(|g| g.neurons[4].id = 4), "neuron id 4 after 4: wanted inputs"),
-            (refusal(|g| g.neurons.swap(0, 1)), "neuron id 2 after 0: wanted inputs"),
-            (refusal(|g| g.neurons[4].id = u32::MAX), "neuron id 4294967295 after 4: wanted inputs"),
-            (refusal(|g| g.neurons[4].kind = NeuronKind::Input), "neuron 5 is Input: wanted Hidden"),
-            (refusal(|g| g.neurons[4].depth = 1.5), "neuron 5 has depth 1.5: wanted 0"),
-            (refusal(|g| g.neurons[4].a = -1e7), "neuron 5 has slope or shift -10000000: wanted"),
-            (refusal(|g| g.inputs = 0), "0 inputs and 1 outputs: wanted at least 1 of each"),
-            (refusal(|g| g.inputs = usize::MAX), "inputs and 1 outputs: wanted at least 1 of each"),
-            (refusal(|g| g.outputs = 5), "5 neurons: wanted at least 8, for inputs, bias and outputs"),
+            (refusal(|g| g.links[0].weight = 1e308), "found link 1 with weight 1"),
+            (refusal(|g| g.neurons[4].id = 4), "found neuron id 4 after 4, wanted inputs"),
+            (refusal(|g| g.neurons.swap(0, 1)), "found neuron id 2 after 0, wanted inputs"),
+            (refusal(|g| g.neurons[4].id = u32::MAX), "found neuron id 4294967295 after 4, wanted inputs"),
+            (
+                refusal(|g| g.neurons[4].kind = NeuronKind::Input),
+                "found neuron 5 of kind Input, wanted Hidden",
+            ),
+            (refusal(|g| g.neurons[4].depth = 1.5), "found neuron 5 at depth 1.5, wanted 0"),
+            (refusal(|g| g.neurons[4].a = -1e7), "found neuron 5 with slope or shift -10000000, wanted"),
+            (refusal(|g| g.inputs = 0), "found 0 inputs and 1 outputs, wanted at least 1 of each"),
+            (refusal(|g| g.inputs = usize::MAX), "inputs and 1 outputs, wanted at least 1 of each"),
+            (refusal(|g| g.outputs = 5), "found 5 neurons, wanted at least 8 for inputs, bias and outputs"),
         ];
         for (found, wanted) in table {
             assert!(found.contains(wanted), "found: {found}\nwanted: {wanted}");
@@ -332,11 +356,11 @@ mod tests {
         assert!(refusal(&json.replace("\"weight\":1.0", "\"weight\":1e999")).contains("out of range"));
         assert!(refusal(&json.replace("\"weight\"", "\"wait\"")).contains("unknown field `wait`"));
         let other = json.replace("tropism.genome/1", "tropism.genome/9");
-        assert_eq!(refusal(&other), "schema is \"tropism.genome/9\": wanted \"tropism.genome/1\"");
+        assert_eq!(refusal(&other), "found schema \"tropism.genome/9\", wanted \"tropism.genome/1\"");
     }
 
     #[test]
-    fn the_file_is_readable_and_has_one_gene_a_line() {
+    fn a_file_has_one_gene_per_line() {
         let json = genome(2, 1, &[], &[(1, 4, 1.5)]).to_json();
         assert!(
             json.starts_with("{\n  \"schema\": \"tropism.genome/1\",\n  \"inputs\": 2,\n  \"outputs\": 1,\n"),
@@ -348,18 +372,18 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_genome_comes_back_from_json_to_the_bit(seed in 0_u64..1000) {
-            let genome = grown(&Config::paper(), seed, 60).pop().unwrap();
+        fn json_restores_a_genome_bit_for_bit(seed in 0_u64..1000) {
+            let genome = mutants(&Config::wahby2016(), seed, 60).pop().unwrap();
             prop_assert_eq!(&Genome::from_json(&genome.to_json()).unwrap(), &genome);
             let through_serde: Genome = serde_json::from_str(&serde_json::to_string(&genome).unwrap()).unwrap();
             prop_assert_eq!(through_serde, genome);
         }
 
         #[test]
-        fn whatever_is_read_is_sound_or_refused(place in 0_usize..2000, byte in 32_u8..127) {
-            let mut json = grown(&Config::paper(), 1, 20).pop().unwrap().to_json().into_bytes();
-            let place = place % json.len();
-            json[place] = byte;
+        fn a_damaged_file_is_refused_or_a_valid_genome(index in 0_usize..2000, byte in 32_u8..127) {
+            let mut json = mutants(&Config::wahby2016(), 1, 20).pop().unwrap().to_json().into_bytes();
+            let index = index % json.len();
+            json[index] = byte;
             if let Ok(genome) = Genome::from_json(&String::from_utf8(json).unwrap()) {
                 prop_assert!(genome.check().is_ok());
                 crate::Network::new(&genome).activate(&vec![1.0; genome.inputs()]);

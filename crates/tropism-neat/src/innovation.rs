@@ -1,28 +1,29 @@
-//! The record of every link and every split that a run has seen, so that the same novelty gets the same number.
+//! Innovation numbers: equal structural mutations get equal numbers in the whole run.
 //!
-//! Append-only, over the whole run. Look-ups go through hashed indices that are never iterated and are not saved.
+//! A database of all links and all splits only ever grows, as in MultiNEAT. Look-ups use hash maps that are never iterated
+//! and never saved.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use serde::{Deserialize, Serialize};
 
-use crate::genome::NUMBER_LIMIT;
-use crate::{Genome, Link};
+use crate::genome::{Genome, Link};
+use crate::limits::ID_LIMIT;
 
-/// A link that has been numbered.
+/// A link and its innovation number.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct LinkRecord {
+pub(crate) struct LinkInnovation {
     pub(crate) innovation: u32,
     pub(crate) from: u32,
     pub(crate) to: u32,
 }
 
-/// A split that has been numbered: the link `from -> to` became `from -> neuron -> to`.
+/// A split link and the numbers that it received: `from -> to` became `from -> neuron -> to`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Split {
+pub(crate) struct SplitInnovation {
     pub(crate) from: u32,
     pub(crate) to: u32,
     /// Id of the new neuron.
@@ -33,53 +34,58 @@ pub(crate) struct Split {
     pub(crate) outward: u32,
 }
 
-/// Every innovation of a run so far.
+/// The innovations of a run so far, with hash maps for look-ups.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "Records", from = "Records")]
 pub(crate) struct Innovations {
     records: Records,
+    /// Innovation numbers of links by `(from, to)`.
     links: HashMap<(u32, u32), u32, BuildHasherDefault<PairHasher>>,
+    /// Indices of the recorded splits by `(from, to)` of the split link.
     splits: HashMap<(u32, u32), Vec<u32>, BuildHasherDefault<PairHasher>>,
 }
 
-/// What is saved of the innovations: the lists, from which the indices are made again.
+/// The innovations as they are saved: lists without the hash maps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Records {
     pub(crate) next_innovation: u32,
     pub(crate) next_neuron: u32,
-    pub(crate) links: Vec<LinkRecord>,
-    pub(crate) splits: Vec<Split>,
+    pub(crate) links: Vec<LinkInnovation>,
+    pub(crate) splits: Vec<SplitInnovation>,
 }
 
 impl Innovations {
-    /// The record at the start of a run, with the links of its seed genome.
-    pub(crate) fn new(seed: &Genome) -> Self {
-        let record = |link: &Link| LinkRecord { innovation: link.innovation, from: link.from, to: link.to };
+    /// The innovations at the start of a run: the links of its minimal genome.
+    pub(crate) fn new(minimal: &Genome) -> Self {
+        let record =
+            |link: &Link| LinkInnovation { innovation: link.innovation, from: link.from, to: link.to };
         Records {
-            next_innovation: seed.links.last().map_or(1, |link| link.innovation + 1),
-            next_neuron: seed.neurons.last().map_or(1, |neuron| neuron.id + 1),
-            links: seed.links.iter().map(record).collect(),
+            next_innovation: minimal.links.last().map_or(1, |link| link.innovation + 1),
+            next_neuron: minimal.neurons.last().map_or(1, |neuron| neuron.id + 1),
+            links: minimal.links.iter().map(record).collect(),
             splits: Vec::new(),
         }
         .into()
     }
 
-    /// The innovation number of the link `from -> to`, a fresh one if it was never seen.
-    pub(crate) fn link(&mut self, from: u32, to: u32) -> u32 {
+    /// Returns the innovation number of the link `from -> to`, and assigns a new one to a new link.
+    pub(crate) fn number_link(&mut self, from: u32, to: u32) -> u32 {
         if let Some(&innovation) = self.links.get(&(from, to)) {
             return innovation;
         }
         let innovation = self.records.next_innovation;
         self.records.next_innovation += 1;
-        self.records.links.push(LinkRecord { innovation, from, to });
+        self.records.links.push(LinkInnovation { innovation, from, to });
         self.links.insert((from, to), innovation);
         innovation
     }
 
-    /// The split of the link `from -> to` for a genome: the first recorded one whose neuron the genome lacks, else a fresh
-    /// one, which takes three numbers: the neuron's, the inward and the outward link's.
-    pub(crate) fn split(&mut self, from: u32, to: u32, genome: &Genome) -> Split {
+    /// Returns the numbers for splitting the link `from -> to` of a genome.
+    ///
+    /// The first recorded split of this link whose neuron the genome lacks is used again. Otherwise a new split is recorded.
+    /// It takes three innovation numbers: for the neuron, the inward link and the outward link.
+    pub(crate) fn number_split(&mut self, from: u32, to: u32, genome: &Genome) -> SplitInnovation {
         let known = self.splits.entry((from, to)).or_default();
         let recorded = known.iter().map(|&index| self.records.splits[index as usize]);
         if let Some(split) = recorded.into_iter().find(|split| genome.position(split.neuron).is_none()) {
@@ -89,43 +95,41 @@ impl Innovations {
         let neuron = self.records.next_neuron;
         self.records.next_neuron += 1;
         self.records.next_innovation += 1;
-        let (inward, outward) = (self.link(from, neuron), self.link(neuron, to));
-        let split = Split { from, to, neuron, inward, outward };
+        let (inward, outward) = (self.number_link(from, neuron), self.number_link(neuron, to));
+        let split = SplitInnovation { from, to, neuron, inward, outward };
         self.records.splits.push(split);
         split
     }
-}
 
-impl Innovations {
-    /// Whether a neuron of this id can be in a genome of the run.
-    pub(crate) fn has_numbered(&self, neuron: u32) -> bool {
+    /// Whether the id `neuron` has been assigned.
+    pub(crate) fn has_neuron(&self, neuron: u32) -> bool {
         neuron < self.records.next_neuron
     }
 
-    /// Whether a link bears the number that the run gave it.
-    pub(crate) fn knows_link(&self, link: &Link) -> bool {
+    /// Whether a link has the innovation number that was assigned to its source and target.
+    pub(crate) fn has_link(&self, link: &Link) -> bool {
         self.links.get(&(link.from, link.to)) == Some(&link.innovation)
     }
 
-    /// Whether the lists go together; the first contradiction if they do not.
+    /// Checks that the lists are consistent; the error describes the first inconsistency.
     pub(crate) fn check(&self) -> Result<(), String> {
         let Records { next_innovation, next_neuron, links, splits } = &self.records;
-        if *next_innovation >= NUMBER_LIMIT || *next_neuron >= NUMBER_LIMIT {
-            return Err("a counter of innovations is too large".into());
+        if *next_innovation >= ID_LIMIT || *next_neuron >= ID_LIMIT {
+            return Err("an innovation counter is too large".into());
         }
         if let Some(link) = links.iter().find(|link| link.innovation >= *next_innovation) {
-            return Err(format!("recorded link {} is above the last number given", link.innovation));
+            return Err(format!("recorded link {} is above the last number assigned", link.innovation));
         }
-        // An index holds one entry for each pair, so a doubled pair makes it shorter than the list.
+        // The hash map has one entry per pair, so a duplicate pair makes it smaller than the list.
         if self.links.len() != links.len() || !links.is_sorted_by(|a, b| a.innovation < b.innovation) {
             return Err("a link is recorded twice".into());
         }
-        let is_sound = |split: &&Split| {
+        let is_consistent = |split: &&SplitInnovation| {
             split.neuron < *next_neuron
                 && self.links.get(&(split.from, split.neuron)) == Some(&split.inward)
                 && self.links.get(&(split.neuron, split.to)) == Some(&split.outward)
         };
-        match splits.iter().find(|split| !is_sound(split)) {
+        match splits.iter().find(|split| !is_consistent(split)) {
             Some(split) => {
                 Err(format!("the split that made neuron {} does not match its links", split.neuron))
             }
@@ -157,7 +161,7 @@ impl From<Innovations> for Records {
     }
 }
 
-/// Multiplies and folds: the keys are small ids of our own making, nobody's attack.
+/// A fast multiplicative hash of two ids. The keys are assigned by this module, so no attacker chooses them.
 #[derive(Clone, Default)]
 pub(crate) struct PairHasher(u64);
 
@@ -180,45 +184,46 @@ impl Hasher for PairHasher {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Config;
+    use crate::config::Config;
+    use crate::genome::{Neuron, NeuronKind};
 
     #[test]
-    fn the_same_link_keeps_its_number() {
-        let seed = Genome::seed(&Config::paper(), 2, 1);
-        let mut innovations = Innovations::new(&seed);
-        // The seed's own: x, y and bias, in this order.
-        assert_eq!([1, 2, 3].map(|from| innovations.link(from, 4)), [1, 2, 3]);
-        assert_eq!(innovations.link(4, 4), 4);
-        assert_eq!(innovations.link(4, 4), 4);
+    fn a_link_keeps_its_number() {
+        let minimal = Genome::minimal(&Config::wahby2016(), 2, 1);
+        let mut innovations = Innovations::new(&minimal);
+        // The links of the minimal genome: from both inputs and the bias, in this order.
+        assert_eq!([1, 2, 3].map(|from| innovations.number_link(from, 4)), [1, 2, 3]);
+        assert_eq!(innovations.number_link(4, 4), 4);
+        assert_eq!(innovations.number_link(4, 4), 4);
     }
 
     #[test]
     fn a_split_takes_three_numbers_and_is_reused_by_genomes_that_lack_its_neuron() {
-        let seed = Genome::seed(&Config::paper(), 2, 1);
-        let mut innovations = Innovations::new(&seed);
-        let first = innovations.split(1, 4, &seed);
-        // Number 4 is the neuron's own.
+        let minimal = Genome::minimal(&Config::wahby2016(), 2, 1);
+        let mut innovations = Innovations::new(&minimal);
+        let first = innovations.number_split(1, 4, &minimal);
+        // The neuron takes number 4.
         assert_eq!((first.neuron, first.inward, first.outward), (5, 5, 6));
-        assert_eq!(innovations.split(1, 4, &seed), first);
-        let mut grown = seed.clone();
-        grown.neurons.push(crate::Neuron { id: 5, kind: crate::NeuronKind::Hidden, ..seed.neurons[3] });
-        let second = innovations.split(1, 4, &grown);
+        assert_eq!(innovations.number_split(1, 4, &minimal), first);
+        let mut grown = minimal.clone();
+        grown.neurons.push(Neuron { id: 5, kind: NeuronKind::Hidden, ..minimal.neurons[3] });
+        let second = innovations.number_split(1, 4, &grown);
         assert_eq!((second.neuron, second.inward, second.outward), (6, 8, 9));
-        assert_eq!(innovations.split(1, 4, &seed), first);
-        // The halves of a split are links like any other.
-        assert_eq!(innovations.link(1, 5), first.inward);
+        assert_eq!(innovations.number_split(1, 4, &minimal), first);
+        // The links of a split are numbered like any other link.
+        assert_eq!(innovations.number_link(1, 5), first.inward);
     }
 
     #[test]
-    fn saved_and_read_again_it_answers_the_same() {
-        let seed = Genome::seed(&Config::paper(), 2, 1);
-        let mut innovations = Innovations::new(&seed);
-        innovations.split(1, 4, &seed);
-        innovations.link(4, 4);
+    fn restored_innovations_give_the_same_numbers() {
+        let minimal = Genome::minimal(&Config::wahby2016(), 2, 1);
+        let mut innovations = Innovations::new(&minimal);
+        innovations.number_split(1, 4, &minimal);
+        innovations.number_link(4, 4);
         let json = serde_json::to_string(&innovations).unwrap();
         let mut again: Innovations = serde_json::from_str(&json).unwrap();
         assert_eq!(again, innovations);
-        assert_eq!(again.link(4, 4), innovations.link(4, 4));
-        assert_eq!(again.split(1, 4, &seed), innovations.split(1, 4, &seed));
+        assert_eq!(again.number_link(4, 4), innovations.number_link(4, 4));
+        assert_eq!(again.number_split(1, 4, &minimal), innovations.number_split(1, 4, &minimal));
     }
 }

@@ -1,36 +1,30 @@
-//! NEAT, the evolution of neural networks by augmenting topologies, as MultiNEAT ran it in 2016.
+//! NEAT: neuroevolution of augmenting topologies (Stanley and Miikkulainen 2002), as implemented in MultiNEAT in 2016.
 //!
-//! In: the scores of a population's networks on any task. Out: the next population. The one idea: networks start small,
-//! grow by mutation, and every novelty carries a number by which unlike networks can be matched, mated and told apart.
+//! In: the scores of a population's networks on any task. Out: the next population. The one idea: networks start minimal
+//! and grow by mutation, and every structural mutation has an innovation number. By these numbers the genes of different
+//! networks are aligned, for crossover and to divide the population into species.
 //!
-//! This crate knows no task. It reads no clock and no environment: one seed gives the same bits on any machine and any
-//! number of threads.
+//! The crate knows no task and reads no clock, file or environment. One seed gives the same bits on every machine and with
+//! any number of threads. Without its default feature `rayon` it uses no threads, and runs on `wasm32-unknown-unknown`.
 //!
 //! # A tour
 //!
-//! A [`Neat`] is a run. [`ask`](Neat::ask) it for its population, score each [`Genome`] by what the [`Network`] made of it
-//! does, [`tell`](Neat::tell) the scores, larger being better, and so on. Here, exclusive or:
+//! A [`Neat`] is a run. [`ask`](Neat::ask) it for the population, score each [`Genome`] by the behaviour of its [`Network`],
+//! [`tell`](Neat::tell) the scores, and repeat. Larger scores are better. The example evolves XOR:
 //!
 //! ```
-//! use tropism_neat::{Activation, Config, Genome, Neat, Network};
+//! use tropism_neat::{Config, Genome, Neat, Network};
 //!
 //! let cases = [([0.0, 0.0], 0.0), ([0.0, 1.0], 1.0), ([1.0, 0.0], 1.0), ([1.0, 1.0], 0.0)];
 //! let score = |genome: &Genome| -> f64 {
 //!     let mut network = Network::new(genome);
-//!     let error = |(inputs, wanted): ([f64; 2], f64)| (network.activate_feed_forward(&inputs)[0] - wanted).powi(2);
+//!     let error = |(inputs, target): ([f64; 2], f64)| (network.run(&inputs)[0] - target).powi(2);
 //!     4.0 - cases.map(error).iter().sum::<f64>()
 //! };
 //!
-//! let config = Config {
-//!     population: 150,
-//!     output_activation: Activation::UnsignedSigmoid,
-//!     hidden_activation: Activation::UnsignedSigmoid,
-//!     activation_a: 4.9,
-//!     feed_forward: true,
-//!     ..Config::paper()
-//! };
+//! let config = Config { feed_forward: true, ..Config::stanley2002() };
 //! let mut neat = Neat::new(config, 2, 1, 42)?; // two inputs (the bias is added), one output, seed 42
-//! for _ in 0..40 {
+//! for _ in 0..60 {
 //!     let scores: Vec<f64> = neat.ask().iter().map(score).collect();
 //!     let generation = neat.tell(&scores)?;
 //!     println!("{}: {:.2}, {} species", generation.generation, generation.best, generation.species);
@@ -39,93 +33,103 @@
 //! # Ok::<(), tropism_neat::NeatError>(())
 //! ```
 //!
-//! **Scoring is up to you.** As above, one by one; all at once, in whatever batches a simulator or a server likes, as `ask` is a plain
-//! slice and `tell` takes a plain slice; or over all cores, by a closure, with [`Neat::evaluate`]. Where the task has luck
-//! in it, key that by the [`Trial`], and let a genome try several times:
+//! **Scoring.** `ask` returns a slice and `tell` takes a slice, so genomes may be scored one by one, in batches, or on a
+//! server. [`Neat::evaluate`] applies a closure on all cores. A task with randomness derives its seeds from the
+//! [`Evaluation`], and may average several episodes:
 //!
 //! ```
-//! # use tropism_neat::{Config, Genome, Neat, NeatError, Network, Trial};
-//! # let mut neat = Neat::new(Config::paper(), 2, 1, 42)?;
-//! /// One episode, whose luck its name decides: here, where it begins.
-//! fn episode(genome: &Genome, trial: Trial, episode: u32) -> f64 {
+//! # use tropism_neat::{Config, Evaluation, Genome, Neat, NeatError, Network};
+//! # let mut neat = Neat::new(Config::multineat(), 2, 1, 42)?;
+//! /// One episode, whose start depends on the evaluation and the number of the episode.
+//! fn episode(genome: &Genome, evaluation: Evaluation, episode: u32) -> f64 {
 //!     let mut network = Network::new(genome);
-//!     let place = f64::from((trial.generation + 7 * trial.individual as u32 + 31 * episode) % 10);
-//!     network.activate(&[place, 1.0])[0]
+//!     let start = (evaluation.generation + 7 * evaluation.individual as u32 + 31 * episode) % 10;
+//!     network.run(&[f64::from(start), 1.0])[0]
 //! }
-//! let scores = neat.evaluate(|genome, trial| {
-//!     (0..5).map(|number| episode(genome, trial, number)).sum::<f64>() / 5.0
+//! let scores = neat.evaluate(|genome, evaluation| {
+//!     (0..5).map(|number| episode(genome, evaluation, number)).sum::<f64>() / 5.0
 //! });
 //! neat.tell(&scores)?;
 //! # Ok::<(), NeatError>(())
 //! ```
 //!
-//! [`evolve`](fn@evolve) makes many such runs, one for each seed, over all cores.
+//! [`evolve`](fn@evolve) makes several runs, one per seed, on all cores.
 //!
-//! **Recurrent or feed-forward.** [`Network::activate`] is one synchronous step: a link reads what its source held before,
-//! and the state is kept, so a network can remember. [`Network::activate_feed_forward`] lets a signal run through at once;
-//! with [`Config::feed_forward`] no link ever leads back. [`StepNetwork`] runs networks of step neurons much faster, to
-//! the same bits.
+//! **Recurrent or feed-forward.** With [`Config::feed_forward`] links form no cycles. Otherwise networks may have recurrent
+//! links, and a state that persists between steps. [`Network::run`] suits both: it passes the inputs through a network that
+//! [is feed-forward](Network::is_feed_forward), and advances any other network by one synchronous step
+//! ([`Network::activate`]). [`StepNetwork`] runs networks of step neurons much faster, to the same bits.
 //!
-//! **Parameters.** [`Config::paper`] is MultiNEAT with the paper's Table 1 and suits small, hard decisions; each field says
-//! what it does and what MultiNEAT calls it. What MultiNEAT does not have is off there: a price for links
-//! ([`Config::complexity_penalty`]), distances by genome size ([`Config::normalize_genome_size`]). Mutations that remove
-//! links and neurons are there, too, with probability 0.
+//! **Parameters.** [`Config::multineat`], the default, [`Config::stanley2002`] and [`Config::wahby2016`] are presets with
+//! sources. Extensions are off by default: a cost of links ([`Config::complexity_penalty`]), distances relative to genome
+//! size ([`Config::normalize_genome_size`]) and networks without cycles ([`Config::feed_forward`]).
 //!
-//! **Searching for the new.** Where the goal misleads, a [`Novelty`] turns descriptors of behaviour into scores to tell.
+//! **Novelty search.** [`Novelty`] turns behaviour descriptors into scores, for tasks with a deceptive objective.
 //!
-//! **Stopping and going on.** [`Neat::to_json`] saves a whole run and [`Neat::from_json`] goes on with it to the same bits;
-//! [`Genome::to_json`] saves one network. Files are checked gene by gene when they are read.
+//! **Files.** [`Neat::to_json`] saves a whole run; restored by [`Neat::from_json`], it continues bit for bit.
+//! [`Genome::to_json`] saves one network. Reading checks every gene.
 //!
 //! ```
 //! # use tropism_neat::{Config, Neat};
-//! # let mut neat = Neat::new(Config::paper(), 2, 1, 42).unwrap();
-//! let scores = neat.evaluate(|genome, _trial| -(genome.links().len() as f64));
-//! let mut again = Neat::from_json(&neat.to_json()).unwrap();
-//! assert_eq!(neat.tell(&scores).unwrap(), again.tell(&scores).unwrap());
-//! assert_eq!(neat.ask(), again.ask());
+//! # let mut neat = Neat::new(Config::multineat(), 2, 1, 42).unwrap();
+//! let scores = neat.evaluate(|genome, _| -(genome.links().len() as f64));
+//! let mut restored = Neat::from_json(&neat.to_json()).unwrap();
+//! assert_eq!(neat.tell(&scores).unwrap(), restored.tell(&scores).unwrap());
+//! assert_eq!(neat.ask(), restored.ask());
 //! ```
+//!
+//! # Features
+//!
+//! `rayon` (default): [`Neat::evaluate`] and [`evolve`](fn@evolve) use rayon's thread pool. Without it they run on the
+//! calling thread, with the same results.
 //!
 //! # References
 //!
-//! K. O. Stanley and R. Miikkulainen, *Evolving neural networks through augmenting topologies*, Evolutionary Computation
-//! 10(2), 2002, [doi:10.1162/106365602320169811](https://doi.org/10.1162/106365602320169811).
+//! - K. O. Stanley and R. Miikkulainen, *Evolving neural networks through augmenting topologies*, Evolutionary Computation
+//!   10(2), 2002, [doi:10.1162/106365602320169811](https://doi.org/10.1162/106365602320169811).
+//! - P. Chervenski and S. Ryan, *MultiNEAT*, a C++ and Python library, 2012 to 2016.
 
+mod limits;
 mod activation;
-mod checkpoint;
 mod config;
-mod crossover;
 mod genome;
+mod topology;
 mod genome_file;
+mod random;
+mod random_genome;
 mod innovation;
 mod mutate;
-mod neat;
-mod network;
-mod novelty;
-mod random;
-mod random_search;
-mod reproduce;
-mod run;
+mod crossover;
 mod species;
+mod reproduce;
 mod stats;
+mod error;
+mod neat;
+mod checkpoint;
+mod parallel;
+mod evaluate;
+mod novelty;
+mod network;
 mod step_network;
 #[cfg(test)]
 mod testing;
 
 pub use activation::Activation;
-pub use checkpoint::CheckpointError;
 pub use config::{Config, ConfigError};
-pub use genome::{Genome, Link, Neuron, NeuronKind, SIZE_LIMIT, WEIGHT_LIMIT};
+pub use error::{CheckpointError, NeatError};
+pub use evaluate::{Evaluation, evolve};
+pub use genome::{Genome, Link, Neuron, NeuronKind};
 pub use genome_file::GenomeError;
-pub use neat::{Champion, Neat, NeatError, SCORE_LIMIT};
+pub use limits::{DESCRIPTOR_LIMIT, SCORE_LIMIT, SIZE_LIMIT, WEIGHT_LIMIT};
+pub use neat::{Champion, Neat};
 pub use network::Network;
-pub use novelty::{DESCRIPTOR_LIMIT, Novelty, NoveltyConfig, NoveltyError};
-pub use random_search::{random_genome, random_weights};
-pub use run::{Trial, evolve};
+pub use novelty::{Novelty, NoveltyConfig, NoveltyError};
+pub use random_genome::{random_genome, random_weights};
 pub use species::Species;
 pub use stats::Generation;
-pub use step_network::{Sensor, StepNetwork};
+pub use step_network::{LinearThreshold, StepNetwork};
 
-/// The example of the README, which is tested with those of the documentation.
+/// Tests the examples of the README together with those of the documentation.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,13 +1,14 @@
-//! Mutation: exactly one kind at a time, drawn by weight, and drawn again until it succeeds.
+//! Mutation: one kind at a time, drawn in proportion to the configured weights and redrawn until it succeeds.
 
+use crate::config::Config;
+use crate::genome::{Genome, Link, Neuron, NeuronKind};
 use crate::innovation::Innovations;
-use crate::random::Dice;
-use crate::{Config, Genome, Link, Neuron, NeuronKind};
+use crate::random::Rng;
 
-/// Draws of a kind before a genome that nothing can be done to is left as it is.
-const DRAWS: usize = 100;
+/// Attempts at a mutation before a genome is left unchanged. MultiNEAT has no limit; 100 was chosen without tuning.
+const MAX_ATTEMPTS: usize = 100;
 
-/// What a mutation does.
+/// Kinds of mutation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mutation {
     AddNeuron,
@@ -21,7 +22,8 @@ impl Mutation {
     const ALL: [Self; 5] =
         [Self::AddNeuron, Self::AddLink, Self::RemoveNeuron, Self::RemoveLink, Self::Weights];
 
-    fn draw(config: &Config, dice: &mut Dice) -> Self {
+    /// Draws a kind in proportion to the weights in `config`.
+    fn draw(config: &Config, rng: &mut Rng) -> Self {
         let weight = |kind| match kind {
             Self::AddNeuron => config.mutate_add_neuron_prob,
             Self::AddLink => config.mutate_add_link_prob,
@@ -29,58 +31,64 @@ impl Mutation {
             Self::RemoveLink => config.mutate_rem_link_prob,
             Self::Weights => config.mutate_weights_prob,
         };
-        Self::ALL[dice.roulette(Self::ALL.into_iter().map(weight)).expect("a checked config mutates weights")]
+        Self::ALL[rng
+            .roulette(Self::ALL.into_iter().map(weight))
+            .expect("mutate_weights_prob is positive in a checked config")]
     }
 }
 
-/// Mutates `genome` once; `None` if nothing could be done to it.
+/// Mutates `genome` once and returns the kind of the mutation; `None` if every attempt failed.
 pub(crate) fn mutate(
     genome: &mut Genome,
     config: &Config,
     innovations: &mut Innovations,
-    dice: &mut Dice,
+    rng: &mut Rng,
 ) -> Option<Mutation> {
-    (0..DRAWS).find_map(|_| {
-        let kind = Mutation::draw(config, dice);
-        let succeeds = match kind {
-            Mutation::AddNeuron => add_neuron(genome, config, innovations, dice),
-            Mutation::AddLink => add_link(genome, config, innovations, dice),
-            Mutation::RemoveNeuron => remove_neuron(genome, config, innovations, dice),
-            Mutation::RemoveLink => remove_link(genome, dice),
-            Mutation::Weights => change_weights(genome, config, dice),
+    (0..MAX_ATTEMPTS).find_map(|_| {
+        let kind = Mutation::draw(config, rng);
+        let is_mutated = match kind {
+            Mutation::AddNeuron => add_neuron(genome, config, innovations, rng),
+            Mutation::AddLink => add_link(genome, config, innovations, rng),
+            Mutation::RemoveNeuron => remove_neuron(genome, config, innovations, rng),
+            Mutation::RemoveLink => remove_link(genome, rng),
+            Mutation::Weights => change_weights(genome, config, rng),
         };
-        succeeds.then_some(kind)
+        is_mutated.then_some(kind)
     })
 }
 
-/// Perturbs or replaces weights, link by link.
-fn change_weights(genome: &mut Genome, config: &Config, dice: &mut Dice) -> bool {
-    let severe = dice.chance(config.mutate_weights_severe_prob);
-    // The youngest twentieth of a genome with more than 20 links is never left alone.
-    let settled = (genome.links.len() as f64 * 0.95) as usize;
+/// Perturbs, replaces or keeps the weight of each link; `false` if there are no links.
+///
+/// The shares of perturbed and replaced weights are MultiNEAT's.
+fn change_weights(genome: &mut Genome, config: &Config, rng: &mut Rng) -> bool {
+    let severe = rng.bernoulli(config.mutate_weights_severe_prob);
+    // Weights of the newest 5 % of the links always change, in genomes with more than 20 links.
+    let last_old = (genome.links.len() as f64 * 0.95) as usize;
     for (index, link) in genome.links.iter_mut().enumerate() {
-        // A draw above the first number perturbs, one above the second replaces, any other keeps.
+        // A draw above the first bound perturbs the weight, one above the second replaces it, any other keeps it.
         let (perturb, replace) = if severe {
             (0.3, 0.1)
-        } else if index > settled {
+        } else if index > last_old {
             (0.8, 0.0)
         } else {
             let keep = 1.0 - config.weight_mutation_rate;
-            (keep, if dice.coin() { keep - 0.1 } else { keep })
+            (keep, if rng.coin() { keep - 0.1 } else { keep })
         };
-        let draw = dice.uniform();
+        let draw = rng.uniform();
         if draw > perturb {
-            link.weight += dice.signed() * config.weight_mutation_max_power;
+            link.weight += rng.triangular() * config.weight_mutation_max_power;
         } else if draw > replace {
-            link.weight = dice.signed() * config.weight_replacement_max_power;
+            link.weight = rng.triangular() * config.weight_replacement_max_power;
         }
         link.weight = link.weight.clamp(-config.max_weight, config.max_weight);
     }
     !genome.links.is_empty()
 }
 
-/// Replaces a link by a new neuron with a link of weight 1 into it and one of the old weight out of it.
-fn add_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovations, dice: &mut Dice) -> bool {
+/// Splits a link: a new neuron takes its place, with a link of weight 1 into it and a link of the old weight out of it.
+///
+/// `false` if no attempt finds a link that may be split. Links from the bias may not.
+fn add_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovations, rng: &mut Rng) -> bool {
     if genome.links.is_empty() {
         return false;
     }
@@ -90,19 +98,19 @@ fn add_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovation
             && (config.split_recurrent || !link.recurrent)
             && (config.split_looped_recurrent || link.from != link.to)
     };
-    let mut picks = (1..config.link_tries).map(|_| dice.below(genome.links.len()));
-    let Some(place) = picks.find(|&place| may_split(&genome.links[place])) else {
+    let mut candidates = (1..config.link_tries).map(|_| rng.below(genome.links.len()));
+    let Some(index) = candidates.find(|&index| may_split(&genome.links[index])) else {
         return false;
     };
-    let old = genome.links[place];
+    let old = genome.links[index];
     let (from, to) = (depth_of(genome, old.from), depth_of(genome, old.to));
     let depth = f64::midpoint(from, to);
-    // After some fifty splits in a row there is no number left between the two.
+    // After some fifty consecutive splits, rounding leaves no depth between the two.
     if config.feed_forward && !(from < depth && depth < to) {
         return false;
     }
-    genome.links.remove(place);
-    let split = innovations.split(old.from, old.to, genome);
+    genome.links.remove(index);
+    let split = innovations.number_split(old.from, old.to, genome);
     insert_neuron(
         genome,
         Neuron {
@@ -119,24 +127,26 @@ fn add_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovation
     true
 }
 
-/// Links two neurons that were not linked: forward, recurrent, or a neuron to itself.
-fn add_link(genome: &mut Genome, config: &Config, innovations: &mut Innovations, dice: &mut Dice) -> bool {
-    let recurrent = !config.feed_forward && dice.chance(config.recurrent_prob);
-    let looped = recurrent && dice.chance(config.recurrent_loop_prob);
-    let everywhere = genome.neurons.len();
+/// Adds a link between two unlinked neurons: a forward link, a recurrent link, or a loop on one neuron.
+///
+/// `false` if no attempt finds such a pair.
+fn add_link(genome: &mut Genome, config: &Config, innovations: &mut Innovations, rng: &mut Rng) -> bool {
+    let recurrent = !config.feed_forward && rng.bernoulli(config.recurrent_prob);
+    let is_loop = recurrent && rng.bernoulli(config.recurrent_loop_prob);
+    let neuron_count = genome.neurons.len();
     let first_target = genome.inputs + 1;
-    let target = |dice: &mut Dice| first_target + dice.below(everywhere - first_target);
+    let target = |rng: &mut Rng| first_target + rng.below(neuron_count - first_target);
     for _ in 1..config.link_tries {
-        let (from, to) = match (recurrent, looped) {
-            (false, _) => (dice.below(everywhere), target(dice)),
-            (true, false) => (target(dice), target(dice)),
+        let (from, to) = match (recurrent, is_loop) {
+            (false, _) => (rng.below(neuron_count), target(rng)),
+            (true, false) => (target(rng), target(rng)),
             (true, true) => {
-                let neuron = target(dice);
+                let neuron = target(rng);
                 (neuron, neuron)
             }
         };
         let (from, to) = (&genome.neurons[from], &genome.neurons[to]);
-        let fits = match (recurrent, looped) {
+        let is_allowed = match (recurrent, is_loop) {
             (false, _) => {
                 let is_forward =
                     if config.feed_forward { from.depth < to.depth } else { from.depth <= to.depth };
@@ -146,10 +156,10 @@ fn add_link(genome: &mut Genome, config: &Config, innovations: &mut Innovations,
             (true, true) => true,
         };
         let (from, to) = (from.id, to.id);
-        if fits && !genome.has_link(from, to) {
-            let weight = dice.signed() * config.weight_replacement_max_power;
+        if is_allowed && !genome.has_link(from, to) {
+            let weight = rng.triangular() * config.weight_replacement_max_power;
             let weight = weight.clamp(-config.max_weight, config.max_weight);
-            let innovation = innovations.link(from, to);
+            let innovation = innovations.number_link(from, to);
             insert_link(genome, Link { innovation, from, to, weight, recurrent });
             return true;
         }
@@ -157,29 +167,26 @@ fn add_link(genome: &mut Genome, config: &Config, innovations: &mut Innovations,
     false
 }
 
-/// Removes a link, and with it every hidden neuron that then leads nowhere.
-fn remove_link(genome: &mut Genome, dice: &mut Dice) -> bool {
+/// Removes a random link, and all hidden neurons that are dead without it; `false` if there is only one link.
+fn remove_link(genome: &mut Genome, rng: &mut Rng) -> bool {
     if genome.links.len() < 2 {
         return false;
     }
-    genome.links.remove(dice.below(genome.links.len()));
-    while let Some(dead) = genome.dead_hidden() {
+    genome.links.remove(rng.below(genome.links.len()));
+    while let Some(dead) = genome.find_dead_hidden() {
         remove_hidden(genome, dead);
     }
     true
 }
 
-/// Replaces a hidden neuron that has one link in and one out by one link, the inverse of a split.
-fn remove_neuron(
-    genome: &mut Genome,
-    config: &Config,
-    innovations: &mut Innovations,
-    dice: &mut Dice,
-) -> bool {
-    let joint = |neuron: &Neuron| {
-        let mut entering = genome.links.iter().filter(|link| link.to == neuron.id);
-        let mut leaving = genome.links.iter().filter(|link| link.from == neuron.id);
-        match (entering.next(), entering.next(), leaving.next(), leaving.next()) {
+/// Replaces a hidden neuron with one incoming and one outgoing link by one link: the inverse of a split.
+///
+/// `false` if there is no such neuron.
+fn remove_neuron(genome: &mut Genome, config: &Config, innovations: &mut Innovations, rng: &mut Rng) -> bool {
+    let simple_links = |neuron: &Neuron| {
+        let mut incoming = genome.links.iter().filter(|link| link.to == neuron.id);
+        let mut outgoing = genome.links.iter().filter(|link| link.from == neuron.id);
+        match (incoming.next(), incoming.next(), outgoing.next(), outgoing.next()) {
             (Some(inward), None, Some(outward), None) if inward.from != neuron.id => {
                 Some((*inward, *outward))
             }
@@ -187,21 +194,25 @@ fn remove_neuron(
         }
     };
     let hidden = genome.neurons.iter().filter(|neuron| neuron.kind == NeuronKind::Hidden);
-    let joints: Vec<_> = hidden.filter_map(joint).collect();
-    if joints.is_empty() {
+    let candidates: Vec<_> = hidden.filter_map(simple_links).collect();
+    if candidates.is_empty() {
         return false;
     }
-    let (inward, outward) = joints[dice.below(joints.len())];
+    let (inward, outward) = candidates[rng.below(candidates.len())];
     remove_hidden(genome, inward.to);
     let (from, to) = (inward.from, outward.to);
     if !genome.has_link(from, to) {
         let weight = (inward.weight * outward.weight).clamp(-config.max_weight, config.max_weight);
         let recurrent = inward.recurrent || outward.recurrent;
-        insert_link(genome, Link { innovation: innovations.link(from, to), from, to, weight, recurrent });
+        insert_link(
+            genome,
+            Link { innovation: innovations.number_link(from, to), from, to, weight, recurrent },
+        );
     }
     true
 }
 
+/// Removes a hidden neuron and all its links.
 fn remove_hidden(genome: &mut Genome, id: u32) {
     genome.neurons.retain(|neuron| neuron.id != id);
     genome.links.retain(|link| link.from != id && link.to != id);
@@ -211,14 +222,16 @@ fn depth_of(genome: &Genome, id: u32) -> f64 {
     genome.neurons[genome.position(id).expect("a genome's links join its own neurons")].depth
 }
 
+/// Inserts a neuron gene at its place in the order of ids.
 fn insert_neuron(genome: &mut Genome, neuron: Neuron) {
-    let place = genome.neurons.partition_point(|other| other.id < neuron.id);
-    genome.neurons.insert(place, neuron);
+    let index = genome.neurons.partition_point(|other| other.id < neuron.id);
+    genome.neurons.insert(index, neuron);
 }
 
+/// Inserts a link gene at its place in the order of innovation numbers.
 fn insert_link(genome: &mut Genome, link: Link) {
-    let place = genome.links.partition_point(|other| other.innovation < link.innovation);
-    genome.links.insert(place, link);
+    let index = genome.links.partition_point(|other| other.innovation < link.innovation);
+    genome.links.insert(index, link);
 }
 
 #[cfg(test)]
@@ -226,42 +239,43 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::testing::{dice, genome, grown};
+    use crate::testing::{genome, mutants, rng};
 
-    /// A genome of `links` links of this weight, into as many outputs from one input.
+    /// A genome with one input and `links` outputs, linked with this weight.
     fn fan(links: usize, weight: f64) -> Genome {
         let links: Vec<_> = (0..links as u32).map(|n| (1, n + 3, weight)).collect();
         genome(1, links.len(), &[], &links)
     }
 
-    /// How a weight fared.
+    /// What a weight mutation did to one weight.
     #[derive(PartialEq)]
-    enum Fate {
+    enum WeightChange {
         Kept,
         Perturbed,
         Replaced,
     }
 
-    /// Shares of fates of the links `which`, of `count` in all, over many weight mutations.
+    /// Shares of kept, perturbed and replaced weights over many weight mutations of a genome with `count` links.
     ///
-    /// Weights of 6 perturbed by at most 0.5 stay above the 5 below which all replaced ones lie.
-    fn fates(config: &Config, count: usize, which: impl Fn(usize) -> bool) -> [f64; 3] {
+    /// Only links whose index satisfies `is_counted` count. Weights start at 6: a perturbation of at most 0.5 leaves them
+    /// above 5, and a replacement puts them below 5.
+    fn change_shares(config: &Config, count: usize, is_counted: impl Fn(usize) -> bool) -> [f64; 3] {
         let config = Config { weight_mutation_max_power: 0.5, ..config.clone() };
-        let mut dice = dice(1);
+        let mut rng = rng(1);
         let mut all = Vec::new();
         for _ in 0..600_000 / count {
             let mut genome = fan(count, 6.0);
-            assert!(change_weights(&mut genome, &config, &mut dice));
-            all.extend(genome.links.iter().enumerate().filter(|&(place, _)| which(place)).map(
+            assert!(change_weights(&mut genome, &config, &mut rng));
+            all.extend(genome.links.iter().enumerate().filter(|&(index, _)| is_counted(index)).map(
                 |(_, link)| match link.weight {
-                    6.0 => Fate::Kept,
-                    w if w > 5.0 => Fate::Perturbed,
-                    _ => Fate::Replaced,
+                    6.0 => WeightChange::Kept,
+                    w if w > 5.0 => WeightChange::Perturbed,
+                    _ => WeightChange::Replaced,
                 },
             ));
         }
-        let share = |fate| all.iter().filter(|&f| *f == fate).count() as f64 / all.len() as f64;
-        [share(Fate::Kept), share(Fate::Perturbed), share(Fate::Replaced)]
+        let share = |change| all.iter().filter(|&c| *c == change).count() as f64 / all.len() as f64;
+        [share(WeightChange::Kept), share(WeightChange::Perturbed), share(WeightChange::Replaced)]
     }
 
     fn assert_shares(found: [f64; 3], wanted: [f64; 3]) {
@@ -271,57 +285,57 @@ mod tests {
 
     #[test]
     fn mild_weight_mutation_perturbs_three_quarters_and_replaces_a_twentieth() {
-        let mild = Config { mutate_weights_severe_prob: 0.0, ..Config::paper() };
-        assert_shares(fates(&mild, 10, |_| true), [0.20, 0.75, 0.05]);
+        let mild = Config { mutate_weights_severe_prob: 0.0, ..Config::wahby2016() };
+        assert_shares(change_shares(&mild, 10, |_| true), [0.20, 0.75, 0.05]);
     }
 
     #[test]
     fn severe_weight_mutation_perturbs_seven_tenths_and_replaces_a_fifth() {
-        let severe = Config { mutate_weights_severe_prob: 1.0, ..Config::paper() };
-        assert_shares(fates(&severe, 10, |_| true), [0.1, 0.7, 0.2]);
-        // The paper's mixture: three quarters mild, one quarter severe.
-        assert_shares(fates(&Config::paper(), 10, |_| true), [0.175, 0.7375, 0.0875]);
+        let severe = Config { mutate_weights_severe_prob: 1.0, ..Config::wahby2016() };
+        assert_shares(change_shares(&severe, 10, |_| true), [0.1, 0.7, 0.2]);
+        // Three quarters of the weight mutations are mild, one quarter severe.
+        assert_shares(change_shares(&Config::wahby2016(), 10, |_| true), [0.175, 0.7375, 0.0875]);
     }
 
     #[test]
-    fn the_youngest_twentieth_of_more_than_twenty_links_is_mostly_replaced() {
-        let mild = Config { mutate_weights_severe_prob: 0.0, ..Config::paper() };
-        assert_shares(fates(&mild, 20, |place| place == 19), [0.20, 0.75, 0.05]);
-        assert_shares(fates(&mild, 21, |place| place == 20), [0.0, 0.2, 0.8]);
-        assert_shares(fates(&mild, 21, |place| place == 19), [0.20, 0.75, 0.05]);
-        assert_shares(fates(&mild, 100, |place| place > 95), [0.0, 0.2, 0.8]);
+    fn weights_of_the_newest_twentieth_of_more_than_twenty_links_are_mostly_replaced() {
+        let mild = Config { mutate_weights_severe_prob: 0.0, ..Config::wahby2016() };
+        assert_shares(change_shares(&mild, 20, |index| index == 19), [0.20, 0.75, 0.05]);
+        assert_shares(change_shares(&mild, 21, |index| index == 20), [0.0, 0.2, 0.8]);
+        assert_shares(change_shares(&mild, 21, |index| index == 19), [0.20, 0.75, 0.05]);
+        assert_shares(change_shares(&mild, 100, |index| index > 95), [0.0, 0.2, 0.8]);
     }
 
     #[test]
-    fn changes_are_triangular_with_their_powers_and_clamped() {
+    fn weight_changes_are_triangular_scaled_and_clamped() {
         let change = |config: Config, weight| {
-            let mut dice = dice(2);
+            let mut rng = rng(2);
             let mut changed: Vec<f64> = Vec::new();
             for _ in 0..2000 {
                 let mut genome = fan(20, weight);
-                change_weights(&mut genome, &config, &mut dice);
+                change_weights(&mut genome, &config, &mut rng);
                 changed.extend(genome.links.iter().map(|link| link.weight).filter(|&w| w != weight));
             }
             changed
         };
         let deviation = |v: &[f64]| (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt();
         let perturbs =
-            Config { weight_mutation_rate: 1.0, mutate_weights_severe_prob: 0.0, ..Config::paper() };
+            Config { weight_mutation_rate: 1.0, mutate_weights_severe_prob: 0.0, ..Config::wahby2016() };
         let perturbed = change(perturbs, 0.0);
         assert!((deviation(&perturbed) - 0.408).abs() < 0.01, "{}", deviation(&perturbed));
-        // With no power to perturb, all that changes was replaced.
-        let replaces = Config { weight_mutation_max_power: 0.0, ..Config::paper() };
+        // With a perturbation power of 0, every changed weight was replaced.
+        let replaces = Config { weight_mutation_max_power: 0.0, ..Config::wahby2016() };
         let replaced = change(replaces, 7.0);
         assert!((deviation(&replaced) - 5.0 * 0.408).abs() < 0.05, "{}", deviation(&replaced));
         assert!(replaced.iter().all(|w| w.abs() < 5.0));
-        assert!(change(Config::paper(), 7.9).contains(&8.0));
-        assert!(change(Config::paper(), 7.9).iter().all(|&w| w <= 8.0));
+        assert!(change(Config::wahby2016(), 7.9).contains(&8.0));
+        assert!(change(Config::wahby2016(), 7.9).iter().all(|&w| w <= 8.0));
     }
 
     #[test]
-    fn the_kinds_of_the_paper_come_in_the_shares_of_their_weights() {
-        let mut dice = dice(3);
-        let drawn: Vec<_> = (0..100_000).map(|_| Mutation::draw(&Config::paper(), &mut dice)).collect();
+    fn kinds_of_mutation_are_drawn_in_proportion_to_their_weights() {
+        let mut rng = rng(3);
+        let drawn: Vec<_> = (0..100_000).map(|_| Mutation::draw(&Config::wahby2016(), &mut rng)).collect();
         let share = |kind| drawn.iter().filter(|&&k| k == kind).count() as f64 / drawn.len() as f64;
         for (kind, wanted) in [
             (Mutation::AddNeuron, 0.041),
@@ -334,71 +348,73 @@ mod tests {
         }
     }
 
-    /// Does what `kind` says to `genome`, with the innovations of a run that began with its form.
+    /// A copy of `genome` after a mutation of this kind; `None` if the mutation failed.
     fn mutated(genome: &Genome, config: &Config, seed: u64, kind: Mutation) -> Option<Genome> {
         let mut innovations = Innovations::new(genome);
-        let (mut genome, mut dice) = (genome.clone(), dice(seed));
-        let done = match kind {
-            Mutation::AddNeuron => add_neuron(&mut genome, config, &mut innovations, &mut dice),
-            Mutation::AddLink => add_link(&mut genome, config, &mut innovations, &mut dice),
-            Mutation::RemoveNeuron => remove_neuron(&mut genome, config, &mut innovations, &mut dice),
-            Mutation::RemoveLink => remove_link(&mut genome, &mut dice),
-            Mutation::Weights => change_weights(&mut genome, config, &mut dice),
+        let (mut genome, mut rng) = (genome.clone(), rng(seed));
+        let is_mutated = match kind {
+            Mutation::AddNeuron => add_neuron(&mut genome, config, &mut innovations, &mut rng),
+            Mutation::AddLink => add_link(&mut genome, config, &mut innovations, &mut rng),
+            Mutation::RemoveNeuron => remove_neuron(&mut genome, config, &mut innovations, &mut rng),
+            Mutation::RemoveLink => remove_link(&mut genome, &mut rng),
+            Mutation::Weights => change_weights(&mut genome, config, &mut rng),
         };
-        done.then_some(genome)
+        is_mutated.then_some(genome)
     }
 
     #[test]
-    fn a_new_neuron_replaces_its_link_and_hands_on_its_weight() {
+    fn a_new_neuron_replaces_the_split_link_and_passes_on_its_weight() {
         let mut before = genome(2, 1, &[(5, 0.5)], &[(1, 5, 3.0), (5, 4, 2.0)]);
         before.links[1].recurrent = true;
-        let after = mutated(&before, &Config::paper(), 4, Mutation::AddNeuron).unwrap();
-        let gone = before.links.iter().find(|link| !after.has_link(link.from, link.to)).unwrap();
+        let after = mutated(&before, &Config::wahby2016(), 4, Mutation::AddNeuron).unwrap();
+        let split = before.links.iter().find(|link| !after.has_link(link.from, link.to)).unwrap();
         let find = |from, to| after.links.iter().find(|link| (link.from, link.to) == (from, to)).unwrap();
-        let (inward, outward) = (find(gone.from, 6), find(6, gone.to));
-        assert_eq!((inward.weight, outward.weight), (1.0, gone.weight));
-        assert_eq!((inward.recurrent, outward.recurrent), (gone.recurrent, gone.recurrent));
+        let (inward, outward) = (find(split.from, 6), find(6, split.to));
+        assert_eq!((inward.weight, outward.weight), (1.0, split.weight));
+        assert_eq!((inward.recurrent, outward.recurrent), (split.recurrent, split.recurrent));
         let depth = |id| before.neurons[before.position(id).unwrap()].depth;
-        assert_eq!(after.neurons[5].depth, (depth(gone.from) + depth(gone.to)) / 2.0);
+        assert_eq!(after.neurons[5].depth, (depth(split.from) + depth(split.to)) / 2.0);
         assert_eq!(after.links.len(), 3);
     }
 
     #[test]
-    fn links_from_the_bias_and_unwanted_ones_are_never_split() {
+    fn links_from_the_bias_and_excluded_links_are_never_split() {
         let from_bias = genome(1, 1, &[], &[(2, 3, 1.0)]);
-        let mut looped = genome(1, 1, &[], &[(3, 3, 1.0)]);
-        looped.links[0].recurrent = true;
+        let mut with_loop = genome(1, 1, &[], &[(3, 3, 1.0)]);
+        with_loop.links[0].recurrent = true;
         for seed in 0..50 {
-            let grow = |genome, config: &Config| mutated(genome, config, seed, Mutation::AddNeuron).is_some();
-            assert!(!grow(&from_bias, &Config::paper()));
-            assert!(grow(&looped, &Config::paper()));
-            assert!(!grow(&looped, &Config { split_recurrent: false, ..Config::paper() }));
-            assert!(!grow(&looped, &Config { split_looped_recurrent: false, ..Config::paper() }));
+            let splits =
+                |genome, config: &Config| mutated(genome, config, seed, Mutation::AddNeuron).is_some();
+            assert!(!splits(&from_bias, &Config::wahby2016()));
+            assert!(splits(&with_loop, &Config::wahby2016()));
+            assert!(!splits(&with_loop, &Config { split_recurrent: false, ..Config::wahby2016() }));
+            assert!(!splits(&with_loop, &Config { split_looped_recurrent: false, ..Config::wahby2016() }));
         }
     }
 
     #[test]
-    fn a_seed_genome_can_only_gain_a_loop_on_its_output() {
-        let seed = Genome::seed(&Config::paper(), 2, 1);
-        let grown: Vec<_> =
-            (0..4000).filter_map(|n| mutated(&seed, &Config::paper(), n, Mutation::AddLink)).collect();
-        assert!(grown.iter().all(|genome| genome.links[3].from == 4 && genome.links[3].to == 4));
-        assert!(grown.iter().all(|genome| genome.links[3].recurrent && genome.links[3].weight.abs() < 5.0));
-        let squares = grown.iter().map(|genome| genome.links[3].weight.powi(2)).sum::<f64>();
-        let deviation = (squares / grown.len() as f64).sqrt();
+    fn a_minimal_genome_can_only_gain_a_loop_on_its_output() {
+        let minimal = Genome::minimal(&Config::wahby2016(), 2, 1);
+        let mutated: Vec<_> = (0..4000)
+            .filter_map(|seed| mutated(&minimal, &Config::wahby2016(), seed, Mutation::AddLink))
+            .collect();
+        assert!(mutated.iter().all(|genome| genome.links[3].from == 4 && genome.links[3].to == 4));
+        assert!(mutated.iter().all(|genome| genome.links[3].recurrent && genome.links[3].weight.abs() < 5.0));
+        let squares = mutated.iter().map(|genome| genome.links[3].weight.powi(2)).sum::<f64>();
+        let deviation = (squares / mutated.len() as f64).sqrt();
         assert!((deviation - 5.0 * 0.408).abs() < 0.3, "{deviation}");
-        // Recurrent with probability 0.25, and then looped with 0.25.
-        let share = grown.len() as f64 / 4000.0;
+        // An added link is recurrent with probability 0.25, and a recurrent one is a loop with probability 0.25.
+        let share = mutated.len() as f64 / 4000.0;
         assert!((share - 0.0625).abs() < 0.012, "{share}");
     }
 
     #[test]
-    fn a_quarter_of_the_added_links_lead_back_and_a_quarter_of_those_are_loops() {
+    fn a_quarter_of_the_added_links_are_recurrent_and_a_quarter_of_those_are_loops() {
         let before = genome(2, 1, &[(5, 0.3), (6, 0.6)], &[(1, 5, 1.0), (5, 6, 1.0), (6, 4, 1.0)]);
         let depth = |id| before.neurons[before.position(id).unwrap()].depth;
         let mut counts = [0.0_f64; 3];
         for seed in 0..4000 {
-            let after = mutated(&before, &Config::paper(), seed, Mutation::AddLink).unwrap();
+            let after = mutated(&before, &Config::wahby2016(), seed, Mutation::AddLink).unwrap();
             let link = after.links[3];
             let kind = match depth(link.from).total_cmp(&depth(link.to)) {
                 _ if link.from == link.to => 2,
@@ -414,54 +430,54 @@ mod tests {
     }
 
     #[test]
-    fn link_tries_allow_one_pick_fewer() {
-        let seed = fan(1, 1.0);
-        let tries = |link_tries| Config { link_tries, ..Config::paper() };
-        assert!(mutated(&seed, &tries(1), 1, Mutation::AddNeuron).is_none());
-        assert!(mutated(&seed, &tries(2), 1, Mutation::AddNeuron).is_some());
+    fn link_tries_allow_one_attempt_fewer() {
+        let one_link = fan(1, 1.0);
+        let tries = |link_tries| Config { link_tries, ..Config::wahby2016() };
+        assert!(mutated(&one_link, &tries(1), 1, Mutation::AddNeuron).is_none());
+        assert!(mutated(&one_link, &tries(2), 1, Mutation::AddNeuron).is_some());
     }
 
     #[test]
-    fn forward_links_may_join_equal_depths_unless_all_is_feed_forward() {
+    fn forward_links_may_join_equal_depths_unless_networks_are_feed_forward() {
         let pair = genome(1, 1, &[(4, 0.5), (5, 0.5)], &[(1, 4, 1.0), (1, 5, 1.0), (4, 3, 1.0), (5, 3, 1.0)]);
         let makes_cycle = |config: &Config| {
-            let grown = (0..500).filter_map(|seed| mutated(&pair, config, seed, Mutation::AddLink));
-            grown.into_iter().any(|genome| genome.has_link(4, 5))
+            let mutated = (0..500).filter_map(|seed| mutated(&pair, config, seed, Mutation::AddLink));
+            mutated.into_iter().any(|genome| genome.has_link(4, 5))
         };
-        assert!(makes_cycle(&Config { recurrent_prob: 0.0, ..Config::paper() }));
-        assert!(!makes_cycle(&Config { feed_forward: true, ..Config::paper() }));
+        assert!(makes_cycle(&Config { recurrent_prob: 0.0, ..Config::wahby2016() }));
+        assert!(!makes_cycle(&Config { feed_forward: true, ..Config::wahby2016() }));
     }
 
     #[test]
     fn removing_a_neuron_undoes_a_split() {
-        let seed = Genome::random(&Config::paper(), 2, 1, 1, 0);
-        let mut innovations = Innovations::new(&seed);
-        let (mut genome, mut dice) = (seed.clone(), dice(1));
-        assert!(add_neuron(&mut genome, &Config::paper(), &mut innovations, &mut dice));
-        assert!(remove_neuron(&mut genome, &Config::paper(), &mut innovations, &mut dice));
-        assert_eq!(genome, seed);
-        assert!(!remove_neuron(&mut genome, &Config::paper(), &mut innovations, &mut dice));
+        let random = Genome::random(&Config::wahby2016(), 2, 1, 1, 0);
+        let mut innovations = Innovations::new(&random);
+        let (mut genome, mut rng) = (random.clone(), rng(1));
+        assert!(add_neuron(&mut genome, &Config::wahby2016(), &mut innovations, &mut rng));
+        assert!(remove_neuron(&mut genome, &Config::wahby2016(), &mut innovations, &mut rng));
+        assert_eq!(genome, random);
+        assert!(!remove_neuron(&mut genome, &Config::wahby2016(), &mut innovations, &mut rng));
     }
 
     #[test]
-    fn removing_a_link_takes_the_neurons_that_die_of_it() {
-        // A chain from x, and a direct link from y: whichever link of the chain goes, all of it does.
+    fn removing_a_link_removes_the_neurons_that_are_dead_without_it() {
+        // A chain from the first input, and a direct link from the second. Removing a link of the chain removes all of it.
         let chain = [(1, 5, 1.0), (5, 6, 1.0), (6, 4, 1.0), (2, 4, 1.0)];
         let before = genome(2, 1, &[(5, 0.3), (6, 0.6)], &chain);
         let after: Vec<_> = (0..100)
-            .map(|seed| mutated(&before, &Config::paper(), seed, Mutation::RemoveLink).unwrap())
+            .map(|seed| mutated(&before, &Config::wahby2016(), seed, Mutation::RemoveLink).unwrap())
             .collect();
         assert!(after.iter().all(|genome| [1, 3].contains(&genome.links.len()) && !genome.has_dead_ends()));
         assert!(after.iter().any(|genome| genome.links.len() == 1 && genome.neurons.len() == 4));
         assert!(
-            mutated(&fan(1, 1.0), &Config::paper(), 1, Mutation::RemoveLink).is_none(),
-            "the last one stays"
+            mutated(&fan(1, 1.0), &Config::wahby2016(), 1, Mutation::RemoveLink).is_none(),
+            "the last link stays"
         );
     }
 
     proptest! {
         #[test]
-        fn mutated_genomes_stay_sound(seed in 0_u64..10_000, feed_forward: bool, removes: bool) {
+        fn mutated_genomes_stay_valid(seed in 0_u64..10_000, feed_forward: bool, removes: bool) {
             let remove = if removes { 0.2 } else { 0.0 };
             let config = Config {
                 feed_forward,
@@ -469,7 +485,7 @@ mod tests {
                 mutate_rem_neuron_prob: remove,
                 ..Config::ball_keeper()
             };
-            for genome in grown(&config, seed, 80) {
+            for genome in mutants(&config, seed, 80) {
                 prop_assert!(genome.check().is_ok(), "{:?}", genome.check());
                 prop_assert!(removes || !genome.has_dead_ends());
                 prop_assert!(genome.links.iter().all(|link| link.weight.abs() <= config.max_weight));

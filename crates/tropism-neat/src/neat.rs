@@ -1,28 +1,28 @@
-//! One run of NEAT: ask for a population, tell how well each member did, and so from generation to generation.
+//! A run of NEAT by ask and tell: [`Neat::ask`] gives the population, [`Neat::tell`] takes its scores.
 //!
-//! [`Neat::tell`] is one generation, in the order in which MultiNEAT does it.
+//! [`Neat::tell`] is one generation. Its steps are MultiNEAT's, in MultiNEAT's order.
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use crate::checkpoint::CheckpointError;
+use crate::config::Config;
+use crate::error::NeatError;
+use crate::genome::Genome;
 use crate::genome_file::check_shape;
 use crate::innovation::Innovations;
-use crate::random::{Dice, Purpose};
+use crate::limits::SCORE_LIMIT;
+use crate::random::{Purpose, Rng};
 use crate::reproduce::Parents;
-use crate::species::{self, Settlement, Species};
+use crate::species::{self, Speciation, Species};
 use crate::stats::{self, Generation};
-use crate::{Config, ConfigError, Genome, GenomeError};
 
-/// Largest size of a score, so that sums over a population stay finite.
-pub const SCORE_LIMIT: f64 = 1e150;
-
-/// A run of NEAT, complete: saved and read again, it goes on to the same bits.
+/// The complete state of a run of NEAT.
+///
+/// A run that is saved by [`to_json`](Self::to_json) and restored by [`from_json`](Self::from_json) continues bit for bit.
 ///
 /// ```
 /// use tropism_neat::{Config, Neat, Network};
 ///
-/// let mut neat = Neat::new(Config::paper(), 2, 1, 42)?;
+/// let mut neat = Neat::new(Config::multineat(), 2, 1, 42)?;
 /// for _ in 0..10 {
 ///     let scores: Vec<f64> = neat
 ///         .ask()
@@ -31,7 +31,7 @@ pub const SCORE_LIMIT: f64 = 1e150;
 ///         .collect();
 ///     neat.tell(&scores)?;
 /// }
-/// assert_eq!(neat.champion().unwrap().fitness, 1.0);
+/// assert!(neat.champion().unwrap().fitness > 0.9);
 /// # Ok::<(), tropism_neat::NeatError>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -44,7 +44,7 @@ pub struct Neat {
     pub(crate) generation: u32,
     pub(crate) evaluations: u64,
     pub(crate) population: Vec<Genome>,
-    /// Who is who: copies that fill up a generation share a number.
+    /// Ids of the individuals. Copies that fill up a generation share the id of their original.
     pub(crate) ids: Vec<u64>,
     pub(crate) next_id: u64,
     pub(crate) species: Vec<Species>,
@@ -52,33 +52,35 @@ pub struct Neat {
     pub(crate) innovations: Innovations,
     pub(crate) threshold: f64,
     /// Best fitness so far as selection saw it, at least 0.
-    pub(crate) record: f64,
+    #[serde(rename = "record")]
+    pub(crate) best_fitness: f64,
     pub(crate) champion: Option<Champion>,
-    /// Genomes of the generation before, which the next one is written over.
+    /// Genomes of the previous generation, whose allocations the next one reuses.
     #[serde(skip)]
-    pub(crate) nursery: Vec<Genome>,
+    pub(crate) spare_genomes: Vec<Genome>,
 }
 
 /// The best individual of a run so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Champion {
-    /// Its genes.
+    /// Its genome.
     pub genome: Genome,
-    /// The score that it was told.
+    /// Its score.
     pub fitness: f64,
-    /// The generation that it was first seen in.
+    /// Number of the generation in which it had this score.
     pub generation: u32,
 }
 
 impl Neat {
-    /// A run at its start: `config.population` copies of the smallest genome with random weights, sorted into species.
+    /// Starts a run: `config.population` minimal genomes with random weights, assigned to species.
     ///
-    /// `inputs` does not count the bias, which every network has.
+    /// `inputs` excludes the bias, which every network has.
     ///
     /// # Errors
     ///
-    /// A parameter out of its range, or no inputs or outputs.
+    /// [`NeatError::Config`] if a parameter is out of range, [`NeatError::Genome`] if there are no inputs, no outputs or too
+    /// many.
     pub fn new(config: Config, inputs: usize, outputs: usize, seed: u64) -> Result<Self, NeatError> {
         config.check()?;
         check_shape(inputs, outputs)?;
@@ -96,47 +98,48 @@ impl Neat {
             next_id: members,
             species: Vec::new(),
             next_species: 1,
-            innovations: Innovations::new(&Genome::seed(&config, inputs, outputs)),
+            innovations: Innovations::new(&Genome::minimal(&config, inputs, outputs)),
             threshold: config.compat_threshold,
-            record: 0.0,
+            best_fitness: 0.0,
             champion: None,
-            nursery: Vec::new(),
+            spare_genomes: Vec::new(),
             config,
         };
-        let mut settlement =
-            Settlement::new(&mut neat.species, &neat.config, neat.threshold, &mut neat.next_species);
+        let mut speciation =
+            Speciation::new(&mut neat.species, &neat.config, neat.threshold, &mut neat.next_species);
         for (index, genome) in (0..).zip(&neat.population) {
-            settlement.settle(genome, index);
+            speciation.assign(genome, index);
         }
         Ok(neat)
     }
 
-    /// The population to evaluate, in the order in which [`tell`](Self::tell) wants the scores.
+    /// The population to evaluate. [`tell`](Self::tell) takes the scores in the same order.
     #[must_use]
     pub fn ask(&self) -> &[Genome] {
         &self.population
     }
 
-    /// Takes the score of every member of the population, larger being better, and breeds the next generation.
+    /// Takes the score of each individual and breeds the next generation. Larger scores are better.
     ///
     /// # Errors
     ///
-    /// Too few or too many scores, or one that is not finite; the run is then as it was.
+    /// [`NeatError::ScoreCount`] if there is not one score for each individual, [`NeatError::Score`] if a score is not
+    /// finite or exceeds [`SCORE_LIMIT`]. The run is then unchanged.
     pub fn tell(&mut self, scores: &[f64]) -> Result<Generation, NeatError> {
         self.check_scores(scores)?;
         let fitness = self.fitness(scores);
         let report = self.report(scores);
 
-        species::rank(&mut self.species, &fitness);
-        species::grow_older(&mut self.species, self.record);
-        let offspring = species::allot(&mut self.species, &fitness, &self.config);
-        self.record = fitness.iter().copied().fold(self.record, f64::max);
+        species::sort_by_fitness(&mut self.species, &fitness);
+        species::update_ages(&mut self.species, self.best_fitness);
+        let offspring = species::allocate_offspring(&mut self.species, &fitness, &self.config);
+        self.best_fitness = fitness.iter().copied().fold(self.best_fitness, f64::max);
         if self.generation.is_multiple_of(self.config.compat_threshold_interval) {
             self.threshold = species::next_threshold(self.threshold, self.species.len(), &self.config);
         }
         self.reproduce(&offspring, &fitness);
-        self.bury_the_extinct();
-        self.fill_up();
+        self.remove_empty_species();
+        self.fill_population();
         self.generation += 1;
         Ok(report)
     }
@@ -151,7 +154,7 @@ impl Neat {
         }
     }
 
-    /// What selection sees of the scores.
+    /// Fitness as selection sees it: scores with complexity penalty and fitness floor.
     fn fitness(&self, scores: &[f64]) -> Vec<f64> {
         let floor = self.config.fitness_floor.unwrap_or(f64::NEG_INFINITY);
         let penalty = self.config.complexity_penalty;
@@ -159,13 +162,13 @@ impl Neat {
         individuals.map(|(score, genome)| (score - penalty * genome.links.len() as f64).max(floor)).collect()
     }
 
-    /// Counts the evaluations, crowns a new champion if there is one, and describes the generation.
+    /// Computes the statistics of the generation; updates the number of evaluations and the champion.
     fn report(&mut self, scores: &[f64]) -> Generation {
         self.evaluations += scores.len() as u64;
-        let place = stats::place_of_best(scores);
-        let best = scores[place];
+        let index = stats::index_of_best(scores);
+        let best = scores[index];
         if self.champion.as_ref().is_none_or(|champion| best > champion.fitness) {
-            let genome = self.population[place].clone();
+            let genome = self.population[index].clone();
             self.champion = Some(Champion { genome, fitness: best, generation: self.generation });
         }
         let (links_mean, hidden_mean) = stats::mean_size(&self.population);
@@ -179,13 +182,13 @@ impl Neat {
             population: self.population.len(),
             links_mean,
             hidden_mean,
-            champion_links: self.population[place].links.len(),
+            champion_links: self.population[index].links.len(),
             threshold: self.threshold,
             evaluations: self.evaluations,
         }
     }
 
-    /// Replaces the population by its children, each of which joins a species at once.
+    /// Replaces the population by its children, each of which is assigned to a species at once.
     fn reproduce(&mut self, offspring: &[usize], fitness: &[f64]) {
         let members: Vec<_> = self.species.iter_mut().map(|s| std::mem::take(&mut s.members)).collect();
         let parents = Parents {
@@ -195,45 +198,46 @@ impl Neat {
             fitness,
             species: &members,
         };
-        let mut settlement =
-            Settlement::new(&mut self.species, &self.config, self.threshold, &mut self.next_species);
+        let mut speciation =
+            Speciation::new(&mut self.species, &self.config, self.threshold, &mut self.next_species);
         let mut born = 0;
-        for (home, &offspring) in offspring.iter().enumerate() {
-            let elite = parents.elite(home, offspring);
+        for (species, &offspring) in offspring.iter().enumerate() {
+            let elite = parents.elite(species, offspring);
             for number in 0..offspring {
-                if born == self.nursery.len() {
-                    self.nursery.push(Genome::seed(&self.config, self.inputs, self.outputs));
+                if born == self.spare_genomes.len() {
+                    self.spare_genomes.push(Genome::minimal(&self.config, self.inputs, self.outputs));
                 }
-                let child = &mut self.nursery[born];
+                let child = &mut self.spare_genomes[born];
                 match elite.get(number) {
-                    Some(&place) => child.clone_from(&self.population[place as usize]),
+                    Some(&index) => child.clone_from(&self.population[index as usize]),
                     None => {
-                        let index = u64::from(self.generation) << 32 | born as u64;
-                        let mut dice = Dice::new(self.seed, Purpose::Birth, index);
-                        parents.breed(home, &mut self.innovations, &mut dice, child);
+                        let stream = u64::from(self.generation) << 32 | born as u64;
+                        let mut rng = Rng::new(self.seed, Purpose::Offspring, stream);
+                        parents.breed(species, &mut self.innovations, &mut rng, child);
                     }
                 }
-                settlement.settle(child, born as u32);
+                speciation.assign(child, born as u32);
                 born += 1;
             }
         }
-        self.nursery.truncate(born);
-        std::mem::swap(&mut self.population, &mut self.nursery);
+        self.spare_genomes.truncate(born);
+        std::mem::swap(&mut self.population, &mut self.spare_genomes);
         self.ids.clear();
         self.ids.extend(self.next_id..self.next_id + born as u64);
         self.next_id += born as u64;
     }
 
-    /// Drops species without members; in the others the first member, mostly the copied champion, becomes representative.
-    fn bury_the_extinct(&mut self) {
+    /// Removes species without members. In the others the first member becomes the representative: mostly the copied
+    /// champion.
+    fn remove_empty_species(&mut self) {
         self.species.retain(|s| !s.members.is_empty());
         for s in &mut self.species {
             s.representative.clone_from(&self.population[s.members[0] as usize]);
         }
     }
 
-    /// Makes up for what rounding took from the population, by copies of the first member of the first species.
-    fn fill_up(&mut self) {
+    /// Fills the population up to its configured size with copies of the first member of the first species.
+    fn fill_population(&mut self) {
         let Some(first) = self.species.first_mut() else { return };
         let copied = first.members[0] as usize;
         while self.population.len() < self.config.population {
@@ -255,58 +259,27 @@ impl Neat {
         self.seed
     }
 
-    /// Number of the generation that [`ask`](Self::ask) gives; the initial population is 0.
+    /// Number of the present generation; the initial population is 0.
     #[must_use]
     pub fn generation(&self) -> u32 {
         self.generation
     }
 
-    /// Number of scores told so far.
+    /// Number of scores taken so far.
     #[must_use]
     pub fn evaluations(&self) -> u64 {
         self.evaluations
     }
 
-    /// The species of the population that [`ask`](Self::ask) gives.
+    /// The species of the present population.
     #[must_use]
     pub fn species(&self) -> &[Species] {
         &self.species
     }
 
-    /// The best individual told so far; `None` before the first [`tell`](Self::tell).
+    /// The best individual so far; `None` before the first [`tell`](Self::tell).
     #[must_use]
     pub fn champion(&self) -> Option<&Champion> {
         self.champion.as_ref()
     }
-}
-
-/// What can go wrong in a run.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum NeatError {
-    /// A saved run cannot be used.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// A parameter cannot be used.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// The shape of the networks cannot be used.
-    #[error(transparent)]
-    Genome(#[from] GenomeError),
-    /// Not one score for each individual.
-    #[error("{found} scores: wanted {wanted}, one for each individual")]
-    ScoreCount {
-        /// Scores found.
-        found: usize,
-        /// Individuals.
-        wanted: usize,
-    },
-    /// A score is NaN, infinite or absurdly large.
-    #[error("score {index} is {score}: wanted a number of size at most {SCORE_LIMIT:e}")]
-    Score {
-        /// Place of the individual in the population.
-        index: usize,
-        /// Its score.
-        score: f64,
-    },
 }

@@ -1,13 +1,15 @@
-//! A generation in numbers.
+//! Statistics of a generation.
 
 use serde::{Deserialize, Serialize};
 
-use crate::Genome;
+use crate::genome::Genome;
 
-/// What a generation was like, from [`Neat::tell`](crate::Neat::tell). Scores are as they were told.
+/// Statistics of one generation, returned by [`Neat::tell`](crate::Neat::tell).
+///
+/// Scores are as the caller gave them: without the fitness floor and the complexity penalty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Generation {
-    /// Its number; the initial population is 0.
+    /// Number of the generation; the initial population is 0.
     pub generation: u32,
     /// Best score.
     pub best: f64,
@@ -25,21 +27,21 @@ pub struct Generation {
     pub links_mean: f64,
     /// Mean number of hidden neurons.
     pub hidden_mean: f64,
-    /// Number of links of this generation's best individual (the first of equals).
+    /// Number of links of this generation's best individual; of equals, the first counts.
     pub champion_links: usize,
-    /// Compatibility threshold by which its species were told apart.
+    /// Compatibility threshold by which the individuals were assigned to species.
     pub threshold: f64,
-    /// Evaluations of the run so far.
+    /// Number of evaluations of the run so far, including this generation.
     pub evaluations: u64,
 }
 
-/// The mean of at least one number, summed in order.
+/// Mean of at least one number, summed in order.
 pub(crate) fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len() as f64;
     values.sum::<f64>() / count
 }
 
-/// The median of at least one number; of an even count, the mean of the middle two.
+/// Median of at least one number; of an even count, the mean of the middle two.
 pub(crate) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -47,12 +49,12 @@ pub(crate) fn median(values: &[f64]) -> f64 {
     if sorted.len() % 2 == 1 { sorted[middle] } else { f64::midpoint(sorted[middle - 1], sorted[middle]) }
 }
 
-/// Place of the largest of at least one number, the first of equals.
-pub(crate) fn place_of_best(values: &[f64]) -> usize {
-    (1..values.len()).fold(0, |best, place| if values[place] > values[best] { place } else { best })
+/// Index of the largest of at least one number; of equals, the first.
+pub(crate) fn index_of_best(values: &[f64]) -> usize {
+    (1..values.len()).fold(0, |best, index| if values[index] > values[best] { index } else { best })
 }
 
-/// Mean numbers of links and of hidden neurons.
+/// Mean number of links and mean number of hidden neurons.
 pub(crate) fn mean_size(population: &[Genome]) -> (f64, f64) {
     let links = population.iter().map(|genome| genome.links.len() as f64);
     let hidden =
@@ -65,13 +67,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn median_of_odd_and_even_counts() {
+    fn the_median_of_odd_and_even_counts() {
         assert_eq!(median(&[3.0, -1.0, 2.0]), 2.0);
         assert_eq!(median(&[3.0, -1.0, 2.0, 0.0]), 1.0);
     }
 
     #[test]
-    fn the_first_of_equal_bests_counts() {
-        assert_eq!(place_of_best(&[1.0, 3.0, 3.0, 2.0]), 1);
+    fn the_first_of_equal_maxima_is_the_best() {
+        assert_eq!(index_of_best(&[1.0, 3.0, 3.0, 2.0]), 1);
     }
 }

@@ -1,16 +1,18 @@
-//! What several tests need: genomes of any form, and grown ones.
+//! Fixtures of the unit tests: random streams, handmade genomes and mutated ones.
 
+use crate::activation::Activation;
+use crate::config::Config;
+use crate::genome::{Genome, Link, Neuron, NeuronKind};
 use crate::innovation::Innovations;
 use crate::mutate::mutate;
-use crate::random::{Dice, Purpose};
-use crate::{Activation, Config, Genome, Link, Neuron, NeuronKind};
+use crate::random::{Purpose, Rng};
 
-/// Dice for a test.
-pub(crate) fn dice(seed: u64) -> Dice {
-    Dice::new(seed, Purpose::Birth, 0)
+/// A random stream for a test.
+pub(crate) fn rng(seed: u64) -> Rng {
+    Rng::new(seed, Purpose::Offspring, 0)
 }
 
-/// A linear genome with hidden neurons `(id, depth)` and links `(from, to, weight)`, numbered from 1.
+/// A genome of linear neurons: hidden neurons are `(id, depth)`, links `(from, to, weight)` with innovation numbers from 1.
 pub(crate) fn genome(
     inputs: usize,
     outputs: usize,
@@ -20,9 +22,9 @@ pub(crate) fn genome(
     let config = Config {
         output_activation: Activation::Linear,
         hidden_activation: Activation::Linear,
-        ..Config::paper()
+        ..Config::wahby2016()
     };
-    let mut genome = Genome::seed(&config, inputs, outputs);
+    let mut genome = Genome::minimal(&config, inputs, outputs);
     genome.neurons.extend(hidden.iter().map(|&(id, depth)| Neuron {
         id,
         kind: NeuronKind::Hidden,
@@ -37,28 +39,30 @@ pub(crate) fn genome(
     genome
 }
 
-/// The paper's parameters with sigmoids everywhere.
-pub(crate) fn sigmoids() -> Config {
+/// Parameters with sigmoid neurons.
+pub(crate) fn sigmoid_config() -> Config {
     Config {
         output_activation: Activation::UnsignedSigmoid,
         hidden_activation: Activation::UnsignedSigmoid,
-        ..Config::paper()
+        ..Config::wahby2016()
     }
 }
 
-/// Genomes of two inputs and one output, each the mutated copy of the one before, with much growth.
-pub(crate) fn grown(config: &Config, seed: u64, count: usize) -> Vec<Genome> {
+/// A chain of `count` genomes with two inputs and one output, each a mutated copy of the one before it.
+///
+/// Structural mutations are frequent, so that genomes become large.
+pub(crate) fn mutants(config: &Config, seed: u64, count: usize) -> Vec<Genome> {
     let config = Config {
         mutate_add_neuron_prob: 0.2,
         mutate_add_link_prob: 0.3,
         mutate_weights_prob: 0.5,
         ..config.clone()
     };
-    let mut innovations = Innovations::new(&Genome::seed(&config, 2, 1));
+    let mut innovations = Innovations::new(&Genome::minimal(&config, 2, 1));
     let mut genome = Genome::random(&config, 2, 1, seed, 0);
-    let mut dice = dice(seed);
+    let mut rng = rng(seed);
     let next = |_| {
-        mutate(&mut genome, &config, &mut innovations, &mut dice);
+        mutate(&mut genome, &config, &mut innovations, &mut rng);
         genome.clone()
     };
     (0..count).map(next).collect()

@@ -1,27 +1,28 @@
-//! Runs of NEAT from outside: the laws of a generation, saving and going on, and what is refused.
+//! Runs of NEAT through the public interface: rules of a generation, presets, checkpoints, and invalid input.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
 use tropism_neat::{
-    Activation, CheckpointError, Config, Generation, Genome, Neat, NeatError, Network, Trial, evolve,
+    Activation, CheckpointError, Config, Evaluation, Generation, Genome, Neat, NeatError, Network, evolve,
     random_genome,
 };
 
-/// A score without meaning but with a gradient: how nearly the network answers like a wave of its input.
-fn wave(genome: &Genome) -> f64 {
+/// A score that rewards a network whose output follows a fixed sequence: the number of steps, of 60, on which it agrees.
+fn agreement(genome: &Genome) -> f64 {
     let mut network = Network::new(genome);
-    let answer = |network: &mut Network, step: i32| {
+    let output = |network: &mut Network, step: i32| {
         network.activate(&[f64::from(step % 7) - 3.0, f64::from(step) / 30.0])[0]
     };
     let wanted = |step: i32| f64::from(u8::from(step % 7 > 3) ^ u8::from(step > 20));
-    let misses = (0..60).filter(|&step| answer(&mut network, step) != wanted(step)).count();
-    60.0 - misses as f64
+    let errors = (0..60).filter(|&step| output(&mut network, step) != wanted(step)).count();
+    60.0 - errors as f64
 }
 
-fn generations(neat: &mut Neat, count: u32) -> Vec<Generation> {
+/// Advances a run by `count` generations.
+fn advance(neat: &mut Neat, count: u32) -> Vec<Generation> {
     let next = |_| {
-        let scores: Vec<f64> = neat.ask().iter().map(wave).collect();
+        let scores: Vec<f64> = neat.ask().iter().map(agreement).collect();
         neat.tell(&scores).unwrap()
     };
     (0..count).map(next).collect()
@@ -29,7 +30,7 @@ fn generations(neat: &mut Neat, count: u32) -> Vec<Generation> {
 
 #[test]
 fn an_initial_population_is_one_species_of_random_genomes() {
-    let config = Config::paper();
+    let config = Config::wahby2016();
     let neat = Neat::new(config.clone(), 2, 1, 5).unwrap();
     assert_eq!(neat.ask().len(), 50);
     assert_eq!(neat.species().len(), 1);
@@ -39,10 +40,10 @@ fn an_initial_population_is_one_species_of_random_genomes() {
 }
 
 #[test]
-fn the_threshold_falls_while_species_are_few_and_rises_while_they_are_many() {
+fn the_threshold_falls_with_few_species_and_rises_with_many() {
     for seed in 0..8 {
-        let mut neat = Neat::new(Config::paper(), 2, 1, seed).unwrap();
-        let path = generations(&mut neat, 30);
+        let mut neat = Neat::new(Config::wahby2016(), 2, 1, seed).unwrap();
+        let path = advance(&mut neat, 30);
         assert_eq!((path[0].threshold, path[0].species), (5.0, 1));
         for pair in path.windows(2) {
             let wanted = match pair[0].species {
@@ -52,7 +53,7 @@ fn the_threshold_falls_while_species_are_few_and_rises_while_they_are_many() {
             };
             assert_eq!(pair[1].threshold, wanted, "generation {}", pair[1].generation);
         }
-        // From 5.0 by 0.3 a generation: five species are there long before the floor of 0.2 is.
+        // From 5.0 by 0.3 per generation: there are five species long before the threshold reaches its minimum of 0.2.
         let first = path.iter().find(|generation| generation.species >= 5).unwrap();
         assert!((5..=16).contains(&first.generation), "{first:?}");
         assert!((0.8..3.5).contains(&first.threshold), "{first:?}");
@@ -60,32 +61,32 @@ fn the_threshold_falls_while_species_are_few_and_rises_while_they_are_many() {
 }
 
 #[test]
-fn children_are_sorted_by_the_new_threshold_at_once() {
-    // From 5 to the floor in one step: hardly any two children are of one species then.
-    let config = Config { compat_threshold_modifier: 5.0, ..Config::paper() };
+fn a_new_threshold_applies_to_the_children_of_the_same_generation() {
+    // From 5 to the minimum in one step: hardly any two children are then compatible.
+    let config = Config { compat_threshold_modifier: 5.0, ..Config::wahby2016() };
     let mut neat = Neat::new(config, 2, 1, 1).unwrap();
-    generations(&mut neat, 1);
+    advance(&mut neat, 1);
     assert!(neat.species().len() > 10, "{}", neat.species().len());
 }
 
-/// What is saved of a run, of which much cannot be seen otherwise.
-fn saved(neat: &Neat) -> serde_json::Value {
+/// The checkpoint of a run, which shows its private state.
+fn checkpoint(neat: &Neat) -> serde_json::Value {
     let mut file: serde_json::Value = serde_json::from_str(&neat.to_json()).unwrap();
     file["run"].take()
 }
 
 #[test]
-fn copies_fill_up_what_rounding_left_open() {
+fn copies_fill_a_population_that_rounding_left_too_small() {
     let mut filled = 0;
     for seed in 0..4 {
-        let mut neat = Neat::new(Config { population: 10, ..Config::paper() }, 2, 1, seed).unwrap();
+        let mut neat = Neat::new(Config { population: 10, ..Config::wahby2016() }, 2, 1, seed).unwrap();
         for _ in 0..50 {
-            generations(&mut neat, 1);
-            let run = saved(&neat);
+            advance(&mut neat, 1);
+            let run = checkpoint(&neat);
             let ids = run["ids"].as_array().unwrap();
             let first = neat.species()[0].members()[0] as usize;
             let copies: Vec<usize> =
-                (0..ids.len()).filter(|&place| ids[..place].contains(&ids[place])).collect();
+                (0..ids.len()).filter(|&index| ids[..index].contains(&ids[index])).collect();
             for &copy in &copies {
                 assert_eq!((&ids[copy], &neat.ask()[copy]), (&ids[first], &neat.ask()[first]));
                 assert!(neat.species()[0].members().contains(&(copy as u32)));
@@ -98,10 +99,10 @@ fn copies_fill_up_what_rounding_left_open() {
 }
 
 #[test]
-fn the_first_member_stands_for_its_species() {
-    let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
-    generations(&mut neat, 40);
-    let run = saved(&neat);
+fn the_first_member_is_the_representative() {
+    let mut neat = Neat::new(Config::wahby2016(), 2, 1, 1).unwrap();
+    advance(&mut neat, 40);
+    let run = checkpoint(&neat);
     for species in run["species"].as_array().unwrap() {
         let first = species["members"][0].as_u64().unwrap() as usize;
         assert_eq!(species["representative"], run["population"][first]);
@@ -109,19 +110,19 @@ fn the_first_member_stands_for_its_species() {
 }
 
 #[test]
-fn in_a_whole_run_a_number_means_one_link_and_a_link_has_one_number() {
+fn an_innovation_number_identifies_a_link_throughout_a_run() {
     let (mut numbers, mut links) = (BTreeMap::new(), BTreeMap::new());
-    let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
+    let mut neat = Neat::new(Config::wahby2016(), 2, 1, 1).unwrap();
     for _ in 0..150 {
-        generations(&mut neat, 1);
+        advance(&mut neat, 1);
         for link in neat.ask().iter().flat_map(Genome::links) {
             let ends = (link.from, link.to);
             assert_eq!(*links.entry(link.innovation).or_insert(ends), ends);
             assert_eq!(*numbers.entry(ends).or_insert(link.innovation), link.innovation);
         }
     }
-    // A link is split again and again, but only who has its neuron already gets a new one.
-    let run = saved(&neat);
+    // Links are split repeatedly, but only a genome that has the recorded neuron gets a new one.
+    let run = checkpoint(&neat);
     let splits = run["innovations"]["splits"].as_array().unwrap();
     let ends: BTreeSet<_> =
         splits.iter().map(|split| (split["from"].as_u64(), split["to"].as_u64())).collect();
@@ -134,11 +135,11 @@ fn in_a_whole_run_a_number_means_one_link_and_a_link_has_one_number() {
 }
 
 #[test]
-fn the_population_drifts_from_fifty_by_a_few_and_species_settle_between_the_bounds() {
+fn populations_grow_by_a_few_and_species_stay_between_their_bounds() {
     let mut species = Vec::new();
     for seed in 0..4 {
-        let mut neat = Neat::new(Config::paper(), 2, 1, seed).unwrap();
-        let path = generations(&mut neat, 300);
+        let mut neat = Neat::new(Config::wahby2016(), 2, 1, seed).unwrap();
+        let path = advance(&mut neat, 300);
         let largest = path.iter().map(|generation| generation.population).max().unwrap();
         assert!(path.iter().all(|generation| generation.population >= 50));
         assert!((51..=60).contains(&largest), "{largest}");
@@ -152,53 +153,88 @@ fn the_population_drifts_from_fifty_by_a_few_and_species_settle_between_the_boun
 }
 
 #[test]
-fn the_best_score_never_falls_and_is_the_champions() {
-    let mut neat = Neat::new(Config::paper(), 2, 1, 3).unwrap();
-    let path = generations(&mut neat, 150);
+fn the_best_score_never_falls_and_is_that_of_the_champion() {
+    let mut neat = Neat::new(Config::wahby2016(), 2, 1, 3).unwrap();
+    let path = advance(&mut neat, 150);
     assert!(path.windows(2).all(|pair| pair[0].best_ever <= pair[1].best_ever));
-    // The elite is copied unchanged and the task has no chance in it.
+    // The elite is copied unchanged, and the task has no randomness.
     assert!(path.windows(2).all(|pair| pair[0].best <= pair[1].best));
     let champion = neat.champion().unwrap();
     assert_eq!(champion.fitness, path[149].best_ever);
-    assert_eq!(wave(&champion.genome), champion.fitness);
+    assert_eq!(agreement(&champion.genome), champion.fitness);
     assert_eq!(path[champion.generation as usize].best, champion.fitness);
     assert!(path[149].best > path[0].best);
 }
 
 #[test]
-fn networks_grow_unless_size_is_controlled() {
+fn networks_grow_unless_their_size_is_controlled() {
     let links = |config: &Config| {
         let last = |seed| {
             let mut neat = Neat::new(config.clone(), 2, 1, seed).unwrap();
-            let path = generations(&mut neat, 300);
+            let path = advance(&mut neat, 300);
             assert_eq!(path[0].links_mean, 3.0);
             path[299].links_mean
         };
         (0..4).map(last).sum::<f64>() / 4.0
     };
-    let free = links(&Config::paper());
-    let pruned = links(&Config { mutate_rem_link_prob: 0.05, ..Config::paper() });
-    let priced = links(&Config { complexity_penalty: 2.0, ..Config::paper() });
-    assert!((10.0..40.0).contains(&free), "{free}");
-    assert!(pruned < 0.7 * free && priced < 0.7 * free, "{free} free, {pruned} pruned, {priced} priced");
+    let uncontrolled = links(&Config::wahby2016());
+    let pruned = links(&Config { mutate_rem_link_prob: 0.05, ..Config::wahby2016() });
+    let penalised = links(&Config { complexity_penalty: 2.0, ..Config::wahby2016() });
+    assert!((10.0..40.0).contains(&uncontrolled), "{uncontrolled}");
+    assert!(
+        pruned < 0.7 * uncontrolled && penalised < 0.7 * uncontrolled,
+        "{uncontrolled}, {pruned}, {penalised}"
+    );
 }
 
 #[test]
-fn one_seed_gives_one_run_and_another_seed_another() {
+fn runs_depend_on_their_seed_alone() {
     let run = |seed| {
         let mut neat = Neat::new(Config::ball_keeper(), 2, 1, seed).unwrap();
-        (generations(&mut neat, 60), neat.to_json())
+        (advance(&mut neat, 60), neat.to_json())
     };
     assert_eq!(run(1), run(1));
     assert_ne!(run(1).0, run(2).0);
 }
 
+/// FNV-1a, a hash that is the same on every machine.
+fn digest(text: &str) -> u64 {
+    let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, step)
+}
+
+/// A change of these digests breaks the continuation of saved runs and the repetition of published ones.
 #[test]
-fn threads_do_not_matter() {
+fn runs_have_their_recorded_digests() {
+    let sigmoids = Config {
+        feed_forward: true,
+        output_activation: Activation::UnsignedSigmoid,
+        hidden_activation: Activation::Tanh,
+        mutate_rem_link_prob: 0.1,
+        mutate_rem_neuron_prob: 0.1,
+        interspecies_crossover_rate: 0.2,
+        ..Config::wahby2016()
+    };
+    for (config, recorded) in [
+        (Config::wahby2016(), 0x1b3d_7416_26ef_7626),
+        (Config::ball_keeper(), 0x05d2_af0a_fa38_a2b7),
+        (sigmoids, 0x53c0_cb20_6c09_ac35),
+    ] {
+        let mut neat = Neat::new(config, 2, 1, 1).unwrap();
+        advance(&mut neat, 100);
+        let found = digest(&neat.to_json());
+        assert_eq!(found, recorded, "{found:#x}");
+    }
+}
+
+#[test]
+#[cfg(feature = "rayon")]
+fn results_do_not_depend_on_the_number_of_threads() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let score = |genome: &Genome, _: Trial| wave(genome);
-        let runs = pool.install(|| evolve(&Config::paper(), (2, 1), 0..4, 20, score, |_, _| false).unwrap());
+        let score = |genome: &Genome, _: Evaluation| agreement(genome);
+        let runs =
+            pool.install(|| evolve(&Config::wahby2016(), (2, 1), 0..4, 20, score, |_, _| false).unwrap());
         let json: Vec<_> = runs.iter().map(Neat::to_json).collect();
         (json, pool.install(|| runs[0].evaluate(score)))
     };
@@ -206,51 +242,93 @@ fn threads_do_not_matter() {
 }
 
 #[test]
-fn runs_stop_when_they_are_solved() {
-    let score = |_: &Genome, trial: Trial| f64::from(trial.generation) + trial.seed as f64;
-    let runs =
-        evolve(&Config::paper(), (1, 1), 0..3, 50, score, |_, generation| generation.best >= 5.0).unwrap();
+fn runs_stop_as_soon_as_they_are_solved() {
+    let score =
+        |_: &Genome, evaluation: Evaluation| f64::from(evaluation.generation) + evaluation.seed as f64;
+    let runs = evolve(&Config::wahby2016(), (1, 1), 0..3, 50, score, |_, generation| generation.best >= 5.0)
+        .unwrap();
     assert_eq!(runs.iter().map(Neat::generation).collect::<Vec<_>>(), [6, 5, 4]);
 }
 
 #[test]
-fn a_saved_run_goes_on_to_the_same_bits() {
-    let mut neat = Neat::new(Config::paper(), 2, 1, 8).unwrap();
-    generations(&mut neat, 40);
+fn a_restored_run_continues_bit_for_bit() {
+    let mut neat = Neat::new(Config::wahby2016(), 2, 1, 8).unwrap();
+    advance(&mut neat, 40);
     let json = neat.to_json();
-    let mut again = Neat::from_json(&json).unwrap();
-    assert_eq!(again.to_json(), json);
-    assert_eq!(generations(&mut neat, 40), generations(&mut again, 40));
-    assert_eq!(neat.to_json(), again.to_json());
+    let mut restored = Neat::from_json(&json).unwrap();
+    assert_eq!(restored.to_json(), json);
+    assert_eq!(advance(&mut neat, 40), advance(&mut restored, 40));
+    assert_eq!(neat.to_json(), restored.to_json());
     let through_serde: Neat = serde_json::from_str(&serde_json::to_string(&neat).unwrap()).unwrap();
     assert_eq!(through_serde.to_json(), neat.to_json());
 }
 
+const XOR: [([f64; 2], f64); 4] =
+    [([0.0, 0.0], 0.0), ([0.0, 1.0], 1.0), ([1.0, 0.0], 1.0), ([1.0, 1.0], 0.0)];
+
+fn xor_error(genome: &Genome) -> f64 {
+    let mut network = Network::new(genome);
+    XOR.map(|(inputs, target)| (network.run(&inputs)[0] - target).abs()).iter().sum()
+}
+
+/// Solved means an error below one half in each case.
+fn solves_xor(genome: &Genome) -> bool {
+    let mut network = Network::new(genome);
+    XOR.iter().all(|(inputs, target)| (network.run(inputs)[0] - target).abs() < 0.5)
+}
+
 #[test]
-fn all_presets_and_options_run() {
-    let removing = Config { mutate_rem_link_prob: 0.1, mutate_rem_neuron_prob: 0.1, ..Config::paper() };
-    let eager = Config { interspecies_crossover_rate: 0.5, mutate_add_neuron_prob: 0.3, ..Config::paper() };
-    let normalized = Config { normalize_genome_size: true, compat_threshold: 1.0, ..Config::paper() };
-    let feed_forward = Config { feed_forward: true, hidden_activation: Activation::Tanh, ..Config::paper() };
+fn every_preset_solves_xor() {
+    let presets = [
+        ("multineat", Config::multineat()),
+        ("stanley2002", Config::stanley2002()),
+        ("wahby2016", Config::wahby2016()),
+        ("ball_keeper", Config::ball_keeper()),
+    ];
+    for (name, preset) in presets {
+        // Steep sigmoids everywhere: with step neurons, XOR has hardly any gradient.
+        let config = Config {
+            feed_forward: true,
+            output_activation: Activation::UnsignedSigmoid,
+            hidden_activation: Activation::UnsignedSigmoid,
+            activation_a: 4.9,
+            ..preset
+        };
+        let score = |genome: &Genome, _| (4.0 - xor_error(genome)).powi(2);
+        let is_solved = |neat: &Neat, _: &Generation| solves_xor(&neat.champion().unwrap().genome);
+        let runs = evolve(&config, (2, 1), 0..3, 400, score, is_solved).unwrap();
+        let solved = runs.iter().filter(|neat| solves_xor(&neat.champion().unwrap().genome)).count();
+        assert!(solved > 0, "{name}");
+    }
+}
+
+#[test]
+fn all_options_run() {
+    let removing = Config { mutate_rem_link_prob: 0.1, mutate_rem_neuron_prob: 0.1, ..Config::wahby2016() };
+    let eager =
+        Config { interspecies_crossover_rate: 0.5, mutate_add_neuron_prob: 0.3, ..Config::wahby2016() };
+    let normalized = Config { normalize_genome_size: true, compat_threshold: 1.0, ..Config::wahby2016() };
+    let feed_forward =
+        Config { feed_forward: true, hidden_activation: Activation::Tanh, ..Config::wahby2016() };
     for config in [Config::ball_keeper(), removing, eager, normalized, feed_forward] {
         let mut neat = Neat::new(config, 2, 1, 1).unwrap();
-        generations(&mut neat, 60);
+        advance(&mut neat, 60);
         assert!(neat.ask().iter().all(|genome| genome.check().is_ok()));
         assert!(Neat::from_json(&neat.to_json()).is_ok());
     }
 }
 
 #[test]
-fn the_smallest_population_lives() {
-    let mut neat = Neat::new(Config { population: 2, ..Config::paper() }, 2, 1, 1).unwrap();
-    generations(&mut neat, 100);
+fn the_smallest_population_survives() {
+    let mut neat = Neat::new(Config { population: 2, ..Config::wahby2016() }, 2, 1, 1).unwrap();
+    advance(&mut neat, 100);
     assert!((2..=4).contains(&neat.ask().len()));
 }
 
 #[test]
-fn equal_negative_and_huge_scores_are_all_legal() {
+fn equal_negative_and_huge_scores_are_legal() {
     for score in [0.0, -1e150, 1e150, 5e-324] {
-        let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
+        let mut neat = Neat::new(Config::wahby2016(), 2, 1, 1).unwrap();
         for _ in 0..80 {
             let report = neat.tell(&vec![score; neat.ask().len()]).unwrap();
             assert!(report.population <= 75, "{report:?}");
@@ -260,42 +338,48 @@ fn equal_negative_and_huge_scores_are_all_legal() {
 }
 
 #[test]
-fn wrong_scores_are_refused_by_place_and_value_and_change_nothing() {
-    let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
+fn invalid_scores_are_refused_with_index_and_value_and_change_nothing() {
+    let mut neat = Neat::new(Config::wahby2016(), 2, 1, 1).unwrap();
     let before = neat.to_json();
     let mut scores = vec![1.0; 50];
-    for (score, wanted) in
-        [(f64::NAN, "score 7 is NaN"), (f64::INFINITY, "score 7 is inf"), (-1e200, "score 7 is -1000")]
-    {
+    for (score, wanted) in [
+        (f64::NAN, "found score 7 = NaN"),
+        (f64::INFINITY, "found score 7 = inf"),
+        (-1e200, "found score 7 = -1000"),
+    ] {
         scores[7] = score;
         let error = neat.tell(&scores).unwrap_err();
         assert!(error.to_string().starts_with(wanted), "{error}");
     }
     let error = neat.tell(&[1.0; 49]).unwrap_err().to_string();
-    assert_eq!(error, "49 scores: wanted 50, one for each individual");
+    assert_eq!(error, "found 49 scores, wanted 50, one for each individual");
     assert_eq!(neat.to_json(), before);
 }
 
 #[test]
-fn impossible_runs_are_refused() {
+fn invalid_runs_are_refused() {
     let refusal = |config, inputs, outputs| Neat::new(config, inputs, outputs, 1).unwrap_err().to_string();
     assert_eq!(
-        refusal(Config { population: 1, ..Config::paper() }, 2, 1),
-        "`population` is 1: wanted 2 to 1000000"
+        refusal(Config { population: 1, ..Config::wahby2016() }, 2, 1),
+        "found population = 1, wanted 2 to 1000000"
     );
-    assert!(refusal(Config::paper(), 0, 1).starts_with("0 inputs and 1 outputs: wanted at least 1 of each"));
-    assert!(refusal(Config::paper(), 1, 0).starts_with("1 inputs and 0 outputs"));
     assert!(
-        refusal(Config::paper(), usize::MAX, usize::MAX).contains("wanted at least 1 of each and at most")
+        refusal(Config::wahby2016(), 0, 1)
+            .starts_with("found 0 inputs and 1 outputs, wanted at least 1 of each")
     );
-    let error = Neat::new(Config { max_weight: f64::NAN, ..Config::paper() }, 2, 1, 1).unwrap_err();
+    assert!(refusal(Config::wahby2016(), 1, 0).starts_with("found 1 inputs and 0 outputs"));
+    assert!(
+        refusal(Config::wahby2016(), usize::MAX, usize::MAX)
+            .contains("wanted at least 1 of each and at most")
+    );
+    let error = Neat::new(Config { max_weight: f64::NAN, ..Config::wahby2016() }, 2, 1, 1).unwrap_err();
     assert!(matches!(error, NeatError::Config(_)));
 }
 
 #[test]
-fn broken_checkpoints_are_refused() {
-    let mut neat = Neat::new(Config::paper(), 2, 1, 1).unwrap();
-    generations(&mut neat, 30);
+fn invalid_checkpoints_are_refused() {
+    let mut neat = Neat::new(Config::wahby2016(), 2, 1, 1).unwrap();
+    advance(&mut neat, 30);
     let json = neat.to_json();
     let refusal = |json: &str| Neat::from_json(json).unwrap_err().to_string();
     let with = |path: &str, value: serde_json::Value| {
@@ -306,14 +390,14 @@ fn broken_checkpoints_are_refused() {
     assert!(refusal(&json[..json.len() - 100]).starts_with("not a saved run: EOF"));
     assert_eq!(
         with("/schema", "tropism.neat/0".into()),
-        "schema is \"tropism.neat/0\": wanted \"tropism.neat/1\""
+        "found schema \"tropism.neat/0\", wanted \"tropism.neat/1\""
     );
-    assert_eq!(with("/run/config/population", 1.into()), "`population` is 1: wanted 2 to 1000000");
+    assert_eq!(with("/run/config/population", 1.into()), "found population = 1, wanted 2 to 1000000");
     let contradiction = |what: &str| format!("the saved run contradicts itself: {what}");
     let table = [
         (with("/run/config/population", 500.into()), "the population is too small"),
         (with("/run/config/population", 20.into()), "the population is too large"),
-        (with("/run/ids/0", u64::MAX.into()), "an individual's id is above the last one given"),
+        (with("/run/ids/0", u64::MAX.into()), "an individual's id is above the last one assigned"),
         (
             with("/run/species/0/members/0", 1_000_000.into()),
             "not every individual is a member of exactly one species",
@@ -325,7 +409,7 @@ fn broken_checkpoints_are_refused() {
         ),
         (
             with("/run/innovations/next_innovation", 3.into()),
-            "recorded link 3 is above the last number given",
+            "recorded link 3 is above the last number assigned",
         ),
         (with("/run/threshold", (-1).into()), "the threshold is out of range"),
         (with("/run/outputs", 2.into()), "an individual's shape is not the run's"),
@@ -338,9 +422,9 @@ fn broken_checkpoints_are_refused() {
 }
 
 #[test]
-fn a_file_that_is_cut_short_anywhere_is_refused() {
-    let mut neat = Neat::new(Config { population: 4, ..Config::paper() }, 2, 1, 1).unwrap();
-    generations(&mut neat, 10);
+fn a_truncated_file_is_refused() {
+    let mut neat = Neat::new(Config { population: 4, ..Config::wahby2016() }, 2, 1, 1).unwrap();
+    advance(&mut neat, 10);
     let (run, genome) = (neat.to_json(), neat.champion().unwrap().genome.to_json());
     for end in (0..run.len()).step_by(13) {
         let error = Neat::from_json(&run[..end]).unwrap_err().to_string();
@@ -353,7 +437,7 @@ fn a_file_that_is_cut_short_anywhere_is_refused() {
 }
 
 #[test]
-fn a_genome_whose_links_run_in_a_circle_is_legal_and_runs() {
+fn a_genome_with_a_cycle_at_equal_depth_is_legal_and_runs() {
     let neuron = |id, kind, depth| {
         format!(r#"{{"id":{id},"kind":"{kind}","depth":{depth},"activation":"linear","a":1.0,"b":0.0}}"#)
     };
@@ -375,37 +459,37 @@ fn a_genome_whose_links_run_in_a_circle_is_legal_and_runs() {
         neuron(4, "hidden", 0.5),
         neuron(5, "hidden", 0.5),
     ];
-    let circle =
+    let cycle =
         |weight| [link(1, 1, 4, 1.0), link(2, 4, 5, weight), link(3, 5, 4, weight), link(4, 5, 3, 1.0)];
-    let genome = Genome::from_json(&file(&neurons, &circle(2.0))).unwrap();
+    let genome = Genome::from_json(&file(&neurons, &cycle(2.0))).unwrap();
     let mut network = Network::new(&genome);
     let outputs: Vec<f64> = (0..7).map(|_| network.activate(&[1.0])[0]).collect();
     assert_eq!(outputs, [0.0, 0.0, 2.0, 2.0, 10.0, 10.0, 42.0]);
-    // Beyond all numbers in the end, which is no score that anybody may tell.
-    let mut network = Network::new(&Genome::from_json(&file(&neurons, &circle(1e6))).unwrap());
+    // The activations overflow in the end. Such outputs are not finite, and `tell` refuses them as scores.
+    let mut network = Network::new(&Genome::from_json(&file(&neurons, &cycle(1e6))).unwrap());
     for _ in 0..200 {
         network.activate_feed_forward(&[1.0]);
     }
     assert!(!network.output()[0].is_finite());
-    // Ids are another matter: they ascend.
+    // Ids must ascend, whatever the depths.
     let mut swapped = neurons.clone();
     swapped.swap(3, 4);
-    let error = Genome::from_json(&file(&swapped, &circle(1.0))).unwrap_err().to_string();
-    assert!(error.starts_with("neuron id 4 after 5: wanted"), "{error}");
+    let error = Genome::from_json(&file(&swapped, &cycle(1.0))).unwrap_err().to_string();
+    assert!(error.starts_with("found neuron id 4 after 5, wanted"), "{error}");
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn a_damaged_checkpoint_is_refused_or_goes_on(place: prop::sample::Index, digit in b'0'..=b'9') {
-        let mut neat = Neat::new(Config { population: 6, ..Config::paper() }, 2, 1, 1).unwrap();
-        generations(&mut neat, 30);
+    fn a_damaged_checkpoint_is_refused_or_continues(index: prop::sample::Index, digit in b'0'..=b'9') {
+        let mut neat = Neat::new(Config { population: 6, ..Config::wahby2016() }, 2, 1, 1).unwrap();
+        advance(&mut neat, 30);
         let mut json = neat.to_json().into_bytes();
-        let digits: Vec<usize> = (0..json.len()).filter(|&place| json[place].is_ascii_digit()).collect();
-        json[*place.get(&digits)] = digit;
+        let digits: Vec<usize> = (0..json.len()).filter(|&index| json[index].is_ascii_digit()).collect();
+        json[*index.get(&digits)] = digit;
         if let Ok(mut neat) = Neat::from_json(&String::from_utf8(json).unwrap()) {
-            generations(&mut neat, 5);
+            advance(&mut neat, 5);
             prop_assert!(neat.ask().iter().all(|genome| genome.check().is_ok()));
         }
     }

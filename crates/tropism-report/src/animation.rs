@@ -1,7 +1,10 @@
-//! Pictures in motion: an animated GIF, written as its pictures come.
+//! Animated GIF, written picture by picture.
 //!
-//! One palette serves all pictures, so that nothing flickers, and of each picture only what changed is written: a camera's
-//! noise before a dark cloth would else be most of the file.
+//! In: pictures of one size. Out: bytes. One palette for all pictures avoids flicker. Only the pixels that changed are
+//! written, because the noise of the camera would otherwise be most of the file.
+//!
+//! # References
+//! Dekker 1994, doi:10.1088/0954-898X_5_3_003: NeuQuant, the choice of the palette.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -12,36 +15,38 @@ use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use super::picture::DRAWN;
 use tropism::photo::Image;
 
-/// Pixels whose channels all differ by no more from what is shown are left as they are.
+/// A pixel whose channels all differ by at most this from the shown ones is not written. Chosen by hand: above the noise of
+/// the camera.
 const TOLERANCE: u8 = 10;
 
-/// The index that means: as before.
+/// Index of the transparent colour: the pixel stays as it is.
 const UNCHANGED: u8 = 255;
 
-/// Bits of a channel by which colours are looked up.
+/// Bits of a channel in the look-up table of nearest colours.
 const BITS: u32 = 5;
 
-/// An animated GIF that plays for ever.
+/// An animated GIF that repeats for ever.
 pub struct Animation<W: Write> {
     encoder: Encoder<W>,
     palette: Palette,
-    /// What is shown after the pictures so far; `None` before the first.
+    /// The picture as a viewer shows it now; `None` before the first.
     shown: Option<Vec<u8>>,
     size: (usize, usize),
 }
 
 /// Why an animation cannot be written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum AnimationError {
-    /// The encoder, or what it writes to.
+    /// The encoder or its writer failed.
     #[error(transparent)]
     Gif(#[from] gif::EncodingError),
     /// A picture of another size than the first.
     #[error("found a picture of {} x {} pixels, wanted {} x {}", found.0, found.1, wanted.0, wanted.1)]
     Size {
-        /// Its columns and rows.
+        /// Columns and rows of the picture.
         found: (usize, usize),
-        /// Those of the animation.
+        /// Columns and rows of the animation.
         wanted: (usize, usize),
     },
     /// A size that the format cannot hold.
@@ -50,7 +55,7 @@ pub enum AnimationError {
 }
 
 impl<W: Write> Animation<W> {
-    /// An animation in the colours of `samples`, all of one size, written to `to`.
+    /// Begins an animation of the size of `samples`, with a palette for their colours, written to `to`.
     ///
     /// # Errors
     /// [`AnimationError`].
@@ -113,7 +118,7 @@ impl<W: Write> Animation<W> {
     }
 }
 
-/// The smallest rectangle of a picture `columns` wide that holds all that changed: left, top, width and its indices.
+/// The bounding box of the changed pixels in a picture `columns` wide: left, top, width and its indices.
 fn changed(indices: &[u8], columns: usize) -> (usize, usize, usize, Vec<u8>) {
     let is_changed = |index: &u8| *index != UNCHANGED;
     let rows: Vec<&[u8]> = indices.chunks_exact(columns).collect();
@@ -126,7 +131,7 @@ fn changed(indices: &[u8], columns: usize) -> (usize, usize, usize, Vec<u8>) {
     (left, top, right - left + 1, rows.iter().flat_map(|row| &row[left..=right]).copied().collect())
 }
 
-/// At most 255 colours, and which of them is nearest to any colour.
+/// At most 255 colours, with a look-up table of the nearest one.
 struct Palette {
     colours: Vec<[u8; 3]>,
     nearest: Vec<u8>,
@@ -139,9 +144,9 @@ impl Palette {
             .flat_map(|image| image.rgb.chunks_exact(3))
             .flat_map(|pixel| [pixel[0], pixel[1], pixel[2], 255])
             .collect();
-        let learnt = NeuQuant::new(10, usize::from(UNCHANGED) - DRAWN.len(), &pixels).color_map_rgb();
-        let learnt = learnt.chunks_exact(3).map(|colour| [colour[0], colour[1], colour[2]]);
-        let colours: Vec<[u8; 3]> = DRAWN.into_iter().chain(learnt).take(usize::from(UNCHANGED)).collect();
+        let learned = NeuQuant::new(10, usize::from(UNCHANGED) - DRAWN.len(), &pixels).color_map_rgb();
+        let learned = learned.chunks_exact(3).map(|colour| [colour[0], colour[1], colour[2]]);
+        let colours: Vec<[u8; 3]> = DRAWN.into_iter().chain(learned).take(usize::from(UNCHANGED)).collect();
         let cells = 1_usize << (3 * BITS);
         let channel = |cell: usize, place: u32| {
             let low = cell >> (place * BITS) & ((1 << BITS) - 1);
@@ -168,7 +173,7 @@ impl Palette {
 mod tests {
     use super::*;
 
-    /// A bright square on dark ground that is a little brighter in each picture.
+    /// A bright rectangle that moves over dark ground of changing brightness.
     fn pictures(count: u8) -> Vec<Image> {
         let picture = |number: u8| {
             let at = |x: usize, y: usize| match (x, y) {
@@ -213,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_played_is_what_was_added_to_within_the_tolerance() {
+    fn a_viewer_shows_the_added_pictures_within_the_tolerance() {
         let pictures = pictures(12);
         let bytes = animated(&pictures);
         assert!(bytes.starts_with(b"GIF89a"));
@@ -227,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_still_picture_costs_next_to_nothing() {
+    fn a_still_picture_takes_few_bytes() {
         let still = vec![pictures(1).remove(0); 50];
         assert!(animated(&still).len() < animated(&still[..1]).len() + 50 * 40);
     }

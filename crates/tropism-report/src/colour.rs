@@ -1,20 +1,22 @@
-//! Colours that stand for numbers, as classes of the figures' style sheet.
+//! Colour maps as classes of the figures' style sheet.
 //!
-//! A ramp is cut into [`LEVELS`] classes with one colour on light ground and another on dark.
+//! A colour map has [`LEVELS`] classes, each with one colour on light ground and another on dark ground.
 
-/// Colours of a ramp: an odd number, so that a diverging one has a middle.
+use tropism::math::interpolate::lerp;
+
+/// Colours of a colour map: an odd number, so that a diverging one has a middle.
 pub(super) const LEVELS: usize = 17;
 
-/// A ramp of colours.
+/// A colour map.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Ramp {
-    /// From little to much.
+pub(super) enum ColourMap {
+    /// From little to much, for values of one sign.
     Sequential,
-    /// From negative over nothing to positive.
+    /// From negative over zero to positive.
     Diverging,
 }
 
-impl Ramp {
+impl ColourMap {
     const BOTH: [Self; 2] = [Self::Sequential, Self::Diverging];
 
     const fn letter(self) -> char {
@@ -29,13 +31,13 @@ impl Ramp {
         format!("{}{level}", self.letter())
     }
 
-    /// The level of `share` in `0..=1`; what lies outside takes the end.
+    /// The level of `share` in `0..=1`; a share outside has the level of the nearer end.
     pub(super) fn level(share: f64) -> usize {
         (share * (LEVELS - 1) as f64).round().clamp(0.0, (LEVELS - 1) as f64) as usize
     }
 
-    /// Anchors from low to high, on light ground and on dark. The sequential ramp grows away from the ground; the middle
-    /// of the diverging one stands off it, for the ground itself means no data.
+    /// Anchor colours from low to high, for light or for dark ground. Chosen by hand: the sequential map moves away from
+    /// the ground; the middle of the diverging map differs from the ground, because the ground means no data.
     const fn anchors(self, is_dark: bool) -> &'static [[u8; 3]] {
         match (self, is_dark) {
             (Self::Sequential, false) => {
@@ -72,18 +74,18 @@ impl Ramp {
         let share = place - low as f64;
         let channel = |channel: usize| {
             let (from, to) = (f64::from(anchors[low][channel]), f64::from(anchors[low + 1][channel]));
-            (from + share * (to - from)).round() as u8
+            lerp(from, to, share).round() as u8
         };
         format!("#{:02x}{:02x}{:02x}", channel(0), channel(1), channel(2))
     }
 }
 
-/// The style sheet of every figure.
+/// The style sheet of all figures.
 pub(super) fn style() -> String {
     let rules = |is_dark| {
-        Ramp::BOTH
+        ColourMap::BOTH
             .into_iter()
-            .flat_map(|ramp| (0..LEVELS).map(move |level| (ramp.class(level), ramp.colour(level, is_dark))))
+            .flat_map(|map| (0..LEVELS).map(move |level| (map.class(level), map.colour(level, is_dark))))
             .map(|(class, colour)| format!(".figure .{class}{{color:{colour}}}"))
             .collect::<String>()
     };
@@ -97,10 +99,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ramps_end_at_their_anchors() {
-        assert_eq!(Ramp::Sequential.colour(0, false), "#efddcc");
-        assert_eq!(Ramp::Diverging.colour(8, true), "#3e4146");
-        assert_eq!(Ramp::Diverging.colour(16, false), "#6e3202");
-        assert_eq!([-1.0, 0.0, 0.5, 7.0, f64::NAN].map(Ramp::level), [0, 0, 8, 16, 0]);
+    fn colour_maps_end_at_their_anchors() {
+        assert_eq!(ColourMap::Sequential.colour(0, false), "#efddcc");
+        assert_eq!(ColourMap::Diverging.colour(8, true), "#3e4146");
+        assert_eq!(ColourMap::Diverging.colour(16, false), "#6e3202");
+        assert_eq!([-1.0, 0.0, 0.5, 7.0, f64::NAN].map(ColourMap::level), [0, 0, 8, 16, 0]);
     }
 }

@@ -1,30 +1,32 @@
-//! Figure 2: all photographs of an experiment in one picture.
+//! Figure 2: all photographs of an experiment in one composite picture.
 
 use jpeg_encoder::{ColorType, Encoder};
 
 use super::{Body, Figure, Plants};
 use tropism::photo::Image;
 
-/// Largest sides of a composite in a figure, in pixels.
+/// Largest width of a composite in a figure, in pixels.
 const MAX_WIDTH: usize = 400;
+/// Largest height of a composite in a figure, in pixels.
 const MAX_HEIGHT: usize = 480;
 
+/// Chosen by hand.
 const JPEG_QUALITY: u8 = 82;
 
-/// The lightest value of every pixel and channel over photographs: before dark cloth, a plant leaves a print of each of
-/// its postures.
+/// Maximum projection of photographs: the largest value of each pixel and channel.
 ///
-/// Photographs are added one by one, so that thousands of them need the memory of one.
+/// In front of dark cloth it shows the plant in all its postures. Photographs are added one by one, so it needs the memory
+/// of one.
 #[derive(Clone, Debug, Default)]
 pub struct Composite {
-    lightest: Option<Image>,
+    maximum: Option<Image>,
 }
 
 impl Composite {
-    /// Adds a photograph; one whose size differs from the first is left out.
+    /// Adds a photograph, unless its size differs from that of the first.
     pub fn add(&mut self, photograph: &Image) {
-        match &mut self.lightest {
-            None => self.lightest = Some(photograph.clone()),
+        match &mut self.maximum {
+            None => self.maximum = Some(photograph.clone()),
             Some(image) if (image.width, image.height) == (photograph.width, photograph.height) => {
                 for (value, other) in image.rgb.iter_mut().zip(&photograph.rgb) {
                     *value = (*value).max(*other);
@@ -34,10 +36,10 @@ impl Composite {
         }
     }
 
-    /// The composite as it stands; `None` before the first photograph.
+    /// The composite of the photographs so far; `None` before the first.
     #[must_use]
     pub const fn image(&self) -> Option<&Image> {
-        self.lightest.as_ref()
+        self.maximum.as_ref()
     }
 }
 
@@ -50,23 +52,23 @@ impl FromIterator<Image> for Composite {
     }
 }
 
-/// Figure 2: the composite of each experiment, side by side, at most 400 x 480 pixels each.
+/// Figure 2: the composites of all experiments side by side, at most 400 x 480 pixels each.
 #[must_use]
 pub fn composite(experiments: &[Composite], plants: Plants) -> Figure {
     let jpegs = experiments.iter().filter_map(Composite::image).filter_map(|image| jpeg(&reduced(image)));
     Figure {
         number: "2",
-        title: "The experiments, each in one picture".to_owned(),
+        title: "All photographs of each experiment".to_owned(),
         caption: format!(
-            "The lightest value of every pixel over the photographs of an experiment; from left to right in the order \
-             of the experiments. {}",
+            "The maximum of each pixel over the photographs of an experiment; the experiments in order from left to \
+             right. {}",
             plants.sentence()
         ),
         body: Body::Jpegs(jpegs.collect()),
     }
 }
 
-/// The picture at a whole fraction of its size that fits the figure: means of blocks, ragged edges cut off.
+/// The picture reduced by a whole factor to fit the figure: means of square blocks, without incomplete blocks.
 fn reduced(image: &Image) -> Image {
     let factor = image.width.div_ceil(MAX_WIDTH).max(image.height.div_ceil(MAX_HEIGHT)).max(1);
     let (width, height) = ((image.width / factor).max(1), (image.height / factor).max(1));
@@ -84,7 +86,7 @@ fn reduced(image: &Image) -> Image {
     Image { width, height, rgb }
 }
 
-/// JPEG bytes of a picture; `None` for one without pixels.
+/// The picture as JPEG; `None` if it has no pixels.
 fn jpeg(image: &Image) -> Option<Vec<u8>> {
     let (width, height) = (u16::try_from(image.width).ok()?, u16::try_from(image.height).ok()?);
     let mut bytes = Vec::new();
@@ -102,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lightest_value_of_each_channel_stays() {
+    fn the_largest_value_of_each_channel_stays() {
         let photographs = [plain(4, 2, [10, 200, 0]), plain(4, 2, [90, 20, 0]), plain(2, 2, [255; 3])];
         let composite: Composite = photographs.into_iter().collect();
         assert_eq!(composite.image(), Some(&plain(4, 2, [90, 200, 0])));

@@ -1,41 +1,42 @@
-//! What a controller decides where: a map of lamps over the places of the tip.
+//! Decision map of a controller: the lamp that it lights, over the position of the tip.
 
 use tropism_neat::Genome;
 
-use super::colour::Ramp;
+use super::colour::ColourMap;
 use super::plot::{Axis, Path, Plot};
 use super::trajectories::{axes, draw_steering};
 use super::{Body, Figure, Plants};
-use tropism::control::anatomy::{Anatomy, Boundary, Decisions};
-use tropism::control::network::ShapeError;
+use tropism::control::ShapeError;
+use tropism::control::network_analysis::{Boundary, Decisions, NetworkAnalysis};
 use tropism::geometry::Point;
 use tropism::track::Track;
 
-/// Side of a cell, in cm.
+/// Side of a cell, in cm; chosen by hand.
 const CELL: f64 = 0.125;
 
-/// Shares of the diverging ramp for the left lamp, for none, and for the right one: pale enough for a path to be seen on
-/// them.
+/// Shares of the diverging colour map for the left lamp, for neither and for the right lamp. Chosen by hand: pale, so that a
+/// trajectory stands out.
 const PALE: [f64; 3] = [0.31, 0.5, 0.69];
 
-/// What a controller steered: drawn over its map.
+/// The track of a plant that the controller steered, to draw over its map.
 #[derive(Clone, Copy, Debug)]
-pub struct Steered<'t> {
-    /// The path of the tip.
+pub struct SteeredTrack<'t> {
+    /// The trajectory of the tip.
     pub track: &'t Track,
-    /// What kind of plant it was.
+    /// The kind of plant.
     pub plants: Plants,
 }
 
-/// Which lamp the controller `genome` lights when the tip stands still at a place, over x from -8 to 8 and y from 4 to
-/// 16 cm at least, with the targets, and the path of a plant that it steered if there is one.
+/// NoiseStream the lamp that the controller `genome` lights for a tip that rests at a point, with targets and a steered track.
+///
+/// The map reaches over x from -8 to 8 cm and y from 4 to 16 cm, and further where targets or the track do.
 ///
 /// # Errors
-/// [`ShapeError`] if the genome has not two inputs and one output.
+/// [`ShapeError`] if the genome does not have two inputs and one output.
 pub fn decision(
     genome: &Genome,
     targets: &[Point],
-    steered: Option<Steered<'_>>,
+    steered: Option<SteeredTrack<'_>>,
 ) -> Result<Figure, ShapeError> {
     let samples = steered.map_or(&[][..], |steered| &steered.track.samples);
     let points = samples.iter().map(|sample| &sample.tip).chain(targets);
@@ -44,27 +45,27 @@ pub fn decision(
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
     draw_map(&mut plot, &decisions);
     draw_steering(&mut plot, samples, targets, true);
-    let depends = Ramp::Diverging.class(Ramp::level(PALE[1]));
+    let depends = ColourMap::Diverging.class(ColourMap::level(PALE[1]));
     plot.legend(&[("left", "left lamp"), ("right", "right lamp"), (&depends, "depends")]);
-    let state = match Anatomy::of(genome) {
-        Anatomy { is_linear: true, .. } => String::new(),
-        Anatomy { has_memory: false, .. } => {
-            " The network is asked until its delays are over; on the way the decision may lag behind.".to_owned()
+    let state = match NetworkAnalysis::of(genome) {
+        NetworkAnalysis { is_linear: true, .. } => String::new(),
+        NetworkAnalysis { has_memory: false, .. } => {
+            " The network is activated until its signals have passed; along a trajectory the decision may lag.".to_owned()
         }
-        _ => " The network keeps its state: it is asked until that settles, once from rest and once from each corner of \
-             the map. Grey: the lamp depends on the past, or changes for ever."
+        _ => " The network has memory: it is activated until its state settles, once from rest and once from each corner of \
+             the map. Grey: the lamp depends on the past, or never settles."
             .to_owned(),
     };
     let path = steered.map_or_else(String::new, |steered| {
         format!(
-            " The line is the path of a tip, from the circle, coloured by the lamp that was lit. {}",
+            " The line is the trajectory of a tip, from the circle, coloured by the lamp that was lit. {}",
             steered.plants.sentence()
         )
     });
     Ok(Figure {
         number: "decision",
-        title: "Which lamp where".to_owned(),
-        caption: format!("The lamp that is lit when the tip stands still at a place.{state}{path}"),
+        title: "Decision map".to_owned(),
+        caption: format!("The lamp that the controller lights for a tip that rests at a point.{state}{path}"),
         body: Body::Svg(plot.finish()),
     })
 }
@@ -88,27 +89,29 @@ fn draw_map(plot: &mut Plot, decisions: &Decisions) {
             1.0 => PALE[2],
             _ => PALE[1],
         };
-        marks.push((Ramp::level(share), plot.place(x, y)));
+        marks.push((ColourMap::level(share), plot.place(x, y)));
     }
-    // A little more than a row high, so that no seam shows.
-    plot.dashes(Ramp::Diverging, (next.0 - corner.0, corner.1 - next.1 + 0.5), marks.into_iter());
+    // A little higher than a row, so that no gap shows between two.
+    plot.dashes(ColourMap::Diverging, (next.0 - corner.0, corner.1 - next.1 + 0.5), marks.into_iter());
     let mut axes = Path::default();
     axes.line(&[plot.place(from.x, to.y), plot.place(from.x, from.y), plot.place(to.x, from.y)]);
     plot.path("axis", &axes);
 }
 
-/// The rule of a linear controller in words: `right where 0.83 x - 0.12 y + 0.4 > 0`.
+/// The decision rule of a linear controller as text: `right where 0.830 x - 0.120 y + 0.400 > 0`.
 #[must_use]
 pub fn rule(boundary: Boundary) -> String {
     let term = |value: f64| format!("{} {:.3}", if value < 0.0 { "-" } else { "+" }, value.abs());
     format!("right where {:.3} x {} y {} > 0", boundary.x, term(boundary.y), term(boundary.constant))
 }
 
-/// [`decision`] in letters, for a terminal: a line for each centimetre of height from 16 down to 4, a letter for each half
-/// centimetre of x from -8 to 8; `<` left, `>` right, `~` depends on the past.
+/// The map of [`decision`] as text for a terminal.
+///
+/// One line a centimetre of height from 16 down to 4, one character each half centimetre of x from -8 to 8: `<` left, `>`
+/// right, `~` depends on the past, a digit for a target.
 ///
 /// # Errors
-/// [`ShapeError`] if the genome has not two inputs and one output.
+/// [`ShapeError`] if the genome does not have two inputs and one output.
 pub fn decision_text(genome: &Genome, targets: &[Point]) -> Result<String, ShapeError> {
     let corners = [(-8.0, 4.0), (8.0, 4.0), (-8.0, 16.0), (8.0, 16.0)].map(|(x, y)| Point::new(x, y));
     let decisions = Decisions::new(genome, corners)?;
@@ -141,9 +144,9 @@ mod tests {
 
     const TARGETS: [Point; 2] = [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
 
-    /// A linear controller whose boundary crosses the map from its foot to its head.
+    /// A linear controller whose boundary crosses the map from its lower to its upper edge.
     fn linear() -> Genome {
-        let genomes = (0..).map(|index| random_genome(&Config::paper(), 2, 1, 4, index));
+        let genomes = (0..).map(|index| random_genome(&Config::wahby2016(), 2, 1, 4, index));
         let side = |line: Boundary, x: f64, y: f64| line.x * x + line.y * y + line.constant > 0.0;
         let mut crossed = genomes.filter(|genome| {
             let line = Boundary::of(genome).unwrap();
@@ -155,12 +158,12 @@ mod tests {
     #[test]
     fn a_map_with_a_path_is_golden() {
         let track = &testing::swings(1, 120)[0];
-        let steered = Steered { track, plants: Plants::ModelOfVirtual };
+        let steered = SteeredTrack { track, plants: Plants::ModelOfVirtual };
         testing::golden(&decision(&linear(), &TARGETS, Some(steered)).unwrap());
     }
 
     #[test]
-    fn the_letters_say_what_the_boundary_says() {
+    fn the_text_agrees_with_the_boundary() {
         let genome = linear();
         let boundary = Boundary::of(&genome).unwrap();
         let text = decision_text(&genome, &[]).unwrap();
@@ -177,14 +180,14 @@ mod tests {
     }
 
     #[test]
-    fn rules_read_well() {
+    fn a_rule_is_written_with_signs() {
         let boundary = Boundary { x: -0.5, y: 0.125, constant: -2.0 };
         assert_eq!(rule(boundary), "right where -0.500 x + 0.125 y - 2.000 > 0");
     }
 
     #[test]
     fn only_controllers_have_a_map() {
-        let genome = random_genome(&Config::paper(), 3, 1, 1, 0);
+        let genome = random_genome(&Config::wahby2016(), 3, 1, 1, 0);
         assert!(decision(&genome, &[], None).is_err() && decision_text(&genome, &[]).is_err());
     }
 }

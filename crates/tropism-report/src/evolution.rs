@@ -1,16 +1,17 @@
-//! Figure 6: how fitness grew over the generations.
+//! Figure 6: fitness over the generations.
 
 use super::plot::{Axis, Path, Plot, nice_step};
 use super::{Body, Figure, Plants};
+use tropism::math::statistics::five_numbers;
 
-/// About so many boxes are drawn, as in the paper.
+/// Approximate number of boxes (Fig. 6a has 21).
 const BOXES: f64 = 20.0;
 
-/// Figure 6a: box plots over runs of the best fitness of a generation, in cm; `runs[run][generation - 1]`.
+/// Figure 6a: box plots of the best fitness of a generation over runs, in cm; `runs[run][generation - 1]`.
 ///
-/// Boxes reach from the 25th to the 75th percentile with the median in them, whiskers to the minimum and the maximum.
-/// They stand at generation 1 and at round generations (every hundredth of 2000). A run that ended early counts as long
-/// as it ran.
+/// A box reaches from the 25th to the 75th percentile and shows the median; its whiskers reach to the minimum and the
+/// maximum. Boxes stand at generation 1 and at round generations (every hundredth of 2000). A run that ended early counts
+/// in the generations that it has.
 #[must_use]
 pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
     let generations = runs.iter().map(Vec::len).max().unwrap_or(0);
@@ -19,10 +20,11 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
     let boxes: Vec<(usize, [f64; 5])> = shown
         .filter_map(|generation| {
             let fitness = runs.iter().filter_map(|run| run.get(generation - 1)).copied();
-            Some((generation, five_numbers(fitness)?))
+            let finite: Vec<f64> = fitness.filter(|value| value.is_finite()).collect();
+            Some((generation, five_numbers(&finite)?))
         })
         .collect();
-    let y = Axis::over("best fitness (cm)", (0.0, 16.0), boxes.iter().flat_map(|(_, numbers)| *numbers));
+    let y = Axis::covering("best fitness (cm)", (0.0, 16.0), boxes.iter().flat_map(|(_, numbers)| *numbers));
     let last = generations.max(1) as f64;
     let room = 0.03 * last;
     let mut plot = Plot::new(axis_of_generations(-room, last + room), y, (372.0, 270.0), 18.0, 28.0);
@@ -35,8 +37,8 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
         number: "6a",
         title: format!("Best fitness, {} runs", runs.len()),
         caption: format!(
-            "Fitness of the best controller of a generation over independent evolutionary runs: minimum, quartiles and \
-             maximum, the median as a bar. {}",
+            "Best fitness of a generation over independent evolutionary runs: minimum, quartiles and maximum, with the median \
+             as a bar. {}",
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
@@ -64,23 +66,11 @@ fn draw_box(plot: &mut Plot, generation: f64, numbers: &[f64; 5], half: f64) {
     plot.path("bold best", &bar);
 }
 
-/// Minimum, quartiles (between neighbours in proportion) and maximum; `None` without finite values.
-fn five_numbers(values: impl Iterator<Item = f64>) -> Option<[f64; 5]> {
-    let mut sorted: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().checked_sub(1)?;
-    Some([0.0, 0.25, 0.5, 0.75, 1.0].map(|share| {
-        let place = share * last as f64;
-        let (low, high) = (place.floor() as usize, place.ceil() as usize);
-        sorted[low] + (place - place.floor()) * (sorted[high] - sorted[low])
-    }))
-}
-
 /// Figure 6b: best and mean fitness of each generation of one run, in cm.
 #[must_use]
 pub fn fitness_run(best: &[f64], mean: &[f64], plants: Plants) -> Figure {
     let last = best.len().max(mean.len()).max(2) as f64;
-    let y = Axis::over("fitness (cm)", (0.0, 16.0), best.iter().chain(mean).copied());
+    let y = Axis::covering("fitness (cm)", (0.0, 16.0), best.iter().chain(mean).copied());
     let mut plot = Plot::new(axis_of_generations(0.0, last), y, (372.0, 270.0), 18.0, 28.0);
     for (class, fitness) in [("thin mean", mean), ("bold best", best)] {
         plot.line(class, (1..).map(f64::from).zip(fitness.iter().copied()));
@@ -98,7 +88,6 @@ pub fn fitness_run(best: &[f64], mean: &[f64], plants: Plants) -> Figure {
 mod tests {
     use super::*;
     use crate::testing;
-    use proptest::prelude::*;
 
     fn rising(run: usize, generations: usize) -> Vec<f64> {
         (0..generations).map(|at| 14.0 - 12.0 / (1.0 + (at * (run + 2)) as f64 / 60.0)).collect()
@@ -115,21 +104,6 @@ mod tests {
         let best = rising(3, 200);
         let mean: Vec<f64> = best.iter().map(|fitness| fitness - 4.0).collect();
         testing::golden(&fitness_run(&best, &mean, Plants::ModelOfReal));
-    }
-
-    #[test]
-    fn quartiles_lie_between_neighbours() {
-        assert_eq!(five_numbers([4.0, 1.0, 2.0, 3.0].into_iter()), Some([1.0, 1.75, 2.5, 3.25, 4.0]));
-        assert_eq!(five_numbers([7.0].into_iter()), Some([7.0; 5]));
-        assert_eq!(five_numbers([].into_iter()), None);
-    }
-
-    proptest! {
-        #[test]
-        fn five_numbers_are_in_order(values in prop::collection::vec(-1e3..1e3, 1..40)) {
-            let numbers = five_numbers(values.into_iter()).unwrap();
-            prop_assert!(numbers.is_sorted());
-        }
     }
 
     #[test]

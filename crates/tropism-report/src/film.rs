@@ -1,39 +1,40 @@
-//! A run as moving pictures: its photographs with the lit lamp, the targets and the path of the tip drawn in.
+//! Film of a run: its photographs with the lit lamp, the targets and the trajectory of the tip drawn in.
 
 use super::Plants;
 use super::picture::{BLACK, Canvas, WHITE, colour};
 use tropism::geometry::{Pixel, Point, Region};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Image;
 use tropism::vision::Calibration;
 
-/// One step of a run, as far as a film shows it.
+/// One step of a film.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct FilmStep {
     /// Seconds since the start.
     pub time_s: f64,
-    /// Where the tip was seen, in cm.
+    /// Measured tip, in cm; `None` if it was not detected.
     pub tip: Option<Point>,
-    /// The lamp that is lit from this step to the next.
+    /// The lamp that is lit from this step to the next; `None` is dark.
     pub light: Option<Light>,
 }
 
-/// What is drawn into the photographs of a run.
+/// What to draw into the photographs of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    /// Where a point of the plane of the stem is in the photographs; without it neither path nor targets are drawn.
+    /// Calibration of the photographs; without it, trajectory and targets are not drawn.
     pub calibration: Option<Calibration>,
     /// Targets, in cm.
     pub targets: Vec<Point>,
-    /// What kind of plant it is, if that is known: a virtual one is called so in every picture.
+    /// The kind of plant, if it is known: every picture of a virtual plant says so.
     pub plants: Option<Plants>,
-    /// The steps of the run, a photograph each; empty if nothing but the photographs is known.
-    pub steps: Vec<Step>,
+    /// The steps of the run, one a photograph; empty if only the photographs are known.
+    pub steps: Vec<FilmStep>,
 }
 
 impl Film {
-    /// The photograph of step `index`, [`scaled`](super::scaled) from `photograph_width` columns, with the lamp that is lit in it, the
-    /// targets, the path of the tip so far, and the time.
+    /// NoiseStream lit lamp, targets, trajectory so far and time into the photograph of step `index`.
+    ///
+    /// `image` is the photograph, [`scaled`](super::scaled) from `photograph_width` columns.
     #[must_use]
     pub fn frame(&self, image: &Image, photograph_width: usize, index: usize) -> Image {
         let Some(mut canvas) = Canvas::over(image) else { return image.clone() };
@@ -44,14 +45,15 @@ impl Film {
             let before = past.len().checked_sub(2).and_then(|before| past[before].light);
             canvas.lamps(before);
             let minutes = (step.time_s / 60.0).round().max(0.0) as u64;
-            canvas.words(&format!("{} H {:02} MIN", minutes / 60, minutes % 60), false);
+            canvas.caption(&format!("{} H {:02} MIN", minutes / 60, minutes % 60), false);
         }
         self.label(&mut canvas);
         canvas.image()
     }
 
-    /// A composite of photographs, [`scaled`](super::scaled) from `photograph_width` columns, with the targets, and what kind of plant it
-    /// is.
+    /// NoiseStream the targets and the kind of plant into a composite of photographs.
+    ///
+    /// `composite` is [`scaled`](super::scaled) from `photograph_width` columns.
     #[must_use]
     pub fn cover(&self, composite: &Image, photograph_width: usize) -> Image {
         let Some(mut canvas) = Canvas::over(composite) else { return composite.clone() };
@@ -60,8 +62,8 @@ impl Film {
         canvas.image()
     }
 
-    /// The region of a photograph that holds the root, the targets and all of the path, with `margin` cm around them; `None`
-    /// without a calibration.
+    /// The bounding box of root, targets and trajectory in a photograph, with a margin of `margin` cm; `None` without a
+    /// calibration.
     #[must_use]
     pub fn region(&self, margin: f64) -> Option<Region> {
         let calibration = self.calibration?;
@@ -79,13 +81,13 @@ impl Film {
         let within = |value: f64, side: usize| value.round().clamp(0.0, side as f64) as usize;
         let (left, right) =
             (within(upper_left.x, calibration.width), within(lower_right.x, calibration.width));
-        let (top, foot) =
+        let (top, bottom) =
             (within(upper_left.y, calibration.height), within(lower_right.y, calibration.height));
-        let (width, height) = (right.saturating_sub(left), foot.saturating_sub(top));
+        let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
         (width > 0 && height > 0).then_some(Region { x: left, y: top, width, height })
     }
 
-    /// The film of a region of the photographs alone.
+    /// The same film of photographs that are cropped to `region`.
     #[must_use]
     pub fn cropped(mut self, region: Region) -> Self {
         if let Some(calibration) = &mut self.calibration {
@@ -98,11 +100,11 @@ impl Film {
 
     fn label(&self, canvas: &mut Canvas) {
         if self.plants.is_some_and(Plants::is_virtual) {
-            canvas.words("VIRTUAL PLANT", true);
+            canvas.caption("VIRTUAL PLANT", true);
         }
     }
 
-    /// Where a point is on a canvas over a photograph that was so wide.
+    /// The position of a point on a canvas whose photograph was `photograph_width` columns wide.
     fn place(&self, canvas: &Canvas, photograph_width: usize, point: Point) -> Option<Pixel> {
         let pixel = self.calibration?.pixel(point);
         let scale = canvas.width() / photograph_width as f64;
@@ -110,7 +112,7 @@ impl Film {
         (place.x.abs() < 1e5 && place.y.abs() < 1e5).then_some(place)
     }
 
-    fn draw_path(&self, canvas: &mut Canvas, photograph_width: usize, past: &[Step]) {
+    fn draw_path(&self, canvas: &mut Canvas, photograph_width: usize, past: &[FilmStep]) {
         let seen: Vec<(Pixel, Option<Light>)> = past
             .iter()
             .filter_map(|step| Some((self.place(canvas, photograph_width, step.tip?)?, step.light)))
@@ -119,7 +121,7 @@ impl Film {
         canvas.line(&all, BLACK, 3.2);
         let mut start = 0;
         for run in seen.chunk_by(|a, b| a.1 == b.1) {
-            // Each stretch ends where the next begins.
+            // Each run ends at the first point of the next, so that the line has no gaps.
             let end = (start + run.len() + 1).min(all.len());
             canvas.line(&all[start..end], colour(run[0].1), 1.6);
             start += run.len();
@@ -153,13 +155,13 @@ mod tests {
     }
 
     fn film() -> Film {
-        let step = |index: u32| Step {
+        let step = |index: u32| FilmStep {
             time_s: f64::from(index) * 300.0,
             tip: Some(Point::new(0.1 * f64::from(index), 4.0)),
-            light: Some(if index < 10 { Light::Left } else { Light::Right }),
+            light: Some(if index < 10 { Light::LEFT } else { Light::RIGHT }),
         };
         Film {
-            calibration: Some(Calibration::flat(Pixel::new(240.0, 400.0), 50.0, 480, 480)),
+            calibration: Some(Calibration::from_scale(Pixel::new(240.0, 400.0), 50.0, 480, 480)),
             targets: vec![Point::new(2.0, 6.0)],
             plants: None,
             steps: (0..20).map(step).collect(),
@@ -171,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn the_path_grows_and_takes_the_colour_of_the_lamp() {
+    fn the_trajectory_grows_and_has_the_colour_of_the_lamp() {
         let film = film();
         let early = film.frame(&grey(480, 480), 480, 5);
         let late = film.frame(&grey(480, 480), 480, 19);
@@ -191,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_that_is_made_smaller_keeps_its_places() {
+    fn a_scaled_picture_has_its_marks_at_the_same_places() {
         let film = film();
         let frame = film.frame(&scaled(&grey(480, 480), 240), 480, 0);
         assert_eq!((frame.width, frame.height), (240, 240));
@@ -201,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn virtual_plants_are_called_so_and_real_ones_are_not() {
+    fn only_pictures_of_virtual_plants_say_so() {
         let virtual_film =
             Film { plants: Some(Plants::Virtual), steps: Vec::new(), targets: Vec::new(), ..film() };
         let real = Film { plants: Some(Plants::Real), ..virtual_film.clone() };
@@ -227,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn places_outside_the_picture_do_no_harm() {
+    fn points_outside_the_picture_are_not_drawn() {
         let mut film = film();
         film.targets = vec![Point::new(1e12, -1e12), Point::new(f64::NAN, 0.0)];
         film.steps[3].tip = Some(Point::new(f64::INFINITY, 0.0));

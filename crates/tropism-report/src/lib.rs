@@ -1,36 +1,36 @@
-//! Figures and tables of an experiment, beside the paper's.
+//! Figures, report pages and films of plant experiments, in the form of Wahby et al. 2016.
 //!
-//! In come tracks, photographs and numbers; out come [`Figure`]s (SVG text or JPEG bytes) and one [`Page`] of HTML that
-//! needs nothing beside it. Everything here is a pure function of its arguments: the same data give the same bytes.
-//! Colours are CSS classes, so that a figure is legible on light ground, on dark ground and in print.
+//! In: tracks, photographs and numbers. Out: [`Figure`]s (SVG text or JPEG bytes), a [`Page`] of HTML that needs no other
+//! file, and the pictures of a [`Film`]. All functions are pure: the same data give the same bytes. Colours in figures are
+//! CSS classes, so that a figure is legible on light ground, on dark ground and in print.
 //!
 //! # References
 //! Wahby, Hofstadler, Heinrich, Zahadat and Hamann 2016, Figures 2 to 9, doi:10.1109/SASO.2016.8.
 
+mod stroke_font;
+mod picture;
 mod animation;
 mod colour;
 mod composite;
+mod plot;
+mod trajectories;
 mod decision;
 mod evolution;
 mod film;
 pub mod guide;
 mod kinematics;
-mod lettering;
 mod network;
 mod page;
-mod picture;
-mod plot;
 mod shifts;
 mod speed;
 mod stems;
-mod trajectories;
 
 pub use animation::{Animation, AnimationError};
 pub use composite::{Composite, composite};
-pub use decision::{Steered, decision, decision_text, rule};
+pub use decision::{SteeredTrack, decision, decision_text, rule};
 pub use evolution::{fitness_boxes, fitness_run};
-pub use film::{Film, Step};
-pub use kinematics::{Kinematic, kinematics};
+pub use film::{Film, FilmStep};
+pub use kinematics::{KinematicValue, kinematics};
 pub use network::{network, network_dot};
 pub use page::{NumberRow, Page, Table};
 pub use picture::{cropped, scaled};
@@ -39,21 +39,21 @@ pub use speed::speed;
 pub use stems::{LitStem, stems};
 pub use trajectories::{directions, steering, trajectories};
 
-/// What kind of plants results come from: every caption and every page says it.
+/// The kind of plants that results come from. Every caption and every page names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plants {
-    /// Plants that grew.
+    /// Living plants.
     Real,
-    /// Virtual beans in the virtual tent.
+    /// Virtual plants in the virtual tent.
     Virtual,
-    /// The tip-motion model made from real plants.
+    /// Simulation by a tip-motion model of living plants.
     ModelOfReal,
-    /// The tip-motion model made from virtual plants.
+    /// Simulation by a tip-motion model of virtual plants.
     ModelOfVirtual,
 }
 
 impl Plants {
-    /// Whether virtual plants stand anywhere behind the results.
+    /// Whether the results come, directly or through a model, from virtual plants.
     #[must_use]
     pub const fn is_virtual(self) -> bool {
         matches!(self, Self::Virtual | Self::ModelOfVirtual)
@@ -76,15 +76,15 @@ impl Plants {
 pub struct Figure {
     /// The paper's number, such as `4a`.
     pub number: &'static str,
-    /// A few words.
+    /// Title.
     pub title: String,
-    /// What it shows, and whether the plants are real or virtual.
+    /// Caption; its last sentence is [`Plants::sentence`].
     pub caption: String,
-    /// What is drawn.
+    /// Drawing or pictures.
     pub body: Body,
 }
 
-/// What a figure is drawn with.
+/// The drawing or the pictures of a figure.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Body {
     /// One `<svg>` whose colours are the classes of the page's style sheet.
@@ -94,8 +94,7 @@ pub enum Body {
 }
 
 impl Figure {
-    /// The figure as files of its own, names and bytes: `figure-4a.svg` with its style sheet in it, or
-    /// `figure-2-1.jpg` and so on.
+    /// Names and bytes of the figure as files: `figure-4a.svg` with its style sheet, or `figure-2-1.jpg` and so on.
     #[must_use]
     pub fn files(&self) -> Vec<(String, Vec<u8>)> {
         let number = self.number;
@@ -117,8 +116,7 @@ impl Figure {
     }
 }
 
-/// Figures in one SVG file with its style sheet, beside each other as far as they fit and else below; pictures are left
-/// out.
+/// Figures as one SVG file with its style sheet, in rows of at most 960 pixels. Figures of JPEG pictures are left out.
 #[must_use]
 pub fn in_one_svg(figures: &[Figure]) -> String {
     const GAP: f64 = 24.0;
@@ -196,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_stand_side_by_side_in_one_file_as_far_as_they_fit() {
+    fn figures_of_one_file_are_in_rows() {
         let tracks = testing::swings(2, 20);
         let figure = trajectories(&tracks, Plants::Real);
         let Body::Svg(svg) = &figure.body else { panic!() };
@@ -211,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn captions_say_what_the_plants_are() {
+    fn captions_name_the_kind_of_plants() {
         let tracks = testing::swings(2, 20);
         for figure in shift_maps(&tracks, Plants::Virtual).iter().chain(&[speed(&tracks, Plants::Virtual)]) {
             assert!(figure.caption.ends_with("The plants are virtual."));

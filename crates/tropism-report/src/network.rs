@@ -1,4 +1,7 @@
-//! A network as a picture: neurons from the inputs on the left to the outputs on the right, by their depth.
+//! Drawing of a network: neurons in columns by their depth, from the inputs on the left to the outputs on the right.
+//!
+//! # References
+//! Sugiyama, Tagawa and Toda 1981, doi:10.1109/TSMC.1981.4308636: layered drawing; crossings are reduced by barycentres.
 
 use std::fmt::Write;
 
@@ -6,38 +9,41 @@ use tropism_neat::{Activation, Genome, Neuron, NeuronKind};
 
 use super::plot::{Path, Place, Plot, number};
 use super::{Body, Figure};
-use tropism::control::anatomy::Anatomy;
-use tropism::control::network::{INPUTS, OUTPUTS};
+use tropism::control::network_analysis::NetworkAnalysis;
+use tropism::control::{OUTPUTS, TIP_INPUTS};
 
 /// Radius of a neuron, in pixels.
 const RADIUS: f64 = 11.0;
 
-/// Pixels between the middles of two neurons of a column, and of two columns.
+/// Distance between two neurons of a column, in pixels.
 const ROW: f64 = 44.0;
+/// Distance between two columns, in pixels.
 const COLUMN: f64 = 84.0;
 
-/// A picture with more links than this says their weights only when they are pointed at.
+/// Above this number of links, weights are shown in tooltips only.
 const MAX_WEIGHTS_WRITTEN: usize = 12;
 
-/// Sweeps over the columns by which links come to cross less.
+/// Sweeps over the columns that reduce crossings; chosen by hand.
 const SWEEPS: usize = 12;
 
-/// Points that a curve is drawn with.
-const CURVE: usize = 16;
+/// Line segments of a curve.
+const CURVE_SEGMENTS: usize = 16;
 
-/// The network of `genome`: links as broad as their weights are large, recurrent ones as arcs with an arrow; neurons that
-/// do not reach an output are faint.
+/// NoiseStream the network of `genome`.
+///
+/// The width of a link is proportional to its weight. Recurrent links are arcs with an arrow. Neurons that do not reach an
+/// output are faint.
 #[must_use]
 pub fn network(genome: &Genome) -> Figure {
-    let anatomy = Anatomy::of(genome);
+    let anatomy = NetworkAnalysis::of(genome);
     let layout = Layout::of(genome);
-    // Arcs rise above the highest neuron.
+    // Arcs reach above the highest neuron.
     let mut plot = Plot::bare(layout.size, 96.0, 76.0);
     draw_links(&mut plot, genome, &anatomy, &layout);
     for (index, neuron) in genome.neurons().iter().enumerate() {
         let class = if anatomy.is_live[index] { "neuron" } else { "neuron faint" };
         let place = layout.place(&plot, index);
-        plot.named_disc(class, place, RADIUS, &mark(genome, index), &words(neuron));
+        plot.disc_with_tooltip(class, place, RADIUS, &mark(genome, index), &tooltip(neuron));
         let label = label(genome, index);
         let (side, anchor) = match neuron.kind {
             NeuronKind::Output => (RADIUS + 6.0, "start"),
@@ -58,16 +64,16 @@ pub fn network(genome: &Genome) -> Figure {
             count(genome.links().len(), "link")
         ),
         caption: format!(
-            "Signals run from left to right, one link a step; arcs with an arrow run back. Links are as broad as their \
-             weights are large. {}",
+            "Signals pass one link a step, from left to right; arcs with an arrow lead back. The width of a link is \
+             proportional to its weight. {}",
             description(genome, &anatomy)
         ),
         body: Body::Svg(plot.finish()),
     }
 }
 
-/// What kind of network it is, in a sentence.
-fn description(genome: &Genome, anatomy: &Anatomy) -> String {
+/// A sentence on the kind of network.
+fn description(genome: &Genome, anatomy: &NetworkAnalysis) -> String {
     let idle = genome.links().len() - anatomy.links;
     let idle = match idle {
         0 => String::new(),
@@ -75,17 +81,17 @@ fn description(genome: &Genome, anatomy: &Anatomy) -> String {
     };
     let kind = match (anatomy.is_linear, anatomy.has_memory) {
         (true, _) => "The output is a weighted sum of the inputs, compared with a threshold.",
-        (false, false) => "Nothing runs in a circle: the network remembers no longer than it is deep.",
-        (false, true) => "Links run in a circle: the network can remember.",
+        (false, false) => "No cycle: the memory of the network is no longer than its depth.",
+        (false, true) => "The links form a cycle: the network has memory.",
     };
     format!("{kind}{idle}")
 }
 
 fn is_controller(genome: &Genome) -> bool {
-    (genome.inputs(), genome.outputs()) == (INPUTS, OUTPUTS)
+    (genome.inputs(), genome.outputs()) == (TIP_INPUTS, OUTPUTS)
 }
 
-/// What stands in a neuron.
+/// The text inside a neuron.
 fn mark(genome: &Genome, index: usize) -> String {
     let neuron = &genome.neurons()[index];
     match neuron.kind {
@@ -96,7 +102,7 @@ fn mark(genome: &Genome, index: usize) -> String {
     }
 }
 
-/// What stands beside a neuron.
+/// The text beside a neuron.
 fn label(genome: &Genome, index: usize) -> String {
     match genome.neurons()[index].kind {
         NeuronKind::Hidden => String::new(),
@@ -108,30 +114,34 @@ fn label(genome: &Genome, index: usize) -> String {
     }
 }
 
-/// The name of an activation function as genome files spell it.
-fn name(activation: Activation) -> String {
+/// The name of an activation function in genome files.
+fn activation_name(activation: Activation) -> String {
     serde_json::to_string(&activation).unwrap_or_default().trim_matches('"').to_owned()
 }
 
-fn words(neuron: &Neuron) -> String {
+fn tooltip(neuron: &Neuron) -> String {
     match neuron.kind {
         NeuronKind::Input => format!("neuron {}: input", neuron.id),
         NeuronKind::Bias => format!("neuron {}: bias, always 1", neuron.id),
         NeuronKind::Output | NeuronKind::Hidden => format!(
             "neuron {}: {}, slope {}, shift {}",
             neuron.id,
-            name(neuron.activation),
+            activation_name(neuron.activation),
             number(neuron.a),
             number(neuron.b)
         ),
     }
 }
 
-/// Where neurons stand: the column of each, and its height above the foot of the picture.
+/// The position of each neuron.
 struct Layout {
+    /// Column of each neuron.
     columns: Vec<usize>,
+    /// Height of each neuron above the lower edge, in pixels.
     heights: Vec<f64>,
+    /// Distance between two columns, in pixels.
     spacing: f64,
+    /// Width and height of the drawing, in pixels.
     size: (f64, f64),
 }
 
@@ -154,20 +164,20 @@ impl Layout {
         let mut layout =
             Self { heights: vec![0.0; neurons.len()], spacing: COLUMN, size: (0.0, height), columns };
         for (column, members) in members.iter().enumerate() {
-            layout.stand(column, members);
+            layout.spread(column, members);
         }
-        layout.untangle(genome, &mut members);
+        layout.reduce_crossings(genome, &mut members);
         let last = members.len().saturating_sub(1).max(1);
-        // Few columns have room between them; many make the picture no broader than a page is.
+        // From 300 pixels wide for few columns to 840, the width of a page, for many.
         layout.spacing = COLUMN.min(840.0 / last as f64).max(300.0 / last as f64);
         layout.size.0 = layout.spacing * last as f64;
         layout
     }
 
     /// Spreads the neurons of a column over the height, in their order from the top.
-    fn stand(&mut self, column: usize, members: &[usize]) {
+    fn spread(&mut self, column: usize, members: &[usize]) {
         let height = self.size.1;
-        // Inner columns stand at different heights (steps of the golden section): links past them then meet fewer neurons.
+        // Inner columns are shifted by multiples of the golden ratio, so that fewer links pass through neurons.
         let is_inner = column > 0 && self.columns.iter().any(|&other| other > column);
         let shift = if is_inner { 0.15 + 0.7 * (0.618 * column as f64).fract() } else { 0.5 };
         let gap = height / members.len() as f64;
@@ -176,8 +186,8 @@ impl Layout {
         }
     }
 
-    /// Orders the inner columns by the mean heights of the neurons that theirs are linked with.
-    fn untangle(&mut self, genome: &Genome, members: &mut [Vec<usize>]) {
+    /// Orders the inner columns by the mean height of the neurons that each neuron is linked with (barycentre heuristic).
+    fn reduce_crossings(&mut self, genome: &Genome, members: &mut [Vec<usize>]) {
         let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); genome.neurons().len()];
         for link in genome.links() {
             if let (Some(from), Some(to)) = (genome.position(link.from), genome.position(link.to))
@@ -195,7 +205,7 @@ impl Layout {
                     heights.sum::<f64>() / neighbours[*index].len().max(1) as f64
                 };
                 members[column].sort_by(|a, b| mean(b).total_cmp(&mean(a)));
-                self.stand(column, &members[column]);
+                self.spread(column, &members[column]);
             }
         }
     }
@@ -205,7 +215,7 @@ impl Layout {
     }
 }
 
-fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &Anatomy, layout: &Layout) {
+fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &NetworkAnalysis, layout: &Layout) {
     let largest = genome.links().iter().map(|link| link.weight.abs()).fold(1e-9, f64::max);
     let mut weights = Vec::new();
     for link in genome.links() {
@@ -214,10 +224,12 @@ fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &Anatomy, layout: &Layo
         let sign = if link.weight < 0.0 { "inhibits" } else { "excites" };
         let class = if anatomy.is_live[to] { sign.to_owned() } else { format!("{sign} faint") };
         let mut path = Path::default();
-        path.line(&(0..=CURVE).map(|at| curve.at(at as f64 / CURVE as f64)).collect::<Vec<_>>());
+        path.line(
+            &(0..=CURVE_SEGMENTS).map(|at| curve.at(at as f64 / CURVE_SEGMENTS as f64)).collect::<Vec<_>>(),
+        );
         let width = 0.8 + 3.2 * link.weight.abs() / largest;
-        let words = format!("{} to {}: weight {}", link.from, link.to, number(link.weight));
-        plot.named_path(&class, width, &path, &words);
+        let tooltip = format!("{} to {}: weight {}", link.from, link.to, number(link.weight));
+        plot.path_with_tooltip(&class, width, &path, &tooltip);
         if curve.is_back {
             plot.fill(&class, &curve.arrow());
         }
@@ -230,7 +242,7 @@ fn draw_links(plot: &mut Plot, genome: &Genome, anatomy: &Anatomy, layout: &Layo
     }
 }
 
-/// A cubic curve from the edge of one neuron to the edge of another.
+/// A cubic Bézier curve from the edge of one neuron to the edge of another.
 struct Curve {
     points: [Place; 4],
     is_back: bool,
@@ -246,7 +258,7 @@ impl Curve {
             return Self { points, is_back: false };
         }
         if start.0 == end.0 && from != to {
-            // In a column: down on its right side, up on its left.
+            // Within a column: downwards on its right side, upwards on its left side.
             let side = if start.1 < end.1 { 1.0 } else { -1.0 };
             let edge =
                 |place: Place, up: f64| (place.0 + side * 0.7 * RADIUS, place.1 + up * side * 0.7 * RADIUS);
@@ -257,7 +269,7 @@ impl Curve {
                 is_back: true,
             };
         }
-        // Backwards over the top, higher the further it goes; into itself as a loop.
+        // A recurrent link is an arc above the neurons, higher for a longer distance; a self-connection is a loop.
         let columns = (layout.columns[from] - layout.columns[to]) as f64;
         let lift = 34.0 + 12.0 * columns.min(4.0);
         let spread = if from == to { 16.0 } else { 0.0 };
@@ -268,7 +280,7 @@ impl Curve {
         Self { points, is_back: true }
     }
 
-    /// Where the curve is at `share` of its way.
+    /// The point of the curve at parameter `share`, from 0 to 1.
     fn at(&self, share: f64) -> Place {
         let rest = 1.0 - share;
         let factors = [
@@ -282,7 +294,7 @@ impl Curve {
         (sum(|place| place.0), sum(|place| place.1))
     }
 
-    /// A head at its end.
+    /// The arrowhead at its end.
     fn arrow(&self) -> Path {
         let (before, end) = (self.at(0.86), self.points[3]);
         let (dx, dy) = (end.0 - before.0, end.1 - before.1);
@@ -296,10 +308,10 @@ impl Curve {
     }
 }
 
-/// The network of `genome` in the language of Graphviz.
+/// The network of `genome` in the DOT language of Graphviz.
 #[must_use]
 pub fn network_dot(genome: &Genome) -> String {
-    let anatomy = Anatomy::of(genome);
+    let anatomy = NetworkAnalysis::of(genome);
     let mut dot =
         "digraph network {\n  rankdir=LR;\n  node [shape=circle, fontname=\"sans-serif\"];\n".to_owned();
     let mut ranks = [("source", String::new()), ("sink", String::new())];
@@ -310,7 +322,7 @@ pub fn network_dot(genome: &Genome) -> String {
             beside => format!("{} ({beside})", mark(genome, index)),
         };
         let style = if anatomy.is_live[index] { "" } else { ", style=dotted" };
-        let _ = writeln!(dot, "  n{id} [label=\"{label}\", tooltip=\"{}\"{style}];", words(neuron));
+        let _ = writeln!(dot, "  n{id} [label=\"{label}\", tooltip=\"{}\"{style}];", tooltip(neuron));
         match neuron.kind {
             NeuronKind::Hidden => {}
             NeuronKind::Output => ranks[1].1 += &format!(" n{id};"),
@@ -341,9 +353,9 @@ mod tests {
     use crate::testing;
     use tropism_neat::{Config, Neat};
 
-    /// A genome with hidden neurons and recurrent links, from an evolution that rewards size.
+    /// A genome with hidden neurons and recurrent links, from an evolution whose fitness is the number of links.
     fn grown(generations: u32) -> Genome {
-        let config = Config { mutate_add_neuron_prob: 0.4, mutate_add_link_prob: 0.4, ..Config::paper() };
+        let config = Config { mutate_add_neuron_prob: 0.4, mutate_add_link_prob: 0.4, ..Config::wahby2016() };
         let mut neat = Neat::new(config, 2, 1, 3).unwrap();
         for _ in 0..generations {
             let scores: Vec<f64> = neat.ask().iter().map(|genome| genome.links().len() as f64).collect();
@@ -390,15 +402,15 @@ mod tests {
     }
 
     #[test]
-    fn other_shapes_are_drawn_with_numbers() {
-        let genome = tropism_neat::random_genome(&Config::paper(), 5, 3, 1, 0);
+    fn networks_that_are_no_controllers_have_numbers() {
+        let genome = tropism_neat::random_genome(&Config::wahby2016(), 5, 3, 1, 0);
         let figure = network(&genome);
         testing::assert_well_formed(svg(&figure));
         assert!(svg(&figure).contains("out 3") && !svg(&figure).contains("right lamp"));
     }
 
     #[test]
-    fn huge_weights_leave_the_picture_whole() {
+    fn huge_weights_still_make_a_drawing() {
         let json = grown(4).to_json();
         let start = json.find("\"weight\":").unwrap() + 9;
         let end = start + json[start..].find(',').unwrap();

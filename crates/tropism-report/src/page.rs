@@ -1,4 +1,4 @@
-//! The report: one HTML file that needs nothing beside it.
+//! The report page: one HTML file that needs no other file.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -6,61 +6,61 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::{Body, Figure, Plants, colour, plot};
 
-/// A number of the paper with ours beside it.
+/// A number of the paper beside the one found here.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NumberRow {
-    /// What is counted, with its unit.
+    /// The quantity, with its unit.
     pub what: String,
-    /// As the paper prints it; empty where it gives none.
+    /// As printed in the paper; empty if it gives none.
     pub paper: String,
     /// As found here.
     pub ours: String,
-    /// How to read it; may be empty.
+    /// A note for the reader; may be empty.
     pub note: String,
 }
 
 /// A further table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Table {
-    /// A few words.
+    /// Title.
     pub title: String,
-    /// What it shows; may be empty.
+    /// Caption; may be empty.
     pub caption: String,
-    /// Heads of the columns.
+    /// Column headers.
     pub head: Vec<String>,
-    /// Rows, each with one text a column. The first column is left-aligned, all others right-aligned.
+    /// Rows, with one text a column. The first column is aligned left, all others right.
     pub rows: Vec<Vec<String>>,
 }
 
-/// All that a report shows.
+/// The content of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Page {
     /// Title.
     pub title: String,
-    /// What was done and found; an empty line begins a new paragraph.
+    /// Introduction; an empty line begins a new paragraph.
     pub intro: String,
-    /// What the plants are: virtual ones get a banner.
+    /// The kind of plants: a page on virtual plants has a banner.
     pub plants: Plants,
-    /// The paper's numbers beside ours.
+    /// Numbers of the paper beside those found here.
     pub numbers: Vec<NumberRow>,
     /// Further tables.
     pub tables: Vec<Table>,
-    /// Figures in order; those that share a number (`5a`, `5b`) stand together.
+    /// Figures in order; figures of one number (`5a`, `5b`) are grouped.
     pub figures: Vec<Figure>,
-    /// The command that makes this report again; may be empty.
+    /// The command that reproduces this report; may be empty.
     pub command: String,
     /// Version of the software.
     pub version: String,
-    /// Seeds by what they seed.
+    /// Seeds, each with the name of what it seeds.
     pub seeds: Vec<(String, u64)>,
-    /// Stages in order, and the seconds spent in each.
+    /// Stages in order, each with its duration in seconds.
     pub stages: Vec<(String, f64)>,
     /// The resolved configuration, as TOML.
     pub config: String,
 }
 
 impl Page {
-    /// The whole page: style, figures and pictures inside, no script, nothing fetched.
+    /// The page as HTML, with its style sheet, figures and pictures, without scripts or links to other files.
     #[must_use]
     pub fn html(&self) -> String {
         let style = format!("{}{}", colour::style(), include_str!("page.css"));
@@ -120,8 +120,8 @@ impl Page {
                 @if self.plants.is_virtual() {
                     p.banner role="note" {
                         strong { "Virtual plants" }
-                        " The plants in this report are computed stand-ins. None of them grew, and nothing here is a \
-                         measurement of a living plant."
+                        " The plants in this report are simulated. None of them grew, and no number here was measured on a \
+                         living plant."
                     }
                 }
                 @for paragraph in self.intro.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
@@ -204,7 +204,7 @@ fn or_dash(text: &str) -> &str {
     if text.is_empty() { "\u{2013}" } else { text }
 }
 
-/// Whether it is a figure of the paper.
+/// Whether a figure has a number of the paper.
 fn is_numbered(figure: &Figure) -> bool {
     figure.number.starts_with(|letter: char| letter.is_ascii_digit())
 }
@@ -215,7 +215,7 @@ fn family(figure: &Figure) -> &str {
     figure.number.trim_end_matches(is_letter)
 }
 
-/// Whether a figure takes the whole width.
+/// Whether a figure needs the full width of the page.
 fn is_wide(figure: &Figure) -> bool {
     match &figure.body {
         Body::Svg(svg) => plot::size(svg).0 > 600.0,
@@ -282,7 +282,7 @@ fn time_spent(stages: &[(String, f64)]) -> Markup {
     }
 }
 
-/// Seconds as people say them: `0.4 s`, `12 s`, `3 min 05 s`, `2 h 10 min`.
+/// A duration for people: `0.4 s`, `12 s`, `3 min 05 s`, `2 h 10 min`.
 fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_is_whole_and_stands_alone() {
+    fn the_page_has_all_figures_and_needs_no_other_file() {
         let html = page(Plants::Virtual).html();
         testing::assert_well_formed(&html);
         for number in ["2", "3", "4a", "4b", "5a", "5b", "5c", "5d", "6a", "6b", "7a", "7b", "8"] {
@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn durations_read_well() {
+    fn durations_have_fitting_units() {
         let spoken = [0.44, 12.4, 119.6, 185.0, 7800.0].map(duration);
         assert_eq!(spoken, ["0.4 s", "12 s", "2 min 00 s", "3 min 05 s", "2 h 10 min"]);
     }

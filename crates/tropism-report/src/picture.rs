@@ -1,13 +1,13 @@
-//! Pictures that are cut, made smaller and drawn on.
+//! Cropping, scaling and drawing on pictures.
 
 use tiny_skia::{
     Color, FillRule, FilterQuality, LineCap, LineJoin, Paint, PathBuilder, Pixmap, PixmapPaint, Stroke,
     Transform,
 };
 
-use super::lettering;
+use super::stroke_font;
 use tropism::geometry::{Pixel, Region};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Image;
 
 /// Colours that are drawn with, on photographs before dark cloth.
@@ -22,13 +22,13 @@ pub(super) const DRAWN: [[u8; 3]; 4] = [LEFT, RIGHT, WHITE, BLACK];
 /// The colour of a lamp; white for none.
 pub(super) const fn colour(light: Option<Light>) -> [u8; 3] {
     match light {
-        Some(Light::Left) => LEFT,
-        Some(Light::Right) => RIGHT,
-        None => WHITE,
+        Some(Light::LEFT) => LEFT,
+        Some(Light::RIGHT) => RIGHT,
+        _ => WHITE,
     }
 }
 
-/// What a picture shows in `region`; `None` if that does not lie within it.
+/// The part of a picture in `region`; `None` if the region is not inside the picture.
 #[must_use]
 pub fn cropped(image: &Image, region: Region) -> Option<Image> {
     if !region.fits(image.width, image.height) {
@@ -39,8 +39,9 @@ pub fn cropped(image: &Image, region: Region) -> Option<Image> {
     Some(Image { width, height, rgb: (y..y + height).flat_map(row).copied().collect() })
 }
 
-/// The picture at `width` columns: made smaller, each pixel is the mean of those that fall together; made larger, they
-/// run into each other. Width and height are even, as video wants them, unless there is a single column or row.
+/// Scales a picture to `width` columns: down by means of the pixels that fall together, up by bicubic interpolation.
+///
+/// Width and height of the result are even, as video codecs require, unless there is a single column or row.
 #[must_use]
 pub fn scaled(image: &Image, width: usize) -> Image {
     if image.rgb.is_empty() {
@@ -52,13 +53,13 @@ pub fn scaled(image: &Image, width: usize) -> Image {
     if columns > image.width || rows > image.height {
         return enlarged(image, columns, rows).unwrap_or_else(|| image.clone());
     }
-    // From where to where the pixels of the original fall together.
-    let cuts = |count: usize, of: usize| {
+    // The ranges of pixels of the original that become one pixel.
+    let ranges = |count: usize, of: usize| {
         (0..count).map(move |i| i * of / count..((i + 1) * of / count).max(i * of / count + 1))
     };
-    let across: Vec<_> = cuts(columns, image.width).collect();
+    let across: Vec<_> = ranges(columns, image.width).collect();
     let mut rgb = Vec::with_capacity(3 * columns * rows);
-    for down in cuts(rows, image.height) {
+    for down in ranges(rows, image.height) {
         for range in &across {
             let mut sums = [0_u32; 3];
             for y in down.clone() {
@@ -87,15 +88,15 @@ fn enlarged(image: &Image, columns: usize, rows: usize) -> Option<Image> {
     Some(Canvas { pixmap, unit: 1.0 }.image())
 }
 
-/// A picture that is being drawn on.
+/// A picture to draw on.
 pub(super) struct Canvas {
     pixmap: Pixmap,
-    /// A pixel of a picture 480 pixels wide.
+    /// Unit of line widths and sizes, in pixels: 1 in a picture 480 pixels wide, at least 0.5.
     pub(super) unit: f64,
 }
 
 impl Canvas {
-    /// A copy of `image` to draw on; `None` of one without pixels.
+    /// A copy of `image` to draw on; `None` if it has no pixels.
     pub(super) fn over(image: &Image) -> Option<Self> {
         let side = |length: usize| u32::try_from(length).ok();
         let mut pixmap = Pixmap::new(side(image.width)?, side(image.height)?)?;
@@ -106,12 +107,12 @@ impl Canvas {
         Some(Self { pixmap, unit: (image.width as f64 / 480.0).max(0.5) })
     }
 
-    /// Its columns.
+    /// Width in pixels.
     pub(super) fn width(&self) -> f64 {
         self.pixmap.width().into()
     }
 
-    /// What was drawn.
+    /// Ends the drawing and returns the picture.
     pub(super) fn image(self) -> Image {
         let (width, height) = (self.pixmap.width() as usize, self.pixmap.height() as usize);
         let rgb =
@@ -132,7 +133,7 @@ impl Canvas {
         self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
     }
 
-    /// A line through `places`, `width` units wide.
+    /// Strokes a line through `places`, `width` units wide.
     pub(super) fn line(&mut self, places: &[Pixel], colour: [u8; 3], width: f64) {
         let mut path = PathBuilder::new();
         for (index, place) in places.iter().enumerate() {
@@ -142,18 +143,18 @@ impl Canvas {
         self.stroke(path, colour, width);
     }
 
-    /// A ring of `radius` units.
+    /// Strokes a circle of `radius` units.
     pub(super) fn ring(&mut self, at: Pixel, radius: f64, colour: [u8; 3]) {
         let mut path = PathBuilder::new();
         path.push_circle(at.x as f32, at.y as f32, (radius * self.unit) as f32);
         self.stroke(path, colour, 1.4);
     }
 
-    /// A disc in each upper corner, filled where the lamp is lit.
+    /// NoiseStream a circle for each lamp along the upper edge, filled where the lamp is lit.
     pub(super) fn lamps(&mut self, lit: Option<Light>) {
         let (inset, radius) = (16.0 * self.unit, 7.0);
         for light in Light::BOTH {
-            let x = if light == Light::Left { inset } else { self.width() - inset };
+            let x = if light == Light::LEFT { inset } else { self.width() - inset };
             let at = Pixel::new(x, inset);
             if lit == Some(light) {
                 let [red, green, blue] = colour(lit);
@@ -168,19 +169,19 @@ impl Canvas {
         }
     }
 
-    /// Words on the lower edge, at its left or its right end.
-    pub(super) fn words(&mut self, words: &str, is_right: bool) {
+    /// Writes a text on the lower edge, at its left or its right end.
+    pub(super) fn caption(&mut self, text: &str, is_right: bool) {
         let (height, inset) = (9.0, 10.0 * self.unit);
-        let width = f64::from(lettering::width(words, (height * self.unit) as f32));
+        let width = f64::from(stroke_font::width(text, (height * self.unit) as f32));
         let x = if is_right { self.width() - inset - width } else { inset };
         let y = f64::from(self.pixmap.height()) - inset - height * self.unit;
-        self.text(words, (x, y), height);
+        self.text(text, (x, y), height);
     }
 
-    /// Words from `(x, y)`, their upper left corner, in letters `height` units high.
-    pub(super) fn text(&mut self, words: &str, (x, y): (f64, f64), height: f64) {
+    /// Writes a text with its upper left corner at `(x, y)`, in letters `height` units high.
+    pub(super) fn text(&mut self, text: &str, (x, y): (f64, f64), height: f64) {
         for (colour, width) in [(BLACK, 3.6), (WHITE, 1.4)] {
-            let path = lettering::path(words, (x as f32, y as f32), (height * self.unit) as f32);
+            let path = stroke_font::path(text, (x as f32, y as f32), (height * self.unit) as f32);
             self.stroke(path, colour, width);
         }
     }
@@ -195,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_region_is_cut_out_if_it_is_there() {
+    fn a_region_inside_the_picture_is_cropped() {
         let image = Image { width: 3, height: 2, rgb: (0..18).collect() };
         let cut = |x, y, width, height| cropped(&image, Region { x, y, width, height });
         assert_eq!(cut(1, 1, 2, 1).unwrap(), Image { width: 2, height: 1, rgb: (12..18).collect() });

@@ -1,22 +1,24 @@
 //! Plots as SVG text.
 //!
-//! In come numbers, out comes one `<svg>`. Every colour is a CSS class and never a value, so that the same text is
-//! legible on a light page, on a dark one and in print; all marks of one colour share one path. Coordinates are rounded to a tenth of a pixel.
+//! In: numbers. Out: one `<svg>`. Colours are CSS classes, so the same text is legible on a light page, on a dark page and
+//! in print. All marks of one colour share one path. Coordinates are rounded to a tenth of a pixel.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::colour::{LEVELS, Ramp};
+use super::colour::{ColourMap, LEVELS};
 use tropism::geometry::Point;
+use tropism::math::interpolate::lerp;
 
-/// Room for the labels left of the panel and below it, in pixels.
+/// Space for the labels on the left of the panel, in pixels.
 const MARGIN_LEFT: f64 = 50.0;
+/// Space for the labels below the panel, in pixels.
 const MARGIN_BOTTOM: f64 = 44.0;
 
-/// A place in a figure, in pixels from its top left.
+/// A position in a figure, in pixels from its upper left corner.
 pub(super) type Place = (f64, f64);
 
-/// One axis: its label, its ends and how its ticks are written.
+/// One axis: its label, its ends and the text of its ticks.
 pub(super) struct Axis {
     pub(super) label: &'static str,
     pub(super) from: f64,
@@ -25,8 +27,8 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// An axis from `from` to `to` at least, and further if a value lies outside.
-    pub(super) fn over(
+    /// An axis from `from` to `to`, extended to the next tick if a value lies outside.
+    pub(super) fn covering(
         label: &'static str,
         (from, to): (f64, f64),
         values: impl Iterator<Item = f64>,
@@ -35,7 +37,6 @@ impl Axis {
             .filter(|value| value.is_finite())
             .fold((from, to), |(low, high), value| (value.min(low), value.max(high)));
         let step = nice_step(high - low);
-        // An end that holds stays where it is; one that gives way moves to the next tick.
         let from = if low < from { (low / step).floor() * step } else { from };
         let to = if high > to { (high / step).ceil() * step } else { to };
         Self { label, from, to, tick: number }
@@ -53,14 +54,14 @@ impl Axis {
     }
 }
 
-/// A number as people write it: at most two decimals, none that say nothing, and a true minus sign.
+/// A number with at most two decimals, no trailing zeros, and a minus sign (U+2212).
 pub(super) fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.replace('-', "\u{2212}") }
 }
 
-/// A step of 1, 2 or 5 times a power of ten that cuts `span` into at most eight parts.
+/// The least step of 1, 2 or 5 times a power of ten that divides `span` into at most eight parts.
 pub(super) fn nice_step(span: f64) -> f64 {
     if !(span.is_finite() && span > 0.0) {
         return 1.0;
@@ -75,7 +76,7 @@ pub(super) fn nice_step(span: f64) -> f64 {
     [0.2, 0.5, 1.0].into_iter().map(|share| share * power).find(|step| step * 8.0 >= span).unwrap_or(power)
 }
 
-/// Path data in tenths of a pixel, each step relative to the last.
+/// SVG path data in tenths of a pixel, with relative coordinates.
 #[derive(Default)]
 pub(super) struct Path {
     data: String,
@@ -96,7 +97,7 @@ impl Path {
         self.data.extend([space, sign, &whole.to_string(), &decimal]);
     }
 
-    /// Lifts the pen and sets it down at `place`.
+    /// Begins a subpath at `place`.
     pub(super) fn start(&mut self, place: Place) {
         self.at = (tenths(place.0), tenths(place.1));
         self.data.push('M');
@@ -104,7 +105,7 @@ impl Path {
         self.number(self.at.1);
     }
 
-    /// Draws to `place`.
+    /// Adds a straight line to `place`.
     pub(super) fn draw(&mut self, place: Place) {
         let to = (tenths(place.0), tenths(place.1));
         self.data.push('l');
@@ -113,7 +114,7 @@ impl Path {
         self.at = to;
     }
 
-    /// A line through `places`, without the points that no eye would miss.
+    /// Adds a line through `places`, simplified to within 0.2 pixels.
     pub(super) fn line(&mut self, places: &[Place]) {
         for (index, place) in simplified(places, 0.2).into_iter().enumerate() {
             if index == 0 {
@@ -125,7 +126,7 @@ impl Path {
     }
 }
 
-/// The line through `places`, at most `tolerance` away from all of them, with fewer points (Douglas and Peucker 1973).
+/// A line with fewer points, at most `tolerance` away from all `places` (Douglas and Peucker 1973).
 fn simplified(places: &[Place], tolerance: f64) -> Vec<Place> {
     if places.len() < 3 {
         return places.to_vec();
@@ -155,7 +156,7 @@ fn distance_to_segment(place: Place, from: Place, to: Place) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// A panel with axes, on which things are drawn.
+/// A panel to draw on, with or without axes.
 pub(super) struct Plot {
     svg: String,
     x: Axis,
@@ -180,13 +181,13 @@ impl Plot {
         Self { svg: String::new(), x: axis(width), y: axis(height), width, height, right, top }
     }
 
-    /// A panel in which a centimetre is as long upwards as sideways, unless that made it a ribbon.
+    /// A panel with the same scale for both axes, unless its height would leave 0.4 to 1.8 times its width.
     pub(super) fn centimetres(x: Axis, y: Axis, width: f64, right: f64, top: f64) -> Self {
         let height = (width / x.span() * y.span()).clamp(0.4 * width, 1.8 * width);
         Self::new(x, y, (width, height), right, top)
     }
 
-    /// Where (x, y) lies.
+    /// The position of a point, given in units of the axes.
     pub(super) fn place(&self, x: f64, y: f64) -> Place {
         (
             MARGIN_LEFT + (x - self.x.from) / self.x.span() * self.width,
@@ -199,47 +200,47 @@ impl Plot {
         (Point::new(self.x.from, self.y.from), Point::new(self.x.to, self.y.to))
     }
 
-    /// Pixels per unit of x.
+    /// Pixels a unit of x.
     pub(super) fn scale(&self) -> f64 {
         self.width / self.x.span()
     }
 
-    /// Right edge of the panel.
-    pub(super) const fn edge(&self) -> f64 {
+    /// Right edge of the panel, in pixels.
+    pub(super) const fn right_edge(&self) -> f64 {
         MARGIN_LEFT + self.width
     }
 
-    /// Top of the panel.
-    pub(super) const fn head(&self) -> f64 {
+    /// Upper edge of the panel, in pixels.
+    pub(super) const fn top_edge(&self) -> f64 {
         self.top
     }
 
-    /// Bottom of the panel.
-    pub(super) const fn foot(&self) -> f64 {
+    /// Lower edge of the panel, in pixels.
+    pub(super) const fn bottom_edge(&self) -> f64 {
         self.top + self.height
     }
 
     fn axes(&mut self) {
-        let (edge, foot) = (self.edge(), self.foot());
+        let (right, bottom) = (self.right_edge(), self.bottom_edge());
         let mut grid = Path::default();
         let x_ticks: Vec<f64> = self.x.ticks().collect();
         let y_ticks: Vec<f64> = self.y.ticks().collect();
         for &tick in &x_ticks {
             let (at, _) = self.place(tick, 0.0);
-            grid.line(&[(at, self.top), (at, foot)]);
-            self.text("tick", (at, foot + 16.0), "middle", &(self.x.tick)(tick));
+            grid.line(&[(at, self.top), (at, bottom)]);
+            self.text("tick", (at, bottom + 16.0), "middle", &(self.x.tick)(tick));
         }
         for &tick in &y_ticks {
             let (_, at) = self.place(0.0, tick);
-            grid.line(&[(MARGIN_LEFT, at), (edge, at)]);
+            grid.line(&[(MARGIN_LEFT, at), (right, at)]);
             self.text("tick", (MARGIN_LEFT - 7.0, at + 4.0), "end", &(self.y.tick)(tick));
         }
         self.path("grid", &grid);
         let mut axes = Path::default();
-        axes.line(&[(MARGIN_LEFT, self.top), (MARGIN_LEFT, foot), (edge, foot)]);
+        axes.line(&[(MARGIN_LEFT, self.top), (MARGIN_LEFT, bottom), (right, bottom)]);
         self.path("axis", &axes);
         let (middle, height) = (MARGIN_LEFT + self.width / 2.0, self.top + self.height / 2.0);
-        self.text("label", (middle, foot + 37.0), "middle", self.x.label);
+        self.text("label", (middle, bottom + 37.0), "middle", self.x.label);
         let label = self.y.label;
         let _ = write!(
             self.svg,
@@ -255,23 +256,23 @@ impl Plot {
         }
     }
 
-    /// Strokes `path` `width` pixels wide, with words that show when it is pointed at.
-    pub(super) fn named_path(&mut self, class: &str, width: f64, path: &Path, words: &str) {
+    /// Strokes `path` `width` pixels wide, with a tooltip.
+    pub(super) fn path_with_tooltip(&mut self, class: &str, width: f64, path: &Path, tooltip: &str) {
         let (width, data) = (rounded(width), &path.data);
         let _ = write!(
             self.svg,
-            r#"<g class="given" stroke-width="{width}"><path class="stroke {class}" d="{data}"><title>{words}</title></path></g>"#
+            r#"<g class="given" stroke-width="{width}"><path class="stroke {class}" d="{data}"><title>{tooltip}</title></path></g>"#
         );
     }
 
-    /// Fills the outlines in `path`, unless it is empty.
+    /// Fills `path`, unless it is empty.
     pub(super) fn fill(&mut self, class: &str, path: &Path) {
         if !path.data.is_empty() {
             let _ = write!(self.svg, r#"<path class="fill {class}" d="{}"/>"#, path.data);
         }
     }
 
-    /// A line through points of the axes' units.
+    /// Strokes a line through points given in units of the axes.
     pub(super) fn line(&mut self, class: &str, points: impl Iterator<Item = (f64, f64)>) {
         let places: Vec<Place> = points.map(|(x, y)| self.place(x, y)).collect();
         let mut path = Path::default();
@@ -279,59 +280,64 @@ impl Plot {
         self.path(class, &path);
     }
 
-    /// A line across the panel at the height of `y`.
-    pub(super) fn across(&mut self, class: &str, y: f64) {
+    /// Strokes a horizontal line across the panel at `y`.
+    pub(super) fn horizontal_line(&mut self, class: &str, y: f64) {
         let (from, to) = (self.x.from, self.x.to);
         self.line(class, [(from, y), (to, y)].into_iter());
     }
 
-    /// A disc of `radius` pixels.
+    /// NoiseStream a disc of `radius` pixels.
     pub(super) fn disc(&mut self, class: &str, place: Place, radius: f64) {
         let (x, y, radius) = (rounded(place.0), rounded(place.1), rounded(radius));
         let _ = write!(self.svg, r#"<circle class="{class}" cx="{x}" cy="{y}" r="{radius}"/>"#);
     }
 
-    /// A disc of `radius` pixels with a mark in it, and with words that show when it is pointed at.
-    pub(super) fn named_disc(&mut self, class: &str, place: Place, radius: f64, mark: &str, words: &str) {
-        let _ = write!(self.svg, "<g><title>{words}</title>");
+    /// NoiseStream a disc of `radius` pixels with a mark in it and a tooltip.
+    pub(super) fn disc_with_tooltip(
+        &mut self,
+        class: &str,
+        place: Place,
+        radius: f64,
+        mark: &str,
+        tooltip: &str,
+    ) {
+        let _ = write!(self.svg, "<g><title>{tooltip}</title>");
         self.disc(class, place, radius);
         self.text("mark", (place.0, place.1 + 4.0), "middle", mark);
         self.svg.push_str("</g>");
     }
 
-    /// Words at `place`; `anchor` is `start`, `middle` or `end`.
-    pub(super) fn text(&mut self, class: &str, place: Place, anchor: &str, words: &str) {
+    /// Writes a text at `place`; `anchor` is `start`, `middle` or `end`.
+    pub(super) fn text(&mut self, class: &str, place: Place, anchor: &str, text: &str) {
         let (x, y) = (rounded(place.0), rounded(place.1));
-        let _ = write!(
-            self.svg,
-            r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{words}</text>"#
-        );
+        let _ =
+            write!(self.svg, r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{text}</text>"#);
     }
 
-    /// Names of classes above the panel.
+    /// NoiseStream the legend above the panel: pairs of a class and its name.
     pub(super) fn legend(&mut self, entries: &[(&str, &str)]) {
         let mut x = MARGIN_LEFT;
-        for (class, words) in entries {
+        for (class, name) in entries {
             let y = self.top - 13.0;
             let mut dash = Path::default();
             dash.line(&[(x, y), (x + 16.0, y)]);
             self.path(&format!("key {class}"), &dash);
-            self.text("tick", (x + 21.0, y + 4.0), "start", words);
-            x += 21.0 + 6.4 * words.chars().count() as f64 + 14.0;
+            self.text("tick", (x + 21.0, y + 4.0), "start", name);
+            x += 21.0 + 6.4 * name.chars().count() as f64 + 14.0;
         }
     }
 
-    /// Horizontal dashes `size` pixels wide and high, each the level of a ramp at its left middle.
+    /// NoiseStream horizontal dashes of `size` (width, height) in pixels, each given by its level and the middle of its left side.
     pub(super) fn dashes(
         &mut self,
-        ramp: Ramp,
+        map: ColourMap,
         size: (f64, f64),
         marks: impl Iterator<Item = (usize, Place)>,
     ) {
         let mut levels: BTreeMap<usize, Path> = BTreeMap::new();
         for (level, (x, y)) in marks {
             let path = levels.entry(level).or_default();
-            // A dash that goes on where the last one ended makes it longer.
+            // A dash that begins where the last one ended extends it.
             if path.at != (tenths(x), tenths(y)) {
                 path.start((x, y));
             }
@@ -339,28 +345,28 @@ impl Plot {
         }
         let _ = write!(self.svg, r#"<g class="dashes" stroke-width="{}">"#, rounded(size.1));
         for (level, path) in levels {
-            self.path(&ramp.class(level), &path);
+            self.path(&map.class(level), &path);
         }
         self.svg.push_str("</g>");
     }
 
-    /// The colours of a ramp beside the panel, with words at shares of its height.
-    pub(super) fn colour_bar(&mut self, ramp: Ramp, title: &str, ticks: &[(f64, &str)]) {
-        let (x, height) = (self.edge() + 14.0, self.height / LEVELS as f64);
-        let foot = self.foot();
-        let middle = |level: usize| foot - (level as f64 + 0.5) * height;
-        // A little more than a level high, so that no seam shows.
-        self.dashes(ramp, (12.0, height + 0.4), (0..LEVELS).map(|level| (level, (x, middle(level)))));
-        for (share, words) in ticks {
-            let y = middle(0) + share * (middle(LEVELS - 1) - middle(0)) + 4.0;
-            self.text("tick", (x + 17.0, y), "start", words);
+    /// NoiseStream a colour map beside the panel, with ticks at shares of its height.
+    pub(super) fn colour_bar(&mut self, map: ColourMap, title: &str, ticks: &[(f64, &str)]) {
+        let (x, height) = (self.right_edge() + 14.0, self.height / LEVELS as f64);
+        let bottom = self.bottom_edge();
+        let middle = |level: usize| bottom - (level as f64 + 0.5) * height;
+        // A little higher than a level, so that no gap shows between two.
+        self.dashes(map, (12.0, height + 0.4), (0..LEVELS).map(|level| (level, (x, middle(level)))));
+        for (share, text) in ticks {
+            let y = lerp(middle(0), middle(LEVELS - 1), *share) + 4.0;
+            self.text("tick", (x + 17.0, y), "start", text);
         }
         self.text("label", (x - 2.0, self.top - 9.0), "start", title);
     }
 
-    /// The whole figure.
+    /// Ends the figure and returns its SVG.
     pub(super) fn finish(self) -> String {
-        let (width, height) = (self.edge() + self.right, self.foot() + MARGIN_BOTTOM);
+        let (width, height) = (self.right_edge() + self.right, self.bottom_edge() + MARGIN_BOTTOM);
         format!(
             r#"<svg class="figure" viewBox="0 0 {} {}">{}</svg>"#,
             rounded(width),
@@ -404,7 +410,7 @@ mod tests {
         fn an_axis_holds_every_value_and_has_few_ticks(
             ends in (-50.0..0.0, 1.0..50.0), values in prop::collection::vec(-1e6..1e6, 0..8)
         ) {
-            let axis = Axis::over("", ends, values.iter().copied());
+            let axis = Axis::covering("", ends, values.iter().copied());
             for value in values {
                 prop_assert!(axis.from <= value && value <= axis.to);
             }

@@ -1,21 +1,20 @@
-//! Figure 3: how fast the tip swings, over the age of the plant and the time since the light changed.
+//! Figure 3: the speed of the tip over the age of the plant and the time since the lamp was switched on.
 
 use std::collections::BTreeMap;
 
-use super::colour::Ramp;
+use super::colour::ColourMap;
 use super::plot::{Axis, Plot, number};
 use super::{Body, Figure, Plants};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::track::Track;
 
-/// Shifts of this many cm a step and more share the last colour, as in the paper.
+/// Shifts of this many cm a step and more share the last colour (end of the colour bar of Fig. 3).
 const FASTEST: f64 = 0.5;
 
-/// Figure 3: |Δx| of every step as a colour, by time step and by how long the lit lamp had been lit.
+/// Figure 3: |Δx| of every step as a colour, over the time step and the time since the lit lamp was switched on.
 ///
-/// Where several tracks meet at the same step and the same time since the switch, their mean is shown. Steps next to a
-/// held tip have no shift and are left out.
+/// A cell with data of several tracks shows their mean. Steps next to a held tip have no shift and are left out.
 #[must_use]
 pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
     let mut cells: BTreeMap<(u32, i64), (f64, f64)> = BTreeMap::new();
@@ -26,37 +25,41 @@ pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
     }
     let durations = cells.keys().map(|&(_, duration)| duration as f64);
     let longest = durations.fold(80.0, |longest: f64, duration| longest.max(duration.abs()));
-    let mut x = Axis::over(
+    let mut x = Axis::covering(
         "left light \u{2190}  light source duration (steps)  \u{2192} right light",
         (-80.0, 80.0),
         [-longest, longest].into_iter(),
     );
     x.tick = |duration| number(duration.abs());
-    let y = Axis::over("time (steps)", (0.0, 1000.0), cells.keys().map(|&(step, _)| f64::from(step)));
+    let y = Axis::covering("time (steps)", (0.0, 1000.0), cells.keys().map(|&(step, _)| f64::from(step)));
     let mut plot = Plot::new(x, y, (340.0, 380.0), 74.0, 28.0);
     let width = plot.scale();
     let marks: Vec<_> = cells
         .into_iter()
         .map(|((step, duration), (sum, count))| {
             let (x, y) = plot.place(duration as f64, f64::from(step));
-            (Ramp::level(sum / count / FASTEST), (x - width / 2.0, y))
+            (ColourMap::level(sum / count / FASTEST), (x - width / 2.0, y))
         })
         .collect();
-    plot.dashes(Ramp::Sequential, (width, 9.0), marks.into_iter());
-    plot.colour_bar(Ramp::Sequential, "|\u{394}x| (cm)", &[(0.0, "0"), (0.5, "0.25"), (1.0, "\u{2265} 0.5")]);
+    plot.dashes(ColourMap::Sequential, (width, 9.0), marks.into_iter());
+    plot.colour_bar(
+        ColourMap::Sequential,
+        "|\u{394}x| (cm)",
+        &[(0.0, "0"), (0.5, "0.25"), (1.0, "\u{2265} 0.5")],
+    );
     Figure {
         number: "3",
-        title: "How fast the tip swings".to_owned(),
+        title: "Speed of the tip".to_owned(),
         caption: format!(
-            "|\u{394}x| of a step, as a colour, over the time step (upwards) and the time since the lit lamp came on \
-             (sideways: left lamp to the left, right lamp to the right). Where plants coincide, their mean. {}",
+            "|\u{394}x| of a step, as a colour, over the time step (vertical) and the time since the lit lamp was switched on \
+             (horizontal: left lamp to the left, right lamp to the right). Mean where plants coincide. {}",
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
     }
 }
 
-/// Step, steps since the switch (negative for left, from 1) and |Δx| of each measured shift of a track.
+/// Step, steps since the lamp was switched on (from 1; negative for the left lamp) and |Δx| of each measured shift.
 fn swings(track: &Track) -> Vec<(u32, i64, f64)> {
     let mut swings = Vec::new();
     let mut lit: Option<(Light, u32)> = None;
@@ -69,7 +72,7 @@ fn swings(track: &Track) -> Vec<(u32, i64, f64)> {
         let is_measured = before.quality != Quality::Held && after.quality != Quality::Held;
         if let Some((light, since)) = lit.filter(|_| is_measured && after.step - before.step == 1) {
             let duration = i64::from(before.step - since) + 1;
-            let signed = if light == Light::Left { -duration } else { duration };
+            let signed = if light == Light::LEFT { -duration } else { duration };
             swings.push((before.step, signed, (after.tip.x - before.tip.x).abs()));
         }
     }

@@ -1,24 +1,24 @@
-//! Figure 9: the stem as ten points, over a whole experiment.
+//! Figure 9: the stem as ten points, over one experiment.
 
 use super::plot::{Axis, Plot};
 use super::{Body, Figure, Plants};
 use tropism::geometry::Polyline;
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 
-/// A stem, and the lamp that was lit.
+/// A stem in cm from the base up, and the lamp that was lit; `None` is dark.
 pub type LitStem = (Polyline, Option<Light>);
 
-/// Figure 9: each stem as a line through its ten vertices, the end vertex marked, coloured by the lamp that was lit.
+/// Figure 9: each stem as a line through its ten points, coloured by the lamp that was lit, with a disc at its end.
 ///
-/// Points are in cm, in the order of time: later stems lie over earlier ones.
+/// Later stems are drawn over earlier ones.
 #[must_use]
 pub fn stems(stems: &[LitStem], plants: Plants) -> Figure {
     let points = stems.iter().flat_map(|(stem, _)| &stem.0);
-    let x = Axis::over("x (cm)", (-10.0, 10.0), points.clone().map(|point| point.x));
-    let y = Axis::over("y (cm)", (0.0, 15.0), points.map(|point| point.y));
+    let x = Axis::covering("x (cm)", (-10.0, 10.0), points.clone().map(|point| point.x));
+    let y = Axis::covering("y (cm)", (0.0, 15.0), points.map(|point| point.y));
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
     for (stem, light) in stems {
-        plot.line(light::name(*light), stem.0.iter().map(|point| (point.x, point.y)));
+        plot.line(lamps::name(*light), stem.0.iter().map(|point| (point.x, point.y)));
     }
     for (stem, _) in stems {
         if let Some(end) = stem.0.last() {
@@ -30,8 +30,8 @@ pub fn stems(stems: &[LitStem], plants: Plants) -> Figure {
         number: "9",
         title: "The stem as ten points".to_owned(),
         caption: format!(
-            "{} stems of one experiment, from first to last, each a line of ten vertices at equal distances from the base; \
-             discs mark the last, the end of the stem. Not mirrored. {}",
+            "{} stems of one experiment, from first to last, each a line through ten points at equal distances; discs mark \
+             the end of the stem. Not mirrored. {}",
             stems.len(),
             plants.sentence()
         ),
@@ -57,15 +57,15 @@ mod tests {
     #[test]
     fn figure_9_is_golden() {
         let one = |i: i32| {
-            let light = if i / 6 % 2 == 0 { Light::Left } else { Light::Right };
+            let light = if i / 6 % 2 == 0 { Light::LEFT } else { Light::RIGHT };
             let lean = 3.0 * f64::from(i % 6 - 3) / 3.0;
-            (stem(4.0 + 0.5 * f64::from(i), if light == Light::Left { -lean } else { lean }), Some(light))
+            (stem(4.0 + 0.5 * f64::from(i), if light == Light::LEFT { -lean } else { lean }), Some(light))
         };
         testing::golden(&stems(&(0..18).map(one).collect::<Vec<_>>(), Plants::Virtual));
     }
 
     #[test]
-    fn no_stems_and_short_ones_are_still_a_figure() {
+    fn no_stems_and_short_stems_still_make_a_figure() {
         for few in
             [vec![], vec![(Polyline::default(), None)], vec![(Polyline(vec![Point::new(0.0, 99.0)]), None)]]
         {

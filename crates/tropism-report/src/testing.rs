@@ -1,28 +1,29 @@
-//! Data for the tests of this module, and its golden files.
+//! Tracks for the tests of this crate, and the comparison with golden files.
 
 use super::Figure;
 use tropism::geometry::Point;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::track::{Sample, Track};
 
-/// A track from x, y and the light: `l`, `r` or anything else for dark.
+/// A track from rows of x, y and light: `l` for left, `r` for right, any other letter for dark.
 pub(super) fn track(rows: &[(f64, f64, char)]) -> Track {
     let sample = |(step, &(x, y, light)): (usize, &(f64, f64, char))| Sample {
         step: step as u32,
         time_s: step as f64 * 300.0,
         tip: Point::new(x, y),
+        stem: None,
         light: match light {
-            'l' => Some(Light::Left),
-            'r' => Some(Light::Right),
+            'l' => Some(Light::LEFT),
+            'r' => Some(Light::RIGHT),
             _ => None,
         },
         quality: Quality::Measured,
     };
-    Track { samples: rows.iter().enumerate().map(sample).collect(), columns: Vec::new() }
+    Track::of(rows.iter().enumerate().map(sample).collect())
 }
 
-/// Tips that swing after a lamp which changes every 20 steps.
+/// Tips that swing towards a lamp that changes every 20 steps.
 pub(super) fn swings(count: usize, steps: usize) -> Vec<Track> {
     let one = |plant: usize| {
         let mut x = 0.0;
@@ -48,7 +49,7 @@ pub(super) fn golden(figure: &Figure) {
     let (name, bytes) = figure.files().remove(0);
     let text = String::from_utf8(bytes).unwrap();
     assert_well_formed(&text);
-    // The style sheet is the same in all and would bury the figure.
+    // Golden files leave out the style sheet, which is the same in all figures.
     let (head, rest) = text.split_once("<style>").unwrap();
     let (_, rest) = rest.split_once("</style>").unwrap();
     let text = format!("{head}{rest}").replace("><", ">\n<");
@@ -63,7 +64,7 @@ pub(super) fn golden(figure: &Figure) {
     assert_eq!(text.lines().count(), golden.lines().count());
 }
 
-/// Every tag is closed, in order; elements that HTML leaves open excepted.
+/// Asserts that every tag is closed in order, except elements that HTML leaves open.
 pub(super) fn assert_well_formed(markup: &str) {
     let mut open: Vec<&str> = Vec::new();
     for piece in markup.split('<').skip(1) {

@@ -1,23 +1,23 @@
-//! Figures 4a, 4b, 7 and 8: where the tip went.
+//! Figures 4a, 4b, 7 and 8: trajectories of the tip.
 
 use super::plot::{Axis, Path, Place, Plot};
 use super::{Body, Figure, Plants};
 use tropism::geometry::Point;
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 use tropism::track::{Sample, Track};
 
-/// Vectors of Figure 4b are at least so long, in cm: shorter steps are joined.
-const SHORTEST: f64 = 0.5;
+/// Least length of a vector of Figure 4b, in cm: shorter steps are joined. Chosen by hand.
+const LEAST_VECTOR_CM: f64 = 0.5;
 
-/// Axes in cm: at least the paper's ends, further where a point lies outside.
+/// Axes of the tip in cm: from `x` and `y`, extended where a point lies outside.
 pub(super) fn axes<'a>(
     x: (f64, f64),
     y: (f64, f64),
     points: impl Iterator<Item = &'a Point> + Clone,
 ) -> (Axis, Axis) {
     (
-        Axis::over("tip x (cm)", x, points.clone().map(|point| point.x)),
-        Axis::over("tip y (cm)", y, points.map(|point| point.y)),
+        Axis::covering("tip x (cm)", x, points.clone().map(|point| point.x)),
+        Axis::covering("tip y (cm)", y, points.map(|point| point.y)),
     )
 }
 
@@ -25,7 +25,7 @@ pub(super) fn tips(tracks: &[Track]) -> impl Iterator<Item = &Point> + Clone {
     tracks.iter().flat_map(|track| track.samples.iter().map(|sample| &sample.tip))
 }
 
-/// Figure 4a: the path of each tip in a colour of its own, and its last height at the right-hand side.
+/// Figure 4a: the trajectory of each tip in its own colour, and its final height at the right-hand side.
 #[must_use]
 pub fn trajectories(tracks: &[Track], plants: Plants) -> Figure {
     let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
@@ -34,7 +34,7 @@ pub fn trajectories(tracks: &[Track], plants: Plants) -> Figure {
         plot.line(&colour(index), track.samples.iter().map(|sample| (sample.tip.x, sample.tip.y)));
     }
     for (index, height, label) in final_heights(&plot, tracks) {
-        let (class, edge) = (colour(index), plot.edge());
+        let (class, edge) = (colour(index), plot.right_edge());
         let mut tick = Path::default();
         tick.line(&[(edge - 6.0, height), (edge + 4.0, height), (edge + 12.0, label)]);
         plot.path(&class, &tick);
@@ -44,10 +44,10 @@ pub fn trajectories(tracks: &[Track], plants: Plants) -> Figure {
     }
     Figure {
         number: "4a",
-        title: "Paths of the tip".to_owned(),
+        title: "Trajectories of the tip".to_owned(),
         caption: format!(
-            "Each experiment in its own colour; at the right-hand side its number, as in Figure 2, and the height in cm \
-             where it ended. Not mirrored. {}",
+            "Each experiment in its own colour; at the right-hand side its number, as in Figure 2, and its final height in \
+             cm. Not mirrored. {}",
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
@@ -58,10 +58,11 @@ fn colour(index: usize) -> String {
     format!("e{}", index % 6)
 }
 
-/// Index, last height and height of its label in pixels, of each track that has samples; labels stand clear of each
-/// other as far as there is room.
+/// Index, vertical position of the final height and of its label in pixels, of each track that has samples. Labels do not
+/// overlap as far as there is space.
 fn final_heights(plot: &Plot, tracks: &[Track]) -> Vec<(usize, f64, f64)> {
-    let clear = 14.0_f64.min((plot.foot() - plot.head()) / tracks.len() as f64);
+    // 14 pixels are the line height of a label.
+    let spacing = 14.0_f64.min((plot.bottom_edge() - plot.top_edge()) / tracks.len() as f64);
     let last = |(index, track): (usize, &Track)| {
         track.samples.last().map(|sample| (index, plot.place(sample.tip.x, sample.tip.y).1))
     };
@@ -69,18 +70,18 @@ fn final_heights(plot: &Plot, tracks: &[Track]) -> Vec<(usize, f64, f64)> {
     heights.sort_by(|a, b| a.1.total_cmp(&b.1));
     let mut labels: Vec<f64> = Vec::new();
     for (_, height) in &heights {
-        labels.push(labels.last().map_or(*height, |above| height.max(above + clear)));
+        labels.push(labels.last().map_or(*height, |above| height.max(above + spacing)));
     }
-    // Pushed apart downwards only, they would sink: half of the way back up keeps them about their ticks.
-    let sunk = labels.iter().zip(&heights).map(|(label, (_, height))| label - height).fold(0.0, f64::max);
-    let room = labels.first().map_or(0.0, |first| first - plot.head());
-    let lift = (sunk / 2.0).min(room);
+    // Labels are moved apart downwards; half of that way back up centres them about their ticks.
+    let moved = labels.iter().zip(&heights).map(|(label, (_, height))| label - height).fold(0.0, f64::max);
+    let room = labels.first().map_or(0.0, |first| first - plot.top_edge());
+    let lift = (moved / 2.0).min(room);
     heights.into_iter().zip(labels).map(|((index, height), label)| (index, height, label - lift)).collect()
 }
 
-/// Figure 4b: where the tip was heading, coloured by the lamp that was lit.
+/// Figure 4b: the direction of motion of the tip, coloured by the lamp that was lit.
 ///
-/// A vector is a needle, broad where the tip was and sharp where it went. Steps shorter than 0.5 cm are joined while the
+/// A vector is drawn as a needle: broad at its start, sharp at its end. Steps shorter than 0.5 cm are joined while the
 /// same lamp stays lit.
 #[must_use]
 pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
@@ -91,14 +92,14 @@ pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
         for (from, to) in tracks.iter().flat_map(|track| vectors(track, light)) {
             needle(&mut needles, plot.place(from.x, from.y), plot.place(to.x, to.y));
         }
-        plot.fill(light.name(), &needles);
+        plot.fill(light.standard_name(), &needles);
     }
     plot.legend(&[("left", "left light"), ("right", "right light")]);
     Figure {
         number: "4b",
         title: "Directions of the tip".to_owned(),
         caption: format!(
-            "Needles point where the tip went while the left or the right lamp was lit; steps shorter than 0.5 cm are \
+            "Needles point in the direction of motion, coloured by the lamp that was lit; steps shorter than 0.5 cm are \
              joined. Not mirrored. {}",
             plants.sentence()
         ),
@@ -106,13 +107,13 @@ pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
     }
 }
 
-/// From where to where the tip went under `light`: in pieces of [`SHORTEST`], the last before a switch as short as it is.
+/// Start and end of each vector under `light`, at least [`LEAST_VECTOR_CM`] long, except the last before a switch.
 fn vectors(track: &Track, light: Light) -> Vec<(Point, Point)> {
     let mut vectors = Vec::new();
     let mut start: Option<Point> = None;
     for sample in &track.samples {
         let is_lit = sample.light == Some(light);
-        if let Some(from) = start.filter(|from| !is_lit || from.distance(sample.tip) >= SHORTEST) {
+        if let Some(from) = start.filter(|from| !is_lit || from.distance(sample.tip) >= LEAST_VECTOR_CM) {
             vectors.push((from, sample.tip));
             start = None;
         }
@@ -130,9 +131,9 @@ fn needle(path: &mut Path, from: Place, to: Place) {
     path.draw((from.0 - side_x, from.1 - side_y));
 }
 
-/// Figures 7 and 8: the path of one steered tip, coloured by the lamp that was lit, with its targets.
+/// Figures 7 and 8: the trajectory of one steered tip, coloured by the lamp that was lit, with its targets.
 ///
-/// `fitness` is in cm, eq. (9). `number` is the figure's: `7a` to `7d` in simulation, `8` in reality.
+/// `number` is `7a` to `7d` in simulation and `8` in reality. `fitness` is in cm, eq. (9).
 #[must_use]
 pub fn steering(
     number: &'static str,
@@ -152,24 +153,24 @@ pub fn steering(
         number,
         title: format!("{title}, fitness {} cm", super::plot::number(fitness)),
         caption: format!(
-            "The path of the tip in {steps} steps from the circle, coloured by the lamp that the controller lit. Crosses \
-             are the targets in their order, on the heights at which they count. {}",
+            "The trajectory of the tip over {steps} steps, from the circle, coloured by the lamp that the controller lit. \
+             Crosses are the targets in their order, on dotted lines at their heights. {}",
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
     }
 }
 
-/// Draws the path of one steered tip, coloured by the lamp that was lit, and its targets; with `is_outlined` the path
-/// stands off what lies below it.
+/// NoiseStream the trajectory of one steered tip, coloured by the lamp that was lit, and its targets. With `is_outlined` the
+/// trajectory has an outline in the colour of the ground.
 pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Point], is_outlined: bool) {
     for target in targets {
-        plot.across("grid dotted", target.y);
+        plot.horizontal_line("grid dotted", target.y);
     }
     let outline = samples.iter().map(|sample| (sample.tip.x, sample.tip.y));
     plot.line("under", outline.filter(|_| is_outlined));
     for run in runs(samples) {
-        let class = format!("bold {}", light::name(run[0].light));
+        let class = format!("bold {}", lamps::name(run[0].light));
         plot.line(&class, run.iter().map(|sample| (sample.tip.x, sample.tip.y)));
     }
     if let Some(first) = samples.first() {
@@ -185,7 +186,7 @@ pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Poin
     }
 }
 
-/// Stretches under one light, each with the first sample of the next so that the line has no gaps.
+/// Runs of samples under one light. Each ends with the first sample of the next, so that the line has no gaps.
 fn runs(samples: &[Sample]) -> impl Iterator<Item = &[Sample]> {
     let mut start = 0;
     let ends = samples.chunk_by(|a, b| a.light == b.light).map(move |run| {
@@ -225,8 +226,8 @@ mod tests {
         let track = testing::track(&rows);
         let ends =
             |light| vectors(&track, light).into_iter().map(|(from, to)| (from.x, to.x)).collect::<Vec<_>>();
-        assert_eq!(ends(Light::Left), [(0.0, -0.6), (-0.6, -0.7)]);
-        assert_eq!(ends(Light::Right), [(-0.7, 0.5)]);
+        assert_eq!(ends(Light::LEFT), [(0.0, -0.6), (-0.6, -0.7)]);
+        assert_eq!(ends(Light::RIGHT), [(-0.7, 0.5)]);
     }
 
     #[test]
@@ -240,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_of_final_heights_stand_clear() {
+    fn labels_of_final_heights_do_not_overlap() {
         let tracks: Vec<Track> = (0..6).map(|_| testing::track(&[(0.0, 20.0, '-')])).collect();
         let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(&tracks));
         let plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);

@@ -1,4 +1,4 @@
-//! Programs of other people's: run without a shell, with a deadline, and killed with all that they started.
+//! Child processes: run without a shell, with a deadline, and killed together with their own children.
 
 use std::io::Read;
 use std::process::{Child, Command, Stdio};
@@ -9,28 +9,28 @@ use tropism::rig::RigError;
 
 use crate::failed;
 
-/// The most that a program may print: a photograph of any camera in use is smaller.
+/// The largest output, in bytes: chosen larger than a photograph of any supported camera.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// How long a failed program's complaint is waited for.
-const LAST_WORDS: Duration = Duration::from_secs(1);
+/// How long the error output of a failed program is waited for: chosen by hand.
+const STDERR_WAIT: Duration = Duration::from_secs(1);
 
 /// Runs `words` and returns what it prints on stdout.
 ///
 /// # Errors
-/// [`RigError::Device`] if it cannot be started, fails, or is not done after `timeout`; then it is dead, and so is what
-/// it started in its process group.
+/// [`RigError::Device`] if the program cannot be started, fails, or runs longer than `timeout`; then its whole process
+/// group is killed.
 pub(crate) fn run(device: &str, words: &[String], timeout: Duration) -> Result<Vec<u8>, RigError> {
     let error = |problem: String| failed(format!("{device} ({})", words.join(" ")), problem);
     let (program, arguments) =
         words.split_first().ok_or_else(|| error("found no words, wanted a program".into()))?;
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    // A group of its own, so that all of it can be killed, and Ctrl-C reaches only tropism.
+    // A process group of its own: it can be killed as a whole, and Ctrl-C does not reach it.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let mut child = command.spawn().map_err(|cause| error(format!("cannot be started: {cause}")))?;
-    let (out, complaint) = (drain(child.stdout.take()), drain(child.stderr.take()));
+    let (stdout, stderr) = (drain(child.stdout.take()), drain(child.stderr.take()));
     let deadline = Instant::now() + timeout;
     let status = loop {
         match child.try_wait() {
@@ -43,9 +43,8 @@ pub(crate) fn run(device: &str, words: &[String], timeout: Duration) -> Result<V
             Err(cause) => return Err(error(cause.to_string())),
         }
     };
-    // A program of its own that it left behind may hold the pipe open: wait for the end of the output no longer than
-    // for the program.
-    while !out.is_finished() {
+    // A child that it left behind may hold the pipe open: the deadline holds for the end of the output, too.
+    while !stdout.is_finished() {
         if Instant::now() >= deadline {
             kill(&mut child);
             return Err(error(format!("found its output still open after {timeout:?}, wanted it closed")));
@@ -53,17 +52,16 @@ pub(crate) fn run(device: &str, words: &[String], timeout: Duration) -> Result<V
         thread::sleep(Duration::from_millis(5));
     }
     if !status.success() {
-        // What it said last may be under way; a program of its own may hold that pipe open too.
-        let patience = Instant::now() + LAST_WORDS;
-        while !complaint.is_finished() && Instant::now() < patience {
+        // Wait for the end of stderr, but not for ever: a child may hold that pipe open, too.
+        let stderr_deadline = Instant::now() + STDERR_WAIT;
+        while !stderr.is_finished() && Instant::now() < stderr_deadline {
             thread::sleep(Duration::from_millis(5));
         }
-        let complaint =
-            if complaint.is_finished() { complaint.join().unwrap_or_default() } else { Vec::new() };
-        let complaint = String::from_utf8_lossy(&complaint[..complaint.len().min(400)]).trim().to_owned();
-        return Err(error(format!("found {status}, wanted success: {complaint}")));
+        let stderr = if stderr.is_finished() { stderr.join().unwrap_or_default() } else { Vec::new() };
+        let stderr = String::from_utf8_lossy(&stderr[..stderr.len().min(400)]).trim().to_owned();
+        return Err(error(format!("found {status}, wanted success: {stderr}")));
     }
-    let bytes = out.join().unwrap_or_default();
+    let bytes = stdout.join().unwrap_or_default();
     if bytes.len() as u64 > MAX_BYTES {
         return Err(error(format!("found more than {MAX_BYTES} bytes on stdout, wanted a photograph")));
     }
@@ -74,14 +72,14 @@ fn drain(pipe: Option<impl Read + Send + 'static>) -> thread::JoinHandle<Vec<u8>
     thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(pipe) = pipe {
-            // What was read until an error is all there is; the exit status tells the rest.
+            // After a read error, the bytes so far are kept; the exit status shows a failure.
             let _ = pipe.take(MAX_BYTES + 1).read_to_end(&mut bytes);
         }
         bytes
     })
 }
 
-/// Kills the whole process group, for `rpicam-still` and shell scripts have children, and reaps the child.
+/// Kills the process group (`rpicam-still` and shell scripts have children) and reaps the child.
 fn kill(child: &mut Child) {
     #[cfg(unix)]
     let _ = rustix::process::kill_process_group(
@@ -126,7 +124,7 @@ mod tests {
         let id = std::fs::read_to_string(id).unwrap();
         let is_alive = || {
             let state = std::fs::read_to_string(format!("/proc/{}/stat", id.trim()));
-            // A zombie nobody reaps yet is dead all the same.
+            // A zombie is dead, too.
             state.is_ok_and(|state| !state.contains(") Z "))
         };
         while is_alive() {

@@ -1,4 +1,4 @@
-//! The clock of a tent: even time since the start, and the clock on the wall beside it as a label.
+//! The clock of a tent: monotonic time since the start of the experiment, and wall time as a label.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -7,24 +7,24 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use tropism::rig::{Boot, Clock, Moment};
 
-/// How long it sleeps before it asks whether to go on.
-const STRETCH: Duration = Duration::from_millis(400);
+/// Longest sleep before the caller is asked whether to continue: chosen, below half a second.
+const MAX_SLEEP: Duration = Duration::from_millis(400);
 
-/// What shows the time.
+/// A source of time.
 pub trait Time {
-    /// Seconds since the computer was started, those asleep included. Nobody can set it.
+    /// Seconds since the boot of the computer, including suspend. Cannot be set.
     fn boot_s(&self) -> f64;
 
-    /// Names this start of the computer.
+    /// Identifies the current boot of the computer.
     fn boot_id(&self) -> String;
 
-    /// The clock on the wall, in seconds since 1970.
+    /// Wall time, in seconds since 1970.
     fn unix_s(&self) -> f64;
 
-    /// Whether the clock on the wall is known to be right.
+    /// Whether wall time is known to be synchronised.
     fn is_wall_set(&self) -> bool;
 
-    /// Sleeps.
+    /// Sleeps for `time`.
     fn sleep(&self, time: Duration);
 }
 
@@ -39,7 +39,7 @@ impl Time for SystemTimes {
         time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
     }
 
-    /// Since this program first asked: elsewhere nothing outlives it that could be asked.
+    /// Since the first call of this process: a clock since boot is read on Linux only.
     #[cfg(not(target_os = "linux"))]
     fn boot_s(&self) -> f64 {
         static FIRST: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
@@ -55,7 +55,7 @@ impl Time for SystemTimes {
         SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
     }
 
-    /// As systemd says; where there is none, it is not known.
+    /// As systemd reports it; `false` without systemd.
     fn is_wall_set(&self) -> bool {
         Path::new("/run/systemd/timesync/synchronized").exists()
             || Command::new("timedatectl")
@@ -69,7 +69,7 @@ impl Time for SystemTimes {
     }
 }
 
-/// Counts from the start of an experiment. What is done to the clock on the wall does not move it.
+/// Time since the start of an experiment. Changes of wall time do not affect it.
 #[derive(Clone, Debug)]
 pub struct TentClock<T = SystemTimes> {
     time: T,
@@ -77,7 +77,7 @@ pub struct TentClock<T = SystemTimes> {
 }
 
 impl TentClock {
-    /// For an experiment that began so long ago.
+    /// The clock of an experiment that began `since_start` ago.
     #[must_use]
     pub fn new(since_start: Duration) -> Self {
         Self::of(SystemTimes, since_start)
@@ -85,7 +85,7 @@ impl TentClock {
 }
 
 impl<T: Time> TentClock<T> {
-    /// A clock that goes by `time`.
+    /// The clock of an experiment that began `since_start` ago, read from `time`.
     #[must_use]
     pub fn of(time: T, since_start: Duration) -> Self {
         let boot = Boot {
@@ -108,7 +108,7 @@ impl<T: Time> Clock for TentClock<T> {
         meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         while let Some(left) = since_start.checked_sub(self.since_start()).filter(|left| !left.is_zero()) {
-            self.time.sleep(left.min(STRETCH));
+            self.time.sleep(left.min(MAX_SLEEP));
             meanwhile()?;
         }
         ControlFlow::Continue(())

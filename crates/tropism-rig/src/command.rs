@@ -1,62 +1,64 @@
-//! Drivers that run a program: the way to any hardware that a command line reaches.
+//! Drivers that run a program of the user, for any hardware that a command line reaches.
 //!
-//! Programs are given as a list of words and run without a shell. Each has a deadline, after which it is killed.
+//! A program is a list of words and runs without a shell. It is killed at its deadline.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Lamps, RigError};
 
 use crate::child::run;
+use crate::failed;
+use crate::retry;
 use crate::seconds::{Seconds, one, ten, twenty};
 use crate::switch::Switch;
-use crate::tries;
 
-/// A camera behind a program that writes a photograph to stdout, such as
+/// A camera whose program writes a photograph to stdout, such as
 /// `rpicam-still --immediate --nopreview --output -`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CommandCamera {
     /// Program and arguments.
     pub command: Vec<String>,
-    /// Seconds until it is given up.
+    /// Time limit of each program.
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
-    /// Further tries if a photograph fails.
-    #[serde(default = "tries::two")]
+    /// Further attempts after a failure.
+    #[serde(default = "retry::two")]
     pub retries: u32,
 }
 
 impl Camera for CommandCamera {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        tries::again(self.retries, || {
+        retry::retry(self.retries, || {
             let bytes = run("camera", &self.command, self.timeout_s.duration())?;
             Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
         })
     }
 }
 
-/// Lamps behind three programs, one for each state in which the pair may be. Each must darken the other lamp first.
+/// Lamps behind one program for each, and one for darkness. The program of a lamp must darken all others first.
 #[derive(Clone, Debug)]
 pub struct CommandLamps {
-    /// Lights the left lamp and darkens the right one.
-    pub left: Vec<String>,
-    /// Lights the right lamp and darkens the left one.
-    pub right: Vec<String>,
-    /// Darkens both: the safe state.
+    /// For each lamp, in the order of the layout: lights it and darkens all others.
+    pub lamps: Vec<Vec<String>>,
+    /// Darkens all lamps: the safe state.
     pub dark: Vec<String>,
-    /// Until it is given up.
+    /// Time limit of each program.
     pub timeout: Duration,
 }
 
 impl Lamps for CommandLamps {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
-        let words = match light {
-            Some(Light::Left) => &self.left,
-            Some(Light::Right) => &self.right,
-            None => &self.dark,
+        let words = light.map_or(Some(&self.dark), |light| self.lamps.get(light.index()));
+        let Some(words) = words else {
+            let number = light.map_or(0, |light| light.index() + 1);
+            return Err(failed(
+                "lamps",
+                format!("found lamp number {number}, wanted 1 to {}", self.lamps.len()),
+            ));
         };
         run("lamps", words, self.timeout).map(drop)
     }
@@ -70,7 +72,7 @@ pub struct CommandLamp {
     pub on: Vec<String>,
     /// Darkens it.
     pub off: Vec<String>,
-    /// Seconds until it is given up.
+    /// Time limit of each program.
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
 }
@@ -83,13 +85,13 @@ pub struct CommandFlash {
     pub on: Vec<String>,
     /// Switches it off.
     pub off: Vec<String>,
-    /// Seconds between switching it on and the photograph.
+    /// Seconds from switching on to the photograph.
     #[serde(default = "one")]
     pub settle_s: Seconds,
-    /// Seconds after which it is put off whatever happens.
+    /// Longest time for which the flash is on.
     #[serde(default = "ten")]
     pub max_on_s: Seconds,
-    /// Seconds until it is given up.
+    /// Time limit of each program.
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
 }
@@ -97,13 +99,13 @@ pub struct CommandFlash {
 /// A device behind two programs.
 #[derive(Clone, Debug)]
 pub struct CommandSwitch {
-    /// What it is, for errors.
+    /// Name in errors.
     pub device: String,
     /// Switches it on.
     pub on: Vec<String>,
     /// Switches it off.
     pub off: Vec<String>,
-    /// Until it is given up.
+    /// Time limit of each program.
     pub timeout: Duration,
 }
 
@@ -150,14 +152,14 @@ mod tests {
         let log = folder.path().join("log");
         let say = |word: &str| words(&["sh", "-c", &format!("echo {word} >> {}", log.display())]);
         let mut lamps = CommandLamps {
-            left: say("left"),
-            right: say("right"),
+            lamps: vec![say("left"), say("right"), say("front")],
             dark: say("dark"),
             timeout: Duration::from_secs(5),
         };
-        for light in [Some(Light::Right), None, Some(Light::Left)] {
+        for light in [Some(Light::RIGHT), None, Some(Light::FRONT), Some(Light::LEFT)] {
             lamps.light(light).unwrap();
         }
-        assert_eq!(std::fs::read_to_string(log).unwrap(), "right\ndark\nleft\n");
+        assert!(lamps.light(Some(Light::BACK)).unwrap_err().to_string().contains("wanted 1 to 3"));
+        assert_eq!(std::fs::read_to_string(log).unwrap(), "right\ndark\nfront\nleft\n");
     }
 }

@@ -1,4 +1,4 @@
-//! Which drivers there are: a table of a rig file names one with `driver`.
+//! The list of drivers: a table of a rig file names one of them with `driver`.
 
 use std::fmt;
 
@@ -21,10 +21,10 @@ use crate::v4l2::V4l2Camera;
 use crate::wled::WledLamp;
 use crate::ws2812::Ws2812Lamp;
 
-/// An enum of settings that is written as the table of one of them, with the key `driver`.
+/// Declares an enum of settings, each of which is a table with the key `driver`.
 ///
-/// What serde derives for this reads the table into a copy first, and then nothing is left to say in which line an error
-/// is. Here, a `driver` that comes first chooses the type before the rest is read.
+/// What serde derives for a tagged enum buffers the table first, and an error then has no line. Here, a `driver` that
+/// comes first selects the type before the rest is read.
 macro_rules! drivers {
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $word:literal => $variant:ident($settings:ty),)+ }) => {
         $(#[$about])*
@@ -60,7 +60,7 @@ macro_rules! drivers {
                         }
                         let word = match table.remove("driver") {
                             Some(word) => word.try_into().map_err(M::Error::custom)?,
-                            // As it was when there was no other.
+                            // The first driver that existed: old files do not name it.
                             None => String::from("command"),
                         };
                         match word.as_str() {
@@ -83,7 +83,7 @@ fn unknown<E: Error>(word: &str, words: &[&str]) -> E {
 }
 
 drivers! {
-    /// What takes the photographs.
+    /// Driver of the camera.
     CameraDriver {
         /// A program that writes a photograph to stdout.
         "command" => Command(CommandCamera),
@@ -93,7 +93,7 @@ drivers! {
         "rpicam" => Rpicam(RpicamCamera),
         /// A USB camera.
         "v4l2" => V4l2(V4l2Camera),
-        /// A folder in which something else puts photographs.
+        /// A folder that another program fills with photographs.
         "folder" => Folder(FolderCamera),
         /// The photographs of a recorded run.
         "replay" => Replay(ReplayCamera),
@@ -101,7 +101,7 @@ drivers! {
 }
 
 impl CameraDriver {
-    /// What is wrong with its settings.
+    /// Checks the settings.
     ///
     /// # Errors
     /// What was found, and what was wanted.
@@ -114,7 +114,7 @@ impl CameraDriver {
         }
     }
 
-    /// The camera.
+    /// Opens the camera.
     ///
     /// # Errors
     /// [`RigError::Device`] if it cannot be found.
@@ -131,7 +131,7 @@ impl CameraDriver {
 }
 
 drivers! {
-    /// What lights one lamp.
+    /// Driver of one lamp.
     LampDriver {
         /// Two programs.
         "command" => Command(CommandLamp),
@@ -149,7 +149,7 @@ drivers! {
 }
 
 impl LampDriver {
-    /// What is wrong with its settings, if there are `period_min` minutes between commands.
+    /// Checks the settings, for `period_min` minutes between commands.
     ///
     /// # Errors
     /// What was found, and what was wanted.
@@ -164,7 +164,7 @@ impl LampDriver {
         }
     }
 
-    /// Whether both would drive the same pixels, line or plug.
+    /// Whether both drive the same pixels, line or plug.
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Wled(a), Self::Wled(b)) => {
@@ -178,7 +178,7 @@ impl LampDriver {
         }
     }
 
-    /// The lamp. `device` is its name in errors, `broker` the rig's, if it has one.
+    /// Opens the lamp. `device` is its name in errors, `broker` the rig's, if it has one.
     ///
     /// # Errors
     /// [`RigError::Device`] if it cannot be found.
@@ -200,7 +200,7 @@ impl LampDriver {
 }
 
 drivers! {
-    /// What makes the plant bright in a photograph.
+    /// Driver of the flash.
     FlashDriver {
         /// Two programs.
         "command" => Command(CommandFlash),
@@ -212,7 +212,7 @@ drivers! {
 }
 
 impl FlashDriver {
-    /// What is wrong with its settings.
+    /// Checks the settings.
     ///
     /// # Errors
     /// What was found, and what was wanted.
@@ -224,10 +224,10 @@ impl FlashDriver {
         }
     }
 
-    /// The flash, put off. `broker` is the rig's, if it has one.
+    /// Opens the flash and switches it off. `broker` is the rig's, if it has one.
     ///
     /// # Errors
-    /// [`RigError::Device`] if it cannot be found or put off.
+    /// [`RigError::Device`] if it cannot be found or switched off.
     pub fn open(&self, broker: Option<&Broker>) -> Result<Box<dyn Flash>, RigError> {
         let (switch, settle_s, max_on_s): (Box<dyn Switch>, _, _) = match self {
             Self::Command(CommandFlash { on, off, settle_s, max_on_s, timeout_s }) => {
@@ -249,7 +249,7 @@ impl FlashDriver {
 }
 
 drivers! {
-    /// By which people are told what happens to a run.
+    /// Driver of an alert channel.
     AlertDriver {
         /// A program.
         "command" => Command(CommandAlert),
@@ -259,7 +259,7 @@ drivers! {
         "webhook" => Webhook(Post),
         /// The rig's broker.
         "mqtt" => Mqtt(MqttAlert),
-        /// A GET after each step: silence alarms.
+        /// A GET after each step: the receiver alarms when it stays out.
         "heartbeat" => Heartbeat(Heartbeat),
     }
 }
@@ -275,7 +275,7 @@ impl AlertDriver {
         }
     }
 
-    /// What is wrong with its settings.
+    /// Checks the settings.
     ///
     /// # Errors
     /// What was found, and what was wanted.

@@ -1,5 +1,5 @@
-//! Photographs that something else puts in a folder: a camera on a cable (`gphoto2 --capture-tethered`), a laboratory's
-//! own software.
+//! Photographs that another program puts in a folder: a tethered camera (`gphoto2 --capture-tethered`), or laboratory
+//! software.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,13 +20,13 @@ use crate::{failed, picture};
 pub struct FolderCamera {
     /// The folder. Only files in it that end in `.jpg`, `.jpeg` or `.png` count.
     pub folder: PathBuf,
-    /// A program that presses the button, and may wait for the photograph; none if the camera does so by itself.
+    /// A program that triggers the camera, and may wait for the photograph; none if the camera triggers itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trigger: Option<Vec<String>>,
-    /// Seconds for which a file must not have changed to be whole.
+    /// Seconds without a change after which a file is taken to be complete.
     #[serde(default = "one")]
     pub settle_s: Seconds,
-    /// Seconds until it is given up, trigger included.
+    /// Time limit of one photograph, trigger included.
     #[serde(default = "sixty")]
     pub timeout_s: Seconds,
 }
@@ -35,10 +35,10 @@ const fn sixty() -> Seconds {
     Seconds::new(60.0)
 }
 
-/// How often the folder is read: it may be on a network, where nobody tells of changes.
-const EVERY: Duration = Duration::from_millis(50);
+/// Polling interval, chosen by hand. Change notifications do not work on network file systems.
+const POLL: Duration = Duration::from_millis(50);
 
-/// A file, its length, and when it was changed: another state is another photograph.
+/// Path, length and modification time of files: another state is another photograph.
 type Known = Vec<(PathBuf, u64, SystemTime)>;
 
 impl FolderCamera {
@@ -51,7 +51,7 @@ impl FolderCamera {
             fs::read_dir(&self.folder).map_err(|error| self.error(format!("cannot be read: {error}")))?;
         let mut files = Known::new();
         for path in entries.flatten().map(|entry| entry.path()).filter(|path| is_picture(path)) {
-            // A file may be renamed between the two looks.
+            // A file may be renamed between listing and reading.
             if let Ok(about) = fs::metadata(&path) {
                 files.push((path, about.len(), about.modified().unwrap_or(SystemTime::UNIX_EPOCH)));
             }
@@ -66,7 +66,7 @@ fn is_picture(path: &Path) -> bool {
 }
 
 impl Camera for FolderCamera {
-    /// The newest file that was not there before, once it is whole and no longer changes.
+    /// The newest file that was not there before, once it is complete and no longer changes.
     fn photograph(&mut self) -> Result<Photo, RigError> {
         let deadline = Instant::now() + self.timeout_s.duration();
         let known = self.files()?;
@@ -85,7 +85,7 @@ impl Camera for FolderCamera {
                             .map_err(|error| self.error(format!("{}: {error}", file.0.display())))?;
                         match picture::check(&bytes) {
                             Ok(()) => return Ok(Photo { name: String::new(), bytes, time_s: 0.0 }),
-                            // It may only pause: go on as long as there is time.
+                            // The writer may only have paused: continue until the deadline.
                             Err(cause) => problem = format!("{}: {cause}", file.0.display()),
                         }
                     }
@@ -93,7 +93,7 @@ impl Camera for FolderCamera {
                 (Some(file), _) => candidate = Some((file, Instant::now())),
                 (None, _) => candidate = None,
             }
-            thread::sleep(EVERY.min(self.settle_s.duration().max(Duration::from_millis(1))));
+            thread::sleep(POLL.min(self.settle_s.duration().max(Duration::from_millis(1))));
         }
         Err(self.error(format!("{problem} after {:?}, wanted a whole one", self.timeout_s.duration())))
     }

@@ -1,8 +1,8 @@
-//! A line of a GPIO chip with a relay on it.
+//! A relay on a GPIO line.
 //!
-//! The chip is found by its label or the line by its name: numbers of chips change with the kernel. The line is held
-//! for as long as the rig is open, so that nobody else can drive it, and is off when it is let go; but what a line does
-//! after its program was killed is up to the system, see docs/rig.md.
+//! The chip is found by its label, or the line by its name: chip numbers change with the kernel. The line is requested for
+//! as long as the rig is open, so that no other program drives it, and is switched off before it is released. After a kill
+//! its state depends on the system, see docs/rig.md.
 
 use serde::{Deserialize, Serialize};
 use tropism::rig::RigError;
@@ -11,14 +11,14 @@ use crate::failed;
 use crate::seconds::{Seconds, one, ten};
 use crate::switch::Switch;
 
-/// A line.
+/// A GPIO line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Line {
     /// The label of its chip: `pinctrl-rp1` (Pi 5), `pinctrl-bcm2711` (Pi 4), `pinctrl-bcm2835` (before).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chip: Option<String>,
-    /// Its name, such as `GPIO17`, or with a chip its number there.
+    /// Its name, such as `GPIO17`, or its number on `chip`.
     pub name: String,
     /// Whether the device is on when the line is low, as most relay boards with optocouplers are.
     #[serde(default)]
@@ -39,10 +39,10 @@ pub struct GpioLamp {
 pub struct GpioFlash {
     /// The relay's line.
     pub line: Line,
-    /// Seconds between on and the photograph.
+    /// Seconds from switching on to the photograph.
     #[serde(default = "one")]
     pub settle_s: Seconds,
-    /// Seconds after which it is put off whatever happens.
+    /// Longest time for which the flash is on.
     #[serde(default = "ten")]
     pub max_on_s: Seconds,
 }
@@ -71,10 +71,10 @@ impl Line {
         }
     }
 
-    /// The line, driven to off.
+    /// Requests the line, switched off.
     ///
     /// # Errors
-    /// [`RigError::Device`] if there is none such, or somebody has it.
+    /// [`RigError::Device`] if the line does not exist, or another program holds it.
     #[cfg(target_os = "linux")]
     pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
         use gpiocdev::line::Value;
@@ -97,28 +97,28 @@ impl Line {
             let Some(offset) = self.offset(lines.iter().map(|line| line.name.as_str())) else { continue };
             let mut request = gpiocdev::Request::builder();
             request.on_chip(&path).with_consumer("tropism").with_line(offset);
-            // Inactive from the first moment on.
+            // Inactive from the request on.
             request.as_output(Value::Inactive);
             if self.active_low {
                 request.as_active_low();
             }
             let request = request.request().map_err(|cause| {
                 let holder = lines.get(offset as usize).map_or("", |line| line.consumer.as_str());
-                error(format!("cannot be had: {cause}; {holder:?} holds it"))
+                error(format!("cannot request it: {cause}; {holder:?} holds it"))
             })?;
             return Ok(Box::new(OpenLine { device, request }));
         }
         Err(error(format!("found no such line; chips are {}", labels.join(", "))))
     }
 
-    /// There are such lines on Linux only.
+    /// GPIO lines exist on Linux only.
     #[cfg(not(target_os = "linux"))]
     pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
         Err(failed(device, "found no GPIO, wanted Linux"))
     }
 }
 
-/// The line while it is held.
+/// A requested line.
 #[cfg(target_os = "linux")]
 struct OpenLine {
     device: String,
@@ -145,7 +145,7 @@ impl Switch for OpenLine {
 #[cfg(target_os = "linux")]
 impl Drop for OpenLine {
     fn drop(&mut self) {
-        // A system may leave the line as it is when it is let go. Nobody is left to be told of a failure.
+        // The system may keep the level of a released line. A failure cannot be reported here.
         let _ = self.switch(false);
     }
 }

@@ -1,7 +1,7 @@
-//! HTTP: one request with one deadline, and the camera that answers it with a photograph.
+//! HTTP requests with one deadline, and cameras that answer with a photograph.
 //!
 //! For ESP32-CAM (`/capture`), ESPHome, IP cameras, mjpg-streamer (`?action=snapshot`) and Home Assistant. Such cameras
-//! answer with frames that they have kept from earlier, so some are discarded, and one that was seen before is refused.
+//! may answer with buffered frames, so some frames are discarded, and a repeated frame is refused.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,9 +12,9 @@ use tropism::photo::Photo;
 use tropism::rig::{Camera, RigError};
 
 use crate::seconds::{Seconds, ten};
-use crate::{failed, picture, tries};
+use crate::{failed, picture, retry};
 
-/// Where to ask, and what may be answered.
+/// One request: address, deadline and the largest answer.
 pub(crate) struct Request<'a> {
     pub(crate) device: &'a str,
     pub(crate) url: &'a str,
@@ -28,11 +28,11 @@ impl Request<'_> {
         failed(format!("{} ({})", self.device, self.url), problem)
     }
 
-    /// The body of the answer to a GET, or with `json` to a POST.
+    /// Sends a GET, or with `json` a POST, and returns the body of the answer.
     ///
     /// # Errors
-    /// [`RigError::Device`] if no whole answer of at most `max_bytes` has come by the deadline, or its status is not one
-    /// of success.
+    /// [`RigError::Device`] if no complete answer of at most `max_bytes` arrives by the deadline, or its status is not a
+    /// success.
     pub(crate) fn send(&self, json: Option<&str>) -> Result<Vec<u8>, RigError> {
         let left = self.deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
@@ -40,7 +40,7 @@ impl Request<'_> {
         }
         let agent = ureq::Agent::config_builder()
             .timeout_global(Some(left))
-            // A device in a tent is not behind the proxy of the house.
+            // A device of the tent is on the local network, not behind a proxy.
             .proxy(None)
             .max_redirects(3)
             .build()
@@ -68,8 +68,14 @@ impl Request<'_> {
     }
 }
 
-/// What is wrong with `url`.
+/// Checks that `url` is an address that can be asked.
+///
+/// # Errors
+/// What was found, and what was wanted; without the feature `tls`, `https://` is refused.
 pub(crate) fn check_url(url: &str) -> Result<(), String> {
+    if !cfg!(feature = "tls") && url.starts_with("https://") {
+        return Err(format!("found url = {url:?}, wanted http://: https addresses need the feature `tls`"));
+    }
     let host = url.strip_prefix("http://").or_else(|| url.strip_prefix("https://"));
     match host {
         Some(host) if !host.is_empty() && !host.starts_with('/') => Ok(()),
@@ -81,22 +87,22 @@ pub(crate) fn check_url(url: &str) -> Result<(), String> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HttpCamera {
-    /// Where it answers.
+    /// Address of the snapshot.
     pub url: String,
-    /// A file with the value of the header `Authorization`, such as `Bearer …`: a secret stays out of run folders.
+    /// A file whose first line is the header `Authorization`, such as `Bearer …`, so that it stays out of run folders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub authorization_file: Option<PathBuf>,
-    /// Frames that are thrown away before each photograph. An ESP32-CAM keeps two.
-    #[serde(default = "tries::two")]
+    /// Frames that are discarded before each photograph. An ESP32-CAM buffers two.
+    #[serde(default = "retry::two")]
     pub discard_frames: u32,
-    /// Seconds until it is given up, all frames together.
+    /// Time limit of one attempt, discarded frames included.
     #[serde(default = "ten")]
     pub timeout_s: Seconds,
-    /// The largest photograph.
+    /// The largest photograph, in bytes.
     #[serde(default = "twenty_million")]
     pub max_bytes: u64,
-    /// Further tries if a photograph fails.
-    #[serde(default = "tries::two")]
+    /// Further attempts after a failure.
+    #[serde(default = "retry::two")]
     pub retries: u32,
 }
 
@@ -125,11 +131,11 @@ pub(crate) fn read_secret(path: &Path) -> Result<String, RigError> {
     Ok(text.lines().next().unwrap_or_default().trim().to_owned())
 }
 
-/// The camera at work.
+/// An open camera.
 pub(crate) struct OpenHttpCamera {
     settings: HttpCamera,
     authorization: Option<String>,
-    /// The latest photograph, which the next one must not be.
+    /// The latest photograph, which the next one must not repeat.
     last: Vec<u8>,
 }
 
@@ -149,7 +155,7 @@ impl OpenHttpCamera {
         }
         let bytes = request.send(None)?;
         picture::check(&bytes).map_err(|problem| request.error(problem))?;
-        // The noise of a sensor never repeats.
+        // Sensor noise makes two fresh frames differ.
         if bytes == self.last || bytes == discarded {
             return Err(request.error("found a frame that it gave before, wanted a fresh one".to_owned()));
         }
@@ -160,8 +166,8 @@ impl OpenHttpCamera {
 
 impl Camera for OpenHttpCamera {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        tries::again(self.settings.retries, || {
-            // A camera that was just asked may be busy with its own frame.
+        retry::retry(self.settings.retries, || {
+            // The camera may still be busy with the failed frame.
             self.attempt().inspect_err(|_| std::thread::sleep(Duration::from_millis(100)))
         })
     }
@@ -185,7 +191,7 @@ pub(crate) mod tests {
         pub(crate) body: String,
     }
 
-    /// A device that answers each request by `answer`, which gets its number and may do to the socket what it likes.
+    /// A device that answers each request by `answer`, which gets the number of the request and the socket.
     /// Lives as long as the test process.
     pub(crate) fn device(answer: impl Fn(usize, &Asked, &mut TcpStream) + Send + Sync + 'static) -> String {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
@@ -226,10 +232,10 @@ pub(crate) mod tests {
         Some(asked)
     }
 
-    /// Answers with `body` and closes.
+    /// Answers with `body` and closes the connection.
     pub(crate) fn reply(socket: &mut TcpStream, body: &[u8]) {
         let head = format!("HTTP/1.1 200 OK\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
-        // Whoever asked may have gone.
+        // The client may have closed the connection.
         let _ = socket.write_all(&[head.as_bytes(), body].concat());
     }
 
@@ -324,6 +330,12 @@ pub(crate) mod tests {
         for url in ["", "192.168.1.7/capture", "ftp://camera", "http://", "http:///capture"] {
             assert!(check_url(url).is_err(), "{url}");
         }
-        assert_eq!(check_url("https://camera.local/x"), Ok(()));
+        assert_eq!(check_url("http://camera.local/x"), Ok(()));
+        let https = check_url("https://camera.local/x");
+        if cfg!(feature = "tls") {
+            assert_eq!(https, Ok(()));
+        } else {
+            assert!(https.unwrap_err().contains("need the feature `tls`"));
+        }
     }
 }

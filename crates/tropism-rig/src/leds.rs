@@ -12,11 +12,11 @@ use crate::pixels::{Pixel, PixelLamp, Wire};
 use crate::strip::Strip;
 use crate::switch::Switch;
 
-/// A lamp on a strip device.
+/// A lamp on a LED device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LedsLamp {
-    /// The device.
+    /// The device file.
     #[serde(default = "leds0")]
     pub device: PathBuf,
     /// The lamp's pixels.
@@ -27,16 +27,16 @@ fn leds0() -> PathBuf {
     PathBuf::from("/dev/leds0")
 }
 
-/// The exponent by which the kernel's driver bends values: 128 of 255 comes out as 21 % of full light.
+/// Gamma of the kernel's driver, as an exponent that fits its output at 128 of 255 (21 % of full light).
 ///
-/// Its table is not followed exactly; 255 is full light by any.
+/// Its table is not followed exactly; 255 is full light in both.
 const GAMMA: f64 = 2.26;
 
 impl LedsLamp {
     pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
         let path = self.device.clone();
         let wire = || {
-            // Found now rather than at the first light.
+            // Fail at opening, not at the first command.
             OpenOptions::new()
                 .write(true)
                 .open(&path)
@@ -47,8 +47,8 @@ impl LedsLamp {
     }
 }
 
-/// Four bytes a pixel: red, green, blue, white. The driver puts them into the order of the strip and bends them, which is
-/// undone here so that values are linear.
+/// Four bytes for each pixel: red, green, blue, white. The driver reorders them and applies gamma, which is inverted here so
+/// that values are linear.
 fn encode(frame: &[Pixel]) -> Vec<u8> {
     let bend = |linear: f64| (255.0 * math::pow(linear / 255.0, 1.0 / GAMMA)).round() as u8;
     frame.iter().flat_map(|&[red, green, blue]| [bend(red), bend(green), bend(blue), 0]).collect()
@@ -59,7 +59,7 @@ struct Leds {
 }
 
 impl Wire for Leds {
-    /// One write from the start of the device: a second one would be another frame.
+    /// One write at offset 0: a second write would be another frame.
     fn send(&mut self, frame: &[Pixel]) -> Result<(), String> {
         let bytes = encode(frame);
         let mut file =

@@ -1,46 +1,105 @@
 //! Rig files and the drivers of a real tent.
 //!
-//! A rig file (TOML) says what stands in a tent: the virtual one, or cameras, lamps and a flash with their drivers. This
-//! crate reads it ([`mod@file`]), finds the driver of each table ([`driver`]), and opens it as a
-//! [`Rig`](tropism::rig::Rig). Two lamps of any drivers stand behind one interlock, and any flash behind a bound on its
-//! time ([`switch`]). Cameras are [`rpicam`], [`v4l2`], [`http`], [`mod@folder`] and [`replay`]; lamps [`leds`], [`ws2812`],
-//! [`wled`], [`mqtt`] and [`gpio`], of which the last two drive the flash as well; [`command`] runs programs of yours,
-//! which reaches any hardware that a shell reaches. [`clock`] keeps the five minutes.
+//! A rig file (TOML) describes a tent: the virtual one, or a camera, 2 to 8 lamps and a flash with their drivers.
+//! [`RigFile`](file::RigFile) reads and checks it, and opens it as a [`Rig`](tropism::rig::Rig).
 //!
-//! None of this was checked on a physical camera, lamp or relay.
+//! # Drivers
+//!
+//! A driver is a struct of settings, the table of a rig file that names it with `driver`. Opening it gives a device:
+//!
+//! | table | device | drivers |
+//! |---|---|---|
+//! | `[camera]` | [`Camera`](tropism::rig::Camera) | [`rpicam`], [`v4l2`], [`http`], [`mod@folder`], [`replay`], [`command`] |
+//! | `[lamps.NAME]` | [`Switch`](switch::Switch) | [`wled`], [`leds`], [`ws2812`], [`mqtt`], [`gpio`], [`command`] |
+//! | `[flash]` | [`Switch`](switch::Switch) | [`mqtt`], [`gpio`], [`command`] |
+//! | `[[alert]]` | channel of [`alert`] | ntfy, webhook, MQTT, command, heartbeat |
+//!
+//! All lamps stand behind one [`Interlock`](switch::Interlock), which lights at most one of them, and the flash behind a
+//! [`BoundedFlash`](switch::BoundedFlash), which limits its time. [`command`] runs programs of the user, which reach any
+//! hardware that a command line reaches. [`clock`] keeps the period of the steps, [`host`] watches the computer, [`probe`]
+//! checks a broker, and [`shutdown`] switches off what a killed program left lit.
+//!
+//! # A camera of one's own
+//!
+//! Without changing this crate: a program that writes a photograph to stdout, with `driver = "command"`. In Rust:
+//! implement [`Camera`](tropism::rig::Camera), and build the [`Rig`](tropism::rig::Rig) from it.
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use tropism::photo::Photo;
+//! use tropism::rig::{Camera, Rig, RigError};
+//! use tropism::vision::{Calibration, TipTracker};
+//! use tropism_rig::clock::TentClock;
+//! use tropism_rig::file::LampsTable;
+//! use tropism_rig::switch::NoFlash;
+//!
+//! /// A camera whose latest picture lies in a file.
+//! struct FileCamera;
+//!
+//! impl Camera for FileCamera {
+//!     fn photograph(&mut self) -> Result<Photo, RigError> {
+//!         let bytes = std::fs::read("/run/camera/latest.jpg").map_err(|error| RigError::Device {
+//!             device: "camera (/run/camera/latest.jpg)".to_owned(),
+//!             problem: format!("cannot read: {error}"),
+//!         })?;
+//!         Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
+//!     }
+//! }
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let lamps: LampsTable = toml::from_str(
+//!     r#"left = ["true", "left"]
+//!        right = ["true", "right"]
+//!        dark = ["true", "dark"]"#,
+//! )?;
+//! let calibration: Calibration =
+//!     toml::from_str("px_per_cm = 35.0\nwidth = 2592\nheight = 1944\nbase = { x = 1296.0, y = 1700.0 }")?;
+//! let tracker = TipTracker::new(calibration, Default::default())?;
+//! let clock = TentClock::new(Duration::ZERO);
+//! let mut rig = Rig::new(FileCamera, lamps.open(None)?, NoFlash, clock, tracker, Duration::from_secs(300))
+//!     .with_layout(lamps.layout()?);
+//! rig.light(lamps.layout()?.parse("left")?)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! To name the camera in rig files, add its settings to [`driver::CameraDriver`].
+//!
+//! Not tested on a physical camera, lamp or relay.
 
-pub mod alert;
 pub mod clock;
+pub mod seconds;
+mod picture;
+mod retry;
+pub mod http;
+pub mod switch;
+pub mod mqtt;
+mod child;
+pub mod alert;
 pub mod command;
-pub mod computer;
-pub mod driver;
-pub mod file;
 pub mod folder;
 pub mod gpio;
-pub mod http;
+pub mod strip;
+mod pixels;
 pub mod leds;
-pub mod mqtt;
-pub mod probe;
 pub mod replay;
 pub mod rpicam;
-pub mod safe;
-pub mod seconds;
-pub mod strip;
-pub mod switch;
 pub mod v4l2;
 pub mod wled;
 pub mod ws2812;
+pub mod driver;
+pub mod file;
+pub mod host;
+pub mod probe;
+pub mod shutdown;
 
-mod child;
-mod picture;
-mod pixels;
 #[cfg(test)]
 mod testing;
-mod tries;
 
 use tropism::rig::RigError;
 
-/// The error of a device.
+/// The error `problem` of `device`.
 fn failed(device: impl Into<String>, problem: impl Into<String>) -> RigError {
     RigError::Device { device: device.into(), problem: problem.into() }
 }

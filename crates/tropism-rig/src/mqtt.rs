@@ -1,10 +1,9 @@
-//! Plugs and relays behind an MQTT broker: Tasmota, zigbee2mqtt, and whatever else has a topic for orders and one for
-//! its state.
+//! Plugs and relays behind an MQTT broker: Tasmota, zigbee2mqtt, and any device with a command topic and a state topic.
 //!
-//! An order that a client has accepted may lie in a queue until a broker comes back, and light a flash minutes late.
-//! So each order has a connection of its own: it is sent only when the broker has just answered, holds until the device
-//! has said that it obeyed, and nothing of it is left when the time is up. Against an order that a broker sits on, and
-//! against the death of this program, there is the device's own timer; see docs/rig.md.
+//! An MQTT client may queue a command while the broker is away, and switch a flash on minutes late. So each command has a
+//! connection of its own: it is published only after the broker has answered, succeeds when the device reports the new
+//! state, and is dropped with its connection at the deadline. A command that the broker delays, or a killed program, is
+//! covered by the timer of the device; see docs/rig.md.
 //!
 //! # References
 //! Tasmota, "MQTT": <https://tasmota.github.io/docs/MQTT/>.
@@ -24,19 +23,19 @@ use crate::http::read_secret;
 use crate::seconds::{Seconds, one, ten};
 use crate::switch::Switch;
 
-/// The broker of a tent.
+/// The MQTT broker of a tent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Broker {
-    /// Its name or address.
+    /// Host name or address.
     pub host: String,
     /// Its port.
     #[serde(default = "port")]
     pub port: u16,
-    /// Who asks, if it wants to know.
+    /// User name, if the broker asks for one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub username: Option<String>,
-    /// A file with the password: a secret stays out of run folders.
+    /// A file whose first line is the password, so that it stays out of run folders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub password_file: Option<PathBuf>,
 }
@@ -45,7 +44,7 @@ const fn port() -> u16 {
     1883
 }
 
-/// How a device is spoken to.
+/// Topics and payloads of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Dialect {
@@ -53,7 +52,7 @@ pub enum Dialect {
     Tasmota,
     /// `zigbee2mqtt/NAME/set`, answered in `zigbee2mqtt/NAME`.
     Zigbee2mqtt,
-    /// `ON` and `OFF` in topics of yours.
+    /// `ON` and `OFF` in `set_topic` and `state_topic`.
     Plain,
 }
 
@@ -61,21 +60,21 @@ pub enum Dialect {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plug {
-    /// How it is spoken to.
+    /// Its topics and payloads.
     pub dialect: Dialect,
     /// Its name, for `tasmota` and `zigbee2mqtt`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Topic of its orders, for `plain`.
+    /// Command topic, for `plain`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub set_topic: Option<String>,
-    /// Topic of its state, for `plain`.
+    /// State topic, for `plain`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state_topic: Option<String>,
-    /// Seconds after which a `zigbee2mqtt` plug goes off by itself, if its firmware can.
+    /// Seconds after which a `zigbee2mqtt` plug switches itself off, if its firmware supports that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_time_s: Option<u16>,
-    /// Seconds until it is given up.
+    /// Time limit of one command.
     #[serde(default = "five")]
     pub timeout_s: Seconds,
 }
@@ -98,10 +97,10 @@ pub struct MqttLamp {
 pub struct MqttFlash {
     /// The plug.
     pub plug: Plug,
-    /// Seconds between on and the photograph.
+    /// Seconds from switching on to the photograph.
     #[serde(default = "one")]
     pub settle_s: Seconds,
-    /// Seconds after which it is put off whatever happens.
+    /// Longest time for which the flash is on.
     #[serde(default = "ten")]
     pub max_on_s: Seconds,
 }
@@ -111,7 +110,7 @@ pub struct MqttFlash {
 struct Topics {
     set: String,
     state: String,
-    /// Where it says whether it is there.
+    /// The availability topic.
     availability: Option<String>,
 }
 
@@ -157,13 +156,13 @@ impl Plug {
         }
     }
 
-    /// The topic of its orders, and the one in which it says whether it is there, if it does.
-    pub(crate) fn watched(&self) -> Result<(String, Option<String>), String> {
+    /// Its command topic, and its availability topic if it has one.
+    pub(crate) fn watched_topics(&self) -> Result<(String, Option<String>), String> {
         let Topics { set, availability, .. } = self.topics()?;
         Ok((set, availability))
     }
 
-    fn order(&self, is_on: bool) -> String {
+    fn payload(&self, is_on: bool) -> String {
         let state = if is_on { "ON" } else { "OFF" };
         match (self.dialect, self.on_time_s) {
             (Dialect::Zigbee2mqtt, Some(seconds)) if is_on => {
@@ -190,7 +189,7 @@ impl Plug {
     }
 }
 
-/// Whether a device says that it is on: `ON`, or JSON with such a `state` or `POWER`. `None` if it says nothing of it.
+/// Parses a switch state: `ON` or `OFF`, or JSON with such a `state` or `POWER`. `None` for any other payload.
 #[must_use]
 pub fn is_on(payload: &[u8]) -> Option<bool> {
     let word = |word: &str| match word.trim().to_ascii_lowercase().as_str() {
@@ -205,7 +204,7 @@ pub fn is_on(payload: &[u8]) -> Option<bool> {
     })
 }
 
-/// Whether a device says that it is there: `Online`, or JSON with such a `state`. `None` if it says nothing of it.
+/// Parses an availability: `online` or `offline`, or JSON with such a `state`. `None` for any other payload.
 #[must_use]
 pub fn is_online(payload: &[u8]) -> Option<bool> {
     let word = |word: &str| match word.trim().to_ascii_lowercase().as_str() {
@@ -217,7 +216,7 @@ pub fn is_online(payload: &[u8]) -> Option<bool> {
     word(text).or_else(|| word(serde_json::from_str::<Value>(text).ok()?.get("state")?.as_str()?))
 }
 
-/// The plug at work. Between orders there is no connection.
+/// An open plug. There is no connection between commands.
 pub(crate) struct OpenPlug {
     device: String,
     plug: Plug,
@@ -226,10 +225,10 @@ pub(crate) struct OpenPlug {
     topics: Topics,
 }
 
-/// Two connections of one name would throw each other out.
+/// Number of the next connection: a broker closes a connection when another one has the same client identifier.
 static CONNECTIONS: AtomicU32 = AtomicU32::new(0);
 
-/// The largest message that is read.
+/// The largest message that is read: chosen by hand.
 const MAX_BYTES: usize = 256 << 10;
 
 impl OpenPlug {
@@ -248,7 +247,7 @@ impl OpenPlug {
         Client::new(options, 8)
     }
 
-    /// The next packet that the broker sends.
+    /// Waits for the next packet from the broker.
     fn next(&self, connection: &mut Connection, deadline: Instant, doing: &str) -> Result<Packet, RigError> {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -266,18 +265,18 @@ impl OpenPlug {
         }
     }
 
-    /// Whether the device is said not to be there.
-    fn is_away(&self, message: &Publish) -> bool {
+    /// Whether `message` says that the device is offline.
+    fn is_offline(&self, message: &Publish) -> bool {
         self.topics.availability.as_ref() == Some(&message.topic)
             && is_online(&message.payload) == Some(false)
     }
 
-    fn order(&self, client: &Client, connection: &mut Connection, on: bool) -> Result<(), RigError> {
+    fn command(&self, client: &Client, connection: &mut Connection, is_on: bool) -> Result<(), RigError> {
         let deadline = Instant::now() + self.plug.timeout_s.duration();
-        let away = || self.error("found it offline, wanted it reachable".to_owned());
+        let offline = || self.error("found it offline, wanted it reachable".to_owned());
         let refused = |error: rumqttc::ClientError| self.error(error.to_string());
         loop {
-            // A broker that refuses says so in the place of an error.
+            // A refusal of the broker arrives as an error.
             if let Packet::ConnAck(_) = self.next(connection, deadline, "connecting")? {
                 break;
             }
@@ -288,25 +287,27 @@ impl OpenPlug {
             client.try_subscribe(topic, QoS::AtLeastOnce).map_err(refused)?;
             unanswered += 1;
         }
-        // The broker is there as of now when it has answered; it sends what it kept with its answer.
+        // The acknowledgements prove that the broker is reachable; retained messages arrive with them.
         while unanswered > 0 {
             match self.next(connection, deadline, "subscribing")? {
                 Packet::SubAck(_) => unanswered -= 1,
-                Packet::Publish(message) if self.is_away(&message) => return Err(away()),
+                Packet::Publish(message) if self.is_offline(&message) => return Err(offline()),
                 _ => {}
             }
         }
-        // Never retained: a device that restarts would be told again.
-        client.try_publish(&self.topics.set, QoS::AtMostOnce, false, self.plug.order(on)).map_err(refused)?;
-        let doing = if on { "waiting to be told that it is on" } else { "waiting to be told that it is off" };
+        // Never retained: a device that restarts would carry the command out again.
+        client
+            .try_publish(&self.topics.set, QoS::AtMostOnce, false, self.plug.payload(is_on))
+            .map_err(refused)?;
+        let doing = if is_on { "waiting for its state to be on" } else { "waiting for its state to be off" };
         loop {
             match self.next(connection, deadline, doing)? {
-                Packet::Publish(message) if self.is_away(&message) => return Err(away()),
-                // What the broker kept was said before.
+                Packet::Publish(message) if self.is_offline(&message) => return Err(offline()),
+                // A retained state is older than the command.
                 Packet::Publish(message)
                     if message.topic == self.topics.state
                         && !message.retain
-                        && is_on(&message.payload) == Some(on) =>
+                        && self::is_on(&message.payload) == Some(is_on) =>
                 {
                     return Ok(());
                 }
@@ -319,9 +320,9 @@ impl OpenPlug {
 impl Switch for OpenPlug {
     fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
         let (client, mut connection) = self.connect();
-        let done = self.order(&client, &mut connection, is_on);
+        let done = self.command(&client, &mut connection, is_on);
         if done.is_ok() && client.try_disconnect().is_ok() {
-            // Said goodbye, or gone: both are the end. Whatever is not sent by then is dropped with the connection.
+            // Wait for the end of the connection. What is not sent by then is dropped with it.
             while let Ok(Ok(_)) = connection.recv_timeout(Duration::from_millis(100)) {}
         }
         done
@@ -364,12 +365,12 @@ mod tests {
     #[test]
     fn each_dialect_has_its_topics_and_words() {
         let tasmota = plug("dialect = \"tasmota\"\nname = \"flash\"");
-        assert_eq!((tasmota.check(), tasmota.order(true).as_str()), (Ok(()), "ON"));
+        assert_eq!((tasmota.check(), tasmota.payload(true).as_str()), (Ok(()), "ON"));
         assert_eq!(tasmota.topics().unwrap().set, "cmnd/flash/POWER");
         let z2m = plug("dialect = \"zigbee2mqtt\"\nname = \"flash\"\non_time_s = 5");
         assert_eq!(z2m.check(), Ok(()));
-        assert_eq!(z2m.order(true), "{\"state\":\"ON\",\"on_time\":5}");
-        assert_eq!(z2m.order(false), "{\"state\":\"OFF\"}");
+        assert_eq!(z2m.payload(true), "{\"state\":\"ON\",\"on_time\":5}");
+        assert_eq!(z2m.payload(false), "{\"state\":\"OFF\"}");
         assert_eq!(z2m.topics().unwrap().state, "zigbee2mqtt/flash");
         for (text, wanted) in [
             ("dialect = \"tasmota\"", "wanted its name"),
@@ -408,7 +409,7 @@ mod tests {
         assert!(error.contains("found no [mqtt]"), "{error}");
     }
 
-    /// A plug: what it was told, and whether it obeys.
+    /// A simulated plug: the commands that it received, and whether it obeys.
     #[derive(Clone, Default)]
     struct Device {
         told: Arc<Mutex<Vec<String>>>,
@@ -417,7 +418,7 @@ mod tests {
     }
 
     impl Device {
-        /// Listens for orders of `plug` until the test is over, and comes back when the broker does.
+        /// Listens for commands to `plug` until the end of the test, and reconnects after a broker restart.
         fn start(plug: &Plug, port: u16) -> Self {
             let device = Self::default();
             let (topics, dialect) = (plug.topics().unwrap(), plug.dialect);
@@ -435,7 +436,7 @@ mod tests {
                             let order = String::from_utf8(order.payload.to_vec()).unwrap();
                             own.told.lock().unwrap().push(order.clone());
                             if !*own.is_deaf.lock().unwrap() {
-                                // As the dialects do: zigbee2mqtt keeps what it says.
+                                // As the real devices do: zigbee2mqtt retains its state.
                                 let kept = dialect == Dialect::Zigbee2mqtt;
                                 client.try_publish(&topics.state, QoS::AtMostOnce, kept, order).unwrap();
                             }
@@ -471,12 +472,12 @@ mod tests {
             for is_on in [true, false, false, true] {
                 open.switch(is_on).unwrap();
             }
-            assert_eq!(device.told(), [true, false, false, true].map(|is_on| plug.order(is_on)));
+            assert_eq!(device.told(), [true, false, false, true].map(|is_on| plug.payload(is_on)));
             // It is on, and what the broker kept of that is no answer to the next order.
             *device.is_deaf.lock().unwrap() = true;
             open.plug.timeout_s = Seconds::new(0.5);
             let error = open.switch(true).unwrap_err().to_string();
-            assert!(error.contains("waiting to be told that it is on"), "{error}");
+            assert!(error.contains("waiting for its state to be on"), "{error}");
         }
     }
 
@@ -501,7 +502,7 @@ mod tests {
         let mut flash = open(port, &tasmota(10.0));
         flash.switch(true).unwrap();
         flash.switch(false).unwrap();
-        // Hung: the system takes the connection, nobody answers; then it goes on with all that waits.
+        // Hung: the kernel accepts the connection and the broker does not answer; then it continues with all that waits.
         broker.signal(rustix::process::Signal::STOP);
         flash.plug.timeout_s = Seconds::new(0.3);
         assert!(flash.switch(true).unwrap_err().to_string().contains("while connecting"));

@@ -1,14 +1,16 @@
-//! Whether bytes are a whole photograph.
+//! Check that bytes are a complete photograph.
 
 use tropism::photo::Photo;
 
-/// What is wrong with `bytes` as a photograph; a foreign file is shown by its beginning, for cameras answer with pages of
-/// HTML under the name of a picture.
+/// Checks that `bytes` are a complete JPEG or PNG.
+///
+/// # Errors
+/// What was found; of a foreign file its first 40 characters, because some cameras answer with an HTML page.
 pub(crate) fn check(bytes: &[u8]) -> Result<(), String> {
     let photo = Photo { name: String::new(), bytes: bytes.to_vec(), time_s: 0.0 };
     match photo.decode() {
         Ok(_) => Ok(()),
-        Err(tropism::photo::PhotoError::Foreign(_)) => {
+        Err(tropism::photo::PhotoError::UnknownFormat(_)) => {
             let start: String = String::from_utf8_lossy(bytes)
                 .chars()
                 .take(40)

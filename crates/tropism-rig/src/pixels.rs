@@ -1,8 +1,7 @@
-//! Strips on a wire of this machine: a frame with all pixels of the wire, sent whole.
+//! LED strips on a data line of this computer: a frame with all pixels of the line is sent as a whole.
 //!
-//! Pixels keep their colour without being told again, but a dip in their supply leaves them dark for good: a thread
-//! sends the frame every half minute. Two lamps may be halves of one wire. Nothing can be read back; only a photograph
-//! shows whether a lamp is lit.
+//! Pixels keep their colour, but a voltage dip leaves them dark: a thread repeats the frame every 30 s. Several lamps may be
+//! parts of one line. Nothing can be read back; only a photograph shows whether a lamp is lit.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
@@ -19,19 +18,19 @@ use crate::switch::Switch;
 /// Red, green and blue of a pixel, linear, 0 to 255.
 pub(crate) type Pixel = [f64; 3];
 
-/// What carries a frame to the pixels.
+/// The data line to the pixels.
 pub(crate) trait Wire: Send {
-    /// Sends all pixels, from the first on.
+    /// Sends all pixels, the first one first.
     ///
     /// # Errors
-    /// What went wrong.
+    /// The failure.
     fn send(&mut self, frame: &[Pixel]) -> Result<(), String>;
 }
 
-/// How often the frame is sent again.
-const AGAIN: Duration = Duration::from_secs(30);
+/// Interval at which a frame is repeated: chosen by hand, against voltage dips.
+const REPEAT: Duration = Duration::from_secs(30);
 
-/// A wire and what its pixels should show.
+/// A data line and the colours of its pixels.
 struct Frame {
     wire: Box<dyn Wire>,
     pixels: Vec<Pixel>,
@@ -43,10 +42,10 @@ impl Frame {
     }
 }
 
-/// A frame that is sent again and again for as long as a lamp on it is open.
+/// Repeats a frame for as long as a lamp on its line is open.
 struct Keeper {
     frame: Arc<Mutex<Frame>>,
-    /// Closed at the end, which stops the thread.
+    /// Dropped at the end, which stops the thread.
     end: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -62,7 +61,7 @@ impl Keeper {
         let kept = Arc::clone(&frame);
         let thread = thread::spawn(move || {
             while ended.recv_timeout(every) == Err(RecvTimeoutError::Timeout) {
-                // The next command meets the same failure and tells of it.
+                // The next command reports the same failure.
                 let _ = lock(&kept).send();
             }
         });
@@ -74,22 +73,22 @@ impl Drop for Keeper {
     fn drop(&mut self) {
         drop(self.end.take());
         if let Some(thread) = self.thread.take() {
-            // It does nothing that panics but what a wire does, and that was said.
+            // A panic of the thread has already been reported.
             let _ = thread.join();
         }
     }
 }
 
-/// A wire that is open.
+/// An open data line.
 struct OpenWire {
     device: PathBuf,
     keeper: Weak<Keeper>,
 }
 
-/// The wires that are open, for two lamps may share one.
+/// All open data lines: several lamps may share one.
 static OPEN: Mutex<Vec<OpenWire>> = Mutex::new(Vec::new());
 
-/// A lamp on a wire.
+/// A lamp on a data line.
 pub(crate) struct PixelLamp {
     device: String,
     strip: Strip,
@@ -97,17 +96,17 @@ pub(crate) struct PixelLamp {
 }
 
 impl PixelLamp {
-    /// A lamp of `strip` on the wire behind `path`, which `wire` opens if no other lamp has.
+    /// Opens a lamp of `strip` on the data line `path`, which `wire` opens unless another lamp has done so.
     ///
     /// # Errors
-    /// That of `wire`.
+    /// The error of `wire`.
     pub(crate) fn open(
         device: &str,
         path: &Path,
         strip: Strip,
         wire: impl FnOnce() -> Result<Box<dyn Wire>, String>,
     ) -> Result<Self, RigError> {
-        Self::open_every(device, path, strip, AGAIN, wire)
+        Self::open_every(device, path, strip, REPEAT, wire)
     }
 
     fn open_every(

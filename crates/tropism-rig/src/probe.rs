@@ -1,4 +1,4 @@
-//! Whether a broker does what the plugs behind it need.
+//! Check of a broker: latency, retained commands, and devices that are offline.
 
 use std::time::{Duration, Instant};
 
@@ -9,25 +9,25 @@ use crate::failed;
 use crate::http::read_secret;
 use crate::mqtt::{Broker, Plug, is_online};
 
-/// What a broker showed of itself.
+/// Result of a broker check.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BrokerFound {
-    /// From a message out to the same message in.
+pub struct BrokerReport {
+    /// Time from publishing a message to receiving it.
     pub round_trip: Duration,
-    /// Topics of orders in which it keeps one.
-    pub kept_orders: Vec<String>,
-    /// Topics in which a device is said to be offline.
-    pub away: Vec<String>,
+    /// Command topics with a retained command, which a device that restarts would carry out again.
+    pub retained_commands: Vec<String>,
+    /// Availability topics that say offline.
+    pub offline: Vec<String>,
 }
 
-/// How long a broker may take for all of it.
+/// Time limit of the whole check: chosen by hand.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Connects to `broker`, passes a message through it, and reads what it has kept for `plugs`. Gives no order.
+/// Connects to `broker`, publishes a message to itself, and reads the retained messages of `plugs`. Sends no command.
 ///
 /// # Errors
-/// [`RigError::Device`] if it does not do so in five seconds.
-pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerFound, RigError> {
+/// [`RigError::Device`] if that takes more than five seconds.
+pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerReport, RigError> {
     let error = |problem: String| failed(format!("broker ({}:{})", broker.host, broker.port), problem);
     let name = format!("tropism-check-{}", std::process::id());
     let own = format!("tropism/check/{}", std::process::id());
@@ -51,22 +51,22 @@ pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerFound, RigError>
     };
     while !matches!(next("connecting")?, Packet::ConnAck(_)) {}
     let mut topics = vec![own.clone()];
-    let (mut orders, mut presences) = (Vec::new(), Vec::new());
+    let (mut commands, mut availabilities) = (Vec::new(), Vec::new());
     for plug in plugs {
-        let (order, presence) = plug.watched().map_err(error)?;
-        topics.extend([Some(order.clone()), presence.clone()].into_iter().flatten());
-        orders.push(order);
-        presences.extend(presence);
+        let (command, availability) = plug.watched_topics().map_err(error)?;
+        topics.extend([Some(command.clone()), availability.clone()].into_iter().flatten());
+        commands.push(command);
+        availabilities.extend(availability);
     }
     let refused = |cause: rumqttc::ClientError| error(cause.to_string());
     for topic in &topics {
         client.try_subscribe(topic, QoS::AtLeastOnce).map_err(refused)?;
     }
-    let (mut kept_orders, mut away, mut unanswered) = (Vec::new(), Vec::new(), topics.len());
+    let (mut retained_commands, mut offline, mut unanswered) = (Vec::new(), Vec::new(), topics.len());
     let mut sent = None;
     loop {
         match next("passing a message through it")? {
-            // What it kept comes with its answers, so before our own message.
+            // Retained messages arrive with the acknowledgements, before our own message.
             Packet::SubAck(_) => {
                 unanswered -= 1;
                 if unanswered == 0 {
@@ -77,15 +77,15 @@ pub fn broker(broker: &Broker, plugs: &[&Plug]) -> Result<BrokerFound, RigError>
             Packet::Publish(message) if message.topic == own => {
                 let round_trip = sent.map_or(TIMEOUT, |sent| sent.elapsed());
                 let _ = client.try_disconnect();
-                return Ok(BrokerFound { round_trip, kept_orders, away });
+                return Ok(BrokerReport { round_trip, retained_commands, offline });
             }
-            Packet::Publish(message) if message.retain && orders.contains(&message.topic) => {
-                kept_orders.push(message.topic);
+            Packet::Publish(message) if message.retain && commands.contains(&message.topic) => {
+                retained_commands.push(message.topic);
             }
             Packet::Publish(message)
-                if presences.contains(&message.topic) && is_online(&message.payload) == Some(false) =>
+                if availabilities.contains(&message.topic) && is_online(&message.payload) == Some(false) =>
             {
-                away.push(message.topic);
+                offline.push(message.topic);
             }
             _ => {}
         }
@@ -98,7 +98,7 @@ mod tests {
     use crate::testing::{Mosquitto, hear};
 
     #[test]
-    fn a_broker_that_keeps_an_order_is_found_out() {
+    fn a_retained_command_is_found() {
         let Some(mosquitto) = Mosquitto::start(None) else { return };
         let rig = Broker {
             host: "127.0.0.1".to_owned(),
@@ -108,7 +108,7 @@ mod tests {
         };
         let plug: Plug = toml::from_str("dialect = \"tasmota\"\nname = \"flash\"").unwrap();
         let found = broker(&rig, &[&plug]).unwrap();
-        assert_eq!((found.kept_orders, found.away), (Vec::new(), Vec::new()));
+        assert_eq!((found.retained_commands, found.offline), (Vec::new(), Vec::new()));
 
         let (client, mut connection) = Client::new(MqttOptions::new("other", "127.0.0.1", mosquitto.port), 8);
         for (topic, text) in [("cmnd/flash/POWER", "ON"), ("tele/flash/LWT", "Offline")] {
@@ -116,8 +116,8 @@ mod tests {
             hear(&mut connection, |packet| matches!(packet, Packet::PubAck(_)));
         }
         let found = broker(&rig, &[&plug]).unwrap();
-        assert_eq!(found.kept_orders, ["cmnd/flash/POWER"]);
-        assert_eq!(found.away, ["tele/flash/LWT"]);
+        assert_eq!(found.retained_commands, ["cmnd/flash/POWER"]);
+        assert_eq!(found.offline, ["tele/flash/LWT"]);
         drop(mosquitto);
         let problem = broker(&rig, &[]).unwrap_err().to_string();
         assert!(problem.contains("while connecting"), "{problem}");

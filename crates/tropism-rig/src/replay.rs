@@ -1,5 +1,5 @@
-//! The photographs of a recorded run, in the order in which they were taken: to try a rig file or a controller without a
-//! plant. What the lamps do changes nothing in them.
+//! The photographs of a recorded run, in the order in which they were taken: to test a rig file or a controller without a
+//! plant. The lamps do not affect them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use tropism::rig::{Camera, RigError};
 
 use crate::failed;
 
-/// A folder of photographs, taken up by their names.
+/// A folder of photographs, read in the order of their names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReplayCamera {
@@ -48,7 +48,7 @@ fn cannot_read(path: &Path, error: &std::io::Error) -> RigError {
     failed("camera (replay)", format!("{}: cannot read: {error}", path.display()))
 }
 
-/// The photographs that are left.
+/// An open recording.
 pub(crate) struct OpenReplayCamera {
     files: Vec<PathBuf>,
     next: usize,

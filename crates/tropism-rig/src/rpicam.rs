@@ -1,7 +1,7 @@
-//! The camera of a Raspberry Pi, by `rpicam-still`: one program a photograph, for it can hang for ever.
+//! The camera of a Raspberry Pi, by `rpicam-still`: one process for each photograph, because it can hang for ever.
 //!
-//! Exposure, gain and colour gains are fixed, so that the plant looks the same by day and night, and nothing has to
-//! settle. What the camera says of the photograph proves that they were kept and that it is fresh.
+//! Exposure, gain and colour gains are fixed: the plant looks the same by day and night, and nothing has to settle. The
+//! metadata of the photograph proves that the settings were applied and that the frame is fresh.
 //!
 //! # References
 //! Raspberry Pi, "Camera software": <https://www.raspberrypi.com/documentation/computers/camera_software.html>.
@@ -17,27 +17,27 @@ use tropism::rig::{Camera, RigError};
 
 use crate::child::run;
 use crate::seconds::{Seconds, twenty};
-use crate::{failed, picture, tries};
+use crate::{failed, picture, retry};
 
 /// A camera on the ribbon of a Raspberry Pi.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RpicamCamera {
-    /// The program; `rpicam-still`, or where there is none `libcamera-still` as it was called before, if it is left out.
+    /// The program. If it is left out: `rpicam-still`, or its older name `libcamera-still`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<String>,
-    /// Which camera, from 0.
+    /// Number of the camera, from 0.
     #[serde(default)]
     pub camera: u8,
-    /// Columns.
+    /// Columns, in pixels.
     pub width: u32,
-    /// Rows.
+    /// Rows, in pixels.
     pub height: u32,
-    /// Exposure, µs. A multiple of 10 000 where mains lamps flicker at 100 Hz.
+    /// Exposure, in µs. A multiple of 10 000 where mains lamps flicker at 100 Hz.
     pub shutter_us: u32,
     /// Analogue gain.
     pub gain: f64,
-    /// Gains of red and blue.
+    /// White balance: gains of red and blue.
     pub awb_gains: [f64; 2],
     /// Focus in dioptres, for cameras that have a motor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -45,20 +45,20 @@ pub struct RpicamCamera {
     /// JPEG quality.
     #[serde(default = "ninety_three")]
     pub quality: u8,
-    /// More words for the program.
+    /// Further arguments of the program.
     #[serde(default)]
     pub extra_args: Vec<String>,
-    /// Whether what the camera says of a photograph must show that its settings were kept and that it is fresh.
+    /// Whether the metadata must prove that the settings were applied and that the frame is fresh.
     #[serde(default = "yes")]
     pub verify_metadata: bool,
-    /// Folder for the photograph before it is checked; in memory (`/dev/shm`) if it is left out and there is one.
+    /// Folder for the photograph until it is checked; `/dev/shm`, where it exists, if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scratch: Option<PathBuf>,
-    /// Seconds after which the program and all that it started are killed.
+    /// Seconds after which the program and its children are killed.
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
-    /// Further tries if a photograph fails.
-    #[serde(default = "tries::two")]
+    /// Further attempts after a failure.
+    #[serde(default = "retry::two")]
     pub retries: u32,
 }
 
@@ -70,10 +70,10 @@ const fn yes() -> bool {
     true
 }
 
-/// How much of a value a sensor may round away.
+/// Relative difference between a setting and its metadata: chosen, because sensors quantise exposure and gain.
 const TOLERANCE: f64 = 0.02;
 
-/// How far the clock of the sensor and the system's may be apart, ns.
+/// Largest difference between the clocks of sensor and system, in ns: chosen by hand.
 const CLOCK_NS: u64 = 20_000_000;
 
 impl RpicamCamera {
@@ -103,12 +103,13 @@ impl RpicamCamera {
     pub(crate) fn open(&self) -> Result<OpenRpicamCamera, RigError> {
         let program = match &self.program {
             Some(program) => program.clone(),
-            None => find()?,
+            None => find_program()?,
         };
         Ok(OpenRpicamCamera { settings: self.clone(), program })
     }
 
-    /// The command line. `--immediate` skips the preview, which is right only because nothing is left to be measured.
+    /// The command line. `--immediate` skips the preview, which is valid only because exposure, gain and white balance are
+    /// fixed.
     fn words(&self, program: &str, photo: &Path, metadata: &Path) -> Vec<String> {
         let Self { camera, width, height, shutter_us, gain, awb_gains: [red, blue], quality, .. } = self;
         let mut words: Vec<String> = [program, "--nopreview", "--immediate"].map(str::to_owned).to_vec();
@@ -133,11 +134,10 @@ impl RpicamCamera {
         words
     }
 
-    /// Whether the photograph was exposed as it should be, at a time between `from_ns` and `to_ns` since the start of
-    /// the machine.
+    /// Checks the metadata of a photograph: exposure and gains as set, and taken between `from_ns` and `to_ns` since boot.
     ///
     /// # Errors
-    /// What the camera says, and what was wanted.
+    /// What was found in the metadata, and what was wanted.
     pub fn prove(&self, metadata: &[u8], from_ns: u64, to_ns: u64) -> Result<(), String> {
         let said: Metadata = serde_json::from_slice(metadata)
             .map_err(|error| format!("found metadata that is none of rpicam's: {error}"))?;
@@ -147,7 +147,7 @@ impl RpicamCamera {
             ("ColourGains[0]", said.colour_gains[0], self.awb_gains[0]),
             ("ColourGains[1]", said.colour_gains[1], self.awb_gains[1]),
         ] {
-            // Not a number is not near either.
+            // NaN fails the comparison.
             let is_near = (found - wanted).abs() <= TOLERANCE * wanted;
             if !is_near {
                 return Err(format!("found {name} {found}, wanted {wanted} within 2 %"));
@@ -166,20 +166,20 @@ impl RpicamCamera {
     }
 }
 
-/// What rpicam-still says of a photograph.
+/// The metadata of rpicam-still that are checked.
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
 struct Metadata {
-    /// µs.
+    /// In µs.
     exposure_time: f64,
     analogue_gain: f64,
     colour_gains: [f64; 2],
-    /// Since the start of the machine, ns.
+    /// Time since boot, in ns.
     sensor_timestamp: u64,
 }
 
-/// The program under either of its names.
-fn find() -> Result<String, RigError> {
+/// Finds the program under its present or its older name.
+fn find_program() -> Result<String, RigError> {
     let path = env::var_os("PATH").unwrap_or_default();
     let is_there = |name: &str| env::split_paths(&path).any(|folder| folder.join(name).is_file());
     if let Some(name) = ["rpicam-still", "libcamera-still"].into_iter().find(|name| is_there(name)) {
@@ -193,7 +193,7 @@ fn find() -> Result<String, RigError> {
     Err(failed("camera", problem))
 }
 
-/// Since the start of the machine, sleep included: the clock by which sensors stamp their frames.
+/// Nanoseconds since boot, including suspend: the clock of the timestamps of frames.
 #[cfg(target_os = "linux")]
 fn boot_ns() -> u64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
@@ -202,13 +202,13 @@ fn boot_ns() -> u64 {
         + u64::try_from(now.tv_nsec).unwrap_or_default()
 }
 
-/// Nothing elsewhere has such a camera.
+/// Other systems have no such camera.
 #[cfg(not(target_os = "linux"))]
 fn boot_ns() -> u64 {
     0
 }
 
-/// The camera at work.
+/// An open camera.
 pub(crate) struct OpenRpicamCamera {
     settings: RpicamCamera,
     program: String,
@@ -224,7 +224,7 @@ impl OpenRpicamCamera {
             None if memory.is_dir() => memory.to_owned(),
             None => env::temp_dir(),
         };
-        // A new folder, so that what is found in it is of this photograph; removed on every way out.
+        // A new folder for each photograph; removed on return.
         let folder = tempfile::Builder::new()
             .prefix("tropism-")
             .tempdir_in(&scratch)
@@ -247,8 +247,8 @@ impl OpenRpicamCamera {
 
 impl Camera for OpenRpicamCamera {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        tries::again(self.settings.retries, || {
-            // A killed program may hold the camera for a moment.
+        retry::retry(self.settings.retries, || {
+            // A killed program may hold the camera for a short time.
             self.attempt().inspect_err(|_| std::thread::sleep(Duration::from_millis(200)))
         })
     }

@@ -14,7 +14,7 @@ impl Seconds {
         Self(seconds)
     }
 
-    /// The same as the standard library has it.
+    /// The same time as a [`Duration`].
     #[must_use]
     pub fn duration(self) -> Duration {
         Duration::from_secs_f64(self.0)

@@ -1,26 +1,26 @@
-//! Pixels of an LED strip that make one lamp: how bright they are, and what they draw.
+//! The pixels of an LED strip that form one lamp: their brightness and their current.
 
 use serde::{Deserialize, Serialize};
 
-/// A lamp of so many pixels. The paper: 144 for each lamp, 0.24 W a pixel.
+/// A lamp made of pixels. The paper (section 2.1): 144 pixels for each lamp, 0.24 W each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Strip {
-    /// The lamp's first pixel; before it, there may be those of the other lamp.
+    /// Number of the lamp's first pixel; pixels before it may belong to other lamps.
     #[serde(default)]
     pub first: u16,
-    /// How many there are.
+    /// Number of pixels.
     pub pixels: u16,
-    /// Red, green and blue.
+    /// Red, green and blue, 0 to 255.
     #[serde(default = "white")]
     pub color: [u8; 3],
-    /// Share of the full light, linear: half of it is half the photons, and half the current.
+    /// Duty cycle, linear in light and current: above 0, at most 1.
     #[serde(default = "half")]
     pub duty: f64,
-    /// What one white pixel draws at full light, mA.
+    /// Current of one white pixel at full duty, in mA.
     #[serde(default = "sixty")]
     pub ma_per_pixel: f64,
-    /// What supply, wires and fuse carry.
+    /// Current that supply, wires and fuse carry, in A.
     #[serde(default = "four_and_a_half")]
     pub max_amps: f64,
 }
@@ -41,7 +41,7 @@ const fn four_and_a_half() -> f64 {
     4.5
 }
 
-/// The most pixels that fit a controller or a transfer.
+/// The largest pixel number: chosen above what one controller drives.
 const MAX_PIXELS: u16 = 8192;
 
 impl Strip {
@@ -55,14 +55,14 @@ impl Strip {
         self.first < other.stop() && other.first < self.stop()
     }
 
-    /// What the lit lamp draws, A: all pixels at their duty, each channel a third of white.
+    /// Current of the lit lamp, in A: all pixels at their duty, each channel a third of white.
     #[must_use]
     pub fn amps(&self) -> f64 {
         let white = self.color.iter().map(|&channel| f64::from(channel) / 255.0).sum::<f64>() / 3.0;
         f64::from(self.pixels) * self.ma_per_pixel / 1000.0 * self.duty * white
     }
 
-    /// What is wrong with it; too much current is.
+    /// Checks ranges, and that the current is at most `max_amps`.
     pub(crate) fn check(&self) -> Result<(), String> {
         let Self { pixels, duty, ma_per_pixel, max_amps, .. } = *self;
         if pixels == 0 || self.first.checked_add(pixels).is_none_or(|stop| stop > MAX_PIXELS) {

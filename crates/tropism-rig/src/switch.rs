@@ -1,18 +1,20 @@
-//! What is on or off: a lamp, a relay, a plug.
+//! Devices that are on or off: the interlock of the lamps, and the time limit of the flash.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::rig::{Flash, Lamps, RigError};
+
+use crate::failed;
 
 /// A device that is on or off.
 pub trait Switch: Send {
-    /// Switches it, and returns once the device has confirmed, as far as it can.
+    /// Switches the device, and returns after it has confirmed, as far as it can.
     ///
     /// # Errors
-    /// [`RigError::Device`] if it does not obey; then its state is unknown.
+    /// [`RigError::Device`] if the device does not confirm; then its state is unknown.
     fn switch(&mut self, is_on: bool) -> Result<(), RigError>;
 }
 
@@ -22,59 +24,78 @@ impl<T: Switch + ?Sized> Switch for Box<T> {
     }
 }
 
-/// Two lamps of which at most one is lit: the other is dark, and has said so, before one is lit.
+/// 2 to 8 lamps of which at most one is lit.
+///
+/// Break before make: a lamp is lit only after every other lamp has confirmed that it is dark.
 #[derive(Debug)]
-pub struct Interlock<L, R> {
-    left: L,
-    right: R,
-    /// Between dark and lit.
+pub struct Interlock<S> {
+    /// In the order of the layout.
+    lamps: Vec<InterlockedLamp<S>>,
+    /// Time between the darkness of one lamp and the light of another.
     pause: Duration,
-    /// Which lamps are known to be dark.
-    is_dark: [bool; 2],
 }
 
-impl<L: Switch, R: Switch> Interlock<L, R> {
-    /// Two lamps in an unknown state, with `pause` between the darkness of one and the light of the other.
-    pub const fn new(left: L, right: R, pause: Duration) -> Self {
-        Self { left, right, pause, is_dark: [false; 2] }
-    }
+#[derive(Debug)]
+struct InterlockedLamp<S> {
+    switch: S,
+    /// Whether its latest command was to go dark, and was confirmed.
+    is_dark: bool,
+}
 
-    fn switch(&mut self, light: Light, is_on: bool) -> Result<(), RigError> {
-        let slot = &mut self.is_dark[usize::from(light == Light::Right)];
-        // Unknown until the device has confirmed.
-        *slot = false;
-        match light {
-            Light::Left => self.left.switch(is_on)?,
-            Light::Right => self.right.switch(is_on)?,
-        }
-        *slot = !is_on;
+impl<S: Switch> InterlockedLamp<S> {
+    fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
+        // The state is unknown until the device confirms.
+        self.is_dark = false;
+        self.switch.switch(is_on)?;
+        self.is_dark = !is_on;
         Ok(())
     }
 }
 
-impl<L: Switch, R: Switch> Lamps for Interlock<L, R> {
-    fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
-        let Some(light) = light else {
-            // The second one is tried even if the first does not obey.
-            let (left, right) = (self.switch(Light::Left, false), self.switch(Light::Right, false));
-            return left.and(right);
-        };
-        let other = light.mirrored();
-        let was_dark = self.is_dark[usize::from(other == Light::Right)];
-        // Every time, even if it was dark already: a device that restarted may have forgotten.
-        self.switch(other, false)?;
-        if !was_dark {
-            thread::sleep(self.pause);
+impl<S: Switch> Interlock<S> {
+    /// Lamps in an unknown state, in the order of their layout, with `pause` between the darkness of one lamp and the
+    /// light of another.
+    pub fn new(lamps: impl IntoIterator<Item = S>, pause: Duration) -> Self {
+        let lamps = lamps.into_iter().map(|switch| InterlockedLamp { switch, is_dark: false }).collect();
+        Self { lamps, pause }
+    }
+
+    /// Darkens every lamp except `kept`, and returns whether all of them were known to be dark before.
+    ///
+    /// Each lamp is commanded each time: a device that restarted may have lost its state. The remaining lamps are
+    /// commanded even if one fails; the first error is returned.
+    fn darken_except(&mut self, kept: Option<usize>) -> Result<bool, RigError> {
+        let (mut were_dark, mut result) = (true, Ok(()));
+        for (index, lamp) in self.lamps.iter_mut().enumerate() {
+            if Some(index) != kept {
+                were_dark &= lamp.is_dark;
+                result = result.and(lamp.switch(false));
+            }
         }
-        self.switch(light, true)
+        result.map(|()| were_dark)
     }
 }
 
-/// A flash that is never on for longer than a bound, whatever happens to the program that asked for it, short of its
-/// death.
+impl<S: Switch> Lamps for Interlock<S> {
+    fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        let index = light.map(Light::index);
+        if let Some(index) = index.filter(|&index| index >= self.lamps.len()) {
+            let problem = format!("found lamp number {}, wanted 1 to {}", index + 1, self.lamps.len());
+            return Err(failed("lamps", problem));
+        }
+        let were_dark = self.darken_except(index)?;
+        let Some(index) = index else { return Ok(()) };
+        if !were_dark {
+            thread::sleep(self.pause);
+        }
+        self.lamps[index].switch(true)
+    }
+}
+
+/// A flash with a time limit.
 ///
-/// A thread of its own puts the flash off when the bound has passed, and keeps trying if the device does not obey.
-/// Against death there are the device's own timers, see docs/rig.md.
+/// A separate thread switches the flash off when the limit has passed, and repeats the command until the device confirms.
+/// The limit holds as long as the process lives; for a killed process, docs/rig.md names the timers of the devices.
 pub struct BoundedFlash {
     shared: Arc<(Mutex<State>, Condvar)>,
     settle: Duration,
@@ -84,19 +105,19 @@ pub struct BoundedFlash {
 
 struct State {
     switch: Box<dyn Switch>,
-    /// When the guard puts it off; `None` if it has confirmed to be off.
+    /// When the guard switches it off; `None` if it is confirmed to be off.
     off_at: Option<Instant>,
     is_over: bool,
 }
 
-/// How long the guard waits before it tries again.
-const AGAIN: Duration = Duration::from_secs(1);
+/// Pause of the guard between two attempts: chosen by hand.
+const RETRY_PAUSE: Duration = Duration::from_secs(1);
 
 impl BoundedFlash {
-    /// A flash with `settle` between on and the photograph, and on for at most `max_on`.
+    /// A flash that waits `settle` after switching on, and is on for at most `max_on`.
     ///
     /// # Errors
-    /// If it cannot be put off at the beginning.
+    /// If it cannot be switched off at the start.
     pub fn new(mut switch: Box<dyn Switch>, settle: Duration, max_on: Duration) -> Result<Self, RigError> {
         switch.switch(false)?;
         let state = State { switch, off_at: None, is_over: false };
@@ -111,7 +132,7 @@ impl BoundedFlash {
     }
 }
 
-/// What is inside even if a driver panicked while it held it: a flash that can be put off should be.
+/// The content of `mutex`, even after a driver panicked with it: the flash must still be switched off.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -121,7 +142,7 @@ fn guard((state, changed): &(Mutex<State>, Condvar)) {
     loop {
         match state.off_at {
             Some(off_at) if state.is_over || off_at <= Instant::now() => {
-                state.off_at = state.switch.switch(false).is_err().then(|| Instant::now() + AGAIN);
+                state.off_at = state.switch.switch(false).is_err().then(|| Instant::now() + RETRY_PAUSE);
                 if state.is_over {
                     return;
                 }
@@ -139,7 +160,7 @@ fn guard((state, changed): &(Mutex<State>, Condvar)) {
 impl Flash for BoundedFlash {
     fn flash(&mut self, is_on: bool) -> Result<(), RigError> {
         let mut state = self.state();
-        // The guard is told first: what the device does with a command that failed is unknown.
+        // Set the limit first: a command that fails may still switch the flash on.
         state.off_at = Some(Instant::now() + self.max_on);
         let done = state.switch.switch(is_on);
         match (&done, is_on) {
@@ -162,13 +183,13 @@ impl Drop for BoundedFlash {
         self.state().is_over = true;
         self.shared.1.notify_all();
         if let Some(guard) = self.guard.take() {
-            // A guard that panicked has said so; nothing is left to do here.
+            // A panic of the guard has already been reported.
             let _ = guard.join();
         }
     }
 }
 
-/// No flash: the tent is bright enough, or the camera has its own.
+/// No flash: the tent is bright enough, or the camera has a flash of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoFlash;
 
@@ -185,71 +206,165 @@ mod tests {
     use super::*;
     use crate::testing::wait_until;
 
-    /// What happened to the lamps of a tent: which were lit after each command, and which commands fail.
+    /// How a simulated lamp answers a command.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    enum Answer {
+        /// Obeys and confirms.
+        #[default]
+        Confirmed,
+        /// Does nothing and confirms nothing.
+        Ignored,
+        /// Obeys, but the confirmation is lost.
+        Unconfirmed,
+    }
+
+    /// Simulated lamps of one tent.
     #[derive(Default)]
     struct Tent {
-        is_lit: [bool; 2],
+        is_lit: Vec<bool>,
+        /// The largest number of lamps that were lit after a command to light one.
         most_lit: usize,
+        /// Lamp and command, of all commands that were obeyed.
         commands: Vec<(usize, bool)>,
-        failing: Vec<bool>,
+        /// Answers to the next commands, last first; then all are confirmed.
+        answers: Vec<Answer>,
     }
 
     struct TentLamp {
         tent: Arc<Mutex<Tent>>,
-        slot: usize,
+        index: usize,
     }
 
     impl Switch for TentLamp {
         fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
             let mut tent = lock(&self.tent);
-            if tent.failing.pop().unwrap_or(false) {
-                return Err(crate::failed("lamp", "found silence, wanted a confirmation"));
+            let answer = tent.answers.pop().unwrap_or_default();
+            if answer != Answer::Ignored {
+                tent.is_lit[self.index] = is_on;
+                tent.commands.push((self.index, is_on));
             }
-            tent.is_lit[self.slot] = is_on;
-            tent.commands.push((self.slot, is_on));
-            tent.most_lit = tent.most_lit.max(tent.is_lit.iter().filter(|&&is_lit| is_lit).count());
-            Ok(())
+            if is_on {
+                tent.most_lit = tent.most_lit.max(tent.is_lit.iter().filter(|&&is_lit| is_lit).count());
+            }
+            if answer == Answer::Confirmed {
+                Ok(())
+            } else {
+                Err(failed(format!("lamp {}", self.index), "found silence, wanted a confirmation"))
+            }
         }
     }
 
-    fn lamps(failing: Vec<bool>) -> (Arc<Mutex<Tent>>, Interlock<TentLamp, TentLamp>) {
-        let tent = Arc::new(Mutex::new(Tent { failing, ..Tent::default() }));
-        let lamp = |slot| TentLamp { tent: Arc::clone(&tent), slot };
-        (Arc::clone(&tent), Interlock::new(lamp(0), lamp(1), Duration::ZERO))
+    fn lamps(is_lit: Vec<bool>, answers: Vec<Answer>) -> (Arc<Mutex<Tent>>, Interlock<TentLamp>) {
+        let count = is_lit.len();
+        let tent = Arc::new(Mutex::new(Tent { is_lit, answers, ..Tent::default() }));
+        let lamp = |index| TentLamp { tent: Arc::clone(&tent), index };
+        (Arc::clone(&tent), Interlock::new((0..count).map(lamp), Duration::ZERO))
+    }
+
+    fn answers(longest: usize) -> impl Strategy<Value = Vec<Answer>> {
+        let answer = prop_oneof![
+            7 => Just(Answer::Confirmed),
+            2 => Just(Answer::Ignored),
+            1 => Just(Answer::Unconfirmed),
+        ];
+        proptest::collection::vec(answer, 0..longest)
     }
 
     proptest! {
         #[test]
         fn two_lamps_are_never_lit_whatever_fails(
             lights in proptest::collection::vec(proptest::option::of(any::<bool>()), 1..40),
-            failing in proptest::collection::vec(proptest::bool::weighted(0.3), 0..60),
+            answers in answers(60),
         ) {
-            let (tent, mut lamps) = lamps(failing);
+            let (tent, mut lamps) = lamps(vec![false; 2], answers);
             for light in lights {
-                let light = light.map(|is_left| if is_left { Light::Left } else { Light::Right });
+                let light = light.map(|is_left| if is_left { Light::LEFT } else { Light::RIGHT });
                 let done = lamps.light(light);
                 let tent = lock(&tent);
                 if done.is_ok() {
                     let lit = Light::BOTH.map(|side| light == Some(side));
-                    prop_assert_eq!(tent.is_lit, lit);
+                    prop_assert_eq!(&tent.is_lit, &lit);
                 }
                 prop_assert!(tent.most_lit <= 1);
             }
+        }
+
+        /// Whatever the lamps were at the start, and however their switches fail.
+        #[test]
+        fn at_most_one_of_2_to_8_lamps_is_lit_whatever_fails(
+            is_lit in proptest::collection::vec(any::<bool>(), 2..=8),
+            lights in proptest::collection::vec(proptest::option::of(0_usize..8), 1..40),
+            answers in answers(200),
+        ) {
+            let count = is_lit.len();
+            let (tent, mut lamps) = lamps(is_lit, answers);
+            for light in lights {
+                let result = lamps.light(light.and_then(Light::new));
+                let known_dark: Vec<bool> = lamps.lamps.iter().map(|lamp| lamp.is_dark).collect();
+                let tent = lock(&tent);
+                prop_assert!(tent.most_lit <= 1);
+                // No lamp is taken for dark that is lit.
+                for (index, is_lit) in tent.is_lit.iter().enumerate() {
+                    prop_assert!(!(known_dark[index] && *is_lit));
+                }
+                if light.is_some_and(|index| index >= count) {
+                    prop_assert!(result.is_err());
+                } else if result.is_ok() {
+                    let wanted: Vec<bool> = (0..count).map(|index| light == Some(index)).collect();
+                    prop_assert_eq!(&tent.is_lit, &wanted);
+                }
+            }
+            // With devices that obey again, all of them go dark.
+            lock(&tent).answers.clear();
+            prop_assert!(lamps.light(None).is_ok());
+            prop_assert!(!lock(&tent).is_lit.contains(&true));
         }
     }
 
     #[test]
     fn one_goes_dark_before_the_other_is_lit_and_both_are_darkened_even_if_one_does_not_obey() {
-        let (tent, mut both) = lamps(vec![]);
-        both.light(Some(Light::Right)).unwrap();
-        both.light(Some(Light::Left)).unwrap();
+        let (tent, mut both) = lamps(vec![false; 2], vec![]);
+        both.light(Some(Light::RIGHT)).unwrap();
+        both.light(Some(Light::LEFT)).unwrap();
         assert_eq!(lock(&tent).commands, [(0, false), (1, true), (1, false), (0, true)]);
-        let (tent, mut both) = lamps(vec![true]);
+        let (tent, mut both) = lamps(vec![false; 2], vec![Answer::Ignored]);
         assert!(both.light(None).is_err());
         assert_eq!(lock(&tent).commands, [(1, false)]);
     }
 
-    /// A bulb that obeys only so many commands, then again when it is told to.
+    #[test]
+    fn all_other_lamps_go_dark_before_one_is_lit_and_none_is_lit_if_one_of_them_does_not_obey() {
+        let (tent, mut four) = lamps(vec![true; 4], vec![]);
+        four.light(Some(Light::FRONT)).unwrap();
+        assert_eq!(lock(&tent).commands, [(0, false), (1, false), (3, false), (2, true)]);
+        lock(&tent).commands.clear();
+        lock(&tent).answers = vec![Answer::Ignored];
+        let error = four.light(Some(Light::BACK)).unwrap_err().to_string();
+        assert_eq!(error, "lamp 0: found silence, wanted a confirmation");
+        assert_eq!(lock(&tent).commands, [(1, false), (2, false)]);
+        assert_eq!(lock(&tent).is_lit, [false; 4]);
+        let error = four.light(Light::new(4)).unwrap_err().to_string();
+        assert_eq!(error, "lamps: found lamp number 5, wanted 1 to 4");
+    }
+
+    #[test]
+    fn the_pause_comes_only_where_a_lamp_was_not_known_to_be_dark() {
+        let pause = Duration::from_millis(200);
+        let (_, mut lamps) = lamps(vec![false; 3], vec![]);
+        lamps.pause = pause;
+        let mut time = |light: Option<Light>| {
+            let started = Instant::now();
+            lamps.light(light).unwrap();
+            started.elapsed()
+        };
+        assert!(time(Some(Light::LEFT)) >= pause, "unknown at the start");
+        assert!(time(Some(Light::RIGHT)) >= pause, "left was lit");
+        time(None);
+        assert!(time(Some(Light::FRONT)) < pause, "all were dark");
+        assert!(time(Some(Light::FRONT)) < pause, "the others were dark");
+    }
+
+    /// A bulb that ignores the next `deaf_for` commands.
     struct Bulb {
         is_on: Arc<Mutex<bool>>,
         deaf_for: Arc<Mutex<usize>>,
@@ -260,7 +375,7 @@ mod tests {
             let mut deaf_for = self.deaf_for.lock().unwrap();
             if *deaf_for > 0 {
                 *deaf_for -= 1;
-                return Err(crate::failed("flash", "deaf"));
+                return Err(failed("flash", "deaf"));
             }
             *self.is_on.lock().unwrap() = is_on;
             Ok(())

@@ -1,4 +1,4 @@
-//! What the tests of several drivers wait for; nothing here waits for ever.
+//! Shared parts of the tests of drivers. Nothing here waits for ever.
 
 use std::net::TcpListener;
 use std::process::{Child, Command, Stdio};
@@ -7,25 +7,25 @@ use std::time::{Duration, Instant};
 
 use rumqttc::{Client, Connection, Event, MqttOptions, Packet};
 
-/// Far longer than anything here takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Time limit of a wait: chosen far longer than any test takes on a busy machine.
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Waits until `what` holds.
 #[track_caller]
 pub(crate) fn wait_until(what: impl Fn() -> bool) {
     let started = Instant::now();
     while !what() {
-        assert!(started.elapsed() < PATIENCE, "waited {PATIENCE:?} in vain");
+        assert!(started.elapsed() < TIMEOUT, "waited {TIMEOUT:?} in vain");
         thread::sleep(Duration::from_millis(2));
     }
 }
 
-/// Listens to a broker until it says what is `wanted`.
+/// Reads packets from a broker until one is `wanted`.
 #[track_caller]
 pub(crate) fn hear(connection: &mut Connection, wanted: impl Fn(&Packet) -> bool) {
     let started = Instant::now();
     loop {
-        let left = PATIENCE.checked_sub(started.elapsed()).expect("the broker says it in time");
+        let left = TIMEOUT.checked_sub(started.elapsed()).expect("the broker says it in time");
         match connection.recv_timeout(left) {
             Ok(Ok(Event::Incoming(packet))) if wanted(&packet) => return,
             Ok(_) => {}
@@ -34,7 +34,7 @@ pub(crate) fn hear(connection: &mut Connection, wanted: impl Fn(&Packet) -> bool
     }
 }
 
-/// A broker that is killed when it goes.
+/// A mosquitto process that is killed when it is dropped.
 pub(crate) struct Mosquitto {
     pub(crate) port: u16,
     child: Child,
@@ -61,20 +61,19 @@ impl Mosquitto {
                 .spawn()
                 .unwrap();
             let mut broker = Self { port, child };
-            // Another test may have been given the same port in the meantime; then the broker is gone, and whoever
-            // answers there is somebody else.
+            // Another test may have taken the same port meanwhile; then this broker has ended, and another one answers.
             while broker.child.try_wait().unwrap().is_none() {
                 if broker.answers() && broker.child.try_wait().unwrap().is_none() {
                     return Some(broker);
                 }
-                assert!(started.elapsed() < PATIENCE, "no broker on port {port}");
+                assert!(started.elapsed() < TIMEOUT, "no broker on port {port}");
                 thread::sleep(Duration::from_millis(10));
             }
-            assert!(started.elapsed() < PATIENCE, "mosquitto ends on port {port}");
+            assert!(started.elapsed() < TIMEOUT, "mosquitto ends on port {port}");
         }
     }
 
-    /// Whether a broker lets somebody in.
+    /// Whether a broker accepts a connection.
     fn answers(&self) -> bool {
         let (_client, mut connection) = Client::new(MqttOptions::new("knock", "127.0.0.1", self.port), 1);
         matches!(connection.recv_timeout(Duration::from_secs(1)), Ok(Ok(Event::Incoming(Packet::ConnAck(_)))))
@@ -87,7 +86,7 @@ impl Mosquitto {
 
 impl Drop for Mosquitto {
     fn drop(&mut self) {
-        // It may be dead already.
+        // It may have ended already.
         let _ = self.child.kill();
         self.child.wait().unwrap();
     }

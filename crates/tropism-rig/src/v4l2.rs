@@ -1,5 +1,8 @@
-//! A USB camera, or whatever else the kernel's video interface has: its controls set and read back, its first frames
-//! thrown away.
+//! USB cameras and other devices of the kernel's video interface (V4L2). Controls are set and read back, and the first
+//! frames are discarded.
+//!
+//! # References
+//! Linux kernel, "Video for Linux API": <https://docs.kernel.org/userspace-api/media/v4l/v4l2.html>.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -9,16 +12,16 @@ use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, RigError};
 
 use crate::seconds::{Seconds, twenty};
-use crate::{failed, tries};
+use crate::{failed, retry};
 
-/// How a video device hands its pictures over.
+/// Pixel format of a video device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Frames {
-    /// JPEG pictures, kept as they come.
+    /// JPEG frames, kept unchanged.
     #[default]
     #[serde(rename = "MJPG")]
     Mjpg,
-    /// Raw pixels of BT.601 in the narrow range, of which two share their colour; kept as JPEG pictures of quality 95.
+    /// Raw YUV 4:2:2 pixels (BT.601, limited range), kept as JPEG of quality 95.
     #[serde(rename = "YUYV")]
     Yuyv,
 }
@@ -27,27 +30,27 @@ pub enum Frames {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct V4l2Camera {
-    /// The device. A name from `/dev/v4l/by-id` stays the camera's when another one is plugged in.
+    /// The device. A name from `/dev/v4l/by-id` does not change when another camera is plugged in.
     pub device: PathBuf,
-    /// Columns.
+    /// Columns, in pixels.
     pub width: u32,
-    /// Rows.
+    /// Rows, in pixels.
     pub height: u32,
-    /// What it is asked for. Nearly every camera has JPEG at all its sizes, and raw pixels at the small ones.
+    /// Pixel format. Nearly every camera has JPEG at all its sizes, and raw pixels at the small ones.
     #[serde(default)]
     pub format: Frames,
-    /// Frames that are thrown away while the camera settles.
+    /// Frames that are discarded while the camera settles.
     #[serde(default = "eight")]
     pub discard_frames: u32,
     /// Controls and their values, named as by `v4l2-ctl --list-ctrls`. Exposure, gain, white balance and focus should be
     /// fixed: the plant must look the same by day and night.
     #[serde(default)]
     pub controls: BTreeMap<String, i32>,
-    /// Seconds until it is given up.
+    /// Time limit of one attempt.
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
-    /// Further tries if a photograph fails.
-    #[serde(default = "tries::two")]
+    /// Further attempts after a failure.
+    #[serde(default = "retry::two")]
     pub retries: u32,
 }
 
@@ -71,7 +74,7 @@ impl V4l2Camera {
         failed(format!("camera ({})", self.device.display()), problem)
     }
 
-    /// The controls with those first that switch an automatism: others are refused or ignored while it is on.
+    /// The controls, automatic modes first: other controls are refused or ignored while such a mode is on.
     #[cfg_attr(not(target_os = "linux"), allow(dead_code))]
     fn ordered(&self) -> Vec<(&str, i32)> {
         let mut controls: Vec<_> =
@@ -81,15 +84,14 @@ impl V4l2Camera {
     }
 }
 
-/// The name of a control as `v4l2-ctl` writes it: letters and digits, the rest one `_`.
+/// The name of a control as `v4l2-ctl` writes it: letters and digits, anything else as one `_`.
 #[cfg_attr(not(target_os = "linux"), allow(dead_code))]
 fn key(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("_").to_ascii_lowercase()
 }
 
-/// The picture in raw pixels as two of them lie in four bytes: light, blue, light, red. Rows may be longer than their
-/// pixels.
+/// Converts YUV 4:2:2: two pixels in four bytes (Y, U, Y, V). Rows may be padded.
 #[cfg_attr(not(target_os = "linux"), allow(dead_code))]
 fn from_yuyv(bytes: &[u8], width: usize, height: usize, row: usize) -> Result<Image, String> {
     if row < 2 * width || bytes.len() < row * (height - 1) + 2 * width {
@@ -121,7 +123,7 @@ mod device {
     use crate::picture;
 
     impl V4l2Camera {
-        /// One photograph; the device is closed again, for a camera that streams for days gets hot and hangs.
+        /// Takes one photograph, and closes the device: a camera that streams for days gets hot and hangs.
         pub(super) fn attempt(&self) -> Result<Photo, RigError> {
             let error = |doing: &str| {
                 let doing = doing.to_owned();
@@ -171,7 +173,7 @@ mod device {
             }
         }
 
-        /// A frame as the file that is kept.
+        /// Converts a frame to the file that is kept.
         fn photograph_of(&self, frame: Vec<u8>, row: usize) -> Result<Vec<u8>, String> {
             match self.format {
                 Frames::Mjpg => picture::check(&frame).map(|()| frame),
@@ -181,10 +183,10 @@ mod device {
             }
         }
 
-        /// Sets the controls, and reads them all back once they are set: some cameras take a value and ignore it.
+        /// Sets all controls, then reads them back: some cameras accept a value and ignore it.
         fn lock(&self, device: &mut Device) -> Result<(), RigError> {
             let listed = device.controls().flatten().map(|control| (key(control.name()), control.id()));
-            // The list goes from one control to the next and leaves out the very first.
+            // The iterator of the driver starts after the first control.
             let known: Vec<_> =
                 std::iter::once(("brightness".to_owned(), Cid::BRIGHTNESS)).chain(listed).collect();
             let find = |name: &str| {
@@ -214,7 +216,7 @@ mod device {
 
 #[cfg(not(target_os = "linux"))]
 impl V4l2Camera {
-    /// There are such devices on Linux only.
+    /// V4L2 exists on Linux only.
     fn attempt(&self) -> Result<Photo, RigError> {
         Err(self.error("found no V4L2, wanted Linux".to_owned()))
     }
@@ -222,7 +224,7 @@ impl V4l2Camera {
 
 impl Camera for V4l2Camera {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        tries::again(self.retries, || self.attempt())
+        retry::retry(self.retries, || self.attempt())
     }
 }
 

@@ -1,8 +1,8 @@
-//! A lamp of pixels behind a WLED controller, over its JSON interface.
+//! A segment of a WLED controller as a lamp, over its JSON interface.
 //!
-//! The controller forgets its segments when it restarts, so each command says all of them; its answer is read back, and
-//! its uptime shows whether it restarted in between. It switches its light off by itself some minutes after the last
-//! command, in case nobody is left to do so.
+//! The controller loses its segments when it restarts, so each command sets the complete segment. The answer is read back,
+//! and the uptime shows whether the controller restarted meanwhile. Its nightlight timer switches the light off some
+//! minutes after the last command, in case this program is dead.
 //!
 //! # References
 //! WLED documentation, "JSON API": <https://kno.wled.ge/interfaces/json-api/>.
@@ -24,18 +24,18 @@ use crate::switch::Switch;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WledLamp {
-    /// Where the controller answers, such as `http://wled-left.local`.
+    /// Address of the controller, such as `http://wled-left.local`.
     pub url: String,
-    /// Which segment the lamp is: 0 or 1 if both lamps hang on one controller.
+    /// Number of the segment; lamps on one controller have different ones.
     #[serde(default)]
     pub segment: u8,
     /// Its pixels.
     pub strip: Strip,
-    /// Minutes after the last command until the controller darkens all of its light by itself; 0: never. More than two
+    /// Minutes after the last command until the controller switches all of its light off; 0: never. Must be longer than two
     /// steps, or the lamp goes dark between them.
     #[serde(default = "twelve")]
     pub dead_man_min: u8,
-    /// Seconds until it is given up.
+    /// Time limit of one command.
     #[serde(default = "ten")]
     pub timeout_s: Seconds,
 }
@@ -44,11 +44,11 @@ const fn twelve() -> u8 {
     12
 }
 
-/// The largest answer.
+/// The largest answer, in bytes: chosen by hand.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Longer than the controller's loop of 100 ms, in which it notices that its timer was put off.
-const LOOP: Duration = Duration::from_millis(250);
+/// Pause after switching the timer off: chosen longer than the 100 ms loop in which the controller notices it.
+const TIMER_PAUSE: Duration = Duration::from_millis(250);
 
 impl WledLamp {
     pub(crate) fn check(&self, period_min: f64) -> Result<(), String> {
@@ -69,7 +69,7 @@ impl WledLamp {
         OpenWledLamp { settings: self.clone(), device: device.to_owned() }
     }
 
-    /// The segment as it is asked for: all of it, so that nothing is left of what it was before.
+    /// The complete segment, so that no former setting remains.
     fn segment(&self, is_on: bool) -> serde_json::Value {
         json!({
             "id": self.segment, "start": self.strip.first, "stop": self.strip.stop(),
@@ -78,12 +78,12 @@ impl WledLamp {
         })
     }
 
-    /// A lit segment never has brightness 0, which WLED takes for "off, and as bright as before".
+    /// Brightness of the lit segment, 1 to 255: WLED takes 0 for "off, and as bright as before".
     fn brightness(&self) -> u8 {
         (self.strip.duty * 255.0).round().clamp(1.0, 255.0) as u8
     }
 
-    /// Whether the controller is in the state that was asked for, by its own words.
+    /// Checks that the controller reports the commanded state.
     ///
     /// # Errors
     /// What was found, and what was wanted.
@@ -124,8 +124,8 @@ impl WledLamp {
         Ok(())
     }
 
-    /// Other segments over pixels of this lamp: what a restart or somebody's hand has left.
-    fn strangers(&self, state: &WledState) -> Vec<u8> {
+    /// Other segments over pixels of this lamp, left by a restart or a user.
+    fn overlapping_segments(&self, state: &WledState) -> Vec<u8> {
         let overlaps = |segment: &&WledSegment| {
             segment.id != self.segment && segment.start < self.strip.stop() && self.strip.first < segment.stop
         };
@@ -133,7 +133,7 @@ impl WledLamp {
     }
 }
 
-/// What the controller says of its state.
+/// State of the controller, as it reports it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct WledState {
     on: bool,
@@ -146,7 +146,7 @@ pub struct WledState {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 struct Nightlight {
     on: bool,
-    /// Seconds that are left; -1 if it is off.
+    /// Remaining seconds; -1 if it is off.
     #[serde(default)]
     rem: i64,
 }
@@ -177,13 +177,13 @@ impl WledState {
     }
 }
 
-/// What the controller says of itself.
+/// Hardware and uptime of the controller, as it reports them.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct WledInfo {
     leds: Leds,
-    /// Seconds since it started.
+    /// Seconds since its boot.
     uptime: u64,
-    /// Whether somebody streams pixels over what it shows.
+    /// Whether another program streams pixels to it.
     #[serde(default)]
     live: bool,
 }
@@ -207,7 +207,7 @@ fn parse<'a, T: Deserialize<'a>>(answer: &'a [u8]) -> Result<T, String> {
     serde_json::from_slice(answer).map_err(|error| format!("found an answer that is not WLED's: {error}"))
 }
 
-/// The lamp at work.
+/// An open lamp.
 pub(crate) struct OpenWledLamp {
     settings: WledLamp,
     device: String,
@@ -244,17 +244,17 @@ impl OpenWledLamp {
         WledState::parse(&self.send("json/state", Some(state), deadline)?).map_err(|error| self.error(error))
     }
 
-    /// One complete command: other segments off this lamp's pixels, the segment set and read back, the timer set anew.
+    /// One complete command: deletes overlapping segments, sets the segment, reads it back, and restarts the timer.
     fn command(&self, is_on: bool, deadline: Instant) -> Result<(), RigError> {
-        // Without a fade, nobody streaming over it, and not passed on to other controllers.
-        let order = |segments: Vec<serde_json::Value>| json!({"on": true, "bri": 255, "tt": 0, "v": true, "live": false, "udpn": {"nn": true}, "seg": segments});
-        let mut state = self.post(&order(vec![self.settings.segment(is_on)]), deadline)?;
-        let strangers = self.settings.strangers(&state);
-        if !strangers.is_empty() {
-            let mut segments: Vec<_> = strangers.iter().map(|id| json!({"id": id, "stop": 0})).collect();
+        // Without fade, stream, and synchronisation of other controllers.
+        let command = |segments: Vec<serde_json::Value>| json!({"on": true, "bri": 255, "tt": 0, "v": true, "live": false, "udpn": {"nn": true}, "seg": segments});
+        let mut state = self.post(&command(vec![self.settings.segment(is_on)]), deadline)?;
+        let overlapping = self.settings.overlapping_segments(&state);
+        if !overlapping.is_empty() {
+            let mut segments: Vec<_> = overlapping.iter().map(|id| json!({"id": id, "stop": 0})).collect();
             segments.push(self.settings.segment(is_on));
-            state = self.post(&order(segments), deadline)?;
-            if let Some(id) = self.settings.strangers(&state).first() {
+            state = self.post(&command(segments), deadline)?;
+            if let Some(id) = self.settings.overlapping_segments(&state).first() {
                 return Err(
                     self.error(format!("found segment {id} over the lamp's pixels, wanted it deleted"))
                 );
@@ -262,16 +262,16 @@ impl OpenWledLamp {
         }
         self.settings.confirm(&state, is_on).map_err(|problem| self.error(problem))?;
         if is_on && self.settings.dead_man_min > 0 {
-            self.set_timer(deadline)?;
+            self.restart_timer(deadline)?;
         }
         Ok(())
     }
 
-    /// The timer starts only when it goes from off to on, and the controller must see it off.
-    fn set_timer(&self, deadline: Instant) -> Result<(), RigError> {
+    /// Restarts the timer: the controller starts it only on a change from off to on.
+    fn restart_timer(&self, deadline: Instant) -> Result<(), RigError> {
         let minutes = self.settings.dead_man_min;
         self.post(&json!({"v": true, "nl": {"on": false}}), deadline)?;
-        thread::sleep(LOOP);
+        thread::sleep(TIMER_PAUSE);
         let timer = json!({"v": true, "nl": {"on": true, "dur": minutes, "mode": 0, "tbri": 0}});
         let state = self.post(&timer, deadline)?;
         let wanted = 60 * i64::from(minutes);
@@ -294,9 +294,9 @@ impl Switch for OpenWledLamp {
             self.command(is_on, deadline)?;
             let after = self.info(deadline)?;
             if after.live {
-                return Err(self.error("found somebody streaming over it, wanted it to itself".to_owned()));
+                return Err(self.error("found another program streaming to it, wanted none".to_owned()));
             }
-            // A restart in the meantime took the segments with it.
+            // A restart meanwhile has deleted the segments.
             if after.uptime >= before.uptime {
                 return Ok(());
             }
@@ -315,7 +315,7 @@ mod tests {
     use super::*;
     use crate::http::tests::{device, reply};
     use crate::switch::Interlock;
-    use tropism::light::Light;
+    use tropism::lamps::Light;
     use tropism::rig::Lamps;
 
     /// A WLED controller as the documentation describes it, with 288 pixels.
@@ -327,9 +327,9 @@ mod tests {
         live: bool,
         is_deaf: bool,
         timer: Option<i64>,
-        /// When the timer was last put off, which the controller notices 100 ms later.
+        /// When the timer was last switched off, which the controller notices 100 ms later.
         timer_off: Instant,
-        /// Restarts after so many more requests.
+        /// Restarts after this many further requests.
         restarts_in: Option<usize>,
         /// Which pixels were lit after each request.
         lit: Vec<Vec<bool>>,
@@ -459,11 +459,10 @@ mod tests {
     fn two_lamps_on_one_controller_that_has_just_booted() {
         let (url, controller) = controller();
         let mut lamps = Interlock::new(
-            lamp(&url, 0, "dead_man_min = 0"),
-            lamp(&url, 1, "dead_man_min = 0"),
+            [lamp(&url, 0, "dead_man_min = 0"), lamp(&url, 1, "dead_man_min = 0")],
             Duration::from_millis(1),
         );
-        for light in [Light::Left, Light::Right, Light::Right, Light::Left] {
+        for light in [Light::LEFT, Light::RIGHT, Light::RIGHT, Light::LEFT] {
             lamps.light(Some(light)).unwrap();
             assert_eq!(lit(&controller), Light::BOTH.map(|side| side == light));
         }

@@ -16,7 +16,7 @@ use crate::switch::Switch;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ws2812Lamp {
-    /// The device: `/dev/spidev0.0` has its data on GPIO 10.
+    /// The device file: `/dev/spidev0.0` has its data on GPIO 10.
     #[serde(default = "spidev")]
     pub device: PathBuf,
     /// The lamp's pixels.
@@ -27,15 +27,14 @@ fn spidev() -> PathBuf {
     PathBuf::from("/dev/spidev0.0")
 }
 
-/// Bits of the bus a second.
+/// Clock of the bus, in bits per second: four bits for each bit of a pixel.
 #[cfg_attr(not(target_os = "linux"), allow(dead_code))]
 const HZ: u32 = 3_200_000;
 
-/// Low before and after the pulses: 350 µs, by which the strip knows the end of a frame, and which keeps its first pixel
-/// from taking the idle line for a pulse.
+/// Zero bytes before and after the pixels: 350 µs low, which latches the frame and separates it from the idle level.
 const QUIET: usize = 140;
 
-/// What a bus takes in one transfer if the kernel's command line does not say more.
+/// Largest transfer of spidev unless `spidev.bufsiz` of the kernel's command line is larger.
 const BUFSIZ: usize = 4096;
 
 /// The bytes of a frame on the bus: green, red, blue, highest bit first.
@@ -55,7 +54,7 @@ fn encode(frame: &[Pixel]) -> Vec<u8> {
 }
 
 impl Ws2812Lamp {
-    /// A frame must be one transfer: between two, the strip would take the pause for its end.
+    /// Sends the frame in one transfer: the strip would latch in the pause between two.
     pub(crate) fn check(&self) -> Result<(), String> {
         self.strip.check()?;
         let (bytes, most) = (2 * QUIET + 12 * usize::from(self.strip.stop()), bufsiz());
@@ -83,14 +82,14 @@ impl Ws2812Lamp {
         Ok(Box::new(PixelLamp::open(device, &self.device, self.strip, wire)?))
     }
 
-    /// There are such buses on Linux only.
+    /// SPI exists on Linux only.
     #[cfg(not(target_os = "linux"))]
     pub(crate) fn open(&self, device: &str) -> Result<Box<dyn Switch>, RigError> {
         Err(crate::failed(device, "found no SPI, wanted Linux"))
     }
 }
 
-/// What the bus takes in one transfer.
+/// Largest transfer of the bus, in bytes.
 fn bufsiz() -> usize {
     let said = std::fs::read_to_string("/sys/module/spidev/parameters/bufsiz");
     said.ok().and_then(|said| said.trim().parse().ok()).unwrap_or(BUFSIZ)

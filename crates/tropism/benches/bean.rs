@@ -1,7 +1,7 @@
 //! What a bean costs: 1000 steps of five minutes without photographs.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tropism::greenhouse::bean::{Bean, Species, acceptance, lamps};
+use tropism::greenhouse::bean::{Bean, Species, acceptance, lamp_powers};
 
 fn bean(criterion: &mut Criterion) {
     let species = Species::default();
@@ -9,7 +9,7 @@ fn bean(criterion: &mut Criterion) {
         bencher.iter(|| {
             let mut bean = Bean::new(species.draw(1, 1.0), 1);
             for step in 0..1000 {
-                bean.advance(lamps(Some(acceptance::alternating(step))), 5.0);
+                bean.advance(&lamp_powers(Some(acceptance::alternating(step))), 5.0);
             }
             bean.apex()
         });

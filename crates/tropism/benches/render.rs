@@ -6,7 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use tropism::greenhouse::pose::{Leaf, Node, Pose};
 use tropism::greenhouse::render::Renderer;
 use tropism::greenhouse::scene::Scene;
-use tropism::light::Light;
+use tropism::lamps::Light;
 
 /// A bean of 25 cm that leans to one side, its leaves half open.
 fn bean() -> Pose {
@@ -46,20 +46,20 @@ fn photographs(criterion: &mut Criterion) {
         group.bench_function("draw", |bencher| {
             bencher.iter(|| {
                 frame += 1;
-                black_box(renderer.draw(&pose, Some(Light::Left), true, frame))
+                black_box(renderer.draw(&pose, Some(Light::LEFT), true, frame))
             });
         });
         group.bench_function("photograph", |bencher| {
             bencher.iter(|| {
                 frame += 1;
-                black_box(renderer.photograph(&pose, Some(Light::Left), true, frame))
+                black_box(renderer.photograph(&pose, Some(Light::LEFT), true, frame))
             });
         });
         group.finish();
     }
     let scene = Scene::default();
     criterion.bench_function("a new tent and its first photograph", |bencher| {
-        bencher.iter(|| black_box(Renderer::new(&scene, 1).draw(&pose, Some(Light::Right), true, 0)));
+        bencher.iter(|| black_box(Renderer::new(&scene, 1).draw(&pose, Some(Light::RIGHT), true, 0)));
     });
 }
 

@@ -4,15 +4,14 @@
 //! `cargo bench -p tropism --bench simulation`
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use tropism::control::network::NetworkController;
+use tropism::control::{NetworkController, Sensors};
 use tropism::geometry::Point;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::plant::tip::{TipModel, TipModelConfig};
-use tropism::random::{Draws, Purpose};
-use tropism::simulation::fitness_of;
-use tropism::simulation::lanes::{Episode, fitness_of_all};
-use tropism::task::Task;
+use tropism::random::{NoiseStream, Purpose};
+use tropism::simulation::{BatchModel, Episode, fitness_of};
+use tropism::task::Targets;
 use tropism::track::{Sample, Track};
 use tropism_neat::{Config, Genome, Neat, random_genome};
 
@@ -30,21 +29,22 @@ fn model(steps: u32) -> TipModel {
             step,
             time_s: 300.0 * f64::from(step),
             tip: Point::new(0.2 * f64::from(lean) - 5.0 + own, 4.0 + 0.03 * f64::from(age)),
-            light: Some(if phase < 40 { Light::Right } else { Light::Left }),
+            stem: None,
+            light: Some(if phase < 40 { Light::RIGHT } else { Light::LEFT }),
             quality: Quality::Measured,
         }
     });
-    let track = Track { samples: samples.collect(), columns: Vec::new() };
+    let track = Track::of(samples.collect());
     TipModel::fit([&track], TipModelConfig::default()).expect("a track with steps in it")
 }
 
-fn task() -> Task {
-    Task { end_height_cm: f64::INFINITY, max_steps: STEPS, ..Task::default() }
+fn task() -> Targets {
+    Targets { end_height_cm: f64::INFINITY, max_steps: STEPS, ..Targets::default() }
 }
 
 /// A population with so many links on average, bred for fitness and, until they are there, for links.
-fn population(links: f64, model: &TipModel, task: &Task) -> Vec<Genome> {
-    let config = Config { population: 150, ..Config::paper() };
+fn population(links: f64, model: &TipModel, task: &Targets) -> Vec<Genome> {
+    let config = Config { population: 150, ..Config::wahby2016() };
     let mut neat = Neat::new(config, 2, 1, 1).expect("the paper's parameters");
     loop {
         let fitness = evaluate(model, task, neat.ask());
@@ -57,14 +57,14 @@ fn population(links: f64, model: &TipModel, task: &Task) -> Vec<Genome> {
     }
 }
 
-fn draws(plant: usize) -> Draws {
-    Draws::new(1, Purpose::Growth, [0, plant as u32, 0])
+fn noise(plant: usize) -> NoiseStream {
+    NoiseStream::new(1, Purpose::Growth, [0, plant as u32, 0])
 }
 
-fn evaluate(model: &TipModel, task: &Task, genomes: &[Genome]) -> Vec<f64> {
+fn evaluate(model: &TipModel, task: &Targets, genomes: &[Genome]) -> Vec<f64> {
     let episodes = genomes.iter().enumerate();
-    let episodes = episodes.map(|(plant, genome)| Episode { controller: genome, draws: draws(plant) });
-    fitness_of_all(model, task, episodes)
+    let episodes = episodes.map(|(plant, genome)| Episode { controller: genome, noise: noise(plant) });
+    model.score(task, &Sensors::default(), episodes)
 }
 
 /// The look-up does not depend on the number of data points.
@@ -72,7 +72,7 @@ fn data(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step, by data points");
     let task = task();
     let genomes: Vec<Genome> =
-        (0..1000).map(|index| random_genome(&Config::paper(), 2, 1, 1, index)).collect();
+        (0..1000).map(|index| random_genome(&Config::wahby2016(), 2, 1, 1, index)).collect();
     group.throughput(Throughput::Elements(u64::from(STEPS) * genomes.len() as u64));
     for points in [10_000, 100_000, 1_000_000] {
         let model = model(points);
@@ -96,8 +96,9 @@ fn links(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::new("plain", links), |bencher| {
             bencher.iter(|| -> f64 {
                 let fitness = |(plant, genome)| {
-                    let mut controller = NetworkController::new(genome).expect("two inputs and one output");
-                    fitness_of(&model, &mut controller, &task, draws(plant))
+                    let mut controller =
+                        NetworkController::of_tip(genome).expect("two inputs and one output");
+                    fitness_of(&model, &mut controller, &task, noise(plant))
                 };
                 genomes.iter().enumerate().map(fitness).sum()
             });

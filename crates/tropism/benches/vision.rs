@@ -9,7 +9,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use tropism::geometry::{Pixel, Region};
 use tropism::photo::jpeg::Jpeg;
 use tropism::photo::{Image, Photo};
-use tropism::vision::{Mode, VisionConfig, lit, look_from};
+use tropism::vision::{Mode, VisionConfig, detect_from_base, lamp_state};
 
 /// A photograph of `width` x three quarters of it, and where its stem leaves the soil.
 fn drawing(width: usize) -> (Image, Pixel, Region) {
@@ -39,7 +39,9 @@ fn bench(criterion: &mut Criterion) {
         group.sample_size(20);
         group.bench_function("decode", |bencher| bencher.iter(|| black_box(&photo).decode()));
         group.bench_function("open", |bencher| bencher.iter(|| black_box(&photo).open()));
-        group.bench_function("codes alone", |bencher| bencher.iter(|| Jpeg::floor(black_box(&photo.bytes))));
+        group.bench_function("codes alone", |bencher| {
+            bencher.iter(|| Jpeg::scan_only(black_box(&photo.bytes)))
+        });
         for (name, mode, stem) in [
             ("paper, tip", Mode::Paper, false),
             ("paper, tip and stem", Mode::Paper, true),
@@ -47,15 +49,15 @@ fn bench(criterion: &mut Criterion) {
             ("robust, tip and stem", Mode::Robust, true),
         ] {
             let config = VisionConfig { mode, crop: Some(crop), stem, ..VisionConfig::default() };
-            assert!(look_from(&image, Some(base), &config).is_some(), "{name}");
+            assert!(detect_from_base(&image, Some(base), &config).is_some(), "{name}");
             group.bench_function(name, |bencher| {
-                bencher.iter(|| look_from(black_box(&image), Some(base), &config));
+                bencher.iter(|| detect_from_base(black_box(&image), Some(base), &config));
             });
             group.bench_function(format!("{name}, from the file"), |bencher| {
-                bencher.iter(|| look_from(&black_box(&photo).open().unwrap(), Some(base), &config));
+                bencher.iter(|| detect_from_base(&black_box(&photo).open().unwrap(), Some(base), &config));
             });
         }
-        group.bench_function("lit lamp", |bencher| bencher.iter(|| lit(black_box(&image), None)));
+        group.bench_function("lit lamp", |bencher| bencher.iter(|| lamp_state(black_box(&image), None)));
         group.finish();
     }
 }

@@ -13,10 +13,10 @@ use tropism::greenhouse::bean::{Bean, Species};
 use tropism::greenhouse::render::Renderer;
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Photo;
 use tropism::photo::jpeg::Jpeg;
-use tropism::vision::{Eye, Mode, VisionConfig, lit};
+use tropism::vision::{Mode, TipTracker, VisionConfig, lamp_state};
 
 // As in the program `tropism`.
 #[global_allocator]
@@ -33,9 +33,9 @@ fn draw(folder: &Path, width: u32, count: u64) -> Result<(), Box<dyn Error>> {
     let greenhouse = greenhouse(width);
     for seed in 0..count {
         let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
-        bean.advance([0.0, 1.0], END_MIN * (seed + 1) as f64 / count as f64);
+        bean.advance(&[0.0, 1.0], END_MIN * (seed + 1) as f64 / count as f64);
         let mut renderer = Renderer::new(&greenhouse.scene, seed);
-        let bytes = renderer.photograph(&bean.pose(), Some(Light::Right), true, 0);
+        let bytes = renderer.photograph(&bean.pose(), Some(Light::RIGHT), true, 0);
         std::fs::write(folder.join(format!("{seed:03}.jpg")), bytes)?;
     }
     let crop = greenhouse.crop();
@@ -57,22 +57,22 @@ fn time(folder: &Path, width: u32) -> Result<(), Box<dyn Error>> {
         photos.iter().for_each(&mut *work);
         1e3 * start.elapsed().as_secs_f64() / photos.len() as f64
     };
-    let eye = |mode, stem| {
+    let tracker = |mode, stem| {
         let config = VisionConfig { mode, stem, crop: Some(greenhouse.crop()), ..VisionConfig::default() };
-        Eye::new(greenhouse.calibration(), config)
+        TipTracker::new(greenhouse.calibration(), config)
     };
     let (mut tip, mut paper, mut robust) =
-        (eye(Mode::Paper, false)?, eye(Mode::Paper, true)?, eye(Mode::Robust, true)?);
+        (tracker(Mode::Paper, false)?, tracker(Mode::Paper, true)?, tracker(Mode::Robust, true)?);
     let decode = cost(&mut |photo| drop(black_box(photo.decode())));
     let floor = cost(&mut |photo| {
-        black_box(Jpeg::floor(&photo.bytes));
+        black_box(Jpeg::scan_only(&photo.bytes));
     });
     let lamp = cost(&mut |photo| {
-        black_box(photo.open().is_ok_and(|picture| lit(&picture, None).is_some()));
+        black_box(photo.open().is_ok_and(|picture| lamp_state(&picture, None).is_some()));
     });
-    let see = |eye: &mut Eye| {
+    let see = |tracker: &mut TipTracker| {
         cost(&mut |photo| {
-            black_box(eye.observe(photo));
+            black_box(tracker.observe(photo));
         })
     };
     let (tip, paper, robust) = (see(&mut tip), see(&mut paper), see(&mut robust));

@@ -1,18 +1,17 @@
 //! One loop for three worlds: a model, the virtual tent and a real tent.
 //!
 //! A world can be observed and stepped; [`run`] closes the loop of observation and light and writes down a [`Track`].
-//! That a simulated and a measured plant both become a track, scored by one fitness, is the paper's reality gap as a
-//! type.
+//! Simulated and measured plants both become a track, scored by one fitness: the paper's reality gap as a type.
 
 use std::ops::ControlFlow;
 
 use crate::control::Controller;
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::task::Task;
-use crate::track::{PERIOD_MIN, Sample, Track};
+use crate::track::{Sample, Track};
 
-/// A world with one plant and two lamps.
+/// A world with one plant and its lamps.
 pub trait Environment {
     /// Why the world cannot be observed or stepped.
     type Error;
@@ -23,48 +22,52 @@ pub trait Environment {
     /// If the plant was never seen, or the world is broken.
     fn observe(&mut self) -> Result<Observation, Self::Error>;
 
-    /// Lights one lamp for one step. In a tent this returns when the lamp is lit; the step's five minutes pass before
-    /// the next observation.
+    /// Lights one lamp for one step. In a tent this returns when the lamp is lit; the step's time passes before the next
+    /// observation.
     ///
     /// # Errors
     /// If the lamp cannot be lit.
     fn step(&mut self, light: Light) -> Result<(), Self::Error>;
 
-    /// How many steps have passed so far without an observation, because something went wrong. They count for the task,
-    /// and are gaps in the track.
+    /// How many steps have passed so far without an observation, because of a fault. They count for the task, and are gaps
+    /// in the track.
     fn missed(&self) -> u32 {
         0
     }
 
     /// Minutes between observations.
-    fn period_min(&self) -> f64 {
-        PERIOD_MIN
-    }
+    fn period_min(&self) -> f64;
+
+    /// The lamps.
+    fn layout(&self) -> &Layout;
 }
 
 /// Runs `controller` in `world` until `task` is over, or `watch` breaks off.
 ///
-/// `watch` sees each sample as it is complete: tip and the light decided for it. The track of N steps has N + 1 samples,
-/// the last one dark, fewer if the world missed some. A broken-off track ends with the sample at which `watch` broke off.
+/// `watch` sees each sample as it is complete: what was seen and the light decided for it. The track of N steps has N + 1
+/// samples, the last one dark, fewer if the world missed some. A broken-off track ends with the sample at which `watch`
+/// broke off.
 ///
 /// # Errors
 /// Those of the world.
 pub fn run<W: Environment>(
     world: &mut W,
     controller: &mut (impl Controller + ?Sized),
-    task: &Task,
+    task: &(impl Task + ?Sized),
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Result<Track, W::Error> {
-    let mut track = Track::default();
+    let mut track =
+        Track { layout: world.layout().clone(), period_min: world.period_min(), ..Track::default() };
     for taken in 0.. {
         let seen = world.observe()?;
         let step = taken + world.missed();
-        let is_over = task.is_over(step, seen.tip);
+        let is_over = task.is_over(step, &seen);
         let light = (!is_over).then(|| controller.decide(&seen));
         let sample = Sample {
             step,
             time_s: f64::from(step) * world.period_min() * 60.0,
             tip: seen.tip,
+            stem: seen.stem,
             light,
             quality: seen.quality,
         };
@@ -78,7 +81,7 @@ pub fn run<W: Environment>(
     Ok(track)
 }
 
-/// A `watch` for [`run`] that lets every step pass.
+/// A `watch` for [`run`] that never breaks off.
 pub fn unwatched(_sample: &Sample) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }

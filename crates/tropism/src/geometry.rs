@@ -1,10 +1,18 @@
-//! Points of the world in centimetres and of photographs in pixels: different types, never mixed.
+//! Points of the plant's plane in centimetres and places in a photograph in pixels: two types, never mixed.
 
 use serde::{Deserialize, Serialize};
 
 use crate::math;
+use crate::math::interpolate::lerp;
 
 /// A point in the plane of the stem, in cm: x to the right of the root as the camera sees it, y up from the soil.
+///
+/// ```
+/// use tropism::geometry::Point;
+/// let tip = Point::new(3.0, 4.0);
+/// assert_eq!(tip.distance(Point::default()), 5.0);
+/// assert_eq!(tip.mirrored(), Point::new(-3.0, 4.0));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Point {
@@ -21,19 +29,30 @@ impl Point {
         Self { x, y }
     }
 
-    /// The same point in a mirror: x changes sign.
+    /// The mirror image at the vertical through the root: x changes sign.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         Self { x: -self.x, y: self.y }
     }
 
-    /// Distance to `other`, in cm.
+    /// Euclidean distance to `other`, in cm.
     #[must_use]
     pub fn distance(self, other: Self) -> f64 {
         math::hypot(self.x - other.x, self.y - other.y)
     }
 
-    /// Whether both coordinates are finite numbers.
+    /// The point at a `share` of the way to `other`: 0 is this point, 1 the other.
+    ///
+    /// ```
+    /// use tropism::geometry::Point;
+    /// assert_eq!(Point::new(0.0, 4.0).lerp(Point::new(2.0, 8.0), 0.25), Point::new(0.5, 5.0));
+    /// ```
+    #[must_use]
+    pub fn lerp(self, other: Self, share: f64) -> Self {
+        Self { x: lerp(self.x, other.x, share), y: lerp(self.y, other.y, share) }
+    }
+
+    /// Whether neither coordinate is infinite or NaN.
     #[must_use]
     pub const fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite()
@@ -52,7 +71,12 @@ impl From<Point> for [f64; 2] {
     }
 }
 
-/// A place in a photograph, in pixels: x to the right, y down, whole numbers at the centres of pixels.
+/// A place in a photograph, in pixels: x to the right, y down. Whole numbers are the centres of pixels.
+///
+/// ```
+/// use tropism::geometry::Pixel;
+/// assert_eq!(Pixel::new(10.0, 2.0).distance(Pixel::new(4.0, 10.0)), 10.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pixel {
     /// Pixels to the right of the centre of the leftmost column.
@@ -68,7 +92,7 @@ impl Pixel {
         Self { x, y }
     }
 
-    /// Distance to `other`, in pixels.
+    /// Euclidean distance to `other`, in pixels.
     #[must_use]
     pub fn distance(self, other: Self) -> f64 {
         math::hypot(self.x - other.x, self.y - other.y)
@@ -76,6 +100,12 @@ impl Pixel {
 }
 
 /// A rectangle of whole pixels in a photograph.
+///
+/// ```
+/// use tropism::geometry::Region;
+/// let region = Region { x: 10, y: 0, width: 20, height: 20 };
+/// assert!(region.fits(30, 20) && !region.fits(29, 20));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
@@ -90,7 +120,7 @@ pub struct Region {
 }
 
 impl Region {
-    /// Whether the region has pixels and all of them lie in a picture of `width` x `height`.
+    /// Whether the region is not empty and lies inside a picture of `width` x `height` pixels.
     #[must_use]
     pub const fn fits(&self, width: usize, height: usize) -> bool {
         self.width > 0
@@ -102,22 +132,36 @@ impl Region {
     }
 }
 
-/// A line through points, in cm, from the base up.
+/// A line of straight segments from vertex to vertex, in cm, from the base up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Polyline(pub Vec<Point>);
 
 impl Polyline {
+    /// The same line in a mirror: x changes sign.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        Self(self.0.iter().map(|point| point.mirrored()).collect())
+    }
+
     /// Length along the line, in cm.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.0.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
     }
 
-    /// The same line with `count` vertices at equal distances along it, both ends kept (section 4: ten).
+    /// The same line with `count` vertices at equal distances along it; both ends stay. The paper uses ten vertices
+    /// (section 4).
     ///
-    /// A line of fewer than two points, or a `count` below two, is returned as it is.
+    /// A line of fewer than two points, or a `count` below two, returns the line unchanged.
+    ///
+    /// ```
+    /// use tropism::geometry::{Point, Polyline};
+    /// let bent = Polyline(vec![Point::new(0.0, 0.0), Point::new(0.0, 3.0), Point::new(1.0, 3.0)]);
+    /// let even = [(0.0, 0.0), (0.0, 2.0), (1.0, 3.0)].map(|(x, y)| Point::new(x, y));
+    /// assert_eq!(bent.resampled(3).0, even);
+    /// ```
     #[must_use]
-    pub fn equidistant(&self, count: usize) -> Self {
+    pub fn resampled(&self, count: usize) -> Self {
         if self.0.len() < 2 || count < 2 {
             return self.clone();
         }
@@ -131,13 +175,11 @@ impl Polyline {
                 && segment > 0.0
             {
                 let share = (spacing * vertices.len() as f64 - walked) / segment;
-                vertices.push(Point::new(
-                    pair[0].x + share * (pair[1].x - pair[0].x),
-                    pair[0].y + share * (pair[1].y - pair[0].y),
-                ));
+                vertices.push(pair[0].lerp(pair[1], share));
             }
             walked += segment;
         }
+        // Rounding may leave the last vertices out.
         vertices.resize(count, self.0[self.0.len() - 1]);
         Self(vertices)
     }
@@ -150,7 +192,7 @@ mod tests {
     #[test]
     fn ten_points_stand_at_equal_distances() {
         let line = Polyline(vec![Point::new(0.0, 0.0), Point::new(0.0, 5.0), Point::new(4.0, 5.0)]);
-        let ten = line.equidistant(10);
+        let ten = line.resampled(10);
         assert_eq!(ten.0.len(), 10);
         assert_eq!(ten.0[0], line.0[0]);
         assert_eq!(ten.0[9], line.0[2]);

@@ -66,26 +66,26 @@ pub fn normal(rng: &mut impl Rng) -> f64 {
     radius * math::cos(core::f64::consts::TAU * uniform(rng))
 }
 
-/// Normal draws that are named by their place, not by their turn: draw number `step` of an episode.
+/// Standard normal draws of one episode, addressed by step.
 ///
-/// A counter-based generator (Philox4x32-10, doi:10.1145/2063384.2063405) turns (seed, episode) into a key, and two
-/// multiplications turn key and step into 32 bits: any draw can be made without those before it, so plants may be advanced
-/// one by one, in any order, or many side by side. The sum of the four bytes of a draw, bent by a cubic, stands for a value of
-/// the normal distribution, whose distribution function it meets within 0.0021.
+/// Philox4x32-10, a counter-based generator (Salmon et al. 2011, doi:10.1145/2063384.2063405), turns seed and episode into
+/// a key; a hash turns key and step into 32 bits. Any draw can be computed without those before it, so plants may be
+/// advanced one by one, in any order, or many side by side. [`approx_normal`] maps the bits to a normal draw.
 ///
 /// ```
-/// use tropism::random::{Draws, Purpose};
-/// let draws = Draws::new(1, Purpose::Growth, [0, 7, 0]);
-/// assert_eq!(draws.normal(360), draws.normal(360));
+/// use tropism::random::{NoiseStream, Purpose};
+/// let noise = NoiseStream::new(1, Purpose::Growth, [0, 7, 0]);
+/// assert_eq!(noise.normal(360), noise.normal(360));
+/// assert_eq!(noise.at(360).normal(), noise.normal(360));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Draws {
+pub struct NoiseStream {
     key: [u32; 2],
 }
 
-impl Draws {
-    /// The draws of an episode under `seed`. The episode has a name of three numbers, such as generation, individual
-    /// and repetition; the last one is kept to 24 bits, the purpose fills the rest.
+impl NoiseStream {
+    /// The stream of an episode under `seed`. Three numbers name the episode, such as generation, individual and
+    /// repetition; 24 bits of the last one count, the purpose fills the rest.
     #[must_use]
     pub const fn new(seed: u64, purpose: Purpose, [first, second, third]: [u32; 3]) -> Self {
         let tagged = (third & 0x00ff_ffff) | ((purpose as u32) << 24);
@@ -93,47 +93,91 @@ impl Draws {
         Self { key: [one, other] }
     }
 
-    /// The standard normal draw of `step`.
+    /// The first standard normal draw of `step`.
     #[must_use]
     #[inline]
     pub fn normal(&self, step: u32) -> f64 {
-        bell(bits(self.key, step)).into()
+        approx_normal(noise_bits(self.key, step)).into()
     }
 
-    /// What [`bits`] is given.
+    /// All draws of `step`, one after the other.
+    #[must_use]
+    #[inline]
+    pub const fn at(&self, step: u32) -> StepNoise {
+        StepNoise { key: self.key, step, drawn: 0 }
+    }
+
+    /// Draws for what a plant is from the start: its individual parameters.
+    #[must_use]
+    pub const fn of_seedling(&self) -> StepNoise {
+        self.at(u32::MAX)
+    }
+
+    /// The key of [`noise_bits`].
     #[inline]
     pub(crate) const fn key(&self) -> [u32; 2] {
         self.key
     }
 }
 
-/// From one step to the next, half of the key of an episode goes on by this (the golden ratio, so that steps far apart
-/// are spread evenly).
-pub(crate) const STEP: u32 = 0x9e37_79b9;
+/// The standard normal draws of one step of an episode: as many as a model needs.
+#[derive(Clone, Debug)]
+pub struct StepNoise {
+    key: [u32; 2],
+    step: u32,
+    drawn: u32,
+}
+
+impl StepNoise {
+    /// The next draw. The first one of a step is [`NoiseStream::normal`]; all are independent.
+    #[inline]
+    pub fn normal(&mut self) -> f64 {
+        let number = self.drawn;
+        self.drawn += 1;
+        if number == 0 {
+            return approx_normal(noise_bits(self.key, self.step)).into();
+        }
+        let [bits, ..] = philox([number, self.step, 0, 0], self.key);
+        approx_normal(bits).into()
+    }
+
+    /// A uniform draw from `[0, 1)`, in steps of 2^-32.
+    pub fn uniform(&mut self) -> f64 {
+        self.drawn += 1;
+        let [bits, ..] = philox([self.drawn - 1, self.step, 1, 0], self.key);
+        f64::from(bits) * (0.5_f64).powi(32)
+    }
+}
+
+/// Increment of the key from one step to the next: 2^32 divided by the golden ratio (Weyl sequence), which spreads
+/// consecutive steps evenly.
+pub(crate) const STEP_INCREMENT: u32 = 0x9e37_79b9;
 
 /// 32 random bits for a step.
 ///
-/// Two rounds of shifting and multiplying, with multipliers that C. Wellons searched for small bias, the other half of the
-/// key in between: what one step says of another depends on a secret of the episode.
+/// Two rounds of xor-shift and multiplication with the low-bias multipliers of C. Wellons' hash-prospector search
+/// (`lowbias32`), with the second half of the key mixed in between, so that the correlation of two steps depends on a
+/// secret of the episode.
 #[inline(always)]
-pub(crate) const fn bits(key: [u32; 2], step: u32) -> u32 {
-    let begun = key[0].wrapping_add(step.wrapping_mul(STEP));
+pub(crate) const fn noise_bits(key: [u32; 2], step: u32) -> u32 {
+    let begun = key[0].wrapping_add(step.wrapping_mul(STEP_INCREMENT));
     let once = (begun ^ (begun >> 16) ^ key[1]).wrapping_mul(0x7feb_352d);
     (once ^ (once >> 15)).wrapping_mul(0x846c_a68b)
 }
 
-/// A draw from the standard normal distribution, as far as the sum of four bytes can be bent to it by a cubic.
+/// An approximate standard normal draw: the sum of four bytes (Irwin-Hall), corrected by a cubic.
 ///
-/// Mean, variance and the third and fourth moments are the normal distribution's; its distribution function is met within 0.0021,
-/// and the outermost values are 4.04. Against the 0.01 cm of eq. (4) that is nothing, and these few operations are the same
-/// in a vector, on any machine.
+/// Mean, variance, third and fourth moments are those of the normal distribution; the distribution function is met within
+/// 0.0021, and the largest value is 4.04. Against the standard deviation of 0.01 cm in eq. (4) the error is negligible,
+/// and these few operations give the same bits in a vector, on any machine. The two coefficients solve the equations of
+/// the second and fourth moment (tested below).
 #[inline(always)]
-pub(crate) fn bell(bits: u32) -> f32 {
+pub(crate) fn approx_normal(bits: u32) -> f32 {
     const BYTES: u32 = 0x00ff_00ff;
     let pairs = (bits & BYTES) + ((bits >> 8) & BYTES);
     let sum = (pairs & 0xffff) + (pairs >> 16);
-    let aside = (sum as i32 - 510) as f32;
-    aside * (0.006_421_040_6 + 5.773_954e-9 * (aside * aside))
+    let centred = (sum as i32 - 510) as f32;
+    centred * (0.006_421_040_6 + 5.773_954e-9 * (centred * centred))
 }
 
 /// Ten rounds of Philox4x32: 128 random bits for a counter and a key.
@@ -177,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sum_of_four_bytes_is_bent_into_a_bell() {
+    fn the_corrected_sum_of_four_bytes_is_nearly_normal() {
         // How often each sum comes up among all 2^32.
         let mut ways = vec![1.0_f64];
         for _ in 0..4 {
@@ -195,7 +239,7 @@ mod tests {
         };
         let (mut below, mut moments) = (0.0, [0.0; 4]);
         for (sum, share) in ways.iter().enumerate() {
-            let z = f64::from(bell(spread(sum as u32).0));
+            let z = f64::from(approx_normal(spread(sum as u32).0));
             (1..).zip(&mut moments).for_each(|(power, moment)| *moment += share * z.powi(power));
             let normal = 0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
             assert!((below + 0.5 * share - normal).abs() < 0.0021, "{z}");
@@ -208,7 +252,7 @@ mod tests {
 
     #[test]
     fn draws_are_standard_normal_and_named_by_episode_and_step() {
-        let of = |episode| Draws::new(3, Purpose::Growth, episode);
+        let of = |episode| NoiseStream::new(3, Purpose::Growth, episode);
         let draws: Vec<f64> =
             (0..200).flat_map(|plant| (0..500).map(move |step| of([0, plant, 0]).normal(step))).collect();
         let moment = |power| draws.iter().map(|z| z.powi(power)).sum::<f64>() / draws.len() as f64;
@@ -225,7 +269,26 @@ mod tests {
         let within = draws.iter().filter(|z| z.abs() < 1.0).count() as f64 / draws.len() as f64;
         assert!((within - 0.6827).abs() < 0.006, "{within}");
         assert_ne!(of([0, 1, 0]).normal(5), of([1, 0, 0]).normal(5));
-        assert_ne!(of([0, 0, 0]).normal(5), Draws::new(3, Purpose::Trial, [0, 0, 0]).normal(5));
+        assert_ne!(of([0, 0, 0]).normal(5), NoiseStream::new(3, Purpose::Trial, [0, 0, 0]).normal(5));
+    }
+
+    #[test]
+    fn further_draws_of_a_step_are_standard_normal_and_independent_of_the_first() {
+        let draws: Vec<[f64; 3]> = (0..40_000)
+            .map(|step| {
+                let mut noise = NoiseStream::new(5, Purpose::Growth, [step / 500, 0, 0]).at(step % 500);
+                [noise.normal(), noise.normal(), noise.normal()]
+            })
+            .collect();
+        let mean =
+            |value: &dyn Fn(&[f64; 3]) -> f64| draws.iter().map(value).sum::<f64>() / draws.len() as f64;
+        for one in 0..3 {
+            assert!(mean(&|draw| draw[one]).abs() < 0.02);
+            for other in 0..3 {
+                let wanted = f64::from(u8::from(one == other));
+                assert!((mean(&|draw| draw[one] * draw[other]) - wanted).abs() < 0.03, "{one} {other}");
+            }
+        }
     }
 
     #[test]

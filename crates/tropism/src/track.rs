@@ -5,12 +5,12 @@
 
 use std::io::{Read, Write};
 
-use crate::geometry::Point;
-use crate::light::{self, Light};
-use crate::observation::Quality;
+use crate::geometry::{Point, Polyline};
+use crate::lamps::{Layout, Light, UnknownLight};
+use crate::observation::{Observation, Quality};
 
-/// Minutes between two steps (section 2.2.1).
-pub const PERIOD_MIN: f64 = 5.0;
+/// Minutes between two steps in the paper (section 2.2.1): the default of a track, a rig and a model.
+pub const PAPER_PERIOD_MIN: f64 = 5.0;
 
 /// One step of a track.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,24 +21,120 @@ pub struct Sample {
     pub time_s: f64,
     /// Tip, in cm.
     pub tip: Point,
+    /// Stem from the base up, in cm, where one was seen. Not part of the CSV.
+    pub stem: Option<Polyline>,
     /// The lamp lit from this step to the next; `None` is dark.
     pub light: Option<Light>,
     /// How the tip came about.
     pub quality: Quality,
 }
 
-/// A column beside the required ones, kept as text.
-#[derive(Clone, Debug, PartialEq, Eq)]
+impl Sample {
+    /// What was seen at this step.
+    #[must_use]
+    pub fn observation(&self) -> Observation {
+        Observation { tip: self.tip, stem: self.stem.clone(), quality: self.quality }
+    }
+}
+
+/// A column beside the required ones.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// Header, with the unit in it.
     pub name: String,
     /// One value a sample.
-    pub values: Vec<String>,
+    pub values: Values,
+}
+
+/// The values of a column.
+#[derive(Clone, Debug)]
+pub enum Values {
+    /// Numbers, written with a fixed number of decimals; NaN is an empty cell.
+    Numbers {
+        /// The values, rounded to `decimals`.
+        values: Vec<f64>,
+        /// Decimals in a file.
+        decimals: usize,
+    },
+    /// Words.
+    Text(Vec<String>),
+}
+
+impl PartialEq for Values {
+    /// Empty cells are equal.
+    fn eq(&self, other: &Self) -> bool {
+        let same = |a: &f64, b: &f64| a == b || a.is_nan() && b.is_nan();
+        match (self, other) {
+            (Self::Numbers { values: a, .. }, Self::Numbers { values: b, .. }) => {
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b))
+            }
+            (Self::Text(a), Self::Text(b)) => a == b,
+            _ => false,
+        }
+    }
+}
+
+impl Values {
+    /// Numbers, if every text is one that would be written the same; else text.
+    fn of_texts(texts: Vec<String>) -> Self {
+        let decimals = texts.iter().filter_map(|text| Some(text.split_once('.')?.1.len())).max().unwrap_or(0);
+        let number = |text: &String| {
+            let value = if text.is_empty() {
+                f64::NAN
+            } else {
+                text.parse().ok().filter(|value: &f64| value.is_finite())?
+            };
+            (cell(value, decimals) == *text).then_some(value)
+        };
+        match texts.iter().map(number).collect::<Option<Vec<f64>>>() {
+            Some(values) if values.iter().any(|value| !value.is_nan()) => Self::Numbers { values, decimals },
+            _ => Self::Text(texts),
+        }
+    }
+
+    /// The text of a row, as it stands in a file.
+    #[must_use]
+    pub fn text(&self, row: usize) -> String {
+        match self {
+            Self::Numbers { values, decimals } => cell(values[row], *decimals),
+            Self::Text(texts) => texts[row].clone(),
+        }
+    }
+}
+
+/// A number as it stands in a file.
+fn cell(value: f64, decimals: usize) -> String {
+    if value.is_nan() { String::new() } else { format!("{value:.decimals$}") }
+}
+
+impl Column {
+    /// A column of text.
+    #[must_use]
+    pub fn text(name: &str, values: Vec<String>) -> Self {
+        Self { name: name.to_owned(), values: Values::Text(values) }
+    }
+
+    /// A column of what stands in the cells of a file: numbers if all of them are, else text.
+    #[must_use]
+    pub fn parsed(name: &str, cells: Vec<String>) -> Self {
+        Self { name: name.to_owned(), values: Values::of_texts(cells) }
+    }
+
+    /// A column of numbers, kept as a file keeps them: rounded to `decimals`. NaN is an empty cell.
+    pub fn numbers(name: &str, decimals: usize, values: impl IntoIterator<Item = f64>) -> Self {
+        let unit = 10_f64.powi(decimals as i32);
+        let values = values.into_iter().map(|value| (value * unit).round() / unit).collect();
+        Self { name: name.to_owned(), values: Values::Numbers { values, decimals } }
+    }
 }
 
 /// The path of a tip.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Track {
+    /// The lamps, which give the lights of the samples their names and places.
+    pub layout: Layout,
+    /// Minutes between two steps.
+    pub period_min: f64,
     /// Steps in order.
     pub samples: Vec<Sample>,
     /// Further columns, such as `frame` and `tip_x_px`.
@@ -47,6 +143,7 @@ pub struct Track {
 
 /// Why bytes are not a track.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TrackError {
     /// A required column is missing.
     #[error("found columns {found}, wanted {wanted:?} among them")]
@@ -68,6 +165,14 @@ pub enum TrackError {
         /// What should stand there.
         wanted: &'static str,
     },
+    /// A lamp that the layout does not name.
+    #[error("line {line}: {source}")]
+    Light {
+        /// Line of the file, the header being line 1.
+        line: u64,
+        /// The word that stands there.
+        source: UnknownLight,
+    },
     /// No rows.
     #[error("found no rows, wanted at least one step")]
     Empty,
@@ -78,22 +183,45 @@ pub enum TrackError {
 
 const REQUIRED: [&str; 6] = ["step", "time_s", "tip_x_cm", "tip_y_cm", "light", "quality"];
 
+impl Default for Track {
+    /// No samples, with the paper's lamps and period.
+    fn default() -> Self {
+        Self {
+            layout: Layout::default(),
+            period_min: PAPER_PERIOD_MIN,
+            samples: Vec::new(),
+            columns: Vec::new(),
+        }
+    }
+}
+
 impl Track {
-    /// The same experiment in a mirror: x changes sign, left and right change places (section 2.2.3).
+    /// A track of `samples` under the paper's lamps, five minutes apart.
+    #[must_use]
+    pub fn of(samples: Vec<Sample>) -> Self {
+        Self { samples, ..Self::default() }
+    }
+
+    /// The same experiment in a mirror: x changes sign, and each lamp becomes the lamp at the mirrored place (section
+    /// 2.2.3). `None` where a lamp that was lit has no mirror image in the layout.
     ///
     /// Columns beside the required ones are left out: what they mean in a mirror is not known here.
     #[must_use]
-    pub fn mirrored(&self) -> Self {
-        let samples = self
-            .samples
-            .iter()
-            .map(|sample| Sample {
+    pub fn mirrored(&self) -> Option<Self> {
+        let image = |sample: &Sample| {
+            let light = match sample.light {
+                None => None,
+                Some(light) => Some(self.layout.mirrored(light)?),
+            };
+            Some(Sample {
                 tip: sample.tip.mirrored(),
-                light: sample.light.map(Light::mirrored),
+                stem: sample.stem.as_ref().map(Polyline::mirrored),
+                light,
                 ..sample.clone()
             })
-            .collect();
-        Self { samples, columns: Vec::new() }
+        };
+        let samples = self.samples.iter().map(image).collect::<Option<_>>()?;
+        Some(Self { layout: self.layout.clone(), period_min: self.period_min, samples, columns: Vec::new() })
     }
 
     /// Pairs of samples one step apart, with the light that was lit between them.
@@ -113,13 +241,15 @@ impl Track {
     #[must_use]
     pub fn numbers(&self, column: &str) -> Option<Vec<f64>> {
         let column = self.columns.iter().find(|candidate| candidate.name == column)?;
-        Some(column.values.iter().map(|value| value.parse().unwrap_or(f64::NAN)).collect())
+        Some(match &column.values {
+            Values::Numbers { values, .. } => values.clone(),
+            Values::Text(texts) => texts.iter().map(|text| text.parse().unwrap_or(f64::NAN)).collect(),
+        })
     }
 
-    /// Adds a column of numbers with `decimals` places.
+    /// Adds a column of numbers, rounded to `decimals`.
     pub fn add_numbers(&mut self, name: &str, decimals: usize, values: impl IntoIterator<Item = f64>) {
-        let values = values.into_iter().map(|value| format!("{value:.decimals$}")).collect();
-        self.columns.push(Column { name: name.to_owned(), values });
+        self.columns.push(Column::numbers(name, decimals, values));
     }
 
     /// Writes CSV: `step,time_s,tip_x_cm,tip_y_cm,light,quality`, then the further columns. Lengths have five places
@@ -138,10 +268,10 @@ impl Track {
                 sample.time_s.to_string(),
                 format!("{:.5}", sample.tip.x),
                 format!("{:.5}", sample.tip.y),
-                light::name(sample.light).to_owned(),
+                self.layout.name(sample.light).to_owned(),
                 sample.quality.to_string(),
             ];
-            let further = self.columns.iter().map(|column| column.values[row].clone());
+            let further = self.columns.iter().map(|column| column.values.text(row));
             table.write_record(required.into_iter().chain(further))?;
         }
         table.flush()?;
@@ -150,11 +280,25 @@ impl Track {
 
     /// Reads CSV with a header; `tip_x_cm`, `tip_y_cm` and `light` are required.
     ///
-    /// Where `step`, `time_s` or `quality` are missing, rows are numbered from 0, five minutes apart, and measured.
+    /// Where `step`, `time_s` or `quality` are missing, rows are numbered from 0, five minutes apart, and measured. The
+    /// lamps are the paper's two, or those of [`Layout::four_sides`] where `front` or `back` is lit.
     ///
     /// # Errors
     /// [`TrackError`] names the line and the column.
     pub fn read_csv(input: impl Read) -> Result<Self, TrackError> {
+        let mut track = Self::read_csv_of(input, &Layout::four_sides())?;
+        let paper = Layout::wahby2016();
+        if track.samples.iter().filter_map(|sample| sample.light).all(|light| paper.contains(light)) {
+            track.layout = paper;
+        }
+        Ok(track)
+    }
+
+    /// Reads CSV as [`Self::read_csv`], with the lamps of `layout`.
+    ///
+    /// # Errors
+    /// [`TrackError`] names the line and the column.
+    pub fn read_csv_of(input: impl Read, layout: &Layout) -> Result<Self, TrackError> {
         let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(input);
         let header = table.headers()?.clone();
         let find = |name: &str| header.iter().position(|column| column == name);
@@ -165,13 +309,8 @@ impl Track {
         let (x, y, lit) = (need("tip_x_cm")?, need("tip_y_cm")?, need("light")?);
         let (step, time, quality) = (find("step"), find("time_s"), find("quality"));
         let further: Vec<usize> = (0..header.len()).filter(|&at| !REQUIRED.contains(&&header[at])).collect();
-        let mut track = Self {
-            samples: Vec::new(),
-            columns: further
-                .iter()
-                .map(|&at| Column { name: header[at].to_owned(), values: Vec::new() })
-                .collect(),
-        };
+        let mut track = Self { layout: layout.clone(), ..Self::default() };
+        let mut texts = vec![Vec::new(); further.len()];
         for record in table.records() {
             let record = record?;
             let line = record.position().map_or(0, csv::Position::line);
@@ -206,16 +345,12 @@ impl Track {
             track.samples.push(Sample {
                 step: number_of_step,
                 time_s: match time {
-                    None => f64::from(number_of_step) * PERIOD_MIN * 60.0,
+                    None => f64::from(number_of_step) * PAPER_PERIOD_MIN * 60.0,
                     Some(at) => number(at, "time_s", "a finite number of seconds")?,
                 },
                 tip,
-                light: light::parse(&record[lit]).map_err(|_| TrackError::Value {
-                    line,
-                    column: "light",
-                    found: record[lit].to_owned(),
-                    wanted: "left, right or dark",
-                })?,
+                stem: None,
+                light: layout.parse(&record[lit]).map_err(|source| TrackError::Light { line, source })?,
                 quality: match quality {
                     None => Quality::Measured,
                     Some(at) => record[at].parse().map_err(|_| TrackError::Value {
@@ -226,12 +361,31 @@ impl Track {
                     })?,
                 },
             });
-            for (column, &at) in track.columns.iter_mut().zip(&further) {
-                column.values.push(record[at].to_owned());
+            for (column, &at) in texts.iter_mut().zip(&further) {
+                column.push(record[at].to_owned());
             }
         }
-        if track.samples.is_empty() { Err(TrackError::Empty) } else { Ok(track) }
+        if track.samples.is_empty() {
+            return Err(TrackError::Empty);
+        }
+        let columns = further.iter().zip(texts);
+        track.columns = columns.map(|(&at, texts)| Column::parsed(&header[at], texts)).collect();
+        track.period_min = period_of(&track.samples).unwrap_or(PAPER_PERIOD_MIN);
+        Ok(track)
     }
+}
+
+/// Minutes between two steps: the median of the times between rows a step apart, to a tenth of a second.
+fn period_of(samples: &[Sample]) -> Option<f64> {
+    let mut apart: Vec<f64> = samples
+        .windows(2)
+        .filter(|pair| pair[1].step == pair[0].step + 1)
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .filter(|&seconds| seconds > 0.0)
+        .collect();
+    apart.sort_by(f64::total_cmp);
+    let median = *apart.get(apart.len() / 2)?;
+    Some(((median * 10.0).round() / 600.0).max(1.0 / 600.0))
 }
 
 #[cfg(test)]
@@ -246,17 +400,21 @@ mod tests {
                 step: step as u32,
                 time_s: step as f64 * 300.0,
                 tip: Point::new(f64::from(x) / 1e5, f64::from(y) / 1e5),
-                light: [Some(Light::Left), Some(Light::Right), None][light],
+                stem: None,
+                light: [Some(Light::LEFT), Some(Light::RIGHT), None][light],
                 quality: [Quality::Measured, Quality::Held, Quality::Simulated][quality],
             });
-            Track { samples: samples.collect(), columns: Vec::new() }
+            Track::of(samples.collect())
         })
     }
 
     proptest! {
         #[test]
         fn csv_comes_back(mut track in any_track()) {
-            track.add_numbers("length_cm", 3, vec![1.5; track.samples.len()]);
+            let rows = track.samples.len();
+            track.add_numbers("length_cm", 3, (0..rows).map(|row| if row % 3 == 1 { f64::NAN } else { 0.1 * row as f64 }));
+            track.columns.push(Column::text("frame", (0..rows).map(|row| format!("{row:04}.jpg")).collect()));
+            track.columns.push(Column::text("code", (0..rows).map(|row| format!("{row:04}")).collect()));
             let mut bytes = Vec::new();
             track.write_csv(&mut bytes).unwrap();
             prop_assert_eq!(Track::read_csv(bytes.as_slice()).unwrap(), track);
@@ -264,7 +422,7 @@ mod tests {
 
         #[test]
         fn a_mirror_of_a_mirror_is_the_track(track in any_track()) {
-            prop_assert_eq!(track.mirrored().mirrored(), track);
+            prop_assert_eq!(track.mirrored().unwrap().mirrored().unwrap(), track);
         }
 
         #[test]
@@ -284,7 +442,10 @@ mod tests {
         assert!(error("tip_x_cm,tip_y_cm,light\n").contains("no rows"));
         let nan = error("tip_x_cm,tip_y_cm,light\n0,4,left\n0,NaN,left\n");
         assert!(nan.contains("line 3") && nan.contains("tip_y_cm \"NaN\""), "{nan}");
-        assert!(error("tip_x_cm,tip_y_cm,light\n0,4,up\n").contains("wanted left, right or dark"));
+        assert!(
+            error("tip_x_cm,tip_y_cm,light\n0,4,up\n")
+                .contains("light \"up\", wanted left, right, front, back or dark")
+        );
         assert!(
             error("step,tip_x_cm,tip_y_cm,light\n3,0,4,left\n3,0,4,left\n").contains("after the row above")
         );

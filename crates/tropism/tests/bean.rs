@@ -6,7 +6,11 @@ mod rk4;
 use std::path::PathBuf;
 
 use proptest::prelude::*;
-use tropism::greenhouse::bean::{Bean, Individual, Species, acceptance};
+use tropism::control::Periodic;
+use tropism::environment::unwatched;
+use tropism::greenhouse::bean::{Bean, Individual, Species, Trial, acceptance, grow, lamp_powers};
+use tropism::lamps::{Layout, Light};
+use tropism::task::OpenLoop;
 
 /// The lamps of an open-loop experiment: they change every six hours, right first.
 fn alternating(step: u32) -> [f64; 2] {
@@ -30,7 +34,7 @@ fn a_quiet_bean_follows_the_reference_run() {
     for record in table.deserialize::<Vec<f64>>() {
         let row = record.unwrap();
         while f64::from(step) < row[0] {
-            bean.advance(alternating(step), 5.0);
+            bean.advance(&alternating(step), 5.0);
             step += 1;
         }
         assert!((bean.length() - row[1]).abs() < 1e-5, "step {step}: length {}", bean.length());
@@ -67,7 +71,7 @@ fn another_integrator_grows_the_same_plant() {
     let [mut of_bean, mut of_fine, mut of_golden] = [(); 3].map(|()| Vec::new());
     for step in 0..1000 {
         for bean in [&mut bean, &mut fine] {
-            bean.advance(alternating(step), 5.0);
+            bean.advance(&alternating(step), 5.0);
         }
         for _ in 0..STEPS {
             stem.step(&plant, alternating(step), 1.0 / 12.0 / f64::from(STEPS));
@@ -93,8 +97,8 @@ fn a_shorter_substep_hardly_moves_the_apex() {
     let mut twin = bean.clone().with_substep(7.5);
     let mut squares = 0.0;
     for step in 0..1000 {
-        bean.advance(alternating(step), 5.0);
-        twin.advance(alternating(step), 5.0);
+        bean.advance(&alternating(step), 5.0);
+        twin.advance(&alternating(step), 5.0);
         squares += distance(bean.apex(), twin.apex()).powi(2);
     }
     let rms = (squares / 1000.0).sqrt();
@@ -128,10 +132,23 @@ proptest! {
         let mut bean = Bean::quiet(individual.clone());
         let mut twin = Bean::quiet(individual.mirrored());
         for (left, right) in powers {
-            bean.advance([left, right], 30.0);
-            twin.advance([right, left], 30.0);
+            bean.advance(&[left, right], 30.0);
+            twin.advance(&[right, left], 30.0);
             let ([x, y, z], image) = (bean.apex(), twin.apex());
             prop_assert!(distance([-x, y, z], image) < 1e-7, "{:?} and {image:?}", [x, y, z]);
+        }
+    }
+
+    #[test]
+    fn four_lamps_of_which_two_are_lit_act_as_two(
+        seed in any::<u64>(), powers in prop::collection::vec((power(), power()), 1..20),
+    ) {
+        let mut two = Bean::new(Species::default().draw(seed, 1.0), seed);
+        let mut four = two.clone().under(&Layout::four_sides());
+        for (left, right) in powers {
+            two.advance(&[left, right], 30.0);
+            four.advance(&[left, right, 0.0, 0.0], 30.0);
+            prop_assert_eq!(two.pose(), four.pose());
         }
     }
 
@@ -143,7 +160,7 @@ proptest! {
         let mut bean = Bean::new(Species::default().draw(seed, scale), seed);
         let mut length = bean.length();
         for (left, right, minutes) in lights {
-            bean.advance([left, right], minutes);
+            bean.advance(&[left, right], minutes);
             prop_assert!(bean.length() > length && bean.length() < 200.0, "{}", bean.length());
             length = bean.length();
             prop_assert!(places(&bean).iter().flatten().all(|axis| axis.abs() < length + 20.0));
@@ -156,11 +173,61 @@ proptest! {
 }
 
 #[test]
+fn front_and_back_lamps_bend_the_stem_along_z() {
+    let mut plant = Species::default().average();
+    plant.nutation.curvature = 0.0;
+    let lit = |light| {
+        let mut bean = Bean::quiet(plant.clone()).under(&Layout::four_sides());
+        bean.advance(&lamp_powers(Some(light)), 12.0 * 60.0);
+        bean.apex()
+    };
+    let ([x, y, z], back) = (lit(Light::FRONT), lit(Light::BACK));
+    assert!(z > 2.0 && x.abs() < 1e-9, "{x} {y} {z}");
+    assert!(distance([x, y, -z], back) < 1e-7, "{:?} and {back:?}", [x, y, z]);
+}
+
+#[test]
+fn a_track_under_two_of_four_lamps_is_that_under_two() {
+    let species = Species::default();
+    let task = OpenLoop { steps: 60, ..OpenLoop::default() };
+    let controller = || Periodic::new(20, &Layout::default());
+    let two = grow(&species, 3, 1.0, &mut controller(), &task, &mut unwatched);
+    let trial = Trial { layout: Layout::four_sides(), ..Trial::new(&species) };
+    let four = trial.grow(3, &mut controller(), &task, &mut unwatched);
+    assert_eq!(two.samples, four.samples);
+}
+
+#[test]
+fn a_period_decides_when_a_plant_is_observed_and_nothing_else() {
+    let plant = || Bean::quiet(Species::default().average());
+    let (mut often, mut seldom) = (plant(), plant());
+    for _ in 0..24 {
+        often.advance(&[0.0, 1.0], 5.0);
+    }
+    for _ in 0..6 {
+        seldom.advance(&[0.0, 1.0], 20.0);
+    }
+    assert!(distance(often.apex(), seldom.apex()) < 1e-9);
+    let species = Species::default();
+    let trial = Trial { period_min: 20.0, ..Trial::new(&species) };
+    let task = OpenLoop { steps: 6, ..OpenLoop::default() };
+    let mut controller = Periodic::new(3, &trial.layout);
+    let track = trial.grow(1, &mut controller, &task, &mut unwatched);
+    assert_eq!((track.period_min, track.samples[6].time_s), (20.0, 7200.0));
+}
+
+#[test]
+#[should_panic(expected = "for each of 2 lamps")]
+fn a_lamp_that_is_not_there_cannot_be_lit() {
+    Bean::quiet(Individual::default()).advance(&lamp_powers(Some(Light::FRONT)), 5.0);
+}
+
+#[test]
 fn one_seed_is_one_plant() {
     let grow = |seed| {
         let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
         for step in 0..150 {
-            bean.advance(alternating(step), 5.0);
+            bean.advance(&alternating(step), 5.0);
         }
         bean.pose()
     };

@@ -7,9 +7,10 @@ mod reference;
 use reference::{
     Comparison, Preset, SKIPPED, TABLE, compare, histories, p_of_median, p_of_rank_sum, summary,
 };
+use tropism::control::Sensors;
 use tropism::evolve::baseline;
 use tropism::plant::tip::TipModel;
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism_neat::Config;
 
 /// The model of `synthetic-swing`, or a line that says why not.
@@ -24,7 +25,11 @@ fn model() -> Option<TipModel> {
 #[test]
 fn random_controllers_do_as_the_reference() {
     let Some(model) = model() else { return };
-    let found = baseline(&model, &Task::default(), &Config::paper(), 1, 200_000, |_| true).unwrap();
+    let found =
+        baseline(&model, &Targets::default(), &Sensors::default(), &Config::wahby2016(), 1, 200_000, |_| {
+            true
+        })
+        .unwrap();
     assert!((-8.6..=-7.5).contains(&found.median), "median {}", found.median);
     assert!((6.0..=8.0).contains(&found.best), "best {}", found.best);
 }
@@ -54,7 +59,7 @@ fn runs_of_200_generations_cannot_be_told_from_the_reference() {
 #[test]
 fn runs_of_another_algorithm_can() {
     let Some(model) = model() else { return };
-    let paper = Config::paper;
+    let paper = Config::wahby2016;
     for (name, config) in [
         ("a fixed threshold", Config { dynamic_compatibility: false, ..paper() }),
         ("too many splits", Config { mutate_add_neuron_prob: 0.08, ..paper() }),
@@ -68,7 +73,7 @@ fn runs_of_another_algorithm_can() {
 #[test]
 fn threshold_and_population_go_the_ways_of_the_reference() {
     let Some(model) = model() else { return };
-    let histories = histories(&model, Config::paper(), 1, 12, 120);
+    let histories = histories(&model, Config::wahby2016(), 1, 12, 120);
     let mut firsts = Vec::new();
     for history in &histories {
         // Down by 0.3 a generation from 5.0 to the floor, until there are five species.

@@ -13,19 +13,20 @@ use marks::{Row, rows};
 use proptest::prelude::*;
 use published::{Shoot, WRONG, open};
 use tropism::geometry::{Pixel, Point, Region};
-use tropism::greenhouse::bean::{Bean, Species};
+use tropism::greenhouse::bean::{Bean, Species, lamp_powers};
 use tropism::greenhouse::fault::{self, Fault, Faults, Happening};
 use tropism::greenhouse::render::{Renderer, truth};
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::{self, Light};
-use tropism::math;
+use tropism::lamps::{self, Light};
+use tropism::math::{self, statistics::quantile_nearest};
 use tropism::observation::{Observation, Quality};
-use tropism::photo::{Image, Photo, Picture};
+use tropism::photo::{Image, LazyImage, Photo};
 use tropism::random::{self, Purpose};
-use tropism::vision::motion::{Glance, smooth};
+use tropism::vision::tracking::smoother::{TipMeasurement, smooth};
 use tropism::vision::{
-    Calibration, Class, Edge, Eye, Mode, Sighting, VisionConfig, VisionError, lit, look, look_from,
+    Calibration, Detection, Edge, FrameStatus, Mode, TipTracker, VisionConfig, VisionError, detect,
+    detect_from_base, lamp_state,
 };
 
 const MODES: [Mode; 2] = [Mode::Paper, Mode::Robust];
@@ -57,14 +58,21 @@ fn the_real_bean_is_seen_on_every_photograph() {
     for mode in MODES {
         for frame in 0..94 {
             let image = open(&folder.join(format!("{frame:04}.jpg")));
-            assert!(look_from(&image, Some(BEAN_BASE), &bean(mode)).is_some(), "{mode:?}, frame {frame}");
+            assert!(
+                detect_from_base(&image, Some(BEAN_BASE), &bean(mode)).is_some(),
+                "{mode:?}, frame {frame}"
+            );
         }
         let mut misses = Vec::new();
         for row in rows(&folder.with_file_name("annotations").join("flora-robotica.csv")) {
             let image = open(&folder.join(row.text("file")));
-            misses.push(row.miss(look_from(&image, Some(BEAN_BASE), &bean(mode)).unwrap().tip));
+            misses.push(row.miss(detect_from_base(&image, Some(BEAN_BASE), &bean(mode)).unwrap().tip));
         }
-        println!("{mode:?}: top, median {:.2} px, worst {:.2}", math::quantile(&misses, 0.5), worst(&misses));
+        println!(
+            "{mode:?}: top, median {:.2} px, worst {:.2}",
+            quantile_nearest(&misses, 0.5),
+            worst(&misses)
+        );
         assert!(worst(&misses) <= 4.0, "{mode:?}: {misses:.1?}");
     }
 }
@@ -77,7 +85,8 @@ fn the_real_beans_stem_is_followed() {
     let (mut ends, mut sides) = (Vec::new(), Vec::new());
     for row in rows(&annotations.join("flora-robotica.csv")) {
         let image = open(&folder.join(row.text("file")));
-        let Sighting { stem, apex, .. } = look_from(&image, Some(BEAN_BASE), &bean(Mode::Robust)).unwrap();
+        let Detection { stem, apex, .. } =
+            detect_from_base(&image, Some(BEAN_BASE), &bean(Mode::Robust)).unwrap();
         ends.push(apex.unwrap().distance(row.place("apex_")));
         let stem = stem.unwrap();
         for mark in &stems {
@@ -89,9 +98,13 @@ fn the_real_beans_stem_is_followed() {
         }
     }
     let near = ends.iter().filter(|&&end| end <= 6.0).count();
-    println!("stem end within 6 px on {near} of {}, stem {:.2} px", ends.len(), math::quantile(&sides, 0.5));
+    println!(
+        "stem end within 6 px on {near} of {}, stem {:.2} px",
+        ends.len(),
+        quantile_nearest(&sides, 0.5)
+    );
     assert_eq!(near, ends.len(), "{ends:.1?}");
-    assert!(math::quantile(&sides, 0.5) <= 1.0, "{sides:.1?}");
+    assert!(quantile_nearest(&sides, 0.5) <= 1.0, "{sides:.1?}");
 }
 
 #[test]
@@ -101,7 +114,7 @@ fn the_lit_lamp_is_read_from_every_photograph() {
     assert_eq!(marked.len(), 94);
     for row in marked {
         let image = open(&folder.join(row.text("frame").to_owned() + ".jpg"));
-        assert_eq!(light::name(lit(&image, None)), row.text("light"), "frame {}", row.text("frame"));
+        assert_eq!(lamps::name(lamp_state(&image, None)), row.text("light"), "frame {}", row.text("frame"));
     }
 }
 
@@ -125,7 +138,7 @@ fn three_sunflowers_are_seen_by_day_and_night() {
             let image = open(&folder.join(row.text("file")));
             for (plant, (crop, base)) in (1..).zip(SUNFLOWERS) {
                 let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
-                let seen = look_from(&image, Some(base), &config);
+                let seen = detect_from_base(&image, Some(base), &config);
                 let seen = seen.unwrap_or_else(|| panic!("{mode:?}, plant {plant}, {}", row.text("file")));
                 let is_marked = |mark: &&Row| {
                     mark.text("file") == row.text("file") && mark.number("plant") == f64::from(plant)
@@ -138,18 +151,22 @@ fn three_sunflowers_are_seen_by_day_and_night() {
                 }
             }
         }
-        println!("{mode:?}: top, median {:.2} px, worst {:.2}", math::quantile(&misses, 0.5), worst(&misses));
+        println!(
+            "{mode:?}: top, median {:.2} px, worst {:.2}",
+            quantile_nearest(&misses, 0.5),
+            worst(&misses)
+        );
         assert_eq!(misses.len(), 30);
         assert!(worst(&misses) <= 5.0, "{mode:?}: {misses:.1?}");
     }
     let near = ends.iter().filter(|&&end| end <= 8.0).count();
     println!(
         "stem end, median {:.1} px, within 8 px on {near} of {}",
-        math::quantile(&ends, 0.5),
+        quantile_nearest(&ends, 0.5),
         ends.len()
     );
     // Where a leaf hangs against the stem all the way down, the stem's end is not found.
-    assert!(math::quantile(&ends, 0.5) <= 4.0 && 20 * near >= 19 * ends.len(), "{ends:.1?}");
+    assert!(quantile_nearest(&ends, 0.5) <= 4.0 && 20 * near >= 19 * ends.len(), "{ends:.1?}");
 }
 
 #[test]
@@ -159,9 +176,9 @@ fn stems_of_other_scenes_are_right_or_not_given() {
     let young: Vec<&Row> = marked.iter().filter(|row| published::is_young(row)).collect();
     let off: Vec<f64> = young.iter().filter_map(|row| published::stem(&folder, row, Mode::Robust)).collect();
     let wrong = off.iter().filter(|&&off| off > WRONG).count();
-    println!("{} of {}, median {:.2} % of length", off.len(), young.len(), math::quantile(&off, 0.5));
+    println!("{} of {}, median {:.2} % of length", off.len(), young.len(), quantile_nearest(&off, 0.5));
     assert!(off.len() >= 40 && 20 * wrong <= off.len(), "{off:.1?}");
-    assert!(math::quantile(&off, 0.5) <= 2.5, "{off:.1?}");
+    assert!(quantile_nearest(&off, 0.5) <= 2.5, "{off:.1?}");
 }
 
 #[test]
@@ -178,8 +195,8 @@ fn midlines_of_bean_shoots_are_the_published_ones() {
         .collect();
     let of = |value: fn(&Shoot) -> f64| shoots.iter().map(value).collect::<Vec<_>>();
     let (lengths, distances) = (of(|one| one.length.abs()), of(|one| one.distance));
-    assert!(math::quantile(&lengths, 0.5) <= 3.0 && worst(&lengths) <= 3.0, "{lengths:.2?}");
-    assert!(math::quantile(&distances, 0.5) <= 1.5 && worst(&distances) <= 1.5, "{distances:.2?}");
+    assert!(quantile_nearest(&lengths, 0.5) <= 3.0 && worst(&lengths) <= 3.0, "{lengths:.2?}");
+    assert!(quantile_nearest(&distances, 0.5) <= 1.5 && worst(&distances) <= 1.5, "{distances:.2?}");
 }
 
 /// A drawn photograph: a stem 3 pixels wide from the base to the tip before dark cloth with folds and noise, as JPEG.
@@ -243,9 +260,9 @@ fn drawing() -> impl Strategy<Value = Drawing> {
 
 const CROP: Region = Region { x: 4, y: 4, width: 208, height: 146 };
 
-fn eye(base: Pixel, mode: Mode) -> Eye {
-    let calibration = Calibration::flat(base, 8.0, Drawing::SIZE.0, Drawing::SIZE.1);
-    Eye::new(calibration, VisionConfig { mode, crop: Some(CROP), ..VisionConfig::default() }).unwrap()
+fn tracker(base: Pixel, mode: Mode) -> TipTracker {
+    let calibration = Calibration::from_scale(base, 8.0, Drawing::SIZE.0, Drawing::SIZE.1);
+    TipTracker::new(calibration, VisionConfig { mode, crop: Some(CROP), ..VisionConfig::default() }).unwrap()
 }
 
 proptest! {
@@ -254,9 +271,9 @@ proptest! {
     #[test]
     fn a_drawn_tip_is_found_again(drawing in drawing()) {
         for (mode, most) in MODES.into_iter().zip([2.5, 1.5]) {
-            let eye = eye(drawing.base, mode);
+            let tracker = tracker(drawing.base, mode);
             let image = drawing.photo().decode().unwrap();
-            let seen = eye.judge(Ok(&image)).unwrap();
+            let seen = tracker.detect(Ok(&image)).unwrap();
             let miss = seen.tip.distance(drawing.top());
             prop_assert!(miss <= most, "{mode:?}: {:?}, wanted {:?}, missed by {miss}", seen.tip, drawing.top());
         }
@@ -265,7 +282,7 @@ proptest! {
     #[test]
     fn a_drawn_stem_is_found_again(drawing in drawing()) {
         let image = drawing.photo().decode().unwrap();
-        let seen = eye(drawing.base, Mode::Robust).judge(Ok(&image)).unwrap();
+        let seen = tracker(drawing.base, Mode::Robust).detect(Ok(&image)).unwrap();
         let stem = seen.stem.unwrap();
         let misses: Vec<f64> = (0..=20)
             .map(|i| {
@@ -288,7 +305,7 @@ proptest! {
         let grey = || f64::clamp(level + noise * random::normal(&mut rng), 0.0, 255.0) as u8;
         let image = Image { width: 90, height: 70, rgb: std::iter::repeat_with(grey).take(3 * 90 * 70).collect() };
         for mode in MODES {
-            prop_assert_eq!(look(&image, &VisionConfig { mode, ..VisionConfig::default() }), None);
+            prop_assert_eq!(detect(&image, &VisionConfig { mode, ..VisionConfig::default() }), None);
         }
     }
 
@@ -306,7 +323,7 @@ proptest! {
             let config = VisionConfig {
                 mode, sampling_columns: columns, sigma, bright_samples: 2, contrast: 0.0, ..VisionConfig::default()
             };
-            if let Some(seen) = look_from(&image, Some(Pixel::new(base.0, base.1)), &config) {
+            if let Some(seen) = detect_from_base(&image, Some(Pixel::new(base.0, base.1)), &config) {
                 let Pixel { x, y } = seen.tip;
                 prop_assert!((-1.0..=width as f64).contains(&x) && (-50.0..=height as f64).contains(&y), "{seen:?}");
             }
@@ -329,7 +346,7 @@ fn a_plant_that_a_lamps_light_outshines_is_seen() {
             pixel.copy_from_slice(&[80, 90, 45]);
         }
     }
-    let seen = look_from(&image, Some(Pixel::new(101.5, 199.0)), &VisionConfig::default()).unwrap();
+    let seen = detect_from_base(&image, Some(Pixel::new(101.5, 199.0)), &VisionConfig::default()).unwrap();
     assert!(seen.tip.distance(Pixel::new(101.5, 79.5)) < 0.5, "{:?}", seen.tip);
 }
 
@@ -338,18 +355,18 @@ fn pictures_without_a_plant_show_none() {
     for mode in MODES {
         let config = VisionConfig { mode, ..VisionConfig::default() };
         for level in [0, 128, 255] {
-            assert_eq!(look(&flat(level, 80, 60), &config), None);
-            assert_eq!(look(&flat(level, 1, 1), &config), None);
+            assert_eq!(detect(&flat(level, 80, 60), &config), None);
+            assert_eq!(detect(&flat(level, 1, 1), &config), None);
         }
         let outside = VisionConfig { crop: Some(Region { x: 70, y: 0, width: 20, height: 20 }), ..config };
-        assert_eq!(look(&flat(9, 80, 60), &outside), None);
+        assert_eq!(detect(&flat(9, 80, 60), &outside), None);
     }
 }
 
 #[test]
 fn an_eye_says_what_cannot_be() {
-    let calibration = Calibration::flat(Pixel::new(40.0, 60.0), 8.0, 80, 60);
-    let error = |calibration, config| Eye::new(calibration, config).unwrap_err();
+    let calibration = Calibration::from_scale(Pixel::new(40.0, 60.0), 8.0, 80, 60);
+    let error = |calibration, config| TipTracker::new(calibration, config).unwrap_err();
     let crop = Some(Region { x: 70, y: 0, width: 20, height: 20 });
     let outside = error(calibration, VisionConfig { crop, ..VisionConfig::default() });
     assert!(matches!(outside, VisionError::Region { width: 80, height: 60, .. }), "{outside}");
@@ -372,27 +389,27 @@ fn an_eye_holds_what_it_saw_and_says_why() {
     let (width, height) = Drawing::SIZE;
     let picture = |image: Image| photo(image.to_jpeg(90).unwrap());
     let faults = [
-        (cut, Class::Corrupt),
-        (photo(Vec::new()), Class::Corrupt),
-        (photo(b"not a picture".to_vec()), Class::Foreign),
-        (picture(flat(30, width, height + 1)), Class::Foreign),
-        (picture(flat(0, width, height)), Class::Dark),
+        (cut, FrameStatus::Corrupt),
+        (photo(Vec::new()), FrameStatus::Corrupt),
+        (photo(b"not a picture".to_vec()), FrameStatus::Foreign),
+        (picture(flat(30, width, height + 1)), FrameStatus::Foreign),
+        (picture(flat(0, width, height)), FrameStatus::Dark),
     ];
     for mode in MODES {
-        let mut eye = eye(drawing.base, mode);
+        let mut tracker = tracker(drawing.base, mode);
         for (fault, class) in &faults {
-            let seen = eye.observe(fault);
-            assert_eq!((seen.observation, seen.pixel, seen.class), (None, None, *class));
+            let seen = tracker.observe(fault);
+            assert_eq!((seen.observation, seen.tip_px, seen.status), (None, None, *class));
         }
-        let sight = eye.observe(&good);
+        let sight = tracker.observe(&good);
         let observation = sight.observation.unwrap();
-        assert_eq!((sight.class, observation.quality), (Class::Ok, Quality::Measured));
+        assert_eq!((sight.status, observation.quality), (FrameStatus::Ok, Quality::Measured));
         assert!(observation.tip.distance(Point::new(2.0, 81.5 / 8.0)) < 0.2, "{observation:?}");
-        assert_eq!(eye.calibration().point(sight.pixel.unwrap()), observation.tip);
+        assert_eq!(tracker.calibration().point(sight.tip_px.unwrap()), observation.tip);
         for (fault, class) in &faults {
-            let seen = eye.observe(fault);
+            let seen = tracker.observe(fault);
             let held = seen.observation.unwrap();
-            assert_eq!((seen.pixel, seen.class, held.quality), (None, *class, Quality::Held));
+            assert_eq!((seen.tip_px, seen.status, held.quality), (None, *class, Quality::Held));
             assert_eq!((held.tip, &held.stem), (observation.tip, &observation.stem));
         }
     }
@@ -402,20 +419,20 @@ fn an_eye_holds_what_it_saw_and_says_why() {
 fn an_eye_gives_ten_points_and_goes_on_where_it_was_cut_off() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(84.0, 60.0), exposure: 0.5, seed: 2 };
-    let mut eye = eye(drawing.base, Mode::Robust);
-    let Observation { tip: last, stem, .. } = eye.observe(&drawing.photo()).observation.unwrap();
+    let mut tracker = tracker(drawing.base, Mode::Robust);
+    let Observation { tip: last, stem, .. } = tracker.observe(&drawing.photo()).observation.unwrap();
     let stem = stem.unwrap();
     assert_eq!(stem.0.len(), 10);
     assert!(stem.0[0].distance(Point::default()) < 0.2, "{stem:?}");
     assert!(stem.0[9].distance(Point::new(-3.0, 11.25)) < 0.4, "{stem:?}");
 
-    let mut resumed = self::eye(drawing.base, Mode::Robust);
-    let seen = eye.observe(&photo(vec![0xff, 0xd8]));
+    let mut resumed = self::tracker(drawing.base, Mode::Robust);
+    let seen = tracker.observe(&photo(vec![0xff, 0xd8]));
     resumed.resume(&photo(vec![0xff, 0xd8]), &seen);
     let again = resumed.observe(&photo(vec![0xff, 0xd8]));
     let held = again.observation.unwrap();
     assert_eq!((held.tip, held.quality), (last, Quality::Held));
-    assert_eq!(again.class, Class::Repeated);
+    assert_eq!(again.status, FrameStatus::Repeated);
 }
 
 #[test]
@@ -429,13 +446,14 @@ fn a_plant_that_reaches_an_edge_is_said_to_and_by_which() {
     ] {
         let drawing = Drawing { base, tip, exposure: 1.0, seed: 4 };
         let crop = Region { x: 40, y: 0, width: 140, height: 150 };
-        let calibration = *eye(base, Mode::Robust).calibration();
-        let mut eye =
-            Eye::new(calibration, VisionConfig { crop: Some(crop), ..VisionConfig::default() }).unwrap();
+        let calibration = *tracker(base, Mode::Robust).calibration();
+        let mut tracker =
+            TipTracker::new(calibration, VisionConfig { crop: Some(crop), ..VisionConfig::default() })
+                .unwrap();
         let photo = drawing.photo();
-        assert_eq!(eye.judge(photo.decode().as_ref()).unwrap().cut, edge, "{tip:?}");
-        let class = if edge.is_some() { Class::LeavesView } else { Class::Ok };
-        assert_eq!(eye.observe(&photo).class, class, "{tip:?}");
+        assert_eq!(tracker.detect(photo.decode().as_ref()).unwrap().clipped_at, edge, "{tip:?}");
+        let class = if edge.is_some() { FrameStatus::LeavesView } else { FrameStatus::Ok };
+        assert_eq!(tracker.observe(&photo).status, class, "{tip:?}");
     }
 }
 
@@ -451,9 +469,9 @@ fn a_leaf_that_falls_and_a_lamp_do_not_fool_the_robust_eye() {
             }
         }
     }
-    let seen = eye(drawing.base, Mode::Robust).judge(Ok(&image)).unwrap();
+    let seen = tracker(drawing.base, Mode::Robust).detect(Ok(&image)).unwrap();
     assert!(seen.tip.distance(drawing.top()) < 1.5, "{seen:?}");
-    let fooled = eye(drawing.base, Mode::Paper).judge(Ok(&image)).unwrap();
+    let fooled = tracker(drawing.base, Mode::Paper).detect(Ok(&image)).unwrap();
     assert!(fooled.tip.y < 12.0, "the paper's highest bright sample: {fooled:?}");
 }
 
@@ -463,27 +481,31 @@ fn hindsight_knows_where_a_hidden_tip_was() {
     let scene = Scene { width: 324, height: 243, ..Scene::default() };
     let tent = Greenhouse { scene: scene.clone(), ..Greenhouse::default() };
     let config = VisionConfig { crop: Some(tent.crop()), ..VisionConfig::default() };
-    let mut eye = Eye::new(tent.calibration(), config).unwrap();
+    let mut tracker = TipTracker::new(tent.calibration(), config).unwrap();
     let mut renderer = Renderer::new(&scene, 5);
     let mut bean = Bean::new(Species::default().draw(5, 1.0), 5);
-    (0..120).for_each(|_| bean.advance([1.0, 0.0], 5.0));
+    (0..120).for_each(|_| bean.advance(&[1.0, 0.0], 5.0));
     let faults =
         Faults { glare: 0.06, fly: 0.06, missed_flash: 0.06, leaf_across: 0.06, ..Faults::default() };
-    let (mut truths, mut seen, mut glances) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut truths, mut seen, mut measurements) = (Vec::new(), Vec::new(), Vec::new());
     for frame in 0..40 {
         let pose = bean.pose();
-        let lit = if frame < 20 { Light::Right } else { Light::Left };
+        let lit = if frame < 20 { Light::RIGHT } else { Light::LEFT };
         let happenings = if (5..38).contains(&frame) { faults.at(5, frame) } else { Vec::new() };
         let bytes = fault::photograph(&mut renderer, &happenings, &pose, Some(lit), frame, None).unwrap();
-        let one = eye.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes) });
+        let one = tracker.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes) });
         let tip = one.observation.as_ref().unwrap().tip;
         let is_believed = one.is_measured();
-        glances.push(Glance { at: frame as f64, tip: is_believed.then_some(tip), is_believed });
+        measurements.push(TipMeasurement {
+            time: frame as f64,
+            tip: is_believed.then_some(tip),
+            is_accepted: is_believed,
+        });
         truths.push(truth(&pose, renderer.frame()).top);
         seen.push((tip, is_believed));
-        bean.advance(Light::BOTH.map(|lamp| if lamp == lit { 1.0 } else { 0.0 }), 5.0);
+        bean.advance(&lamp_powers(Some(lit)), 5.0);
     }
-    let smoothed = smooth(&glances);
+    let smoothed = smooth(&measurements);
     let held: Vec<usize> = (0..40).filter(|&i| !seen[i].1 && smoothed[i].is_some()).collect();
     assert!(held.len() >= 5, "{} held", held.len());
     let mean = |of: &dyn Fn(usize) -> Point| {
@@ -514,14 +536,18 @@ fn whatever_a_file_is_has_a_class() {
     let good = drawing.photo();
     let image = good.decode().unwrap();
     let class = |bytes: Vec<u8>| {
-        let mut eye = eye(drawing.base, Mode::Robust);
-        assert_eq!(eye.observe(&good).class, Class::Ok);
-        eye.observe(&photo(bytes)).class
+        let mut tracker = tracker(drawing.base, Mode::Robust);
+        assert_eq!(tracker.observe(&good).status, FrameStatus::Ok);
+        tracker.observe(&photo(bytes)).status
     };
     for tenth in 0..10 {
-        assert_eq!(class(good.bytes[..good.bytes.len() * tenth / 10].to_vec()), Class::Corrupt, "{tenth}");
+        assert_eq!(
+            class(good.bytes[..good.bytes.len() * tenth / 10].to_vec()),
+            FrameStatus::Corrupt,
+            "{tenth}"
+        );
     }
-    assert_eq!(class(flat(9, 1, 1).to_jpeg(90).unwrap()), Class::Foreign);
+    assert_eq!(class(flat(9, 1, 1).to_jpeg(90).unwrap()), FrameStatus::Foreign);
 
     // A hundred megapixels are refused by their header, before any memory is taken for them.
     let mut huge = good.bytes.clone();
@@ -529,9 +555,9 @@ fn whatever_a_file_is_has_a_class() {
     huge[frame + 5..frame + 9].copy_from_slice(&[0x27, 0x10, 0x27, 0x10]);
     let error = photo(huge.clone()).decode().unwrap_err().to_string();
     assert!(error.contains("10000 x 10000 pixels, wanted at most"), "{error}");
-    assert_eq!(class(huge), Class::Foreign);
+    assert_eq!(class(huge), FrameStatus::Foreign);
 
-    assert_eq!(class(encoded(&image, jpeg_encoder::ColorType::Rgb, true)), Class::Ok);
+    assert_eq!(class(encoded(&image, jpeg_encoder::ColorType::Rgb, true)), FrameStatus::Ok);
     let _ = class(encoded(&image, jpeg_encoder::ColorType::Cmyk, false));
 
     let mut deep = Vec::new();
@@ -541,7 +567,7 @@ fn whatever_a_file_is_has_a_class() {
     let twice: Vec<u8> = image.rgb.iter().flat_map(|&byte| [byte, 7]).collect();
     encoder.write_header().unwrap().write_image_data(&twice).unwrap();
     assert_eq!(photo(deep.clone()).decode().unwrap(), image);
-    assert_eq!(class(deep), Class::Ok);
+    assert_eq!(class(deep), FrameStatus::Ok);
 }
 
 #[test]
@@ -564,7 +590,7 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
     let dark = vec![happening(Fault::LampFails, 0), happening(Fault::MissedFlash, 0)];
     for first in [Vec::new(), dark, vec![happening(Fault::Condensation, 4)]] {
         let mut renderer = Renderer::new(&greenhouse.scene, 5);
-        let (_, mut eye) = greenhouse.open(5, &VisionConfig::default()).unwrap();
+        let (_, mut tracker) = greenhouse.open(5, 5.0, &VisionConfig::default()).unwrap();
         for frame in 0..6 {
             let faults = match frame {
                 0 => first.clone(),
@@ -572,8 +598,8 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
                 _ => nudged.at(5, frame),
             };
             let bytes =
-                fault::photograph(&mut renderer, &faults, &plant.pose(), Some(Light::Left), frame, None);
-            let seen = eye.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes.unwrap()) });
+                fault::photograph(&mut renderer, &faults, &plant.pose(), Some(Light::LEFT), frame, None);
+            let seen = tracker.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes.unwrap()) });
             let is_spoiled = frame == 0 && !first.is_empty();
             assert!(is_spoiled || seen.is_measured(), "{first:?}, {frame}: {seen:?}");
             if !is_spoiled {
@@ -586,9 +612,9 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
 }
 
 /// Both ways to have a picture: opened, and decoded whole.
-fn both(photo: &Photo) -> (Picture, Image) {
+fn both(photo: &Photo) -> (LazyImage, Image) {
     let picture = photo.open().unwrap();
-    assert!(matches!(picture, Picture::Jpeg(_)), "{} is decoded whole", photo.name);
+    assert!(matches!(picture, LazyImage::Jpeg(_)), "{} is decoded whole", photo.name);
     (picture, photo.decode().unwrap())
 }
 
@@ -596,8 +622,8 @@ fn both(photo: &Photo) -> (Picture, Image) {
 fn virtual_photo(width: u32, seed: u64, hours: f64) -> (Photo, Greenhouse) {
     let scene = Scene { width, height: width * 3 / 4, ..Scene::default() };
     let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
-    bean.advance([0.0, 1.0], 3_600.0 * hours);
-    let bytes = Renderer::new(&scene, seed).photograph(&bean.pose(), Some(Light::Right), true, 0);
+    bean.advance(&[0.0, 1.0], 3_600.0 * hours);
+    let bytes = Renderer::new(&scene, seed).photograph(&bean.pose(), Some(Light::RIGHT), true, 0);
     (
         Photo { name: format!("virtual {seed}"), bytes, time_s: 0.0 },
         Greenhouse { scene, ..Greenhouse::default() },
@@ -611,13 +637,13 @@ fn what_is_decoded_where_it_is_looked_at_is_seen_the_same() {
             let (photo, greenhouse) = virtual_photo(648, seed, 12.0 * (seed + 1) as f64);
             let (picture, image) = both(&photo);
             let config = VisionConfig { mode, crop: Some(greenhouse.crop()), ..VisionConfig::default() };
-            let mut eye = Eye::new(greenhouse.calibration(), config).unwrap();
-            let seen = eye.judge(Ok(&picture));
-            assert!(seen.is_ok() && seen == eye.judge(Ok(&image)), "{mode:?}, {seed}");
+            let mut tracker = TipTracker::new(greenhouse.calibration(), config).unwrap();
+            let seen = tracker.detect(Ok(&picture));
+            assert!(seen.is_ok() && seen == tracker.detect(Ok(&image)), "{mode:?}, {seed}");
             // A camera that stands still is found to, whichever way it is looked at.
-            eye.refer(&picture);
-            assert_eq!(seen, eye.judge(Ok(&image)), "{mode:?}, {seed}");
-            assert_eq!(lit(&picture, None), lit(&image, None));
+            tracker.set_reference(&picture);
+            assert_eq!(seen, tracker.detect(Ok(&image)), "{mode:?}, {seed}");
+            assert_eq!(lamp_state(&picture, None), lamp_state(&image, None));
         }
     }
     for (folder, every) in [("flora-robotica", 6), ("sunflower-timelapse", 12)] {
@@ -631,9 +657,9 @@ fn what_is_decoded_where_it_is_looked_at_is_seen_the_same() {
             let (picture, image) =
                 both(&Photo { name: name.clone(), bytes: std::fs::read(path).unwrap(), time_s: 0.0 });
             assert_eq!(picture.clone().into_image(), image, "{name}");
-            assert_eq!(lit(&picture, None), lit(&image, None), "{name}");
+            assert_eq!(lamp_state(&picture, None), lamp_state(&image, None), "{name}");
             for mode in MODES {
-                assert_eq!(look(&picture, &bean(mode)), look(&image, &bean(mode)), "{name}, {mode:?}");
+                assert_eq!(detect(&picture, &bean(mode)), detect(&image, &bean(mode)), "{name}, {mode:?}");
             }
         }
     }
@@ -646,8 +672,8 @@ fn a_quarter_of_a_picture_shows_what_all_of_it_does() {
         let (picture, image) = both(&photo);
         for mode in MODES {
             let config = VisionConfig { mode, crop: Some(greenhouse.crop()), ..VisionConfig::default() };
-            let eye = Eye::new(greenhouse.calibration(), config).unwrap();
-            let (one, other) = (eye.judge(Ok(&picture)).unwrap(), eye.judge(Ok(&image)).unwrap());
+            let tracker = TipTracker::new(greenhouse.calibration(), config).unwrap();
+            let (one, other) = (tracker.detect(Ok(&picture)).unwrap(), tracker.detect(Ok(&image)).unwrap());
             // A sample is four pixels; only the paper's tip is no finer than that.
             let near = |a: Pixel, b: Pixel| a.distance(b) < if mode == Mode::Paper { 4.1 } else { 0.4 };
             assert!(near(one.tip, other.tip), "{mode:?}, {seed}: {:?} {:?}", one.tip, other.tip);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism::greenhouse::bean::calibrate::PARAMETERS;
-use tropism::track::PERIOD_MIN;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::calibrate::{
     CalibratePlan, ParameterRecovery, PlantEstimates, PooledEstimate, RecoveryPlan, pool,
 };
@@ -30,7 +30,7 @@ pub(crate) struct Calibrate {
     tracks: Vec<PathBuf>,
 
     /// Minutes between the rows of the tracks
-    #[arg(long, default_value_t = PERIOD_MIN, value_name = "MIN")]
+    #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN")]
     interval: f64,
 
     /// Bean file to write: the species with these estimates and their spread

@@ -81,7 +81,7 @@ enum Preset {
 impl Evolve {
     fn plan(&self) -> Result<EvolvePlan> {
         let mut neat = match self.preset {
-            Preset::Paper => Config::paper(),
+            Preset::Paper => Config::wahby2016(),
             Preset::BallKeeper => Config::ball_keeper(),
         };
         neat.population = self.population.unwrap_or(neat.population);
@@ -90,7 +90,7 @@ impl Evolve {
             model: self.model.clone(),
             out: self.out.clone(),
             task: self.task.load()?,
-            evolution: EvolutionConfig { runs, generations, episodes, neat },
+            evolution: EvolutionConfig { runs, generations, episodes, neat, ..EvolutionConfig::default() },
             seed: self.seed.seed,
             resume: self.resume,
             checkpoint_s: self.checkpoint,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use tropism::observation::Quality;
+use tropism::observation::{Observation, Quality};
 use tropism::rig::Event;
 use tropism::track::{Column, Sample, Track};
 use tropism_lab::{Journal, Row, RunConfig, files, holder};
@@ -214,7 +214,7 @@ impl Outcome {
         for LeftOut { path, problem } in &self.left_out {
             text += &format!("left out: {path}: {problem}\n");
         }
-        let size = crate::disk::bytes(self.bytes);
+        let size = crate::units::bytes(self.bytes);
         text + &format!("wrote {}: {} files, {size}, read back and compared", self.out.display(), self.files)
     }
 }
@@ -282,26 +282,27 @@ fn track(rows: &[Row]) -> Track {
         step: row.step,
         time_s: row.time_s,
         tip: seen.tip,
+        stem: seen.stem.clone(),
         light: row.decided,
         quality: seen.quality,
     });
-    let column = |name: &str, value: &dyn Fn(&Row, bool) -> String| Column {
-        name: name.to_owned(),
-        values: rows.iter().map(|(row, seen)| value(row, seen.quality == Quality::Measured)).collect(),
+    let column = |name: &str, value: &dyn Fn(&Row, bool) -> String| {
+        let cell = |(row, seen): &(&Row, &Observation)| value(row, seen.quality == Quality::Measured);
+        Column::parsed(name, rows.iter().map(cell).collect())
     };
     // A held tip is not in this photograph: it has no place there.
     let place = |row: &Row, is_measured: bool, axis: usize| {
-        let pixel = row.seen.pixel.filter(|_| is_measured);
+        let pixel = row.seen.tip_px.filter(|_| is_measured);
         pixel.map_or_else(String::new, |pixel| format!("{:.2}", [pixel.x, pixel.y][axis]))
     };
     let moved = |row: &Row, axis: usize| {
-        row.seen.shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
+        row.seen.camera_shift.map_or_else(String::new, |by| format!("{:.2}", [by.x, by.y][axis]))
     };
     let columns = vec![
         column("frame", &|row, _| row.photo.clone()),
         column("tip_x_px", &|row, is_measured| place(row, is_measured, 0)),
         column("tip_y_px", &|row, is_measured| place(row, is_measured, 1)),
-        column("class", &|row, _| row.seen.class.to_string()),
+        column("class", &|row, _| row.seen.status.to_string()),
         column("confidence", &|row, _| format!("{:.3}", row.seen.confidence)),
         column("done", &|row, _| u8::from(row.is_done).to_string()),
         column("moved_x_px", &|row, _| moved(row, 0)),
@@ -312,7 +313,7 @@ fn track(rows: &[Row]) -> Track {
         column("photo_bytes", &|row, _| row.photo_bytes.to_string()),
         column("photo_sha256", &|row, _| row.photo_sha256.clone()),
     ];
-    Track { samples: samples.collect(), columns }
+    Track { columns, ..Track::of(samples.collect()) }
 }
 
 /// The photograph of a step, as the journal says it is.

@@ -6,7 +6,6 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use clap::error::ErrorKind;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::task::Task;
 use tropism::vision::VisionConfig;
 use tropism_lab::{RunConfig, RunPlan, RunResults, files};
 use tropism_rig::file::RigFile;
@@ -115,11 +114,11 @@ impl Run {
         let controller = match (&self.controller, &found) {
             (None, None) => missing("--controller", &self.out),
             (None, Some(found)) => found.controller.clone(),
-            (Some(name), _) => name.load(rig.period_min)?,
+            (Some(name), _) => name.load()?,
         };
         let task = match &found {
             Some(found) if self.task.task.is_none() => {
-                Task { max_steps: self.steps.unwrap_or(found.task.max_steps), ..found.task.clone() }
+                found.task.clone().with_max_steps(self.steps.unwrap_or(found.task.max_steps()))
             }
             _ => task_for(&controller, &self.task, self.steps)?,
         };

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use tropism::rig::OnExit;
 use tropism_lab::files;
 use tropism_rig::file::RigFile;
-use tropism_rig::safe::{PutOff, safe_state};
+use tropism_rig::shutdown::{DeviceShutdown, shut_down};
 
 use crate::shell::Shell;
 
@@ -57,7 +57,7 @@ struct Outcome {
 
 #[derive(Serialize)]
 struct DeviceOutcome {
-    device: &'static str,
+    device: String,
     is_off: bool,
     problem: Option<String>,
 }
@@ -65,12 +65,12 @@ struct DeviceOutcome {
 impl SafeState {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let rig = load_rig(&self.rig)?;
-        let outcome = |PutOff { device, result }: PutOff| DeviceOutcome {
+        let outcome = |DeviceShutdown { device, result }: DeviceShutdown| DeviceOutcome {
             device,
             is_off: result.is_ok(),
             problem: result.err().map(|error| error.to_string()),
         };
-        let devices: Vec<_> = safe_state(&rig, self.dark).into_iter().map(outcome).collect();
+        let devices: Vec<_> = shut_down(&rig, self.dark).into_iter().map(outcome).collect();
         let line = |device: &DeviceOutcome| match &device.problem {
             None => format!("{}: off", device.device),
             Some(problem) => format!("{}: NOT KNOWN TO BE OFF: {problem}", device.device),

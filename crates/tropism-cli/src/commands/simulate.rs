@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism::track::PERIOD_MIN;
 use tropism_lab::simulate::{SimulatePlan, SimulateResults};
 
-use crate::controller::ControllerName;
+use crate::controller::{ControllerName, task_of_champion};
 use crate::options::{SeedOption, TaskOption};
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
@@ -45,10 +44,11 @@ pub(crate) struct Simulate {
 
 impl Simulate {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let controller = self.controller.load()?;
         let plan = SimulatePlan {
-            task: self.task.load()?,
+            task: task_of_champion(&controller, &self.task)?,
             model: self.model,
-            controller: self.controller.load(PERIOD_MIN)?,
+            controller,
             episodes: self.episodes,
             seed: self.seed.seed,
             out: self.out,

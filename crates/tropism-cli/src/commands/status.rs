@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::rig::{Event, EventKind};
 use tropism_lab::{Journal, Row, RunConfig, files, holder};
@@ -15,8 +15,8 @@ use tropism_rig::alert::Kind;
 use tropism_rig::clock::{SystemTimes, Time};
 
 use super::safe_state::load_rig;
-use crate::disk;
 use crate::shell::Shell;
+use crate::units;
 
 /// Tell what a run does now: its step, its last photograph, its lamp, what went wrong
 ///
@@ -112,7 +112,7 @@ impl Happened {
         for event in events {
             *event_counts.entry(event.kind.name()).or_default() += 1;
         }
-        let told = events.iter().rev().filter(|event| Kind::from(event.kind).is_told()).take(LATEST);
+        let told = events.iter().rev().filter(|event| Kind::from(event.kind).is_default()).take(LATEST);
         let mut latest_events: Vec<_> = told
             .map(|Event { step, kind, text, at }| LatestEvent {
                 step: *step,
@@ -132,7 +132,7 @@ impl Happened {
         let counts = self.event_counts.iter().map(|(kind, count)| format!("{count} {kind}"));
         let mut lines = vec![("events", counts.collect::<Vec<_>>().join(", "))];
         lines.extend(self.latest_events.iter().map(|LatestEvent { step, kind, text, unix_s }| {
-            let ago = unix_s.map(|unix_s| format!(", {} ago", disk::time((now_s - unix_s).max(0.0))));
+            let ago = unix_s.map(|unix_s| format!(", {} ago", units::time((now_s - unix_s).max(0.0))));
             ("", format!("step {step}{}: {kind}: {text}", ago.unwrap_or_default()))
         }));
         lines
@@ -188,7 +188,7 @@ impl Outcome {
             controller: plan.controller_description(),
             process,
             step: last.map(|row| row.step),
-            max_steps: plan.task.max_steps,
+            max_steps: plan.task.max_steps(),
             tip_x_cm: tip.map(|tip| tip.x),
             tip_y_cm: tip.map(|tip| tip.y),
             lamp: rows.iter().rev().find_map(|row| row.decided),
@@ -239,22 +239,22 @@ impl Outcome {
             say("lamp", self.lamp.map_or_else(|| "not decided yet".to_owned(), |lamp| lamp.to_string()));
         }
         if let Some((photograph, age)) = self.photograph.as_ref().zip(self.photograph_age_s) {
-            say("photograph", format!("{} ago: {}", disk::time(age), photograph.display()));
+            say("photograph", format!("{} ago: {}", units::time(age), photograph.display()));
         }
         match self.next_step_in_s {
-            Some(left) if left >= 0.0 => say("next step", format!("in about {}", disk::time(left))),
-            Some(late) => say("next step", format!("about {} late", disk::time(-late))),
+            Some(left) if left >= 0.0 => say("next step", format!("in about {}", units::time(left))),
+            Some(late) => say("next step", format!("about {} late", units::time(-late))),
             None => {}
         }
         say("held", format!("{} photographs without the plant", self.held));
         say("unconfirmed", format!("{} decisions whose lamp did not confirm", self.unconfirmed));
         if let Some(free) = self.disk_free_bytes {
             let lasts = match self.disk_lasts_days.filter(|_| self.process.is_some() && !self.is_virtual) {
-                Some(days) if days < 1000.0 => format!(", enough for {}", disk::time(86_400.0 * days)),
+                Some(days) if days < 1000.0 => format!(", enough for {}", units::time(86_400.0 * days)),
                 _ => String::new(),
             };
-            let used = disk::bytes(self.photographs_bytes);
-            say("disk", format!("{used} of photographs, {} left{lasts}", disk::bytes(free)));
+            let used = units::bytes(self.photographs_bytes);
+            say("disk", format!("{used} of photographs, {} left{lasts}", units::bytes(free)));
         }
         for (name, text) in self.happened.lines(SystemTimes.unix_s()) {
             say(name, text);

@@ -10,9 +10,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tropism::geometry::Region;
 use tropism::photo::Image;
+use tropism::task::Task;
 use tropism::track::Sample;
 use tropism_lab::{Journal, Row, RunConfig, files};
-use tropism_report::{Composite, Film, Plants, Step, cropped, scaled};
+use tropism_report::{Composite, Film, FilmStep, Plants, cropped, scaled};
 
 use self::sink::Sink;
 use crate::options::parse_region;
@@ -238,14 +239,17 @@ impl Timelapse {
         let plan = RunConfig::read(&self.folder)?;
         film.plants = Some(plan.plants());
         film.calibration = plan.calibration();
-        film.targets = plan.task.targets;
+        film.targets = plan.task.targets().to_vec();
         let file = self.folder.join("journal.sqlite");
         if !file.exists() {
             // A plant that was grown: nobody looked at its photographs, but its track is known.
             let photographs = files::photographs(&[self.folder.join("photographs")])?;
             let track = files::read_track(&self.folder.join("track.csv"))?;
-            let step =
-                |sample: &Sample| Step { time_s: sample.time_s, tip: Some(sample.tip), light: sample.light };
+            let step = |sample: &Sample| FilmStep {
+                time_s: sample.time_s,
+                tip: Some(sample.tip),
+                light: sample.light,
+            };
             film.steps = track.samples.iter().map(step).collect();
             return Ok(Source { photographs, film, crop: None, width });
         }
@@ -254,7 +258,7 @@ impl Timelapse {
             .with_context(|| file.display().to_string())?;
         ensure!(!rows.is_empty(), "{}: found no steps, wanted a run that has begun", file.display());
         let photographs = rows.iter().map(|row| self.folder.join("photographs").join(&row.photo)).collect();
-        let step = |row: &Row| Step {
+        let step = |row: &Row| FilmStep {
             time_s: row.time_s,
             tip: row.seen.observation.as_ref().map(|seen| seen.tip),
             light: row.decided,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use serde::Deserialize;
-use tropism::evolve::Run;
+use tropism::evolve::EvolutionRun;
 
 use crate::files::{self, FileError};
 use crate::statistics::median;
@@ -79,7 +79,7 @@ impl EvolutionHistory {
 }
 
 /// The text of `history.csv`: one row a generation and run.
-pub(super) fn csv_of(runs: &[Run]) -> String {
+pub(super) fn csv_of(runs: &[EvolutionRun]) -> String {
     let mut text =
         "run,generation,best,mean,median,best_ever,species,population,links_mean,threshold\n".to_owned();
     for (index, run) in runs.iter().enumerate() {

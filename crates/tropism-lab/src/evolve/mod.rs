@@ -13,9 +13,9 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism::evolve::{self, EvolutionConfig, Run, Trial};
+use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
 use tropism::plant::tip::TipModel;
-use tropism::task::Task;
+use tropism::task::TaskSpec;
 
 pub use self::history::EvolutionHistory;
 pub use self::record::EvolutionRecord;
@@ -43,7 +43,7 @@ pub struct EvolvePlan {
     /// Folder for checkpoints and results.
     pub out: PathBuf,
     /// Task of the controllers.
-    pub task: Task,
+    pub task: TaskSpec,
     /// Number of runs, generations and episodes, and NEAT's parameters.
     pub evolution: EvolutionConfig,
     /// Unseen simulated plants of each model on which champions are compared, 1 to 1000000.
@@ -61,7 +61,7 @@ impl Default for EvolvePlan {
         Self {
             model: "model.json".into(),
             out: "evolution".into(),
-            task: Task::default(),
+            task: TaskSpec::default(),
             evolution: EvolutionConfig::default(),
             trial_plants: TRIAL_PLANTS,
             seed: 1,
@@ -143,14 +143,15 @@ impl Workflow for EvolvePlan {
         monitor.stage("evolve", total);
         let runs = self.evolve(&model, monitor)?;
         let summaries = self.summarize(&runs, &model)?;
-        // Of equal champions the first is chosen.
-        let champion = (0..runs.len()).fold(0, |best, index| {
-            if summaries[index].transfer.mean > summaries[best].transfer.mean { index } else { best }
-        });
-        for (index, run) in runs.iter().enumerate() {
-            champion::write(&champion_path(&self.out, index), champion_of(run)?)?;
+        let champion = Choice::of(summaries.iter().map(|run| run.transfer).collect()).run;
+        let json = model.to_json();
+        for (index, (run, summary)) in runs.iter().zip(&summaries).enumerate() {
+            let one = Champion { expected: Some(summary.transfer), ..self.champion(run, &model, &json)? };
+            champion::write(&champion_path(&self.out, index), &one)?;
+            if index == champion {
+                champion::write(&self.out.join("champion.json"), &one)?;
+            }
         }
-        champion::write(&self.out.join("champion.json"), champion_of(&runs[champion])?)?;
         files::write(&self.out.join("history.csv"), history::csv_of(&runs).as_bytes())?;
         let results = EvolveResults {
             evaluations: summaries.iter().map(|run| run.evaluations).sum(),
@@ -168,13 +169,24 @@ impl Workflow for EvolvePlan {
 }
 
 impl EvolvePlan {
+    /// The champion of `run` with all that it was evolved for. `json` is the model's file.
+    fn champion(&self, run: &EvolutionRun, model: &TipModel, json: &str) -> Result<Champion, Error> {
+        let genome = champion_of(run)?.clone();
+        Ok(Champion {
+            task: Some(self.task.clone()),
+            is_virtual: Some(model.is_virtual()),
+            ..Champion::of_model(genome, &self.evolution.sensors, model, json)
+        })
+    }
+
     /// Summarizes the runs: tries each champion on unseen plants of `model`, and on a model of each plant.
-    fn summarize(&self, runs: &[Run], model: &TipModel) -> Result<Vec<EvolutionRunSummary>, Error> {
+    fn summarize(&self, runs: &[EvolutionRun], model: &TipModel) -> Result<Vec<EvolutionRunSummary>, Error> {
         let plants = model.of_each_plant()?;
-        let summarize = |run: &Run| {
+        let summarize = |run: &EvolutionRun| {
             let genome = champion_of(run)?;
             let trial = |models: &[TipModel]| {
-                evolve::trial_of_genome(models, &self.task, genome, self.seed, self.trial_plants)
+                let sensors = &self.evolution.sensors;
+                evolve::trial_of_genome(models, &self.task, sensors, genome, self.seed, self.trial_plants)
             };
             Ok(EvolutionRunSummary {
                 seed: run.seed,
@@ -185,7 +197,8 @@ impl EvolvePlan {
                 transfer: trial(&plants),
                 links: genome.links().len(),
                 without_data: {
-                    let track = champion::simulate(genome, model, &self.task, self.seed)
+                    let champion = self.champion(run, model, "")?;
+                    let track = champion::simulate(&champion, model, &self.task, self.seed)
                         .map_err(Error::at("champion"))?;
                     model.share_without_data(&track)
                 },

@@ -4,9 +4,11 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::evolve::{EvolutionConfig, Run};
+use tropism::control::OUTPUTS;
+use tropism::evolve::{Champion, EvolutionConfig, EvolutionRun};
 use tropism::plant::tip::TipModel;
-use tropism::task::Task;
+use tropism::task::TaskSpec;
+use tropism_neat::Genome;
 
 use super::EvolvePlan;
 use crate::{Error, files, lock};
@@ -24,7 +26,7 @@ pub struct EvolutionRecord {
     model_sha256: String,
     trial_plants: u32,
     /// Task of the controllers.
-    pub task: Task,
+    pub task: TaskSpec,
     evolution: EvolutionConfig,
 }
 
@@ -60,6 +62,17 @@ impl EvolutionRecord {
         folder.join("evolution.toml")
     }
 
+    /// The champion that `genome` is in this evolution.
+    pub(crate) fn champion_of(&self, genome: Genome) -> Champion {
+        Champion {
+            sensors: self.evolution.sensors.clone(),
+            task: Some(self.task.clone()),
+            model_sha256: Some(self.model_sha256.clone()),
+            is_virtual: Some(self.is_virtual),
+            ..Champion::of_genome(genome)
+        }
+    }
+
     /// Whether the controllers evolved on `model`.
     pub(crate) fn is_on(&self, model: &TipModel) -> bool {
         self.model_sha256 == digest(model)
@@ -91,12 +104,13 @@ impl EvolutionRecord {
 
     /// Among the checkpoints in the `folder` of an unfinished evolution, the run with the best champion, and its
     /// number; `None` without a readable checkpoint. Reads only: the evolution may be at work.
-    pub(crate) fn best_so_far(&self, folder: &Path) -> Option<(u32, Run)> {
+    pub(crate) fn best_so_far(&self, folder: &Path) -> Option<(u32, EvolutionRun)> {
         let read = |index| {
-            let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
+            let parse =
+                |text: &str| EvolutionRun::from_json(text, &self.evolution, OUTPUTS, self.seed, index);
             Some((index, files::read_as(&checkpoint_path(folder, index), parse).ok()?))
         };
-        let fitness = |run: &Run| run.champion().map_or(f64::NEG_INFINITY, |(_, fitness)| fitness);
+        let fitness = |run: &EvolutionRun| run.champion().map_or(f64::NEG_INFINITY, |(_, fitness)| fitness);
         let begun = (0..self.evolution.runs).filter_map(read).filter(|(_, run)| run.champion().is_some());
         begun.max_by(|(_, a), (_, b)| fitness(a).total_cmp(&fitness(b)))
     }

@@ -4,8 +4,9 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use tropism::evolve::Run;
+use tropism::evolve::{Evolution, EvolutionRun};
 use tropism::plant::tip::TipModel;
+use tropism::task::TaskSpec;
 use tropism_neat::Genome;
 
 use super::EvolvePlan;
@@ -15,13 +16,13 @@ use crate::{Checkpoint, Error, Monitor};
 
 impl EvolvePlan {
     /// Evolves all runs to their last generation.
-    pub(super) fn evolve(&self, model: &TipModel, monitor: &dyn Monitor) -> Result<Vec<Run>, Error> {
+    pub(super) fn evolve(&self, model: &TipModel, monitor: &dyn Monitor) -> Result<Vec<EvolutionRun>, Error> {
         let status = Mutex::new(EvolutionStatus::new(self.evolution.runs as usize));
-        let runs: Vec<Option<Run>> = (0..self.evolution.runs)
+        let runs: Vec<Option<EvolutionRun>> = (0..self.evolution.runs)
             .into_par_iter()
             .map(|index| self.evolve_run(index, model, monitor, &status))
             .collect::<Result<_, _>>()?;
-        let runs: Option<Vec<Run>> = runs.into_iter().collect();
+        let runs: Option<Vec<EvolutionRun>> = runs.into_iter().collect();
         runs.ok_or_else(|| Error::Interrupted { folder: self.out.clone() })
     }
 
@@ -32,10 +33,12 @@ impl EvolvePlan {
         model: &TipModel,
         monitor: &dyn Monitor,
         status: &Mutex<EvolutionStatus>,
-    ) -> Result<Option<Run>, Error> {
+    ) -> Result<Option<EvolutionRun>, Error> {
         let checkpoint = Checkpoint::new(checkpoint_path(&self.out, index));
         let interval = Duration::from_secs(self.checkpoint_s);
-        let mut run = self.begin(index, &checkpoint, monitor)?;
+        let evolution = Evolution::new(model, &self.task, self.evolution.clone(), self.seed)
+            .map_err(Error::in_plan("evolution"))?;
+        let mut run = self.begin(&evolution, index, &checkpoint, monitor)?;
         if let Some(last) = run.history.last() {
             monitor.skip(run.history.len() as u64);
             if let Ok(mut status) = status.lock() {
@@ -44,7 +47,7 @@ impl EvolvePlan {
         }
         let (mut saved, mut saved_generations) = (Instant::now(), run.history.len());
         while (run.history.len() as u32) < self.evolution.generations && monitor.may_go_on() {
-            let generation = run.advance(model, &self.task);
+            let generation = evolution.advance(&mut run);
             monitor.generation(index, generation);
             monitor.advance(1);
             if let Ok(mut status) = status.lock() {
@@ -62,11 +65,16 @@ impl EvolvePlan {
     }
 
     /// Run `index` as its checkpoint has it, or before its first generation.
-    fn begin(&self, index: u32, checkpoint: &Checkpoint, monitor: &dyn Monitor) -> Result<Run, Error> {
-        let parse = |text: &str| Run::from_json(text, &self.evolution, self.seed, index);
+    fn begin(
+        &self,
+        evolution: &Evolution<'_, TipModel, TaskSpec>,
+        index: u32,
+        checkpoint: &Checkpoint,
+        monitor: &dyn Monitor,
+    ) -> Result<EvolutionRun, Error> {
+        let parse = |text: &str| evolution.resume(index, text);
         let Some(loaded) = checkpoint.load(parse)? else {
-            let run = Run::new(&self.evolution, self.seed, index);
-            return run.map_err(Error::at(format!("run {index}")));
+            return evolution.begin(index).map_err(Error::at(format!("run {index}")));
         };
         if let Some(refused) = loaded.refused {
             monitor.note(&format!(
@@ -80,7 +88,7 @@ impl EvolvePlan {
 }
 
 /// The best genome of a run.
-pub(super) fn champion_of(run: &Run) -> Result<&Genome, Error> {
+pub(super) fn champion_of(run: &EvolutionRun) -> Result<&Genome, Error> {
     let (champion, _) = run.champion().ok_or_else(|| {
         Error::at(format!("run with seed {}", run.seed))(
             "found no champion, wanted one after its first generation",

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::{Species, acceptance};
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::TaskSpec;
 use tropism::track::Track;
 
 use super::tuning::{self, TunedController};
@@ -105,7 +105,7 @@ impl AcceptancePlan {
     /// Controllers that are nearly perfect on the model that they were tuned on, or the best one if none is.
     fn tune(&self, tracks: &[Track], monitor: &dyn Monitor) -> Result<Vec<TunedController>, Error> {
         monitor.stage("tuning controllers", TUNED_SETS as u64 * tuning::SEARCHES);
-        let task = Task::default();
+        let task = TaskSpec::default();
         let tune = |set: &[Track]| {
             let model = TipModel::fit(set, TipModelConfig::default())?;
             let tuned = tuning::tune(&model, &task, self.seed, || monitor.advance(1));

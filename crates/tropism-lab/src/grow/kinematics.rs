@@ -9,7 +9,7 @@ use tropism_report as report;
 
 use crate::{Error, Monitor, Workflow, files};
 
-/// Draws how the typical plant of a species responds in the experiments of plant physiology.
+/// NoiseStream how the typical plant of a species responds in the experiments of plant physiology.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct KinematicsPlan {

@@ -4,10 +4,10 @@
 //! detector of the paper would place it; no photograph is analysed. With photographs each plant has a run folder, and
 //! the ground truth stands beside them.
 
+mod tuning;
 mod acceptance;
 mod kinematics;
 mod photographs;
-mod tuning;
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -16,9 +16,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::grow;
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::lamps::Layout;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
-use tropism::track::{PERIOD_MIN, Sample, Track};
+use tropism::task::{Task, TaskSpec};
+use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_rig::file::RigFile;
 
@@ -37,7 +38,7 @@ pub struct GrowPlan {
     /// Controller of the lamps.
     pub controller: ControllerSpec,
     /// Task of the controller.
-    pub task: Task,
+    pub task: TaskSpec,
     /// Species and tent. Its scene and faults only change photographs.
     pub greenhouse: Greenhouse,
     /// Seed of all random numbers.
@@ -113,7 +114,7 @@ impl Workflow for GrowPlan {
         files::make_folder(&self.out)?;
         let plants = if self.photographs { self.photograph(monitor)? } else { self.grow(monitor)? };
         let count = plants.len() as f64;
-        let fitness: Option<Vec<f64>> = (!self.task.targets.is_empty())
+        let fitness: Option<Vec<f64>> = (!self.task.targets().is_empty())
             .then(|| plants.iter().map(|(_, track)| self.task.fitness(track)).collect());
         let heights = plants.iter().map(|(_, track)| track.samples[track.samples.len() - 1].tip.y);
         Ok(GrowResults {
@@ -156,7 +157,7 @@ impl GrowPlan {
                 if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
             };
             let Greenhouse { bean, scale, .. } = &self.greenhouse;
-            let mut controller = self.controller.build(&self.task, PERIOD_MIN);
+            let mut controller = self.controller.build(&self.task, &Layout::default(), PAPER_PERIOD_MIN);
             let track = grow(bean, self.seed_of(plant), *scale, &mut *controller, &self.task, &mut watch);
             monitor.advance(1);
             if !is_whole {

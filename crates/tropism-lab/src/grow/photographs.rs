@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use rayon::prelude::*;
-use tropism::greenhouse::tent::Device;
-use tropism::track::{PERIOD_MIN, Sample, Track};
+use tropism::greenhouse::tent::TentHandle;
+use tropism::lamps::Layout;
+use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 
 use super::{GrowPlan, GrownPlant};
 use crate::{Error, Monitor, files, lock};
@@ -26,7 +27,7 @@ impl View {
         }
     }
 
-    fn photograph(self, device: &Device) -> Vec<u8> {
+    fn photograph(self, device: &TentHandle) -> Vec<u8> {
         match self {
             Self::Front => device.front_photograph(),
             Self::Side => device.side_photograph().map_or_else(Vec::new, |(_, bytes)| bytes),
@@ -37,7 +38,7 @@ impl View {
 impl GrowPlan {
     /// Grows and photographs all plants.
     pub(super) fn photograph(&self, monitor: &dyn Monitor) -> Result<Vec<GrownPlant>, Error> {
-        let steps = u64::from(self.plants) * (u64::from(self.task.max_steps) + 1);
+        let steps = u64::from(self.plants) * (u64::from(self.task.max_steps()) + 1);
         monitor.stage("photograph", steps);
         // All folders are checked before the first plant grows.
         for plant in 0..self.plants {
@@ -87,7 +88,7 @@ impl GrowPlan {
     ) -> Result<Option<Track>, Error> {
         let track_file = folder.join("track.csv");
         if track_file.exists() {
-            monitor.skip(self.task.max_steps.into());
+            monitor.skip(self.task.max_steps().into());
             return Ok(Some(files::read_track(&track_file)?));
         }
         let views = if self.greenhouse.scene.cameras > 1 {
@@ -102,7 +103,7 @@ impl GrowPlan {
         files::write(&folder.join("run.toml"), self.config(seed).to_toml()?.as_bytes())?;
         self.write_calibrations(folder, views)?;
         let (mut truth, mut written) = (None, Ok(()));
-        let mut watch = |sample: &Sample, device: &Device| {
+        let mut watch = |sample: &Sample, device: &TentHandle| {
             written = views.iter().try_for_each(|view| {
                 let path = folder.join(view.folder()).join(format!("{:06}.jpg", sample.step));
                 if self.resume && path.exists() {
@@ -120,8 +121,8 @@ impl GrowPlan {
                 ControlFlow::Break(())
             }
         };
-        let mut controller = self.controller.build(&self.task, PERIOD_MIN);
-        let track = self.greenhouse.grow(seed, &mut *controller, &self.task, &mut watch);
+        let mut controller = self.controller.build(&self.task, &Layout::default(), PAPER_PERIOD_MIN);
+        let track = self.greenhouse.grow(seed, PAPER_PERIOD_MIN, &mut *controller, &self.task, &mut watch);
         written?;
         let Some((csv, jsonl)) = truth else { return Ok(None) };
         files::write(&folder.join("truth.csv"), &csv)?;

@@ -8,12 +8,13 @@
 //! A (1+1) evolution strategy with success-based step size: Rechenberg 1973, *Evolutionsstrategie*.
 
 use rayon::prelude::*;
-use tropism::control::chase::Chase;
+use tropism::control::Greedy;
 use tropism::evolve;
 use tropism::geometry::Point;
+use tropism::lamps::Layout;
 use tropism::plant::tip::TipModel;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::{Task, TaskSpec};
 
 /// Number of searches, each from another start. This and the following constants were chosen by hand; row 22 of
 /// `docs/virtual-bean.md` shows what they reach.
@@ -37,10 +38,10 @@ const STEP_DECAY: f64 = 0.985;
 const MIN_STEP_CM: f64 = 0.05;
 
 /// A controller, and its mean fitness on simulated plants on which it was not tuned, in cm.
-pub(super) type TunedController = (f64, Chase);
+pub(super) type TunedController = (f64, Greedy);
 
 /// The best controller of [`SEARCHES`] searches on `model`. Each search calls `tick` when it ends.
-pub(super) fn tune(model: &TipModel, task: &Task, seed: u64, tick: impl Fn() + Sync) -> TunedController {
+pub(super) fn tune(model: &TipModel, task: &TaskSpec, seed: u64, tick: impl Fn() + Sync) -> TunedController {
     let tuned: Vec<TunedController> = (0..SEARCHES)
         .into_par_iter()
         .map(|search| {
@@ -53,7 +54,7 @@ pub(super) fn tune(model: &TipModel, task: &Task, seed: u64, tick: impl Fn() + S
 }
 
 /// One search: a mutation that is not worse replaces its parent. Returns x and y of each waypoint in turn, in cm.
-fn search_from(model: &TipModel, task: &Task, seed: u64) -> Vec<f64> {
+fn search_from(model: &TipModel, task: &TaskSpec, seed: u64) -> Vec<f64> {
     let mut rng = random::stream(seed, Purpose::Trial, 0);
     let mut waypoints = first_waypoints(task, || random::normal(&mut rng));
     let mut best = mean_fitness(model, task, &waypoints, seed, SEARCH_PLANTS);
@@ -78,10 +79,10 @@ fn search_from(model: &TipModel, task: &Task, seed: u64) -> Vec<f64> {
 
 /// Waypoints around each target, at equal distances in height from the target below; `normal` draws from the standard
 /// normal distribution.
-fn first_waypoints(task: &Task, mut normal: impl FnMut() -> f64) -> Vec<f64> {
-    let mut below = task.start.y;
+fn first_waypoints(task: &TaskSpec, mut normal: impl FnMut() -> f64) -> Vec<f64> {
+    let mut below = task.start().y;
     let mut waypoints: Vec<f64> = Vec::new();
-    for target in &task.targets {
+    for target in task.targets() {
         for waypoint in 0..WAYPOINTS {
             let share = (waypoint + 1) as f64 / WAYPOINTS as f64;
             let x = target.x + START_SD_CM * normal();
@@ -92,24 +93,26 @@ fn first_waypoints(task: &Task, mut normal: impl FnMut() -> f64) -> Vec<f64> {
     waypoints
 }
 
-fn mean_fitness(model: &TipModel, task: &Task, waypoints: &[f64], seed: u64, plants: u32) -> f64 {
+fn mean_fitness(model: &TipModel, task: &TaskSpec, waypoints: &[f64], seed: u64, plants: u32) -> f64 {
     let rule = controller(waypoints);
     evolve::trial(std::slice::from_ref(model), task, || rule.clone(), seed, plants).mean
 }
 
 /// The greedy controller towards `waypoints`, in the order of their heights.
-fn controller(waypoints: &[f64]) -> Chase {
+fn controller(waypoints: &[f64]) -> Greedy {
     let mut points: Vec<Point> = waypoints.chunks_exact(2).map(|at| Point::new(at[0], at[1])).collect();
     points.sort_by(|a, b| a.y.total_cmp(&b.y));
-    Chase::new(points)
+    Greedy::towards(points, &Layout::default())
 }
 
 #[cfg(test)]
 mod tests {
-    use tropism::control::periodic::Periodic;
+    use tropism::task::OpenLoop;
+
+    use tropism::control::Periodic;
     use tropism::environment::unwatched;
     use tropism::greenhouse::bean::{Species, grow};
-    use tropism::light::Light;
+    use tropism::lamps::Light;
     use tropism::plant::tip::TipModelConfig;
 
     use super::*;
@@ -118,15 +121,22 @@ mod tests {
     fn a_search_improves_the_greedy_controller() {
         let species = Species::default();
         let open_loop = |seed| {
-            let mut controller = Periodic::new(72, Light::Right);
-            grow(&species, seed, 1.0, &mut controller, &Task::open_loop(400), &mut unwatched)
+            let mut controller = Periodic::new(72, &Layout::default()).starting_with(Light::RIGHT);
+            grow(
+                &species,
+                seed,
+                1.0,
+                &mut controller,
+                &OpenLoop { steps: 400, ..OpenLoop::default() },
+                &mut unwatched,
+            )
         };
         let tracks: Vec<_> = (0..3).map(open_loop).collect();
         let model = TipModel::fit(&tracks, TipModelConfig::default()).unwrap();
-        let task = Task::default();
+        let task = TaskSpec::default();
         let waypoints = search_from(&model, &task, 1);
         assert_eq!(waypoints, search_from(&model, &task, 1));
-        let greedy: Vec<f64> = task.targets.iter().flat_map(|target| [target.x, target.y]).collect();
+        let greedy: Vec<f64> = task.targets().iter().flat_map(|target| [target.x, target.y]).collect();
         let (tuned, greedy) =
             (mean_fitness(&model, &task, &waypoints, 2, 50), mean_fitness(&model, &task, &greedy, 2, 50));
         assert!(tuned > greedy, "{tuned} against {greedy}");

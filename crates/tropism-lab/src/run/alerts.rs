@@ -5,9 +5,9 @@ use std::path::Path;
 
 use tropism::rig::{Event, HealthProblem, RunMonitor};
 use tropism::track::Sample;
-use tropism_rig::alert::{self, Happening, Kind};
-use tropism_rig::computer::Computer;
+use tropism_rig::alert::{self, AlertEvent, Kind};
 use tropism_rig::file::RigFile;
+use tropism_rig::host::Host;
 
 use crate::error::Error;
 use crate::monitor::Monitor;
@@ -26,12 +26,12 @@ impl Alerts {
     /// Tells of a step, for heartbeats and the status at a broker.
     pub(super) fn step(&self, sample: &Sample) {
         let text = format!("tip at {:.1}, {:.1} cm", sample.tip.x, sample.tip.y);
-        self.0.tell(&Happening::now(Kind::Step, Some(sample.step), &*text));
+        self.0.send(&AlertEvent::now(Kind::Step, Some(sample.step), &*text));
     }
 
     /// Tells of an error that ends the run.
     pub(super) fn fault(&self, error: &Error) {
-        self.0.tell(&Happening::now(Kind::Fault, None, error.with_causes()));
+        self.0.send(&AlertEvent::now(Kind::Fault, None, error.with_causes()));
     }
 
     /// Waits until everything is delivered, half a minute at most, and notes what could not be.
@@ -47,7 +47,7 @@ pub(super) struct AlertMonitor<'a>(pub(super) &'a Alerts);
 
 impl RunMonitor for AlertMonitor<'_> {
     fn event(&mut self, event: &Event) {
-        self.0.0.tell(&Happening::now(event.kind, Some(event.step), &*event.text));
+        self.0.0.send(&AlertEvent::now(event.kind, Some(event.step), &*event.text));
     }
 }
 
@@ -67,14 +67,14 @@ impl RunMonitor for WorkflowMonitor<'_> {
 
 /// Reports a host computer that is too hot or whose supply is too weak.
 pub(super) struct HostMonitor {
-    computer: Computer,
+    host: Host,
     hot_c: f64,
 }
 
 impl HostMonitor {
     /// Watches this computer; above `hot_c` degrees Celsius it is too hot.
     pub(super) fn new(hot_c: f64) -> Self {
-        Self { computer: Computer::here(), hot_c }
+        Self { host: Host::here(), hot_c }
     }
 }
 
@@ -82,6 +82,6 @@ impl RunMonitor for HostMonitor {
     fn event(&mut self, _event: &Event) {}
 
     fn health(&mut self) -> Vec<HealthProblem> {
-        self.computer.health(self.hot_c)
+        self.host.health(self.hot_c)
     }
 }

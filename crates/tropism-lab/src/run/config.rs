@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use tropism::evolve::Champion;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::task::Task;
-use tropism::vision::{Calibration, Eye, VisionConfig};
+use tropism::task::TaskSpec;
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_neat::Genome;
 use tropism_report::Plants;
 use tropism_rig::file::RigFile;
@@ -33,7 +34,7 @@ pub struct RunConfig {
     /// The controller, complete.
     pub controller: ControllerSpec,
     /// Targets and limits.
-    pub task: Task,
+    pub task: TaskSpec,
     /// Camera, lamps, flash and vision; without the channels of its alerts, which decide nothing of the outcome.
     pub rig: RigFile,
 }
@@ -51,7 +52,7 @@ impl Default for RunConfig {
 impl RunConfig {
     /// The configuration of a run of `controller` in `rig`.
     #[must_use]
-    pub fn new(rig: RigFile, controller: ControllerSpec, task: Task, seed: u64) -> Self {
+    pub fn new(rig: RigFile, controller: ControllerSpec, task: TaskSpec, seed: u64) -> Self {
         Self {
             schema: SCHEMA.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -116,10 +117,10 @@ impl RunConfig {
 
     /// The tracker for its photographs.
     #[must_use]
-    pub fn eye(&self) -> Option<Eye> {
+    pub fn eye(&self) -> Option<TipTracker> {
         let vision = &self.rig.vision;
         let crop = vision.crop.or_else(|| self.rig.greenhouse.as_ref().map(Greenhouse::crop));
-        Eye::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()
+        TipTracker::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()
     }
 
     /// Checks what a file or a caller may have got wrong.
@@ -130,7 +131,8 @@ impl RunConfig {
         let plan = |error: &dyn std::error::Error| Error::Plan(error.to_string());
         self.rig.check().map_err(|error| plan(&error))?;
         self.task.check().map_err(|error| plan(&error))?;
-        self.controller.check(self.rig.period_min)
+        let layout = self.rig.layout().map_err(|error| plan(&error))?;
+        self.controller.check(&layout, self.rig.period_min)
     }
 
     /// Makes the run folder at `path`, or opens the one that is there if its configuration is this one; one whose run is
@@ -163,7 +165,7 @@ struct Config1 {
     seed: u64,
     controller: String,
     network: Option<String>,
-    task: Task,
+    task: TaskSpec,
     rig: RigFile,
 }
 
@@ -177,7 +179,8 @@ impl Config1 {
     fn controller(&self) -> Result<ControllerSpec, String> {
         if let Some(json) = &self.network {
             let genome = Genome::from_json(json).map_err(|error| format!("network: {error}"))?;
-            return ControllerSpec::network(genome).map_err(|error| format!("network: {error}"));
+            return ControllerSpec::network(Champion::of_genome(genome))
+                .map_err(|error| format!("network: {error}"));
         }
         let words = self.controller.as_str();
         let steps = words.strip_prefix("periodic, ").and_then(|rest| rest.strip_suffix(" steps"));
@@ -200,8 +203,8 @@ mod tests {
     }
 
     fn network() -> ControllerSpec {
-        let genome = tropism_neat::random_genome(&tropism_neat::Config::paper(), 2, 1, 7, 0);
-        ControllerSpec::network(genome).unwrap()
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 7, 0);
+        ControllerSpec::network(Champion::of_genome(genome)).unwrap()
     }
 
     #[test]
@@ -232,7 +235,7 @@ mod tests {
         assert_eq!((&config.controller, config.seed), (&ControllerSpec::periodic(360.0), 7));
         assert_eq!(config.controller_description(), "periodic, 72 steps");
         assert_eq!(read(&old("controller = \"chase\"")).unwrap().controller, ControllerSpec::Greedy);
-        let json = network().genome().unwrap().to_json();
+        let json = network().champion().unwrap().genome.to_json();
         let text = old(&format!("controller = \"network\"\nnetwork = '''{json}'''"));
         assert_eq!(read(&text).unwrap().controller, network());
         let error = read(&old("controller = \"magic\"")).unwrap_err().to_string();

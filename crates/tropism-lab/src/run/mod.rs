@@ -13,10 +13,11 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use tropism::environment;
-use tropism::greenhouse::tent::Device;
+use tropism::environment::{self, Environment};
+use tropism::greenhouse::tent::TentHandle;
 use tropism::observation::Quality;
 use tropism::rig::{EventKind, RunMonitor};
+use tropism::task::Task;
 use tropism::track::{Sample, Track};
 
 use crate::error::Error;
@@ -117,7 +118,8 @@ impl RunPlan {
             is_over &= may_go_on || sample.light.is_none();
             if may_go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        let mut controller = self.config.controller.build(&self.config.task, rig.period_min);
+        let mut controller =
+            self.config.controller.build(&self.config.task, recorded.layout(), rig.period_min);
         let done = environment::run(&mut recorded, &mut *controller, &self.config.task, &mut watch);
         let interrupted = || Error::Interrupted { folder: out.to_owned() };
         let track = match done {
@@ -194,7 +196,7 @@ impl Workflow for RunPlan {
             folder?;
             unreachable!("an error returned above");
         }
-        let max_steps = u64::from(self.config.task.max_steps);
+        let max_steps = u64::from(self.config.task.max_steps());
         monitor.stage("run", max_steps);
         let alerts = Alerts::open(&self.config.rig, &self.out)?;
         let done = folder.and_then(|folder| self.record(folder, &alerts, monitor));
@@ -216,7 +218,7 @@ impl Workflow for RunPlan {
             is_virtual: self.config.is_virtual(),
             steps: track.samples.len() - 1,
             held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
-            fitness: (!task.targets.is_empty()).then(|| task.fitness(&track)),
+            fitness: (!task.targets().is_empty()).then(|| task.fitness(&track)),
             track_file: self.out.join("track.csv"),
             track,
         })
@@ -246,7 +248,7 @@ impl Pace<'_> {
 }
 
 /// Keeps this step's photograph of the camera at the side, if there is one and it is not kept already.
-fn keep_side_photograph(device: &Device, folder: &Path) -> Result<(), FileError> {
+fn keep_side_photograph(device: &TentHandle, folder: &Path) -> Result<(), FileError> {
     let Some((step, bytes)) = device.side_photograph() else { return Ok(()) };
     let path = folder.join(format!("{step:06}.jpg"));
     if path.exists() {

@@ -1,6 +1,7 @@
 //! Drawings of a champion: its network, and the map of its decisions.
 
-use tropism_report::{self as report, Figure, Page, Plants, Steered};
+use tropism::task::Task;
+use tropism_report::{self as report, Figure, Page, Plants, SteeredTrack};
 
 use super::source::ShownChampion;
 use super::{ShowFormat, ShowResults};
@@ -9,7 +10,7 @@ impl ShownChampion {
     /// The champion in `format`, beside its properties.
     pub(super) fn draw(&self, format: ShowFormat, properties: &ShowResults) -> String {
         match format {
-            ShowFormat::Dot => report::network_dot(&self.genome),
+            ShowFormat::Dot => report::network_dot(&self.champion.genome),
             ShowFormat::Svg => report::in_one_svg(&self.figures()),
             ShowFormat::Html => self.page(properties).html(),
             ShowFormat::Text => self.text(properties),
@@ -21,7 +22,7 @@ impl ShownChampion {
             let fitness = self.task.fitness(track);
             format!("a plant that it steered: fitness {fitness:.2} cm. {}\n", plants.sentence())
         });
-        let map = report::decision_text(&self.genome, &self.task.targets).unwrap_or_default();
+        let map = report::decision_text(&self.champion.genome, self.task.targets()).unwrap_or_default();
         let key = if map.is_empty() {
             ""
         } else {
@@ -32,9 +33,9 @@ impl ShownChampion {
 
     /// The network, and the map if it is a controller.
     fn figures(&self) -> Vec<Figure> {
-        let steered = self.steered.as_ref().map(|(track, plants)| Steered { track, plants: *plants });
-        let map = report::decision(&self.genome, &self.task.targets, steered).ok();
-        [Some(report::network(&self.genome)), map].into_iter().flatten().collect()
+        let steered = self.steered.as_ref().map(|(track, plants)| SteeredTrack { track, plants: *plants });
+        let map = report::decision(&self.champion.genome, self.task.targets(), steered).ok();
+        [Some(report::network(&self.champion.genome)), map].into_iter().flatten().collect()
     }
 
     fn page(&self, properties: &ShowResults) -> Page {

@@ -3,14 +3,15 @@
 //! In: a genome file, or the folder of an evolution, a study or a run. Out: the properties of the network and a
 //! drawing. If a plant that it steered is at hand, its path is drawn on the map.
 
-mod drawing;
 mod source;
+mod drawing;
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::control::anatomy::{Anatomy, Boundary};
-use tropism::task::Task;
+use tropism::control::network_analysis::{Boundary, NetworkAnalysis};
+use tropism::evolve::Champion;
+use tropism::task::{Task, TaskSpec};
 use tropism_neat::{Genome, NeuronKind};
 use tropism_report as report;
 
@@ -31,7 +32,7 @@ pub struct ShowPlan {
     /// found.
     pub model: Option<PathBuf>,
     /// Task of the plant; `None`: the one that the network evolved for, or the paper's.
-    pub task: Option<Task>,
+    pub task: Option<TaskSpec>,
 }
 
 impl Default for ShowPlan {
@@ -137,8 +138,8 @@ impl ShowPlan {
 
 impl ShowResults {
     fn new(champion: &ShownChampion) -> Self {
-        let ShownChampion { genome, steered, .. } = champion;
-        let analysis = Anatomy::of(genome);
+        let ShownChampion { champion: Champion { genome, .. }, steered, .. } = champion;
+        let analysis = NetworkAnalysis::of(genome);
         Self {
             genome: champion.file.clone(),
             inputs: genome.inputs(),

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use tropism::control::network::ShapeError;
+use tropism::control::ShapeError;
+use tropism::evolve::Champion;
 use tropism::plant::tip::TipModel;
-use tropism::task::Task;
+use tropism::task::TaskSpec;
 use tropism::track::Track;
-use tropism_neat::Genome;
 use tropism_report::Plants;
 
 use super::ShowPlan;
@@ -16,9 +16,9 @@ use crate::{Error, Monitor, champion, files, model};
 
 /// A champion, the file that it was read from, its task, and a plant that it steered.
 pub(super) struct ShownChampion {
-    pub(super) genome: Genome,
+    pub(super) champion: Champion,
     pub(super) file: PathBuf,
-    pub(super) task: Task,
+    pub(super) task: TaskSpec,
     pub(super) steered: Option<(Track, Plants)>,
 }
 
@@ -32,27 +32,27 @@ impl ShownChampion {
         // `evolution.toml` lies beside `champion.json`, or above `champions/run-00.json`.
         let folder = file.ancestors().skip(1).take(2).find(|folder| EvolutionRecord::path(folder).exists());
         let record = folder.map(EvolutionRecord::read).transpose()?;
-        let genome = match &record {
+        let champion = match &record {
             Some(record) if !file.exists() => best_so_far(record, &file, monitor)?,
             _ => champion::read(&file)?,
         };
-        let task = match (&plan.task, &record) {
-            (Some(task), _) => task.clone(),
-            (None, Some(record)) => record.task.clone(),
-            (None, None) => Task::default(),
+        let task = match (&plan.task, &champion.task, &record) {
+            (Some(task), ..) | (None, Some(task), _) => task.clone(),
+            (None, None, Some(record)) => record.task.clone(),
+            (None, None, None) => TaskSpec::default(),
         };
         let seed = record.as_ref().map_or(1, |record| record.seed);
         let model = match &plan.model {
             Some(path) => Some(model::read_for(path, &task, monitor)?),
             None => own_model(folder, record.as_ref())?,
         };
-        let steered = match model.map(|model| simulate(&genome, &model, &task, seed)) {
+        let steered = match model.map(|model| simulate(&champion, &model, &task, seed)) {
             Some(Ok(plant)) => Some(plant),
             // A network with other inputs is drawn without a plant, unless the plan asks for one.
             Some(Err(error)) if plan.model.is_some() => return Err(Error::at(file.display())(error)),
             _ => None,
         };
-        Ok(Self { genome, file, task, steered })
+        Ok(Self { champion, file, task, steered })
     }
 
     /// The network that steered a run, with the track of the run if it is finished.
@@ -63,7 +63,7 @@ impl ShownChampion {
                 "`model`: found the folder of a run, wanted none; the plant of the run is drawn".to_owned(),
             ));
         }
-        let Some(genome) = run.controller.genome() else {
+        let Some(champion) = run.controller.champion() else {
             return Err(Error::Plan(format!(
                 "{}: found the controller \"{}\", wanted a network",
                 file.display(),
@@ -76,7 +76,7 @@ impl ShownChampion {
             false => None,
         };
         let task = plan.task.clone().unwrap_or_else(|| run.task.clone());
-        Ok(Self { genome: genome.clone(), file, task, steered })
+        Ok(Self { champion: champion.clone(), file, task, steered })
     }
 }
 
@@ -97,7 +97,7 @@ fn genome_file(source: &Path) -> Result<PathBuf, Error> {
 }
 
 /// The best champion so far of an evolution that has not written its `file` yet.
-fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> Result<Genome, Error> {
+fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> Result<Champion, Error> {
     let folder = file.parent().unwrap_or(Path::new("."));
     let just_begun = || {
         Error::Plan(format!(
@@ -112,7 +112,7 @@ fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> 
         folder.display(),
         run.neat.generation()
     ));
-    Ok(champion.clone())
+    Ok(record.champion_of(champion.clone()))
 }
 
 /// The model of the study around an evolution, if it is the one that the network evolved on.
@@ -127,11 +127,11 @@ fn own_model(folder: Option<&Path>, record: Option<&EvolutionRecord>) -> Result<
 
 /// The track of one plant of `model` that the network steers, and its label in figures.
 fn simulate(
-    genome: &Genome,
+    champion: &Champion,
     model: &TipModel,
-    task: &Task,
+    task: &TaskSpec,
     seed: u64,
 ) -> Result<(Track, Plants), ShapeError> {
     let plants = if model.is_virtual() { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
-    Ok((champion::simulate(genome, model, task, seed)?, plants))
+    Ok((champion::simulate(champion, model, task, seed)?, plants))
 }

@@ -5,7 +5,7 @@ use tropism::evolve::EvolutionConfig;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
-use tropism::task::Task;
+use tropism::task::TaskSpec;
 use tropism::vision::VisionConfig;
 use tropism_rig::file::RigFile;
 
@@ -35,7 +35,7 @@ pub struct StudyConfig {
     /// Unseen plants that each controller steers. Paper: 6 (section 3.2).
     pub reality_plants: u32,
     /// Task of the controllers.
-    pub task: Task,
+    pub task: TaskSpec,
     /// Settings of the tip-motion model.
     pub model: TipModelConfig,
     /// Settings of the evolution.
@@ -56,7 +56,7 @@ impl Default for StudyConfig {
             random_controllers: 2_000_000,
             trial_plants: TRIAL_PLANTS,
             reality_plants: 6,
-            task: Task::default(),
+            task: TaskSpec::default(),
             model: TipModelConfig::default(),
             evolution: EvolutionConfig::default(),
             vision: VisionConfig::default(),

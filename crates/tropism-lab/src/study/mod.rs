@@ -5,8 +5,8 @@
 //! baseline, experiments with unseen plants, and the report. A stage that is finished on the disk is not repeated.
 
 mod config;
-mod page;
 mod results;
+mod page;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism::task::Task;
+use tropism::task::{OpenLoop, TaskSpec};
 
 use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;
@@ -100,7 +100,7 @@ impl StudyPlan {
 struct Experiment {
     folder: PathBuf,
     controller: ControllerSpec,
-    task: Task,
+    task: TaskSpec,
     seed: u64,
 }
 
@@ -135,7 +135,7 @@ impl StudyStages<'_> {
         let experiment = |number: u32| Experiment {
             folder: self.open_loop_folder(number),
             controller: config.periodic(),
-            task: Task::open_loop(config.steps),
+            task: OpenLoop { steps: config.steps, ..OpenLoop::default() }.into(),
             seed: config.plant_seed(number),
         };
         let experiments: Vec<_> = (0..config.experiments).map(experiment).collect();
@@ -148,7 +148,7 @@ impl StudyStages<'_> {
 
     /// Runs experiments in parallel, each in its run folder.
     fn run_all(&self, stage: &str, experiments: &[Experiment]) -> Result<(), Error> {
-        let steps = experiments.iter().map(|experiment| u64::from(experiment.task.max_steps)).sum();
+        let steps = experiments.iter().map(|experiment| u64::from(experiment.task.max_steps())).sum();
         self.monitor.stage(stage, steps);
         let run = |experiment: &Experiment| {
             let Experiment { folder, controller, task, seed } = experiment;

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use tropism::track::PERIOD_MIN;
-use tropism_neat::Genome;
+use tropism::evolve::Champion;
+use tropism::task::Task;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_report::{self as report, Figure, Page, Plants, Table};
 
 use super::results::{RealityNumbers, StudyFolder, StudyResults};
@@ -57,7 +58,7 @@ impl StudyFolder {
              nor the evolution had data, by their photographs.\n\nIn the model its mean fitness is {:.2} cm of {:.2} \
              possible. For unseen beans {:.2} cm were predicted, and {:.2} cm were measured.",
             self.open_loop.len(),
-            f64::from(self.config.switch_steps) * PERIOD_MIN / 60.0,
+            f64::from(self.config.switch_steps) * PAPER_PERIOD_MIN / 60.0,
             results.reality_champion.plants,
             results.champion_mean_in_model,
             results.best_possible,
@@ -103,26 +104,26 @@ impl StudyFolder {
         order.sort_by(|&a, &b| runs[b].trial.mean.total_cmp(&runs[a].trial.mean));
         let (chosen, worst) = (self.evolution.champion, order[order.len() - 1]);
         let second = order.iter().copied().find(|&run| run != chosen).unwrap_or(chosen);
-        for (number, title, genome) in [
+        for (number, title, champion) in [
             ("7a", "In simulation: the chosen champion", &self.champions[chosen]),
             ("7b", "In simulation: the champion of another run", &self.champions[second]),
             ("7c", "In simulation: the worst champion", &self.champions[worst]),
             ("7d", "In simulation: the best random network", &self.random_champion),
         ] {
-            all.push(self.simulated(number, title, genome)?);
+            all.push(self.simulated(number, title, champion)?);
         }
         all.extend(self.typical_run().map(figures::of_steered_run));
         all.extend(figures::of_stems(&self.open_loop)?);
         Ok(all)
     }
 
-    /// The track of a simulated plant that `genome` steers.
-    fn simulated(&self, number: &'static str, title: &str, genome: &Genome) -> Result<Figure, Error> {
+    /// The track of a simulated plant that `champion` steers.
+    fn simulated(&self, number: &'static str, title: &str, champion: &Champion) -> Result<Figure, Error> {
         let task = &self.config.task;
         let track =
-            champion::simulate(genome, &self.model, task, self.config.seed).map_err(Error::at(title))?;
+            champion::simulate(champion, &self.model, task, self.config.seed).map_err(Error::at(title))?;
         let fitness = task.fitness(&track);
-        Ok(report::steering(number, title, &track, &task.targets, fitness, Plants::ModelOfVirtual))
+        Ok(report::steering(number, title, &track, task.targets(), fitness, Plants::ModelOfVirtual))
     }
 
     /// The champion's run whose fitness is nearest to the mean: as in the paper, Figure 8 shows one experiment.

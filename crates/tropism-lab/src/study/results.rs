@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::evolve::Champion;
 use tropism::evolve::Trial;
 use tropism::plant::tip::TipModel;
-use tropism::track::PERIOD_MIN;
-use tropism_neat::Genome;
+use tropism::task::Task;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_report::NumberRow;
 
 use super::config::{CONTROLLERS, StudyConfig};
@@ -92,9 +93,9 @@ pub(super) struct StudyFolder {
     pub(super) history: EvolutionHistory,
     pub(super) evolution: EvolveResults,
     /// The champion of each evolutionary run.
-    pub(super) champions: Vec<Genome>,
+    pub(super) champions: Vec<Champion>,
     random: RandomNumbers,
-    pub(super) random_champion: Genome,
+    pub(super) random_champion: Champion,
     /// The runs of each controller with unseen plants, by the names in [`CONTROLLERS`].
     pub(super) reality: BTreeMap<&'static str, Vec<FinishedRun>>,
     /// Seconds spent in each stage.
@@ -146,7 +147,7 @@ impl StudyFolder {
         let best_of_runs = self.evolution.runs.iter().map(|run| run.best_fitness);
         let champion = self.evolution.chosen();
         let reality = CONTROLLERS.map(|name| self.in_reality(name));
-        let random = ControllerSpec::Network { genome: Box::new(self.random_champion.clone()) };
+        let random = ControllerSpec::Network { champion: Box::new(self.random_champion.clone()) };
         StudyResults {
             seed: self.config.seed,
             is_virtual: true,
@@ -192,7 +193,7 @@ impl StudyFolder {
     fn hours_to_end(&self) -> f64 {
         let runs = &self.reality["champion"];
         let steps: usize = runs.iter().map(|run| run.track.samples.len() - 1).sum();
-        steps as f64 / runs.len() as f64 * PERIOD_MIN / 60.0
+        steps as f64 / runs.len() as f64 * PAPER_PERIOD_MIN / 60.0
     }
 }
 

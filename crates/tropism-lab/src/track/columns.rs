@@ -9,7 +9,7 @@ pub fn point_at(track: &Track, name: &str, row: usize) -> Option<Point> {
     let coordinate = |axis: char| {
         let wanted = format!("{name}_{axis}_cm");
         let column = track.columns.iter().find(|column| column.name == wanted)?;
-        column.values[row].parse().ok().filter(|value: &f64| value.is_finite())
+        column.values.text(row).parse().ok().filter(|value: &f64| value.is_finite())
     };
     Some(Point::new(coordinate('x')?, coordinate('y')?))
 }

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::geometry::Region;
 use tropism::photo::Image;
-use tropism::track::PERIOD_MIN;
-use tropism::vision::{Eye, VisionConfig, lit, segment};
+use tropism::track::PAPER_PERIOD_MIN;
+use tropism::vision::raster::filter;
+use tropism::vision::{TipTracker, VisionConfig, lamp_state};
 use tropism_report::guide::{self, GuidePage, GuidePhotograph, GuidePlant};
 
 use super::overlays::{Annotation, annotate};
@@ -64,7 +65,7 @@ impl Default for GuidePlan {
             plants: Vec::new(),
             time: TimeSource::default(),
             period_min: None,
-            default_period_min: PERIOD_MIN,
+            default_period_min: PAPER_PERIOD_MIN,
             vision: VisionConfig::default(),
         }
     }
@@ -157,9 +158,9 @@ impl GuidePlan {
     /// The photograph with the detections of the known plants drawn in.
     fn draw(&self, image: Image, plants: &[Plant]) -> Image {
         let detect = |plant: &Plant| {
-            let mut eye = Eye::new(plant.calibration, plant.vision(&self.vision)).ok()?;
-            let detected = eye.judge(Ok(&image));
-            Some((detected.clone().ok(), eye.settle(detected)))
+            let mut eye = TipTracker::new(plant.calibration, plant.vision(&self.vision)).ok()?;
+            let detected = eye.detect(Ok(&image));
+            Some((detected.clone().ok(), eye.update_next(detected)))
         };
         let detections: Vec<_> = plants.iter().filter_map(detect).collect();
         let annotations: Vec<Annotation<'_>> = plants
@@ -167,7 +168,7 @@ impl GuidePlan {
             .zip(&detections)
             .map(|(plant, (sighting, seen))| Annotation { plant, sighting: sighting.as_ref(), seen })
             .collect();
-        annotate(&image, &annotations, lit(&image, None))
+        annotate(&image, &annotations, lamp_state(&image, None))
     }
 }
 
@@ -175,7 +176,7 @@ impl GuidePlan {
 fn show(frame: &Frame, image: &Image) -> Result<GuidePhotograph, Error> {
     let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
     let factor = image.width.div_ceil(COLUMNS).min(image.height);
-    let small = segment::shrink(image, whole, factor);
+    let small = filter::downscale(image, whole, factor);
     let jpeg = small.to_jpeg(JPEG_QUALITY).map_err(Error::at(frame.path.display()))?;
     Ok(GuidePhotograph { name: frame.name.clone(), factor, columns: small.width, rows: small.height, jpeg })
 }

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::geometry::Pixel;
-use tropism::light::Light;
-use tropism::vision::{Class, Sighting};
+use tropism::lamps::Light;
+use tropism::vision::{Detection, FrameStatus};
 
 use crate::Error;
 use crate::files::FileError;
@@ -50,13 +50,13 @@ impl FrameDetections {
 /// The detection of one plant in one photograph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PlantDetection {
-    pub(super) class: Class,
-    pub(super) sighting: Option<Sighting>,
+    pub(super) class: FrameStatus,
+    pub(super) sighting: Option<Detection>,
 }
 
 impl PlantDetection {
     /// A detection rounded to a thousandth of a pixel, so that a line of the journal holds all of it.
-    pub(super) fn new(detected: Result<Sighting, Class>) -> Self {
+    pub(super) fn new(detected: Result<Detection, FrameStatus>) -> Self {
         let rounded = |value: f64| (value * 1e3).round() / 1e3;
         let round = |pixel: Pixel| Pixel::new(rounded(pixel.x), rounded(pixel.y));
         match detected {
@@ -65,13 +65,13 @@ impl PlantDetection {
                 sighting.tip = round(sighting.tip);
                 sighting.apex = sighting.apex.map(round);
                 sighting.stem = sighting.stem.map(|stem| stem.into_iter().map(round).collect());
-                Self { class: Class::Ok, sighting: Some(sighting) }
+                Self { class: FrameStatus::Ok, sighting: Some(sighting) }
             }
         }
     }
 
     /// The detection, or the reason why there is none.
-    pub(super) fn result(&self) -> Result<Sighting, Class> {
+    pub(super) fn result(&self) -> Result<Detection, FrameStatus> {
         self.sighting.clone().ok_or(self.class)
     }
 }
@@ -169,19 +169,19 @@ mod tests {
     use super::*;
 
     fn detections(frame: &str) -> FrameDetections {
-        let sighting = Sighting {
+        let sighting = Detection {
             tip: Pixel::new(1.0 / 3.0, 2.0),
             apex: Some(Pixel::new(0.1, 0.2)),
             stem: Some(vec![Pixel::new(5.0, 6.123_456)]),
             contrast: 17.3,
-            ..Sighting::default()
+            ..Detection::default()
         };
         FrameDetections {
             frame: frame.to_owned(),
             sha256: format!("of {frame}"),
-            light: Some(Light::Left),
+            light: Some(Light::LEFT),
             problem: None,
-            plants: vec![PlantDetection::new(Ok(sighting)), PlantDetection::new(Err(Class::NoPlant))],
+            plants: vec![PlantDetection::new(Ok(sighting)), PlantDetection::new(Err(FrameStatus::NoPlant))],
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::light::{self, Light};
+use tropism::lamps::{self, Light};
 
 use super::series::{Frame, file_name};
 use crate::{Error, files};
@@ -54,7 +54,7 @@ fn read_table(path: &Path, frames: &[Frame]) -> Result<Vec<Option<Light>>, Error
     let mut lights = BTreeMap::new();
     for (index, line) in lines.enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         let row = line.split_once(',').and_then(|(frame, word)| {
-            let light = light::parse(word.trim()).ok()?;
+            let light = lamps::parse(word.trim()).ok()?;
             Some((frame.trim(), light))
         });
         let (frame, light) = row.ok_or_else(|| {

@@ -8,17 +8,17 @@
 //! with the same bytes.
 
 mod columns;
-mod guide;
-mod journal;
-mod light;
-mod overlays;
-mod pipeline;
-mod plan;
-mod plants;
-mod provenance;
-mod results;
 mod series;
+mod plants;
+mod overlays;
+mod light;
+mod journal;
 mod table;
+mod provenance;
+mod plan;
+mod pipeline;
+mod results;
+mod guide;
 
 pub use columns::{point_at, stem_at};
 pub use guide::{GuidePlan, GuideResults};
@@ -29,3 +29,51 @@ pub use provenance::is_virtual;
 pub use results::{PlantTrack, TrackResults, TrackSettings};
 pub use series::{SeriesSummary, TimeSource};
 pub use table::{CameraMotion, TrackCounts};
+
+use self::pipeline::Pipeline;
+use self::plan::check_minutes;
+use self::plants::{PAPER_WIDTH_CM, check_plants, place};
+use self::series::Series;
+use crate::{Error, Monitor, Workflow, files};
+
+impl Workflow for TrackPlan {
+    type Results = TrackResults;
+
+    const SCHEMA: &'static str = plan::SCHEMA;
+
+    fn check(&self) -> Result<(), Error> {
+        check_plants(&self.plants)?;
+        self.scale.check()?;
+        check_minutes("period_min", self.period_min)?;
+        check_minutes("default_period_min", Some(self.default_period_min))?;
+        if self.out.extension().is_some_and(|extension| extension == "json" || extension == "jsonl") {
+            return Err(Error::Plan(format!(
+                "`out` {}: found the name of the file beside the track, wanted one that ends in .csv",
+                self.out.display()
+            )));
+        }
+        self.check_free()
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
+        self.check()?;
+        let paths = files::photographs(&self.photographs)?;
+        let series = Series::read(&paths, self.time, self.period_min, self.default_period_min)?;
+        let plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
+        let lights = self.light.read(&series.frames)?;
+        if self.scale == TrackScale::PaperCamera {
+            let px_per_cm = plants[0].calibration.px_per_cm;
+            monitor.note(&format!(
+                "no `calibration` or `px_per_cm`: assuming a picture {PAPER_WIDTH_CM} cm wide at the plant \
+                 ({px_per_cm:.2} px/cm)"
+            ));
+        }
+        if let Some(folder) = &self.overlay {
+            files::make_folder(folder)?;
+        }
+        let settings = TrackSettings::new(self, &plants);
+        let mut pipeline = Pipeline::new(self, &series, &plants, lights, &settings.sha256()?)?;
+        pipeline.run(monitor)?;
+        pipeline.finish(settings)
+    }
+}

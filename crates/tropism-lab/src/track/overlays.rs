@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use tropism::geometry::{Pixel, Region};
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::photo::Image;
-use tropism::vision::overlay::{Marks, contact_sheet, overlay};
-use tropism::vision::{Seen, Sighting, segment};
+use tropism::vision::overlay::{OverlayMarks, contact_sheet, draw_overlay};
+use tropism::vision::raster::filter;
+use tropism::vision::{Detection, TrackedFrame};
 
 use super::plants::Plant;
 use crate::{Error, files};
@@ -26,8 +27,8 @@ const JPEG_QUALITY: u8 = 85;
 /// What to draw of one plant in one photograph.
 pub(super) struct Annotation<'a> {
     pub(super) plant: &'a Plant,
-    pub(super) sighting: Option<&'a Sighting>,
-    pub(super) seen: &'a Seen,
+    pub(super) sighting: Option<&'a Detection>,
+    pub(super) seen: &'a TrackedFrame,
 }
 
 /// The folder of overlays and the contact sheet, each of them if the plan names it.
@@ -84,7 +85,7 @@ impl Overlays {
             let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
             let view = self.view.filter(|view| view.fits(image.width, image.height)).unwrap_or(whole);
             let factor = view.width.div_ceil(CELL_COLUMNS).min(view.height);
-            let small = segment::shrink(image, view, factor);
+            let small = filter::downscale(image, view, factor);
             let middle = (factor as f64 - 1.0) / 2.0;
             let to_cell = |pixel: Pixel| {
                 let along = |at: f64, start: usize| (at - start as f64 - middle) / factor as f64;
@@ -152,14 +153,14 @@ fn draw(
             sighting
         });
         let held = seen.observation.as_ref().filter(|_| !seen.is_measured());
-        let marks = Marks {
-            sighting: accepted.as_ref(),
+        let marks = OverlayMarks {
+            detection: accepted.as_ref(),
             held: held.map(|observation| to_picture(plant.calibration.pixel(observation.tip))),
             crop: plant.region.filter(|_| has_regions),
             base: Some(to_picture(plant.calibration.base)),
             light,
         };
-        picture = overlay(&picture, &marks);
+        picture = draw_overlay(&picture, &marks);
     }
     picture
 }

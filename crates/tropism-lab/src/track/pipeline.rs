@@ -5,10 +5,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use tropism::light::Light;
-use tropism::photo::{Image, Photo, PhotoError, Picture};
-use tropism::vision::pixels::Pixels;
-use tropism::vision::{Class, Eye, lit};
+use tropism::lamps::Light;
+use tropism::photo::{Image, LazyImage, Photo, PhotoError};
+use tropism::vision::raster::source::PixelSource;
+use tropism::vision::{FrameStatus, TipTracker, lamp_state};
 
 use super::journal::{FrameDetections, FrameJournal, PlantDetection};
 use super::overlays::{Annotation, Overlays};
@@ -28,7 +28,7 @@ pub(super) struct Pipeline<'a> {
     pub(super) plants: &'a [Plant],
     /// The light of each photograph; `None` if the pictures say.
     lights: Option<Vec<Option<Light>>>,
-    eyes: Vec<Eye>,
+    eyes: Vec<TipTracker>,
     pub(super) tables: Vec<Table>,
     pub(super) journal: FrameJournal,
     overlays: Overlays,
@@ -46,15 +46,15 @@ impl<'a> Pipeline<'a> {
         lights: Option<Vec<Option<Light>>>,
         settings_sha256: &str,
     ) -> Result<Self, Error> {
-        let eye = |plant: &Plant| Eye::new(plant.calibration, plant.vision(&plan.vision));
-        let mut eyes: Vec<Eye> =
+        let eye = |plant: &Plant| TipTracker::new(plant.calibration, plant.vision(&plan.vision));
+        let mut eyes: Vec<TipTracker> =
             plants.iter().map(eye).collect::<Result<_, _>>().map_err(Error::at("vision"))?;
         let journal = FrameJournal::open(&plan.journal_file(), settings_sha256, plan.resume)?;
         // The background of the first pictures is the reference for the shift of the camera in all others.
         let readable =
             series.frames.iter().filter_map(|frame| files::read_photo(&frame.path, 0.0).ok()?.open().ok());
-        for picture in readable.take(Eye::REFERS) {
-            eyes.iter_mut().for_each(|eye| eye.refer(&picture));
+        for picture in readable.take(TipTracker::REFERENCE_FRAMES) {
+            eyes.iter_mut().for_each(|eye| eye.set_reference(&picture));
         }
         let (folder, sheet) = (plan.overlay.as_deref(), plan.sheet.as_deref());
         Ok(Self {
@@ -140,8 +140,8 @@ impl<'a> Pipeline<'a> {
         self.problems.extend(problem.map(|problem| (frame.name.clone(), problem)));
         let mut seen = Vec::with_capacity(self.plants.len());
         for ((eye, table), detection) in self.eyes.iter_mut().zip(&mut self.tables).zip(&detections.plants) {
-            let result = if is_repeated { Err(Class::Repeated) } else { detection.result() };
-            let tracked = eye.settle_at(result, frame.time_s);
+            let result = if is_repeated { Err(FrameStatus::Repeated) } else { detection.result() };
+            let tracked = eye.update(result, frame.time_s);
             table.add(frame, detection.sighting.as_ref(), tracked.clone(), light);
             seen.push(tracked);
         }
@@ -172,7 +172,7 @@ struct Processed {
 impl Processed {
     /// Takes the detections that are `known` from the journal, or detects the plants now.
     fn new(
-        eyes: &[Eye],
+        eyes: &[TipTracker],
         name: &str,
         known: Option<FrameDetections>,
         photo: Result<Photo, String>,
@@ -193,15 +193,15 @@ impl Processed {
 
 /// Detects all plants in one photograph.
 fn detect(
-    eyes: &[Eye],
+    eyes: &[TipTracker],
     name: &str,
-    picture: Result<Result<Picture, PhotoError>, String>,
+    picture: Result<Result<LazyImage, PhotoError>, String>,
     sha256: String,
-) -> (FrameDetections, Option<Picture>) {
+) -> (FrameDetections, Option<LazyImage>) {
     // A file that cannot be read counts as a damaged photograph: it does not end the series.
-    let detect = |eye: &Eye| match &picture {
-        Ok(picture) => PlantDetection::new(eye.judge(picture.as_ref())),
-        Err(_) => PlantDetection::new(Err(Class::Corrupt)),
+    let detect = |eye: &TipTracker| match &picture {
+        Ok(picture) => PlantDetection::new(eye.detect(picture.as_ref())),
+        Err(_) => PlantDetection::new(Err(FrameStatus::Corrupt)),
     };
     let plants: Vec<PlantDetection> = eyes.iter().map(detect).collect();
     let problem = match &picture {
@@ -209,10 +209,10 @@ fn detect(
         Ok(Err(error)) => Some(error.to_string()),
         Ok(Ok(picture)) => {
             let (width, height) = picture.size();
-            eyes[0].calibration().fits(width, height).err().map(|error| error.to_string())
+            eyes[0].calibration().check_size(width, height).err().map(|error| error.to_string())
         }
     };
     let picture = picture.ok().and_then(Result::ok);
-    let light = picture.as_ref().and_then(|picture| lit(picture, None));
+    let light = picture.as_ref().and_then(|picture| lamp_state(picture, None));
     (FrameDetections { frame: name.to_owned(), sha256, light, problem, plants }, picture)
 }

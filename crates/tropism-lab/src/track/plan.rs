@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::track::PERIOD_MIN;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism::vision::VisionConfig;
 
 use super::light::LightSource;
-use super::pipeline::Pipeline;
-use super::plants::{PAPER_WIDTH_CM, Plant, PlantPlan, TrackScale, check_plants, place};
-use super::results::{TrackResults, TrackSettings};
-use super::series::{Series, TimeSource};
-use crate::{Error, Monitor, Workflow, files};
+use super::plants::{Plant, PlantPlan, TrackScale};
+use super::series::TimeSource;
+use crate::{Error, files};
+
+/// Name and version of the JSON of plan and results.
+pub(super) const SCHEMA: &str = "tropism.track/1";
 
 /// Photographs to track, and how.
 ///
@@ -59,55 +60,13 @@ impl Default for TrackPlan {
             light: LightSource::default(),
             time: TimeSource::default(),
             period_min: None,
-            default_period_min: PERIOD_MIN,
+            default_period_min: PAPER_PERIOD_MIN,
             vision: VisionConfig::default(),
             overlay: None,
             sheet: None,
             resume: false,
             replace: false,
         }
-    }
-}
-
-impl Workflow for TrackPlan {
-    type Results = TrackResults;
-
-    const SCHEMA: &'static str = "tropism.track/1";
-
-    fn check(&self) -> Result<(), Error> {
-        check_plants(&self.plants)?;
-        self.scale.check()?;
-        check_minutes("period_min", self.period_min)?;
-        check_minutes("default_period_min", Some(self.default_period_min))?;
-        if self.out.extension().is_some_and(|extension| extension == "json" || extension == "jsonl") {
-            return Err(Error::Plan(format!(
-                "`out` {}: found the name of the file beside the track, wanted one that ends in .csv",
-                self.out.display()
-            )));
-        }
-        self.check_free()
-    }
-
-    fn execute(&self, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
-        self.check()?;
-        let paths = files::photographs(&self.photographs)?;
-        let series = Series::read(&paths, self.time, self.period_min, self.default_period_min)?;
-        let plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
-        let lights = self.light.read(&series.frames)?;
-        if self.scale == TrackScale::PaperCamera {
-            let px_per_cm = plants[0].calibration.px_per_cm;
-            monitor.note(&format!(
-                "no `calibration` or `px_per_cm`: assuming a picture {PAPER_WIDTH_CM} cm wide at the plant \
-                 ({px_per_cm:.2} px/cm)"
-            ));
-        }
-        if let Some(folder) = &self.overlay {
-            files::make_folder(folder)?;
-        }
-        let settings = TrackSettings::new(self, &plants);
-        let mut pipeline = Pipeline::new(self, &series, &plants, lights, &settings.sha256()?)?;
-        pipeline.run(monitor)?;
-        pipeline.finish(settings)
     }
 }
 
@@ -133,7 +92,7 @@ impl TrackPlan {
     }
 
     /// Checks that no earlier results would be overwritten.
-    fn check_free(&self) -> Result<(), Error> {
+    pub(super) fn check_free(&self) -> Result<(), Error> {
         if self.resume || self.replace {
             return Ok(());
         }
@@ -166,6 +125,7 @@ pub(super) fn check_minutes(key: &str, minutes: Option<f64>) -> Result<(), Error
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Workflow;
 
     #[test]
     fn a_plan_goes_through_json_and_an_empty_one_is_the_default() {

@@ -152,8 +152,10 @@ pub(super) fn place(
         let calibration = match *scale {
             TrackScale::Calibration(known) if is_alone && plan.base.is_none() => known,
             TrackScale::Calibration(known) => Calibration { base, ..known },
-            TrackScale::PxPerCm(px_per_cm) => Calibration::flat(base, px_per_cm, width, height),
-            TrackScale::PaperCamera => Calibration::flat(base, width as f64 / PAPER_WIDTH_CM, width, height),
+            TrackScale::PxPerCm(px_per_cm) => Calibration::from_scale(base, px_per_cm, width, height),
+            TrackScale::PaperCamera => {
+                Calibration::from_scale(base, width as f64 / PAPER_WIDTH_CM, width, height)
+            }
         };
         calibration.check().map_err(|error| Error::Plan(format!("`px_per_cm`: {error}")))?;
         let name = Some(plan.name.clone()).filter(|_| !is_alone);

@@ -8,12 +8,12 @@ use tropism::vision::{Calibration, VisionConfig};
 
 use super::light::LightSource;
 use super::pipeline::Pipeline;
-use super::plan::TrackPlan;
+use super::plan::{SCHEMA, TrackPlan};
 use super::plants::{Plant, TrackScale};
 use super::provenance::are_virtual;
 use super::series::{SeriesSummary, TimeSource};
 use super::table::TrackCounts;
-use crate::{Error, Workflow, files};
+use crate::{Error, files};
 
 /// The tracks of a series of photographs.
 ///
@@ -119,7 +119,7 @@ impl Pipeline<'_> {
                 continue;
             };
             let results = PlantTrack {
-                schema: TrackPlan::SCHEMA,
+                schema: SCHEMA,
                 track: self.plan.track_file(plant),
                 plant: plant.name.clone(),
                 is_virtual,

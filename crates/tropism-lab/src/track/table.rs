@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use tropism::geometry::{Pixel, Point};
-use tropism::light::{self, Light};
-use tropism::track::{Column, PERIOD_MIN, Sample, Track};
-use tropism::vision::motion::{Glance, Smoothed, smooth};
-use tropism::vision::{Calibration, Class, Seen, Sighting};
+use tropism::lamps::{self, Light};
+use tropism::track::{Column, PAPER_PERIOD_MIN, Sample, Track};
+use tropism::vision::tracking::smoother::{SmoothedTip, TipMeasurement, smooth};
+use tropism::vision::{Calibration, Detection, FrameStatus, TrackedFrame};
 
 use super::series::Frame;
 
@@ -15,7 +15,7 @@ use super::series::Frame;
 const STEM_POINTS: usize = 10;
 
 /// Unit of time of the smoother, whose noise is given per five minutes, in minutes; whatever the period of the track.
-const SMOOTHER_UNIT_MIN: f64 = PERIOD_MIN;
+const SMOOTHER_UNIT_MIN: f64 = PAPER_PERIOD_MIN;
 
 /// Least time between two measurements for the smoother, in its units: photographs of a burst may have the same time, and
 /// its times must rise.
@@ -25,10 +25,10 @@ const LEAST_INTERVAL: f64 = 0.01;
 struct Row {
     frame: String,
     sample: Sample,
-    class: Class,
+    class: FrameStatus,
     confidence: f64,
     /// The detected tip, accepted or not, for the smoother.
-    glance: Glance,
+    glance: TipMeasurement,
     /// `None` if the tip is held.
     measurement: Option<Measurement>,
 }
@@ -68,7 +68,7 @@ pub struct TrackCounts {
     pub held: usize,
     /// Photographs before the first measured tip; they have no row in the track.
     pub before: usize,
-    /// Photographs by [`Class`].
+    /// Photographs by [`FrameStatus`].
     pub classes: BTreeMap<&'static str, usize>,
     /// Photographs in which the plant reaches an edge of its region, by edge.
     pub leaves_view_at: BTreeMap<&'static str, usize>,
@@ -97,9 +97,9 @@ pub struct CameraMotion {
 }
 
 impl CameraMotion {
-    fn add(&mut self, frame: &str, sighting: &Sighting) {
-        self.unknown += usize::from(sighting.is_lost);
-        let shift_px = sighting.shift.distance(Pixel::default());
+    fn add(&mut self, frame: &str, sighting: &Detection) {
+        self.unknown += usize::from(sighting.is_unregistered);
+        let shift_px = sighting.camera_shift.distance(Pixel::default());
         if shift_px > 0.0 {
             self.moved += 1;
             self.first.get_or_insert_with(|| frame.to_owned());
@@ -117,26 +117,26 @@ impl Table {
     pub(super) fn add(
         &mut self,
         frame: &Frame,
-        sighting: Option<&Sighting>,
-        seen: Seen,
+        sighting: Option<&Detection>,
+        seen: TrackedFrame,
         light: Option<Light>,
     ) {
         self.count(frame, sighting, &seen, light);
         let is_measured = seen.is_measured();
         let Some(observation) = seen.observation else { return };
-        let shift = sighting.map_or_else(Pixel::default, |sighting| sighting.shift);
-        let last = self.rows.last().map_or(f64::NEG_INFINITY, |row| row.glance.at);
-        let glance = Glance {
-            at: (frame.time_s / (60.0 * SMOOTHER_UNIT_MIN)).max(last + LEAST_INTERVAL),
-            tip: seen.pixel.map(|top| point(&self.calibration, top, shift)),
-            is_believed: is_measured,
+        let shift = sighting.map_or_else(Pixel::default, |sighting| sighting.camera_shift);
+        let last = self.rows.last().map_or(f64::NEG_INFINITY, |row| row.glance.time);
+        let glance = TipMeasurement {
+            time: (frame.time_s / (60.0 * SMOOTHER_UNIT_MIN)).max(last + LEAST_INTERVAL),
+            tip: seen.tip_px.map(|top| point(&self.calibration, top, shift)),
+            is_accepted: is_measured,
         };
-        let measurement = seen.pixel.filter(|_| is_measured).map(|top| Measurement {
+        let measurement = seen.tip_px.filter(|_| is_measured).map(|top| Measurement {
             shift,
             top,
             apex: sighting.and_then(|sighting| sighting.apex),
             length_cm: observation.stem.as_ref().map(|stem| stem.length()),
-            stem: observation.stem.map(|stem| stem.equidistant(STEM_POINTS).0).unwrap_or_default(),
+            stem: observation.stem.map(|stem| stem.resampled(STEM_POINTS).0).unwrap_or_default(),
         });
         self.rows.push(Row {
             frame: frame.name.clone(),
@@ -144,21 +144,28 @@ impl Table {
                 step: frame.step,
                 time_s: frame.time_s,
                 tip: observation.tip,
+                stem: None,
                 light,
                 quality: observation.quality,
             },
-            class: seen.class,
+            class: seen.status,
             confidence: seen.confidence,
             glance,
             measurement,
         });
     }
 
-    fn count(&mut self, frame: &Frame, sighting: Option<&Sighting>, seen: &Seen, light: Option<Light>) {
+    fn count(
+        &mut self,
+        frame: &Frame,
+        sighting: Option<&Detection>,
+        seen: &TrackedFrame,
+        light: Option<Light>,
+    ) {
         let counts = &mut self.counts;
         counts.frames += 1;
-        *counts.classes.entry(seen.class.name()).or_default() += 1;
-        *counts.lights.entry(light::name(light)).or_default() += 1;
+        *counts.classes.entry(seen.status.name()).or_default() += 1;
+        *counts.lights.entry(lamps::name(light)).or_default() += 1;
         let is_measured = seen.is_measured();
         let since_min = (frame.time_s - *self.measured_s.get_or_insert(frame.time_s)) / 60.0;
         if !is_measured || self.gap > 0 {
@@ -172,7 +179,7 @@ impl Table {
         }
         if let Some(sighting) = sighting {
             counts.camera.add(&frame.name, sighting);
-            if let Some(edge) = sighting.cut {
+            if let Some(edge) = sighting.clipped_at {
                 *counts.leaves_view_at.entry(edge.name()).or_default() += 1;
             }
         }
@@ -190,7 +197,7 @@ impl Table {
             return None;
         }
         let samples = self.rows.iter().map(|row| row.sample.clone()).collect();
-        let mut track = Track { samples, columns: Vec::new() };
+        let mut track = Track::of(samples);
         self.add_measured_columns(&mut track);
         self.add_smoothed_columns(&mut track);
         Some(track)
@@ -199,7 +206,7 @@ impl Table {
     fn add_measured_columns(&self, track: &mut Track) {
         let mut column = |name: &str, value: &dyn Fn(&Row) -> String| {
             let values = self.rows.iter().map(value).collect();
-            track.columns.push(Column { name: name.to_owned(), values });
+            track.columns.push(Column::parsed(name, values));
         };
         column("frame", &|row| row.frame.clone());
         column("class", &|row| row.class.to_string());
@@ -224,11 +231,11 @@ impl Table {
     }
 
     fn add_smoothed_columns(&self, track: &mut Track) {
-        let glances: Vec<Glance> = self.rows.iter().map(|row| row.glance).collect();
+        let glances: Vec<TipMeasurement> = self.rows.iter().map(|row| row.glance).collect();
         let smoothed = smooth(&glances);
-        let mut column = |name: &str, value: fn(&Smoothed) -> f64| {
+        let mut column = |name: &str, value: fn(&SmoothedTip) -> f64| {
             let values = smoothed.iter().map(|state| text(state.as_ref().map(value), 4)).collect();
-            track.columns.push(Column { name: name.to_owned(), values });
+            track.columns.push(Column::parsed(name, values));
         };
         column("smooth_x_cm", |state| state.tip.x);
         column("smooth_y_cm", |state| state.tip.y);

@@ -1,4 +1,4 @@
-//! MQTT: what goes on is kept by the broker, which itself says when we are lost.
+//! Alerts by MQTT: a retained status, each event, and a last will that says when the connection is lost.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError};
@@ -9,75 +9,74 @@ use serde_json::{Value, json};
 use tropism::rig::EventKind;
 use tropism::rig::RigError;
 
-use super::channel::{Channel, Order};
-use super::{Happening, Kind, MqttAlert};
+use super::channel::{Channel, Command};
+use super::{AlertEvent, Kind, MqttAlert};
 use crate::http::read_secret;
 use crate::mqtt::Broker;
 
-/// How long the thread listens to the broker before it looks for orders.
+/// How long the thread listens to the broker before it reads commands: chosen by hand.
 const LISTEN: Duration = Duration::from_millis(100);
 
-/// How long the end may take.
-const END: Duration = Duration::from_secs(5);
+/// Time limit of the end: chosen by hand.
+const END_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// After a broken connection.
-const AGAIN: Duration = Duration::from_secs(5);
+/// Pause after a broken connection: chosen by hand.
+const RECONNECT_PAUSE: Duration = Duration::from_secs(5);
 
-/// Starts the thread that speaks with `broker`.
+/// Starts the thread that publishes to `broker`.
 pub(super) fn start(broker: &Broker, alert: &MqttAlert, run: &str) -> Result<Channel, RigError> {
     let password = broker.password_file.as_deref().map(read_secret).transpose()?;
-    let speaker = Speaker {
+    let publisher = Publisher {
         broker: broker.clone(),
         password,
         alert: alert.clone(),
         run: run.to_owned(),
         status: json!({"schema": "tropism.status/1", "run": run, "state": "running"}),
         is_status_new: true,
-        waiting: VecDeque::new(),
+        queue: VecDeque::new(),
     };
-    // The status is kept up by all that happens.
-    Ok(Channel::of("mqtt", Kind::all().collect(), move |orders| speaker.speak(orders)))
+    // Every kind of event updates the status.
+    Ok(Channel::of("mqtt", Kind::all().collect(), move |commands| publisher.run(commands)))
 }
 
-struct Speaker {
+struct Publisher {
     broker: Broker,
     password: Option<String>,
     alert: MqttAlert,
     run: String,
-    /// What is kept at the broker.
+    /// The retained status.
     status: Value,
     is_status_new: bool,
-    /// What passes through.
-    waiting: VecDeque<Happening>,
+    /// Events that are not yet acknowledged.
+    queue: VecDeque<AlertEvent>,
 }
 
-/// How a connection came to its end.
-enum Broken {
-    ByOrder,
+/// Why a connection ended.
+enum Disconnect {
+    Commanded,
     Lost(String),
 }
 
-impl Speaker {
+impl Publisher {
     fn topic(&self, name: &str) -> String {
         format!("{}/{name}", self.alert.topic)
     }
 
-    /// A connection of its own after each that broke: nothing of the old one is repeated but what is not known to be
-    /// there.
-    fn speak(mut self, orders: &Receiver<Order>) -> Option<String> {
+    /// Publishes until the end. Each reconnection uses a new client, and repeats only what was not acknowledged.
+    fn run(mut self, commands: &Receiver<Command>) -> Option<String> {
         let mut end = None;
         loop {
             let (client, mut connection) = self.connect();
-            match self.attend(orders, &client, &mut connection, &mut end) {
-                Broken::ByOrder => return None,
-                Broken::Lost(problem) if end.is_some() => return Some(problem),
-                Broken::Lost(_) => {}
+            match self.publish(commands, &client, &mut connection, &mut end) {
+                Disconnect::Commanded => return None,
+                Disconnect::Lost(problem) if end.is_some() => return Some(problem),
+                Disconnect::Lost(_) => {}
             }
             self.is_status_new = true;
-            let again = Instant::now() + AGAIN;
-            while Instant::now() < again && end.is_none() {
+            let reconnect_at = Instant::now() + RECONNECT_PAUSE;
+            while Instant::now() < reconnect_at && end.is_none() {
                 std::thread::sleep(LISTEN);
-                self.take(orders, &mut end);
+                self.read_commands(commands, &mut end);
             }
         }
     }
@@ -94,14 +93,14 @@ impl Speaker {
         Client::new(options, 16)
     }
 
-    /// Takes what was ordered; sets `end` to when it must be over.
-    fn take(&mut self, orders: &Receiver<Order>, end: &mut Option<Instant>) {
+    /// Reads all commands; sets `end` to the deadline once the end is commanded.
+    fn read_commands(&mut self, commands: &Receiver<Command>, end: &mut Option<Instant>) {
         loop {
-            match orders.try_recv() {
-                Ok(Order::Tell(happening)) => {
-                    let mut status = happening.json(&self.run);
+            match commands.try_recv() {
+                Ok(Command::Send(event)) => {
+                    let mut status = event.json(&self.run);
                     status["schema"] = "tropism.status/1".into();
-                    status["state"] = match happening.kind {
+                    status["state"] = match event.kind {
                         Kind::Event(EventKind::Paused) => "paused",
                         Kind::Fault => "fault",
                         Kind::Event(EventKind::Stopped) => "stopped",
@@ -112,12 +111,12 @@ impl Speaker {
                     .into();
                     self.status = status;
                     self.is_status_new = true;
-                    if happening.kind == Kind::Test || self.alert.on.contains(&happening.kind) {
-                        self.waiting.push_back(happening);
+                    if event.kind == Kind::Test || self.alert.on.contains(&event.kind) {
+                        self.queue.push_back(event);
                     }
                 }
-                Ok(Order::End) | Err(TryRecvError::Disconnected) => {
-                    end.get_or_insert_with(|| Instant::now() + END);
+                Ok(Command::End) | Err(TryRecvError::Disconnected) => {
+                    end.get_or_insert_with(|| Instant::now() + END_TIMEOUT);
                     return;
                 }
                 Err(TryRecvError::Empty) => return,
@@ -125,54 +124,54 @@ impl Speaker {
         }
     }
 
-    fn attend(
+    fn publish(
         &mut self,
-        orders: &Receiver<Order>,
+        commands: &Receiver<Command>,
         client: &Client,
         connection: &mut Connection,
         end: &mut Option<Instant>,
-    ) -> Broken {
+    ) -> Disconnect {
         let mut is_connected = false;
-        // One message is under way at a time: what the broker acknowledges is known.
-        let mut under_way: Option<bool> = None;
+        // One message in flight at a time, so that its acknowledgement is known.
+        let mut in_flight: Option<bool> = None;
         loop {
             match connection.recv_timeout(LISTEN) {
                 Ok(Ok(Event::Incoming(Packet::ConnAck(_)))) => is_connected = true,
                 Ok(Ok(Event::Incoming(Packet::PubAck(_)))) => {
-                    if under_way.take() == Some(true) {
-                        self.waiting.pop_front();
+                    if in_flight.take() == Some(true) {
+                        self.queue.pop_front();
                     }
                 }
                 Ok(Ok(_)) | Err(RecvTimeoutError::Timeout) => {}
-                Ok(Err(error)) => return Broken::Lost(error.to_string()),
+                Ok(Err(error)) => return Disconnect::Lost(error.to_string()),
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Broken::Lost("the connection ended".to_owned());
+                    return Disconnect::Lost("the connection ended".to_owned());
                 }
             }
-            self.take(orders, end);
+            self.read_commands(commands, end);
             if end.is_some_and(|end| end <= Instant::now()) {
-                return Broken::Lost("found no answer from the broker in time, wanted one".to_owned());
+                return Disconnect::Lost("found no answer from the broker in time, wanted one".to_owned());
             }
-            if !is_connected || under_way.is_some() {
+            if !is_connected || in_flight.is_some() {
                 continue;
             }
-            let sent = if let Some(happening) = self.waiting.front() {
-                under_way = Some(true);
-                let text = happening.json(&self.run).to_string();
+            let sent = if let Some(event) = self.queue.front() {
+                in_flight = Some(true);
+                let text = event.json(&self.run).to_string();
                 client.try_publish(self.topic("event"), QoS::AtLeastOnce, false, text)
             } else if std::mem::take(&mut self.is_status_new) {
-                under_way = Some(false);
+                in_flight = Some(false);
                 client.try_publish(self.topic("status"), QoS::AtLeastOnce, true, self.status.to_string())
             } else if end.is_some() {
-                // In order, so that the broker does not speak our last will.
+                // A regular disconnect, so that the broker does not publish the last will.
                 let _ = client.try_disconnect();
                 while let Ok(Ok(_)) = connection.recv_timeout(LISTEN) {}
-                return Broken::ByOrder;
+                return Disconnect::Commanded;
             } else {
                 Ok(())
             };
             if let Err(error) = sent {
-                return Broken::Lost(error.to_string());
+                return Disconnect::Lost(error.to_string());
             }
         }
     }

@@ -1,61 +1,61 @@
-//! A channel and its thread: what waits, when it goes out, and when it is tried again.
+//! An alert channel and its thread: queue, rate limit and repetition.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::{Happening, Kind};
+use super::{AlertEvent, Kind};
 
-/// How often a channel speaks.
+/// Rate limit and repetition of a channel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
-    /// After a message, the next one waits so long.
-    pub(super) gap: Duration,
-    /// Whether what happens in that time waits; else it is dropped.
-    pub(super) waits: bool,
-    /// After a failure; doubled with each further one, up to `longest`.
-    pub(super) again: Duration,
-    pub(super) longest: Duration,
+    /// Shortest time from one message to the next.
+    pub(super) min_interval: Duration,
+    /// Whether events within that time are queued; else they are dropped.
+    pub(super) is_queued: bool,
+    /// Pause after a failure; doubled with each further failure, up to `max_retry`.
+    pub(super) first_retry: Duration,
+    pub(super) max_retry: Duration,
 }
 
 impl Pace {
     pub(super) const MESSAGES: Self = Self {
-        gap: Duration::from_secs(60),
-        waits: true,
-        again: Duration::from_secs(10),
-        longest: Duration::from_secs(600),
+        min_interval: Duration::from_secs(60),
+        is_queued: true,
+        first_retry: Duration::from_secs(10),
+        max_retry: Duration::from_secs(600),
     };
-    /// An old heartbeat says nothing of now.
-    pub(super) const HEARTBEAT: Self = Self { waits: false, ..Self::MESSAGES };
+    /// A late heartbeat would be wrong, so none is queued.
+    pub(super) const HEARTBEAT: Self = Self { is_queued: false, ..Self::MESSAGES };
 }
 
-/// What waits at most: beyond, the oldest are forgotten.
-const WAITING: usize = 200;
+/// Largest length of the queue, chosen by hand; the oldest events are dropped first.
+const MAX_QUEUED: usize = 200;
 
-/// How long the end of a channel may take.
-const END: Duration = Duration::from_secs(30);
+/// Time limit of the end of a channel: chosen by hand.
+const END_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// What a thread is told.
-pub(super) enum Order {
-    Tell(Happening),
+/// A message to the thread of a channel.
+pub(super) enum Command {
+    Send(AlertEvent),
     End,
 }
 
-/// A channel at work.
+/// An open channel.
 #[derive(Debug)]
 pub(super) struct Channel {
     name: &'static str,
     on: Vec<Kind>,
-    orders: Sender<Order>,
-    /// What is left at its end.
-    left: Receiver<Option<String>>,
+    commands: Sender<Command>,
+    /// At the end, the problem with unsent events.
+    unsent: Receiver<Option<String>>,
 }
 
-/// A channel that was told to end.
+/// A channel that is about to end.
 pub(super) struct Ending {
     name: &'static str,
-    left: Receiver<Option<String>>,
+    unsent: Receiver<Option<String>>,
 }
 
 impl Channel {
@@ -64,91 +64,91 @@ impl Channel {
         name: &'static str,
         on: Vec<Kind>,
         pace: Pace,
-        deliver: impl FnMut(&[Happening]) -> Result<(), String> + Send + 'static,
+        deliver: impl FnMut(&[AlertEvent]) -> Result<(), String> + Send + 'static,
     ) -> Self {
-        Self::of(name, on, move |orders| attend(orders, pace, deliver))
+        Self::of(name, on, move |commands| run(commands, pace, deliver))
     }
 
-    /// Starts `attend` on a thread; it returns what is wrong with what is left.
+    /// Starts `run` on a thread; it returns the problem with unsent events.
     pub(super) fn of(
         name: &'static str,
         on: Vec<Kind>,
-        attend: impl FnOnce(&Receiver<Order>) -> Option<String> + Send + 'static,
+        run: impl FnOnce(&Receiver<Command>) -> Option<String> + Send + 'static,
     ) -> Self {
-        let ((orders, received), (ended, left)) = (mpsc::channel(), mpsc::channel());
+        let ((commands, received), (ended, unsent)) = (mpsc::channel(), mpsc::channel());
         thread::spawn(move || {
-            // Whoever waits for the end may have given up.
-            let _ = ended.send(attend(&received));
+            // The receiver may have timed out.
+            let _ = ended.send(run(&received));
         });
-        Self { name, on, orders, left }
+        Self { name, on, commands, unsent }
     }
 
-    pub(super) fn tell(&self, happening: &Happening) {
-        if happening.kind == Kind::Test || self.on.contains(&happening.kind) {
-            // A thread that is gone can tell nobody.
-            let _ = self.orders.send(Order::Tell(happening.clone()));
+    pub(super) fn send(&self, event: &AlertEvent) {
+        if event.kind == Kind::Test || self.on.contains(&event.kind) {
+            // The thread may have ended.
+            let _ = self.commands.send(Command::Send(event.clone()));
         }
     }
 
     pub(super) fn end(self) -> Ending {
-        let _ = self.orders.send(Order::End);
-        Ending { name: self.name, left: self.left }
+        let _ = self.commands.send(Command::End);
+        Ending { name: self.name, unsent: self.unsent }
     }
 }
 
 impl Ending {
     pub(super) fn wait(self) -> Option<(&'static str, String)> {
-        let left = self.left.recv_timeout(END).unwrap_or_else(|_| Some("it hangs".to_owned()));
-        left.map(|problem| (self.name, problem))
+        let unsent = self.unsent.recv_timeout(END_TIMEOUT).unwrap_or_else(|_| Some("it hangs".to_owned()));
+        unsent.map(|problem| (self.name, problem))
     }
 }
 
-/// Delivers until the end, and then once more whatever waits.
-fn attend(
-    orders: &Receiver<Order>,
+/// Sends events until the end, and then once more what is queued.
+fn run(
+    commands: &Receiver<Command>,
     pace: Pace,
-    mut deliver: impl FnMut(&[Happening]) -> Result<(), String>,
+    mut deliver: impl FnMut(&[AlertEvent]) -> Result<(), String>,
 ) -> Option<String> {
-    let mut waiting: VecDeque<Happening> = VecDeque::new();
+    let mut queue: VecDeque<AlertEvent> = VecDeque::new();
     let mut not_before = Instant::now();
-    let mut again = pace.again;
+    let mut retry = pace.first_retry;
     loop {
         let left = not_before.saturating_duration_since(Instant::now());
-        // Until there is something to do, and it may be done.
-        let order = match waiting.is_empty() {
-            true => orders.recv().map_err(RecvTimeoutError::from),
-            false => orders.recv_timeout(left),
+        // Wait for a command, or until the queue may be sent.
+        let command = match queue.is_empty() {
+            true => commands.recv().map_err(RecvTimeoutError::from),
+            false => commands.recv_timeout(left),
         };
-        let is_over = match order {
-            Ok(Order::Tell(happening)) => {
-                if pace.waits {
-                    waiting.push_back(happening);
+        let is_over = match command {
+            Ok(Command::Send(event)) => {
+                if pace.is_queued {
+                    queue.push_back(event);
                 } else if not_before <= Instant::now() {
-                    waiting = VecDeque::from([happening]);
+                    queue = VecDeque::from([event]);
                 }
-                if waiting.len() > WAITING {
-                    waiting.pop_front();
+                if queue.len() > MAX_QUEUED {
+                    queue.pop_front();
                 }
                 false
             }
-            Ok(Order::End) | Err(RecvTimeoutError::Disconnected) => true,
+            Ok(Command::End) | Err(RecvTimeoutError::Disconnected) => true,
             Err(RecvTimeoutError::Timeout) => false,
         };
         let is_due = not_before <= Instant::now();
         let mut problem = None;
-        if !waiting.is_empty() && (is_due || is_over && pace.waits) {
-            match deliver(waiting.make_contiguous()) {
+        if !queue.is_empty() && (is_due || is_over && pace.is_queued) {
+            match deliver(queue.make_contiguous()) {
                 Ok(()) => {
-                    waiting.clear();
-                    not_before = Instant::now() + pace.gap;
-                    again = pace.again;
+                    queue.clear();
+                    not_before = Instant::now() + pace.min_interval;
+                    retry = pace.first_retry;
                 }
                 Err(found) => {
                     problem = Some(found);
-                    not_before = Instant::now() + again;
-                    again = (2 * again).min(pace.longest);
-                    if !pace.waits {
-                        waiting.clear();
+                    not_before = Instant::now() + retry;
+                    retry = (2 * retry).min(pace.max_retry);
+                    if !pace.is_queued {
+                        queue.clear();
                     }
                 }
             }

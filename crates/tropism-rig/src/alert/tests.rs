@@ -15,14 +15,14 @@ use crate::testing::{Mosquitto, hear, wait_until};
 
 /// Quick, so that a test need not wait a minute.
 const QUICK: Pace = Pace {
-    gap: Duration::from_millis(40),
-    waits: true,
-    again: Duration::from_millis(10),
-    longest: Duration::from_millis(20),
+    min_interval: Duration::from_millis(40),
+    is_queued: true,
+    first_retry: Duration::from_millis(10),
+    max_retry: Duration::from_millis(20),
 };
 
-fn happening(kind: impl Into<Kind>, step: u32) -> Happening {
-    Happening::now(kind, Some(step), format!("text {step}"))
+fn event(kind: impl Into<Kind>, step: u32) -> AlertEvent {
+    AlertEvent::now(kind, Some(step), format!("text {step}"))
 }
 
 fn open(text: &str, broker: Option<&Broker>) -> Alerts {
@@ -72,8 +72,8 @@ fn ntfy_gets_title_priority_and_text_and_its_secret_stays_out_of_errors() {
         ),
         None,
     );
-    alerts.tell(&happening(EventKind::Started, 0));
-    alerts.tell(&happening(Kind::Fault, 7));
+    alerts.send(&event(EventKind::Started, 0));
+    alerts.send(&event(Kind::Fault, 7));
     assert_eq!(alerts.close(), []);
     let asked = asked.lock().unwrap();
     let [(line, headers, body)] = &asked[..] else { panic!("{asked:?}") };
@@ -93,9 +93,9 @@ fn a_webhook_gets_an_object_for_each_message_and_a_heartbeat_one_request_for_man
     let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
     let alerts = open(&format!("driver = \"webhook\"\nurl = \"{url}/hook\""), None);
     for step in 0..3 {
-        alerts.tell(&happening(Kind::Step, step));
+        alerts.send(&event(Kind::Step, step));
     }
-    alerts.tell(&happening(EventKind::Finished, 3));
+    alerts.send(&event(EventKind::Finished, 3));
     assert_eq!(alerts.close(), []);
     {
         let asked = asked.lock().unwrap();
@@ -110,9 +110,9 @@ fn a_webhook_gets_an_object_for_each_message_and_a_heartbeat_one_request_for_man
 
     let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
     let alerts = open(&format!("driver = \"heartbeat\"\nurl = \"{url}/beat\""), None);
-    alerts.tell(&happening(Kind::Fault, 0));
+    alerts.send(&event(Kind::Fault, 0));
     for step in 0..5 {
-        alerts.tell(&happening(Kind::Step, step));
+        alerts.send(&event(Kind::Step, step));
     }
     wait_until(|| !asked.lock().unwrap().is_empty());
     assert_eq!(alerts.close(), []);
@@ -124,17 +124,17 @@ fn a_webhook_gets_an_object_for_each_message_and_a_heartbeat_one_request_for_man
 fn what_could_not_be_delivered_is_delivered_later_together_and_once() {
     let is_down = Arc::new(AtomicBool::new(true));
     let (url, asked) = server(&is_down);
-    let deliver =
-        Deliver::Ntfy { url, authorization: None, timeout: Duration::from_secs(5), run: "bean".to_owned() };
+    let sender =
+        Sender::Ntfy { url, authorization: None, timeout: Duration::from_secs(5), run: "bean".to_owned() };
     let tries = Arc::new(Mutex::new(0));
     let counted = Arc::clone(&tries);
-    let channel = Channel::start("ntfy", told(), QUICK, move |happenings| {
+    let channel = Channel::start("ntfy", default_kinds(), QUICK, move |events| {
         *counted.lock().unwrap() += 1;
-        deliver.deliver(happenings)
+        sender.send(events)
     });
-    channel.tell(&happening(EventKind::Mismatch, 1));
+    channel.send(&event(EventKind::Mismatch, 1));
     wait_until(|| *tries.lock().unwrap() >= 3);
-    channel.tell(&happening(EventKind::Recovered, 2));
+    channel.send(&event(EventKind::Recovered, 2));
     is_down.store(false, Ordering::SeqCst);
     wait_until(|| !asked.lock().unwrap().is_empty());
     assert_eq!(channel.end().wait(), None);
@@ -148,16 +148,16 @@ fn many_messages_at_once_are_few_and_a_network_that_hangs_delays_nobody() {
     let messages = Arc::new(Mutex::new(Vec::new()));
     let log = Arc::clone(&messages);
     let (enter, entered) = std::sync::mpsc::channel::<()>();
-    let channel = Channel::start("ntfy", told(), QUICK, move |happenings| {
+    let channel = Channel::start("ntfy", default_kinds(), QUICK, move |events| {
         // The first one hangs until the test lets it go.
         if log.lock().unwrap().is_empty() {
             let _ = entered.recv();
         }
-        log.lock().unwrap().push(happenings.len());
+        log.lock().unwrap().push(events.len());
         Ok(())
     });
     for step in 0..50 {
-        channel.tell(&happening(EventKind::Mismatch, step));
+        channel.send(&event(EventKind::Mismatch, step));
     }
     assert!(messages.lock().unwrap().is_empty(), "all were told while the first one hangs");
     enter.send(()).unwrap();
@@ -171,7 +171,7 @@ fn many_messages_at_once_are_few_and_a_network_that_hangs_delays_nobody() {
 fn at_the_end_it_is_tried_once_more_and_then_said() {
     let (url, _) = server(&Arc::new(AtomicBool::new(true)));
     let alerts = open(&format!("driver = \"webhook\"\nurl = \"{url}\""), None);
-    alerts.tell(&happening(Kind::Fault, 1));
+    alerts.send(&event(Kind::Fault, 1));
     let left = alerts.close();
     assert!(matches!(&left[..], [("webhook", problem)] if problem.contains("503")), "{left:?}");
 }
@@ -182,7 +182,7 @@ fn a_program_gets_kind_and_text() {
     let log = folder.path().join("log");
     let script = format!("printf '%s|%s' \"$1\" \"$2\" > {}", log.display());
     let alerts = open(&format!("driver = \"command\"\ncommand = [\"sh\", \"-c\", {script:?}, \"sh\"]"), None);
-    alerts.tell(&Happening::now(EventKind::Paused, None, "the lamp; $(reboot)"));
+    alerts.send(&AlertEvent::now(EventKind::Paused, None, "the lamp; $(reboot)"));
     assert_eq!(alerts.close(), []);
     assert_eq!(std::fs::read_to_string(log).unwrap(), "paused|paused: the lamp; $(reboot)");
 }
@@ -227,11 +227,11 @@ fn a_broker_keeps_the_status_and_says_when_we_are_lost() {
         states.map(|(_, said)| said["state"].as_str().unwrap().to_owned()).collect()
     };
     let alerts = open(settings, Some(&rig));
-    alerts.tell(&happening(EventKind::Mismatch, 4));
+    alerts.send(&event(EventKind::Mismatch, 4));
     wait_until(|| {
         heard.lock().unwrap().iter().any(|(topic, said)| topic == "tent/event" && said["step"] == 4)
     });
-    alerts.tell(&happening(EventKind::Finished, 5));
+    alerts.send(&event(EventKind::Finished, 5));
     assert_eq!(alerts.close(), []);
     wait_until(|| states().last().is_some_and(|state| state == "finished"));
     assert!(!states().contains(&"lost".to_owned()), "an end in order is no loss: {:?}", states());

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use tropism::geometry::{Pixel, Point, Polyline};
-use tropism::math::{self, quantile};
+use tropism::math::{self, statistics::quantile_nearest};
 use tropism::photo::{Image, Photo};
-use tropism::vision::robust::silhouette;
-use tropism::vision::{Mode, VisionConfig, look_from};
+use tropism::vision::detect::silhouette::silhouette_midline;
+use tropism::vision::{Mode, VisionConfig, detect_from_base};
 
 use crate::marks::{Row, rows};
 
@@ -46,7 +46,7 @@ fn foot(point: Point, line: &Polyline) -> (f64, f64, Point) {
 /// How long the part of a line is, in % of the published one's length more than that, that lies between the feet of the
 /// published one's ends when that is laid on it, shifted but not turned. What lies beyond them does not count.
 fn between(found: &Polyline, published: &Polyline) -> f64 {
-    let mut laid = published.equidistant(100);
+    let mut laid = published.resampled(100);
     for _ in 0..50 {
         let steps = laid.0.iter().map(|&at| (at, foot(at, found).2));
         let step = steps.fold(Point::default(), |sum, (at, on)| {
@@ -61,7 +61,7 @@ fn between(found: &Polyline, published: &Polyline) -> f64 {
 /// Mean distance between two lines, both ways, in % of the second's length.
 fn apart(found: &Polyline, marked: &Polyline) -> f64 {
     let one = |from: &Polyline, to: &Polyline| {
-        let points = from.equidistant(50).0;
+        let points = from.resampled(50).0;
         points.iter().map(|&point| off(point, to)).sum::<f64>() / points.len() as f64
     };
     100.0 * 0.5 * (one(found, marked) + one(marked, found)) / marked.length()
@@ -84,7 +84,7 @@ pub(crate) fn stem(folder: &Path, row: &Row, mode: Mode) -> Option<f64> {
         .collect();
     let image = open(&folder.join("images").join(row.text("file")));
     let config = VisionConfig { mode, ..VisionConfig::default() };
-    let found = look_from(&image, Some(marked[0]), &config)?.stem?;
+    let found = detect_from_base(&image, Some(marked[0]), &config)?.stem?;
     let line = |pixels: &[Pixel]| Polyline(pixels.iter().map(|at| Point::new(at.x, at.y)).collect());
     Some(apart(&line(&found), &line(&marked)))
 }
@@ -125,7 +125,7 @@ pub(crate) struct Shoot {
 
 fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
     let (image, base) = filled(contour);
-    let stem = silhouette(&image, base)?;
+    let stem = silhouette_midline(&image, base)?;
     let line = Polyline(stem.iter().map(|at| Point::new(at.x, -at.y)).collect());
     let smooth = smoothed(&line, smoothing(published));
     Some([line, smooth].map(|line| {
@@ -149,7 +149,7 @@ fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
 /// far apart as in the middle.
 fn smoothing(published: &Polyline) -> f64 {
     let spacings: Vec<f64> = published.0.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
-    let usual = quantile(&spacings, 0.5);
+    let usual = quantile_nearest(&spacings, 0.5);
     let drawn_in = |spacing: &f64| *spacing < 0.683 * usual;
     let ends = [
         spacings.iter().take_while(|spacing| drawn_in(spacing)).count(),
@@ -161,7 +161,7 @@ fn smoothing(published: &Polyline) -> f64 {
 /// A line smoothed by a Gaussian filter of so many pixels' deviation that mirrors it at its ends.
 fn smoothed(line: &Polyline, deviation: f64) -> Polyline {
     let count = line.length().ceil() as usize;
-    let even = line.equidistant(count).0;
+    let even = line.resampled(count).0;
     let reach = (4.0 * deviation).ceil() as i64;
     let bell: Vec<f64> =
         (-reach..=reach).map(|i| math::exp(-0.5 * (i as f64 / deviation.max(0.5)).powi(2))).collect();

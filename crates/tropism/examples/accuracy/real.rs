@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use tropism::geometry::{Pixel, Region};
-use tropism::light;
-use tropism::math::quantile;
+use tropism::lamps;
+use tropism::math::statistics::quantile_nearest;
 use tropism::photo::Photo;
-use tropism::vision::{Calibration, Eye, Mode, VisionConfig, lit, look_from};
+use tropism::vision::{Calibration, Mode, TipTracker, VisionConfig, detect_from_base, lamp_state};
 
 use crate::marks::rows;
 use crate::published::{self, Shoot, WRONG, open};
@@ -33,8 +33,8 @@ fn within(values: &[f64], most: f64) -> String {
     let near = values.iter().filter(|&&value| value <= most).count();
     format!(
         "median {:.2}, worst {:.2}, within {most} px {near} of {}",
-        quantile(values, 0.5),
-        quantile(values, 1.0),
+        quantile_nearest(values, 0.5),
+        quantile_nearest(values, 1.0),
         values.len()
     )
 }
@@ -49,8 +49,8 @@ fn flora(folder: &Path, mode: Mode) -> String {
     for row in &lights {
         let file = format!("{}.jpg", row.text("frame"));
         let image = open(&folder.join("flora-robotica").join(&file));
-        lamps += usize::from(light::name(lit(&image, None)) == row.text("light"));
-        let Some(seen) = look_from(&image, Some(Pixel::new(362.0, 336.0)), &config) else {
+        lamps += usize::from(lamps::name(lamp_state(&image, None)) == row.text("light"));
+        let Some(seen) = detect_from_base(&image, Some(Pixel::new(362.0, 336.0)), &config) else {
             lost += 1;
             continue;
         };
@@ -61,7 +61,7 @@ fn flora(folder: &Path, mode: Mode) -> String {
     }
     let files =
         lights.iter().map(|row| folder.join("flora-robotica").join(format!("{}.jpg", row.text("frame"))));
-    let calibration = Calibration::flat(Pixel::new(362.0, 336.0), 11.0, 720, 480);
+    let calibration = Calibration::from_scale(Pixel::new(362.0, 336.0), 11.0, 720, 480);
     format!(
         "{} frames, lost {lost}, lit lamp right {lamps}, in order: {} | top: {} | apex: {}",
         lights.len(),
@@ -71,14 +71,14 @@ fn flora(folder: &Path, mode: Mode) -> String {
     )
 }
 
-/// What an eye makes of photographs in order: how many of each class.
+/// What a tracker makes of photographs in order: how many of each class.
 fn followed(files: impl Iterator<Item = PathBuf>, calibration: Calibration, config: VisionConfig) -> String {
-    let mut eye = Eye::new(calibration, config).expect("a region inside the picture");
+    let mut tracker = TipTracker::new(calibration, config).expect("a region inside the picture");
     let mut classes = BTreeMap::new();
     for (index, file) in files.enumerate() {
         let bytes = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-        let seen = eye.observe(&Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 });
-        *classes.entry(seen.class.name()).or_insert(0) += 1;
+        let seen = tracker.observe(&Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 });
+        *classes.entry(seen.status.name()).or_insert(0) += 1;
     }
     classes.into_iter().map(|(class, count)| format!("{class} {count}")).collect::<Vec<_>>().join(", ")
 }
@@ -97,7 +97,7 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
         let image = open(&folder.join("sunflower-timelapse").join(mark.text("file")));
         let (crop, base) = SUNFLOWERS[mark.number("plant") as usize - 1];
         let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
-        let Some(seen) = look_from(&image, Some(base), &config) else {
+        let Some(seen) = detect_from_base(&image, Some(base), &config) else {
             lost += 1;
             continue;
         };
@@ -108,7 +108,7 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
     }
     let frames = rows(&folder.join("sunflower-timelapse/frames.csv"));
     let order = SUNFLOWERS.map(|(crop, base)| {
-        let calibration = Calibration::flat(base, 50.0, 1000, 700);
+        let calibration = Calibration::from_scale(base, 50.0, 1000, 700);
         let files = frames.iter().map(|row| folder.join("sunflower-timelapse").join(row.text("file")));
         followed(files, calibration, VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() })
     });
@@ -149,7 +149,7 @@ fn centerlines(folder: &Path, mode: Mode) -> String {
         format!(
             "{all}, answered {}, mean distance median {:.2} % of length, wrong (> {WRONG} %) {wrong}",
             off.len(),
-            quantile(&off, 0.5)
+            quantile_nearest(&off, 0.5)
         )
     };
     format!(
@@ -174,13 +174,13 @@ fn silhouettes(folder: &Path, _: Mode) -> String {
         let parts = of(|one| one.between.abs());
         format!(
             "length, end to end, off by median {:.2} % (mean {:+.2} %), worst {:.2} %, between the published line's ends median {:.2} %, worst {:.2} %, mean distance median {:.2} % of length, worst {:.2} %",
-            quantile(&sizes, 0.5),
+            quantile_nearest(&sizes, 0.5),
             lengths.iter().sum::<f64>() / known.len().max(1) as f64,
-            quantile(&sizes, 1.0),
-            quantile(&parts, 0.5),
-            quantile(&parts, 1.0),
-            quantile(&distances, 0.5),
-            quantile(&distances, 1.0)
+            quantile_nearest(&sizes, 1.0),
+            quantile_nearest(&parts, 0.5),
+            quantile_nearest(&parts, 1.0),
+            quantile_nearest(&distances, 0.5),
+            quantile_nearest(&distances, 1.0)
         )
     };
     format!(

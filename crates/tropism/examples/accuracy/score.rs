@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use tropism::greenhouse::render::Truth;
-use tropism::math::quantile;
+use tropism::math::statistics::quantile_nearest;
 use tropism::observation::Quality;
-use tropism::vision::{Class, Seen};
+use tropism::vision::{FrameStatus, TrackedFrame};
 
 use crate::published::off;
 
@@ -49,7 +49,7 @@ impl Score {
 
     /// Takes in what was seen in the photograph `name`; one that is not `scored` only counts as the end of a gap. Whether
     /// it is called ok, but wrong.
-    pub(crate) fn add(&mut self, name: &str, seen: &Seen, truth: &Truth, scored: bool) -> bool {
+    pub(crate) fn add(&mut self, name: &str, seen: &TrackedFrame, truth: &Truth, scored: bool) -> bool {
         let measured = seen.observation.as_ref().filter(|seen| seen.quality == Quality::Measured);
         self.gap = if measured.is_some() { 0 } else { self.gap + 1 };
         self.longest_gap = self.longest_gap.max(self.gap);
@@ -57,7 +57,7 @@ impl Score {
             return false;
         }
         self.frames += 1;
-        *self.classes.entry(seen.class.name()).or_default() += 1;
+        *self.classes.entry(seen.status.name()).or_default() += 1;
         let Some(observation) = &seen.observation else { return false };
         let miss = 10.0 * observation.tip.distance(truth.top);
         if measured.is_none() {
@@ -69,7 +69,7 @@ impl Score {
         }
         self.measured += 1;
         let error = [10.0 * (observation.tip.x - truth.top.x), 10.0 * (observation.tip.y - truth.top.y)];
-        let is_wrong = seen.class == Class::Ok && miss > WRONG_MM;
+        let is_wrong = seen.status == FrameStatus::Ok && miss > WRONG_MM;
         if is_wrong {
             self.wrong.push(format!(
                 "{name}: {miss:.1} mm ({:.1}, {:.1}), confidence {:.2}",
@@ -80,7 +80,7 @@ impl Score {
         if let Some(stem) = observation.stem.as_ref().filter(|stem| stem.0.len() == 10) {
             self.apexes.push(10.0 * stem.0[9].distance(truth.apex));
             self.stems.push(10.0 * mean(stem.0.iter().map(|&point| off(point, &truth.midline))));
-            let ten = truth.midline.equidistant(10);
+            let ten = truth.midline.resampled(10);
             let apart = stem.0.iter().zip(&ten.0).map(|(one, other)| 10.0 * one.distance(*other));
             self.vertices.push(apart.fold(0.0, f64::max));
         }
@@ -126,20 +126,20 @@ impl Score {
             bias[1],
             deviation[0],
             deviation[1],
-            quantile(&tops, 0.5),
-            quantile(&tops, 0.95),
-            quantile(&tops, 1.0),
-            quantile(&self.apexes, 0.5),
-            quantile(&self.apexes, 0.95),
-            quantile(&self.apexes, 1.0),
-            quantile(&self.stems, 0.5),
-            quantile(&self.stems, 0.95),
-            quantile(&self.vertices, 0.5),
+            quantile_nearest(&tops, 0.5),
+            quantile_nearest(&tops, 0.95),
+            quantile_nearest(&tops, 1.0),
+            quantile_nearest(&self.apexes, 0.5),
+            quantile_nearest(&self.apexes, 0.95),
+            quantile_nearest(&self.apexes, 1.0),
+            quantile_nearest(&self.stems, 0.5),
+            quantile_nearest(&self.stems, 0.95),
+            quantile_nearest(&self.vertices, 0.5),
             share(self.measured),
             share(self.held),
             share(none),
             share(self.wrong.len()),
-            quantile(&self.helds, 0.95),
+            quantile_nearest(&self.helds, 0.95),
             self.longest_gap,
             classes.join(", "),
         )

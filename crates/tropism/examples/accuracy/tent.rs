@@ -3,21 +3,21 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use tropism::greenhouse::bean::{Bean, Species};
+use tropism::greenhouse::bean::{Bean, Species, lamp_powers};
 use tropism::greenhouse::fault::{self, Faults};
 use tropism::greenhouse::pose::{Leaf, Pose};
 use tropism::greenhouse::render::{Renderer, Truth, truth};
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::light::Light;
+use tropism::lamps::Light;
 use tropism::math;
 use tropism::photo::{Image, Photo};
 use tropism::random::{self, Purpose};
-use tropism::vision::{Class, Eye, Mode, VisionConfig};
+use tropism::vision::{FrameStatus, Mode, TipTracker, VisionConfig};
 
 use crate::score::Score;
 
-/// Frames at the start of each episode, without faults and not scored: an eye sees a plant before things go wrong.
+/// Frames at the start of each episode, without faults and not scored: a tracker sees a plant before things go wrong.
 const LEAD: usize = 6;
 
 /// Frames of each episode.
@@ -106,20 +106,20 @@ impl Growing {
     }
 
     fn light(&self) -> Light {
-        if (self.frame as usize / LIT_FOR).is_multiple_of(2) { Light::Left } else { Light::Right }
+        if (self.frame as usize / LIT_FOR).is_multiple_of(2) { Light::LEFT } else { Light::RIGHT }
     }
 
     fn step(&mut self) {
         let light = self.light();
-        self.bean.advance(Light::BOTH.map(|lamp| if lamp == light { 1.0 } else { 0.0 }), PERIOD_MIN);
+        self.bean.advance(&lamp_powers(Some(light)), PERIOD_MIN);
         self.frame += 1;
     }
 }
 
-pub(crate) fn eye(scene: &Scene, mode: Mode) -> Eye {
+pub(crate) fn tracker(scene: &Scene, mode: Mode) -> TipTracker {
     let greenhouse = Greenhouse { scene: scene.clone(), ..Greenhouse::default() };
     let config = VisionConfig { mode, crop: Some(greenhouse.crop()), ..VisionConfig::default() };
-    Eye::new(greenhouse.calibration(), config).expect("the tent's own calibration")
+    TipTracker::new(greenhouse.calibration(), config).expect("the tent's own calibration")
 }
 
 impl Row {
@@ -138,11 +138,11 @@ impl Row {
             let scores: Vec<Score> = (first..first + several)
                 .into_par_iter()
                 .map(|seed| {
-                    let (mut score, mut eye) = (Score::default(), eye(&self.scene, mode));
+                    let (mut score, mut tracker) = (Score::default(), tracker(&self.scene, mode));
                     self.photograph(seed, |photo, truth, index, happens| {
                         let name = format!("{}-{seed}-{}", self.name.replace([' ', '/'], "-"), photo.name);
                         let is_wrong =
-                            score.add(&name, &eye.observe(&photo), truth, self.scores(index, happens));
+                            score.add(&name, &tracker.observe(&photo), truth, self.scores(index, happens));
                         if let Some(list) = list.filter(|_| is_wrong) {
                             std::fs::write(list.join(name), &photo.bytes).expect("a folder to list in");
                         }
@@ -207,7 +207,7 @@ fn let_fall(pose: &mut Pose, [x, y, turn]: [f64; 3]) {
 /// A row of spoiled files, each of which must be called by its class.
 pub(crate) struct FileRow {
     pub(crate) name: &'static str,
-    class: Class,
+    class: FrameStatus,
     /// The file, from the good one, the one before, the tent, and a number that counts up.
     spoil: fn(&mut Studio) -> Vec<u8>,
 }
@@ -227,12 +227,12 @@ pub(crate) fn file_rows() -> [FileRow; 4] {
     [
         FileRow {
             name: "files truncated",
-            class: Class::Corrupt,
+            class: FrameStatus::Corrupt,
             spoil: |studio| studio.good[..(studio.chance * studio.good.len() as f64) as usize].to_vec(),
         },
         FileRow {
             name: "files dark",
-            class: Class::Dark,
+            class: FrameStatus::Dark,
             spoil: |studio| {
                 if studio.number.is_multiple_of(2) {
                     return studio.renderer.photograph(&studio.pose, None, false, studio.number);
@@ -241,10 +241,10 @@ pub(crate) fn file_rows() -> [FileRow; 4] {
                 Renderer::new(&dim, studio.number).photograph(&studio.pose, None, false, studio.number)
             },
         },
-        FileRow { name: "files repeated", class: Class::Repeated, spoil: |studio| studio.last.clone() },
+        FileRow { name: "files repeated", class: FrameStatus::Repeated, spoil: |studio| studio.last.clone() },
         FileRow {
             name: "files foreign",
-            class: Class::Foreign,
+            class: FrameStatus::Foreign,
             spoil: |studio| match studio.number % 5 {
                 0 => format!("step,tip_x_cm,tip_y_cm\n{},0,4\n", studio.number).into_bytes(),
                 1 => b"GIF89a\x10\x00\x10\x00".to_vec(),
@@ -268,13 +268,13 @@ impl FileRow {
             .into_par_iter()
             .map(|seed| {
                 let mut growing = Growing::new(seed, [0.5, 60.0]);
-                let mut eye = eye(&scene, mode);
+                let mut tracker = tracker(&scene, mode);
                 let (mut count, mut right, mut other) = (0, 0, String::new());
                 let mut rng = random::stream(seed, Purpose::Events, 1);
                 let mut studio = Studio {
                     renderer: Renderer::new(&scene, seed),
                     pose: growing.bean.pose(),
-                    light: Light::Left,
+                    light: Light::LEFT,
                     number: 0,
                     good: Vec::new(),
                     last: Vec::new(),
@@ -290,12 +290,12 @@ impl FileRow {
                     let bytes = if is_spoiled { (self.spoil)(&mut studio) } else { studio.good.clone() };
                     studio.last = bytes.clone();
                     let time_s = 60.0 * PERIOD_MIN * f64::from(index);
-                    let seen = eye.observe(&Photo { name: String::new(), bytes, time_s });
+                    let seen = tracker.observe(&Photo { name: String::new(), bytes, time_s });
                     if is_spoiled {
                         count += 1;
-                        right += usize::from(seen.class == self.class);
-                        if seen.class != self.class {
-                            other = format!(", once {}", seen.class);
+                        right += usize::from(seen.status == self.class);
+                        if seen.status != self.class {
+                            other = format!(", once {}", seen.status);
                         }
                     }
                     growing.step();

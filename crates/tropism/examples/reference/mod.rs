@@ -6,11 +6,13 @@
 
 use std::path::PathBuf;
 
-use rayon::prelude::*;
 use serde::Serialize;
-use tropism::evolve::{EvolutionConfig, Run};
+use std::ops::ControlFlow;
+
+use tropism::evolve::{Evolution, EvolutionConfig};
+use tropism::math::statistics::five_numbers;
 use tropism::plant::tip::{TipModel, TipModelConfig};
-use tropism::task::Task;
+use tropism::task::Targets;
 use tropism::track::Track;
 use tropism_neat::{Config, Generation};
 
@@ -49,8 +51,8 @@ const fn row(best: [f64; 5], links: f64, species: Option<f64>) -> Reference {
 /// The reference runs.
 pub(crate) const TABLE: [Preset; 2] = [
     Preset {
-        name: "paper",
-        config: Config::paper,
+        name: "wahby2016",
+        config: Config::wahby2016,
         reference: [
             row([3.0, 5.7, 6.2, 6.9, 8.1], 8.0, Some(23.0)),
             row([3.0, 6.0, 6.8, 7.0, 9.9], 10.0, Some(16.0)),
@@ -101,15 +103,10 @@ pub(crate) fn histories(
     generations: u32,
 ) -> Vec<Vec<Generation>> {
     let config = EvolutionConfig { runs, generations, neat, ..EvolutionConfig::default() };
-    let task = Task::default();
-    let history = |index| {
-        let mut run = Run::new(&config, seed, index).expect("a preset is sound");
-        for _ in 0..generations {
-            run.advance(model, &task);
-        }
-        run.history
-    };
-    (0..runs).into_par_iter().map(history).collect()
+    let task = Targets::default();
+    let evolution = Evolution::new(model, &task, config, seed).expect("a preset is sound");
+    let runs = evolution.evolve(&|_run, _generation| ControlFlow::Continue(())).expect("a preset is sound");
+    runs.expect("never broken off").into_iter().map(|run| run.history).collect()
 }
 
 /// Our runs beside the reference after some generations.
@@ -177,15 +174,9 @@ pub(crate) fn compare(preset: &Preset, histories: &[Vec<Generation>]) -> Vec<Com
     .collect()
 }
 
-/// Least, first quartile, median, third quartile and greatest of at least one value, by linear interpolation.
+/// Minimum, quartiles and maximum of at least one value.
 pub(crate) fn summary(values: &[f64]) -> [f64; 5] {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| {
-        let place = share * (sorted.len() - 1) as f64;
-        let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-        below + (place - place.floor()) * (above - below)
-    })
+    five_numbers(values).expect("at least one value")
 }
 
 /// The exact two-sided p of Wilcoxon's rank-sum test (Mann and Whitney's U), ties counted, and how far the rank sum of `few`

@@ -1,18 +1,40 @@
-//! Controllers: from what is seen of the plant to which lamp is lit.
+//! Controllers: from what is seen of the plant to the lamp that is lit.
 //!
-//! [`periodic`] sees nothing and switches by the clock, as in the paper's open-loop experiments; [`network`] is what
-//! evolution makes, and [`anatomy`] looks into it; [`chase`] is the rule that a person would write by hand, a baseline for
-//! both.
+//! An [`Observation`] comes in, a [`Light`] goes out, once a step. [`Periodic`] sees nothing and switches at regular
+//! intervals, as in the paper's open-loop experiments; [`Greedy`] is the rule that a person would write by hand;
+//! [`NetworkController`] is what evolution makes, and [`Sensors`] say what its network sees. [`network_analysis`] reads
+//! from a network what it can do.
+//!
+//! A controller of one's own implements [`Controller`].
 
-pub mod anatomy;
-pub mod chase;
-pub mod network;
-pub mod periodic;
+mod greedy;
+mod network;
+pub mod network_analysis;
+mod periodic;
+mod sensors;
 
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::observation::Observation;
 
+pub use greedy::Greedy;
+pub use network::{NetworkController, OUTPUTS, ShapeError, outputs};
+pub use periodic::Periodic;
+pub use sensors::{Sensor, SensorState, Sensors, SensorsError, TIP_INPUTS};
+
 /// Decides which lamp is lit until the next observation.
+///
+/// ```
+/// use tropism::prelude::*;
+///
+/// /// Lights the lamp on the other side of the tip: keeps a plant upright.
+/// struct Upright;
+///
+/// impl Controller for Upright {
+///     fn decide(&mut self, seen: &Observation) -> Light {
+///         if seen.tip.x > 0.0 { Light::LEFT } else { Light::RIGHT }
+///     }
+/// }
+/// ```
 pub trait Controller {
     /// The light for what is `seen` now. Called once a step, in order: a controller may remember.
     fn decide(&mut self, seen: &Observation) -> Light;

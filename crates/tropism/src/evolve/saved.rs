@@ -3,13 +3,14 @@
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
-use super::{EvolutionConfig, EvolutionError, Run};
+use super::{EvolutionConfig, EvolutionError, EvolutionRun};
 
 /// What a saved run calls itself.
 const SCHEMA: &str = "tropism.evolution-run/1";
 
-/// A saved run that cannot be gone on with.
+/// A saved run that cannot be resumed.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SavedRunError {
     /// Not JSON, cut short, or not of a saved run's form.
     #[error("not a saved run: {0}")]
@@ -55,10 +56,10 @@ struct File {
     #[serde(rename = "schema")]
     _schema: String,
     sha256: String,
-    run: Run,
+    run: EvolutionRun,
 }
 
-impl Run {
+impl EvolutionRun {
     /// The whole run as JSON, with `"schema": "tropism.evolution-run/1"` and a check sum.
     #[must_use]
     pub fn to_json(&self) -> String {
@@ -72,14 +73,14 @@ impl Run {
         (text, sum)
     }
 
-    /// Run number `index` of an evolution with `seed`, as [`to_json`](Self::to_json) wrote it. It goes on to the same bits
-    /// as one that was never saved.
+    /// Reads run number `index` of an evolution with `seed`, as [`to_json`](Self::to_json) wrote it.
     ///
     /// # Errors
     /// [`SavedRunError`]: broken JSON, another schema, a value that is not what was written, or another run.
     pub fn from_json(
         json: &str,
         config: &EvolutionConfig,
+        outputs: usize,
         seed: u64,
         index: u32,
     ) -> Result<Self, SavedRunError> {
@@ -104,7 +105,7 @@ impl Run {
                 generations: run.neat.generation(),
             });
         }
-        let wanted = Self::new(config, seed, index).map_err(EvolutionError::from)?;
+        let wanted = config.begin(outputs, seed, index).map_err(EvolutionError::from)?;
         let settings = |run: &Self| (run.seed, run.neat.seed(), run.episodes);
         if settings(&run) != settings(&wanted) || run.neat.config() != wanted.neat.config() {
             return Err(SavedRunError::OtherRun { found: run.seed, wanted: wanted.seed });
@@ -116,12 +117,13 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evolve::Evolution;
     use crate::plant::tip::{TipModel, TipModelConfig};
-    use crate::task::Task;
+    use crate::task::Targets;
     use crate::track::Track;
 
     /// A model of one plant that leans after a lamp, and a task so short that a generation takes a moment.
-    fn world() -> (TipModel, Task) {
+    fn world() -> (TipModel, Targets) {
         let rows: String = (0..60)
             .map(|step: i32| {
                 let is_left = step / 20 % 2 == 0;
@@ -131,36 +133,37 @@ mod tests {
             .collect();
         let track = Track::read_csv(format!("tip_x_cm,tip_y_cm,light\n{rows}").as_bytes()).unwrap();
         let model = TipModel::fit([&track], TipModelConfig::default()).unwrap();
-        (model, Task { max_steps: 60, ..Task::default() })
+        (model, Targets { max_steps: 60, ..Targets::default() })
     }
 
     fn short() -> EvolutionConfig {
         EvolutionConfig { generations: 8, ..EvolutionConfig::default() }
     }
 
-    fn begun(generations: u32) -> Run {
+    fn begun(generations: u32) -> EvolutionRun {
         let (model, task) = world();
-        let mut run = Run::new(&short(), 7, 2).unwrap();
+        let evolution = Evolution::new(&model, &task, short(), 7).unwrap();
+        let mut run = evolution.begin(2).unwrap();
         for _ in 0..generations {
-            run.advance(&model, &task);
+            evolution.advance(&mut run);
         }
         run
     }
 
     #[test]
-    fn a_saved_run_goes_on_to_the_same_bits() {
+    fn a_saved_run_resumes_to_the_same_bits() {
         let (model, task) = world();
-        let mut saved = Run::from_json(&begun(3).to_json(), &short(), 7, 2).unwrap();
-        for _ in 3..8 {
-            saved.advance(&model, &task);
-        }
+        let evolution = Evolution::new(&model, &task, short(), 7).unwrap();
+        let mut saved = evolution.resume(2, &begun(3).to_json()).unwrap();
+        let flow = evolution.finish(&mut saved, &mut |_| std::ops::ControlFlow::Continue(()));
+        assert!(flow.is_continue());
         assert_eq!(saved.to_json(), begun(8).to_json());
     }
 
     #[test]
     fn every_cut_and_every_changed_digit_is_refused() {
         let json = begun(2).to_json();
-        let refusal = |json: &str| Run::from_json(json, &short(), 7, 2).unwrap_err().to_string();
+        let refusal = |json: &str| EvolutionRun::from_json(json, &short(), 1, 7, 2).unwrap_err().to_string();
         for tenth in 0..10 {
             assert!(refusal(&json[..json.len() * tenth / 10]).starts_with("not a saved run: "), "{tenth}");
         }
@@ -178,7 +181,7 @@ mod tests {
     fn the_run_of_another_evolution_is_refused() {
         let json = begun(1).to_json();
         let refusal = |config: &EvolutionConfig, seed, index| {
-            Run::from_json(&json, config, seed, index).unwrap_err().to_string()
+            EvolutionRun::from_json(&json, config, 1, seed, index).unwrap_err().to_string()
         };
         assert!(refusal(&short(), 7, 3).contains("found a run with seed"));
         assert!(refusal(&short(), 8, 2).contains("found a run with seed"));
@@ -191,7 +194,7 @@ mod tests {
     fn history_and_population_must_agree() {
         let mut run = begun(2);
         run.history.pop();
-        let error = Run::from_json(&run.to_json(), &short(), 7, 2).unwrap_err().to_string();
+        let error = EvolutionRun::from_json(&run.to_json(), &short(), 1, 7, 2).unwrap_err().to_string();
         assert_eq!(error, "found 1 generations in its history, wanted 2");
     }
 }

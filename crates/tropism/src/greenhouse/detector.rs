@@ -9,6 +9,8 @@ use rand::Rng;
 use super::pose::Pose;
 use super::view::{self, Place};
 use crate::geometry::Point;
+use crate::math::interpolate::lerp;
+use crate::math::vector::distance;
 use crate::random;
 
 /// Size of the detector's pixels, in cm.
@@ -51,7 +53,7 @@ pub fn highest(pose: &Pose) -> Point {
         let after = pose.stem[(i + 2).min(pose.stem.len() - 1)].at;
         for step in 0..=FINENESS {
             let share = step as f64 / FINENESS as f64;
-            let radius = pair[0].radius + share * (pair[1].radius - pair[0].radius);
+            let radius = lerp(pair[0].radius, pair[1].radius, share);
             top.add(spline([before, lower, upper, after], share), radius);
         }
     }
@@ -97,10 +99,6 @@ impl Row {
         let [least, most] = self.span.unwrap_or_default();
         Point::new(0.5 * (least + most) * GRID, (self.row + 0.5) * GRID)
     }
-}
-
-fn distance(a: Place, b: Place) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
 /// A place on the smooth curve through four places, `share` of the way from the second to the third (Catmull-Rom).
@@ -160,7 +158,7 @@ mod tests {
     fn no_place_is_missed() {
         let mut bean = Bean::new(Species::default().draw(2, 1.0), 2);
         for step in 0..120 {
-            bean.advance([f64::from(step % 2), f64::from(step / 40 % 2)], 30.0);
+            bean.advance(&[f64::from(step % 2), f64::from(step / 40 % 2)], 30.0);
             let pose = bean.pose();
             let stem = pose.stem.iter().map(|node| view::project(node.at).y + node.radius);
             let leaves = pose.leaves.iter().flat_map(|leaf| leaf.outline(LEAF_EDGE));

@@ -4,10 +4,9 @@
 //! tip-motion model: what passes between them is photographs. Every result from it is virtual and must be labelled so.
 
 pub mod view;
-mod vector;
 pub mod pose;
-pub mod bean;
 pub mod detector;
+pub mod bean;
 pub mod scene;
 pub mod render;
 pub mod fault;

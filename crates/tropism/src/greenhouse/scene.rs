@@ -5,10 +5,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::vector::{dot, length, minus, plus, scaled, unit};
-use super::view::{CAMERA, Frame, LAMPS, Place, View, WALL};
-use crate::light::Light;
+use super::view::{CAMERA, Frame, Place, View};
+use crate::check::{OutOfRange, within};
+use crate::lamps::{Layout, Light};
 use crate::math;
+use crate::math::vector::{add, dot, norm, normalize_or, scale, sub};
 
 /// The flash: a warm bulb above the pot, 68 cm above the soil (section 2.1).
 pub const FLASH: Place = [0.0, 68.0, 0.0];
@@ -86,26 +87,12 @@ impl Default for Scene {
     }
 }
 
-/// A setting of the scene that makes no photograph.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("found scene.{key} = {value}, wanted {low} to {high}")]
-pub struct SceneError {
-    /// The setting's name.
-    pub key: &'static str,
-    /// What it is.
-    pub value: f64,
-    /// Least allowed.
-    pub low: f64,
-    /// Greatest allowed.
-    pub high: f64,
-}
-
 impl Scene {
     /// Whether every setting lies in its range.
     ///
     /// # Errors
-    /// [`SceneError`] names the first that does not.
-    pub fn check(&self) -> Result<(), SceneError> {
+    /// [`OutOfRange`] names the first that does not.
+    pub fn check(&self) -> Result<(), OutOfRange> {
         let ranges = [
             ("width", f64::from(self.width), 64.0, 8192.0),
             ("height", f64::from(self.height), 48.0, 8192.0),
@@ -119,10 +106,9 @@ impl Scene {
             ("folds", self.folds, 0.0, 3.0),
             ("cameras", f64::from(self.cameras), 1.0, 2.0),
         ];
-        match ranges.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
-            Some((key, value, low, high)) => Err(SceneError { key, value, low, high }),
-            None => Ok(()),
-        }
+        ranges.into_iter().try_for_each(|(key, value, low, high)| {
+            within(key, value, low..=high).map_err(|error| error.in_table("scene"))
+        })
     }
 
     /// How this scene's photographs map the plane of the pot's axis to pixels.
@@ -138,73 +124,84 @@ pub(super) struct Lighting {
     flash: f64,
     lamp: f64,
     glow: f64,
-    lit: Option<Light>,
-    view: View,
+    lit: Option<Lit>,
+}
+
+/// A lit lamp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Lit {
+    light: Light,
+    /// Where its light comes from, in the camera's coordinates, in cm.
+    bulb: Place,
 }
 
 impl Lighting {
-    pub(super) fn new(scene: &Scene, lit: Option<Light>, flash: bool, view: View) -> Self {
+    /// `lit` is dark where `layout` has no such lamp.
+    pub(super) fn new(scene: &Scene, layout: &Layout, lit: Option<Light>, flash: bool, view: View) -> Self {
+        let lit = lit.and_then(|light| {
+            let lamp = layout.lamps().get(light.index())?;
+            Some(Lit { light, bulb: view.of(bulb(lamp.at)) })
+        });
         Self {
             flash: if flash { scene.flash * scene.exposure } else { 0.0 },
             lamp: scene.lamp * scene.exposure,
             glow: scene.glow,
             lit,
-            view,
         }
     }
 
     /// Light on a surface at `place` that faces `normal` (a unit vector). `wrap` is 0 for a matt surface and grows with
     /// how much light creeps around and through it, as it does in a thin stem.
     pub(super) fn at(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
-        let direct = plus(self.by_flash(place, normal, wrap), self.by_lamp(place, normal, wrap));
-        plus(self.bounced(), direct)
+        let direct = add(self.by_flash(place, normal, wrap), self.by_lamp(place, normal, wrap));
+        add(self.bounced(), direct)
     }
 
     /// The flash's light after many bounces: the same everywhere.
     pub(super) fn bounced(&self) -> Rgb {
-        scaled(FLASH_TINT, self.flash * BOUNCE)
+        scale(FLASH_TINT, self.flash * BOUNCE)
     }
 
     /// The light on a surface straight from the flash.
     pub(super) fn by_flash(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
-        let to_flash = minus(FLASH, place);
-        let far = length(to_flash);
+        let to_flash = sub(FLASH, place);
+        let far = norm(to_flash);
         let spread = FLASH_REACH * FLASH_REACH;
         let direct =
             (48.0 * 48.0 + spread) / (far * far + spread) * lambert(dot(to_flash, normal) / far, wrap);
-        scaled(FLASH_TINT, self.flash * (1.0 - BOUNCE) * direct)
+        scale(FLASH_TINT, self.flash * (1.0 - BOUNCE) * direct)
     }
 
     /// The light on a surface straight from the lit lamp.
     pub(super) fn by_lamp(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
-        let Some(light) = self.lit else { return [0.0; 3] };
-        let to_lamp = minus(self.view.of(bulb(light)), place);
-        let far = length(to_lamp).max(LAMP_RADIUS);
+        let Some(lit) = self.lit else { return [0.0; 3] };
+        let to_lamp = sub(lit.bulb, place);
+        let far = norm(to_lamp).max(LAMP_RADIUS);
         let direct = (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far, wrap);
-        scaled(LAMP_TINT, self.lamp * direct)
+        scale(LAMP_TINT, self.lamp * direct)
     }
 
     /// What a glossy surface at `place` mirrors of the lights into the camera, as soft spots (Blinn and Phong).
     pub(super) fn gloss(&self, place: Place, normal: Place) -> Rgb {
-        let to_camera = unit(minus(CAMERA, place), normal);
+        let to_camera = normalize_or(sub(CAMERA, place), normal);
         let spot = |light: Place| {
-            let half = unit(plus(unit(minus(light, place), normal), to_camera), normal);
+            let half = normalize_or(add(normalize_or(sub(light, place), normal), to_camera), normal);
             math::pow(dot(half, normal).max(0.0), 30.0)
         };
-        let flash = scaled(FLASH_TINT, self.flash * spot(FLASH));
-        let lamp = |light| scaled(LAMP_TINT, 2.0 * self.lamp * spot(self.view.of(bulb(light))));
-        plus(flash, self.lit.map_or([0.0; 3], lamp))
+        let flash = scale(FLASH_TINT, self.flash * spot(FLASH));
+        let lamp = |lit: Lit| scale(LAMP_TINT, 2.0 * self.lamp * spot(lit.bulb));
+        add(flash, self.lit.map_or([0.0; 3], lamp))
     }
 
     /// The veil that the lit lamp's glow lays over the picture `far` cm from its coil, in the plane of the pot's axis:
     /// a steep core and a faint wide skirt, as scatter in a cheap lens gives.
     pub(super) fn veil(&self, far: f64) -> Rgb {
         let falloff = 6.0 * math::exp(-far / 0.9) + 0.10 * math::exp(-far / 4.5);
-        scaled(LAMP_TINT, self.lamp * self.glow / 0.20 * falloff)
+        scale(LAMP_TINT, self.lamp * self.glow / 0.20 * falloff)
     }
 
     pub(super) fn lit(&self) -> Option<Light> {
-        self.lit
+        self.lit.map(|lit| lit.light)
     }
 }
 
@@ -213,10 +210,19 @@ fn lambert(cosine: f64, wrap: f64) -> f64 {
     ((cosine + wrap) / (1.0 + wrap)).max(0.0)
 }
 
-/// Where a lamp's light comes from: the front of its coil.
-pub(super) fn bulb(light: Light) -> Place {
-    let [x, y, _] = LAMPS[if light == Light::Left { 0 } else { 1 }];
-    [x, y, WALL + LAMP_RADIUS]
+/// The place from which a lamp at `centre` shines: the side of its coil that faces the plant along z.
+fn bulb([x, y, z]: Place) -> Place {
+    [
+        x,
+        y,
+        if z < 0.0 {
+            z + LAMP_RADIUS
+        } else if z > 0.0 {
+            z - LAMP_RADIUS
+        } else {
+            z
+        },
+    ]
 }
 
 #[cfg(test)]
@@ -250,16 +256,22 @@ mod tests {
     #[test]
     fn light_falls_off_and_adds_up() {
         let scene = Scene::default();
-        let up = [0.0, 1.0, 0.0];
-        let low = Lighting::new(&scene, None, true, View::Front).at([0.0, 2.0, 0.0], up, 0.0);
-        let high = Lighting::new(&scene, None, true, View::Front).at([0.0, 25.0, 0.0], up, 0.0);
+        let (paper, up) = (Layout::wahby2016(), [0.0, 1.0, 0.0]);
+        let low = Lighting::new(&scene, &paper, None, true, View::Front).at([0.0, 2.0, 0.0], up, 0.0);
+        let high = Lighting::new(&scene, &paper, None, true, View::Front).at([0.0, 25.0, 0.0], up, 0.0);
         assert!(high[1] > 1.4 * low[1], "{high:?} {low:?}");
         let place = [3.0, 15.0, 0.0];
-        let lamp =
-            Lighting::new(&scene, Some(Light::Right), false, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
-        let flash = Lighting::new(&scene, None, true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
-        let both =
-            Lighting::new(&scene, Some(Light::Right), true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+        let lamp = Lighting::new(&scene, &paper, Some(Light::RIGHT), false, View::Front).at(
+            place,
+            [1.0, 0.0, 0.0],
+            0.0,
+        );
+        let flash = Lighting::new(&scene, &paper, None, true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+        let both = Lighting::new(&scene, &paper, Some(Light::RIGHT), true, View::Front).at(
+            place,
+            [1.0, 0.0, 0.0],
+            0.0,
+        );
         for band in 0..3 {
             assert!((lamp[band] + flash[band] - both[band]).abs() < 1e-12);
         }

@@ -9,21 +9,22 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::bean::{Bean, Species, Watcher};
+use super::bean::{Bean, Observer, Species, lamp_powers};
 use super::fault::{self, Fault, Faults, Happening, suffers};
 use super::render::{Renderer, Truth};
 use super::scene::Scene;
 use super::view::{Frame, View};
+use crate::check;
 use crate::control::Controller;
 use crate::environment::{Environment, run};
 use crate::geometry::{Point, Region};
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, RigError};
 use crate::task::Task;
-use crate::track::{PERIOD_MIN, Sample, Track};
-use crate::vision::{Calibration, Eye, VisionConfig, VisionError};
+use crate::track::{Sample, Track};
+use crate::vision::{Calibration, TipTracker, VisionConfig, VisionError};
 
 /// A virtual tent and the plant in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,14 +36,28 @@ pub struct Greenhouse {
     pub bean: Species,
     /// The tent and its camera.
     pub scene: Scene,
+    /// The lamps. Default: the paper's two. A lamp behind the back wall stands in an opening of the cloth.
+    #[serde(skip_serializing_if = "is_papers")]
+    pub layout: Layout,
     /// What goes wrong with its photographs, and how often.
     pub faults: Faults,
 }
 
 impl Default for Greenhouse {
     fn default() -> Self {
-        Self { scale: 1.0, bean: Species::default(), scene: Scene::default(), faults: Faults::default() }
+        Self {
+            scale: 1.0,
+            bean: Species::default(),
+            scene: Scene::default(),
+            layout: Layout::default(),
+            faults: Faults::default(),
+        }
     }
+}
+
+/// Files leave out the paper's lamps.
+fn is_papers(layout: &Layout) -> bool {
+    *layout == Layout::default()
 }
 
 /// How far to the side and how high a bean can reach within the picture and between the lamps, in cm.
@@ -73,6 +88,9 @@ pub struct Witness {
 
 struct Tent {
     seed: u64,
+    layout: Layout,
+    /// Minutes between steps.
+    period_min: f64,
     faults: Faults,
     bean: Bean,
     renderer: Renderer,
@@ -97,8 +115,8 @@ impl Tent {
                 if is_repeated { self.photograph(view) } else { None }
             });
             let has_failed = suffers(&self.happenings(View::Front, 0), Fault::LampFails);
-            let power = |light| if self.lit == Some(light) && !has_failed { 1.0 } else { 0.0 };
-            self.bean.advance(Light::BOTH.map(power), minutes - self.now_min);
+            let lit = self.lit.filter(|light| !has_failed && self.layout.contains(*light));
+            self.bean.advance(&lamp_powers(lit), minutes - self.now_min);
             self.now_min = minutes;
         }
         self.note_truth();
@@ -122,7 +140,7 @@ impl Tent {
     /// Number of the photograph of this step. Its noise and its faults are named by it, so a resumed run takes the
     /// photograph that it would have taken.
     fn frame(&self) -> u64 {
-        (self.now_min / PERIOD_MIN).round() as u64
+        (self.now_min / self.period_min).round() as u64
     }
 
     /// What goes wrong with a camera's photograph so many steps from now.
@@ -144,7 +162,7 @@ impl Tent {
 
 /// A hand on the virtual tent: camera, lamps, flash and clock are all the same tent.
 #[derive(Clone)]
-pub struct Device(Rc<RefCell<Tent>>);
+pub struct TentHandle(Rc<RefCell<Tent>>);
 
 impl Greenhouse {
     /// Checks what a file may have got wrong.
@@ -152,9 +170,7 @@ impl Greenhouse {
     /// # Errors
     /// A line that names the key, its value and its range.
     pub fn check(&self) -> Result<(), String> {
-        if !(0.0..=2.0).contains(&self.scale) {
-            return Err(format!("found greenhouse.scale = {}, wanted 0 to 2", self.scale));
-        }
+        check::within("greenhouse.scale", self.scale, 0.0..=2.0).map_err(|error| error.to_string())?;
         self.bean.check().map_err(|error| format!("greenhouse.bean: {error}"))?;
         self.scene.check().map_err(|error| format!("greenhouse.scene: {error}"))?;
         self.faults.check().map_err(|error| format!("greenhouse.faults: {error}"))
@@ -166,7 +182,7 @@ impl Greenhouse {
     pub fn calibration(&self) -> Calibration {
         let frame = Frame::new(self.scene.width, self.scene.height);
         let (width, height) = (self.scene.width as usize, self.scene.height as usize);
-        Calibration::flat(frame.pixel(Point::new(0.0, 0.0)), frame.px_per_cm, width, height)
+        Calibration::from_scale(frame.pixel(Point::new(0.0, 0.0)), frame.px_per_cm, width, height)
     }
 
     /// The part of the photographs in which the plant may be: above the pot, between the lamps.
@@ -185,24 +201,32 @@ impl Greenhouse {
         }
     }
 
-    /// The tent with the plant of `seed`: a hand on it, and an eye for its photographs. Where `vision` has no crop it is
-    /// given [`Self::crop`].
+    /// Opens the tent with the plant of `seed`, for steps of `period_min` minutes: a handle on the tent, and a tracker for its
+    /// photographs. If `vision` has no crop, [`Self::crop`] is used.
     ///
     /// # Errors
     /// [`VisionError`] if `vision` is out of range for this tent's photographs.
-    pub fn open(&self, seed: u64, vision: &VisionConfig) -> Result<(Device, Eye), VisionError> {
+    pub fn open(
+        &self,
+        seed: u64,
+        period_min: f64,
+        vision: &VisionConfig,
+    ) -> Result<(TentHandle, TipTracker), VisionError> {
         let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
-        Ok((self.device(seed), Eye::new(self.calibration(), vision)?))
+        Ok((self.handle(seed, period_min), TipTracker::new(self.calibration(), vision)?))
     }
 
-    /// A hand on the tent with the plant of `seed`.
-    fn device(&self, seed: u64) -> Device {
+    /// A handle on the tent with the plant of `seed`, for steps of `period_min` minutes.
+    fn handle(&self, seed: u64, period_min: f64) -> TentHandle {
         let mut tent = Tent {
             seed,
+            layout: self.layout.clone(),
+            period_min,
             faults: self.faults.clone(),
-            bean: Bean::new(self.bean.draw(seed, self.scale), seed),
-            renderer: Renderer::new(&self.scene, seed),
-            side: (self.scene.cameras > 1).then(|| Renderer::at(View::Side, &self.scene, seed)),
+            bean: Bean::new(self.bean.draw(seed, self.scale), seed).under(&self.layout),
+            renderer: Renderer::new(&self.scene, seed).under(&self.layout),
+            side: (self.scene.cameras > 1)
+                .then(|| Renderer::at(View::Side, &self.scene, seed).under(&self.layout)),
             lit: None,
             has_flash: false,
             now_min: 0.0,
@@ -211,7 +235,7 @@ impl Greenhouse {
         };
         // The first step is one even if a resumed run does not photograph it again.
         tent.note_truth();
-        Device(Rc::new(RefCell::new(tent)))
+        TentHandle(Rc::new(RefCell::new(tent)))
     }
 
     /// Grows the plant of `seed` under `controller` until `task` is over or `watch` breaks off: [`grow`](super::bean::grow) in a
@@ -221,21 +245,30 @@ impl Greenhouse {
     pub fn grow(
         &self,
         seed: u64,
+        period_min: f64,
         controller: &mut (impl Controller + ?Sized),
-        task: &Task,
-        watch: &mut dyn FnMut(&Sample, &Device) -> ControlFlow<()>,
+        task: &(impl Task + ?Sized),
+        watch: &mut dyn FnMut(&Sample, &TentHandle) -> ControlFlow<()>,
     ) -> Track {
-        let device = self.device(seed);
-        let mut growing = Growing { device: device.clone(), watcher: Watcher::of(seed), step: 0 };
-        let Ok(track) = run(&mut growing, controller, task, &mut |sample| watch(sample, &device));
-        growing.watcher.complete(track)
+        let handle = self.handle(seed, period_min);
+        let mut growing = Growing {
+            layout: self.layout.clone(),
+            period_min,
+            handle: handle.clone(),
+            observer: Observer::of(seed),
+            step: 0,
+        };
+        let Ok(track) = run(&mut growing, controller, task, &mut |sample| watch(sample, &handle));
+        growing.observer.complete(track)
     }
 }
 
 /// A plant that is watched without photographs.
 struct Growing {
-    device: Device,
-    watcher: Watcher,
+    layout: Layout,
+    period_min: f64,
+    handle: TentHandle,
+    observer: Observer,
     step: u32,
 }
 
@@ -243,19 +276,27 @@ impl Environment for Growing {
     type Error = Infallible;
 
     fn observe(&mut self) -> Result<Observation, Infallible> {
-        let tent = &mut *self.device.0.borrow_mut();
-        tent.advance_to(f64::from(self.step) * PERIOD_MIN);
-        Ok(self.watcher.observe(&tent.bean))
+        let tent = &mut *self.handle.0.borrow_mut();
+        tent.advance_to(f64::from(self.step) * self.period_min);
+        Ok(self.observer.observe(&tent.bean))
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        self.device.0.borrow_mut().lit = Some(light);
+        self.handle.0.borrow_mut().lit = Some(light);
         self.step += 1;
         Ok(())
     }
+
+    fn period_min(&self) -> f64 {
+        self.period_min
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
 }
 
-impl Device {
+impl TentHandle {
     /// What was true at each step so far, as CSV with one row a step. Never read by vision.
     #[must_use]
     pub fn truth_csv(&self) -> Vec<u8> {
@@ -295,7 +336,7 @@ impl Device {
     }
 }
 
-impl Camera for Device {
+impl Camera for TentHandle {
     fn photograph(&mut self) -> Result<Photo, RigError> {
         let tent = &mut *self.0.borrow_mut();
         let bytes = if tent.has_flash {
@@ -314,21 +355,33 @@ impl Camera for Device {
     }
 }
 
-impl Lamps for Device {
+impl Lamps for TentHandle {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
-        self.0.borrow_mut().lit = light;
+        let tent = &mut *self.0.borrow_mut();
+        if light.is_some_and(|light| !tent.layout.contains(light)) {
+            let lamps: Vec<&str> = tent.layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
+            return Err(RigError::Device {
+                device: "virtual tent".to_owned(),
+                problem: format!(
+                    "found a light for lamp {}, wanted {} or dark",
+                    tent.layout.name(light),
+                    lamps.join(", ")
+                ),
+            });
+        }
+        tent.lit = light;
         Ok(())
     }
 }
 
-impl Flash for Device {
+impl Flash for TentHandle {
     fn flash(&mut self, is_on: bool) -> Result<(), RigError> {
         self.0.borrow_mut().has_flash = is_on;
         Ok(())
     }
 }
 
-impl Clock for Device {
+impl Clock for TentHandle {
     fn wait_until(
         &mut self,
         since_start: Duration,
@@ -342,5 +395,79 @@ impl Clock for Device {
         let mut tent = self.0.borrow_mut();
         tent.lit = light;
         tent.advance_to(until.as_secs_f64() / 60.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::Periodic;
+    use crate::environment::unwatched;
+    use crate::observation::Quality;
+    use crate::rig::Rig;
+    use crate::task::OpenLoop;
+
+    #[test]
+    fn files_name_the_lamps_unless_they_are_the_papers() {
+        let plain = Greenhouse::default();
+        assert!(!toml::to_string(&plain).unwrap().contains("layout"));
+        let four = Greenhouse { layout: Layout::four_sides(), ..Greenhouse::default() };
+        let text = toml::to_string(&four).unwrap();
+        assert_eq!(toml::from_str::<Greenhouse>(&text).unwrap(), four);
+    }
+
+    #[test]
+    fn a_lamp_that_is_not_there_is_refused() {
+        let (mut tent, _) = Greenhouse::default().open(1, 5.0, &VisionConfig::default()).unwrap();
+        let error = tent.light(Some(Light::FRONT)).unwrap_err().to_string();
+        assert_eq!(error, "virtual tent: found a light for lamp front, wanted left, right or dark");
+        tent.light(Some(Light::RIGHT)).unwrap();
+    }
+
+    #[test]
+    fn ground_truth_is_kept_by_the_period_of_the_tent() {
+        let tent = Greenhouse::default();
+        let task = OpenLoop { steps: 4, ..OpenLoop::default() };
+        let mut truth = Vec::new();
+        let track = tent.grow(1, 20.0, &mut Periodic::new(2, &tent.layout), &task, &mut |sample, handle| {
+            truth = if sample.light.is_none() { handle.truth_csv() } else { Vec::new() };
+            ControlFlow::Continue(())
+        });
+        assert_eq!((track.period_min, String::from_utf8(truth).unwrap().lines().count()), (20.0, 6));
+    }
+
+    #[test]
+    fn a_tip_is_found_under_each_of_four_lamps() {
+        let tent = Greenhouse { layout: Layout::four_sides(), ..Greenhouse::default() };
+        for light in tent.layout.lights() {
+            let (handle, eye) = tent.open(2, 5.0, &VisionConfig::default()).unwrap();
+            let hand = || handle.clone();
+            let mut rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300))
+                .with_layout(tent.layout.clone());
+            let mut controller = Periodic::new(1000, &tent.layout).starting_with(light);
+            let task = OpenLoop { steps: 100, ..OpenLoop::default() };
+            let track = run(&mut rig, &mut controller, &task, &mut unwatched).unwrap();
+            let tent = handle.0.borrow();
+            let mut off: Vec<f64> = track
+                .samples
+                .iter()
+                .filter(|sample| sample.quality == Quality::Measured)
+                .map(|sample| sample.tip.distance(tent.truths[&u64::from(sample.step)].front.top))
+                .collect();
+            off.sort_by(f64::total_cmp);
+            println!(
+                "{light}: {} measured, median {:.3}, 95 % {:.3}",
+                off.len(),
+                off[off.len() / 2],
+                off[off.len() * 95 / 100]
+            );
+            if let Ok(out) = std::env::var("GH_OUT") {
+                drop(tent);
+                std::fs::write(format!("{out}/{light}.jpg"), handle.front_photograph()).unwrap();
+                handle.0.borrow_mut().lit = Some(light);
+                handle.0.borrow_mut().advance_to(2400.0);
+                std::fs::write(format!("{out}/{light}-40h.jpg"), handle.front_photograph()).unwrap();
+            }
+        }
     }
 }

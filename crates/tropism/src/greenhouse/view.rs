@@ -1,15 +1,13 @@
 //! Where the camera of the paper stands, and what it projects where (section 2.1).
 
 use crate::geometry::{Pixel, Point};
+use crate::math::vector::Vec3;
 
 /// A place in the tent, in cm: x to the right, y up from the soil, z towards the camera; the root is the origin.
-pub type Place = [f64; 3];
+pub type Place = Vec3;
 
 /// The camera's place: 32 cm above the floor (20 cm above the soil), 74 cm in front of the pot's axis.
 pub const CAMERA: Place = [0.0, 20.0, 74.0];
-
-/// The lamps' places: on the back wall 8 cm behind the plant, 30 cm above the soil, 35 cm to each side; left first.
-pub const LAMPS: [Place; 2] = [[-35.0, 30.0, -8.0], [35.0, 30.0, -8.0]];
 
 /// The back wall's z, in cm.
 pub const WALL: f64 = -8.0;

@@ -1,89 +1,75 @@
-//! Models of a plant: what the paper makes of its photographs, section 2.2.3.
+//! Models of a plant: section 2.2.3.
 //!
-//! Tracks go in; out comes something that can be stepped: given where the tip is and which lamp is lit, where is it five
-//! minutes later? [`tip`] is the model in use, with a look-up of constant cost; [`window`] is the same model written
-//! straight from the equations, its reference.
+//! Tracks come in; a [`PlantModel`] comes out: given the state of a plant and the lit lamp, what is its state one step
+//! later? [`tip`] is the paper's tip-motion model, eqs. (1)-(8), with a look-up table of constant cost; [`window`] is the
+//! same model written straight from the equations, its reference. [`shifts`] is the data of both.
+//!
+//! A model of one's own implements [`PlantModel`]; evolution, simulation and figures take it as they take these.
 //!
 //! # References
 //! Wahby et al. 2016, section 2.2.3, eqs. (1)-(8).
 
 pub mod shifts;
+mod config;
 pub(crate) mod table;
-pub mod tip;
 pub mod window;
+pub mod tip;
+mod tip_file;
 
 use crate::geometry::Point;
-use crate::light::Light;
-use crate::math;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
+use crate::random::StepNoise;
 
-/// A model of a plant: the model is fixed, the plant is a value.
+/// A model of how a plant moves and grows: the model is fixed, the plant is a value.
+///
+/// ```
+/// use tropism::prelude::*;
+/// use tropism::random::StepNoise;
+///
+/// /// Leans 1 mm a step towards the lit lamp and grows 0.3 mm.
+/// struct Leaning(Layout);
+///
+/// impl PlantModel for Leaning {
+///     type Plant = Point;
+///     fn seedling(&self, start: Point, _noise: &mut StepNoise) -> Point {
+///         start
+///     }
+///     fn step(&self, tip: &mut Point, light: Light, noise: &mut StepNoise) {
+///         tip.x += 0.1 * self.0.side(light);
+///         tip.y += 0.03 + 0.01 * noise.normal();
+///     }
+///     fn observe(&self, tip: &Point) -> Observation {
+///         Observation::simulated(*tip)
+///     }
+///     fn layout(&self) -> &Layout {
+///         &self.0
+///     }
+/// }
+///
+/// let task = Targets::default();
+/// let track = simulate(&Leaning(Layout::default()), &mut Greedy::new(&task, &Layout::default()), &task, 1);
+/// assert!(task.fitness(&track) > 8.0);
+/// ```
 pub trait PlantModel: Sync {
     /// The state of one plant.
     type Plant: Clone;
 
-    /// The plant of `tip` at the start of an experiment.
-    fn seedling(&self, tip: Point) -> Self::Plant;
+    /// The plant at the start of an experiment, with its tip at `start` (cm). `noise` is for individual parameters.
+    fn seedling(&self, start: Point, noise: &mut StepNoise) -> Self::Plant;
 
-    /// The plant one step (five minutes) later, under `light`.
-    ///
-    /// `luck` is one standard normal draw: how much more or less than the mean the plant grows in this step, eq. (4).
-    fn step(&self, plant: &Self::Plant, light: Light, luck: f64) -> Self::Plant;
+    /// Advances the plant by one step under `light`. `noise` holds the standard normal draws of this step, as many as the
+    /// model needs: eq. (4) needs one.
+    fn step(&self, plant: &mut Self::Plant, light: Light, noise: &mut StepNoise);
 
     /// What a camera would see of the plant.
     fn observe(&self, plant: &Self::Plant) -> Observation;
-}
 
-/// The state of the tip-motion model: the system configuration (x, L) of section 2.2.3.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shoot {
-    /// Tip, in cm.
-    pub tip: Point,
-    /// Length L from the base to the tip, in cm.
-    pub length: f64,
-}
+    /// The lamps whose light the model knows.
+    fn layout(&self) -> &Layout;
 
-impl Shoot {
-    /// A shoot whose straight line from the base ends at `tip`.
-    #[must_use]
-    pub fn upright(tip: Point) -> Self {
-        Self { tip, length: math::hypot(tip.x, tip.y) }
-    }
-
-    /// Eqs. (4)-(8): the shoot grows by `growth` cm, its tip is shifted sideways by `shift` cm, and what was a shift
-    /// becomes a turn about the base.
-    ///
-    /// A tip that the temporary position puts on the base itself points up.
-    #[must_use]
-    pub fn turned(&self, shift: f64, growth: f64) -> Self {
-        let length = self.length + growth; // eq. (4)
-        let x = self.tip.x + shift; // eq. (5)
-        let y = self.tip.y + growth; // eq. (6)
-        // eqs. (7) and (8): with alpha = atan2(y, x), cos(alpha) is x / hypot(x, y) and sin(alpha) is y / hypot(x, y).
-        let reach = (x * x + y * y).sqrt();
-        if reach == 0.0 {
-            return Self { tip: Point::new(0.0, length), length };
-        }
-        Self { tip: Point::new(length * (x / reach), length * (y / reach)), length }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn turning_is_the_cosine_and_sine_of_eqs_7_and_8(
-            x in -20.0..20.0, y in 0.5..25.0, shift in -2.0..2.0, growth in -0.01..0.08,
-        ) {
-            let shoot = Shoot::upright(Point::new(x, y));
-            let turned = shoot.turned(shift, growth);
-            let alpha = math::atan2(y + growth, x + shift);
-            prop_assert!((turned.tip.x - turned.length * math::cos(alpha)).abs() < 1e-9);
-            prop_assert!((turned.tip.y - turned.length * math::sin(alpha)).abs() < 1e-9);
-            prop_assert!((turned.length - shoot.length - growth).abs() < 1e-12);
-        }
+    /// Minutes of a step. Paper: 5 (section 2.2.1).
+    fn period_min(&self) -> f64 {
+        crate::track::PAPER_PERIOD_MIN
     }
 }

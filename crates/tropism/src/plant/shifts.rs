@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point;
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::track::Track;
 
 /// One observed step: where the tip was, under which light, and how far it moved in five minutes.
@@ -20,10 +20,12 @@ pub struct Shift {
 }
 
 impl Shift {
-    /// The same step in a mirror (section 2.2.3: x becomes -x, C is flipped, y stays).
+    /// The same step in a mirror (section 2.2.3: x becomes -x, C is flipped, y stays); `None` where `layout` has no lamp
+    /// at the mirrored place.
     #[must_use]
-    pub fn mirrored(self) -> Self {
-        Self { tip: self.tip.mirrored(), dx: -self.dx, dy: self.dy, light: self.light.mirrored() }
+    pub fn mirrored(self, layout: &Layout) -> Option<Self> {
+        let light = layout.mirrored(self.light)?;
+        Some(Self { tip: self.tip.mirrored(), dx: -self.dx, dy: self.dy, light })
     }
 }
 
@@ -41,10 +43,12 @@ pub fn of_track(track: &Track) -> Vec<Shift> {
         .collect()
 }
 
-/// The shifts and their mirror images: "logically double the available data" (section 2.2.3).
+/// The shifts and their mirror images: "logically double the available data" (section 2.2.3). A layout without mirror
+/// symmetry has no mirror images.
 #[must_use]
-pub fn with_mirrored(shifts: &[Shift]) -> Vec<Shift> {
-    shifts.iter().copied().chain(shifts.iter().map(|shift| shift.mirrored())).collect()
+pub fn with_mirrored(shifts: &[Shift], layout: &Layout) -> Vec<Shift> {
+    let images = shifts.iter().filter(|_| layout.is_symmetric()).filter_map(|shift| shift.mirrored(layout));
+    shifts.iter().copied().chain(images).collect()
 }
 
 /// Half the width and half the height of the sliding window, eq. (1).

@@ -1,9 +1,9 @@
 //! Mean shifts on a grid: what makes the cost of a look-up constant.
 
+use super::config::{Empty, TipModelConfig};
 use super::shifts::{Shift, Window};
-use super::tip::{Empty, TipModelConfig};
 use crate::geometry::Point;
-use crate::light::Light;
+use crate::lamps::Light;
 
 /// The means on a grid around all data, with a margin of one node on each side that stands for all beyond. Node
 /// (column, row) of the margin and the grid stands at `(left + column, bottom + row) * grid_cm`.
@@ -16,15 +16,15 @@ pub(crate) struct Table {
     pub(super) rows: i32,
     /// Where the node would stand of which [`counted`] tells 0 and 0.
     origin: u32,
-    /// Row by row the shift at each node, with the policy for empty windows already in it, 0 on the margin: first those
-    /// for left, then those for right.
+    /// Row by row the shift at each node, with the policy for empty windows already in it, 0 on the margin: one such plane
+    /// for each lamp of the layout, in its order.
     pub(super) shifts: Vec<f32>,
     /// In the same order: whether there are data.
     pub(super) has_data: Vec<bool>,
 }
 
 impl Table {
-    pub(super) fn new(shifts: &[Shift], config: &TipModelConfig) -> Self {
+    pub(super) fn new(shifts: &[Shift], lamps: usize, config: &TipModelConfig) -> Self {
         let Window { wx, wy } = config.window;
         let reach = |half: f64| (half / config.grid_cm).ceil() as i32 + 1;
         let node = |value: f64| (value / config.grid_cm).round() as i32;
@@ -37,8 +37,8 @@ impl Table {
         let (bottom, top) = span(|shift| shift.tip.y, wy);
         let (columns, rows) = (right - left + 1, top - bottom + 1);
         let nodes = columns as usize * rows as usize;
-        let mut sums = vec![0.0; 2 * nodes];
-        let mut counts = vec![0_u32; 2 * nodes];
+        let mut sums = vec![0.0; lamps * nodes];
+        let mut counts = vec![0_u32; lamps * nodes];
         // Each shift is added to every node whose window holds it. A node meets its shifts in the order of the data, as
         // the reference does, so the sums have the same bits.
         for shift in shifts {
@@ -48,7 +48,7 @@ impl Table {
                     let centre = Point::new(f64::from(x) * config.grid_cm, f64::from(y) * config.grid_cm);
                     if config.window.holds(centre, shift.tip) {
                         let node = (y - bottom) as usize * columns as usize + (x - left) as usize;
-                        let at = 2 * node + shift.light as usize;
+                        let at = lamps * node + shift.light.index();
                         sums[at] += shift.dx;
                         counts[at] += 1;
                     }
@@ -62,7 +62,7 @@ impl Table {
             .map(|(sum, &count)| if count > 0 { (sum / f64::from(count)) as f32 } else { 0.0 });
         let mut means: Vec<f32> = means.collect();
         if config.empty == Empty::Nearest {
-            fill_from_nearest(&mut means, &has_data, columns as usize, rows as usize);
+            fill_from_nearest(&mut means, &has_data, lamps, columns as usize);
         }
         let (left, bottom, columns_in_all, rows_in_all) = (left - 1, bottom - 1, columns + 2, rows + 2);
         let origin = 0_u32
@@ -75,18 +75,18 @@ impl Table {
             columns: columns_in_all,
             rows: rows_in_all,
             origin,
-            shifts: with_margin(&means, columns as usize),
-            has_data: with_margin(&has_data, columns as usize),
+            shifts: with_margin(&means, lamps, columns as usize),
+            has_data: with_margin(&has_data, lamps, columns as usize),
         }
     }
 
     /// The nearest node; of all beyond the grid, one of its margin.
     #[inline]
     pub(super) fn node(&self, x: f32, y: f32) -> usize {
-        self.place(x, y, Light::Left as u32) as usize
+        self.place(x, y, 0) as usize
     }
 
-    /// Where the shift of the nearest node for a light (0 for left, 1 for right) stands in [`Self::shifts`]; below its
+    /// Where the shift of the nearest node for one of the first two lamps (0 or 1) stands in [`Self::shifts`]; below its
     /// length, whatever the coordinates.
     #[inline(always)]
     pub(crate) fn place(&self, x: f32, y: f32, light: u32) -> u32 {
@@ -132,7 +132,7 @@ impl Table {
 
     #[inline]
     fn of_light(&self, node: usize, light: Light) -> usize {
-        node + light as usize * (self.columns * self.rows) as usize
+        node + light.index() * (self.columns * self.rows) as usize
     }
 }
 
@@ -146,16 +146,16 @@ fn counted(value: f32) -> u32 {
     (value + 12_582_912.0).to_bits()
 }
 
-/// Values at each node for both lights, light by light and with a margin of nothing around the grid.
-fn with_margin<T: Copy + Default>(values: &[T], columns: usize) -> Vec<T> {
-    let rows = values.len() / (2 * columns);
+/// Values at each node for all lamps, lamp by lamp and with a margin of nothing around the grid.
+fn with_margin<T: Copy + Default>(values: &[T], lamps: usize, columns: usize) -> Vec<T> {
+    let rows = values.len() / (lamps * columns);
     let nothing = T::default();
-    let mut all = Vec::with_capacity(2 * (columns + 2) * (rows + 2));
-    for light in 0..2 {
+    let mut all = Vec::with_capacity(lamps * (columns + 2) * (rows + 2));
+    for light in 0..lamps {
         all.extend(std::iter::repeat_n(nothing, columns + 2));
-        for row in values.chunks_exact(2 * columns) {
+        for row in values.chunks_exact(lamps * columns) {
             all.push(nothing);
-            all.extend(row.iter().skip(light).step_by(2));
+            all.extend(row.iter().skip(light).step_by(lamps));
             all.push(nothing);
         }
         all.extend(std::iter::repeat_n(nothing, columns + 2));
@@ -165,9 +165,10 @@ fn with_margin<T: Copy + Default>(values: &[T], columns: usize) -> Vec<T> {
 
 /// Gives each empty node the shift of the nearest node of the same light that has data; of several, of the one with
 /// the least row, then the least column.
-fn fill_from_nearest(shifts: &mut [f32], has_data: &[bool], columns: usize, rows: usize) {
-    for light in 0..2 {
-        let has_data = |row: usize, column: usize| has_data[2 * (row * columns + column) + light];
+fn fill_from_nearest(shifts: &mut [f32], has_data: &[bool], lamps: usize, columns: usize) {
+    let rows = shifts.len() / (lamps * columns);
+    for light in 0..lamps {
+        let has_data = |row: usize, column: usize| has_data[lamps * (row * columns + column) + light];
         // The nearest column with data in each row, of two the left one.
         let nearest_in_row: Vec<Option<usize>> = (0..rows)
             .flat_map(|row| {
@@ -207,11 +208,11 @@ fn fill_from_nearest(shifts: &mut [f32], has_data: &[bool], columns: usize, rows
                     let below = Some(row + away).filter(|&below| below < rows).and_then(distance);
                     nearest = [nearest, above, below].into_iter().flatten().min();
                 }
-                nearest.map_or(0.0, |(_, found)| shifts[2 * found + light])
+                nearest.map_or(0.0, |(_, found)| shifts[lamps * found + light])
             })
             .collect();
         for (node, shift) in filled.into_iter().enumerate() {
-            shifts[2 * node + light] = shift;
+            shifts[lamps * node + light] = shift;
         }
     }
 }

@@ -1,90 +1,32 @@
-//! The tip-motion model: observed shifts in a table, one look-up a step however many data there are.
+//! The paper's tip-motion model, eqs. (1)-(8), with a look-up table: the cost of a step does not depend on the amount of
+//! data.
 //!
 //! For every node of a grid the mean of eq. (5) is computed once; a step reads the node nearest to the tip. On the nodes
-//! the table is the reference [`super::window`] exactly; between them the window's centre is off by at most half a grid
-//! step (0.05 cm), a tenth of its half-width.
+//! the table equals the reference [`super::window`]; between them the window's centre is off by at most half a grid step
+//! (0.05 cm), a tenth of its half-width.
 //!
-//! A shoot is kept in single precision, good to a thousandth of a millimetre over an experiment: so many plants at once
-//! (`simulation::lanes`) are the same plants to the bit as one by one.
-
-use serde::{Deserialize, Serialize};
+//! The state of a plant is kept in single precision, good to 1 µm over an experiment, so that many plants side by side
+//! (`simulation::batch`) have the same bits as one by one.
 
 use super::PlantModel;
-use super::shifts::{self, Shift, Window};
+use super::shifts::{self, Shift};
 use super::table::Table;
+use crate::check::OutOfRange;
 use crate::geometry::Point;
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
-use crate::track::Track;
+use crate::random::StepNoise;
+use crate::track::{PAPER_PERIOD_MIN, Track};
 
-/// Growth of the shoot in one step of five minutes, eq. (4).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Growth {
-    /// Mean, in cm. Paper: 0.03.
-    pub mean: f64,
-    /// Standard deviation, in cm. Paper: 0.01.
-    pub sd: f64,
-}
-
-impl Default for Growth {
-    fn default() -> Self {
-        Self { mean: 0.03, sd: 0.01 }
-    }
-}
-
-impl Growth {
-    /// The growth that a standard normal draw stands for, in cm.
-    #[must_use]
-    pub fn draw(&self, luck: f64) -> f64 {
-        self.mean + self.sd * luck
-    }
-}
-
-/// What the model does where its window holds no data: the white of Fig. 5, of which the paper says nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Empty {
-    /// The tip is not shifted sideways; it only grows.
-    #[default]
-    Still,
-    /// The shift of the nearest node that has data.
-    Nearest,
-}
-
-/// How a model is made of tracks.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TipModelConfig {
-    /// Sliding window, eq. (1). Paper: 1 cm x 2 cm.
-    pub window: Window,
-    /// Distance between the nodes of the table, in cm.
-    pub grid_cm: f64,
-    /// Growth of a step, eq. (4).
-    pub growth: Growth,
-    /// What happens where a window is empty.
-    pub empty: Empty,
-}
-
-impl Default for TipModelConfig {
-    fn default() -> Self {
-        Self { window: Window::default(), grid_cm: 0.1, growth: Growth::default(), empty: Empty::Still }
-    }
-}
+pub use super::config::{Empty, Growth, TipModelConfig};
 
 /// Why there is no model.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ModelError {
     /// A setting out of its range.
-    #[error("found {key} = {found}, wanted {wanted}")]
-    Setting {
-        /// Which.
-        key: &'static str,
-        /// Its value.
-        found: f64,
-        /// Its range.
-        wanted: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// Tracks without a single usable step.
     #[error(
         "found no usable step in {tracks} tracks, wanted successive measured tips with a lit lamp between them"
@@ -92,6 +34,26 @@ pub enum ModelError {
     NoShifts {
         /// How many tracks were read.
         tracks: usize,
+    },
+    /// Tracks of different intervals: a shift of one is no shift of the other.
+    #[error("track {track}: found {found} minutes between steps, wanted {wanted} as in the first track")]
+    Period {
+        /// Position of the track, from 1.
+        track: usize,
+        /// Its period, in minutes.
+        found: f64,
+        /// The period of the first track, in minutes.
+        wanted: f64,
+    },
+    /// Tracks under different lamps.
+    #[error("track {track}: found lamps {found}, wanted {wanted} as in another track")]
+    Lamps {
+        /// Position of the track, from 1.
+        track: usize,
+        /// The names of its lamps.
+        found: String,
+        /// The names of the other track's lamps.
+        wanted: String,
     },
     /// A value in the file that cannot be one.
     #[error("shift {index}: found {found}, wanted finite numbers below 1000 cm in size")]
@@ -114,14 +76,15 @@ pub enum ModelError {
         found: String,
     },
     /// A schema that this version does not know.
-    #[error("found schema {0:?}, wanted {SCHEMA:?}")]
+    #[error("found schema {0:?}, wanted {wanted:?}", wanted = SCHEMA)]
     Schema(String),
     /// Not JSON of a model.
     #[error("found no model: {0}")]
     Json(#[from] serde_json::Error),
 }
 
-const SCHEMA: &str = "tropism.model/1";
+/// The schema that is written.
+pub(super) const SCHEMA: &str = "tropism.model/2";
 
 /// Coordinates beyond this are no plant; it bounds the table's memory.
 const FARTHEST_CM: f64 = 1000.0;
@@ -129,10 +92,12 @@ const FARTHEST_CM: f64 = 1000.0;
 /// The paper's model of how a tip moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TipModel {
+    pub(super) layout: Layout,
+    pub(super) period_min: f64,
     config: TipModelConfig,
     observed: Vec<Shift>,
     /// How many of the shifts, in their order, are of the first plant, of the second, and so on.
-    plants: Vec<usize>,
+    pub(super) plants: Vec<usize>,
     is_virtual: bool,
     table: Table,
 }
@@ -146,31 +111,52 @@ impl TipModel {
         tracks: impl IntoIterator<Item = &'t Track>,
         config: TipModelConfig,
     ) -> Result<Self, ModelError> {
+        let tracks: Vec<&Track> = tracks.into_iter().collect();
+        let layouts = tracks.iter().map(|track| &track.layout);
+        let layout = layouts.max_by_key(|layout| layout.len()).cloned().unwrap_or_default();
+        let period_min = tracks.first().map_or(PAPER_PERIOD_MIN, |track| track.period_min);
+        for (index, track) in tracks.iter().enumerate() {
+            /// Intervals of photographs that a clock keeps are one within this share.
+            const SAME: f64 = 0.02;
+            if (track.period_min - period_min).abs() > SAME * period_min {
+                let (found, wanted) = (track.period_min, period_min);
+                return Err(ModelError::Period { track: index + 1, found, wanted });
+            }
+            if !layout.lamps().starts_with(track.layout.lamps()) {
+                let names = |layout: &Layout| {
+                    layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>().join(", ")
+                };
+                let (found, wanted) = (names(&track.layout), names(&layout));
+                return Err(ModelError::Lamps { track: index + 1, found, wanted });
+            }
+        }
         let plants: Vec<Vec<Shift>> = tracks.into_iter().map(shifts::of_track).collect();
         let counts: Vec<usize> = plants.iter().map(Vec::len).collect();
-        Self::of_shifts(plants.concat(), counts, config)
+        Self::of_shifts(plants.concat(), counts, layout, period_min, config)
     }
 
-    fn of_shifts(
+    pub(super) fn of_shifts(
         observed: Vec<Shift>,
         plants: Vec<usize>,
+        layout: Layout,
+        period_min: f64,
         config: TipModelConfig,
     ) -> Result<Self, ModelError> {
         if observed.is_empty() {
             return Err(ModelError::NoShifts { tracks: plants.len() });
         }
-        check(&config)?;
+        config.check()?;
         for (index, shift) in observed.iter().enumerate() {
             let values = [shift.tip.x, shift.tip.y, shift.dx, shift.dy];
             if values.iter().any(|value| value.is_nan() || value.abs() > FARTHEST_CM) {
                 return Err(ModelError::Shift { index, found: format!("{values:?}") });
             }
         }
-        let table = Table::new(&shifts::with_mirrored(&observed), &config);
-        Ok(Self { config, observed, plants, is_virtual: false, table })
+        let table = Table::new(&shifts::with_mirrored(&observed, &layout), layout.len(), &config);
+        Ok(Self { layout, period_min, config, observed, plants, is_virtual: false, table })
     }
 
-    /// The same model, known to be made of virtual plants or not: what is evolved on it says so.
+    /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.
     #[must_use]
     pub const fn of_virtual_plants(mut self, is_virtual: bool) -> Self {
         self.is_virtual = is_virtual;
@@ -195,11 +181,10 @@ impl TipModel {
         &self.observed
     }
 
-    /// A model of each plant by itself: what the plants of this model have in common is not in them, and where a plant
-    /// never was, the nearest place stands in. How a controller does on them tells how it may do on a plant that nobody
-    /// met.
+    /// One model for each plant, made of its shifts alone. Where a plant has no data, the nearest node with data is used.
     ///
-    /// Plants without a usable step are left out.
+    /// The fitness of a controller on these models estimates its fitness on unseen plants. Plants without a usable step
+    /// are left out.
     ///
     /// # Errors
     /// None that [`Self::fit`] would not have given for the same data.
@@ -211,7 +196,8 @@ impl TipModel {
             let (own, others) = rest.split_at(count);
             rest = others;
             if count > 0 {
-                let model = Self::of_shifts(own.to_vec(), vec![count], config.clone())?;
+                let (layout, config) = (self.layout.clone(), config.clone());
+                let model = Self::of_shifts(own.to_vec(), vec![count], layout, self.period_min, config)?;
                 models.push(model.of_virtual_plants(self.is_virtual));
             }
         }
@@ -225,15 +211,14 @@ impl TipModel {
         self.table.has_data(node, light).then(|| self.table.at(node, light).into())
     }
 
-    /// The share of a track's steps that begin where the model has no data: there it is its policy that is tested, not a
-    /// plant.
+    /// The share of a track's steps, 0 to 1, that begin where the model has no data and follows [`Empty`] instead.
     #[must_use]
     pub fn share_without_data(&self, track: &Track) -> f64 {
         let lit = track.samples.iter().filter_map(|sample| Some((sample.tip, sample.light?)));
-        let (blind, steps) = lit.fold((0, 0), |(blind, steps), (tip, light)| {
-            (blind + u32::from(self.mean_shift(tip, light).is_none()), steps + 1)
+        let (without, steps) = lit.fold((0, 0), |(without, steps), (tip, light)| {
+            (without + u32::from(self.mean_shift(tip, light).is_none()), steps + 1)
         });
-        f64::from(blind) / f64::from(steps.max(1))
+        f64::from(without) / f64::from(steps.max(1))
     }
 
     /// The node nearest to `tip`: where the model looks when the tip is there.
@@ -247,103 +232,18 @@ impl TipModel {
     #[must_use]
     pub fn reference(&self) -> super::window::WindowModel {
         super::window::WindowModel {
-            shifts: shifts::with_mirrored(&self.observed),
+            layout: self.layout.clone(),
+            period_min: self.period_min,
+            shifts: shifts::with_mirrored(&self.observed, &self.layout),
             window: self.config.window,
             growth: self.config.growth,
         }
     }
-
-    /// Readable JSON with all data and settings; see `docs/formats.md`.
-    #[must_use]
-    pub fn to_json(&self) -> String {
-        let column = |value: fn(&Shift) -> f64| self.observed.iter().map(value).collect();
-        let file = File {
-            schema: SCHEMA.to_owned(),
-            config: self.config.clone(),
-            plants: self.plants.clone(),
-            is_virtual: self.is_virtual,
-            x: column(|shift| shift.tip.x),
-            y: column(|shift| shift.tip.y),
-            dx: column(|shift| shift.dx),
-            dy: column(|shift| shift.dy),
-            light: self
-                .observed
-                .iter()
-                .map(|shift| if shift.light == Light::Left { 'l' } else { 'r' })
-                .collect(),
-        };
-        serde_json::to_string(&file).expect("numbers and text are JSON")
-    }
-
-    /// Reads [`Self::to_json`].
-    ///
-    /// # Errors
-    /// [`ModelError`] says what was found instead.
-    pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        let file: File = serde_json::from_str(text)?;
-        if file.schema != SCHEMA {
-            return Err(ModelError::Schema(file.schema));
-        }
-        let lengths = [file.x.len(), file.y.len(), file.dx.len(), file.dy.len(), file.light.len()];
-        if lengths.iter().any(|&length| length != lengths[0]) {
-            return Err(ModelError::Lengths { found: format!("{lengths:?}") });
-        }
-        let mut observed = Vec::with_capacity(file.x.len());
-        for (index, letter) in file.light.chars().enumerate() {
-            let light = match letter {
-                'l' => Light::Left,
-                'r' => Light::Right,
-                _ => return Err(ModelError::Shift { index, found: format!("light {letter:?}") }),
-            };
-            let tip = Point::new(file.x[index], file.y[index]);
-            observed.push(Shift { tip, dx: file.dx[index], dy: file.dy[index], light });
-        }
-        if file.plants.iter().try_fold(0_usize, |sum, &count| sum.checked_add(count)) != Some(observed.len())
-        {
-            let found = format!("plants {:?} for {} shifts", file.plants, observed.len());
-            return Err(ModelError::Plants { found });
-        }
-        Ok(Self::of_shifts(observed, file.plants, file.config)?.of_virtual_plants(file.is_virtual))
-    }
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    schema: String,
-    config: TipModelConfig,
-    plants: Vec<usize>,
-    is_virtual: bool,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    dx: Vec<f64>,
-    dy: Vec<f64>,
-    light: String,
-}
-
-fn check(config: &TipModelConfig) -> Result<(), ModelError> {
-    let positive = |key, found: f64, wanted, most: f64| {
-        if found > 0.0 && found <= most { Ok(()) } else { Err(ModelError::Setting { key, found, wanted }) }
-    };
-    positive("window.wx", config.window.wx, "a half-width above 0 and at most 20 cm", 20.0)?;
-    positive("window.wy", config.window.wy, "a half-height above 0 and at most 20 cm", 20.0)?;
-    if !(config.grid_cm >= 0.01 && config.grid_cm <= 5.0) {
-        return Err(ModelError::Setting { key: "grid_cm", found: config.grid_cm, wanted: "0.01 to 5 cm" });
-    }
-    positive("growth.mean", config.growth.mean, "growth above 0 and at most 1 cm a step", 1.0)?;
-    if !(config.growth.sd >= 0.0 && config.growth.sd <= 1.0) {
-        return Err(ModelError::Setting {
-            key: "growth.sd",
-            found: config.growth.sd,
-            wanted: "0 to 1 cm a step",
-        });
-    }
-    Ok(())
-}
-
-/// The state of one plant of the model: the system configuration (x, L) of section 2.2.3.
+/// The state of one plant of the model: the system configuration (x, L) of section 2.2.3, in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sprout {
+pub struct TipState {
     /// x of the tip, in cm.
     pub x: f32,
     /// y of the tip, in cm.
@@ -352,46 +252,60 @@ pub struct Sprout {
     pub length: f32,
 }
 
-impl Sprout {
-    /// Eqs. (4)-(8), as [`super::Shoot::turned`].
+impl TipState {
+    /// Eqs. (4)-(8), as [`super::window::TipState::stepped`].
     #[must_use]
     #[inline]
-    pub fn turned(self, shift: f32, growth: f32) -> Self {
+    pub fn stepped(self, shift: f32, growth: f32) -> Self {
         let length = self.length + growth; // eq. (4)
         let x = self.x + shift; // eq. (5)
         let y = self.y + growth; // eq. (6)
         // eqs. (7) and (8): cos(atan2(y, x)) is x / hypot(x, y), and the sine likewise.
-        let reach = (x * x + y * y).sqrt();
-        let stretch = length / reach;
-        if reach == 0.0 {
+        let radius = (x * x + y * y).sqrt();
+        let scale = length / radius;
+        if radius == 0.0 {
             Self { x: 0.0, y: length, length }
         } else {
-            Self { x: x * stretch, y: y * stretch, length }
+            Self { x: x * scale, y: y * scale, length }
         }
     }
 }
 
 impl PlantModel for TipModel {
-    type Plant = Sprout;
+    type Plant = TipState;
 
-    fn seedling(&self, tip: Point) -> Sprout {
-        Sprout { x: tip.x as f32, y: tip.y as f32, length: crate::math::hypot(tip.x, tip.y) as f32 }
+    fn seedling(&self, start: Point, _noise: &mut StepNoise) -> TipState {
+        self.seedling_at(start)
     }
 
-    fn step(&self, plant: &Sprout, light: Light, luck: f64) -> Sprout {
-        plant.turned(self.table.at(self.table.node(plant.x, plant.y), light), self.growth(luck as f32))
+    fn step(&self, plant: &mut TipState, light: Light, noise: &mut StepNoise) {
+        let shift = self.table.at(self.table.node(plant.x, plant.y), light);
+        *plant = plant.stepped(shift, self.growth(noise.normal() as f32));
     }
 
-    fn observe(&self, plant: &Sprout) -> Observation {
+    fn observe(&self, plant: &TipState) -> Observation {
         Observation::simulated(Point::new(plant.x.into(), plant.y.into()))
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn period_min(&self) -> f64 {
+        self.period_min
     }
 }
 
 impl TipModel {
+    /// The plant whose straight line from the base ends at `start`, in cm.
+    pub(crate) fn seedling_at(&self, start: Point) -> TipState {
+        TipState { x: start.x as f32, y: start.y as f32, length: crate::math::hypot(start.x, start.y) as f32 }
+    }
+
     /// The growth that a standard normal draw stands for, in cm, eq. (4).
     #[inline]
-    pub(crate) fn growth(&self, luck: f32) -> f32 {
-        self.config.growth.mean as f32 + self.config.growth.sd as f32 * luck
+    pub(crate) fn growth(&self, noise: f32) -> f32 {
+        self.config.growth.mean as f32 + self.config.growth.sd as f32 * noise
     }
 
     /// The table of mean shifts.
@@ -402,9 +316,9 @@ impl TipModel {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Shoot;
     use super::*;
-    use crate::random::{self, Purpose};
+    use crate::plant::window;
+    use crate::random::{self, NoiseStream, Purpose};
 
     fn track(seed: u64, steps: u32) -> Track {
         let mut rng = random::stream(seed, Purpose::Growth, 0);
@@ -447,27 +361,31 @@ mod tests {
         let model = model(TipModelConfig::default());
         let reference = model.reference();
         let start = Point::new(0.53, 6.17);
-        let stepped = model.step(&model.seedling(start), Light::Right, 0.3);
+        let noise = NoiseStream::new(1, Purpose::Trial, [0; 3]);
+        let mut stepped = model.seedling_at(start);
+        model.step(&mut stepped, Light::RIGHT, &mut noise.at(7));
         let node = model.nearest_node(start);
-        let shift = shifts::window_mean(&reference.shifts, reference.window, node, Light::Right);
+        let shift = shifts::window_mean(&reference.shifts, reference.window, node, Light::RIGHT);
         let tip = model.observe(&stepped).tip;
-        let same = Shoot::upright(start).turned(shift.unwrap(), model.config().growth.draw(0.3)).tip;
+        let growth = model.config().growth.with_noise(noise.normal(7));
+        let same = window::TipState::upright(start).stepped(shift.unwrap(), growth).tip;
         assert!(tip.distance(same) < 1e-6, "{tip:?} {same:?}");
         // Between nodes the reference, whose window is centred on the tip itself, says nearly the same.
-        let exact = reference.step(&reference.seedling(start), Light::Right, 0.3);
+        let mut exact = reference.seedling(start, &mut noise.of_seedling());
+        reference.step(&mut exact, Light::RIGHT, &mut noise.at(7));
         assert!(tip.distance(exact.tip) < 0.02, "{tip:?} {exact:?}");
     }
 
     #[test]
     fn a_mirrored_plant_moves_in_a_mirror() {
         let model = model(TipModelConfig::default());
-        let mut plant = model.seedling(Point::new(0.2, 4.0));
-        let mut image = model.seedling(Point::new(-0.2, 4.0));
+        let noise = NoiseStream::new(1, Purpose::Trial, [0; 3]);
+        let mut plant = model.seedling_at(Point::new(0.2, 4.0));
+        let mut image = model.seedling_at(Point::new(-0.2, 4.0));
         for step in 0..200_u32 {
-            let light = if step % 7 < 3 { Light::Left } else { Light::Right };
-            let luck = f64::from(step % 5) - 2.0;
-            plant = model.step(&plant, light, luck);
-            image = model.step(&image, light.mirrored(), luck);
+            let light = if step % 7 < 3 { Light::LEFT } else { Light::RIGHT };
+            model.step(&mut plant, light, &mut noise.at(step));
+            model.step(&mut image, model.layout().mirrored(light).unwrap(), &mut noise.at(step));
             assert_eq!((plant.x, plant.y), (-image.x, image.y), "step {step}");
         }
     }
@@ -476,9 +394,11 @@ mod tests {
     fn an_empty_window_follows_the_policy() {
         let far = Point::new(30.0, 40.0);
         let still = model(TipModelConfig::default());
-        assert_eq!(still.mean_shift(far, Light::Left), None);
-        let plant = still.seedling(far);
-        assert_eq!(still.step(&plant, Light::Left, 0.0), plant.turned(0.0, 0.03));
+        assert_eq!(still.mean_shift(far, Light::LEFT), None);
+        let plant = still.seedling_at(far);
+        let (mut stepped, noise) = (plant, NoiseStream::new(1, Purpose::Trial, [0; 3]));
+        still.step(&mut stepped, Light::LEFT, &mut noise.at(0));
+        assert_eq!(stepped, plant.stepped(0.0, still.growth(noise.normal(0) as f32)));
 
         let nearest = model(TipModelConfig { empty: Empty::Nearest, ..TipModelConfig::default() });
         let table = &nearest.table;
@@ -526,7 +446,7 @@ mod tests {
         for beyond in [f32::NAN, f32::INFINITY, -1e30] {
             let column = table.node(beyond, 5.0) as i32 % table.columns;
             assert!([0, table.columns - 1].contains(&column), "{beyond}");
-            assert_eq!(table.at(table.node(beyond, 5.0), Light::Right), 0.0);
+            assert_eq!(table.at(table.node(beyond, 5.0), Light::RIGHT), 0.0);
         }
     }
 
@@ -553,26 +473,17 @@ mod tests {
     }
 
     #[test]
-    fn json_comes_back() {
-        let model = model(TipModelConfig { empty: Empty::Nearest, ..TipModelConfig::default() });
-        let model = model.of_virtual_plants(true);
-        assert_eq!(TipModel::from_json(&model.to_json()).unwrap(), model);
-    }
-
-    #[test]
-    fn bad_models_are_refused() {
-        let text = model(TipModelConfig::default()).to_json();
-        let error = |text: &str| TipModel::from_json(text).unwrap_err().to_string();
-        assert!(error("{").contains("no model"));
-        assert!(error(&text.replace("model/1", "model/9")).contains("wanted \"tropism.model/1\""));
-        assert!(error(&text.replace("\"grid_cm\":0.1", "\"grid_cm\":0.0")).contains("grid_cm = 0"));
-        assert!(error(&text.replace("\"wx\":0.5", "\"wx\":-1")).contains("window.wx"));
-        assert!(error(&text.replace("\"light\":\"r", "\"light\":\"x")).contains("light 'x'"));
-        assert!(error(&text.replace("\"light\":\"r", "\"light\":\"rr")).contains("lengths"));
-        assert!(error(&text.replace("\"plants\":[299,", "\"plants\":[300,")).contains("add up"));
-        assert!(error(&text.replace("\"x\":[0.0", "\"x\":[1e300")).contains("shift 0"));
+    fn tracks_without_a_usable_step_are_refused() {
         let dark = Track::read_csv("tip_x_cm,tip_y_cm,light\n0,4,dark\n0,4,dark\n".as_bytes()).unwrap();
         let nothing = TipModel::fit([&dark], TipModelConfig::default()).unwrap_err().to_string();
         assert!(nothing.contains("no usable step in 1 tracks"), "{nothing}");
+    }
+
+    #[test]
+    fn tracks_of_different_intervals_are_refused() {
+        let (five, mut ten) = (track(1, 50), track(2, 50));
+        ten.period_min = 10.0;
+        let error = TipModel::fit([&five, &ten], TipModelConfig::default()).unwrap_err().to_string();
+        assert!(error.contains("track 2: found 10 minutes between steps, wanted 5"), "{error}");
     }
 }

@@ -1,9 +1,12 @@
 //! How much a run bears before it asks its user.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Region;
-use crate::vision::hold::STEERS;
+use crate::lamps::Layout;
+use crate::vision::tracking::hold::MAX_HELD_FRAMES;
 
 /// Columns of the paper's camera, section 2.1.
 pub const COLUMNS: f64 = 2592.0;
@@ -59,7 +62,7 @@ pub enum OnGap {
 pub enum OnFault {
     /// The lamp that is lit stays lit.
     Hold,
-    /// Both lamps are dark.
+    /// All lamps are dark.
     Dark,
 }
 
@@ -69,7 +72,7 @@ impl Default for FaultPolicy {
             late_s: 60.0,
             gap_min: 30.0,
             on_gap: OnGap::Pause,
-            hold_steps: STEERS,
+            hold_steps: MAX_HELD_FRAMES,
             flash_tries: 2,
             moved_px: 5.0,
             moved_pause_px: 20.0,
@@ -143,39 +146,71 @@ pub enum Durability {
     Fast,
 }
 
-/// Where a photograph shows the lamps, so that what is commanded can be compared with what is lit. Without places, the
-/// outer thirds of the picture are compared.
+/// Regions of a photograph that show the lamps, by name: to compare the lit lamp with the commanded one.
+///
+/// Without regions, the outer thirds of the picture stand for a left and a right lamp.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LampsInView {
-    /// The left one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub left: Option<Region>,
-    /// The right one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub right: Option<Region>,
-}
+#[serde(transparent)]
+pub struct LampsInView(pub BTreeMap<String, Region>);
 
 impl LampsInView {
-    /// Both places, if they are known.
+    /// The regions in the order of `layout`; `None` unless each of its lamps has one.
     #[must_use]
-    pub fn places(&self) -> Option<[Region; 2]> {
-        Some([self.left?, self.right?])
+    pub fn places(&self, layout: &Layout) -> Option<Vec<Region>> {
+        layout.lamps().iter().map(|lamp| self.0.get(&lamp.name).copied()).collect()
     }
 
-    /// Checks what a file may have got wrong.
+    /// Checks what a file may have got wrong, for photographs of `width` x `height` and the lamps of `layout`.
     ///
     /// # Errors
     /// A line that says what was found and what was wanted.
-    pub fn check(&self, width: usize, height: usize) -> Result<(), String> {
-        if self.left.is_some() != self.right.is_some() {
-            return Err("lamps_in_view: found the place of one lamp, wanted both or none".to_owned());
+    pub fn check(&self, width: usize, height: usize, layout: &Layout) -> Result<(), String> {
+        let names: Vec<&str> = layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
+        if let Some(name) = self.0.keys().find(|name| !names.contains(&name.as_str())) {
+            return Err(format!(
+                "lamps_in_view: found the place of {name}, wanted those of {}",
+                names.join(", ")
+            ));
         }
-        match self.places().into_iter().flatten().find(|place| !place.fits(width, height)) {
-            Some(place) => Err(format!(
-                "lamps_in_view: found {place:?}, wanted a place inside a picture of {width} x {height}"
+        if self.0.is_empty() && layout.len() > 2 {
+            return Err(format!(
+                "lamps_in_view: found no places of {} lamps, wanted one for each: {}",
+                layout.len(),
+                names.join(", ")
+            ));
+        }
+        if let Some(name) = names.iter().find(|name| !self.0.is_empty() && !self.0.contains_key(**name)) {
+            return Err(format!(
+                "lamps_in_view: found no place of {name}, wanted one for each lamp, or none"
+            ));
+        }
+        match self.0.iter().find(|(_, place)| !place.fits(width, height)) {
+            Some((name, place)) => Err(format!(
+                "lamps_in_view.{name}: found {place:?}, wanted a place inside a picture of {width} x {height}"
             )),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lamps_in_view_are_all_lamps_of_the_layout_or_none() {
+        let view = |text: &str| serde_json::from_str::<LampsInView>(text).unwrap();
+        let place = r#"{"x": 1, "y": 2, "width": 3, "height": 4}"#;
+        let both = view(&format!(r#"{{"left": {place}, "right": {place}}}"#));
+        let (two, four) = (Layout::default(), Layout::four_sides());
+        assert_eq!(both.check(10, 10, &two), Ok(()));
+        assert_eq!(both.places(&two).unwrap().len(), 2);
+        assert_eq!(LampsInView::default().check(10, 10, &two), Ok(()));
+        assert_eq!(LampsInView::default().places(&two), None);
+        let problem = |view: &LampsInView, layout: &Layout| view.check(10, 10, layout).unwrap_err();
+        assert!(problem(&LampsInView::default(), &four).contains("found no places of 4 lamps"));
+        assert!(problem(&both, &four).contains("found no place of front"));
+        assert!(problem(&view(&format!(r#"{{"rigth": {place}}}"#)), &two).contains("the place of rigth"));
+        assert!(both.check(3, 10, &two).unwrap_err().starts_with("lamps_in_view.left: found Region"));
     }
 }

@@ -1,6 +1,6 @@
 //! A tent as the loop sees it: camera, lamps, flash and clock.
 //!
-//! Drivers implement four small traits; [`Rig`] makes an [`Environment`] of them and an [`Eye`]. The virtual tent
+//! Drivers implement four small traits; [`Rig`] makes an [`Environment`] of them and a [`TipTracker`]. The virtual tent
 //! ([`crate::greenhouse`]) is a rig like any other, so it exercises all of this.
 
 pub mod event;
@@ -12,10 +12,10 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::environment::Environment;
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::photo::Photo;
-use crate::vision::{Eye, Seen};
+use crate::vision::{TipTracker, TrackedFrame};
 
 pub use event::{Event, EventKind, HealthProblem, NoMonitor, RunMonitor};
 pub use fault_policy::{Durability, FaultPolicy, LampsInView, OnFault, OnGap};
@@ -39,9 +39,9 @@ pub trait Camera {
     fn skip(&mut self) {}
 }
 
-/// The two lamps, of which at most one is lit.
+/// The lamps, of which at most one is lit.
 pub trait Lamps {
-    /// Lights one lamp and darkens the other; `None` darkens both, the safe state.
+    /// Lights one lamp and darkens the others; `None` darkens all, the safe state.
     ///
     /// # Errors
     /// If a lamp does not obey.
@@ -52,7 +52,7 @@ pub trait Lamps {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OnExit {
-    /// Both go dark.
+    /// All go dark.
     #[default]
     Dark,
     /// They stay as they are.
@@ -191,10 +191,10 @@ pub struct Shot {
     /// The photograph.
     pub photo: Photo,
     /// What was seen.
-    pub seen: Seen,
+    pub seen: TrackedFrame,
 }
 
-/// A tent: its devices and the eye that reads its photographs.
+/// A tent: its devices and the tracker that reads its photographs.
 ///
 /// Dropping a rig darkens its lamps, unless they are to [stay](OnExit::Keep) as they are.
 #[derive(Debug)]
@@ -203,7 +203,8 @@ pub struct Rig<C, L: Lamps, F, K> {
     lamps: L,
     flash: F,
     clock: K,
-    eye: Eye,
+    tracker: TipTracker,
+    layout: Layout,
     period: Duration,
     on_exit: OnExit,
     /// The next step.
@@ -218,8 +219,27 @@ fn go_on() -> ControlFlow<()> {
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// A tent that is observed every `period`, beginning at the clock's start.
-    pub const fn new(camera: C, lamps: L, flash: F, clock: K, eye: Eye, period: Duration) -> Self {
-        Self { camera, lamps, flash, clock, eye, period, on_exit: OnExit::Dark, step: 0, shot: None }
+    pub fn new(camera: C, lamps: L, flash: F, clock: K, tracker: TipTracker, period: Duration) -> Self {
+        let layout = Layout::default();
+        Self {
+            camera,
+            lamps,
+            flash,
+            clock,
+            tracker,
+            layout,
+            period,
+            on_exit: OnExit::Dark,
+            step: 0,
+            shot: None,
+        }
+    }
+
+    /// The same tent with the lamps of `layout`; without it, the paper's two.
+    #[must_use]
+    pub fn with_layout(mut self, layout: Layout) -> Self {
+        self.layout = layout;
+        self
     }
 
     /// The same tent, whose lamps become what `on_exit` says when it is closed.
@@ -235,8 +255,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     }
 
     /// What reads its photographs.
-    pub const fn eye(&self) -> &Eye {
-        &self.eye
+    pub const fn tracker(&self) -> &TipTracker {
+        &self.tracker
     }
 
     /// The clock.
@@ -290,7 +310,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// # Errors
     /// As [`Self::photograph`].
     pub fn photograph_again(&mut self, photo: &Photo) -> Option<Result<Photo, RigError>> {
-        (self.camera.can_repeat() && self.eye.finds_dark(photo)).then(|| self.photograph())
+        (self.camera.can_repeat() && self.tracker.is_dark(photo)).then(|| self.photograph())
     }
 
     /// What stands for the photograph of the next step where there is none: a file without bytes.
@@ -303,9 +323,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// # Errors
     /// [`RigError::NeverSeen`]; then the step is still the next one.
     pub fn see(&mut self, photo: Photo) -> Result<Observation, RigError> {
-        let seen = self.eye.observe(&photo);
+        let seen = self.tracker.observe(&photo);
         let Some(observation) = seen.observation.clone() else {
-            return Err(RigError::NeverSeen { photo: photo.name, class: seen.class.to_string() });
+            return Err(RigError::NeverSeen { photo: photo.name, class: seen.status.to_string() });
         };
         self.step += 1;
         self.shot = Some(Shot { photo, seen });
@@ -329,7 +349,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
 
     /// Takes up what was seen at the latest step, which is not over: its photograph need not be taken again.
     pub fn recall(&mut self, step: u32, shot: &Shot) {
-        self.eye.resume(&shot.photo, &shot.seen);
+        self.tracker.resume(&shot.photo, &shot.seen);
         self.camera.skip();
         self.step = step + 1;
     }
@@ -355,6 +375,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
 
     fn period_min(&self) -> f64 {
         self.period.as_secs_f64() / 60.0
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
     }
 }
 

@@ -1,37 +1,40 @@
-//! A world that is a model: a controller meets simulated plants here, by the thousand while it evolves.
+//! A world that is a model: evolution runs controllers here by the thousand.
 //!
 //! [`Simulation`] is an [`Environment`] like a tent, so [`run`] writes its track; [`fitness_of`] is the same loop without
-//! the track, and [`lanes`] is that for many plants at once, for evolution.
+//! the track. [`BatchModel`] scores many episodes at once: one by one for any model, side by side in vectors for the tip
+//! model, to the same bits.
 
-pub mod lanes;
-mod networks;
-mod plants;
-pub mod seeds;
+mod batch;
+mod score;
 
 use std::convert::Infallible;
 
 use crate::control::Controller;
 use crate::environment::{Environment, run, unwatched};
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::plant::PlantModel;
-use crate::random::Draws;
+use crate::random::{NoiseStream, Purpose};
 use crate::task::Task;
 use crate::track::Track;
+
+pub use batch::LinearController;
+pub use score::{BatchModel, Episode};
 
 /// One simulated plant.
 #[derive(Clone, Debug)]
 pub struct Simulation<'m, M: PlantModel> {
     model: &'m M,
     plant: M::Plant,
-    draws: Draws,
+    noise: NoiseStream,
     step: u32,
 }
 
 impl<'m, M: PlantModel> Simulation<'m, M> {
-    /// A seedling of `model` where `task` starts, whose luck in growth is `draws`.
-    pub fn new(model: &'m M, task: &Task, draws: Draws) -> Self {
-        Self { model, plant: model.seedling(task.start), draws, step: 0 }
+    /// A seedling of `model` where `task` starts, with its growth noise.
+    pub fn new(model: &'m M, task: &(impl Task + ?Sized), noise: NoiseStream) -> Self {
+        let plant = model.seedling(task.start(), &mut noise.of_seedling());
+        Self { model, plant, noise, step: 0 }
     }
 }
 
@@ -43,40 +46,68 @@ impl<M: PlantModel> Environment for Simulation<'_, M> {
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        self.plant = self.model.step(&self.plant, light, self.draws.normal(self.step));
+        self.model.step(&mut self.plant, light, &mut self.noise.at(self.step));
         self.step += 1;
         Ok(())
     }
+
+    fn period_min(&self) -> f64 {
+        self.model.period_min()
+    }
+
+    fn layout(&self) -> &Layout {
+        self.model.layout()
+    }
 }
 
-/// The track of `controller` on `model`.
+/// The track of `controller` on `model`, with the growth noise of `seed`.
+///
+/// ```
+/// use tropism::prelude::*;
+/// let measured = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,right\n0,4.06,right\n0.1,4.1,dark\n";
+/// let model = TipModel::fit([&Track::read_csv(measured.as_bytes())?], TipModelConfig::default())?;
+/// let task = Targets { max_steps: 20, ..Targets::default() };
+/// let track = simulate(&model, &mut Greedy::new(&task, &Layout::default()), &task, 1);
+/// assert_eq!(track.samples.len(), 21);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn simulate<M: PlantModel>(
     model: &M,
     controller: &mut (impl Controller + ?Sized),
-    task: &Task,
-    draws: Draws,
+    task: &(impl Task + ?Sized),
+    seed: u64,
 ) -> Track {
-    let Ok(track) = run(&mut Simulation::new(model, task, draws), controller, task, &mut unwatched);
+    simulate_with(model, controller, task, NoiseStream::new(seed, Purpose::Trial, [0; 3]))
+}
+
+/// [`simulate`] with a noise stream of one's own.
+pub fn simulate_with<M: PlantModel>(
+    model: &M,
+    controller: &mut (impl Controller + ?Sized),
+    task: &(impl Task + ?Sized),
+    noise: NoiseStream,
+) -> Track {
+    let Ok(track) = run(&mut Simulation::new(model, task, noise), controller, task, &mut unwatched);
     track
 }
 
-/// The fitness of `controller` on `model`, eq. (9): what [`Task::fitness`] says of [`simulate`], without the track.
+/// The fitness of `controller` on `model`: what [`Task::fitness`] says of [`simulate_with`], without the track.
 pub fn fitness_of<M: PlantModel>(
     model: &M,
     controller: &mut (impl Controller + ?Sized),
-    task: &Task,
-    draws: Draws,
+    task: &(impl Task + ?Sized),
+    noise: NoiseStream,
 ) -> f64 {
-    let mut plant = model.seedling(task.start);
+    let mut plant = model.seedling(task.start(), &mut noise.of_seedling());
     let mut seen = model.observe(&plant);
-    let floor = seen.tip.y;
+    let first = seen.clone();
     let mut fitness = 0.0;
     let mut step = 0;
-    while !task.is_over(step, seen.tip) {
+    while !task.is_over(step, &seen) {
         let light = controller.decide(&seen);
-        plant = model.step(&plant, light, draws.normal(step));
+        model.step(&mut plant, light, &mut noise.at(step));
         let after = model.observe(&plant);
-        fitness += task.step_fitness(floor, seen.tip, after.tip);
+        fitness += task.step_fitness(&first, &seen, &after);
         seen = after;
         step += 1;
     }
@@ -86,23 +117,24 @@ pub fn fitness_of<M: PlantModel>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::chase::Chase;
-    use crate::control::periodic::Periodic;
+    use crate::control::{Greedy, Periodic};
     use crate::geometry::Point;
     use crate::plant::shifts::{Shift, Window};
     use crate::plant::tip::Growth;
     use crate::plant::window::WindowModel;
-    use crate::random::Purpose;
+    use crate::task::Targets;
 
     /// A plant that leans 0.2 cm a step towards the light wherever it is.
     fn follower() -> WindowModel {
         let shifts = Light::BOTH.map(|light| Shift {
             tip: Point::new(0.0, 9.0),
-            dx: 0.2 * light.sign(),
+            dx: 0.2 * Layout::default().side(light),
             dy: 0.03,
             light,
         });
         WindowModel {
+            layout: Layout::default(),
+            period_min: 5.0,
             shifts: shifts.to_vec(),
             window: Window { wx: 50.0, wy: 50.0 },
             growth: Growth::default(),
@@ -111,23 +143,23 @@ mod tests {
 
     #[test]
     fn fitness_is_that_of_the_track() {
-        let (model, task) = (follower(), Task::default());
+        let (model, task) = (follower(), Targets::default());
         for episode in 0..20 {
-            let draws = Draws::new(1, Purpose::Trial, [0, episode, 0]);
-            let track = simulate(&model, &mut Periodic::new(20, Light::Left), &task, draws);
-            let fitness = fitness_of(&model, &mut Periodic::new(20, Light::Left), &task, draws);
+            let noise = NoiseStream::new(1, Purpose::Trial, [0, episode, 0]);
+            let track = simulate_with(&model, &mut Periodic::new(20, &Layout::default()), &task, noise);
+            let fitness = fitness_of(&model, &mut Periodic::new(20, &Layout::default()), &task, noise);
             assert!((task.fitness(&track) - fitness).abs() < 1e-12);
         }
     }
 
     #[test]
     fn a_track_of_n_lights_has_one_more_observation() {
-        let task = Task { max_steps: 10, ..Task::default() };
-        let track = simulate(
+        let task = Targets { max_steps: 10, ..Targets::default() };
+        let track = simulate_with(
             &follower(),
-            &mut Chase::new(task.targets.clone()),
+            &mut Greedy::new(&task, &Layout::default()),
             &task,
-            Draws::new(1, Purpose::Trial, [0; 3]),
+            NoiseStream::new(1, Purpose::Trial, [0; 3]),
         );
         assert_eq!(track.samples.len(), 11);
         assert_eq!(track.samples.iter().filter(|sample| sample.light.is_some()).count(), 10);
@@ -137,12 +169,12 @@ mod tests {
 
     #[test]
     fn an_experiment_ends_at_its_height() {
-        let task = Task::default();
-        let track = simulate(
+        let task = Targets::default();
+        let track = simulate_with(
             &follower(),
-            &mut Chase::new(task.targets.clone()),
+            &mut Greedy::new(&task, &Layout::default()),
             &task,
-            Draws::new(1, Purpose::Trial, [0; 3]),
+            NoiseStream::new(1, Purpose::Trial, [0; 3]),
         );
         let last = track.samples.last().unwrap();
         assert!(last.tip.y >= 13.8 && track.samples[track.samples.len() - 2].tip.y < 13.8);

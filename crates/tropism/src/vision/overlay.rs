@@ -3,15 +3,15 @@
 use tiny_skia::{Color, Paint, PathBuilder, Pixmap, Rect, Stroke, Transform};
 
 use crate::geometry::{Pixel, Region};
-use crate::light::Light;
+use crate::lamps::Light;
 use crate::photo::Image;
-use crate::vision::Sighting;
+use crate::vision::detect::detection::Detection;
 
 /// What to draw over a photograph; what is `None` is left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Marks<'a> {
+pub struct OverlayMarks<'a> {
     /// Tip (a magenta cross), stem (cyan) and apex (a cyan ring).
-    pub sighting: Option<&'a Sighting>,
+    pub detection: Option<&'a Detection>,
     /// A tip that is held from an earlier photograph: a grey cross.
     pub held: Option<Pixel>,
     /// The crop: a white frame.
@@ -26,7 +26,7 @@ pub struct Marks<'a> {
 ///
 /// A picture without pixels comes back as it is.
 #[must_use]
-pub fn overlay(image: &Image, marks: &Marks<'_>) -> Image {
+pub fn draw_overlay(image: &Image, marks: &OverlayMarks<'_>) -> Image {
     let Some(mut canvas) = Canvas::over(image) else { return image.clone() };
     let white = Color::from_rgba8(255, 255, 255, 160);
     let cyan = Color::from_rgba8(0, 230, 255, 255);
@@ -38,13 +38,13 @@ pub fn overlay(image: &Image, marks: &Marks<'_>) -> Image {
         canvas.ring(base, 3.0 * unit, white);
     }
     if let Some(light) = marks.light {
-        let x = if light == Light::Left { 10.0 * unit } else { width - 1.0 - 10.0 * unit };
+        let x = if light == Light::LEFT { 10.0 * unit } else { width - 1.0 - 10.0 * unit };
         canvas.disc(Pixel::new(x, 10.0 * unit), 6.0 * unit, Color::from_rgba8(255, 220, 0, 255));
     }
     if let Some(held) = marks.held {
         canvas.cross(held, Color::from_rgba8(170, 170, 170, 255));
     }
-    if let Some(sighting) = marks.sighting {
+    if let Some(sighting) = marks.detection {
         canvas.line(sighting.stem.as_deref().unwrap_or(&[]), cyan);
         if let Some(apex) = sighting.apex {
             canvas.ring(apex, 2.5 * unit, cyan);
@@ -169,29 +169,35 @@ mod tests {
     fn marks_are_drawn_around_what_they_mark() {
         let image = grey(60, 50);
         let tip = Pixel::new(30.0, 25.0);
-        let sighting = Sighting { tip, contrast: 9.0, ..Sighting::default() };
-        let drawn = overlay(&image, &Marks { sighting: Some(&sighting), ..Marks::default() });
+        let sighting = Detection { tip, contrast: 9.0, ..Detection::default() };
+        let drawn =
+            draw_overlay(&image, &OverlayMarks { detection: Some(&sighting), ..OverlayMarks::default() });
         assert_eq!(drawn.at(30, 25), [100; 3]);
         assert_eq!(drawn.at(36, 25), [255, 0, 200]);
         assert!(changed(&image, &drawn).iter().all(|&(x, y)| x.abs_diff(30) + y.abs_diff(25) <= 9));
-        assert_eq!(overlay(&image, &Marks::default()), image);
+        assert_eq!(draw_overlay(&image, &OverlayMarks::default()), image);
     }
 
     #[test]
     fn the_lamps_mark_is_on_its_side() {
         let image = grey(60, 50);
-        let with = |light| overlay(&image, &Marks { light: Some(light), ..Marks::default() });
-        assert!(changed(&image, &with(Light::Left)).iter().all(|&(x, _)| x < 30));
-        assert!(changed(&image, &with(Light::Right)).iter().all(|&(x, _)| x > 30));
-        assert!(!changed(&image, &with(Light::Right)).is_empty());
+        let with =
+            |light| draw_overlay(&image, &OverlayMarks { light: Some(light), ..OverlayMarks::default() });
+        assert!(changed(&image, &with(Light::LEFT)).iter().all(|&(x, _)| x < 30));
+        assert!(changed(&image, &with(Light::RIGHT)).iter().all(|&(x, _)| x > 30));
+        assert!(!changed(&image, &with(Light::RIGHT)).is_empty());
     }
 
     #[test]
     fn marks_outside_the_picture_do_no_harm() {
         let crop = Region { x: 900, y: 0, width: 5, height: 5 };
-        let marks = Marks { crop: Some(crop), base: Some(Pixel::new(-1e9, f64::NAN)), ..Marks::default() };
-        assert_eq!(overlay(&grey(3, 2), &marks).width, 3);
-        assert_eq!(overlay(&grey(0, 0), &marks), grey(0, 0));
+        let marks = OverlayMarks {
+            crop: Some(crop),
+            base: Some(Pixel::new(-1e9, f64::NAN)),
+            ..OverlayMarks::default()
+        };
+        assert_eq!(draw_overlay(&grey(3, 2), &marks).width, 3);
+        assert_eq!(draw_overlay(&grey(0, 0), &marks), grey(0, 0));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use tropism::greenhouse::bean::Individual;
-use tropism::greenhouse::view::{LAMPS, Place, WALL};
+use tropism::greenhouse::view::{Place, WALL};
 use tropism::math::{cos, exp, pow, sin};
 
 /// A piece of the stem: length, curvature at rest, curvature, two stages of light memory, gravity memory.
@@ -46,6 +46,9 @@ fn turned(vector: Place, axis: Place) -> Place {
 fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + exp(-x))
 }
+
+/// The paper's lamps, left and right, in cm (section 2.1).
+const LAMPS: [Place; 2] = [[-35.0, 30.0, -8.0], [35.0, 30.0, -8.0]];
 
 /// The irradiance over the reference, compressed: from where the light comes, and how strongly it is felt.
 fn felt(plant: &Individual, lamps: [f64; 2], at: Place) -> Place {

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use tropism::light::Light;
+use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps};
-use tropism::vision::{Calibration, Class, Eye, VisionConfig};
+use tropism::vision::{Calibration, FrameStatus, TipTracker, VisionConfig};
 use tropism_lab::files;
 use tropism_rig::driver::CameraDriver;
 use tropism_rig::file::RigFile;
@@ -30,7 +30,8 @@ pub(super) struct Devices {
     flash: Box<dyn Flash>,
     has_flash: bool,
     lamps: Box<dyn Lamps>,
-    eye: Eye,
+    layout: Layout,
+    tracker: TipTracker,
     calibration: Calibration,
     /// The clock of a virtual tent, whose photographs repeat unless time passes, and the period.
     clock: Option<(Box<dyn Clock>, Duration)>,
@@ -89,9 +90,10 @@ impl Devices {
     /// The devices of `rig`; `None`, and a line, if one cannot be opened.
     pub(super) fn open(rig: &RigFile, kept: Option<PathBuf>, findings: &mut Findings) -> Option<Self> {
         let calibration = rig.calibration()?;
+        let layout = rig.layout().ok()?;
         if let Some(greenhouse) = &rig.greenhouse {
-            let (device, eye) = greenhouse
-                .open(1, &rig.vision)
+            let (device, tracker) = greenhouse
+                .open(1, rig.period_min, &rig.vision)
                 .map_err(|error| findings.fail(Group::Camera, error.to_string(), "correct the rig file"))
                 .ok()?;
             let period = Duration::from_secs_f64(60.0 * rig.period_min);
@@ -100,7 +102,8 @@ impl Devices {
                 flash: Box::new(device.clone()),
                 has_flash: true,
                 lamps: Box::new(device.clone()),
-                eye,
+                layout,
+                tracker,
                 calibration,
                 clock: Some((Box::new(device), period)),
                 discards: None,
@@ -113,7 +116,7 @@ impl Devices {
         let mut problem = |group, error: String| {
             findings.fail(group, error, "see that it is plugged in, free, and named as the rig file says");
         };
-        let eye = Eye::new(calibration, VisionConfig { ..rig.vision.clone() })
+        let tracker = TipTracker::new(calibration, VisionConfig { ..rig.vision.clone() })
             .map_err(|error| problem(Group::Plant, error.to_string()));
         let flash: Result<Box<dyn Flash>, ()> = match &rig.flash {
             None => Ok(Box::new(NoFlash)),
@@ -132,7 +135,8 @@ impl Devices {
             flash: flash.ok()?,
             has_flash: rig.flash.is_some(),
             lamps: lamps.ok()?,
-            eye: eye.ok()?,
+            layout,
+            tracker: tracker.ok()?,
             calibration,
             clock: None,
             discards,
@@ -323,16 +327,16 @@ impl Devices {
     }
 
     fn judge_plant(&mut self, shots: &[Shot], findings: &mut Findings) {
-        let seen: Vec<_> = shots.iter().map(|shot| self.eye.observe(&shot.photo)).collect();
+        let seen: Vec<_> = shots.iter().map(|shot| self.tracker.observe(&shot.photo)).collect();
         let is_measured =
             |quality: Option<Quality>| quality.is_some_and(|quality| quality == Quality::Measured);
         let tips: Vec<_> = seen
             .iter()
             .filter(|seen| is_measured(seen.observation.as_ref().map(|observation| observation.quality)))
-            .filter_map(|seen| Some((seen.pixel?, seen.observation.as_ref()?.tip)))
+            .filter_map(|seen| Some((seen.tip_px?, seen.observation.as_ref()?.tip)))
             .collect();
         if tips.len() < shots.len() {
-            let class = seen.iter().map(|seen| seen.class).find(|&class| class != Class::Ok);
+            let class = seen.iter().map(|seen| seen.status).find(|&class| class != FrameStatus::Ok);
             let class = class.map_or_else(String::new, |class| format!(" ({class})"));
             findings.fail(
                 Group::Plant,
@@ -361,21 +365,22 @@ impl Devices {
 
     /// Each lamp alone, without the flash, and darkness after each.
     fn examine_lamps(&mut self, dark: &Shot, findings: &mut Findings) -> Result<()> {
-        let mut towards_left = [0.0; 2];
+        let mut towards_left = vec![0.0; self.layout.len()];
         let mut is_visible = true;
-        for (side, light) in Light::BOTH.into_iter().enumerate() {
-            let name = if light == Light::Left { "left lamp" } else { "right lamp" };
+        for light in self.layout.lights() {
+            let word = self.layout.name(Some(light)).to_owned();
+            let name = format!("{word} lamp");
             if !self.light(Some(light), findings) {
                 return Ok(());
             }
-            let shot = self.shot(light.name(), false, findings)?;
+            let shot = self.shot(&word, false, findings)?;
             if !self.light(None, findings) {
                 return Ok(());
             }
             let (Some(lit), Some(after)) = (shot, self.shot("dark", false, findings)?) else { return Ok(()) };
             let gain = lit.mean - dark.mean;
             let halves = [0, 1].map(|half| lit.halves[half] - dark.halves[half]);
-            towards_left[side] = halves[0] - halves[1];
+            towards_left[light.index()] = halves[0] - halves[1];
             if gain < NOISE {
                 is_visible = false;
                 findings.warn(
@@ -398,15 +403,20 @@ impl Devices {
                 );
             }
         }
-        if is_visible {
-            let [left, right] = towards_left;
-            if left > right {
-                findings.pass(Group::Lamps, "left is left, and right is right");
+        let [left, right] = [false, true].map(|is_right| self.layout.towards(is_right));
+        if is_visible && self.layout.side(left) < 0.0 && self.layout.side(right) > 0.0 {
+            let [left_name, right_name] = [left, right].map(|light| self.layout.name(Some(light)));
+            if towards_left[left.index()] > towards_left[right.index()] {
+                findings.pass(Group::Lamps, format!("{left_name} is left, and {right_name} is right"));
             } else {
                 findings.fail(
                     Group::Lamps,
-                    "left and right are the wrong way round, or both lamps are the same",
-                    "exchange [lamps.left] and [lamps.right]: the sides are the camera's",
+                    format!(
+                        "{left_name} and {right_name} are the wrong way round, or both lamps are the same"
+                    ),
+                    format!(
+                        "exchange [lamps.{left_name}] and [lamps.{right_name}]: the sides are the camera's"
+                    ),
                 );
             }
         }

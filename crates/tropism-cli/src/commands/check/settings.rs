@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use tropism::rig::Durability;
-use tropism_rig::alert::{Happening, Kind};
+use tropism_rig::alert::{AlertEvent, Kind};
 use tropism_rig::driver::{AlertDriver, CameraDriver, FlashDriver, LampDriver};
-use tropism_rig::file::{Lamp, RigFile};
+use tropism_rig::file::{LampsTable, RigFile};
 use tropism_rig::mqtt::{Dialect, Plug};
 use tropism_rig::probe;
 use tropism_rig::strip::Strip;
 
 use super::{Findings, Group};
-use crate::disk::time;
+use crate::units::time;
 
 /// Judges what can be known without the devices.
 pub(super) fn examine(rig: &RigFile, findings: &mut Findings) {
@@ -46,7 +46,7 @@ pub(super) fn examine(rig: &RigFile, findings: &mut Findings) {
     }
     examine_times(rig, findings);
     for (name, lamp) in lamps(rig) {
-        examine_lamp(name, lamp, findings);
+        examine_lamp(&name, lamp, findings);
     }
     match &rig.flash {
         None => findings.warn(
@@ -59,14 +59,10 @@ pub(super) fn examine(rig: &RigFile, findings: &mut Findings) {
     }
 }
 
-/// The lamps that have drivers.
-fn lamps(rig: &RigFile) -> impl Iterator<Item = (&'static str, &LampDriver)> {
-    let table = rig.lamps.iter();
-    let both = table.flat_map(|table| [("left lamp", &table.left), ("right lamp", &table.right)]);
-    both.filter_map(|(name, lamp)| match lamp {
-        Lamp::Driver(driver) => Some((name, &**driver)),
-        Lamp::Command(_) => None,
-    })
+/// The lamps that have drivers, with their names.
+fn lamps(rig: &RigFile) -> impl Iterator<Item = (String, &LampDriver)> {
+    let named = rig.lamps.iter().flat_map(LampsTable::drivers);
+    named.map(|(name, driver)| (format!("{name} lamp"), driver))
 }
 
 fn examine_secret(path: &Path, findings: &mut Findings) {
@@ -229,14 +225,14 @@ pub(super) fn examine_broker(rig: &RigFile, findings: &mut Findings) {
                 Group::Broker,
                 format!("{}:{} passes a message on in {ms:.0} ms", broker.host, broker.port),
             );
-            for topic in found.kept_orders {
+            for topic in found.retained_commands {
                 findings.fail(
                     Group::Broker,
                     format!("it keeps an order in {topic}: a device that restarts carries it out again"),
                     format!("mosquitto_pub -h {} -t {topic} -r -n, and find who retains it", broker.host),
                 );
             }
-            for topic in found.away {
+            for topic in found.offline {
                 findings.fail(Group::Broker, format!("{topic} says offline"), "plug the device in");
             }
         }
@@ -253,7 +249,7 @@ pub(super) fn examine_alerts(rig: &RigFile, findings: &mut Findings) {
         Ok(alerts) => alerts,
         Err(error) => return findings.fail(Group::Alerts, error.to_string(), remedy),
     };
-    alerts.tell(&Happening::now(Kind::Test, None, "a test by tropism check: this channel works"));
+    alerts.send(&AlertEvent::now(Kind::Test, None, "a test by tropism check: this channel works"));
     let failed = alerts.close();
     for (name, problem) in &failed {
         findings.fail(Group::Alerts, format!("{name}: {problem}"), remedy);

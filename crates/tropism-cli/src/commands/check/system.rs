@@ -7,12 +7,12 @@ use std::process::Command;
 use std::time::Instant;
 
 use tropism_lab::files;
-use tropism_rig::computer::Computer;
 use tropism_rig::driver::{FlashDriver, LampDriver};
-use tropism_rig::file::{Lamp, RigFile};
+use tropism_rig::file::{LampsTable, RigFile};
+use tropism_rig::host::Host;
 
 use super::{Findings, Group};
-use crate::disk;
+use crate::units;
 
 /// Steps of the paper's experiments: 83.3 hours.
 const STEPS: u64 = 1000;
@@ -36,11 +36,11 @@ pub(super) fn examine(rig: &RigFile, data: &Path, photograph_bytes: Option<u64>,
     examine_power(findings);
     examine_watchdog(findings);
     let drives_gpio = matches!(&rig.flash, Some(FlashDriver::Gpio(_)))
-        || rig.lamps.iter().any(|lamps| {
-            [&lamps.left, &lamps.right]
-                .into_iter()
-                .any(|lamp| matches!(lamp, Lamp::Driver(driver) if matches!(**driver, LampDriver::Gpio(_))))
-        });
+        || rig
+            .lamps
+            .iter()
+            .flat_map(LampsTable::drivers)
+            .any(|(_, driver)| matches!(driver, LampDriver::Gpio(_)));
     if drives_gpio {
         examine_gpio(findings);
     }
@@ -63,8 +63,11 @@ fn examine_disk(data: &Path, photograph_bytes: u64, findings: &mut Findings) {
             return;
         }
         Ok(free) => {
-            let found =
-                format!("{name}: {} left, {} wanted for {STEPS} steps", disk::bytes(free), disk::bytes(need));
+            let found = format!(
+                "{name}: {} left, {} wanted for {STEPS} steps",
+                units::bytes(free),
+                units::bytes(need)
+            );
             if free >= need {
                 findings.pass(Group::System, found);
             } else {
@@ -167,8 +170,8 @@ fn examine_clock(findings: &mut Findings) {
 }
 
 fn examine_power(findings: &mut Findings) {
-    let computer = Computer::here();
-    if let Some(temperature_c) = computer.temperature_c() {
+    let host = Host::here();
+    if let Some(temperature_c) = host.temperature_c() {
         let found = format!("the computer has {temperature_c:.0} °C");
         match temperature_c {
             80.0.. => findings.fail(Group::System, found, "cool it; a Raspberry Pi slows down at 80 °C"),
@@ -176,7 +179,7 @@ fn examine_power(findings: &mut Findings) {
             _ => findings.pass(Group::System, found),
         }
     }
-    if let Some(supply) = computer.supply() {
+    if let Some(supply) = host.supply() {
         let remedy = "the supply that came with it, a short thick cable; lamps on a supply of their own";
         match (supply.is_weak, supply.was_weak) {
             (true, _) => findings.fail(Group::System, "its supply is too weak now", remedy),

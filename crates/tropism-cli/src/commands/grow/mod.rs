@@ -7,7 +7,6 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism::track::PERIOD_MIN;
 use tropism_lab::grow::{GrowPlan, GrowResults};
 
 use crate::controller::{ControllerName, task_for};
@@ -83,7 +82,7 @@ impl Grow {
         let Some(out) = self.out else {
             return check::execute(greenhouse.bean, self.seed.seed, shell);
         };
-        let controller = self.controller.load(PERIOD_MIN)?;
+        let controller = self.controller.load()?;
         let plan = GrowPlan {
             plants: self.plants,
             task: task_for(&controller, &self.task, self.steps)?,

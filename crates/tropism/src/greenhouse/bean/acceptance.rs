@@ -8,19 +8,17 @@
 
 use core::f64::consts::TAU;
 
-use rayon::prelude::*;
-
 use super::experiments::{self, Response};
 use super::grow::{TRUTH, grow, grow_quiet};
-use super::{Bean, Species};
-use crate::control::Controller;
-use crate::control::chase::Chase;
-use crate::control::periodic::Periodic;
+use super::{Bean, Species, lamp_powers};
+use crate::control::{Controller, Greedy, Periodic};
 use crate::environment::unwatched;
 use crate::geometry::Point;
-use crate::light::Light;
-use crate::task::Task;
-use crate::track::{PERIOD_MIN, Track};
+use crate::lamps::{Layout, Light};
+use crate::math::statistics::{mean, quantile_linear, standard_deviation};
+use crate::parallel;
+use crate::task::{OpenLoop, Targets, Task};
+use crate::track::{PAPER_PERIOD_MIN, Track};
 
 /// Plants in a set: the paper's six open-loop experiments.
 pub const SET: usize = 6;
@@ -64,14 +62,15 @@ impl Row {
 /// The light of the open-loop experiments: it changes every six hours, right first.
 #[must_use]
 pub const fn alternating(step: u32) -> Light {
-    if (step / PERIOD).is_multiple_of(2) { Light::Right } else { Light::Left }
+    if (step / PERIOD).is_multiple_of(2) { Light::RIGHT } else { Light::LEFT }
 }
 
 /// The open-loop experiment of `seed`: 1000 steps, the light of [`alternating`].
 #[must_use]
 pub fn experiment(species: &Species, seed: u64) -> Track {
-    let mut controller = Periodic::new(PERIOD, Light::Right);
-    grow(species, seed, 1.0, &mut controller, &Task::open_loop(PHASES[2].end as u32), &mut unwatched)
+    let mut controller = Periodic::new(PERIOD, &Layout::default()).starting_with(Light::RIGHT);
+    let task = OpenLoop { steps: PHASES[2].end as u32, ..OpenLoop::default() };
+    grow(species, seed, 1.0, &mut controller, &task, &mut unwatched)
 }
 
 /// What the statistics need of one plant.
@@ -87,19 +86,23 @@ struct Plant {
     /// Speed of the apex, in mm/min.
     speed: Vec<f64>,
     curvature: Vec<f64>,
+    /// Minutes between samples.
+    period_min: f64,
 }
 
 impl Plant {
     fn new(track: &Track) -> Self {
         let [x, y, z, length, curvature] = TRUTH.map(|name| track.numbers(name).unwrap_or_default());
         let apex: Vec<[f64; 3]> = x.iter().zip(&y).zip(&z).map(|((&x, &y), &z)| [x, y, z]).collect();
+        let period_min = track.period_min;
         let speed = |pair: &[[f64; 3]]| {
             let square: f64 = (0..3).map(|axis| (pair[1][axis] - pair[0][axis]).powi(2)).sum();
-            square.sqrt() * 10.0 / PERIOD_MIN
+            square.sqrt() * 10.0 / period_min
         };
         let pairs = || track.samples.windows(2);
         let dx: Vec<f64> = pairs().map(|pair| pair[1].tip.x - pair[0].tip.x).collect();
-        let sign = |light: Option<Light>| light.map_or(0.0, Light::sign);
+        let layout = &track.layout;
+        let sign = |light: Option<Light>| light.map_or(0.0, |light| layout.side(light));
         Self {
             tips: track.samples.iter().map(|sample| sample.tip).collect(),
             dy: pairs().map(|pair| pair[1].tip.y - pair[0].tip.y).collect(),
@@ -111,6 +114,7 @@ impl Plant {
             length,
             speed: apex.windows(2).map(speed).collect(),
             curvature,
+            period_min,
         }
     }
 
@@ -142,7 +146,7 @@ impl Plant {
             let moving = self.towards[change..end]
                 .windows(SUSTAINED)
                 .position(|steps| steps.iter().all(|&step| step > 0.0));
-            moving.unwrap_or(end - change) as f64 * PERIOD_MIN
+            moving.unwrap_or(end - change) as f64 * self.period_min
         };
         mean(self.changes.iter().filter(|change| PHASES[1].contains(change)).map(delay))
     }
@@ -153,9 +157,14 @@ fn pooled(set: &[Plant], phase: usize) -> Vec<f64> {
     set.iter().flat_map(|plant| plant.dx[PHASES[phase].clone()].iter().map(|dx| dx.abs())).collect()
 }
 
+/// The median, by linear interpolation.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    quantile_linear(&values.collect::<Vec<_>>(), 0.5)
+}
+
 /// The value that only one in a thousand exceeds.
 fn rare<'a>(moves: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
-    quantile(moves.flatten().map(|moved| moved.abs()).collect(), 0.999)
+    quantile_linear(&moves.flatten().map(|moved| moved.abs()).collect::<Vec<_>>(), 0.999)
 }
 
 /// Rows 1 to 13, 16 and 19, from open-loop tracks of 1000 steps in sets of six, as [`experiment`] makes them.
@@ -168,21 +177,21 @@ fn rare<'a>(moves: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
 pub fn population(tracks: &[Track]) -> Vec<Row> {
     let plants: Vec<Plant> = tracks.iter().map(Plant::new).collect();
     assert!(plants.iter().all(|plant| plant.dx.len() >= PHASES[2].end), "tracks of 1000 steps");
-    let sets = |statistic: fn(&[Plant]) -> f64| median(plants.chunks_exact(SET).map(statistic).collect());
+    let sets = |statistic: fn(&[Plant]) -> f64| median(plants.chunks_exact(SET).map(statistic));
     let each = |statistic: fn(&Plant) -> f64| {
-        let of_set = |set: &[Plant]| median(set.iter().map(statistic).collect());
-        median(plants.chunks_exact(SET).map(of_set).collect())
+        let of_set = |set: &[Plant]| median(set.iter().map(statistic));
+        median(plants.chunks_exact(SET).map(of_set))
     };
     let widest = sets(|set| set.iter().flat_map(|p| &p.tips).map(|tip| tip.x.abs()).fold(0.0, f64::max));
     let highest = sets(|set| set.iter().flat_map(|p| &p.tips).map(|tip| tip.y).fold(0.0, f64::max));
-    let variety = sets(|set| deviation(set.iter().map(Plant::final_height).collect()));
+    let variety = sets(|set| standard_deviation(&set.iter().map(Plant::final_height).collect::<Vec<_>>()));
     let over_early = sets(|set| mean(pooled(set, 1)) / mean(pooled(set, 0)));
     let over_late = sets(|set| mean(pooled(set, 1)) / mean(pooled(set, 2)));
     let fastest = sets(|set| set.iter().map(Plant::fastest).fold(0.0, f64::max));
     let off_centre = mean(plants.iter().map(|plant| mean(plant.tips.iter().map(|tip| tip.x))));
     let rare_dx = sets(|set| rare(set.iter().map(|plant| &plant.dx)));
     let rare_dy = sets(|set| rare(set.iter().map(|plant| &plant.dy)));
-    let most_curved = each(|plant| quantile(plant.curvature.clone(), 0.99));
+    let most_curved = each(|plant| quantile_linear(&plant.curvature, 0.99));
     let any = f64::INFINITY;
     [
         (1, "largest |x| of six, cm", widest, [11.0, 17.0]),
@@ -190,19 +199,29 @@ pub fn population(tracks: &[Track]) -> Vec<Row> {
         (2, "final y, cm", each(Plant::final_height), [20.0, 28.0]),
         (3, "sd of final y within six, cm", variety, [1.5, 6.0]),
         (4, "growth to step 700, cm a step", each(|plant| mean(plant.growth())), [0.025, 0.034]),
-        (4, "its sd, cm a step", each(|plant| deviation(plant.growth())), [0.006, 0.015]),
+        (4, "its sd, cm a step", each(|plant| standard_deviation(&plant.growth())), [0.006, 0.015]),
         (5, "mean |dx| to step 300, cm", sets(|set| mean(pooled(set, 0))), [0.05, 0.13]),
         (6, "mean |dx| from 300 to 800, cm", sets(|set| mean(pooled(set, 1))), [0.20, 0.35]),
         (7, "mean |dx|, middle over early", over_early, [2.0, any]),
         (7, "mean |dx|, middle over late", over_late, [1.4, any]),
-        (8, "95 % of |dx| from 300 to 800, cm", sets(|set| quantile(pooled(set, 1), 0.95)), [0.5, 1.1]),
+        (
+            8,
+            "95 % of |dx| from 300 to 800, cm",
+            sets(|set| quantile_linear(&pooled(set, 1), 0.95)),
+            [0.5, 1.1],
+        ),
         (9, "99.9 % of |dx|, cm", rare_dx, [1.4, 2.6]),
         (10, "99.9 % of |dy|, cm", rare_dy, [0.6, 1.3]),
         (11, "fastest apex above 20 cm of six, mm/min", fastest, [3.3, 6.0]),
         (12, "share of middle steps towards the light", each(Plant::share_towards), [0.65, 0.85]),
         (13, "delay to sustained motion, min", each(Plant::delay), [5.0, 45.0]),
         (16, "99 % of peak curvature, 1/cm", most_curved, [0.12, 0.25]),
-        (16, "median peak curvature, 1/cm", each(|plant| median(plant.curvature.clone())), [0.06, 0.15]),
+        (
+            16,
+            "median peak curvature, 1/cm",
+            each(|plant| quantile_linear(&plant.curvature, 0.5)),
+            [0.06, 0.15],
+        ),
         (19, "mean x of all plants, cm", off_centre, [-1.0, 1.0]),
     ]
     .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
@@ -225,14 +244,13 @@ pub fn steered<C: Controller + Clone + Sync>(
     tuned: &[(f64, C)],
 ) -> Vec<Row> {
     assert!(!seeds.is_empty() && !tuned.is_empty(), "plants and controllers");
-    let task = Task::default();
-    let greedy = Chase::new(task.targets.clone());
+    let task = Targets::default();
+    let greedy = Greedy::new(&task, &Layout::default());
     let greedy = fitness(&task, &on_each(species, seeds, &greedy, &task));
     let tracks: Vec<Vec<Track>> =
         tuned.iter().map(|(_, controller)| on_each(species, seeds, controller, &task)).collect();
-    let of_each = |value: &dyn Fn(usize) -> f64| median((0..tuned.len()).map(value).collect());
-    let steps =
-        |which: usize| median(tracks[which].iter().map(|track| (track.samples.len() - 1) as f64).collect());
+    let of_each = |value: &dyn Fn(usize) -> f64| median((0..tuned.len()).map(value));
+    let steps = |which: usize| median(tracks[which].iter().map(|track| (track.samples.len() - 1) as f64));
     let quiet = |which: usize| {
         let track = |phase| grow_quiet(species, phase, &mut tuned[which].1.clone(), &task);
         let phases = (0..CIRCLE).map(|part| TAU * f64::from(part) / f64::from(CIRCLE));
@@ -249,7 +267,7 @@ pub fn steered<C: Controller + Clone + Sync>(
             [NEARLY_PERFECT, best],
         ),
         (22, "on fresh plants, cm", of_each(&|which| mean(fitness(&task, &tracks[which]))), [8.5, 12.0]),
-        (22, "its sd, cm", of_each(&|which| deviation(fitness(&task, &tracks[which]))), [1.5, 3.5]),
+        (22, "its sd, cm", of_each(&|which| standard_deviation(&fitness(&task, &tracks[which]))), [1.5, 3.5]),
         (23, "on the average plant, nothing left to chance, cm", of_each(&quiet), [12.0, best]),
     ]
     .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
@@ -261,13 +279,13 @@ fn on_each<C: Controller + Clone + Sync>(
     species: &Species,
     seeds: &[u64],
     controller: &C,
-    task: &Task,
+    task: &Targets,
 ) -> Vec<Track> {
     let one = |&seed: &u64| grow(species, seed, 1.0, &mut controller.clone(), task, &mut unwatched);
-    seeds.par_iter().map(one).collect()
+    parallel::map(seeds.iter().collect(), one)
 }
 
-fn fitness(task: &Task, tracks: &[Track]) -> Vec<f64> {
+fn fitness(task: &Targets, tracks: &[Track]) -> Vec<f64> {
     tracks.iter().map(|track| task.fitness(track)).collect()
 }
 
@@ -300,9 +318,9 @@ fn halved(species: &Species) -> f64 {
     let mut twin = bean.clone().with_substep(0.5 * Bean::SUBSTEP_S);
     let mut squares = 0.0;
     for step in 0..1000 {
-        let lamps = super::lamps(Some(alternating(step)));
-        bean.advance(lamps, PERIOD_MIN);
-        twin.advance(lamps, PERIOD_MIN);
+        let powers = lamp_powers(Some(alternating(step)));
+        bean.advance(&powers, PAPER_PERIOD_MIN);
+        twin.advance(&powers, PAPER_PERIOD_MIN);
         squares += square(&bean, &twin);
     }
     (squares / 1000.0).sqrt()
@@ -312,7 +330,7 @@ fn halved(species: &Species) -> f64 {
 fn twice(species: &Species) -> f64 {
     let grown = || {
         let mut bean = Bean::new(species.draw(1, 1.0), 1);
-        (0..288).for_each(|step| bean.advance(super::lamps(Some(alternating(step))), PERIOD_MIN));
+        (0..288).for_each(|step| bean.advance(&lamp_powers(Some(alternating(step))), PAPER_PERIOD_MIN));
         bean
     };
     square(&grown(), &grown()).sqrt()
@@ -322,43 +340,9 @@ fn square(bean: &Bean, twin: &Bean) -> f64 {
     bean.apex().iter().zip(twin.apex()).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
-    let (sum, count) = values.into_iter().fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
-    sum / f64::from(count)
-}
-
-/// Standard deviation of a sample.
-fn deviation(values: Vec<f64>) -> f64 {
-    let centre = mean(values.iter().copied());
-    (values.iter().map(|value| (value - centre).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
-}
-
-fn median(values: Vec<f64>) -> f64 {
-    quantile(values, 0.5)
-}
-
-/// The value below which a share of all lies, between two of them by linear interpolation; NaN of none.
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
-    let place = share * last as f64;
-    let below = place.floor() as usize;
-    values[below] + (place - place.floor()) * (values[(below + 1).min(last)] - values[below])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantiles_lie_between_values() {
-        let values = vec![4.0, 1.0, 3.0, 2.0];
-        assert_eq!(median(values.clone()), 2.5);
-        assert_eq!(quantile(values.clone(), 0.0), 1.0);
-        assert_eq!(quantile(values.clone(), 1.0), 4.0);
-        assert!((deviation(values) - (5.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert!(median(Vec::new()).is_nan());
-    }
 
     #[test]
     fn a_row_holds_within_its_range() {

@@ -13,14 +13,12 @@
 
 use core::f64::consts::TAU;
 
-use argmin::core::{CostFunction, Executor, State};
-use argmin::solver::neldermead::NelderMead;
-
-use super::{Bean, Fluctuation, Individual, Species, lamps};
+use super::{Bean, Fluctuation, Individual, Species, lamp_powers};
 use crate::geometry::Point;
 use crate::greenhouse::detector;
-use crate::light::Light;
-use crate::math;
+use crate::lamps::Light;
+use crate::math::simplex::{Termination, minimize};
+use crate::math::{self, matrix};
 use crate::observation::Quality;
 use crate::track::Track;
 
@@ -45,8 +43,12 @@ const SUBSTEP_S: f64 = 60.0;
 /// First size of the simplex, as a logarithm, and the most that a parameter may move.
 const SIMPLEX: f64 = 0.25;
 const FARTHEST: f64 = 1.6;
-/// Iterations of the simplex.
-const ITERATIONS: u64 = 90;
+/// When the search for the best plant ends: after so many steps, or when the corners of the simplex are as likely as each
+/// other to this.
+const TERMINATION: Termination = Termination { max_steps: 90, tolerance: 1e-4 };
+/// Time between two looks at a plant that grows to its first measured length in the dark, in min. Chosen by hand: it
+/// grows 0.03 cm.
+const WAITING_MIN: f64 = 5.0;
 /// Chance goes its own way for hours, so that a reading every five minutes is no news: a track counts as one reading in so
 /// many hours. Chosen so that intervals hold the truth as often as they say.
 const NEWS_H: f64 = 4.0;
@@ -126,7 +128,8 @@ pub fn calibrate(track: &Track, period_min: f64, species: &Species) -> Result<Ca
             course.news() / squares * both + before
         })
     });
-    let mut variances = variances(precision);
+    let inverse = matrix::inverse_positive_definite(precision);
+    let mut variances: [f64; MOVING] = core::array::from_fn(|at| inverse[at][at]);
     variances[0] += course.growth_by_chance(&best);
     let sd = variances.map(f64::sqrt);
     let plant = course.plant(&best);
@@ -165,8 +168,8 @@ impl<'t> Course<'t> {
         if measured < FEWEST {
             return Err(CalibrateError::Short(measured));
         }
-        let is_lit = |light: Light| track.samples.iter().any(|sample| sample.light == Some(light));
-        if !Light::BOTH.into_iter().all(is_lit) {
+        let is_lit = |light: &Light| track.samples.iter().any(|sample| sample.light == Some(*light));
+        if track.layout.lights().filter(is_lit).count() < 2 {
             return Err(CalibrateError::OneLamp);
         }
         let tip = track.samples[0].tip;
@@ -218,11 +221,11 @@ impl<'t> Course<'t> {
         plant.pauses.episodes_per_h = 0.0;
         plant.fluctuation =
             Fluctuation { motility: 0.0, growth: 0.0, curvature: 0.0, phase: 0.0, ..plant.fluctuation };
-        let bean = Bean::new(plant, 0);
+        let bean = Bean::new(plant, 0).under(&self.track.layout);
         let mut bean = bean.with_substep(SUBSTEP_S);
         // A plant that was taller when the track began is older.
         while bean.length() < length && bean.age_h() < 1000.0 {
-            bean.advance([0.0; 2], 5.0);
+            bean.advance(&[], WAITING_MIN);
         }
         bean.tip_over(lean);
         let samples = &self.track.samples;
@@ -230,7 +233,8 @@ impl<'t> Course<'t> {
         for (index, sample) in samples.iter().enumerate() {
             seen.push(look(&bean));
             let steps = samples.get(index + 1).map_or(0, |next| next.step - sample.step);
-            bean.advance(lamps(sample.light), f64::from(steps) * self.period_min);
+            let lit = sample.light.filter(|light| self.track.layout.contains(*light));
+            bean.advance(&lamp_powers(lit), f64::from(steps) * self.period_min);
         }
         seen
     }
@@ -267,58 +271,22 @@ impl<'t> Course<'t> {
 
     /// The fitted parameters, as logarithms of their change from the species' own.
     fn fit(&self) -> [f64; MOVING] {
-        let corner = |which: usize| {
-            (0..FITTED).map(|parameter| if parameter + 1 == which { SIMPLEX } else { 0.0 }).collect()
+        let all = |fitted: [f64; FITTED]| -> [f64; MOVING] {
+            core::array::from_fn(|parameter| fitted.get(parameter).copied().unwrap_or(0.0))
         };
-        let simplex: Vec<Vec<f64>> = (0..=FITTED).map(corner).collect();
-        let solver = NelderMead::new(simplex).with_sd_tolerance(1e-4).expect("a tolerance above 0");
-        let best = Executor::new(Nearness(self), solver)
-            .configure(|state| state.max_iters(ITERATIONS))
-            .run()
-            .ok()
-            .and_then(|result| result.state().get_best_param().cloned());
-        let best = best.unwrap_or_default();
-        core::array::from_fn(|parameter| {
-            best.get(parameter).map_or(0.0, |moved| moved.clamp(-FARTHEST, FARTHEST))
-        })
+        let corners: [[f64; FITTED]; FITTED + 1] = core::array::from_fn(|corner| {
+            core::array::from_fn(|parameter| if parameter + 1 == corner { SIMPLEX } else { 0.0 })
+        });
+        let best = minimize(|fitted| self.unlikeliness(&all(fitted)), &corners, TERMINATION);
+        all(best.map_or([0.0; FITTED], |best| best.point)).map(|moved| moved.clamp(-FARTHEST, FARTHEST))
     }
-}
 
-/// What the simplex minimises: twice the negative logarithm of how likely the parameters are, after the track.
-struct Nearness<'c>(&'c Course<'c>);
-
-impl CostFunction for Nearness<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, moved: &Vec<f64>) -> Result<f64, argmin::core::Error> {
-        let moved: [f64; MOVING] =
-            core::array::from_fn(|parameter| moved.get(parameter).copied().unwrap_or(0.0));
+    /// Twice the negative logarithm of how likely the moving parameters are, after the track, but for a constant.
+    fn unlikeliness(&self, moved: &[f64; MOVING]) -> f64 {
         let unlikely: f64 =
-            moved.iter().zip(self.0.spread).map(|(moved, spread)| (moved / spread).powi(2)).sum();
-        Ok(self.0.news() * math::ln(self.0.distance(&self.0.tips(&moved))) + unlikely)
+            moved.iter().zip(self.spread).map(|(moved, spread)| (moved / spread).powi(2)).sum();
+        self.news() * math::ln(self.distance(&self.tips(moved))) + unlikely
     }
-}
-
-/// The diagonal of a positive definite matrix's inverse (Gauss and Jordan).
-fn variances<const SIDE: usize>(mut matrix: [[f64; SIDE]; SIDE]) -> [f64; SIDE] {
-    let mut inverse: [[f64; SIDE]; SIDE] =
-        core::array::from_fn(|row| core::array::from_fn(|column| if row == column { 1.0 } else { 0.0 }));
-    for pivot in 0..SIDE {
-        let whole = matrix[pivot][pivot];
-        for column in 0..SIDE {
-            matrix[pivot][column] /= whole;
-            inverse[pivot][column] /= whole;
-        }
-        for row in (0..SIDE).filter(|&row| row != pivot) {
-            let share = matrix[row][pivot];
-            for column in 0..SIDE {
-                matrix[row][column] -= share * matrix[pivot][column];
-                inverse[row][column] -= share * inverse[pivot][column];
-            }
-        }
-    }
-    core::array::from_fn(|row| inverse[row][row])
 }
 
 /// The period of the oscillation in `values`, `interval` h apart, and the standard deviation of its logarithm, where `before`
@@ -342,7 +310,7 @@ fn spectral(values: &[f64], interval: f64, before: (f64, f64)) -> (f64, f64) {
             even * even + odd * odd
         })
         .collect();
-    let mean = power.iter().sum::<f64>() / BANDS as f64;
+    let mean = math::statistics::mean(power.iter().copied());
     let smooth = |at: usize| {
         let weight = |band: usize| math::exp(-0.5 * ((moved(band) - moved(at)) / LINE).powi(2));
         let weights: f64 = (0..BANDS).map(weight).sum();
@@ -377,18 +345,6 @@ mod tests {
         }
         let (found, sd) = spectral(&swing(1.0, 0.0), 1.0 / 12.0, (1.6667, 0.1));
         assert!((found / 1.6667 - 1.0).abs() < 0.1 && (0.05..0.15).contains(&sd), "{found} ({sd})");
-    }
-
-    #[test]
-    fn variances_are_those_of_the_inverse() {
-        let mut matrix = [[0.0; 4]; 4];
-        for (row, values) in matrix.iter_mut().enumerate() {
-            values[row] = 2.0;
-        }
-        (matrix[0][1], matrix[1][0]) = (1.0, 1.0);
-        for (found, wanted) in variances(matrix).into_iter().zip([2.0 / 3.0, 2.0 / 3.0, 0.5, 0.5]) {
-            assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
-        }
     }
 
     #[test]

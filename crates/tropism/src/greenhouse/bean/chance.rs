@@ -4,7 +4,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{Fluctuation, Individual};
+use super::{FILE_RATES_PER_H, Fluctuation, Individual};
 use crate::math;
 use crate::random::{self, Purpose};
 
@@ -120,7 +120,7 @@ impl Chance {
 
     /// How far nutation's phase wanders in a tick, in rad.
     pub(super) fn wander(&mut self, plant: &Individual, tick_h: f64) -> f64 {
-        plant.fluctuation.phase * (12.0 * tick_h).sqrt() * random::normal(&mut self.slow)
+        plant.fluctuation.phase * (FILE_RATES_PER_H * tick_h).sqrt() * random::normal(&mut self.slow)
     }
 
     /// One draw of a segment's curvature noise over a tick, in 1/cm.

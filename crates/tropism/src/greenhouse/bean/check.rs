@@ -1,46 +1,25 @@
 //! Which values a plant can have: the guard between a file and a bean.
 
 use super::{Individual, Species, Spread};
-
-/// A value that no plant can have.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("found {key} = {value}, wanted {wanted}")]
-pub struct SpeciesError {
-    /// The key, with the tables that it stands in.
-    pub key: String,
-    /// Its value.
-    pub value: f64,
-    /// The range.
-    pub wanted: &'static str,
-}
+use crate::check::{OutOfRange, ensure};
 
 impl Species {
     /// Whether every value is one that a plant can have.
     ///
     /// # Errors
-    /// [`SpeciesError`] names the first key that is not, its value, and the range.
-    pub fn check(&self) -> Result<(), SpeciesError> {
-        self.typical
-            .check()
-            .map_err(|error| SpeciesError { key: format!("typical.{}", error.key), ..error })?;
+    /// [`OutOfRange`] names the first key that is not, its value, and the range.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        self.typical.check().map_err(|error| error.in_table("typical"))?;
         self.spread.check()
     }
 }
 
-fn within(key: &'static str, value: f64, is_within: bool, wanted: &'static str) -> Result<(), SpeciesError> {
-    if value.is_finite() && is_within {
-        Ok(())
-    } else {
-        Err(SpeciesError { key: key.to_owned(), value, wanted })
-    }
-}
-
-fn share(key: &'static str, value: f64) -> Result<(), SpeciesError> {
-    within(key, value, (0.0..=1.0).contains(&value), "a share between 0 and 1")
+fn share(key: &str, value: f64) -> Result<(), OutOfRange> {
+    ensure((0.0..=1.0).contains(&value), key, value, "a share between 0 and 1")
 }
 
 impl Individual {
-    fn check(&self) -> Result<(), SpeciesError> {
+    fn check(&self) -> Result<(), OutOfRange> {
         const RATE: &str = "between 0 and 10 rad/cm/h";
         const TILT: &str = "between -1.5 and 1.5";
         let Self { growth, motility, tropism, nutation, stem, leaves, pauses, fluctuation } = self;
@@ -53,7 +32,7 @@ impl Individual {
             ("stem.modulus_length", stem.modulus_length),
             ("leaves.length", leaves.length),
         ] {
-            within(key, value, (0.05..=60.0).contains(&value), "a length between 0.05 and 60 cm")?;
+            ensure((0.05..=60.0).contains(&value), key, value, "a length between 0.05 and 60 cm")?;
         }
         for (key, value) in [
             ("growth.slows_h", growth.slows_h),
@@ -68,20 +47,20 @@ impl Individual {
             ("fluctuation.motility_h", fluctuation.motility_h),
             ("fluctuation.growth_h", fluctuation.growth_h),
         ] {
-            within(key, value, (0.1..=1e4).contains(&value), "between 0.1 and 10000 h")?;
+            ensure((0.1..=1e4).contains(&value), key, value, "between 0.1 and 10000 h")?;
         }
         for (key, value) in [
             ("tropism.light_memory_h", tropism.light_memory_h),
             ("tropism.gravity_memory_h", tropism.gravity_memory_h),
             ("stem.lag_h", stem.lag_h),
         ] {
-            within(key, value, (0.005..=6.0).contains(&value), "between 0.005 h (18 s) and 6 h")?;
+            ensure((0.005..=6.0).contains(&value), key, value, "between 0.005 h (18 s) and 6 h")?;
         }
         // In minutes it would be beyond a day.
         let period = nutation.period_h;
-        within("nutation.period_h", period, (0.1..=24.0).contains(&period), "between 0.1 and 24 h")?;
+        ensure((0.1..=24.0).contains(&period), "nutation.period_h", period, "between 0.1 and 24 h")?;
         let fall = leaves.cotyledons_h;
-        within("leaves.cotyledons_h", fall, (0.0..=1e4).contains(&fall), "between 0 and 10000 h")?;
+        ensure((0.0..=1e4).contains(&fall), "leaves.cotyledons_h", fall, "between 0 and 10000 h")?;
         for (key, value) in [
             ("growth.late", growth.late),
             ("motility.late", motility.late),
@@ -92,18 +71,18 @@ impl Individual {
             share(key, value)?;
         }
         for (key, value) in [("stem.radius_apex", stem.radius_apex), ("stem.radius_base", stem.radius_base)] {
-            within(key, value, (0.01..=1.0).contains(&value), "a radius between 0.01 and 1 cm")?;
+            ensure((0.01..=1.0).contains(&value), key, value, "a radius between 0.01 and 1 cm")?;
         }
         for (key, value) in
             [("stem.modulus_mpa", stem.modulus_mpa), ("stem.modulus_mature_mpa", stem.modulus_mature_mpa)]
         {
-            within(key, value, (1.0..=1e5).contains(&value), "between 1 and 100000 MPa")?;
+            ensure((1.0..=1e5).contains(&value), key, value, "between 1 and 100000 MPa")?;
         }
         for (key, value) in [("stem.tip_g", stem.tip_g), ("leaves.mass_g", leaves.mass_g)] {
-            within(key, value, (0.0..=50.0).contains(&value), "between 0 and 50 g")?;
+            ensure((0.0..=50.0).contains(&value), key, value, "between 0 and 50 g")?;
         }
         for (key, value) in [("tropism.light", tropism.light), ("tropism.gravity", tropism.gravity)] {
-            within(key, value, (0.0..=10.0).contains(&value), RATE)?;
+            ensure((0.0..=10.0).contains(&value), key, value, RATE)?;
         }
         for (key, value) in [
             ("tropism.bias_x", tropism.bias_x),
@@ -112,14 +91,14 @@ impl Individual {
             ("stem.tilt_z", stem.tilt_z),
             ("leaves.swing", leaves.swing),
         ] {
-            within(key, value, value.abs() <= 1.5, TILT)?;
+            ensure(value.abs() <= 1.5, key, value, TILT)?;
         }
         for (key, value) in [
             ("nutation.azimuth", nutation.azimuth),
             ("leaves.azimuth", leaves.azimuth),
             ("leaves.swing_phase", leaves.swing_phase),
         ] {
-            within(key, value, value.abs() <= 10.0, "an angle between -10 and 10 rad")?;
+            ensure(value.abs() <= 10.0, key, value, "an angle between -10 and 10 rad")?;
         }
         for (key, value) in [
             ("fluctuation.motility", fluctuation.motility),
@@ -129,24 +108,24 @@ impl Individual {
             ("nutation.curvature", nutation.curvature),
             ("pauses.episodes_per_h", pauses.episodes_per_h),
         ] {
-            within(key, value, (0.0..=2.0).contains(&value), "between 0 and 2")?;
+            ensure((0.0..=2.0).contains(&value), key, value, "between 0 and 2")?;
         }
-        within(
+        ensure(
+            (0.0..=0.2).contains(&growth.rate),
             "growth.rate",
             growth.rate,
-            (0.0..=0.2).contains(&growth.rate),
             "0 to 0.2 cm per five minutes",
         )?;
         let exponent = tropism.light_exponent;
-        within("tropism.light_exponent", exponent, (0.0..=2.0).contains(&exponent), "between 0 and 2")?;
+        ensure((0.0..=2.0).contains(&exponent), "tropism.light_exponent", exponent, "between 0 and 2")?;
         let balance = tropism.balance;
-        within("tropism.balance", balance, (0.01..=100.0).contains(&balance), "between 0.01 and 100")?;
-        within("nutation.hand", nutation.hand, nutation.hand.abs() == 1.0, "1 or -1")
+        ensure((0.01..=100.0).contains(&balance), "tropism.balance", balance, "between 0.01 and 100")?;
+        ensure(nutation.hand.abs() == 1.0, "nutation.hand", nutation.hand, "1 or -1")
     }
 }
 
 impl Spread {
-    fn check(&self) -> Result<(), SpeciesError> {
+    fn check(&self) -> Result<(), OutOfRange> {
         for (key, value) in [
             ("spread.growth_rate", self.growth_rate),
             ("spread.growth_zone", self.growth_zone),
@@ -183,7 +162,7 @@ impl Spread {
             share(key, value)?;
         }
         let [least, most] = self.nutation_roundness;
-        within("spread.nutation_roundness", least, least <= most, "the least before the most")
+        ensure(least <= most, "spread.nutation_roundness", least, "the least before the most")
     }
 }
 

@@ -9,7 +9,13 @@ use core::f64::consts::TAU;
 use super::{Bean, Individual};
 use crate::greenhouse::view::Place;
 use crate::math;
+use crate::math::statistics::mean;
 
+/// Powers of the paper's two lamps: both dark, and the right one lit.
+const DARK: [f64; 2] = [0.0, 0.0];
+const RIGHT: [f64; 2] = [0.0, 1.0];
+/// Time between two looks at a plant that grows to a length in the dark, in min. Chosen by hand: it grows 0.03 cm.
+const WAITING_MIN: f64 = 5.0;
 /// Minutes between two readings.
 const READING_MIN: f64 = 1.0;
 /// Hours after which an apex has found its set point, and until which that is averaged.
@@ -51,7 +57,7 @@ impl Response {
     pub fn set_point_deg(&self) -> f64 {
         let [from, to] = SETTLED_H.map(|hours| (hours * 60.0 / READING_MIN) as usize);
         let settled = &self.degrees[from.min(self.degrees.len() - 1)..to.min(self.degrees.len())];
-        settled.iter().sum::<f64>() / settled.len() as f64
+        mean(settled.iter().copied())
     }
 
     /// The farthest that the apex went beyond its set point, in degrees.
@@ -104,13 +110,13 @@ impl Response {
 /// The right lamp is switched on for `hours`.
 #[must_use]
 pub fn phototropic_step(individual: &Individual, length: f64, hours: f64) -> Response {
-    respond(upright(&still(individual), length), |_| [0.0, 1.0], hours)
+    respond(upright(&still(individual), length), |_| RIGHT, hours)
 }
 
 /// The right lamp is switched on for `minutes`, and the plant then watched in the dark, for `hours` in all.
 #[must_use]
 pub fn light_pulse(individual: &Individual, length: f64, minutes: f64, hours: f64) -> Response {
-    let lamps = |minute| if minute < minutes { [0.0, 1.0] } else { [0.0, 0.0] };
+    let lamps = |minute| if minute < minutes { RIGHT } else { DARK };
     respond(upright(&still(individual), length), lamps, hours)
 }
 
@@ -119,7 +125,7 @@ pub fn light_pulse(individual: &Individual, length: f64, minutes: f64, hours: f6
 pub fn gravitropic_step(individual: &Individual, length: f64, degrees: f64, hours: f64) -> Response {
     let mut bean = upright(&still(individual), length);
     bean.tip_over(degrees * TAU / 360.0);
-    respond(bean, |_| [0.0, 0.0], hours)
+    respond(bean, |_| DARK, hours)
 }
 
 /// The plant bends under the right lamp for `bending_h`, and then straightens in the dark on a clinostat, for `hours`.
@@ -128,12 +134,12 @@ pub fn gravitropic_step(individual: &Individual, length: f64, degrees: f64, hour
 #[must_use]
 pub fn straightening(individual: &Individual, length: f64, bending_h: f64, hours: f64) -> Response {
     let mut bean = upright(&still(individual), length);
-    bean.advance([0.0, 1.0], bending_h * 60.0);
+    bean.advance(&RIGHT, bending_h * 60.0);
     let tropism = &mut bean.plant.tropism;
     // Straightening is measured by both sensitivities: the balance makes up for the one that goes.
     tropism.balance *= tropism.light / (tropism.light + tropism.gravity);
     tropism.gravity = 0.0;
-    respond(bean, |_| [0.0, 0.0], hours)
+    respond(bean, |_| DARK, hours)
 }
 
 /// How the apex circles in the dark.
@@ -153,14 +159,14 @@ pub fn circumnutation(individual: &Individual, length: f64, hours: f64) -> Circl
     let mut bean = upright(individual, length);
     let path: Vec<Place> = (0..(hours * 60.0 / READING_MIN) as usize)
         .map(|_| {
-            bean.advance([0.0; 2], READING_MIN);
+            bean.advance(&DARK, READING_MIN);
             bean.apex()
         })
         .collect();
     let window = (individual.nutation.period_h * 60.0 / READING_MIN) as usize;
     let sway: Vec<f64> = path
         .windows(window)
-        .map(|turn| turn[window / 2][0] - turn.iter().map(|apex| apex[0]).sum::<f64>() / window as f64)
+        .map(|turn| turn[window / 2][0] - mean(turn.iter().map(|apex| apex[0])))
         .collect();
     let crossings: Vec<f64> = sway
         .windows(2)
@@ -172,7 +178,7 @@ pub fn circumnutation(individual: &Individual, length: f64, hours: f64) -> Circl
     let (first, last) = (crossings.first().copied(), crossings.last().copied());
     let period_min = (last.unwrap_or(f64::NAN) - first.unwrap_or(f64::NAN)) / turns * READING_MIN;
     // The mean of |sin| is 2 over pi.
-    let swing = sway.iter().map(|x| x.abs()).sum::<f64>() / sway.len() as f64;
+    let swing = mean(sway.iter().map(|x| x.abs()));
     Circling { path, period_min, amplitude: swing * TAU / 4.0 }
 }
 
@@ -187,7 +193,7 @@ fn still(individual: &Individual) -> Individual {
 fn upright(individual: &Individual, length: f64) -> Bean {
     let mut bean = Bean::quiet(individual.clone());
     while bean.length() < length && bean.age_h() < 1000.0 {
-        bean.advance([0.0; 2], 5.0);
+        bean.advance(&DARK, WAITING_MIN);
     }
     bean
 }
@@ -199,7 +205,7 @@ fn respond(mut bean: Bean, lamps: impl Fn(f64) -> [f64; 2], hours: f64) -> Respo
     };
     let mut degrees = vec![angle(&bean)];
     for reading in 0..(hours * 60.0 / READING_MIN) as u32 {
-        bean.advance(lamps(f64::from(reading) * READING_MIN), READING_MIN);
+        bean.advance(&lamps(f64::from(reading) * READING_MIN), READING_MIN);
         degrees.push(angle(&bean));
     }
     Response { degrees }

@@ -1,4 +1,4 @@
-//! A virtual bean without photographs: a world for statistics, where thousands of plants are wanted.
+//! A virtual bean without photographs: an environment for statistics over thousands of plants.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -9,34 +9,41 @@ use super::{Bean, Species};
 use crate::control::Controller;
 use crate::environment::{Environment, run, unwatched};
 use crate::greenhouse::detector;
-use crate::light::Light;
+use crate::lamps::{Layout, Light, MAX_LAMPS};
 use crate::observation::Observation;
 use crate::random::{self, Purpose};
 use crate::task::Task;
-use crate::track::{PERIOD_MIN, Sample, Track};
+use crate::track::{PAPER_PERIOD_MIN, Sample, Track};
 
-/// The lamps' power for a light: one of them full, or both dark.
+/// The powers of the lamps for a light: one at full power, or all dark.
 #[must_use]
-pub fn lamps(light: Option<Light>) -> [f64; 2] {
-    Light::BOTH.map(|lamp| if light == Some(lamp) { 1.0 } else { 0.0 })
+pub fn lamp_powers(light: Option<Light>) -> [f64; MAX_LAMPS] {
+    let mut powers = [0.0; MAX_LAMPS];
+    if let Some(light) = light {
+        powers[light.index()] = 1.0;
+    }
+    powers
 }
 
-/// Whoever watches a bean without photographs: places its tip as the paper's detector would place it in one (projected,
-/// leaves included, on its grid and with its noise), and notes beside that what is true.
+/// Observes a bean without photographs, and records its ground truth.
+///
+/// The tip is placed as the paper's detector places it in a photograph: projected, leaves included, on the detector's grid
+/// and with its noise.
 #[derive(Default)]
-pub(in crate::greenhouse) struct Watcher {
-    /// The detector's noise; without it the place is exact, but for the grid.
+pub(in crate::greenhouse) struct Observer {
+    /// The detector's noise; `None` leaves the rounding to the grid alone.
     noise: Option<ChaCha8Rng>,
-    /// What is true at each observation, in the order of [`TRUTH`].
+    /// Ground truth at each observation, in the order of [`TRUTH`].
     truth: [Vec<f64>; 5],
 }
 
-impl Watcher {
-    /// The watcher of the plant of `seed`.
+impl Observer {
+    /// An observer with the detector noise of the plant of `seed`.
     pub(in crate::greenhouse) fn of(seed: u64) -> Self {
         Self { noise: Some(random::stream(seed, Purpose::Camera, 0)), ..Self::default() }
     }
 
+    /// The tip as the detector places it.
     pub(in crate::greenhouse) fn observe(&mut self, bean: &Bean) -> Observation {
         let [x, y, z] = bean.apex();
         let truth = [x, y, z, bean.length(), bean.peak_curvature()];
@@ -50,7 +57,7 @@ impl Watcher {
         })
     }
 
-    /// `track` with what was true at each of its samples, in further columns.
+    /// Adds the ground truth at each sample to `track`, in further columns.
     pub(in crate::greenhouse) fn complete(self, mut track: Track) -> Track {
         for (name, values) in TRUTH.into_iter().zip(self.truth) {
             track.add_numbers(name, 5, values);
@@ -59,38 +66,114 @@ impl Watcher {
     }
 }
 
-/// A bean by itself, and its watcher.
+/// A bean without photographs as an environment.
 struct Specimen {
+    layout: Layout,
+    period_min: f64,
     bean: Bean,
-    watcher: Watcher,
+    observer: Observer,
 }
 
 impl Environment for Specimen {
     type Error = Infallible;
 
     fn observe(&mut self) -> Result<Observation, Infallible> {
-        Ok(self.watcher.observe(&self.bean))
+        Ok(self.observer.observe(&self.bean))
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        self.bean.advance(lamps(Some(light)), PERIOD_MIN);
+        let lit = Some(light).filter(|light| self.layout.contains(*light));
+        self.bean.advance(&lamp_powers(lit), self.period_min);
         Ok(())
+    }
+
+    fn period_min(&self) -> f64 {
+        self.period_min
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.layout
     }
 }
 
-/// Grows the plant of `seed`, with `scale` times the variation between real plants, under `controller` until `task` is
-/// over or `watch` breaks off.
-///
-/// The track has the columns `apex_x_cm`, `apex_y_cm`, `apex_z_cm` (the true shoot apex), `length_cm` (along the stem) and
-/// `curvature_per_cm` (the largest along the stem).
+impl Specimen {
+    fn run(
+        mut self,
+        controller: &mut (impl Controller + ?Sized),
+        task: &(impl Task + ?Sized),
+        watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
+    ) -> Track {
+        let Ok(track) = run(&mut self, controller, task, watch);
+        self.observer.complete(track)
+    }
+}
+
+/// An experiment on virtual plants of one species: their lamps, the period, and how much the plants vary.
 ///
 /// ```
-/// use tropism::control::chase::Chase;
+/// use tropism::control::Periodic;
+/// use tropism::environment::unwatched;
+/// use tropism::greenhouse::bean::{Species, Trial};
+/// use tropism::lamps::{Layout, Light};
+/// use tropism::task::OpenLoop;
+/// let species = Species::default();
+/// let trial = Trial { layout: Layout::four_sides(), period_min: 10.0, ..Trial::new(&species) };
+/// let task = OpenLoop { steps: 36, ..OpenLoop::default() };
+/// let mut controller = Periodic::new(18, &trial.layout).starting_with(Light::FRONT);
+/// let track = trial.grow(1, &mut controller, &task, &mut unwatched);
+/// assert_eq!((track.samples.len(), track.period_min), (37, 10.0));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Trial<'s> {
+    /// The species of the plants.
+    pub species: &'s Species,
+    /// Individual variation as a multiple of that of the species: 0 for its typical plant, 1 for the species.
+    pub scale: f64,
+    /// The lamps. Default: the paper's two.
+    pub layout: Layout,
+    /// Minutes between observations. Default: the paper's.
+    pub period_min: f64,
+}
+
+impl<'s> Trial<'s> {
+    /// An experiment with the variation of the species, the paper's lamps and the paper's period.
+    #[must_use]
+    pub fn new(species: &'s Species) -> Self {
+        Self { species, scale: 1.0, layout: Layout::default(), period_min: PAPER_PERIOD_MIN }
+    }
+
+    /// Grows the plant of `seed` under `controller` until `task` is over or `watch` breaks off.
+    ///
+    /// The track has the columns `apex_x_cm`, `apex_y_cm`, `apex_z_cm` (true shoot apex), `length_cm` (along the stem) and
+    /// `curvature_per_cm` (maximum along the stem).
+    pub fn grow(
+        &self,
+        seed: u64,
+        controller: &mut (impl Controller + ?Sized),
+        task: &(impl Task + ?Sized),
+        watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
+    ) -> Track {
+        let bean = Bean::new(self.species.draw(seed, self.scale), seed);
+        self.specimen(bean, Observer::of(seed)).run(controller, task, watch)
+    }
+
+    fn specimen(&self, bean: Bean, observer: Observer) -> Specimen {
+        let bean = bean.under(&self.layout);
+        Specimen { layout: self.layout.clone(), period_min: self.period_min, bean, observer }
+    }
+}
+
+/// Grows the plant of `seed`, with `scale` times the variation between real plants, under the paper's lamps and at its
+/// period: [`Trial::grow`].
+///
+/// ```
+/// use tropism::control::Greedy;
 /// use tropism::environment::unwatched;
 /// use tropism::greenhouse::bean::{Species, grow};
-/// use tropism::task::Task;
-/// let task = Task { max_steps: 24, ..Task::default() };
-/// let mut controller = Chase::new(task.targets.clone());
+/// use tropism::lamps::Layout;
+/// use tropism::task::Targets;
+/// let task = Targets { max_steps: 24, ..Targets::default() };
+/// let mut controller = Greedy::new(&task, &Layout::default());
 /// let track = grow(&Species::default(), 1, 1.0, &mut controller, &task, &mut unwatched);
 /// assert_eq!(track.samples.len(), 25);
 /// ```
@@ -99,36 +182,23 @@ pub fn grow(
     seed: u64,
     scale: f64,
     controller: &mut (impl Controller + ?Sized),
-    task: &Task,
+    task: &(impl Task + ?Sized),
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Track {
-    let bean = Bean::new(species.draw(seed, scale), seed);
-    Specimen { bean, watcher: Watcher::of(seed) }.live(controller, task, watch)
+    Trial { scale, ..Trial::new(species) }.grow(seed, controller, task, watch)
 }
 
-/// [`grow`] of the species' average plant, with nothing left to chance: no noise, no events, no difference between plants
-/// but `phase`, in rad, that of nutation at the start.
+/// [`grow`] of the typical plant of the species without noise and without events; `phase` is that of circumnutation at the
+/// start, in rad.
 #[must_use]
 pub fn grow_quiet(
     species: &Species,
     phase: f64,
     controller: &mut (impl Controller + ?Sized),
-    task: &Task,
+    task: &(impl Task + ?Sized),
 ) -> Track {
     let bean = Bean { phase, ..Bean::quiet(species.average()) };
-    Specimen { bean, watcher: Watcher::default() }.live(controller, task, &mut unwatched)
-}
-
-impl Specimen {
-    fn live(
-        mut self,
-        controller: &mut (impl Controller + ?Sized),
-        task: &Task,
-        watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
-    ) -> Track {
-        let Ok(track) = run(&mut self, controller, task, watch);
-        self.watcher.complete(track)
-    }
+    Trial::new(species).specimen(bean, Observer::default()).run(controller, task, &mut unwatched)
 }
 
 /// The columns of a grown track beside the required ones.

@@ -11,12 +11,12 @@
 //!
 //! Sign conventions: x to the right, y up, z towards the camera.
 
+pub mod experiments;
+mod grow;
 pub mod acceptance;
 pub mod calibrate;
 mod chance;
 mod check;
-pub mod experiments;
-mod grow;
 mod individual;
 mod rod;
 mod species;
@@ -24,20 +24,26 @@ mod species;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub use chance::Pause;
-pub use check::SpeciesError;
-pub(super) use grow::Watcher;
-pub use grow::{grow, grow_quiet, lamps};
+pub(super) use grow::Observer;
+pub use grow::{Trial, grow, grow_quiet, lamp_powers};
 pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
 pub use species::{Species, Spread};
 
 use super::pose::{Leaf, Node, Pose};
 use super::view::Place;
+use crate::lamps::{Layout, MAX_LAMPS};
 use crate::math;
 use chance::{Chance, Factors};
 use rod::{Drive, Rod};
 
-/// Longest time over which everything but the rod itself is held constant, in min.
-const TICK_MIN: f64 = 5.0;
+/// Unit of time of the rates in bean files that are given per five minutes (`growth.rate`, `fluctuation.phase`), in min:
+/// the paper's period between photographs (section 2.2.1).
+const FILE_RATE_MIN: f64 = 5.0;
+/// Those units in an hour.
+const FILE_RATES_PER_H: f64 = 60.0 / FILE_RATE_MIN;
+/// Longest time over which everything but the rod itself is held constant, in min. Chosen by hand: far below the hours in
+/// which it changes.
+const MAX_TICK_MIN: f64 = 5.0;
 /// Elongation of a seedling before it slows, over the rate at which it levels off.
 const EARLY_GROWTH: f64 = 1.13;
 /// Share of elongation that a seedling still lacks, and the time in which it comes, in h.
@@ -59,7 +65,7 @@ const LEAF_ANGLE: f64 = -0.35;
 /// use tropism::greenhouse::bean::{Bean, Species};
 /// let mut bean = Bean::new(Species::default().draw(1, 1.0), 1);
 /// for _ in 0..72 {
-///     bean.advance([0.0, 1.0], 5.0); // six hours of light from the right
+///     bean.advance(&[0.0, 1.0], 5.0); // six hours of light from the right
 /// }
 /// assert!(bean.apex()[0] > 0.0 && bean.length() > 4.0);
 /// ```
@@ -67,6 +73,9 @@ const LEAF_ANGLE: f64 = -0.35;
 pub struct Bean {
     plant: Individual,
     rod: Rod,
+    /// Places of the lamps, in cm, and their number.
+    lamps: [Place; MAX_LAMPS],
+    lamp_count: usize,
     age_h: f64,
     /// Phase of nutation, in rad.
     phase: f64,
@@ -95,12 +104,25 @@ impl Bean {
         Self {
             rod: Rod::seedling(&individual),
             plant: individual,
+            lamps: [[0.0; 3]; MAX_LAMPS],
+            lamp_count: 0,
             age_h: 0.0,
             phase: 0.0,
             unfold_h: f64::INFINITY,
             chance: None,
             substep_s: Self::SUBSTEP_S,
         }
+        .under(&Layout::default())
+    }
+
+    /// The same bean under the lamps of `layout`; without this, under the paper's two.
+    #[must_use]
+    pub fn under(mut self, layout: &Layout) -> Self {
+        self.lamp_count = layout.len();
+        for (place, lamp) in self.lamps.iter_mut().zip(layout.lamps()) {
+            *place = lamp.at;
+        }
+        self
     }
 
     /// The same bean, computed with another sub-step, in s.
@@ -113,25 +135,33 @@ impl Bean {
         Self { substep_s: seconds, ..self }
     }
 
-    /// Lives on for `minutes` under the lamps: the power of the left and of the right one, 0 to 1.
+    /// Grows for `minutes` under lamps of the given powers, 0 to 1, in the order of the layout; further lamps are dark.
     ///
-    /// 1 is 6 umol/m^2/s of blue light at 35 cm; less blue light, or another colour, is less.
+    /// Power 1 gives 6 umol/m^2/s of blue light at 35 cm; a dimmer lamp or another colour gives less.
     ///
     /// # Panics
-    /// If a power is not between 0 and 1, or the time is negative or not finite.
-    pub fn advance(&mut self, lamps: [f64; 2], minutes: f64) {
+    /// If a power is not between 0 and 1 or belongs to no lamp, or if the time is negative or not finite.
+    pub fn advance(&mut self, lamp_powers: &[f64], minutes: f64) {
+        let has_lamp = |number: usize| number < self.lamp_count;
         assert!(
-            lamps.iter().all(|power| (0.0..=1.0).contains(power)),
-            "found lamps {lamps:?}, wanted 0 to 1"
+            lamp_powers.iter().enumerate().all(|(number, power)| {
+                (0.0..=1.0).contains(power) && (has_lamp(number) || *power == 0.0)
+            }),
+            "found lamp powers {lamp_powers:?}, wanted 0 to 1 for each of {} lamps",
+            self.lamp_count
         );
+        let mut powers = [0.0; MAX_LAMPS];
+        for (power, wanted) in powers.iter_mut().zip(lamp_powers) {
+            *power = *wanted;
+        }
         assert!(minutes >= 0.0 && minutes.is_finite(), "found {minutes} min, wanted 0 or more");
-        let ticks = (minutes / TICK_MIN).ceil().max(1.0);
+        let ticks = (minutes / MAX_TICK_MIN).ceil().max(1.0);
         for _ in 0..ticks as u32 {
-            self.tick(lamps, minutes / ticks / 60.0);
+            self.tick(powers, minutes / ticks / 60.0);
         }
     }
 
-    fn tick(&mut self, lamps: [f64; 2], tick_h: f64) {
+    fn tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) {
         let plant = &self.plant;
         let substeps = (tick_h * 3600.0 / self.substep_s - 1e-9).ceil().max(1.0);
         let factors = match &mut self.chance {
@@ -141,7 +171,8 @@ impl Bean {
         let zone = self.zone();
         let drive = Drive {
             dt: tick_h / substeps,
-            lamps,
+            lamps: self.lamps,
+            powers,
             growth: self.elongation() * factors.growth,
             gain: self.maturity() * factors.motility,
             zone,
@@ -273,7 +304,7 @@ impl Bean {
         let (lack, time_h) = SEEDLING;
         let young = 1.0 - lack * math::exp(-self.age_h / time_h);
         let old = math::logistic((growth.slows_h - self.age_h) / growth.slowing_h);
-        60.0 / TICK_MIN * growth.rate * (growth.late + (EARLY_GROWTH - growth.late) * young * old)
+        FILE_RATES_PER_H * growth.rate * (growth.late + (EARLY_GROWTH - growth.late) * young * old)
     }
 
     /// Motility left at this age, as a share.
@@ -302,6 +333,6 @@ fn circle(plant: &Individual) -> [[f64; 2]; 2] {
 }
 
 fn unit(vector: Place) -> Place {
-    let length = vector.iter().map(|axis| axis * axis).sum::<f64>().sqrt();
+    let length = math::vector::norm(vector);
     if length > 0.0 { vector.map(|axis| axis / length) } else { [0.0, 1.0, 0.0] }
 }

@@ -13,7 +13,8 @@
 use core::f64::consts::PI;
 
 use super::Individual;
-use crate::greenhouse::view::{LAMPS, Place, WALL};
+use crate::greenhouse::view::{Place, WALL};
+use crate::lamps::MAX_LAMPS;
 use crate::math;
 
 /// A segment longer than this splits, in cm.
@@ -52,8 +53,10 @@ const GENTLE: f64 = 0.03;
 pub(super) struct Drive {
     /// Sub-step, in h.
     pub(super) dt: f64,
-    /// Power of the left and of the right lamp, 0 to 1.
-    pub(super) lamps: [f64; 2],
+    /// Places of the lamps, in cm.
+    pub(super) lamps: [Place; MAX_LAMPS],
+    /// Power of each lamp, 0 to 1; 0 for places without a lamp.
+    pub(super) powers: [f64; MAX_LAMPS],
     /// Elongation, in cm/h.
     pub(super) growth: f64,
     /// Motor gain: maturity, fluctuation and pauses.
@@ -398,8 +401,8 @@ impl Segments {
         for axis in 0..3 {
             self.light[axis][..=n].fill(0.0);
         }
-        for (lamp, watt) in LAMPS.iter().zip(drive.lamps).filter(|(_, power)| *power > 0.0) {
-            let strength = watt * LAMP_DISTANCE * LAMP_DISTANCE;
+        for (lamp, power) in drive.lamps.iter().zip(drive.powers).filter(|(_, power)| *power > 0.0) {
+            let strength = power * LAMP_DISTANCE * LAMP_DISTANCE;
             for i in 0..=n {
                 let x = lamp[0] - self.middle[0][i];
                 let y = lamp[1] - self.middle[1][i];

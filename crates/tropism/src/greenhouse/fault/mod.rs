@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::pose::Pose;
 use super::render::Renderer;
 use super::view::View;
-use crate::light::Light;
+use crate::check::{OutOfRange, ensure};
+use crate::lamps::Light;
 use crate::photo::Image;
 use crate::random::{Purpose, derive, stream, uniform};
 
@@ -107,16 +108,6 @@ pub struct Faults {
     pub dropped: f64,
 }
 
-/// A rate that is no probability.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("found faults.{key} = {value}, wanted a probability per photograph, 0 to 1")]
-pub struct FaultsError {
-    /// The fault's key.
-    pub key: &'static str,
-    /// Its rate.
-    pub value: f64,
-}
-
 /// A fault that a photograph suffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Happening {
@@ -153,12 +144,12 @@ impl Faults {
     /// Whether every rate is a probability.
     ///
     /// # Errors
-    /// [`FaultsError`] names the first that is not.
-    pub fn check(&self) -> Result<(), FaultsError> {
-        match self.rates().into_iter().find(|(_, _, rate)| !(0.0..=1.0).contains(rate)) {
-            Some((key, _, value)) => Err(FaultsError { key, value }),
-            None => Ok(()),
-        }
+    /// [`OutOfRange`] names the first that is not.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        self.rates().into_iter().try_for_each(|(key, _, rate)| {
+            let is_probability = (0.0..=1.0).contains(&rate);
+            ensure(is_probability, format!("faults.{key}"), rate, "a probability per photograph, 0 to 1")
+        })
     }
 
     /// What photograph number `frame` of the camera in front suffers under `seed`, in the order of [`Fault::ALL`], each
@@ -300,7 +291,7 @@ mod tests {
 
     fn taken(happenings: &[Happening]) -> Option<Vec<u8>> {
         let mut renderer = Renderer::new(&Scene { width: 324, height: 243, ..Scene::default() }, 1);
-        photograph(&mut renderer, happenings, &bean(), Some(Light::Left), 3, Some(b"the one before"))
+        photograph(&mut renderer, happenings, &bean(), Some(Light::LEFT), 3, Some(b"the one before"))
     }
 
     fn picture(happenings: &[Happening]) -> Image {

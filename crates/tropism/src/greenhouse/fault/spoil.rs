@@ -5,14 +5,14 @@ use rand::Rng;
 use crate::geometry::Pixel;
 use crate::greenhouse::pose::{Leaf, Pose};
 use crate::greenhouse::render::blurred;
-use crate::greenhouse::vector::{plus, scaled};
 use crate::greenhouse::view::View;
 use crate::math;
+use crate::math::vector::{add, scale};
 use crate::photo::Image;
 use crate::random::uniform;
 
 fn between(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
-    low + (high - low) * uniform(rng)
+    math::interpolate::lerp(low, high, uniform(rng))
 }
 
 /// Hangs one of the leaves, face on to the camera, in front of the apex.
@@ -22,8 +22,8 @@ pub(super) fn leaf_across(pose: &mut Pose, view: View, rng: &mut impl Rng) {
     let along = view.back([side * math::cos(slant), math::sin(slant), 0.0]);
     let across = view.back([-math::sin(slant), side * math::cos(slant), 0.0]);
     let length = pose.leaves[1].length.max(3.5);
-    let in_front = plus(pose.apex(), view.back([0.0, 0.0, 1.0]));
-    pose.leaves[1] = Leaf { base: plus(in_front, scaled(along, -0.6 * length)), along, across, length };
+    let in_front = add(pose.apex(), view.back([0.0, 0.0, 1.0]));
+    pose.leaves[1] = Leaf { base: add(in_front, scale(along, -0.6 * length)), along, across, length };
     pose.spread = 1.0;
 }
 

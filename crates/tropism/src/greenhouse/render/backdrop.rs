@@ -4,14 +4,14 @@
 
 use super::body::nearness;
 use super::cloth::{Cloth, Texture};
+use super::paint::Canvas;
 use super::tone::Tone;
 use crate::geometry::{Pixel, Point};
 use crate::greenhouse::scene::{LAMP_HEIGHT, LAMP_RADIUS, Lighting, POT_DEPTH, POT_RADIUS, Rgb, Scene};
-use crate::greenhouse::vector::{length, minus, plus, scaled, unit};
-use crate::greenhouse::view::{CAMERA, LAMPS, Place, View, WALL, project};
-
-use crate::light::Light;
+use crate::greenhouse::view::{CAMERA, Place, View, WALL, project};
+use crate::lamps::{Lamp, Layout, Light};
 use crate::math;
+use crate::math::vector::{add, norm, normalize_or, scale, sub};
 
 /// Black cloth is a dull brown to a sensor: its dye lets the longest waves go, here more, there less.
 const CLOTH: [Rgb; 2] = [[0.068, 0.040, 0.044], [0.055, 0.047, 0.030]];
@@ -21,7 +21,7 @@ const BLUE_ON_CLOTH: Rgb = [0.6, 1.0, 1.4];
 
 const LINER: Rgb = [0.062, 0.042, 0.046];
 const POT: Rgb = [0.62, 0.60, 0.64];
-const LAMP: Rgb = [0.10, 0.10, 0.10];
+const STRIP_GAP: Rgb = [0.10, 0.10, 0.10];
 const COIL: Rgb = [0.26, 0.26, 0.26];
 const DIODE: Rgb = [0.52, 0.52, 0.48];
 const CABLE: Rgb = [0.035, 0.035, 0.04];
@@ -38,6 +38,17 @@ pub(super) struct Tent {
     cloth: Cloth,
     texture: Texture,
     view: View,
+    lamps: Vec<Coil>,
+}
+
+/// A lamp: an upright cylinder around which its strip of diodes is coiled.
+#[derive(Clone, Copy, Debug)]
+struct Coil {
+    light: Light,
+    /// Centre in the camera's coordinates, in cm.
+    centre: Place,
+    /// Whether it stands at the tent's back wall, as the paper's do.
+    is_on_wall: bool,
 }
 
 /// Where a ray meets something: the place, the way it faces, and its colour.
@@ -58,9 +69,67 @@ enum Thing {
     Coil(Light),
 }
 
+impl Coil {
+    /// Whether it stands between the plant and the camera.
+    fn is_before_plant(&self) -> bool {
+        LAMP_RADIUS < self.centre[2] && self.centre[2] + LAMP_RADIUS < CAMERA[2]
+    }
+
+    /// Its middle in the plane of the pot's axis, and half the width and height that hold it there, in cm.
+    fn extent(&self) -> (Point, f64, f64) {
+        let [x, y, z] = self.centre;
+        let (middle, mut near, mut shift) = (project(self.centre), nearness(self.centre).max(1.0), 0.0);
+        if !self.is_on_wall {
+            let front = [x, y, z + LAMP_RADIUS];
+            near = nearness(front).max(1.0);
+            shift = middle.distance(project(front));
+        }
+        (middle, LAMP_RADIUS * near + shift + 0.5, 0.5 * LAMP_HEIGHT * near + shift + 0.5)
+    }
+}
+
 impl Tent {
-    pub(super) fn new(scene: &Scene, seed: u64, view: View) -> Self {
-        Self { cloth: Cloth::new(scene, seed, view), texture: Texture { seed }, view }
+    pub(super) fn new(scene: &Scene, layout: &Layout, seed: u64, view: View) -> Self {
+        let cloth = Cloth::new(scene, seed, view);
+        let mut tent = Self { cloth, texture: Texture { seed }, view, lamps: Vec::new() };
+        tent.set_lamps(layout);
+        tent
+    }
+
+    /// Exchanges the lamps for those of `layout`.
+    pub(super) fn set_lamps(&mut self, layout: &Layout) {
+        let view = self.view;
+        let coil = |(light, lamp): (Light, &Lamp)| Coil {
+            light,
+            centre: view.of(lamp.at),
+            is_on_wall: (lamp.at[2] - WALL).abs() <= LAMP_RADIUS,
+        };
+        self.lamps = layout.lights().zip(layout.lamps()).map(coil).collect();
+    }
+
+    /// Erases what the camera cannot see of a painted plant because a lamp stands before it.
+    pub(super) fn mask(&self, canvas: &mut Canvas<'_>) {
+        let (columns, rows) = (canvas.pixmap.width() as usize, canvas.pixmap.height() as usize);
+        let ([left, top], frame) = (canvas.corner, canvas.frame);
+        for coil in self.lamps.iter().filter(|coil| coil.is_before_plant()) {
+            let (centre, half_width, half_height) = coil.extent();
+            let corner = |sign: f64| Point::new(centre.x - sign * half_width, centre.y + sign * half_height);
+            let (from, to) = (frame.pixel(corner(1.0)), frame.pixel(corner(-1.0)));
+            let span = |from: f64, to: f64, corner: i64, size: usize| {
+                let within = |pixel: f64| (pixel - corner as f64).clamp(0.0, size as f64) as usize;
+                within(from.floor())..within(to.ceil() + 1.0)
+            };
+            for row in span(from.y, to.y, top, rows) {
+                for column in span(from.x, to.x, left, columns) {
+                    let pixel = Pixel::new((left + column as i64) as f64, (top + row as i64) as f64);
+                    let point = frame.point(pixel);
+                    if self.meet_lamp(sub([point.x, point.y, 0.0], CAMERA), coil).is_some() {
+                        let at = 4 * (row * columns + column);
+                        canvas.pixmap.data_mut()[at..at + 4].fill(0);
+                    }
+                }
+            }
+        }
     }
 
     /// Red, green and blue of each pixel, sharp.
@@ -81,7 +150,7 @@ impl Tent {
                     );
                     // Clipping each ray keeps the edge of a lamp from outshining the pixel that holds it.
                     let light = self.light(point, lighting).map(|band| band.min(1.5));
-                    seen = plus(seen, scaled(light, 1.0 / f64::from(rays * rays)));
+                    seen = add(seen, scale(light, 1.0 / f64::from(rays * rays)));
                 }
                 rgb.extend(seen.map(|band| tone.grey(band)));
             }
@@ -91,7 +160,7 @@ impl Tent {
 
     /// The light that reaches the lens through a point of the plane of the pot's axis.
     fn light(&self, point: Point, lighting: &Lighting) -> Rgb {
-        let along = minus([point.x, point.y, 0.0], CAMERA);
+        let along = sub([point.x, point.y, 0.0], CAMERA);
         let hit = self.meet(along);
         let light = match hit.what {
             Thing::Coil(light) if lighting.lit() == Some(light) => [40.0; 3],
@@ -101,26 +170,29 @@ impl Tent {
         };
         let mut shine = core::array::from_fn(|band| light[band] * hit.colour[band]);
         if hit.what == Thing::Pot {
-            shine = plus(shine, scaled(lighting.gloss(hit.at, hit.normal), 0.35));
+            shine = add(shine, scale(lighting.gloss(hit.at, hit.normal), 0.35));
         }
-        let veil = lighting.lit().map_or([0.0; 3], |light| lighting.veil(self.off_coil(point, light)));
+        let veil = self.lit(lighting).map_or([0.0; 3], |coil| lighting.veil(self.off_coil(point, coil)));
         // A wide lens darkens towards its corners.
-        let slant = CAMERA[2] / length(along);
-        plus(scaled(shine, slant * slant), veil)
+        let slant = CAMERA[2] / norm(along);
+        add(scale(shine, slant * slant), veil)
     }
 
     /// The light on the cloth. Half of a lamp's coil faces the cloth from close by, so that it gets more of the lamp than
     /// its distance from the lamp's middle tells: around the lamp the cloth is brighter than the sensor can tell.
     fn on_wall(&self, hit: &Hit, lighting: &Lighting) -> Rgb {
-        let flood = lighting.lit().map_or(0.0, |light| {
-            let from_lamp = minus(hit.at, self.lamp(light));
-            let near = 9.0 / length(from_lamp).max(4.0);
-            2.3 * (1.0 + 2.5 * near * near * near * near) * self.beam(from_lamp, light)
+        let flood = self.lit(lighting).map_or(0.0, |coil| {
+            if !coil.is_on_wall {
+                return 1.0;
+            }
+            let from_lamp = sub(hit.at, coil.centre);
+            let near = 9.0 / norm(from_lamp).max(4.0);
+            2.3 * (1.0 + 2.5 * near * near * near * near) * self.beam(from_lamp, coil.light)
         });
         let lamp = lighting.by_lamp(hit.at, hit.normal, 0.1);
-        let flash = scaled(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35);
+        let flash = scale(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35);
         let lamp = core::array::from_fn(|band| lamp[band] * flood * BLUE_ON_CLOTH[band]);
-        plus(plus(scaled(lighting.bounced(), BETWEEN), flash), lamp)
+        add(add(scale(lighting.bounced(), BETWEEN), flash), lamp)
     }
 
     /// How much of its light a lamp sends along the cloth in some direction: its collar keeps the light from what hangs
@@ -129,24 +201,17 @@ impl Tent {
         // The cloth behind the lamps runs along the side camera's view.
         let turn = math::atan2(if self.view == View::Front { x } else { z }, -y);
         let below = ((0.55 - turn.abs()) / 0.25).clamp(0.0, 1.0);
-        let layer = 30 + light as u64;
+        let layer = 30 + light.index() as u64;
         let rays = 0.26 * self.texture.noise(layer, 1.6 * turn, 0.0)
             + 0.16 * self.texture.noise(layer, 5.0 * turn, 7.0);
         (1.0 + rays) * (1.0 - 0.7 * below * below * (3.0 - 2.0 * below))
     }
 
-    /// The nearest thing along a ray from the camera. The things do not overlap as the camera sees them, apart from the
-    /// pot's own parts, which are tried from the nearest.
+    /// The nearest thing along a ray from the camera.
     fn meet(&self, along: Place) -> Hit {
-        if let Some(hit) = self.meet_pot(along) {
-            return hit;
-        }
-        for light in Light::BOTH {
-            if let Some(hit) = self.meet_lamp(along, light) {
-                return hit;
-            }
-        }
-        self.meet_wall(along)
+        let lamps = self.lamps.iter().filter_map(|coil| self.meet_lamp(along, coil));
+        let things = self.meet_pot(along).into_iter().chain(lamps);
+        things.max_by(|a, b| a.at[2].total_cmp(&b.at[2])).unwrap_or_else(|| self.meet_wall(along))
     }
 
     fn meet_wall(&self, along: Place) -> Hit {
@@ -160,13 +225,13 @@ impl Tent {
         }
         let at = on_ray(along, far);
         if self.view == View::Front
-            && let Some(across) = Light::BOTH.into_iter().find_map(|light| on_cable(at, light))
+            && let Some(across) = self.lamps.iter().find_map(|coil| on_cable(at, coil))
         {
             let normal = [across, 0.0, (1.0 - across * across).sqrt()];
             return Hit { at, normal, colour: CABLE, what: Thing::Matt };
         }
         let [slope_x, slope_y, brightness] = self.cloth.at(at[0], at[1]);
-        let normal = unit([-slope_x, -slope_y, 1.0], [0.0, 0.0, 1.0]);
+        let normal = normalize_or([-slope_x, -slope_y, 1.0], [0.0, 0.0, 1.0]);
         Hit { at, normal, colour: self.cloth_colour(at[0], at[1], brightness), what: Thing::Wall }
     }
 
@@ -174,21 +239,19 @@ impl Tent {
     fn cloth_colour(&self, x: f64, y: f64, brightness: f64) -> Rgb {
         let other = (0.5 + 0.8 * self.texture.noise(26, 0.045 * x, 0.03 * y)).clamp(0.0, 1.0);
         let weave = 1.0 + 0.07 * self.texture.noise(27, 6.0 * x, 4.0 * y);
-        plus(
-            scaled(CLOTH[0], (1.0 - other) * brightness * weave),
-            scaled(CLOTH[1], other * brightness * weave),
-        )
+        add(scale(CLOTH[0], (1.0 - other) * brightness * weave), scale(CLOTH[1], other * brightness * weave))
     }
 
     /// The tent's back wall as the side camera sees it.
     fn back_wall(&self, at: Place) -> Hit {
         let [slope_x, slope_y, brightness] = self.cloth.at(at[2], at[1]);
-        let normal = unit([-1.0, -slope_y, -slope_x], [-1.0, 0.0, 0.0]);
+        let normal = normalize_or([-1.0, -slope_y, -slope_x], [-1.0, 0.0, 0.0]);
         Hit { at, normal, colour: self.cloth_colour(at[2], at[1], brightness), what: Thing::Wall }
     }
 
-    fn lamp(&self, light: Light) -> Place {
-        self.view.of(lamp(light))
+    /// The lamp that is lit.
+    fn lit(&self, lighting: &Lighting) -> Option<&Coil> {
+        self.lamps.get(lighting.lit()?.index())
     }
 
     fn meet_pot(&self, along: Place) -> Option<Hit> {
@@ -199,7 +262,7 @@ impl Tent {
             let crumple = self.texture.noise(22, 1.3 * at[0], 0.8 * at[1] + at[2]);
             Hit {
                 at,
-                normal: unit(plus(normal, [crumple, 0.5, 0.0]), normal),
+                normal: normalize_or(add(normal, [crumple, 0.5, 0.0]), normal),
                 colour: LINER,
                 what: Thing::Matt,
             }
@@ -219,7 +282,7 @@ impl Tent {
         if let Some((at, normal)) =
             cone(POT_RADIUS + 0.25, 0.0, 1.0).filter(|(at, _)| (0.0..=lip(*at)).contains(&at[1]))
         {
-            return Some(crumpled((at, scaled(normal, -1.0))));
+            return Some(crumpled((at, scale(normal, -1.0))));
         }
         // The rim stands a little proud of the wall below it.
         let (at, normal, under) = cone(POT_RADIUS - 0.1, 0.0, -1.0)
@@ -231,7 +294,7 @@ impl Tent {
             })?;
         // What hangs over a surface keeps the flash off it.
         let shade = ((-at[1] - under) / 0.8).clamp(0.0, 1.0);
-        Some(Hit { at, normal, colour: scaled(POT, 0.45 + 0.55 * shade), what: Thing::Pot })
+        Some(Hit { at, normal, colour: scale(POT, 0.45 + 0.55 * shade), what: Thing::Pot })
     }
 
     /// The cloth that covers the soil, in folds that run to the stem, and rises to the rim.
@@ -253,25 +316,31 @@ impl Tent {
         let tangent = [-math::sin(turn), 0.0, math::cos(turn)];
         let radial = [math::cos(turn), 0.0, math::sin(turn)];
         let rising = ((far - 5.5) / 2.0).clamp(0.0, 1.0);
-        let slope = plus(scaled(tangent, -around), scaled(radial, -outward - 0.6 * rising));
+        let slope = add(scale(tangent, -around), scale(radial, -outward - 0.6 * rising));
         // Hollows are darker than ridges.
-        let colour = scaled(LINER, (0.70 + 1.1 * here).clamp(0.15, 1.4));
-        Hit { at, normal: unit(plus(slope, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]), colour, what: Thing::Matt }
+        let colour = scale(LINER, (0.70 + 1.1 * here).clamp(0.15, 1.4));
+        Hit {
+            at,
+            normal: normalize_or(add(slope, [0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]),
+            colour,
+            what: Thing::Matt,
+        }
     }
 
-    fn meet_lamp(&self, along: Place, light: Light) -> Option<Hit> {
-        let centre = self.lamp(light);
-        let [ox, _, oz] = minus(CAMERA, centre);
+    fn meet_lamp(&self, along: Place, coil: &Coil) -> Option<Hit> {
+        let centre = coil.centre;
+        let [ox, _, oz] = sub(CAMERA, centre);
         let [dx, _, dz] = along;
         let far =
-            root(dx * dx + dz * dz, ox * dx + oz * dz, ox * ox + oz * oz - LAMP_RADIUS * LAMP_RADIUS, -1.0)?;
+            root(dx * dx + dz * dz, ox * dx + oz * dz, ox * ox + oz * oz - LAMP_RADIUS * LAMP_RADIUS, -1.0)
+                .filter(|far| *far > 0.0)?;
         let at = on_ray(along, far);
         let up = at[1] - centre[1];
         // What of it lies within the cloth of the wall is not seen.
         if up.abs() > LAMP_HEIGHT / 2.0 || (self.view == View::Side && at[0] > -WALL) {
             return None;
         }
-        let normal = unit([at[0] - centre[0], 0.0, at[2] - centre[2]], [0.0, 0.0, 1.0]);
+        let normal = normalize_or([at[0] - centre[0], 0.0, at[2] - centre[2]], [0.0, 0.0, 1.0]);
         // The strip of 144 diodes a metre is coiled in turns of 1.2 cm; a collar closes the cylinder below.
         let turn = math::atan2(normal[0], normal[2]) / core::f64::consts::TAU;
         let part = |value: f64| value - value.floor();
@@ -280,20 +349,20 @@ impl Tent {
         let colour = if up < 1.2 - LAMP_HEIGHT / 2.0 {
             COIL
         } else if phase > 0.8 {
-            LAMP
+            STRIP_GAP
         } else if (0.2..0.6).contains(&phase) && diode < 0.6 {
             DIODE
         } else {
             COIL
         };
-        Some(Hit { at, normal, colour, what: Thing::Coil(light) })
+        Some(Hit { at, normal, colour, what: Thing::Coil(coil.light) })
     }
 
     /// Distance in the picture from the upright line of a lamp's coil, in cm of the plane of the pot's axis.
-    fn off_coil(&self, point: Point, light: Light) -> f64 {
-        let centre = project(self.lamp(light));
-        // Seen from the side the lamps stand at distances of their own, and their glow grows with them.
-        let near = if self.view == View::Side { nearness(self.lamp(light)) } else { 1.0 };
+    fn off_coil(&self, point: Point, coil: &Coil) -> f64 {
+        let centre = project(coil.centre);
+        // Lamps at other distances than the front camera's wall look larger or smaller, and their glow with them.
+        let near = if self.view == View::Front && coil.is_on_wall { 1.0 } else { nearness(coil.centre) };
         let above = (point.y - centre.y).abs() / near - 0.42 * LAMP_HEIGHT;
         math::hypot((point.x - centre.x) / near, above.max(0.0))
     }
@@ -301,11 +370,9 @@ impl Tent {
     /// Whether nothing but cloth can be seen near a point.
     fn is_cloth(&self, point: Point) -> bool {
         let pot = point.y < 2.5 && point.x.abs() < POT_RADIUS + 2.0;
-        let lamps = Light::BOTH.into_iter().any(|light| {
-            let centre = project(self.lamp(light));
-            let near = nearness(self.lamp(light)).max(1.0);
-            (point.x - centre.x).abs() < LAMP_RADIUS * near + 0.5
-                && (point.y - centre.y).abs() < 0.5 * LAMP_HEIGHT * near + 0.5
+        let lamps = self.lamps.iter().any(|coil| {
+            let (centre, half_width, half_height) = coil.extent();
+            (point.x - centre.x).abs() < half_width && (point.y - centre.y).abs() < half_height
         });
         !pot && !lamps
     }
@@ -313,7 +380,7 @@ impl Tent {
 
 /// A place on the ray from the camera along `along`.
 fn on_ray(along: Place, far: f64) -> Place {
-    plus(CAMERA, scaled(along, far))
+    add(CAMERA, scale(along, far))
 }
 
 /// An upright cone around the pot's axis, met from the front (`side` -1) or from within at the back (1): its radius at
@@ -326,15 +393,18 @@ fn meet_cone(along: Place, radius: f64, narrowing: f64, side: f64) -> Option<(Pl
     let b = ox * dx + oz * dz - narrowing * wide * dy;
     let c = ox * ox + oz * oz - wide * wide;
     let at = on_ray(along, root(a, b, c, side)?);
-    let normal = unit([at[0], -narrowing * (radius + narrowing * at[1]), at[2]], [0.0, 0.0, 1.0]);
+    let normal = normalize_or([at[0], -narrowing * (radius + narrowing * at[1]), at[2]], [0.0, 0.0, 1.0]);
     Some((at, normal))
 }
 
 /// How far across a lamp's cable a place of the wall lies, from -1 to 1, if it lies on it: up from the lamp, in a bow.
-fn on_cable(at: Place, light: Light) -> Option<f64> {
-    let [x, y, _] = lamp(light);
+fn on_cable(at: Place, coil: &Coil) -> Option<f64> {
+    if !coil.is_on_wall {
+        return None;
+    }
+    let [x, y, _] = coil.centre;
     let above = at[1] - y - 0.4 * LAMP_HEIGHT;
-    let bow = x - light.sign() * (0.10 * above + 0.018 * above * above);
+    let bow = x - x.signum() * (0.10 * above + 0.018 * above * above);
     let across = (at[0] - bow) / 0.35;
     (above > 0.0 && across.abs() < 1.0).then_some(across)
 }
@@ -343,8 +413,4 @@ fn on_cable(at: Place, light: Light) -> Option<f64> {
 fn root(a: f64, b: f64, c: f64, side: f64) -> Option<f64> {
     let under = b * b - a * c;
     (under >= 0.0).then(|| (-b + side * under.sqrt()) / a)
-}
-
-fn lamp(light: Light) -> Place {
-    LAMPS[if light == Light::Left { 0 } else { 1 }]
 }

@@ -4,9 +4,9 @@
 
 use crate::geometry::Point;
 use crate::greenhouse::pose::{Leaf, Node, Pose};
-use crate::greenhouse::vector::{cross, dot, minus, plus, scaled, unit};
 use crate::greenhouse::view::{CAMERA, Frame, Place, project};
 use crate::math;
+use crate::math::vector::{add, cross, distance, dot, normalize_or, scale, sub};
 
 /// Hours over which the last of the apical hook straightens: the paper starts right after it has opened.
 const HOOK_OPENS: f64 = 6.0;
@@ -63,10 +63,10 @@ impl Body {
         let hook = hook(pose, side);
         let end = hook.last().or(stem.last()).map_or([0.0; 3], |node| node.at);
         let heading = match hook.as_slice() {
-            [.., last, end] => unit(minus(end.at, last.at), pose.heading),
+            [.., last, end] => normalize_or(sub(end.at, last.at), pose.heading),
             _ => pose.heading,
         };
-        let bud = Oval { centre: minus(end, scaled(heading, 0.12)), half: scaled(heading, 0.26), wide: 0.14 };
+        let bud = Oval { centre: sub(end, scale(heading, 0.12)), half: scale(heading, 0.26), wide: 0.14 };
         let withered = pose.withered;
         let node = cotyledonary(&stem);
         let cotyledons =
@@ -116,7 +116,7 @@ fn smooth(nodes: &[Node]) -> Vec<Node> {
 
 /// The part of `vector` at right angles to the unit vector `to`, at length 1.
 fn square_to(vector: Place, to: Place) -> Place {
-    unit(minus(vector, scaled(to, dot(vector, to))), [1.0, 0.0, 0.0])
+    normalize_or(sub(vector, scale(to, dot(vector, to))), [1.0, 0.0, 0.0])
 }
 
 fn hook(pose: &Pose, side: Place) -> Vec<Node> {
@@ -128,8 +128,8 @@ fn hook(pose: &Pose, side: Place) -> Vec<Node> {
     let mut nodes = vec![*end];
     for step in 1..=steps {
         let turn = 2.4 * closed * f64::from(step) / f64::from(steps);
-        let along = plus(scaled(pose.heading, math::cos(turn)), scaled(side, math::sin(turn)));
-        at = plus(at, scaled(along, 0.42 * closed / f64::from(steps)));
+        let along = add(scale(pose.heading, math::cos(turn)), scale(side, math::sin(turn)));
+        at = add(at, scale(along, 0.42 * closed / f64::from(steps)));
         nodes.push(Node { at, radius: end.radius });
     }
     nodes
@@ -137,10 +137,7 @@ fn hook(pose: &Pose, side: Place) -> Vec<Node> {
 
 /// Index of the place of the stem that bears the cotyledons.
 fn cotyledonary(stem: &[Node]) -> usize {
-    let length = |pair: &[Node]| {
-        let [dx, dy, dz] = minus(pair[1].at, pair[0].at);
-        (dx * dx + dy * dy + dz * dz).sqrt()
-    };
+    let length = |pair: &[Node]| distance(pair[1].at, pair[0].at);
     let whole: f64 = stem.windows(2).map(length).sum();
     // They are carried up while the hypocotyl below them still grows.
     let wanted = (0.72 * whole).min(5.5);
@@ -156,18 +153,18 @@ fn cotyledonary(stem: &[Node]) -> usize {
 fn cotyledons(stem: &[Node], side: Place, age_h: f64, withered: f64) -> Vec<Oval> {
     let [foot, next, ..] = stem else { return Vec::new() };
     let pair = [foot, next];
-    let along = unit(minus(pair[1].at, pair[0].at), [0.0, 1.0, 0.0]);
+    let along = normalize_or(sub(pair[1].at, pair[0].at), [0.0, 1.0, 0.0]);
     let side = square_to(side, along);
     // From half raised they sink, and shrivel.
     let raised = 0.55 - 1.3 * (age_h / 50.0).min(1.0);
     let size = 1.0 - 0.55 * withered;
     [1.0, -1.0]
         .map(|sign| {
-            let out = scaled(side, sign);
-            let axis = plus(scaled(out, math::cos(raised)), scaled(along, math::sin(raised)));
+            let out = scale(side, sign);
+            let axis = add(scale(out, math::cos(raised)), scale(along, math::sin(raised)));
             let half = 0.75 * size;
-            let near = plus(pair[0].at, scaled(out, 0.5 * pair[0].radius));
-            Oval { centre: plus(near, scaled(axis, half)), half: scaled(axis, half), wide: 0.40 * size }
+            let near = add(pair[0].at, scale(out, 0.5 * pair[0].radius));
+            Oval { centre: add(near, scale(axis, half)), half: scale(axis, half), wide: 0.40 * size }
         })
         .to_vec()
 }
@@ -175,19 +172,19 @@ fn cotyledons(stem: &[Node], side: Place, age_h: f64, withered: f64) -> Vec<Oval
 impl Oval {
     /// The outline as the camera sees it, in cm of the plane of the pot's axis.
     pub(super) fn outline(&self, places: usize) -> Vec<Point> {
-        let view = minus(self.centre, CAMERA);
-        let side = scaled(unit(cross(self.half, view), [1.0, 0.0, 0.0]), self.wide);
+        let view = sub(self.centre, CAMERA);
+        let side = scale(normalize_or(cross(self.half, view), [1.0, 0.0, 0.0]), self.wide);
         // Seen along its axis an egg is round, not flat: the outline never gets thinner than the egg.
-        let up = unit(cross(view, side), [0.0, 1.0, 0.0]);
+        let up = normalize_or(cross(view, side), [0.0, 1.0, 0.0]);
         let long = dot(self.half, up).abs().max(self.wide);
-        let ahead = scaled(up, if dot(self.half, up) < 0.0 { -long } else { long });
+        let ahead = scale(up, if dot(self.half, up) < 0.0 { -long } else { long });
         (0..places)
             .map(|step| {
                 let turn = core::f64::consts::TAU * step as f64 / places as f64;
                 let (c, s) = (math::cos(turn), math::sin(turn));
                 // A little broader towards its end.
                 let breadth = s * (1.0 + 0.12 * c);
-                project(plus(self.centre, plus(scaled(ahead, c), scaled(side, breadth))))
+                project(add(self.centre, add(scale(ahead, c), scale(side, breadth))))
             })
             .collect()
     }
@@ -198,8 +195,8 @@ impl Blade {
         // Folded leaves clasp each other: their blades are rolled along the midrib.
         let open = 0.45 + 0.55 * spread;
         let rolled = |place: Place| {
-            let off = dot(minus(place, leaf.base), leaf.across);
-            plus(place, scaled(leaf.across, (open - 1.0) * off))
+            let off = dot(sub(place, leaf.base), leaf.across);
+            add(place, scale(leaf.across, (open - 1.0) * off))
         };
         const HALF: usize = 20;
         let edge: Vec<Place> = leaf.outline(HALF).into_iter().map(rolled).collect();
@@ -215,16 +212,16 @@ impl Blade {
                 Node { at: leaf.place(Leaf::PETIOLE * u, 0.0), radius: radius * (1.0 - 0.25 * u) }
             })
             .collect();
-        let face = unit(cross(leaf.along, leaf.across), [0.0, 1.0, 0.0]);
-        let face = if face[1] < 0.0 { scaled(face, -1.0) } else { face };
+        let face = normalize_or(cross(leaf.along, leaf.across), [0.0, 1.0, 0.0]);
+        let face = if face[1] < 0.0 { scale(face, -1.0) } else { face };
         let tilt =
-            |sign: f64| unit(plus(face, scaled(leaf.across, sign * (0.22 + 0.8 * (1.0 - open)))), face);
+            |sign: f64| normalize_or(add(face, scale(leaf.across, sign * (0.22 + 0.8 * (1.0 - open)))), face);
         Self { petiole, midrib: [start, end], halves: [one, other], normals: [tilt(-1.0), tilt(1.0)] }
     }
 
     /// The middle of the blade.
     pub(super) fn centre(&self) -> Place {
-        scaled(plus(self.midrib[0], self.midrib[1]), 0.5)
+        scale(add(self.midrib[0], self.midrib[1]), 0.5)
     }
 }
 

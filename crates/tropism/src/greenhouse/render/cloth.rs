@@ -3,6 +3,7 @@
 use crate::greenhouse::scene::Scene;
 use crate::greenhouse::view::{CAMERA, View};
 use crate::math;
+use crate::math::interpolate::bilinear_blend;
 use crate::random::{Purpose, stream, uniform};
 
 /// Spacing of the grid on which the cloth is computed, in cm.
@@ -94,10 +95,8 @@ impl Cloth {
         let at = row * self.columns + column;
         let corner = |index: usize, part: usize| f64::from(self.grid[index][part]);
         core::array::from_fn(|part| {
-            let low = corner(at, part) * (1.0 - across) + corner(at + 1, part) * across;
-            let high = corner(at + self.columns, part) * (1.0 - across)
-                + corner(at + self.columns + 1, part) * across;
-            low * (1.0 - up) + high * up
+            let corners = [at, at + 1, at + self.columns, at + self.columns + 1];
+            bilinear_blend(corners.map(|index| corner(index, part)), across, up)
         })
     }
 }
@@ -115,9 +114,7 @@ impl Texture {
         let (u, v) = (x - column, y - row);
         let (u, v) = (u * u * u * (u * (u * 6.0 - 15.0) + 10.0), v * v * v * (v * (v * 6.0 - 15.0) + 10.0));
         let corner = |i: f64, j: f64| self.lattice(layer, (column + i) as i64, (row + j) as i64);
-        let low = corner(0.0, 0.0) * (1.0 - u) + corner(1.0, 0.0) * u;
-        let high = corner(0.0, 1.0) * (1.0 - u) + corner(1.0, 1.0) * u;
-        low * (1.0 - v) + high * v
+        bilinear_blend([corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)], u, v)
     }
 
     fn lattice(self, layer: u64, column: i64, row: i64) -> f64 {

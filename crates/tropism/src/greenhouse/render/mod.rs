@@ -3,14 +3,14 @@
 //! While a plant grows, only the plant moves. So the tent is drawn once for each state of the lights, and a photograph
 //! costs a copy of it, the plant's few square centimetres, a stretch of noise, and the JPEG.
 
-mod backdrop;
 mod body;
 mod cloth;
+mod tone;
+mod paint;
+mod backdrop;
 mod film;
 mod jpeg;
-mod paint;
 mod sensor;
-mod tone;
 mod truth;
 
 use self::backdrop::Tent;
@@ -23,7 +23,8 @@ pub use self::truth::{Truth, truth};
 use super::pose::Pose;
 use super::scene::{Lighting, Scene};
 use super::view::{Frame, View};
-use crate::light::Light;
+use crate::lamps::{Layout, Light};
+use crate::math::interpolate::bilinear;
 use crate::photo::Image;
 
 /// A camera in front of a virtual tent.
@@ -35,9 +36,10 @@ pub struct Renderer {
     tone: Tone,
     blur: Blur,
     noise: Noise,
-    /// The tent without a plant, for each state of the lights once it was asked for: dark, left, right; without and
+    layout: Layout,
+    /// The tent without a plant, for each state of the lights once it was asked for: dark, then each lamp; without and
     /// with flash.
-    backdrops: [Option<Film>; 6],
+    backdrops: Vec<Option<Film>>,
     /// Memory for the next photograph: fetching it anew costs more than filling it.
     film: Film,
 }
@@ -58,14 +60,26 @@ impl Renderer {
         let seed = seed ^ ((view as u64) << 63);
         Self {
             view,
-            tent: Tent::new(scene, seed, view),
+            tent: Tent::new(scene, &Layout::default(), seed, view),
             tone: Tone::new(),
             blur: Blur::new(scene.blur * scene.frame().px_per_cm),
             noise: Noise::new(seed, scene.noise, scene.width as usize),
-            backdrops: Default::default(),
+            backdrops: Vec::new(),
             film: Film::default(),
             scene: scene.clone(),
+            layout: Layout::default(),
         }
+    }
+
+    /// The same camera in a tent with the lamps of `layout`; without this, with the paper's two.
+    ///
+    /// A lamp behind the back wall stands in an opening of the cloth; a lamp before the plant hides what it stands before.
+    #[must_use]
+    pub fn under(mut self, layout: &Layout) -> Self {
+        self.tent.set_lamps(layout);
+        self.backdrops.clear();
+        self.layout = layout.clone();
+        self
     }
 
     /// From where the camera sees the plant.
@@ -103,7 +117,7 @@ impl Renderer {
     }
 
     fn expose(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) {
-        let lighting = Lighting::new(&self.scene, lit, flash, self.view);
+        let lighting = Lighting::new(&self.scene, &self.layout, lit, flash, self.view);
         let mut film = std::mem::take(&mut self.film);
         film.clone_from(self.backdrop(&lighting, flash));
         let margin = self.blur.reach() as i64 + 1;
@@ -112,6 +126,7 @@ impl Renderer {
         {
             let columns = canvas.pixmap.width() as usize;
             self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
+            self.tent.mask(&mut canvas);
             film.lay_over(&canvas);
         }
         self.noise.add(&mut film.luma, film.width, frame_index);
@@ -129,8 +144,9 @@ impl Renderer {
     }
 
     fn backdrop(&mut self, lighting: &Lighting, flash: bool) -> &Film {
-        let state = 2 * lighting.lit().map_or(0, |light| 1 + light as usize) + usize::from(flash);
-        let Self { scene, tent, tone, blur, backdrops, .. } = self;
+        let state = 2 * lighting.lit().map_or(0, |light| 1 + light.index()) + usize::from(flash);
+        let Self { scene, tent, tone, blur, backdrops, layout, .. } = self;
+        backdrops.resize(2 * (1 + layout.len()), None);
         backdrops[state].get_or_insert_with(|| {
             let (width, height) = (scene.width as usize, scene.height as usize);
             let mut rgb = tent.photograph(scene, lighting, tone);
@@ -168,13 +184,9 @@ pub(super) fn blurred(image: &Image, sigma: f64) -> Image {
         let (above, below, down) = along(y, height);
         for x in 0..image.width {
             let (left, right, across) = along(x, width);
-            let [a, b, c, d] = [(left, above), (right, above), (left, below), (right, below)]
+            let corners = [(left, above), (right, above), (left, below), (right, below)]
                 .map(|(x, y)| small.at(x, y).map(f64::from));
-            rgb.extend((0..3).map(|band| {
-                let high = a[band] + across * (b[band] - a[band]);
-                let low = c[band] + across * (d[band] - c[band]);
-                (high + down * (low - high)).round() as u8
-            }));
+            rgb.extend((0..3).map(|band| bilinear(corners.map(|rgb| rgb[band]), across, down).round() as u8));
         }
     }
     Image { width: image.width, height: image.height, rgb }
@@ -238,7 +250,7 @@ mod tests {
     #[test]
     fn the_highest_bright_pixel_is_the_true_top() {
         let renderer = std::cell::RefCell::new(Renderer::new(&Scene::default(), 3));
-        let lights = prop_oneof![Just(Light::Left), Just(Light::Right)];
+        let lights = prop_oneof![Just(Light::LEFT), Just(Light::RIGHT)];
         proptest!(
             ProptestConfig::with_cases(100),
             |(length in 4.0..26.0_f64, bend in -1.1..1.1_f64, open in any::<bool>(), light in lights)| {
@@ -261,17 +273,17 @@ mod tests {
             let scene = Scene { width: 160, height: 120, ..Scene::default() };
             let pose = bean(9.0, 0.3, 0.0);
             let mut renderer = Renderer::new(&scene, 5);
-            let alone = Renderer::new(&scene, 5).draw(&pose, Some(Light::Left), true, second);
-            let _ = renderer.draw(&bean(12.0, -0.3, 1.0), Some(Light::Right), true, first);
+            let alone = Renderer::new(&scene, 5).draw(&pose, Some(Light::LEFT), true, second);
+            let _ = renderer.draw(&bean(12.0, -0.3, 1.0), Some(Light::RIGHT), true, first);
             let _ = renderer.draw(&pose, None, false, first);
-            prop_assert_eq!(renderer.draw(&pose, Some(Light::Left), true, second), alone);
+            prop_assert_eq!(renderer.draw(&pose, Some(Light::LEFT), true, second), alone);
         }
     }
 
     #[test]
     fn only_the_plant_is_bright_between_the_lamps() {
         let empty = Pose { age_h: 100.0, withered: 1.0, ..bean(1.0, 0.0, 0.0) };
-        for (seed, lit) in [(11, None), (12, Some(Light::Left)), (13, Some(Light::Right)), (14, None)] {
+        for (seed, lit) in [(11, None), (12, Some(Light::LEFT)), (13, Some(Light::RIGHT)), (14, None)] {
             let mut renderer = Renderer::new(&Scene::default(), seed);
             let image = renderer.draw(&empty, lit, true, 0);
             assert_eq!(highest(&image, renderer.frame(), 85.0), None, "{seed} {lit:?}");
@@ -291,10 +303,11 @@ mod tests {
             let image = renderer.draw(&pose, Some(light), true, 0);
             let frame = renderer.frame();
             let at = |light: Light| {
-                let pixel = frame.pixel(crate::geometry::Point::new(31.6 * light.sign(), 29.0));
+                let pixel =
+                    frame.pixel(crate::geometry::Point::new(31.6 * Layout::default().side(light), 29.0));
                 luma(image.at(pixel.x as usize, pixel.y as usize))
             };
-            assert!(at(light) > 250.0 && at(light.mirrored()) < 180.0, "{light}");
+            assert!(at(light) > 250.0 && at(Layout::default().mirrored(light).unwrap()) < 180.0, "{light}");
         }
         let dark = renderer.draw(&pose, None, false, 0);
         assert!(dark.rgb.iter().all(|&byte| byte < 30));
@@ -304,9 +317,9 @@ mod tests {
     fn noise_differs_between_photographs_and_the_file_decodes_to_the_picture() {
         let mut renderer = Renderer::new(&Scene::default(), 4);
         let pose = bean(10.0, 0.4, 1.0);
-        let image = renderer.draw(&pose, Some(Light::Left), true, 7);
-        assert_ne!(image, renderer.draw(&pose, Some(Light::Left), true, 8));
-        let bytes = renderer.photograph(&pose, Some(Light::Left), true, 7);
+        let image = renderer.draw(&pose, Some(Light::LEFT), true, 7);
+        assert_ne!(image, renderer.draw(&pose, Some(Light::LEFT), true, 8));
+        let bytes = renderer.photograph(&pose, Some(Light::LEFT), true, 7);
         let decoded = Photo { name: "0007.jpg".to_owned(), bytes, time_s: 0.0 }.decode().unwrap();
         let off = |(&a, &b): (&u8, &u8)| f64::from(a.abs_diff(b));
         let mean = image.rgb.iter().zip(&decoded.rgb).map(off).sum::<f64>() / image.rgb.len() as f64;

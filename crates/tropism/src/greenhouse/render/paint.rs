@@ -10,8 +10,8 @@ use super::tone::Tone;
 use crate::geometry;
 use crate::greenhouse::pose::Node;
 use crate::greenhouse::scene::{Lighting, Rgb};
-use crate::greenhouse::vector::{dot, minus, plus, scaled, unit};
 use crate::greenhouse::view::{CAMERA, Frame, Place, project};
+use crate::math::vector::{add, dot, normalize_or, scale, sub};
 
 /// A stem is pale where it left the soil, green where the cotyledons were, and yellowish where it is young.
 const STEM: Rgb = [0.74, 0.90, 0.19];
@@ -32,7 +32,7 @@ pub(super) struct Canvas<'a> {
     pub(super) pixmap: Pixmap,
     /// Column and row of the photograph at the canvas's corner: even ones, for colour is kept for 2 x 2 pixels.
     pub(super) corner: [i64; 2],
-    frame: Frame,
+    pub(super) frame: Frame,
     lighting: &'a Lighting,
     tone: &'a Tone,
 }
@@ -94,9 +94,9 @@ impl<'a> Canvas<'a> {
         }
         let sideways = |node: usize, sign: f64| {
             let (from, to) = (node.saturating_sub(1), (node + 1).min(nodes.len() - 1));
-            let along = unit(minus(nodes[to].at, nodes[from].at), [0.0, 1.0, 0.0]);
+            let along = normalize_or(sub(nodes[to].at, nodes[from].at), [0.0, 1.0, 0.0]);
             // To the right of the ribbon as it runs, and a little towards the camera.
-            unit([sign * along[1], -sign * along[0], 0.5], [0.0, 0.0, 1.0])
+            normalize_or([sign * along[1], -sign * along[0], 0.5], [0.0, 0.0, 1.0])
         };
         // The whole, then a strip along each edge, for a round stem has a side that faces the light: not on what is too
         // thin to show its sides.
@@ -154,17 +154,17 @@ impl<'a> Canvas<'a> {
     }
 
     fn blade_light(&self, at: Place, normal: Place, colour: Rgb, through: Rgb) -> Rgb {
-        let above = dot(minus(CAMERA, at), normal) > 0.0;
+        let above = dot(sub(CAMERA, at), normal) > 0.0;
         let light = self.lighting.at(at, normal, 0.25);
         let shade = if above { colour } else { through };
         core::array::from_fn(|band| light[band] * shade[band])
     }
 
     fn blade_shader(&self, leaf: &Blade, normal: Place) -> Shader<'static> {
-        let ahead = minus(leaf.midrib[1], leaf.midrib[0]);
+        let ahead = sub(leaf.midrib[1], leaf.midrib[0]);
         let end = |place: Place, bend: f64| {
             // A blade bends down towards its end.
-            let bent = unit(plus(normal, scaled(ahead, bend)), normal);
+            let bent = normalize_or(add(normal, scale(ahead, bend)), normal);
             self.colour(self.blade_light(place, bent, LEAF, THROUGH_LEAF), 255)
         };
         let colours = [end(leaf.midrib[0], -0.04), end(leaf.midrib[1], 0.08)];
@@ -174,8 +174,8 @@ impl<'a> Canvas<'a> {
     /// The midrib and four pairs of veins that run forward from it.
     fn veins(&mut self, leaf: &Blade) {
         let [from, to] = leaf.midrib;
-        let along = |share: f64| plus(from, scaled(minus(to, from), share));
-        let light = self.blade_light(leaf.centre(), unit(leaf.normals[0], [0.0, 1.0, 0.0]), RIB, RIB);
+        let along = |share: f64| add(from, scale(sub(to, from), share));
+        let light = self.blade_light(leaf.centre(), normalize_or(leaf.normals[0], [0.0, 1.0, 0.0]), RIB, RIB);
         let wide = 0.05 * nearness(leaf.centre()) * self.frame.px_per_cm;
         let midrib = [self.pixel(project(from)), self.pixel(project(to))];
         self.line(&midrib, wide, self.colour(light, 230));
@@ -183,7 +183,7 @@ impl<'a> Canvas<'a> {
             for vein in 0..4 {
                 let start = along([0.02, 0.16, 0.36, 0.58][vein]);
                 let reach = half[half.len() * [5, 9, 12, 15][vein] / 21];
-                let end = plus(start, scaled(minus(reach, start), 0.92));
+                let end = add(start, scale(sub(reach, start), 0.92));
                 let vein = [self.pixel(project(start)), self.pixel(project(end))];
                 self.line(&vein, 0.5 * wide, self.colour(light, 110));
             }

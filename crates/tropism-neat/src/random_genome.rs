@@ -1,0 +1,82 @@
+//! Random minimal genomes: the members of initial populations, and networks for random baselines.
+
+use crate::config::Config;
+use crate::genome::Genome;
+use crate::genome_file::check_shape;
+use crate::random::Rng;
+
+/// Random genome number `index` of a seed: a minimal genome with random weights.
+///
+/// For the same seed, the first genomes are the initial population of [`Neat::new`](crate::Neat::new).
+///
+/// # Panics
+///
+/// If there are no inputs or no outputs, or more than [`SIZE_LIMIT`](crate::SIZE_LIMIT).
+///
+/// ```
+/// use tropism_neat::{Config, Neat, random_genome};
+/// let config = Config::multineat();
+/// let neat = Neat::new(config.clone(), 2, 1, 7).unwrap();
+/// assert_eq!(neat.ask()[3], random_genome(&config, 2, 1, 7, 3));
+/// ```
+#[must_use]
+pub fn random_genome(config: &Config, inputs: usize, outputs: usize, seed: u64, index: u64) -> Genome {
+    check_shape(inputs, outputs).expect("at least one input and one output, and not too many");
+    Genome::random(config, inputs, outputs, seed, index)
+}
+
+/// Weights of the [`random_genome`]s from number `index` on, one genome after the other, without end.
+///
+/// The weights of a genome come in the order of its links: for each output those of the inputs, then that of the bias.
+/// Genomes of one seed differ in nothing else, and generating weights is much cheaper than building genomes.
+pub fn random_weights(
+    config: &Config,
+    inputs: usize,
+    outputs: usize,
+    seed: u64,
+    index: u64,
+) -> impl Iterator<Item = f64> {
+    let range = config.initial_weight_range;
+    let links = (inputs + 1) * outputs;
+    let mut rng = Rng::for_initial_weights(seed, u128::from(index) * links as u128);
+    std::iter::repeat_with(move || rng.triangular() * range)
+}
+
+impl Genome {
+    /// [`random_genome`] without the check of its shape.
+    pub(crate) fn random(config: &Config, inputs: usize, outputs: usize, seed: u64, index: u64) -> Self {
+        let mut genome = Self::minimal(config, inputs, outputs);
+        let weights = random_weights(config, inputs, outputs, seed, index);
+        for (link, weight) in genome.links.iter_mut().zip(weights) {
+            link.weight = weight;
+        }
+        genome
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn initial_weights_are_triangular_and_not_scaled_by_the_replacement_power() {
+        let config = Config::wahby2016();
+        let genomes = (0..20_000).map(|index| Genome::random(&config, 2, 1, 3, index));
+        let weights: Vec<f64> = genomes.flat_map(|g| g.links.into_iter().map(|link| link.weight)).collect();
+        assert!(weights.iter().all(|w| w.abs() < 1.0));
+        let deviation = (weights.iter().map(|w| w * w).sum::<f64>() / weights.len() as f64).sqrt();
+        assert!((deviation - 0.408).abs() < 0.005, "{deviation}");
+    }
+
+    #[test]
+    fn random_weights_are_those_of_random_genomes() {
+        let config = Config { initial_weight_range: 3.0, ..Config::wahby2016() };
+        let mut consecutive = random_weights(&config, 3, 2, 9, 0);
+        for index in 0..20 {
+            let genome = random_genome(&config, 3, 2, 9, index);
+            let weights: Vec<f64> = genome.links().iter().map(|link| link.weight).collect();
+            assert_eq!(weights, random_weights(&config, 3, 2, 9, index).take(8).collect::<Vec<_>>());
+            assert_eq!(weights, consecutive.by_ref().take(8).collect::<Vec<_>>());
+        }
+    }
+}

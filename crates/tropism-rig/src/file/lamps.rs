@@ -1,0 +1,276 @@
+//! `[lamps]` of a rig file: 2 to 8 lamps by name.
+//!
+//! Each lamp has a driver, and all of them stand behind one [`Interlock`]; or one program for each lamp, and one for
+//! darkness, switch all lamps at once.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use tropism::lamps::{self, Layout};
+use tropism::rig::{Lamps, OnExit, RigError};
+
+use crate::command::CommandLamps;
+use crate::driver::LampDriver;
+use crate::mqtt::Broker;
+use crate::seconds::{Seconds, twenty};
+use crate::switch::Interlock;
+
+/// Darkness between one lamp and another if `pause_s` is left out: chosen, longer than a relay or a plug takes to open.
+const PAUSE: Seconds = Seconds::new(0.2);
+
+/// The lamps of a rig, and how they are switched.
+///
+/// In a file, each lamp is a key of `[lamps]` beside the settings of all lamps. `left`, `right`, `front` and `back` stand
+/// at the places of [`Layout::four_sides`]; a lamp of any other name has its place in `at`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LampsTable {
+    /// The lamps in the order of the layout: `left`, `right`, `front`, `back`, then the others as in the file.
+    pub lamps: Vec<NamedLamp>,
+    /// The program that darkens all lamps, beside one program for each.
+    pub dark: Option<Vec<String>>,
+    /// Time limit of a program. 20 s if it is left out.
+    pub timeout_s: Option<Seconds>,
+    /// Seconds of darkness between one lamp and another, where each has a driver. 0.2 if it is left out.
+    pub pause_s: Option<Seconds>,
+    /// Places by name, in cm from the root: x to the right, y up from the soil, z towards the camera.
+    pub at: BTreeMap<String, [f64; 3]>,
+    /// State of the lamps after a run ends, for any reason. Dark if it is left out.
+    pub on_exit: OnExit,
+}
+
+/// One lamp of a rig file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedLamp {
+    /// Name, as in tracks and figures.
+    pub name: String,
+    /// How it is switched.
+    pub control: LampControl,
+}
+
+/// How a lamp is switched.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum LampControl {
+    /// The words of a program that lights this lamp and darkens all others.
+    Command(Vec<String>),
+    /// A driver for this lamp alone.
+    Driver(Box<LampDriver>),
+}
+
+impl<'de> Deserialize<'de> for LampControl {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+
+        impl<'de> Visitor<'de> for Either {
+            type Value = LampControl;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a lamp (a table with a driver, or the words of a program)")
+            }
+
+            fn visit_seq<S: SeqAccess<'de>>(self, words: S) -> Result<LampControl, S::Error> {
+                Deserialize::deserialize(SeqAccessDeserializer::new(words)).map(LampControl::Command)
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, table: M) -> Result<LampControl, M::Error> {
+                let driver = LampDriver::deserialize(MapAccessDeserializer::new(table))?;
+                Ok(LampControl::Driver(Box::new(driver)))
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
+}
+
+// By hand: what serde derives for `flatten` loses the line of an error.
+impl<'de> Deserialize<'de> for LampsTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Table;
+
+        impl<'de> Visitor<'de> for Table {
+            type Value = LampsTable;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table of lamps")
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<LampsTable, M::Error> {
+                let mut table = LampsTable {
+                    lamps: Vec::new(),
+                    dark: None,
+                    timeout_s: None,
+                    pause_s: None,
+                    at: BTreeMap::new(),
+                    on_exit: OnExit::default(),
+                };
+                while let Some(key) = map.next_key::<String>()? {
+                    match key.as_str() {
+                        lamps::DARK => table.dark = Some(map.next_value()?),
+                        "timeout_s" => table.timeout_s = Some(map.next_value()?),
+                        "pause_s" => table.pause_s = Some(map.next_value()?),
+                        "at" => table.at = map.next_value()?,
+                        "on_exit" => table.on_exit = map.next_value()?,
+                        _ if table.lamps.iter().any(|lamp| lamp.name == key) => {
+                            return Err(M::Error::custom(format!("found two lamps {key}, wanted one")));
+                        }
+                        _ => table.lamps.push(NamedLamp { name: key, control: map.next_value()? }),
+                    }
+                }
+                let standard = Layout::four_sides();
+                let rank = |lamp: &NamedLamp| {
+                    let at = standard.lamps().iter().position(|known| known.name == lamp.name);
+                    at.unwrap_or(usize::MAX)
+                };
+                table.lamps.sort_by_key(rank);
+                Ok(table)
+            }
+        }
+
+        deserializer.deserialize_map(Table)
+    }
+}
+
+impl Serialize for LampsTable {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for NamedLamp { name, control } in &self.lamps {
+            map.serialize_entry(name, control)?;
+        }
+        if let Some(dark) = &self.dark {
+            map.serialize_entry(lamps::DARK, dark)?;
+        }
+        if let Some(timeout_s) = &self.timeout_s {
+            map.serialize_entry("timeout_s", timeout_s)?;
+        }
+        if let Some(pause_s) = &self.pause_s {
+            map.serialize_entry("pause_s", pause_s)?;
+        }
+        if !self.at.is_empty() {
+            map.serialize_entry("at", &self.at)?;
+        }
+        map.serialize_entry("on_exit", &self.on_exit)?;
+        map.end()
+    }
+}
+
+impl LampsTable {
+    /// Names and places of the lamps.
+    ///
+    /// # Errors
+    /// A line that names the lamp: one without a place, a place without a lamp, or what [`Layout::new`] refuses.
+    pub fn layout(&self) -> Result<Layout, String> {
+        if let Some(name) = self.at.keys().find(|name| self.lamps.iter().all(|lamp| lamp.name != **name)) {
+            return Err(format!("lamps.at: found a place of {name}, wanted only the lamps of [lamps]"));
+        }
+        let standard = Layout::four_sides();
+        let place = |name: &str| {
+            let known = standard.lamps().iter().find(|lamp| lamp.name == name);
+            self.at.get(name).copied().or_else(|| known.map(|lamp| lamp.at)).ok_or_else(|| {
+                format!(
+                    "lamps.{name}: found no place, wanted at = {{ {name} = [x, y, z] }} in [lamps] (cm from the root: x to \
+                     the right, y up, z towards the camera), or one of the names left, right, front, back"
+                )
+            })
+        };
+        let lamps = self.lamps.iter().map(|lamp| Ok(lamps::Lamp::new(&lamp.name, place(&lamp.name)?)));
+        Layout::new(lamps.collect::<Result<_, String>>()?).map_err(|error| format!("lamps: {error}"))
+    }
+
+    /// The lamps that have drivers, with their names.
+    pub fn drivers(&self) -> impl Iterator<Item = (&str, &LampDriver)> {
+        self.lamps.iter().filter_map(|lamp| match &lamp.control {
+            LampControl::Driver(driver) => Some((lamp.name.as_str(), &**driver)),
+            LampControl::Command(_) => None,
+        })
+    }
+
+    /// The lamps that have programs, with their names.
+    fn commands(&self) -> impl Iterator<Item = (&str, &[String])> {
+        self.lamps.iter().filter_map(|lamp| match &lamp.control {
+            LampControl::Command(words) => Some((lamp.name.as_str(), words.as_slice())),
+            LampControl::Driver(_) => None,
+        })
+    }
+
+    /// Checks what a file may have got wrong, if there are `period_min` minutes between commands.
+    ///
+    /// # Errors
+    /// A line that names the key, what was found and what was wanted.
+    pub(super) fn check(&self, period_min: f64) -> Result<(), String> {
+        self.layout()?;
+        match (self.drivers().next(), self.commands().next()) {
+            (Some((driver, _)), Some((command, _))) => {
+                let names: Vec<&str> = self.lamps.iter().map(|lamp| lamp.name.as_str()).collect();
+                Err(format!(
+                    "lamps: found a driver for {driver} and a program for {command}, wanted {} alike",
+                    names.join(" and ")
+                ))
+            }
+            (Some(_), None) => self.check_drivers(period_min),
+            (None, _) if self.dark.is_none() => {
+                Err("lamps: found no dark, wanted the program that darkens all lamps".to_owned())
+            }
+            (None, _) if self.pause_s.is_some() => {
+                Err("lamps: found pause_s beside programs that switch all lamps, wanted it only for lamps with drivers"
+                    .to_owned())
+            }
+            (None, _) => Ok(()),
+        }
+    }
+
+    fn check_drivers(&self, period_min: f64) -> Result<(), String> {
+        if self.dark.is_some() || self.timeout_s.is_some() {
+            return Err("lamps: found dark or timeout_s beside lamps with drivers, wanted them only for programs that \
+                        switch all lamps"
+                .to_owned());
+        }
+        let drivers: Vec<_> = self.drivers().collect();
+        for (number, (name, driver)) in drivers.iter().enumerate() {
+            if let Some((other, _)) = drivers[..number].iter().find(|(_, other)| driver.overlaps(other)) {
+                return Err(format!(
+                    "lamps: found {other} and {name} on the same pixels, line or plug, wanted two lamps"
+                ));
+            }
+        }
+        let is_gpio = |driver: &LampDriver| matches!(driver, LampDriver::Gpio(_));
+        if self.on_exit == OnExit::Keep && drivers.iter().any(|(_, driver)| is_gpio(driver)) {
+            return Err("lamps: found on_exit = \"keep\" with a lamp on a GPIO line, which goes off when its program \
+                        ends, wanted \"dark\""
+                .to_owned());
+        }
+        drivers.iter().try_for_each(|(name, driver)| {
+            driver.check(period_min).map_err(|problem| format!("lamps.{name}: {problem}"))
+        })
+    }
+
+    /// Opens all lamps. `broker` is the rig's, if it has one.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if a device cannot be found.
+    pub fn open(&self, broker: Option<&Broker>) -> Result<Box<dyn Lamps>, RigError> {
+        if let Some(programs) = self.programs() {
+            return Ok(Box::new(programs));
+        }
+        let switches = self.drivers().map(|(name, driver)| driver.open(&device_name(name), broker));
+        let pause = self.pause_s.unwrap_or(PAUSE).duration();
+        Ok(Box::new(Interlock::new(switches.collect::<Result<Vec<_>, _>>()?, pause)))
+    }
+
+    /// The programs that switch all lamps; `None` where lamps have drivers.
+    pub(crate) fn programs(&self) -> Option<CommandLamps> {
+        self.drivers().next().is_none().then(|| CommandLamps {
+            lamps: self.commands().map(|(_, words)| words.to_vec()).collect(),
+            dark: self.dark.clone().unwrap_or_default(),
+            timeout: self.timeout_s.unwrap_or(twenty()).duration(),
+        })
+    }
+}
+
+/// What errors call the lamp `name`.
+pub(crate) fn device_name(name: &str) -> String {
+    format!("{name} lamp")
+}

@@ -1,0 +1,246 @@
+//! The rig file: the devices of a tent, their settings, and the policy of a run.
+
+mod lamps;
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use tropism::greenhouse::tent::{Greenhouse, TentHandle};
+use tropism::lamps::Layout;
+use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
+use tropism::rig::{Durability, FaultPolicy, LampsInView};
+use tropism::track::PAPER_PERIOD_MIN;
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
+
+use crate::alert::Alerts;
+use crate::clock::TentClock;
+use crate::driver::{AlertDriver, CameraDriver, FlashDriver};
+use crate::mqtt::Broker;
+use crate::switch::NoFlash;
+
+pub(crate) use lamps::device_name;
+pub use lamps::{LampControl, LampsTable, NamedLamp};
+
+/// A rig whose drivers are chosen by a file.
+pub type AnyRig = Rig<Box<dyn Camera>, Box<dyn Lamps>, Box<dyn Flash>, Box<dyn Clock>>;
+
+/// A rig file. Either `greenhouse`, or `camera`, `lamps` and `calibration`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RigFile {
+    /// What a power cut may cost: `full` loses no step, `fast` does not wait for the disk. If it is left out: `full` for a
+    /// real tent, `fast` for the virtual one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub durability: Option<Durability>,
+    /// Minutes between photographs. Paper: 5.
+    #[serde(default = "five")]
+    pub period_min: f64,
+    /// Which faults a run tolerates before it pauses. If it is left out, a virtual tent tolerates all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patience: Option<FaultPolicy>,
+    /// Regions of the photograph that show the lamps. If it is left out, the lit lamp is not checked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lamps_in_view: Option<LampsInView>,
+    /// The virtual tent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub greenhouse: Option<Greenhouse>,
+    /// A real camera.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraDriver>,
+    /// Real lamps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lamps: Option<LampsTable>,
+    /// A real flash; none if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flash: Option<FlashDriver>,
+    /// The MQTT broker of plugs, relays and alerts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mqtt: Option<Broker>,
+    /// Alert channels. Not written into run folders: they do not affect the results, may change while a run is interrupted,
+    /// and hold private addresses.
+    #[serde(default, skip_serializing)]
+    pub alert: Vec<AlertDriver>,
+    /// How the real camera's photographs map to centimetres. The virtual camera knows its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<Calibration>,
+    /// How the plant is detected in the photographs.
+    #[serde(default)]
+    pub vision: VisionConfig,
+}
+
+const fn five() -> f64 {
+    PAPER_PERIOD_MIN
+}
+
+/// An invalid rig file: which key, what was found and what was wanted.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct RigFileError(String);
+
+/// An opened rig.
+pub struct OpenRig {
+    /// The rig.
+    pub rig: AnyRig,
+    /// The ground truth of a virtual tent.
+    pub truth: Option<TentHandle>,
+}
+
+impl RigFile {
+    /// A rig file of the virtual tent.
+    #[must_use]
+    pub fn greenhouse(greenhouse: Greenhouse, vision: VisionConfig) -> Self {
+        Self {
+            durability: None,
+            period_min: PAPER_PERIOD_MIN,
+            patience: None,
+            lamps_in_view: None,
+            greenhouse: Some(greenhouse),
+            camera: None,
+            lamps: None,
+            flash: None,
+            mqtt: None,
+            alert: Vec::new(),
+            calibration: None,
+            vision,
+        }
+    }
+
+    /// Whether the plant is virtual.
+    #[must_use]
+    pub const fn is_virtual(&self) -> bool {
+        self.greenhouse.is_some()
+    }
+
+    /// What a power cut may cost.
+    #[must_use]
+    pub fn durability(&self) -> Durability {
+        self.durability.unwrap_or(if self.is_virtual() { Durability::Fast } else { Durability::Full })
+    }
+
+    /// Which faults a run tolerates before it pauses.
+    #[must_use]
+    pub fn patience(&self) -> FaultPolicy {
+        let usual = if self.is_virtual() { FaultPolicy::unlimited } else { FaultPolicy::default };
+        self.patience.clone().unwrap_or_else(usual)
+    }
+
+    /// Names and places of the lamps.
+    ///
+    /// # Errors
+    /// [`RigFileError`] names the lamp that has no place, or the count, name or place that cannot be.
+    pub fn layout(&self) -> Result<Layout, RigFileError> {
+        let of_tent = || self.greenhouse.as_ref().map_or_else(Layout::default, |tent| tent.layout.clone());
+        self.lamps.as_ref().map_or_else(|| Ok(of_tent()), LampsTable::layout).map_err(RigFileError)
+    }
+
+    /// How photographs of this rig map to centimetres.
+    #[must_use]
+    pub fn calibration(&self) -> Option<Calibration> {
+        self.greenhouse.as_ref().map(Greenhouse::calibration).or(self.calibration)
+    }
+
+    /// Opens all alert channels; `run` is the run's name.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if a secret cannot be read or a channel wants a broker that the file does not name. A network
+    /// that is down is not an error.
+    pub fn open_alerts(&self, run: &str) -> Result<Alerts, RigError> {
+        Alerts::open(self.alert.iter().map(AlertDriver::settings), self.mqtt.as_ref(), run)
+    }
+
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`RigFileError`] names the key, what was found and what was wanted.
+    pub fn check(&self) -> Result<(), RigFileError> {
+        let error = |line: String| Err(RigFileError(line));
+        if !(self.period_min > 0.0 && self.period_min <= 24.0 * 60.0) {
+            return error(format!("found period_min = {}, wanted above 0 and at most 1440", self.period_min));
+        }
+        self.patience.iter().try_for_each(FaultPolicy::check).map_err(RigFileError)?;
+        if let (Some(lamps), Some(Calibration { width, height, .. })) =
+            (&self.lamps_in_view, self.calibration())
+        {
+            lamps.check(width, height, &self.layout()?).map_err(RigFileError)?;
+        }
+        for (number, alert) in (1..).zip(&self.alert) {
+            alert.check().map_err(|problem| RigFileError(format!("alert {number}: {problem}")))?;
+        }
+        if let Some(greenhouse) = &self.greenhouse {
+            if self.camera.is_some()
+                || self.lamps.is_some()
+                || self.flash.is_some()
+                || self.mqtt.is_some()
+                || self.calibration.is_some()
+            {
+                return error("found greenhouse beside real devices, wanted one or the other".to_owned());
+            }
+            return greenhouse.check().map_err(RigFileError);
+        }
+        let (camera, lamps, calibration) = match (&self.camera, &self.lamps, &self.calibration) {
+            (Some(camera), Some(lamps), Some(calibration)) => (camera, lamps, calibration),
+            (camera, lamps, calibration) => {
+                let missing = [
+                    ("camera", camera.is_none()),
+                    ("lamps", lamps.is_none()),
+                    ("calibration", calibration.is_none()),
+                ];
+                let missing: Vec<&str> =
+                    missing.iter().filter(|(_, is_missing)| *is_missing).map(|(key, _)| *key).collect();
+                return error(format!("found no {}, wanted them, or greenhouse instead", missing.join(", ")));
+            }
+        };
+        camera.check().map_err(|problem| RigFileError(format!("camera: {problem}")))?;
+        lamps.check(self.period_min).map_err(RigFileError)?;
+        if let Some(flash) = &self.flash {
+            flash.check().map_err(|problem| RigFileError(format!("flash: {problem}")))?;
+        }
+        let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
+        calibration.check().map_err(found)?;
+        self.vision.check(calibration.width, calibration.height).map_err(found)
+    }
+
+    /// Opens the rig. `seed` is the seed of a virtual plant; the experiment with a real plant began `since_start` ago.
+    ///
+    /// # Errors
+    /// [`RigFileError`], as [`Self::check`], or if a device cannot be found.
+    pub fn open(&self, seed: u64, since_start: Duration) -> Result<OpenRig, RigFileError> {
+        self.check()?;
+        let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
+        let period = Duration::from_secs_f64(self.period_min * 60.0);
+        if let Some(greenhouse) = &self.greenhouse {
+            let (device, tracker) = greenhouse.open(seed, self.period_min, &self.vision).map_err(found)?;
+            let hand = || device.clone();
+            let rig = Rig::new(
+                Box::new(hand()) as Box<dyn Camera>,
+                Box::new(hand()) as Box<dyn Lamps>,
+                Box::new(hand()) as Box<dyn Flash>,
+                Box::new(hand()) as Box<dyn Clock>,
+                tracker,
+                period,
+            )
+            .with_layout(greenhouse.layout.clone());
+            return Ok(OpenRig { rig, truth: Some(device) });
+        }
+        let (Some(camera), Some(lamps), Some(calibration)) = (&self.camera, &self.lamps, self.calibration)
+        else {
+            return Err(RigFileError("found no devices, wanted camera, lamps and calibration".to_owned()));
+        };
+        let layout = self.layout()?;
+        let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;
+        let device = |error: RigError| RigFileError(error.to_string());
+        let flash = match &self.flash {
+            Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
+            None => Box::new(NoFlash),
+        };
+        let (clock, on_exit) = (Box::new(TentClock::new(since_start)) as Box<dyn Clock>, lamps.on_exit);
+        let (camera, lamps) =
+            (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
+        let rig =
+            Rig::new(camera, lamps, flash, clock, tracker, period).with_layout(layout).with_on_exit(on_exit);
+        Ok(OpenRig { rig, truth: None })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,259 @@
+//! What a network sees: which parts of an observation and of the task become its inputs.
+//!
+//! The paper's network sees the tip, x and y (section 2.3). The other sensors are what a plant's response depends on
+//! besides: where the next target is, how the tip moved, and which light the plant has had.
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Point;
+use crate::lamps::{Layout, Light};
+use crate::observation::Observation;
+
+/// Inputs of the paper's network: x and y of the tip. The bias is the network's own.
+pub const TIP_INPUTS: usize = 2;
+
+/// One sensor: one or more inputs of a network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensor {
+    /// x and y of the tip, in cm. Paper (section 2.3).
+    Tip,
+    /// x and y from the tip to a target above it, in cm: the next one (`ahead` 0), the one after (1), and so on. Above all
+    /// of them the last target counts; a task without targets gives 0.
+    ToTarget {
+        /// How many targets lie between, 0 to 100.
+        ahead: usize,
+    },
+    /// Shift of the tip in the last step, x and y, in cm; 0 at the first.
+    LastShift,
+    /// Running mean of the side of the lit lamp (-1 left, 1 right), with weight 1 / `steps` for the last step; 0 at first.
+    LightMemory {
+        /// Steps of the mean, 1 to 10000.
+        steps: u32,
+    },
+    /// `points` equidistant points of the stem from the base to the tip, x and y each, in cm; 0 where no stem was seen.
+    Stem {
+        /// How many points, 2 to 100. Paper: 10 (section 4).
+        points: usize,
+    },
+}
+
+impl Sensor {
+    /// How many inputs it makes.
+    #[must_use]
+    pub const fn inputs(self) -> usize {
+        match self {
+            Self::Tip | Self::ToTarget { .. } | Self::LastShift => 2,
+            Self::LightMemory { .. } => 1,
+            Self::Stem { points } => 2 * points,
+        }
+    }
+}
+
+/// The sensors of a network, in the order of its inputs.
+///
+/// ```
+/// use tropism::control::{Sensor, Sensors};
+/// assert_eq!(Sensors::default().inputs(), 2); // the paper's: x and y of the tip
+/// let felt = Sensors::new(vec![Sensor::ToTarget { ahead: 0 }, Sensor::LastShift, Sensor::LightMemory { steps: 7 }])?;
+/// assert_eq!(felt.inputs(), 5);
+/// # Ok::<(), tropism::control::SensorsError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Sensor>", into = "Vec<Sensor>")]
+pub struct Sensors(Vec<Sensor>);
+
+/// Sensors that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("sensors: found {found}, wanted {wanted}")]
+pub struct SensorsError {
+    /// What stands there.
+    pub found: String,
+    /// What should stand there.
+    pub wanted: &'static str,
+}
+
+impl Sensors {
+    /// These sensors, in this order.
+    ///
+    /// # Errors
+    /// [`SensorsError`] without any sensor, or with a number out of its range.
+    pub fn new(sensors: Vec<Sensor>) -> Result<Self, SensorsError> {
+        let error = |found: String, wanted| Err(SensorsError { found, wanted });
+        if sensors.is_empty() || sensors.len() > 100 {
+            return error(format!("{} sensors", sensors.len()), "1 to 100");
+        }
+        for sensor in &sensors {
+            match *sensor {
+                Sensor::ToTarget { ahead } if ahead > 100 => {
+                    return error(format!("to_target with ahead = {ahead}"), "0 to 100");
+                }
+                Sensor::LightMemory { steps } if !(1..=10_000).contains(&steps) => {
+                    return error(format!("light_memory with steps = {steps}"), "1 to 10000");
+                }
+                Sensor::Stem { points } if !(2..=100).contains(&points) => {
+                    return error(format!("stem with points = {points}"), "2 to 100");
+                }
+                _ => {}
+            }
+        }
+        Ok(Self(sensors))
+    }
+
+    /// The sensors in order.
+    #[must_use]
+    pub fn sensors(&self) -> &[Sensor] {
+        &self.0
+    }
+
+    /// How many inputs a network needs for them, without the bias.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.0.iter().map(|sensor| sensor.inputs()).sum()
+    }
+
+    /// Whether these are the paper's: the tip alone.
+    #[must_use]
+    pub fn is_tip(&self) -> bool {
+        self.0 == [Sensor::Tip]
+    }
+}
+
+impl Default for Sensors {
+    /// The paper's: the tip.
+    fn default() -> Self {
+        Self(vec![Sensor::Tip])
+    }
+}
+
+impl TryFrom<Vec<Sensor>> for Sensors {
+    type Error = SensorsError;
+
+    fn try_from(sensors: Vec<Sensor>) -> Result<Self, SensorsError> {
+        Self::new(sensors)
+    }
+}
+
+impl From<Sensors> for Vec<Sensor> {
+    fn from(sensors: Sensors) -> Self {
+        sensors.0
+    }
+}
+
+/// Sensors at work on one plant: what they remember from step to step.
+#[derive(Clone, Debug)]
+pub struct SensorState {
+    sensors: Sensors,
+    targets: Vec<Point>,
+    sides: Vec<f64>,
+    last_tip: Option<Point>,
+    /// One running mean for each sensor; only those of [`Sensor::LightMemory`] are used.
+    memories: Vec<f64>,
+}
+
+impl SensorState {
+    /// The state before the first observation. `targets` are the task's (cm).
+    #[must_use]
+    pub fn new(sensors: &Sensors, targets: &[Point], layout: &Layout) -> Self {
+        Self {
+            sensors: sensors.clone(),
+            targets: targets.to_vec(),
+            sides: layout.lights().map(|light| layout.side(light)).collect(),
+            last_tip: None,
+            memories: vec![0.0; sensors.0.len()],
+        }
+    }
+
+    /// Writes the inputs for what is `seen` now into `inputs`, which is cleared first.
+    pub fn sense(&mut self, seen: &Observation, inputs: &mut Vec<f64>) {
+        inputs.clear();
+        let tip = seen.tip;
+        for (place, sensor) in self.sensors.0.iter().enumerate() {
+            match *sensor {
+                Sensor::Tip => inputs.extend([tip.x, tip.y]),
+                Sensor::ToTarget { ahead } => {
+                    let next = self.targets.iter().position(|target| tip.y < target.y);
+                    let last = self.targets.len().saturating_sub(1);
+                    let place = next.map_or(last, |next| (next + ahead).min(last));
+                    let target = self.targets.get(place).copied().unwrap_or(tip);
+                    inputs.extend([target.x - tip.x, target.y - tip.y]);
+                }
+                Sensor::LastShift => {
+                    let before = self.last_tip.unwrap_or(tip);
+                    inputs.extend([tip.x - before.x, tip.y - before.y]);
+                }
+                Sensor::LightMemory { .. } => inputs.push(self.memories[place]),
+                Sensor::Stem { points } => match seen.stem.as_ref().filter(|stem| stem.0.len() > 1) {
+                    Some(stem) => {
+                        inputs.extend(stem.resampled(points).0.iter().flat_map(|point| [point.x, point.y]));
+                    }
+                    None => inputs.extend(std::iter::repeat_n(0.0, 2 * points)),
+                },
+            }
+        }
+        self.last_tip = Some(tip);
+    }
+
+    /// Remembers the light that was decided upon.
+    pub fn remember(&mut self, light: Light) {
+        let side = self.sides.get(light.index()).copied().unwrap_or(0.0);
+        for (sensor, memory) in self.sensors.0.iter().zip(&mut self.memories) {
+            if let Sensor::LightMemory { steps } = *sensor {
+                *memory += (side - *memory) / f64::from(steps);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Polyline;
+
+    fn sensed(state: &mut SensorState, x: f64, y: f64) -> Vec<f64> {
+        let mut inputs = Vec::new();
+        state.sense(&Observation::simulated(Point::new(x, y)), &mut inputs);
+        inputs
+    }
+
+    #[test]
+    fn inputs_are_what_the_sensors_say() {
+        let sensors = Sensors::new(vec![
+            Sensor::Tip,
+            Sensor::ToTarget { ahead: 0 },
+            Sensor::ToTarget { ahead: 1 },
+            Sensor::LastShift,
+            Sensor::LightMemory { steps: 2 },
+        ])
+        .unwrap();
+        let targets = [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
+        let mut state = SensorState::new(&sensors, &targets, &Layout::default());
+        assert_eq!(sensed(&mut state, 0.0, 4.0), [0.0, 4.0, 3.0, 2.0, -5.0, 5.0, 0.0, 0.0, 0.0]);
+        state.remember(Light::RIGHT);
+        assert_eq!(sensed(&mut state, 1.0, 7.0), [1.0, 7.0, -6.0, 2.0, -6.0, 2.0, 1.0, 3.0, 0.5]);
+        state.remember(Light::LEFT);
+        assert_eq!(sensed(&mut state, 1.0, 10.0)[8], -0.25);
+    }
+
+    #[test]
+    fn a_stem_is_resampled_and_absent_where_none_was_seen() {
+        let sensors = Sensors::new(vec![Sensor::Stem { points: 3 }]).unwrap();
+        let mut state = SensorState::new(&sensors, &[], &Layout::default());
+        let stem = Polyline(vec![Point::new(0.0, 0.0), Point::new(0.0, 4.0)]);
+        let seen = Observation { stem: Some(stem), ..Observation::simulated(Point::new(0.0, 4.0)) };
+        let mut inputs = Vec::new();
+        state.sense(&seen, &mut inputs);
+        assert_eq!(inputs, [0.0, 0.0, 0.0, 2.0, 0.0, 4.0]);
+        assert_eq!(sensed(&mut state, 0.0, 4.0), [0.0; 6]);
+    }
+
+    #[test]
+    fn sensors_are_readable_and_checked() {
+        let text = r#"["tip",{"to_target":{"ahead":1}},{"light_memory":{"steps":7}}]"#;
+        let sensors: Sensors = serde_json::from_str(text).unwrap();
+        assert_eq!(serde_json::to_string(&sensors).unwrap(), text);
+        let error = |text| serde_json::from_str::<Sensors>(text).unwrap_err().to_string();
+        assert!(error("[]").contains("found 0 sensors"));
+        assert!(error(r#"[{"light_memory":{"steps":0}}]"#).contains("steps = 0"));
+    }
+}

@@ -1,0 +1,112 @@
+//! The paper's random baseline: networks as NEAT's initial population makes them (section 3.1).
+
+use serde::Serialize;
+use tropism_neat::{Activation, Config, Genome, random_genome, random_weights};
+
+use crate::control::{Sensors, TIP_INPUTS, outputs};
+use crate::math::statistics;
+use crate::parallel;
+use crate::random::{NoiseStream, Purpose};
+use crate::simulation::{BatchModel, Episode, LinearController};
+use crate::task::Task;
+
+/// Fitness of random controllers (section 3.1).
+#[derive(Clone, Debug, Serialize)]
+pub struct Baseline {
+    /// How many were tried.
+    pub count: u64,
+    /// Best fitness, in cm.
+    pub best: f64,
+    /// Median fitness, in cm.
+    pub median: f64,
+    /// The best genome.
+    #[serde(skip)]
+    pub champion: Genome,
+}
+
+/// Tries `count` random networks, on all threads.
+///
+/// `tick` is told how many more were tried; it returns `false` to break off, and then there is no result.
+///
+/// # Panics
+/// If `count` is 0.
+pub fn baseline<M: BatchModel, T: Task + ?Sized>(
+    model: &M,
+    task: &T,
+    sensors: &Sensors,
+    neat: &Config,
+    seed: u64,
+    count: u64,
+    tick: impl Fn(u64) -> bool + Send + Sync,
+) -> Option<Baseline> {
+    /// Controllers of one unit of parallel work.
+    const CHUNK: u64 = 50_000;
+    assert!(count > 0, "at least one controller");
+    let (inputs, outputs) = (sensors.inputs(), outputs(model.layout()));
+    // The minimal network of the paper's shape is one linear threshold unit, for which there is a faster path.
+    let is_linear = neat.output_activation == Activation::UnsignedStep && sensors.is_tip() && outputs == 1;
+    let chunks = parallel::map((0..count.div_ceil(CHUNK)).collect(), |chunk| {
+        let indices = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+        let noise =
+            |index: u64| NoiseStream::new(seed, Purpose::Growth, [(index >> 32) as u32, index as u32, 0]);
+        let scores = if is_linear {
+            let threshold = 0.5 + neat.activation_b;
+            let mut weights = random_weights(neat, TIP_INPUTS, outputs, seed, indices.start);
+            let episodes = indices.map(|index| {
+                let mut next = || weights.next().expect("an endless iterator");
+                let output = tropism_neat::LinearThreshold { weights: [next(), next()], threshold };
+                let controller = LinearController { output, bias: next() };
+                Episode { controller, noise: noise(index) }
+            });
+            model.score_linear(task, episodes)
+        } else {
+            let genomes: Vec<Genome> =
+                indices.clone().map(|index| random_genome(neat, inputs, outputs, seed, index)).collect();
+            let episodes = genomes
+                .iter()
+                .zip(indices)
+                .map(|(genome, index)| Episode { controller: genome, noise: noise(index) });
+            model.score(task, sensors, episodes)
+        };
+        tick(scores.len() as u64).then_some(scores)
+    });
+    let scores = chunks.into_iter().collect::<Option<Vec<Vec<f64>>>>()?.concat();
+    let best =
+        (0..scores.len()).fold(0, |best, index| if scores[index] > scores[best] { index } else { best });
+    let (index, fitness) = (best as u64, scores[best]);
+    let champion = random_genome(neat, inputs, outputs, seed, index);
+    Some(Baseline { count, best: fitness, median: statistics::median(&scores), champion })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::champion::tests::model;
+    use super::*;
+    use crate::control::NetworkController;
+    use crate::simulation::fitness_of;
+    use crate::task::Targets;
+
+    #[test]
+    fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
+        let (model, task, sensors) = (model(), Targets::default(), Sensors::default());
+        for output_activation in [Activation::UnsignedStep, Activation::SignedStep] {
+            let neat = Config { output_activation, ..Config::wahby2016() };
+            let scores: Vec<f64> = (0..1100)
+                .map(|index| {
+                    let genome = random_genome(&neat, 2, 1, 5, index);
+                    let mut controller = NetworkController::of_tip(&genome).unwrap();
+                    let noise = NoiseStream::new(5, Purpose::Growth, [0, index as u32, 0]);
+                    fitness_of(&model, &mut controller, &task, noise)
+                })
+                .collect();
+            let found = baseline(&model, &task, &sensors, &neat, 5, 1100, |_| true).unwrap();
+            let best = scores.iter().copied().fold(f64::MIN, f64::max);
+            assert_eq!(found.best.to_bits(), best.to_bits());
+            let mut sorted = scores.clone();
+            sorted.sort_by(f64::total_cmp);
+            assert_eq!(found.median, 0.5 * (sorted[549] + sorted[550]));
+            let place = scores.iter().position(|&score| score == best).unwrap();
+            assert_eq!(found.champion, random_genome(&neat, 2, 1, 5, place as u64));
+        }
+    }
+}

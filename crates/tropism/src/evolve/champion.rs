@@ -1,0 +1,317 @@
+//! Where a champion is chosen, and what it carries: network, sensors, task and the digest of its model.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use tropism_neat::{Genome, GenomeError};
+
+use crate::control::{Controller, NetworkController, Sensors, ShapeError};
+use crate::lamps::Layout;
+use crate::math::statistics;
+use crate::plant::PlantModel;
+use crate::random::{NoiseStream, Purpose};
+use crate::simulation::{BatchModel, Episode, fitness_of};
+use crate::task::{Task, TaskSpec};
+use crate::track::PAPER_PERIOD_MIN;
+
+/// Fitness of a controller on simulated plants on which it did not evolve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// Mean fitness, in cm.
+    pub mean: f64,
+    /// Standard deviation of the fitness, in cm.
+    pub sd: f64,
+    /// Plants.
+    pub plants: u32,
+}
+
+impl Trial {
+    /// Mean and standard deviation of the fitness of each plant; NaN of none.
+    #[must_use]
+    pub fn of(scores: &[f64]) -> Self {
+        Self {
+            mean: statistics::mean(scores.iter().copied()),
+            sd: statistics::standard_deviation(scores),
+            plants: scores.len() as u32,
+        }
+    }
+}
+
+/// Which of several champions goes on to a real plant, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// Number of the run whose champion is chosen, from 0.
+    pub run: usize,
+    /// The trial of each run's champion, in order.
+    pub trials: Vec<Trial>,
+}
+
+impl Choice {
+    /// Chooses the highest mean; of equals the first.
+    ///
+    /// # Panics
+    /// Without trials.
+    #[must_use]
+    pub fn of(trials: Vec<Trial>) -> Self {
+        assert!(!trials.is_empty(), "at least one champion");
+        let better = |best: usize, run: usize| if trials[run].mean > trials[best].mean { run } else { best };
+        let run = (0..trials.len()).fold(0, better);
+        Self { run, trials }
+    }
+}
+
+/// Tries a controller on `plants` fresh plants of each of `models`, the same plants for every controller under one `seed`.
+/// `build` makes the controller anew, at rest, for each plant.
+///
+/// On the model of its evolution this averages over growth noise, of which the best fitness of a single evaluation is a
+/// lucky draw. On [models of single plants](crate::plant::tip::TipModel::of_each_plant) it estimates transfer: the pooled
+/// model moves like an average plant, more regularly than any single one.
+///
+/// # Panics
+/// Without models or plants.
+#[must_use]
+pub fn trial<M: PlantModel, C: Controller>(
+    models: &[M],
+    task: &(impl Task + ?Sized),
+    build: impl Fn() -> C,
+    seed: u64,
+    plants: u32,
+) -> Trial {
+    assert!(plants > 0 && !models.is_empty(), "at least one plant of one model");
+    let scores: Vec<f64> = (0..)
+        .zip(models)
+        .flat_map(|(number, model)| (0..plants).map(move |plant| (number, model, plant)))
+        .map(|(number, model, plant)| fitness_of(model, &mut build(), task, noise(seed, plant, number)))
+        .collect();
+    Trial::of(&scores)
+}
+
+/// [`trial`] of the controller that `genome` describes, by the models' batched path: the same figures, to the bit.
+///
+/// # Panics
+/// Without models or plants, or if the genome has not the shape of `sensors` and the models' lamps.
+#[must_use]
+pub fn trial_of_genome<M: BatchModel>(
+    models: &[M],
+    task: &(impl Task + ?Sized),
+    sensors: &Sensors,
+    genome: &Genome,
+    seed: u64,
+    plants: u32,
+) -> Trial {
+    assert!(plants > 0 && !models.is_empty(), "at least one plant of one model");
+    let scores: Vec<f64> = (0..)
+        .zip(models)
+        .flat_map(|(number, model)| {
+            let episode = |plant| Episode { controller: genome, noise: noise(seed, plant, number) };
+            model.score(task, sensors, (0..plants).map(episode))
+        })
+        .collect();
+    Trial::of(&scores)
+}
+
+fn noise(seed: u64, plant: u32, model: u32) -> NoiseStream {
+    NoiseStream::new(seed, Purpose::Trial, [plant, model, 0])
+}
+
+/// What a champion file calls itself.
+const SCHEMA: &str = "tropism.champion/1";
+
+/// An evolved controller with all that it was evolved for: it steers as it did in evolution wherever the file goes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Champion {
+    /// What the network sees.
+    #[serde(default)]
+    pub sensors: Sensors,
+    /// The lamps that it lights.
+    #[serde(default)]
+    pub layout: Layout,
+    /// Minutes of a step.
+    #[serde(default = "paper_period")]
+    pub period_min: f64,
+    /// The task that it was evolved for; `None` in files that do not say, and for tasks outside this library.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task: Option<TaskSpec>,
+    /// SHA-256 of the model's JSON, in hexadecimal; `None` where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_sha256: Option<String>,
+    /// Whether the model was made of virtual plants; `None` where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub is_virtual: Option<bool>,
+    /// Expected fitness on unseen plants, in cm, as it was predicted when the champion was chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<Trial>,
+    /// The network.
+    pub genome: Genome,
+}
+
+const fn paper_period() -> f64 {
+    PAPER_PERIOD_MIN
+}
+
+/// Why bytes are not a champion.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ChampionError {
+    /// Not JSON, or not of a champion's form.
+    #[error("found no champion: {0}")]
+    Json(#[from] serde_json::Error),
+    /// Another schema.
+    #[error("found schema {0:?}, wanted {SCHEMA:?}, or \"tropism.genome/1\" for a network alone")]
+    Schema(String),
+    /// A broken network.
+    #[error(transparent)]
+    Genome(#[from] GenomeError),
+    /// A network that does not fit its sensors and lamps.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// A task that cannot be done.
+    #[error("task: {0}")]
+    Task(#[from] crate::check::OutOfRange),
+}
+
+impl Champion {
+    /// A network alone, with the paper's sensors, lamps and period and no task.
+    #[must_use]
+    pub fn of_genome(genome: Genome) -> Self {
+        Self {
+            genome,
+            sensors: Sensors::default(),
+            layout: Layout::default(),
+            period_min: PAPER_PERIOD_MIN,
+            task: None,
+            model_sha256: None,
+            is_virtual: None,
+            expected: None,
+        }
+    }
+
+    /// A network that was evolved on `model` with `sensors`. `model_json` is the model's file, of which the digest is kept.
+    #[must_use]
+    pub fn of_model<M: PlantModel>(genome: Genome, sensors: &Sensors, model: &M, model_json: &str) -> Self {
+        let digest = Sha256::digest(model_json.as_bytes());
+        Self {
+            sensors: sensors.clone(),
+            layout: model.layout().clone(),
+            period_min: model.period_min(),
+            model_sha256: Some(digest.iter().map(|byte| format!("{byte:02x}")).collect()),
+            ..Self::of_genome(genome)
+        }
+    }
+
+    /// The controller, at rest. `task` gives the targets that its sensors refer to.
+    ///
+    /// # Errors
+    /// [`ShapeError`] if the network does not fit sensors and lamps.
+    pub fn controller(&self, task: &(impl Task + ?Sized)) -> Result<NetworkController, ShapeError> {
+        NetworkController::new(&self.genome, &self.sensors, task, &self.layout)
+    }
+
+    /// Checks that the network fits sensors and lamps, and that the task can be done.
+    ///
+    /// # Errors
+    /// [`ChampionError::Shape`] or [`ChampionError::Task`].
+    pub fn check(&self) -> Result<(), ChampionError> {
+        ShapeError::check(&self.genome, &self.sensors, &self.layout)?;
+        Ok(self.task.as_ref().map_or(Ok(()), TaskSpec::check)?)
+    }
+
+    /// JSON, schema `tropism.champion/1`; see `docs/formats.md`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let mut file = serde_json::to_value(self).expect("numbers and text are JSON");
+        file["schema"] = SCHEMA.into();
+        serde_json::to_string_pretty(&file).expect("numbers and text are JSON") + "\n"
+    }
+
+    /// Reads [`Self::to_json`], or a network alone (schema `tropism.genome/1`, the champions of earlier versions). Whether
+    /// the network fits its sensors and lamps, [`check`](Self::check) tells.
+    ///
+    /// # Errors
+    /// [`ChampionError`] says what was found instead.
+    pub fn from_json(text: &str) -> Result<Self, ChampionError> {
+        #[derive(Deserialize)]
+        struct Head {
+            schema: Option<String>,
+        }
+        let head: Result<Head, _> = serde_json::from_str(text);
+        match head.map(|head| head.schema) {
+            Ok(Some(schema)) if schema == SCHEMA => {
+                let mut file: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text)?;
+                file.remove("schema");
+                Ok(serde_json::from_value(file.into())?)
+            }
+            Ok(Some(schema)) if schema.starts_with("tropism.") && !schema.starts_with("tropism.genome/") => {
+                Err(ChampionError::Schema(schema))
+            }
+            _ => Ok(Self::of_genome(Genome::from_json(text)?)),
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::control::Sensor;
+    use crate::evolve::{Evolution, EvolutionConfig};
+    use crate::plant::tip::{TipModel, TipModelConfig};
+    use crate::task::Targets;
+    use crate::track::Track;
+    use tropism_neat::{Config, random_genome};
+
+    /// A plant that leans towards the light, from 4 to 24 cm.
+    pub(in crate::evolve) fn model() -> TipModel {
+        let mut text = "tip_x_cm,tip_y_cm,light\n".to_owned();
+        for step in 0..700_u32 {
+            let phase = step % 80;
+            let (x, light) = if phase < 40 { (phase, "right") } else { (80 - phase, "left") };
+            text += &format!("{},{},{light}\n", f64::from(x) * 0.2 - 4.0, 4.0 + 0.03 * f64::from(step));
+        }
+        TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], TipModelConfig::default()).unwrap()
+    }
+
+    #[test]
+    fn a_genome_is_tried_as_its_controller_is() {
+        let (model, task) = (model(), Targets::default());
+        let evolution = Evolution::new(&model, &task, EvolutionConfig::default(), 3).unwrap();
+        let mut run = evolution.begin(0).unwrap();
+        for _ in 0..60 {
+            evolution.advance(&mut run);
+        }
+        let (genome, _) = run.champion().unwrap();
+        let models = [model.clone(), model.clone()];
+        let controller = NetworkController::of_tip(genome).unwrap();
+        let plain = trial(&models, &task, || controller.clone(), 4, 50);
+        assert_eq!(trial_of_genome(&models, &task, &Sensors::default(), genome, 4, 50), plain);
+    }
+
+    #[test]
+    fn the_highest_mean_is_chosen_and_of_equals_the_first() {
+        let trial = |mean| Trial { mean, sd: 1.0, plants: 3 };
+        assert_eq!(Choice::of([2.0, 5.0, 5.0, 1.0].map(trial).to_vec()).run, 1);
+    }
+
+    #[test]
+    fn a_champion_file_comes_back_with_task_and_sensors() {
+        let sensors = Sensors::new(vec![Sensor::Tip, Sensor::LastShift]).unwrap();
+        let genome = random_genome(&Config::wahby2016(), 4, 1, 1, 0);
+        let champion = Champion {
+            task: Some(Targets::default().into()),
+            is_virtual: Some(true),
+            expected: Some(Trial { mean: 9.1, sd: 2.5, plants: 1200 }),
+            ..Champion::of_model(genome.clone(), &sensors, &model(), "{}")
+        };
+        assert_eq!(Champion::from_json(&champion.to_json()).unwrap(), champion);
+        let error = Champion::of_genome(genome).check().unwrap_err().to_string();
+        assert!(error.contains("4 inputs"), "{error}");
+    }
+
+    #[test]
+    fn a_network_alone_is_a_champion_without_task() {
+        let genome = random_genome(&Config::wahby2016(), 2, 1, 1, 0);
+        assert_eq!(Champion::from_json(&genome.to_json()).unwrap(), Champion::of_genome(genome));
+        let error = |text| Champion::from_json(text).unwrap_err().to_string();
+        assert!(error(r#"{"schema":"tropism.model/2"}"#).contains("wanted \"tropism.champion/1\""));
+        assert!(!error("{").is_empty());
+    }
+}

@@ -1,0 +1,62 @@
+//! Settings of an evolution.
+
+use serde::{Deserialize, Serialize};
+use tropism_neat::{Config, NeatError};
+
+use crate::check::{OutOfRange, within};
+use crate::control::Sensors;
+
+/// How controllers are evolved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EvolutionConfig {
+    /// Independent runs. Paper: 20 (section 3.1).
+    pub runs: u32,
+    /// Generations of a run. Paper: 2000.
+    pub generations: u32,
+    /// Simulated plants that each genome steers; its fitness is their mean. Paper: 1, as far as it says.
+    pub episodes: u32,
+    /// What the networks see. Paper: x and y of the tip.
+    #[serde(skip_serializing_if = "Sensors::is_tip")]
+    pub sensors: Sensors,
+    /// NEAT's parameters. Paper: Table 1.
+    pub neat: Config,
+}
+
+impl Default for EvolutionConfig {
+    fn default() -> Self {
+        Self {
+            runs: 20,
+            generations: 2000,
+            episodes: 1,
+            sensors: Sensors::default(),
+            neat: Config::wahby2016(),
+        }
+    }
+}
+
+/// An evolution that cannot be done.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EvolutionError {
+    /// A number out of its range.
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
+    /// NEAT's own.
+    #[error(transparent)]
+    Neat(#[from] NeatError),
+}
+
+impl EvolutionConfig {
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`EvolutionError`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), EvolutionError> {
+        within("runs", self.runs, 1..=10_000)?;
+        within("generations", self.generations, 1..=10_000_000)?;
+        within("episodes", self.episodes, 1..=10_000)?;
+        self.neat.check().map_err(NeatError::from)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,187 @@
+//! Evolution of controllers on a model (section 2.3.2), the paper's random baseline (section 3.1), and the choice of the
+//! champion that goes on to a real plant.
+//!
+//! A model, a task and sensors go in; champions come out. [`Evolution`] takes any [`BatchModel`], any [`Task`] and any
+//! [`Sensors`](crate::control::Sensors). Runs share nothing, and the growth noise of every evaluation is named by run,
+//! generation, individual and episode: neither threads nor interruptions change a result.
+//!
+//! # References
+//! Wahby et al. 2016, sections 2.3.2 and 3.1, Table 1. Stanley and Miikkulainen 2002, doi:10.1162/106365602320169811.
+
+mod baseline;
+mod champion;
+mod config;
+mod saved;
+
+use std::ops::ControlFlow;
+
+use serde::{Deserialize, Serialize};
+use tropism_neat::{Generation, Genome, Neat, NeatError};
+
+use crate::control::outputs;
+use crate::math::statistics;
+use crate::parallel;
+use crate::random::{self, NoiseStream, Purpose};
+use crate::simulation::{BatchModel, Episode};
+use crate::task::Task;
+
+pub use baseline::{Baseline, baseline};
+pub use champion::{Champion, ChampionError, Choice, Trial, trial, trial_of_genome};
+pub use config::{EvolutionConfig, EvolutionError};
+pub use saved::SavedRunError;
+
+/// Evolution of controllers for one task on one model.
+///
+/// ```
+/// use tropism::prelude::*;
+/// # let measured = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,right\n0,4.06,right\n0.1,4.1,dark\n";
+/// # let model = TipModel::fit([&Track::read_csv(measured.as_bytes())?], TipModelConfig::default())?;
+/// let task = Targets { max_steps: 20, ..Targets::default() };
+/// let config = EvolutionConfig { runs: 2, generations: 3, ..EvolutionConfig::default() };
+/// let evolution = Evolution::new(&model, &task, config, 1)?;
+/// let runs = evolution.evolve(&|_run, _generation| std::ops::ControlFlow::Continue(()))?;
+/// let choice = evolution.choose(&runs.expect("nobody broke off"), std::slice::from_ref(&model), 10);
+/// assert!(choice.run < 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Evolution<'p, M, T: ?Sized> {
+    model: &'p M,
+    task: &'p T,
+    config: EvolutionConfig,
+    seed: u64,
+}
+
+/// One evolutionary run: its population and its history, all that is needed to resume it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EvolutionRun {
+    /// Seed of this run.
+    pub seed: u64,
+    /// Episodes of each evaluation.
+    pub episodes: u32,
+    /// The state of NEAT.
+    pub neat: Neat,
+    /// Statistics of each generation so far.
+    pub history: Vec<Generation>,
+}
+
+impl EvolutionRun {
+    /// The best genome so far and its fitness; `None` before the first generation.
+    #[must_use]
+    pub fn champion(&self) -> Option<(&Genome, f64)> {
+        self.neat.champion().map(|champion| (&champion.genome, champion.fitness))
+    }
+}
+
+impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
+    /// Evolution for `task` on `model`, with all that `config` says, under `seed`.
+    ///
+    /// # Errors
+    /// [`EvolutionError`] names the key of `config`, its value and its range.
+    pub fn new(
+        model: &'p M,
+        task: &'p T,
+        config: EvolutionConfig,
+        seed: u64,
+    ) -> Result<Self, EvolutionError> {
+        config.check()?;
+        Ok(Self { model, task, config, seed })
+    }
+
+    /// Its settings.
+    #[must_use]
+    pub const fn config(&self) -> &EvolutionConfig {
+        &self.config
+    }
+
+    /// Run number `index` (from 0) at its beginning.
+    ///
+    /// # Errors
+    /// [`NeatError`] if NEAT's parameters are out of range.
+    pub fn begin(&self, index: u32) -> Result<EvolutionRun, NeatError> {
+        self.config.begin(outputs(self.model.layout()), self.seed, index)
+    }
+
+    /// Run number `index` as [`EvolutionRun::to_json`] saved it. It continues to the same bits as one that was never saved.
+    ///
+    /// # Errors
+    /// [`SavedRunError`]: broken JSON, another schema, a value that is not what was written, or another run.
+    pub fn resume(&self, index: u32, json: &str) -> Result<EvolutionRun, SavedRunError> {
+        EvolutionRun::from_json(json, &self.config, outputs(self.model.layout()), self.seed, index)
+    }
+
+    /// Evaluates the present population of `run` and breeds the next one.
+    pub fn advance<'r>(&self, run: &'r mut EvolutionRun) -> &'r Generation {
+        let generation = run.neat.generation();
+        let (seed, count) = (run.seed, run.episodes);
+        let noise = move |individual: usize, episode| {
+            NoiseStream::new(seed, Purpose::Growth, [generation, individual as u32, episode])
+        };
+        let individuals = run.neat.ask().iter().enumerate();
+        let episodes = individuals.flat_map(|(individual, genome)| {
+            (0..count).map(move |episode| Episode { controller: genome, noise: noise(individual, episode) })
+        });
+        let fitness = self.model.score(self.task, &self.config.sensors, episodes);
+        let count = count as usize;
+        let scores: Vec<f64> =
+            fitness.chunks_exact(count).map(|own| statistics::mean(own.iter().copied())).collect();
+        run.history.push(run.neat.tell(&scores).expect("as many finite scores as genomes"));
+        &run.history[run.history.len() - 1]
+    }
+
+    /// Advances `run` to its last generation, unless `watch`, which sees every generation, breaks off.
+    pub fn finish(
+        &self,
+        run: &mut EvolutionRun,
+        watch: &mut dyn FnMut(&Generation) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        while (run.history.len() as u32) < self.config.generations {
+            watch(self.advance(run))?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// All runs from the first to the last generation, on all threads. `watch` sees every generation with the number of its
+    /// run; `None` if it broke off.
+    ///
+    /// # Errors
+    /// [`NeatError`] if NEAT's parameters are out of range.
+    pub fn evolve(
+        &self,
+        watch: &(dyn Fn(u32, &Generation) -> ControlFlow<()> + Sync),
+    ) -> Result<Option<Vec<EvolutionRun>>, NeatError> {
+        let runs = parallel::map((0..self.config.runs).collect(), |index| {
+            let mut run = self.begin(index)?;
+            let flow = self.finish(&mut run, &mut |generation| watch(index, generation));
+            Ok(flow.is_continue().then_some(run))
+        });
+        runs.into_iter().collect()
+    }
+
+    /// Chooses the champion among the champions of `runs`: the one with the highest mean fitness on `plants` fresh plants of
+    /// each of `judges`.
+    ///
+    /// Best fitness is no measure of that: a single evaluation selects for lucky growth noise. Judges that are
+    /// [models of single plants](crate::plant::tip::TipModel::of_each_plant) estimate the fitness on unseen plants.
+    ///
+    /// # Panics
+    /// Without runs of at least one generation, judges or plants.
+    #[must_use]
+    pub fn choose(&self, runs: &[EvolutionRun], judges: &[M], plants: u32) -> Choice {
+        let trials = parallel::map(runs.iter().collect(), |run: &EvolutionRun| {
+            let (genome, _) = run.champion().expect("a run of at least one generation has a champion");
+            trial_of_genome(judges, self.task, &self.config.sensors, genome, self.seed, plants)
+        });
+        Choice::of(trials)
+    }
+}
+
+impl EvolutionConfig {
+    /// Run number `index` of an evolution with `seed`, for networks of so many outputs.
+    fn begin(&self, outputs: usize, seed: u64, index: u32) -> Result<EvolutionRun, NeatError> {
+        let seed = random::derive(seed, Purpose::Run, u64::from(index));
+        let neat = Neat::new(self.neat.clone(), self.sensors.inputs(), outputs, seed)?;
+        Ok(EvolutionRun { seed, episodes: self.episodes, neat, history: Vec::new() })
+    }
+}

@@ -1,0 +1,387 @@
+//! Lamps: which one is lit, what they are called and where they stand.
+//!
+//! A [`Layout`] names 2 to 8 lamps and their places. A [`Light`] is the number of the lit lamp in that layout: the paper's
+//! lighting condition C (section 2.2.3). Exactly one lamp is lit at a step; a dark tent is `None`, never a further light.
+//! Mirroring is a property of the layout: the mirror image of a lamp is the lamp that stands at the mirrored place.
+//!
+//! # References
+//! Wahby et al. 2016, section 2.1 (places of the two lamps) and section 2.2.3 (mirrored data).
+
+use std::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The largest number of lamps in a layout.
+pub const MAX_LAMPS: usize = 8;
+
+/// Names of lamps in files that carry no layout, by number.
+const STANDARD_NAMES: [&str; MAX_LAMPS] =
+    ["left", "right", "front", "back", "lamp5", "lamp6", "lamp7", "lamp8"];
+
+/// The word for darkness in every file.
+pub const DARK: &str = "dark";
+
+/// The lit lamp, as its number in a [`Layout`].
+///
+/// The paper's C is "whether the right light is on" (section 2.2.3): [`Light::RIGHT`] is its `true`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Light(u8);
+
+impl Light {
+    /// The lamp at negative x in the paper's layout.
+    pub const LEFT: Self = Self(0);
+    /// The lamp at positive x in the paper's layout.
+    pub const RIGHT: Self = Self(1);
+    /// The lamp between plant and camera in [`Layout::four_sides`].
+    pub const FRONT: Self = Self(2);
+    /// The lamp behind the plant in [`Layout::four_sides`].
+    pub const BACK: Self = Self(3);
+    /// The two lights of the paper, left first.
+    pub const BOTH: [Self; 2] = [Self::LEFT, Self::RIGHT];
+
+    /// Light number `index` of a layout; `None` from [`MAX_LAMPS`] on.
+    #[must_use]
+    pub const fn new(index: usize) -> Option<Self> {
+        if index < MAX_LAMPS { Some(Self(index as u8)) } else { None }
+    }
+
+    /// Number of the lamp in its layout, 0 to 7.
+    #[must_use]
+    #[inline]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Name of the lamp in files that carry no layout: `left`, `right`, `front`, `back`, `lamp5` to `lamp8`.
+    #[must_use]
+    pub const fn standard_name(self) -> &'static str {
+        STANDARD_NAMES[self.0 as usize]
+    }
+}
+
+impl fmt::Display for Light {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.standard_name())
+    }
+}
+
+impl Serialize for Light {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.standard_name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Light {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = std::borrow::Cow::<str>::deserialize(deserializer)?;
+        match parse(&word) {
+            Ok(Some(light)) => Ok(light),
+            _ => Err(serde::de::Error::custom(UnknownLight::new(&word, &STANDARD_NAMES))),
+        }
+    }
+}
+
+/// The word for `light` in files that carry no layout.
+#[must_use]
+pub const fn name(light: Option<Light>) -> &'static str {
+    match light {
+        None => DARK,
+        Some(light) => light.standard_name(),
+    }
+}
+
+/// The light that a word stands for in files that carry no layout; `None` is `dark`.
+///
+/// # Errors
+/// [`UnknownLight`] for any other word.
+pub fn parse(word: &str) -> Result<Option<Light>, UnknownLight> {
+    if word == DARK {
+        return Ok(None);
+    }
+    let index = STANDARD_NAMES.iter().position(|name| *name == word);
+    index.and_then(Light::new).map(Some).ok_or_else(|| UnknownLight::new(word, &STANDARD_NAMES))
+}
+
+/// A word that names no lamp of a layout.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("found light {found:?}, wanted {wanted}")]
+pub struct UnknownLight {
+    /// The word.
+    pub found: String,
+    /// The names of the layout, and `dark`.
+    pub wanted: String,
+}
+
+impl UnknownLight {
+    fn new(found: &str, names: &[&str]) -> Self {
+        Self { found: found.to_owned(), wanted: format!("{} or {DARK}", names.join(", ")) }
+    }
+}
+
+/// One lamp of a layout.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lamp {
+    /// Name, used in files and figures: 1 to 24 letters, digits, `-` or `_`.
+    pub name: String,
+    /// Place in cm from the root: x to the right, y up from the soil, z towards the camera.
+    pub at: [f64; 3],
+}
+
+impl Lamp {
+    /// A lamp `name` at `at`, in cm.
+    #[must_use]
+    pub fn new(name: &str, at: [f64; 3]) -> Self {
+        Self { name: name.to_owned(), at }
+    }
+}
+
+/// The lamps of a rig: 2 to 8, their names and places.
+///
+/// ```
+/// use tropism::lamps::{Layout, Light};
+/// let paper = Layout::wahby2016();
+/// assert_eq!(paper.name(Some(Light::RIGHT)), "right");
+/// assert_eq!(paper.mirrored(Light::RIGHT), Some(Light::LEFT));
+/// assert_eq!(paper.parse("dark"), Ok(None));
+/// let four = Layout::four_sides();
+/// assert_eq!(four.mirrored(Light::FRONT), Some(Light::FRONT));
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Lamp>", into = "Vec<Lamp>")]
+pub struct Layout {
+    lamps: Vec<Lamp>,
+}
+
+/// A layout that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LayoutError {
+    /// Too few or too many lamps.
+    #[error("found {0} lamps, wanted 2 to {MAX_LAMPS}")]
+    Count(usize),
+    /// A name that files cannot hold, or `dark`.
+    #[error("found a lamp named {0:?}, wanted 1 to 24 letters, digits, - or _, other than {DARK}")]
+    Name(String),
+    /// Two lamps of one name.
+    #[error("found two lamps named {0:?}, wanted a name of its own for each")]
+    Twice(String),
+    /// A place that is no place.
+    #[error("lamp {name}: found at = {at:?}, wanted three finite numbers of cm")]
+    Place {
+        /// Name of the lamp.
+        name: String,
+        /// Its place, in cm.
+        at: [f64; 3],
+    },
+}
+
+/// Height of both lamps above the soil, in cm (section 2.1).
+const HEIGHT_CM: f64 = 30.0;
+
+/// Distance of each lamp to the root along x, in cm (section 2.1).
+const ASIDE_CM: f64 = 35.0;
+
+/// Distance from the pot's axis to the back wall, on which the lamps are placed, in cm (section 2.1).
+const WALL_CM: f64 = 8.0;
+
+impl Layout {
+    /// A layout of `lamps`, in this order.
+    ///
+    /// # Errors
+    /// [`LayoutError`] for a count, a name or a place that cannot be.
+    pub fn new(lamps: Vec<Lamp>) -> Result<Self, LayoutError> {
+        if !(2..=MAX_LAMPS).contains(&lamps.len()) {
+            return Err(LayoutError::Count(lamps.len()));
+        }
+        for (number, Lamp { name, at }) in lamps.iter().enumerate() {
+            let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
+            if name.is_empty() || name.len() > 24 || name == DARK || !name.chars().all(is_plain) {
+                return Err(LayoutError::Name(name.clone()));
+            }
+            if lamps[..number].iter().any(|other| other.name == *name) {
+                return Err(LayoutError::Twice(name.clone()));
+            }
+            if !at.iter().all(|value| value.is_finite()) {
+                return Err(LayoutError::Place { name: name.clone(), at: *at });
+            }
+        }
+        Ok(Self { lamps })
+    }
+
+    /// The paper's two lamps, `left` and `right`, at the back wall (section 2.1).
+    #[must_use]
+    pub fn wahby2016() -> Self {
+        let aside = |name, x| Lamp::new(name, [x, HEIGHT_CM, -WALL_CM]);
+        Self { lamps: vec![aside("left", -ASIDE_CM), aside("right", ASIDE_CM)] }
+    }
+
+    /// The paper's two lamps and two more, `front` and `back`, at the same height and the same distance from the plant.
+    #[must_use]
+    pub fn four_sides() -> Self {
+        let mut lamps = Self::wahby2016().lamps;
+        lamps.push(Lamp::new("front", [0.0, HEIGHT_CM, ASIDE_CM]));
+        lamps.push(Lamp::new("back", [0.0, HEIGHT_CM, -ASIDE_CM]));
+        Self { lamps }
+    }
+
+    /// The lamps in order.
+    #[must_use]
+    pub fn lamps(&self) -> &[Lamp] {
+        &self.lamps
+    }
+
+    /// How many lamps there are, 2 to 8.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "a layout has at least two lamps")]
+    pub const fn len(&self) -> usize {
+        self.lamps.len()
+    }
+
+    /// The lights of the layout, in the order of its lamps.
+    pub fn lights(&self) -> impl ExactSizeIterator<Item = Light> + use<> {
+        (0..self.lamps.len() as u8).map(Light)
+    }
+
+    /// Whether `light` is one of this layout.
+    #[must_use]
+    pub const fn contains(&self, light: Light) -> bool {
+        light.index() < self.lamps.len()
+    }
+
+    /// The word for `light` in files: the lamp's name, or `dark`.
+    #[must_use]
+    pub fn name(&self, light: Option<Light>) -> &str {
+        match light {
+            None => DARK,
+            Some(light) => self.lamps.get(light.index()).map_or(light.standard_name(), |lamp| &lamp.name),
+        }
+    }
+
+    /// The light that a word in a file stands for; `None` is `dark`.
+    ///
+    /// # Errors
+    /// [`UnknownLight`] names the word and the names of this layout.
+    pub fn parse(&self, word: &str) -> Result<Option<Light>, UnknownLight> {
+        if word == DARK {
+            return Ok(None);
+        }
+        let index = self.lamps.iter().position(|lamp| lamp.name == word);
+        let names = || self.lamps.iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>();
+        index.and_then(Light::new).map(Some).ok_or_else(|| UnknownLight::new(word, &names()))
+    }
+
+    /// The light that `light` is in a mirror (x changes sign); `None` where no lamp stands at the mirrored place.
+    #[must_use]
+    pub fn mirrored(&self, light: Light) -> Option<Light> {
+        /// Two places are one within this, in cm: less than the size of a lamp.
+        const SAME_CM: f64 = 0.5;
+        let [x, y, z] = self.lamps.get(light.index())?.at;
+        let is_image = |lamp: &Lamp| {
+            [lamp.at[0] + x, lamp.at[1] - y, lamp.at[2] - z].iter().all(|apart| apart.abs() <= SAME_CM)
+        };
+        self.lamps.iter().position(is_image).and_then(Light::new)
+    }
+
+    /// Whether every lamp has a mirror image in the layout, so that tracks may be mirrored (section 2.2.3).
+    #[must_use]
+    pub fn is_symmetric(&self) -> bool {
+        self.lights().all(|light| self.mirrored(light).is_some())
+    }
+
+    /// The side of a lamp: the sign of its x, 0 in the middle.
+    #[must_use]
+    pub fn side(&self, light: Light) -> f64 {
+        let x = self.lamps.get(light.index()).map_or(0.0, |lamp| lamp.at[0]);
+        if x == 0.0 { 0.0 } else { x.signum() }
+    }
+
+    /// The lamp on the side of `x`: the one whose x is least or greatest.
+    #[must_use]
+    pub fn towards(&self, is_right: bool) -> Light {
+        let sign = if is_right { 1.0 } else { -1.0 };
+        let reach = |light: &Light| sign * self.lamps[light.index()].at[0];
+        self.lights().max_by(|a, b| reach(a).total_cmp(&reach(b)).then(b.cmp(a))).unwrap_or(Light::LEFT)
+    }
+}
+
+impl Default for Layout {
+    /// The paper's.
+    fn default() -> Self {
+        Self::wahby2016()
+    }
+}
+
+impl TryFrom<Vec<Lamp>> for Layout {
+    type Error = LayoutError;
+
+    fn try_from(lamps: Vec<Lamp>) -> Result<Self, LayoutError> {
+        Self::new(lamps)
+    }
+}
+
+impl From<Layout> for Vec<Lamp> {
+    fn from(layout: Layout) -> Self {
+        layout.lamps
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        for layout in [Layout::wahby2016(), Layout::four_sides()] {
+            for light in layout.lights() {
+                assert_eq!(layout.parse(layout.name(Some(light))), Ok(Some(light)));
+                assert_eq!(
+                    serde_json::from_value::<Light>(serde_json::to_value(light).unwrap()).unwrap(),
+                    light
+                );
+            }
+            assert_eq!(layout.parse(layout.name(None)), Ok(None));
+        }
+        let error = Layout::wahby2016().parse("front").unwrap_err().to_string();
+        assert_eq!(error, "found light \"front\", wanted left, right or dark");
+    }
+
+    #[test]
+    fn a_mirror_is_its_own_inverse() {
+        let three = Layout::new(vec![
+            Lamp::new("north", [-20.0, 10.0, 0.0]),
+            Lamp::new("top", [0.0, 80.0, 0.0]),
+            Lamp::new("south", [20.0, 10.0, 0.0]),
+        ]);
+        for layout in [Layout::wahby2016(), Layout::four_sides(), three.unwrap()] {
+            assert!(layout.is_symmetric());
+            for light in layout.lights() {
+                assert_eq!(layout.mirrored(layout.mirrored(light).unwrap()), Some(light));
+            }
+        }
+        let alone = vec![Lamp::new("a", [3.0, 10.0, 0.0]), Lamp::new("b", [0.0, 10.0, 0.0])];
+        assert!(!Layout::new(alone).unwrap().is_symmetric());
+    }
+
+    #[test]
+    fn the_lamp_on_a_side_is_the_outermost() {
+        for layout in [Layout::wahby2016(), Layout::four_sides()] {
+            assert_eq!((layout.towards(false), layout.towards(true)), (Light::LEFT, Light::RIGHT));
+            assert_eq!((layout.side(Light::LEFT), layout.side(Light::RIGHT)), (-1.0, 1.0));
+        }
+    }
+
+    #[test]
+    fn layouts_that_cannot_be_are_refused() {
+        let lamp = |name: &str| Lamp::new(name, [0.0; 3]);
+        let error = |lamps: &[Lamp]| Layout::new(lamps.to_vec()).unwrap_err().to_string();
+        assert!(error(&[lamp("a")]).contains("found 1 lamps, wanted 2 to 8"));
+        assert!(error(&[lamp("a"), lamp("dark")]).contains("\"dark\""));
+        assert!(error(&[lamp("a"), lamp("b c")]).contains("\"b c\""));
+        assert!(error(&[lamp("a"), lamp("a")]).contains("two lamps named \"a\""));
+        assert!(error(&[lamp("a"), Lamp::new("b", [f64::NAN, 0.0, 0.0])]).contains("lamp b"));
+        let text = serde_json::to_string(&Layout::four_sides()).unwrap();
+        assert_eq!(serde_json::from_str::<Layout>(&text).unwrap(), Layout::four_sides());
+        assert!(serde_json::from_str::<Layout>("[]").is_err());
+    }
+}

@@ -1,0 +1,181 @@
+//! Mean, spread, medians and quantiles of numbers in any order.
+//!
+//! There are two quantiles and two medians, because published figures were computed with each. [`quantile_linear`]
+//! and [`median`] lie between two values of the sample where the sample has no value at the position;
+//! [`quantile_nearest`] and [`upper_median`] always are values of the sample.
+//!
+//! # References
+//! Hyndman and Fan 1996, *Sample quantiles in statistical packages*, doi:10.2307/2684934.
+
+use core::cmp::Ordering;
+
+/// The arithmetic mean; NaN without values.
+#[must_use]
+pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut count = 0_u32;
+    let sum: f64 = values.into_iter().inspect(|_| count += 1).sum();
+    sum / f64::from(count)
+}
+
+/// The sample variance (divisor n - 1); 0 for one value, NaN without values.
+#[must_use]
+pub fn variance(values: &[f64]) -> f64 {
+    let centre = mean(values.iter().copied());
+    let squares: f64 = values.iter().map(|value| (value - centre).powi(2)).sum();
+    if values.is_empty() { f64::NAN } else { squares / (values.len() as f64 - 1.0).max(1.0) }
+}
+
+/// The sample standard deviation, the square root of the [`variance`].
+#[must_use]
+pub fn standard_deviation(values: &[f64]) -> f64 {
+    variance(values).sqrt()
+}
+
+/// The median: the middle value, or the mean of the middle two; NaN without values.
+///
+/// ```
+/// use tropism::math::statistics::median;
+/// assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
+/// assert_eq!(median(&[3.0, 1.0, 2.0, 6.0]), 2.5);
+/// ```
+#[must_use]
+pub fn median(values: &[f64]) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let mut values = values.to_vec();
+    let half = values.len() / 2;
+    let is_even = values.len().is_multiple_of(2);
+    let (lower, &mut upper, _) = values.select_nth_unstable_by(half, f64::total_cmp);
+    match lower.iter().copied().max_by(f64::total_cmp) {
+        Some(lower) if is_even => f64::midpoint(lower, upper),
+        _ => upper,
+    }
+}
+
+/// The upper median after `compare`: the middle value, of an even count the greater of the middle two; `None` without
+/// values.
+///
+/// ```
+/// use tropism::math::statistics::upper_median;
+/// assert_eq!(upper_median(&[3.0, 1.0, 2.0, 6.0], f64::total_cmp), Some(3.0));
+/// ```
+#[must_use]
+pub fn upper_median<T: Copy>(values: &[T], compare: impl Fn(&T, &T) -> Ordering) -> Option<T> {
+    if values.is_empty() {
+        return None;
+    }
+    let half = values.len() / 2;
+    Some(*values.to_vec().select_nth_unstable_by(half, compare).1)
+}
+
+/// The value nearest to the position `share` (0 to 1) of the sorted values, the greater of two equally near; 0
+/// without values.
+///
+/// Position 0 is the least value and position 1 the greatest (NumPy's method `nearest`, but for ties).
+///
+/// ```
+/// use tropism::math::statistics::quantile_nearest;
+/// assert_eq!(quantile_nearest(&[3.0, 1.0, 2.0], 0.5), 2.0);
+/// assert_eq!(quantile_nearest(&[3.0, 1.0, 2.0], 1.0), 3.0);
+/// ```
+#[must_use]
+pub fn quantile_nearest(values: &[f64], share: f64) -> f64 {
+    let sorted = sorted(values);
+    let at = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
+    sorted.get(at).copied().unwrap_or(0.0)
+}
+
+/// The value at the position `share` (0 to 1) of the sorted values, by linear interpolation between neighbours
+/// (definition 7 of Hyndman and Fan, the default of NumPy and R); NaN without values.
+///
+/// ```
+/// use tropism::math::statistics::quantile_linear;
+/// assert_eq!(quantile_linear(&[4.0, 1.0, 3.0, 2.0], 0.5), 2.5);
+/// ```
+#[must_use]
+pub fn quantile_linear(values: &[f64], share: f64) -> f64 {
+    if values.is_empty() { f64::NAN } else { between(&sorted(values), share) }
+}
+
+/// Minimum, lower quartile, median, upper quartile and maximum, as [`quantile_linear`] defines them; `None` without
+/// values.
+#[must_use]
+pub fn five_numbers(values: &[f64]) -> Option<[f64; 5]> {
+    let sorted = sorted(values);
+    (!sorted.is_empty()).then(|| [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| between(&sorted, share)))
+}
+
+fn sorted(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted
+}
+
+/// The value at the position `share` of at least one sorted value, by linear interpolation.
+fn between(sorted: &[f64], share: f64) -> f64 {
+    let position = share * (sorted.len() - 1) as f64;
+    let (below, above) = (sorted[position.floor() as usize], sorted[position.ceil() as usize]);
+    below + (position - position.floor()) * (above - below)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// 1 to 4 in another order: mean 5/2, sample variance 5/3.
+    const FOUR: [f64; 4] = [4.0, 1.0, 3.0, 2.0];
+
+    #[test]
+    fn mean_and_spread_of_four() {
+        assert_eq!(mean(FOUR), 2.5);
+        assert!((variance(&FOUR) - 5.0 / 3.0).abs() < 1e-12);
+        assert!((standard_deviation(&FOUR) - (5.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn linear_quantiles_lie_between_values() {
+        assert_eq!([0.0, 0.5, 1.0].map(|share| quantile_linear(&FOUR, share)), [1.0, 2.5, 4.0]);
+        // numpy.percentile([1, 2, 3, 4], 40) = 2.2.
+        assert!((quantile_linear(&FOUR, 0.4) - 2.2).abs() < 1e-12);
+        assert_eq!(five_numbers(&FOUR), Some([1.0, 1.75, 2.5, 3.25, 4.0]));
+    }
+
+    #[test]
+    fn nearest_quantiles_are_values() {
+        assert_eq!([0.0, 0.3, 0.5, 1.0].map(|share| quantile_nearest(&FOUR, share)), [1.0, 2.0, 3.0, 4.0]);
+    }
+
+    #[test]
+    fn the_upper_median_is_a_value() {
+        assert_eq!(upper_median(&FOUR, f64::total_cmp), Some(3.0));
+        assert_eq!(upper_median(&[2_u8, 9, 1], u8::cmp), Some(2));
+    }
+
+    #[test]
+    fn one_value_has_no_spread_and_none_has_no_figures() {
+        assert_eq!((variance(&[7.0]), median(&[7.0]), quantile_linear(&[7.0], 0.3)), (0.0, 7.0, 7.0));
+        assert!(mean([]).is_nan() && variance(&[]).is_nan() && median(&[]).is_nan());
+        assert!(quantile_linear(&[], 0.5).is_nan() && quantile_nearest(&[], 0.5) == 0.0);
+        assert_eq!(five_numbers(&[7.0]), Some([7.0; 5]));
+        assert_eq!((five_numbers(&[]), upper_median::<f64>(&[], f64::total_cmp)), (None, None));
+    }
+
+    proptest! {
+        #[test]
+        fn the_median_is_that_of_the_sorted_values(values in prop::collection::vec(-1e3..1e3, 1..30)) {
+            let mut sorted: Vec<f64> = values.clone();
+            sorted.sort_by(f64::total_cmp);
+            let middle = 0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2]);
+            prop_assert_eq!(median(&values).to_bits(), middle.to_bits());
+            prop_assert_eq!(upper_median(&values, f64::total_cmp), Some(sorted[sorted.len() / 2]));
+        }
+
+        #[test]
+        fn five_numbers_are_in_order(values in prop::collection::vec(-1e3..1e3, 1..40)) {
+            prop_assert!(five_numbers(&values).unwrap().is_sorted());
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The Exif header of a photograph: when it was taken and how the camera was held.
+//!
+//! # References
+//! CIPA DC-008 (Exif 2.32), section 4.6: tags 0x0112 (Orientation), 0x9003 (DateTimeOriginal) and those around them.
+
+use std::io::{BufRead, Seek};
+
+use exif::{DateTime, Exif, In, Tag, Value};
+
+use super::Image;
+use super::timestamp::unix_seconds;
+
+/// The fields of an Exif header that matter here; the default is that of a file without one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExifHeader {
+    /// When the photograph was taken, in seconds since 1970: in UTC where the header has an offset, otherwise on the
+    /// camera's own clock.
+    pub taken_s: Option<f64>,
+    /// How the camera was held.
+    pub orientation: Orientation,
+}
+
+impl ExifHeader {
+    /// Reads the header from the beginning of a JPEG or PNG file; other bytes give the default.
+    pub fn read(input: &mut (impl BufRead + Seek)) -> Self {
+        let Ok(exif) = exif::Reader::new().read_from_container(input) else { return Self::default() };
+        let field = |tag| exif.get_field(tag, In::PRIMARY);
+        let number = field(Tag::Orientation).and_then(|field| field.value.get_uint(0)).unwrap_or(1);
+        Self { taken_s: taken_s(&exif), orientation: Orientation(number.try_into().unwrap_or(1)) }
+    }
+}
+
+/// The time of the photograph or, without one, that of the file's last change.
+fn taken_s(exif: &Exif) -> Option<f64> {
+    let text = |tag| match &exif.get_field(tag, In::PRIMARY)?.value {
+        Value::Ascii(lines) => lines.first().cloned(),
+        _ => None,
+    };
+    let mut time =
+        DateTime::from_ascii(&text(Tag::DateTimeOriginal).or_else(|| text(Tag::DateTime))?).ok()?;
+    // An unreadable fraction or offset counts as none.
+    let _ = time.parse_subsec(&text(Tag::SubSecTimeOriginal).unwrap_or_default());
+    let _ = time.parse_offset(&text(Tag::OffsetTimeOriginal).unwrap_or_default());
+    let clock = [time.month, time.day, time.hour, time.minute, time.second].map(u32::from);
+    let seconds = unix_seconds(u32::from(time.year), clock)?;
+    Some(seconds + f64::from(time.nanosecond.unwrap_or(0)) / 1e9 - 60.0 * f64::from(time.offset.unwrap_or(0)))
+}
+
+/// Exif's number of the camera's orientation: 1 is upright, 2 to 8 are the other turns and mirror images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Orientation(pub u8);
+
+impl Default for Orientation {
+    fn default() -> Self {
+        Self(1)
+    }
+}
+
+impl Orientation {
+    /// The image turned upright. Numbers beyond 8 count as upright.
+    #[must_use]
+    pub fn upright(self, image: Image) -> Image {
+        let Image { width, height, .. } = image;
+        let (right, bottom) = (width.wrapping_sub(1), height.wrapping_sub(1));
+        // Where the pixel at (x, y) of the upright image lies in the file.
+        let source = |x: usize, y: usize| match self.0 {
+            2 => (right - x, y),
+            3 => (right - x, bottom - y),
+            4 => (x, bottom - y),
+            5 => (y, x),
+            6 => (y, bottom - x),
+            7 => (right - y, bottom - x),
+            _ => (right - y, x),
+        };
+        let (columns, rows) = match self.0 {
+            2..=4 => (width, height),
+            5..=8 => (height, width),
+            _ => return image,
+        };
+        let place = |at: usize| source(at % columns, at / columns);
+        let rgb = (0..columns * rows).flat_map(|at| image.at(place(at).0, place(at).1)).collect();
+        Image { width: columns, height: rows, rgb }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+    use crate::photo::{Photo, time_in_name};
+
+    /// A JPEG of two columns, red and blue, that was taken at half past one and has this orientation.
+    fn photograph(orientation: u8) -> Vec<u8> {
+        let rgb = [[250, 0, 0, 0, 0, 250]; 16].concat();
+        let wide: Vec<u8> =
+            rgb.chunks(6).flat_map(|row| [row[..3].repeat(16), row[3..].repeat(16)].concat()).collect();
+        let jpeg = Image { width: 32, height: 16, rgb: wide }.to_jpeg(95).unwrap();
+        let mut exif = b"Exif\0\0MM\0*\0\0\0\x08\0\x02".to_vec();
+        exif.extend([1, 0x12, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0]);
+        exif.extend([1, 0x32, 0, 2, 0, 0, 0, 20, 0, 0, 0, 38, 0, 0, 0, 0]);
+        exif.extend(b"2024:05:01 01:30:00\0");
+        let length = (exif.len() + 2) as u16;
+        [&jpeg[..2], &[0xff, 0xe1], &length.to_be_bytes(), &exif, &jpeg[2..]].concat()
+    }
+
+    #[test]
+    fn the_header_has_time_and_orientation() {
+        let header = ExifHeader::read(&mut Cursor::new(photograph(6)));
+        assert_eq!(header, ExifHeader { taken_s: Some(1_714_527_000.0), orientation: Orientation(6) });
+        assert_eq!(header.taken_s, time_in_name("20240501013000"));
+        for foreign in [&b""[..], b"GIF89a", &photograph(6)[..30]] {
+            assert_eq!(ExifHeader::read(&mut Cursor::new(foreign)), ExifHeader::default());
+        }
+    }
+
+    #[test]
+    fn a_turned_photograph_is_decoded_upright() {
+        let red = |image: &Image, x: usize, y: usize| image.at(x, y)[0] > 128;
+        for (orientation, size, corner) in [
+            (1, (32, 16), (0, 0)),
+            (2, (32, 16), (31, 0)),
+            (3, (32, 16), (31, 15)),
+            (4, (32, 16), (0, 15)),
+            (5, (16, 32), (0, 0)),
+            (6, (16, 32), (15, 0)),
+            (7, (16, 32), (15, 31)),
+            (8, (16, 32), (0, 31)),
+            (9, (32, 16), (0, 0)),
+        ] {
+            let photo = Photo { name: String::new(), bytes: photograph(orientation), time_s: 0.0 };
+            let image = photo.decode().unwrap();
+            assert_eq!((image.width, image.height), size, "{orientation}");
+            assert!(red(&image, corner.0, corner.1), "{orientation}");
+            assert!(!red(&image, size.0 - 1 - corner.0, size.1 - 1 - corner.1), "{orientation}");
+        }
+    }
+
+    #[test]
+    fn each_orientation_moves_the_first_row() {
+        let rgb: Vec<u8> = (0..3 * 6).collect();
+        let image = Image { width: 3, height: 2, rgb };
+        let first = [image.at(0, 0), image.at(1, 0), image.at(2, 0)];
+        let first_row_lies_at = |orientation: u8, places: [(usize, usize); 3]| {
+            let upright = Orientation(orientation).upright(image.clone());
+            assert_eq!(places.map(|(x, y)| upright.at(x, y)), first, "{orientation}");
+        };
+        first_row_lies_at(2, [(2, 0), (1, 0), (0, 0)]);
+        first_row_lies_at(3, [(2, 1), (1, 1), (0, 1)]);
+        first_row_lies_at(4, [(0, 1), (1, 1), (2, 1)]);
+        first_row_lies_at(5, [(0, 0), (0, 1), (0, 2)]);
+        first_row_lies_at(6, [(1, 0), (1, 1), (1, 2)]);
+        first_row_lies_at(7, [(1, 2), (1, 1), (1, 0)]);
+        first_row_lies_at(8, [(0, 2), (0, 1), (0, 0)]);
+    }
+}

@@ -1,0 +1,173 @@
+//! The tip-motion model as a JSON file.
+//!
+//! Schema `tropism.model/2` names the lamps and the period. Schema `tropism.model/1` knew the paper's two lamps and five
+//! minutes only, and is read as such.
+
+use serde::{Deserialize, Serialize};
+
+use super::shifts::Shift;
+use super::tip::{ModelError, SCHEMA, TipModel, TipModelConfig};
+use crate::check::ensure;
+use crate::geometry::Point;
+use crate::lamps::{Layout, Light};
+use crate::track::PAPER_PERIOD_MIN;
+
+/// The schema before lamps and period were data.
+const SCHEMA_1: &str = "tropism.model/1";
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    schema: String,
+    config: TipModelConfig,
+    #[serde(default)]
+    layout: Layout,
+    #[serde(default = "paper_period")]
+    period_min: f64,
+    plants: Vec<usize>,
+    is_virtual: bool,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    dx: Vec<f64>,
+    dy: Vec<f64>,
+    /// One character a shift: the lamp's number in the layout. In schema 1: `l` or `r`.
+    light: String,
+}
+
+const fn paper_period() -> f64 {
+    PAPER_PERIOD_MIN
+}
+
+impl TipModel {
+    /// Readable JSON with all data and settings; see `docs/formats.md`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let column = |value: fn(&Shift) -> f64| self.observed().iter().map(value).collect();
+        let number = |shift: &Shift| char::from(b'0' + shift.light.index() as u8);
+        let file = File {
+            schema: SCHEMA.to_owned(),
+            config: self.config().clone(),
+            layout: self.layout.clone(),
+            period_min: self.period_min,
+            plants: self.plants.clone(),
+            is_virtual: self.is_virtual(),
+            x: column(|shift| shift.tip.x),
+            y: column(|shift| shift.tip.y),
+            dx: column(|shift| shift.dx),
+            dy: column(|shift| shift.dy),
+            light: self.observed().iter().map(number).collect(),
+        };
+        serde_json::to_string(&file).expect("numbers and text are JSON")
+    }
+
+    /// Reads [`Self::to_json`].
+    ///
+    /// # Errors
+    /// [`ModelError`] says what was found instead.
+    pub fn from_json(text: &str) -> Result<Self, ModelError> {
+        #[derive(Deserialize)]
+        struct Head {
+            schema: String,
+        }
+        // The schema is read first: a file of another one should be called that, not full of unknown fields.
+        let Head { schema } = serde_json::from_str(text)?;
+        if schema != SCHEMA && schema != SCHEMA_1 {
+            return Err(ModelError::Schema(schema));
+        }
+        let file: File = serde_json::from_str(text)?;
+        let lengths = [file.x.len(), file.y.len(), file.dx.len(), file.dy.len(), file.light.len()];
+        if lengths.iter().any(|&length| length != lengths[0]) {
+            return Err(ModelError::Lengths { found: format!("{lengths:?}") });
+        }
+        let is_period = file.period_min > 0.0 && file.period_min.is_finite();
+        ensure(is_period, "period_min", file.period_min, "minutes above 0")?;
+        let mut observed = Vec::with_capacity(file.x.len());
+        for (index, letter) in file.light.chars().enumerate() {
+            let light = match (letter, letter.to_digit(10)) {
+                ('l', _) if schema == SCHEMA_1 => Some(Light::LEFT),
+                ('r', _) if schema == SCHEMA_1 => Some(Light::RIGHT),
+                (_, Some(number)) if schema == SCHEMA => Light::new(number as usize),
+                _ => None,
+            };
+            let Some(light) = light.filter(|&light| file.layout.contains(light)) else {
+                return Err(ModelError::Shift { index, found: format!("light {letter:?}") });
+            };
+            let tip = Point::new(file.x[index], file.y[index]);
+            observed.push(Shift { tip, dx: file.dx[index], dy: file.dy[index], light });
+        }
+        if file.plants.iter().try_fold(0_usize, |sum, &count| sum.checked_add(count)) != Some(observed.len())
+        {
+            let found = format!("plants {:?} for {} shifts", file.plants, observed.len());
+            return Err(ModelError::Plants { found });
+        }
+        let model = Self::of_shifts(observed, file.plants, file.layout, file.period_min, file.config)?;
+        Ok(model.of_virtual_plants(file.is_virtual))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::tip::Empty;
+    use crate::track::Track;
+
+    fn model() -> TipModel {
+        let rows = (0..300).map(|step| {
+            let x = f64::from(step % 40) * 0.05;
+            format!(
+                "{x},{},{}\n",
+                4.0 + 0.03 * f64::from(step),
+                if step % 80 < 40 { "right" } else { "left" }
+            )
+        });
+        let text = format!("tip_x_cm,tip_y_cm,light\n{}", rows.collect::<String>());
+        let config = TipModelConfig { empty: Empty::Nearest, ..TipModelConfig::default() };
+        TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], config).unwrap()
+    }
+
+    #[test]
+    fn json_comes_back() {
+        let model = model().of_virtual_plants(true);
+        assert_eq!(TipModel::from_json(&model.to_json()).unwrap(), model);
+    }
+
+    #[test]
+    fn four_lamps_and_another_period_come_back() {
+        let text = "step,time_s,tip_x_cm,tip_y_cm,light\n0,0,0,4,front\n1,600,0,4.1,back\n2,1200,0.1,4.2,left\n\
+                    3,1800,0,4.3,dark\n";
+        let track = Track::read_csv(text.as_bytes()).unwrap();
+        let model = TipModel::fit([&track], TipModelConfig::default()).unwrap();
+        let again = TipModel::from_json(&model.to_json()).unwrap();
+        assert_eq!((again.layout.len(), again.period_min), (4, 10.0));
+        assert_eq!(again, model);
+    }
+
+    #[test]
+    fn schema_1_is_the_paper_s_lamps_and_period() {
+        let model = model();
+        let text = model.to_json();
+        let file: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let mut old = file.as_object().unwrap().clone();
+        old.remove("layout");
+        old.remove("period_min");
+        old["schema"] = "tropism.model/1".into();
+        old["light"] = old["light"].as_str().unwrap().replace('0', "l").replace('1', "r").into();
+        assert_eq!(TipModel::from_json(&serde_json::to_string(&old).unwrap()).unwrap(), model);
+    }
+
+    #[test]
+    fn bad_models_are_refused() {
+        let text = model().to_json();
+        let error = |text: &str| TipModel::from_json(text).unwrap_err().to_string();
+        assert!(error("{").contains("no model"));
+        assert!(error(&text.replace("model/2", "model/9")).contains("wanted \"tropism.model/2\""));
+        assert!(error(&text.replace("\"grid_cm\":0.1", "\"grid_cm\":0.0")).contains("grid_cm = 0"));
+        assert!(error(&text.replace("\"wx\":0.5", "\"wx\":-1")).contains("window.wx"));
+        assert!(error(&text.replace("\"light\":\"1", "\"light\":\"x")).contains("light 'x'"));
+        assert!(error(&text.replace("\"light\":\"1", "\"light\":\"5")).contains("light '5'"));
+        assert!(error(&text.replace("\"light\":\"1", "\"light\":\"11")).contains("lengths"));
+        assert!(error(&text.replace("\"plants\":[299", "\"plants\":[300")).contains("add up"));
+        assert!(error(&text.replace("\"x\":[0.0", "\"x\":[1e300")).contains("shift 0"));
+        assert!(error(&text.replace("\"period_min\":5.0", "\"period_min\":0.0")).contains("period_min"));
+    }
+}

@@ -1,0 +1,312 @@
+//! Many simulated plants at once: the fast twin of [`fitness_of`], with the same bits.
+//!
+//! A step of one plant is a dependent chain of a look-up, a division and a square root, and the processor waits for each.
+//! Here one plant per lane takes the same step side by side, and the compiler vectorises the controllers' decisions, the
+//! growth and the fitness. A lane whose plant is done is refilled with the next episode, every few steps.
+//!
+//! Grown networks, whose state transitions are scalar, do best in few lanes; minimal networks, a few operations each, in
+//! many.
+
+mod plants;
+mod linear;
+mod networks;
+
+use std::cell::Cell;
+use std::marker::PhantomData;
+
+use tropism_neat::Genome;
+
+use linear::LinearControllers;
+use networks::Networks;
+use plants::{BatchTask, Plants};
+
+use super::{Episode, fitness_of};
+use crate::control::NetworkController;
+use crate::plant::tip::TipModel;
+use crate::random::NoiseStream;
+use crate::simd::{Kernel, dispatch};
+use crate::task::Targets;
+
+pub use linear::LinearController;
+
+/// Lanes for networks of any size. Chosen by hand for speed.
+const NETWORK_LANES: usize = 32;
+
+/// Lanes for linear controllers. Chosen by hand for speed; faster than 128.
+const LINEAR_LANES: usize = 256;
+
+/// Steps between two refills of lanes. Chosen by hand for speed.
+const STRIDE: u32 = 16;
+
+/// The fitness of each episode's genome on `model`, eq. (9), in order: what [`fitness_of`] gives for its network, to the bit.
+///
+/// Networks whose neurons are not step neurons are run by that, one by one.
+///
+/// # Panics
+/// If a genome has not two inputs and one output.
+#[must_use]
+pub(super) fn fitness_of_networks<'g>(
+    model: &TipModel,
+    task: &Targets,
+    episodes: impl IntoIterator<Item = Episode<&'g Genome>>,
+) -> Vec<f64> {
+    let mut batch = KEPT.take().unwrap_or_else(|| Box::new(Batch::new(Networks::default())));
+    let plain = |genome: &&Genome, noise| {
+        let mut controller =
+            NetworkController::of_tip(genome).expect("a genome of two inputs and one output");
+        fitness_of(model, &mut controller, task, noise)
+    };
+    let fitness = batch.run_with_room(model, task, episodes, plain);
+    KEPT.set(Some(batch));
+    fitness
+}
+
+/// The fitness of each episode's linear controller on `model`, eq. (9), in order: what [`fitness_of`] gives, to the bit.
+#[must_use]
+pub(super) fn fitness_of_linear(
+    model: &TipModel,
+    task: &Targets,
+    episodes: impl IntoIterator<Item = Episode<LinearController>>,
+) -> Vec<f64> {
+    let plain = |controller: &LinearController, noise| fitness_of(model, &mut { *controller }, task, noise);
+    Batch::<_, LINEAR_LANES>::new(LinearControllers::empty()).run_with_room(model, task, episodes, plain)
+}
+
+thread_local! {
+    /// Reused from one generation to the next, so that its buffers are allocated once.
+    static KEPT: Cell<Option<Box<Batch<Networks<NETWORK_LANES>, NETWORK_LANES>>>> = const { Cell::new(None) };
+}
+
+/// Controllers side by side, one for each lane.
+trait Controllers<One, const LANES: usize> {
+    /// Prepares for a new set of episodes: all lanes are free.
+    fn begin(&mut self) {}
+
+    /// Puts a controller into a lane, at rest; `false` if it cannot be run in lanes.
+    fn assign<const TARGETS: usize>(&mut self, lane: usize, one: &One, task: &BatchTask<'_, TARGETS>)
+    -> bool;
+
+    /// One step of every plant, under the light that its controller decides on.
+    fn step<const TARGETS: usize>(&mut self, plants: &mut Plants<LANES>, task: &BatchTask<'_, TARGETS>);
+
+    /// Marks the controller of a lane as no longer needed.
+    fn retire(&mut self, _lane: usize) {}
+}
+
+struct Batch<C, const LANES: usize> {
+    plants: Plants<LANES>,
+    controllers: C,
+    /// Number of the episode in each lane.
+    number: [Option<usize>; LANES],
+}
+
+impl<C, const LANES: usize> Batch<C, LANES> {
+    const fn new(controllers: C) -> Self {
+        Self { plants: Plants::empty(), controllers, number: [None; LANES] }
+    }
+
+    /// [`Self::run`] with room for the paper's three targets or for 36; tasks with more targets run by `plain`.
+    fn run_with_room<One>(
+        &mut self,
+        model: &TipModel,
+        task: &Targets,
+        episodes: impl IntoIterator<Item = Episode<One>>,
+        plain: impl Fn(&One, NoiseStream) -> f64,
+    ) -> Vec<f64>
+    where
+        C: Controllers<One, LANES>,
+    {
+        let episodes = episodes.into_iter();
+        if let Some(task) = BatchTask::<3>::new(model, task) {
+            self.run(&task, episodes, plain)
+        } else if let Some(task) = BatchTask::<36>::new(model, task) {
+            self.run(&task, episodes, plain)
+        } else {
+            episodes.map(|Episode { controller, noise }| plain(&controller, noise)).collect()
+        }
+    }
+
+    /// The fitness of each episode, in order; those that cannot run in lanes run by `plain`.
+    fn run<One, const TARGETS: usize>(
+        &mut self,
+        task: &BatchTask<'_, TARGETS>,
+        mut episodes: impl Iterator<Item = Episode<One>>,
+        plain: impl Fn(&One, NoiseStream) -> f64,
+    ) -> Vec<f64>
+    where
+        C: Controllers<One, LANES>,
+    {
+        self.controllers.begin();
+        let mut fitness = Vec::with_capacity(episodes.size_hint().0);
+        let mut running = 0;
+        loop {
+            for lane in self.plants.free_lanes() {
+                if let Some(number) = self.number[lane].take() {
+                    fitness[number] = self.plants.fitness(lane);
+                    self.controllers.retire(lane);
+                    running -= 1;
+                }
+                self.plants.empty_lane(lane);
+                for Episode { controller, noise } in episodes.by_ref() {
+                    let number = fitness.len();
+                    if self.controllers.assign(lane, &controller, task) {
+                        fitness.push(0.0);
+                        self.plants.refill(lane, noise, task);
+                        self.number[lane] = Some(number);
+                        running += 1;
+                        break;
+                    }
+                    fitness.push(plain(&controller, noise));
+                }
+            }
+            if running == 0 {
+                return fitness;
+            }
+            dispatch(Stride { batch: self, task, of: PhantomData });
+        }
+    }
+
+    /// Up to [`STRIDE`] steps of every plant.
+    #[inline(always)]
+    fn stride<One, const TARGETS: usize>(&mut self, task: &BatchTask<'_, TARGETS>)
+    where
+        C: Controllers<One, LANES>,
+    {
+        let steps = self.plants.steps_before_refill(STRIDE);
+        for _ in 0..steps {
+            self.controllers.step(&mut self.plants, task);
+        }
+        self.plants.count_steps(steps);
+    }
+}
+
+/// [`Batch::stride`] as a kernel.
+struct Stride<'a, C, One, const LANES: usize, const TARGETS: usize> {
+    batch: &'a mut Batch<C, LANES>,
+    task: &'a BatchTask<'a, TARGETS>,
+    of: PhantomData<One>,
+}
+
+impl<C, One, const LANES: usize, const TARGETS: usize> Kernel for Stride<'_, C, One, LANES, TARGETS>
+where
+    C: Controllers<One, LANES>,
+{
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.batch.stride(self.task);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use crate::plant::tip::TipModelConfig;
+    use crate::random::{self, Purpose};
+    use crate::track::Track;
+    use tropism_neat::{Config, Genome, Neat};
+
+    fn model() -> TipModel {
+        let mut rng = random::stream(5, Purpose::Growth, 0);
+        let mut text = "tip_x_cm,tip_y_cm,light\n".to_owned();
+        let (mut x, mut y) = (0.0_f64, 4.0);
+        for step in 0..3000 {
+            let right = step / 70 % 2 == 0;
+            text += &format!("{x:.4},{y:.4},{}\n", if right { "right" } else { "left" });
+            x += (if right { 0.12 } else { -0.12 }) - 0.01 * x + 0.05 * random::normal(&mut rng);
+            y = 4.0 + f64::from(step % 1000) * 0.012 - 0.02 * x.abs();
+        }
+        TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], TipModelConfig::default()).unwrap()
+    }
+
+    /// Genomes from minimal networks to networks of over a hundred links.
+    fn genomes(count: usize) -> Vec<Genome> {
+        let mut genomes = Vec::new();
+        for seed in 0.. {
+            let config =
+                Config { mutate_add_neuron_prob: 0.2, mutate_add_link_prob: 0.4, ..Config::wahby2016() };
+            let mut neat = Neat::new(config, 2, 1, seed).unwrap();
+            for _ in 0..150 {
+                genomes.extend_from_slice(neat.ask());
+                let scores: Vec<f64> = neat.ask().iter().map(|genome| genome.links().len() as f64).collect();
+                neat.tell(&scores).unwrap();
+                if genomes.len() >= count {
+                    genomes.truncate(count);
+                    return genomes;
+                }
+            }
+        }
+        unreachable!()
+    }
+
+    #[test]
+    fn ten_thousand_genomes_of_all_sizes_have_the_fitness_of_the_plain_path_to_the_bit() {
+        let (model, genomes) = (model(), genomes(10_000));
+        assert!(genomes.iter().map(|genome| genome.links().len()).max().unwrap() > 80);
+        let noise = |episode: usize| NoiseStream::new(9, Purpose::Trial, [episode as u32, 0, 0]);
+        for (task, part) in [
+            (Targets::default(), &genomes[..]),
+            (Targets { max_steps: 37, ..Targets::default() }, &genomes[..300]),
+            (Targets { end_height_cm: 60.0, max_steps: 123, ..Targets::default() }, &genomes[5000..5300]),
+            (Targets { targets: Vec::new(), ..Targets::default() }, &genomes[9000..9100]),
+            (many_targets(7), &genomes[8000..8100]),
+            (many_targets(50), &genomes[8100..8140]),
+        ] {
+            let episode = |(number, genome)| Episode { controller: genome, noise: noise(number) };
+            let fast = fitness_of_networks(&model, &task, part.iter().enumerate().map(episode));
+            for (number, genome) in part.iter().enumerate() {
+                let mut plain = NetworkController::of_tip(genome).unwrap();
+                let exact = fitness_of(&model, &mut plain, &task, noise(number));
+                assert_eq!(
+                    fast[number].to_bits(),
+                    exact.to_bits(),
+                    "genome {number}: {} {exact}",
+                    fast[number]
+                );
+            }
+        }
+    }
+
+    fn many_targets(count: u32) -> Targets {
+        let place = |number: u32| {
+            Point::new(if number.is_multiple_of(2) { 0.7 } else { -0.3 }, 4.1 + 0.18 * f64::from(number))
+        };
+        Targets { targets: (0..count).map(place).collect(), ..Targets::default() }
+    }
+
+    #[test]
+    fn linear_controllers_of_any_size_have_the_fitness_of_their_genomes_to_the_bit() {
+        let model = model();
+        for (task, range, count) in [
+            (Targets::default(), 1.0, 3000),
+            // Weights such that single precision is in doubt at every step.
+            (Targets::default(), 1e5, 300),
+            (Targets { max_steps: 37, ..Targets::default() }, 0.1, 300),
+            (many_targets(7), 1.0, 300),
+            (many_targets(50), 1.0, 20),
+        ] {
+            let config = Config { initial_weight_range: range, ..Config::wahby2016() };
+            let noise = |index: u64| NoiseStream::new(9, Purpose::Trial, [index as u32, 0, 0]);
+            let genome = |index| tropism_neat::random_genome(&config, 2, 1, 4, index);
+            let controllers = (0..count).map(|index| {
+                let genome = genome(index);
+                let [of_x, of_y, bias] = [0, 1, 2].map(|link| genome.links()[link].weight);
+                let output = tropism_neat::LinearThreshold { weights: [of_x, of_y], threshold: 0.5 };
+                Episode { controller: LinearController { output, bias }, noise: noise(index) }
+            });
+            let fast = fitness_of_linear(&model, &task, controllers);
+            for (index, fast) in (0..).zip(fast) {
+                let mut plain = NetworkController::of_tip(&genome(index)).unwrap();
+                let exact = fitness_of(&model, &mut plain, &task, noise(index));
+                assert_eq!(fast.to_bits(), exact.to_bits(), "range {range}, seed {index}: {fast} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_episodes_are_no_work() {
+        assert!(fitness_of_networks(&model(), &Targets::default(), []).is_empty());
+    }
+}

@@ -1,0 +1,167 @@
+//! Step networks of any size side by side: their input sums in vectors, their state transitions one by one.
+
+#![allow(clippy::needless_range_loop, reason = "a loop over lanes reads and writes many arrays at one place")]
+
+use tropism_neat::{Genome, StepNetwork};
+
+use super::Controllers;
+use super::plants::{BatchTask, Plants};
+use crate::control::TIP_INPUTS as INPUTS;
+
+#[repr(C, align(64))]
+pub(super) struct Networks<const LANES: usize> {
+    /// The tip in double precision: the inputs of the networks.
+    inputs: [[f64; LANES]; INPUTS],
+    /// The light: 1 for right.
+    light: [u32; LANES],
+    /// Input neurons (those with links from the inputs) of each network that fire, one bit each; the first is the output.
+    fired: [u64; LANES],
+    /// Input neurons on which the next state depends, and which of them fire if the network stays in its state.
+    watched: [u64; LANES],
+    stay: [u64; LANES],
+    /// 1 where the network changes its state.
+    changes: [u8; LANES],
+    /// Input weights and threshold of the first input neuron of each network, of the second, and so on.
+    neurons: Vec<InputNeurons<LANES>>,
+    /// Sum over the recurrent and hidden links into each input neuron, in the present state.
+    recurrent: Vec<[f64; LANES]>,
+    networks: Vec<StepNetwork<INPUTS>>,
+}
+
+/// One input neuron of each network.
+#[repr(C, align(64))]
+struct InputNeurons<const LANES: usize> {
+    weights: [[f64; LANES]; INPUTS],
+    threshold: [f64; LANES],
+}
+
+impl<const LANES: usize> InputNeurons<LANES> {
+    const fn silent() -> Self {
+        Self { weights: [[0.0; LANES]; INPUTS], threshold: [0.0; LANES] }
+    }
+}
+
+impl<const LANES: usize> Default for Networks<LANES> {
+    fn default() -> Self {
+        Self {
+            inputs: [[0.0; LANES]; INPUTS],
+            light: [0; LANES],
+            fired: [0; LANES],
+            watched: [0; LANES],
+            stay: [0; LANES],
+            changes: [0; LANES],
+            neurons: Vec::new(),
+            recurrent: Vec::new(),
+            networks: vec![StepNetwork::default(); LANES],
+        }
+    }
+}
+
+impl<const LANES: usize> Controllers<&Genome, LANES> for Networks<LANES> {
+    fn begin(&mut self) {
+        // No more rows than these episodes need.
+        self.neurons.clear();
+        self.recurrent.clear();
+    }
+
+    fn assign<const TARGETS: usize>(
+        &mut self,
+        lane: usize,
+        genome: &&Genome,
+        _: &BatchTask<'_, TARGETS>,
+    ) -> bool {
+        let network = &mut self.networks[lane];
+        if !network.assign(genome) {
+            return false;
+        }
+        for (place, sensor) in network.input_units().iter().enumerate() {
+            if place == self.neurons.len() {
+                self.neurons.push(InputNeurons::silent());
+            }
+            let row = &mut self.neurons[place];
+            row.threshold[lane] = sensor.threshold;
+            for (weights, weight) in row.weights.iter_mut().zip(sensor.weights) {
+                weights[lane] = weight;
+            }
+        }
+        while self.recurrent.len() < 4 * network.internal_inputs().len() {
+            self.recurrent.push([0.0; LANES]);
+        }
+        self.watched[lane] = network.transition_mask();
+        self.refresh(lane);
+        true
+    }
+
+    #[inline(always)]
+    fn step<const TARGETS: usize>(&mut self, plants: &mut Plants<LANES>, task: &BatchTask<'_, TARGETS>) {
+        self.decide(plants);
+        let light = &self.light;
+        plants.step(task, |lane, _, _| (light[lane], false), |lane, _, _| light[lane]);
+        self.advance();
+    }
+
+    fn retire(&mut self, lane: usize) {
+        (self.watched[lane], self.stay[lane]) = (0, 0);
+    }
+}
+
+impl<const LANES: usize> Networks<LANES> {
+    /// Copies the recurrent sums of the network in `lane` for its present state.
+    #[inline(always)]
+    fn refresh(&mut self, lane: usize) {
+        let network = &self.networks[lane];
+        let (rows, _) = self.recurrent.as_chunks_mut::<4>();
+        for (rows, rest) in rows.iter_mut().zip(network.internal_inputs()) {
+            rows.iter_mut().zip(rest).for_each(|(row, rest)| row[lane] = rest);
+        }
+        self.stay[lane] = network.self_transition();
+    }
+
+    /// Computes every network's output: the light.
+    #[inline(always)]
+    fn decide(&mut self, plants: &Plants<LANES>) {
+        for lane in 0..LANES {
+            self.inputs[0][lane] = plants.x[lane].into();
+            self.inputs[1][lane] = plants.y[lane].into();
+        }
+        self.fired = [0; LANES];
+        for (place, (row, rest)) in self.neurons.iter().zip(&self.recurrent).enumerate() {
+            let bit = 1 << place;
+            for lane in 0..LANES {
+                let [of_x, of_y] = [row.weights[0][lane], row.weights[1][lane]];
+                let sensed = self.inputs[0][lane] * of_x + self.inputs[1][lane] * of_y;
+                let fires = sensed + rest[lane] > row.threshold[lane];
+                self.fired[lane] |= if fires { bit } else { 0 };
+            }
+        }
+        for lane in 0..LANES {
+            self.light[lane] = self.fired[lane] as u32 & 1;
+            self.changes[lane] = u8::from(self.fired[lane] & self.watched[lane] != self.stay[lane]);
+        }
+    }
+
+    /// Moves every network to its next state.
+    ///
+    /// After the plants have grown, although it could come before: the branch on which networks change is hard to predict,
+    /// and the processor resolves it while the plants' arithmetic is still in flight.
+    #[inline(always)]
+    fn advance(&mut self) {
+        let mut lanes = bits(&self.changes);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            self.networks[lane].advance(self.fired[lane] & self.watched[lane]);
+            self.refresh(lane);
+        }
+    }
+}
+
+/// Packs the bytes of at most 64 lanes, each 0 or 1, into bits.
+#[inline(always)]
+fn bits<const LANES: usize>(bytes: &[u8; LANES]) -> u64 {
+    let (groups, _) = bytes.as_chunks::<8>();
+    groups.iter().rev().fold(0, |bits, group| {
+        // Byte n is moved to bit 56 + n, and no two meet on the way.
+        bits << 8 | u64::from_le_bytes(*group).wrapping_mul(0x0102_0408_1020_4080) >> 56
+    })
+}

@@ -1,0 +1,93 @@
+//! Scores of many episodes: what evolution asks of a model.
+
+use tropism_neat::Genome;
+
+use super::batch::{self, LinearController};
+use super::fitness_of;
+use crate::control::{NetworkController, Sensors};
+use crate::plant::PlantModel;
+use crate::plant::tip::TipModel;
+use crate::plant::window::WindowModel;
+use crate::random::NoiseStream;
+use crate::task::Task;
+
+/// A controller, and the noise of the plant that it steers.
+#[derive(Clone, Debug)]
+pub struct Episode<C> {
+    /// The controller, at rest.
+    pub controller: C,
+    /// Growth noise of the plant.
+    pub noise: NoiseStream,
+}
+
+/// A model on which evolution can score many episodes.
+///
+/// Every model scores them one by one: `impl BatchModel for MyModel {}` is enough. A model with a faster path overrides
+/// [`score`](Self::score); the fitness must be that of [`fitness_of`] to the bit.
+pub trait BatchModel: PlantModel + Sized {
+    /// The fitness of each episode's network, in order.
+    ///
+    /// # Panics
+    /// If a genome has not the inputs of `sensors` and the outputs of the model's lamps.
+    fn score<'g, T: Task + ?Sized>(
+        &self,
+        task: &T,
+        sensors: &Sensors,
+        episodes: impl Iterator<Item = Episode<&'g Genome>>,
+    ) -> Vec<f64> {
+        one_by_one(self, task, sensors, episodes)
+    }
+
+    /// The fitness of each episode's linear controller, which sees the tip and lights one of two lamps, in order.
+    fn score_linear<T: Task + ?Sized>(
+        &self,
+        task: &T,
+        episodes: impl Iterator<Item = Episode<LinearController>>,
+    ) -> Vec<f64> {
+        episodes.map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise)).collect()
+    }
+}
+
+fn one_by_one<'g, M: PlantModel, T: Task + ?Sized>(
+    model: &M,
+    task: &T,
+    sensors: &Sensors,
+    episodes: impl Iterator<Item = Episode<&'g Genome>>,
+) -> Vec<f64> {
+    let score = |episode: Episode<&Genome>| {
+        let mut controller = NetworkController::new(episode.controller, sensors, task, model.layout())
+            .expect("genomes of the shape of sensors and lamps");
+        fitness_of(model, &mut controller, task, episode.noise)
+    };
+    episodes.map(score).collect()
+}
+
+impl BatchModel for TipModel {
+    /// Side by side in vectors for the paper's task, sensors and number of lamps.
+    fn score<'g, T: Task + ?Sized>(
+        &self,
+        task: &T,
+        sensors: &Sensors,
+        episodes: impl Iterator<Item = Episode<&'g Genome>>,
+    ) -> Vec<f64> {
+        match task.as_targets().filter(|_| sensors.is_tip() && self.layout().len() == 2) {
+            Some(targets) => batch::fitness_of_networks(self, targets, episodes),
+            None => one_by_one(self, task, sensors, episodes),
+        }
+    }
+
+    fn score_linear<T: Task + ?Sized>(
+        &self,
+        task: &T,
+        episodes: impl Iterator<Item = Episode<LinearController>>,
+    ) -> Vec<f64> {
+        match task.as_targets().filter(|_| self.layout().len() == 2) {
+            Some(targets) => batch::fitness_of_linear(self, targets, episodes),
+            None => episodes
+                .map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise))
+                .collect(),
+        }
+    }
+}
+
+impl BatchModel for WindowModel {}

@@ -1,0 +1,76 @@
+//! What a plant is to do, and how well it did.
+//!
+//! Observations go in; a fitness comes out. A [`Task`] says where a seedling starts, when an experiment is over, and what
+//! each step is worth. [`Targets`] is the paper's task with eq. (9); [`OpenLoop`] has nothing to reach and only ends. A
+//! task of one's own implements the trait; it sees whole observations, stems included.
+
+mod open_loop;
+mod spec;
+mod targets;
+
+use crate::geometry::Point;
+use crate::observation::Observation;
+use crate::track::Track;
+
+pub use open_loop::OpenLoop;
+pub use spec::TaskSpec;
+pub use targets::{Crossing, Targets};
+
+/// A task for a plant.
+///
+/// ```
+/// use tropism::prelude::*;
+///
+/// /// Grow upright: each step costs the distance of the tip from the vertical, in cm.
+/// struct Upright;
+///
+/// impl Task for Upright {
+///     fn is_over(&self, step: u32, seen: &Observation) -> bool {
+///         step >= 500 || seen.tip.y >= 12.0
+///     }
+///     fn step_fitness(&self, _first: &Observation, _before: &Observation, after: &Observation) -> f64 {
+///         -after.tip.x.abs()
+///     }
+/// }
+/// ```
+pub trait Task: Sync {
+    /// Whether an experiment is over when the plant is `seen` at `step` (from 0).
+    fn is_over(&self, step: u32, seen: &Observation) -> bool;
+
+    /// What the step from `before` to `after` is worth; larger is better. `first` is the first observation of the
+    /// experiment. The fitness of an experiment is the sum over its steps.
+    fn step_fitness(&self, first: &Observation, before: &Observation, after: &Observation) -> f64;
+
+    /// Tip of the seedling at the start of a simulated experiment, in cm. Paper: (0, 4), section 2.3.
+    fn start(&self) -> Point {
+        Point::new(0.0, 4.0)
+    }
+
+    /// Points that the tip is to visit, in order: for controllers that steer towards them, and for figures.
+    fn targets(&self) -> &[Point] {
+        &[]
+    }
+
+    /// The best fitness there can be, where it is known.
+    fn best_fitness(&self) -> Option<f64> {
+        None
+    }
+
+    /// This task as the paper's, if it is one: vectorised simulation exists for eq. (9) only.
+    fn as_targets(&self) -> Option<&Targets> {
+        None
+    }
+
+    /// The fitness of a whole track: the sum over its steps, gaps included.
+    fn fitness(&self, track: &Track) -> f64 {
+        let mut seen = track.samples.iter().map(crate::track::Sample::observation);
+        let Some(first) = seen.next() else { return 0.0 };
+        let mut before = first.clone();
+        let mut fitness = 0.0;
+        for after in seen {
+            fitness += self.step_fitness(&first, &before, &after);
+            before = after;
+        }
+        fitness
+    }
+}

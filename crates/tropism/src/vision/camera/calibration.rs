@@ -1,0 +1,158 @@
+//! Where the root is in a picture, and how many pixels make a centimetre.
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Pixel, Point};
+use crate::vision::camera::lens::Lens;
+use crate::vision::error::VisionError;
+
+/// How the pictures of one camera map to the plane of the stem ("stored in cm and scaled to the dimensions of the
+/// experiment setup", section 2.2.2).
+///
+/// By one scale for the whole picture, or, where the camera was shown a checkerboard, through its [`Lens`].
+///
+/// ```
+/// use tropism::geometry::{Pixel, Point};
+/// use tropism::vision::Calibration;
+/// let calibration = Calibration::from_scale(Pixel::new(320.0, 400.0), 10.0, 640, 480);
+/// assert_eq!(calibration.point(Pixel::new(340.0, 370.0)), Point::new(2.0, 3.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// The root: where the stem leaves the soil. It is (0, 0) cm.
+    pub base: Pixel,
+    /// Pixels per cm in the plane of the stem; with a lens, around the root.
+    pub px_per_cm: f64,
+    /// Columns of the pictures that it holds for.
+    pub width: usize,
+    /// Rows of the pictures that it holds for.
+    pub height: usize,
+    /// How far the marks it was made from lie from where it places them, as a root mean square in mm; `None` where
+    /// nothing was left over to judge it by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_mm: Option<f64>,
+    /// Distortion of the lens and perspective of a tilted camera; `None` is a camera without either.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lens: Option<Lens>,
+}
+
+impl Calibration {
+    /// One scale for the whole picture.
+    #[must_use]
+    pub const fn from_scale(base: Pixel, px_per_cm: f64, width: usize, height: usize) -> Self {
+        Self { base, px_per_cm, width, height, residual_mm: None, lens: None }
+    }
+
+    /// The scale of marks of known length, as ends in pixels and cm between them, by least squares; and how far the
+    /// lengths are off, as a root mean square in mm, `None` for a single mark. `None` without a mark that has a length.
+    #[must_use]
+    pub fn fit_scale(marks: &[([Pixel; 2], f64)]) -> Option<(f64, Option<f64>)> {
+        let long = |[a, b]: [Pixel; 2]| a.distance(b);
+        let squares: f64 = marks.iter().map(|(_, cm)| cm * cm).sum();
+        let scale = marks.iter().map(|&(ends, cm)| long(ends) * cm).sum::<f64>() / squares;
+        let off: f64 =
+            marks.iter().map(|&(ends, cm)| (long(ends) / scale - cm) * (long(ends) / scale - cm)).sum();
+        let residual = (marks.len() > 1).then(|| 10.0 * (off / marks.len() as f64).sqrt());
+        (scale.is_finite() && scale > 0.0).then_some((scale, residual))
+    }
+
+    /// Checks that every value can be one.
+    ///
+    /// # Errors
+    /// [`VisionError::Value`] names the key. The root may lie outside the picture.
+    pub fn check(&self) -> Result<(), VisionError> {
+        let value = |key, found: String, wanted| Err(VisionError::Value { key, found, wanted });
+        if !(self.px_per_cm.is_finite() && self.px_per_cm > 0.0) {
+            return value("px_per_cm", self.px_per_cm.to_string(), "a number above 0");
+        }
+        if !(self.base.x.is_finite() && self.base.y.is_finite()) {
+            return value("base", format!("({}, {})", self.base.x, self.base.y), "finite pixels");
+        }
+        if self.width == 0 || self.height == 0 {
+            return value("width, height", format!("{} x {}", self.width, self.height), "at least 1 x 1");
+        }
+        self.lens.map_or(Ok(()), |lens| lens.check(self.width, self.height))
+    }
+
+    /// The point of the plane of the stem that a pixel shows, in cm.
+    #[must_use]
+    pub fn point(&self, pixel: Pixel) -> Point {
+        if let Some(lens) = &self.lens {
+            let [place, root] = [pixel, self.base].map(|pixel| lens.point(pixel, self.width, self.height));
+            return Point::new(place.x - root.x, place.y - root.y);
+        }
+        Point::new((pixel.x - self.base.x) / self.px_per_cm, (self.base.y - pixel.y) / self.px_per_cm)
+    }
+
+    /// The pixel that shows a point of the plane of the stem.
+    #[must_use]
+    pub fn pixel(&self, point: Point) -> Pixel {
+        if let Some(lens) = &self.lens {
+            let root = lens.point(self.base, self.width, self.height);
+            return lens.pixel(Point::new(root.x + point.x, root.y + point.y), self.width, self.height);
+        }
+        Pixel::new(self.base.x + point.x * self.px_per_cm, self.base.y - point.y * self.px_per_cm)
+    }
+
+    /// Checks that it holds for a picture of `width` x `height`.
+    ///
+    /// # Errors
+    /// [`VisionError::Size`] with both sizes.
+    pub fn check_size(&self, width: usize, height: usize) -> Result<(), VisionError> {
+        if (width, height) == (self.width, self.height) {
+            return Ok(());
+        }
+        Err(VisionError::Size { width, height, wanted_width: self.width, wanted_height: self.height })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn calibration() -> Calibration {
+        Calibration::from_scale(Pixel::new(360.0, 336.0), 11.0, 720, 480)
+    }
+
+    proptest! {
+        #[test]
+        fn pixel_undoes_point(x in -1e3..1e3, y in -1e3..1e3) {
+            let there = calibration().pixel(calibration().point(Pixel::new(x, y)));
+            prop_assert!((there.x - x).abs() < 1e-9 && (there.y - y).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn up_in_the_world_is_up_in_the_picture() {
+        assert_eq!(calibration().point(Pixel::new(371.0, 314.0)), Point::new(1.0, 2.0));
+    }
+
+    #[test]
+    fn errors_name_key_and_size() {
+        let error = |calibration: Calibration| calibration.check().unwrap_err().to_string();
+        assert!(error(Calibration { px_per_cm: 0.0, ..calibration() }).contains("px_per_cm = 0"));
+        assert!(error(Calibration { base: Pixel::new(f64::NAN, 0.0), ..calibration() }).contains("base"));
+        assert!(error(Calibration { width: 0, ..calibration() }).contains("0 x 480"));
+        let size = calibration().check_size(10, 20).unwrap_err().to_string();
+        assert!(size.contains("10 x 20") && size.contains("720 x 480"), "{size}");
+    }
+
+    #[test]
+    fn several_marks_tell_how_well_they_agree() {
+        let mark = |length, cm| ([Pixel::new(3.0, 4.0), Pixel::new(3.0, 4.0 + length)], cm);
+        assert_eq!(Calibration::fit_scale(&[mark(110.0, 10.0)]), Some((11.0, None)));
+        let (scale, residual) = Calibration::fit_scale(&[mark(111.0, 10.0), mark(109.0, 10.0)]).unwrap();
+        assert!((scale - 11.0).abs() < 1e-12 && (residual.unwrap() - 10.0 / 11.0).abs() < 1e-12);
+        assert_eq!(Calibration::fit_scale(&[mark(0.0, 10.0)]), None);
+        assert_eq!(Calibration::fit_scale(&[]), None);
+    }
+
+    #[test]
+    fn unknown_keys_are_refused() {
+        let text = "px_per_cm = 11.0\nwidth = 720\nheight = 480\nbase = { x = 360.0, y = 336.0 }\n";
+        assert_eq!(toml::from_str::<Calibration>(text).unwrap(), calibration());
+        assert!(toml::from_str::<Calibration>(&format!("scale = 1\n{text}")).is_err());
+    }
+}

@@ -1,0 +1,266 @@
+//! From a photograph to the pixels that show plant (section 2.2.2).
+//!
+//! In: a picture and a crop. Out: its values, smoothed and sampled, and the levels of background and plant in them. The
+//! one idea: a plant is bright before dark cloth, so what counts as bright is read from each picture, never fixed.
+
+use crate::geometry::Region;
+use crate::photo::Image;
+use crate::simd::{Kernel, dispatch};
+use crate::vision::raster::plane::Plane;
+
+/// The crop at one `factor`-th of its size, each pixel the mean of those that it stands for; rows and columns that do not
+/// fill a last one are left off.
+///
+/// # Panics
+/// If `crop` does not lie inside the picture or `factor` is 0.
+#[must_use]
+pub fn downscale(image: &Image, crop: Region, factor: usize) -> Image {
+    assert!(crop.fits(image.width, image.height) && factor > 0, "{crop:?} by {factor}");
+    let (width, height) = (crop.width / factor, crop.height / factor);
+    let pixels = (factor * factor) as u32;
+    let mut rgb = Vec::with_capacity(3 * width * height);
+    if factor == 1 {
+        for y in crop.y..crop.y + height {
+            rgb.extend_from_slice(&image.rgb[3 * (y * image.width + crop.x)..][..3 * width]);
+        }
+        return Image { width, height, rgb };
+    }
+    let mut sums = vec![0_u32; 3 * width * factor];
+    for top in (crop.y..).step_by(factor).take(height) {
+        sums.fill(0);
+        for y in top..top + factor {
+            let row = &image.rgb[3 * (y * image.width + crop.x)..][..3 * width * factor];
+            sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += u32::from(*value));
+        }
+        for square in sums.chunks_exact(3 * factor) {
+            let sum = square
+                .chunks_exact(3)
+                .fold([0; 3], |sum, pixel| [sum[0] + pixel[0], sum[1] + pixel[1], sum[2] + pixel[2]]);
+            rgb.extend(sum.map(|sum| ((sum + pixels / 2) / pixels) as u8));
+        }
+    }
+    Image { width, height, rgb }
+}
+
+/// The rows of `values` that a Gaussian of deviation `sigma` weighs, to three deviations; the weights sum to 1.
+fn gaussian(sigma: f64) -> Vec<f32> {
+    let radius = (3.0 * sigma).ceil() as i32;
+    let bell = |i: i32| crate::math::exp(-0.5 * (f64::from(i) / sigma) * (f64::from(i) / sigma));
+    let weights: Vec<f64> = (-radius..=radius).map(|i| if sigma > 0.0 { bell(i) } else { 1.0 }).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter().map(|weight| (weight / sum) as f32).collect()
+}
+
+/// Smooths the picture with a Gaussian of deviation `sigma` pixels, samples every `step`-th pixel of `crop` and takes
+/// the sum of red, green and blue with these weights: [`LUMA`](super::plane::LUMA) desaturates.
+///
+/// The paper filters the whole picture in colour and crops last; all of these steps are linear, so the cheap order used
+/// here (weigh, crop, filter where a sample is taken) gives the same values. Beyond the picture's edge its outermost
+/// pixels are repeated.
+///
+/// # Panics
+/// If `crop` does not lie inside the picture or `step` is 0.
+#[must_use]
+pub fn sample_gaussian(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
+    dispatch(Sampling { image, crop, channels, sigma, step })
+}
+
+/// [`sample_gaussian`].
+struct Sampling<'a> {
+    image: &'a Image,
+    crop: Region,
+    channels: [f32; 3],
+    sigma: f64,
+    step: usize,
+}
+
+impl Kernel for Sampling<'_> {
+    type Result = Plane;
+
+    #[inline(always)]
+    fn run(self) -> Plane {
+        let Sampling { image, crop, channels, sigma, step } = self;
+        assert!(
+            crop.fits(image.width, image.height) && step > 0,
+            "{crop:?} in {} x {}",
+            image.width,
+            image.height
+        );
+        let weights = gaussian(sigma);
+        let radius = weights.len() / 2;
+        // Samples stand in the middle of the squares that they stand for.
+        let (across, down) = ((step / 2).min(crop.width - 1), (step / 2).min(crop.height - 1));
+        let width = (crop.width - 1 - across) / step + 1;
+        let height = (crop.height - 1 - down) / step + 1;
+        let line = |j: usize| crop.y + down + j * step;
+
+        // The rows that a sample needs, weighed, from `radius` columns left of the crop to as many right of it; row y stands
+        // where it drives out the one that is no longer needed.
+        let (top, bottom) =
+            (line(0).saturating_sub(radius), (line(height - 1) + radius).min(image.height - 1));
+        let (left, right) = (crop.x.saturating_sub(radius), (crop.x + crop.width + radius).min(image.width));
+        let lead = left + radius - crop.x;
+        let padded = crop.width + 2 * radius;
+        let tables: [[f32; 256]; 3] =
+            channels.map(|weight| std::array::from_fn(|level| weight * f32::from(level as u8)));
+        let mut weighed = vec![0.0; padded * weights.len()];
+        let mut next = top;
+
+        // Down the columns first, where neighbours lie side by side in memory, then along the one row that is left.
+        let mut values = Vec::with_capacity(width * height);
+        let mut smooth = vec![0.0; padded];
+        let mut out = vec![0.0; width];
+        for j in 0..height {
+            let place = |y: usize| y % weights.len() * padded;
+            next = next.max(line(j).saturating_sub(radius));
+            while next <= (line(j) + radius).min(bottom) {
+                let row = &mut weighed[place(next)..][..padded];
+                let start = 3 * next * image.width;
+                let end = lead + right - left;
+                weigh(&image.rgb[start + 3 * left..start + 3 * right], &tables, &mut row[lead..end]);
+                let (first, last) = (row[lead], row[end - 1]);
+                row[..lead].fill(first);
+                row[end..].fill(last);
+                next += 1;
+            }
+            let row = |k: usize| {
+                let y = (line(j) + k).saturating_sub(radius).clamp(top, bottom);
+                &weighed[place(y)..][..padded]
+            };
+            mix(&mut smooth, row, &weights);
+            if step == 1 {
+                mix(&mut out, |k| &smooth[k..k + width], &weights);
+            } else {
+                for (i, sum) in out.iter_mut().enumerate() {
+                    let from = &smooth[across + i * step..][..weights.len()];
+                    *sum = from.iter().zip(&weights).map(|(value, weight)| value * weight).sum();
+                }
+            }
+            values.extend_from_slice(&out);
+        }
+        Plane { width, height, values, origin: ((crop.x + across) as f64, line(0) as f64), step }
+    }
+}
+
+/// Writes the sum of red, green and blue of each pixel, of which each level is weighed by a table. Not inlined: wide
+/// vectors would gather from the tables, which takes longer.
+#[inline(never)]
+fn weigh(rgb: &[u8], tables: &[[f32; 256]; 3], out: &mut [f32]) {
+    for (value, pixel) in out.iter_mut().zip(rgb.as_chunks::<3>().0) {
+        let level = |channel: usize| tables[channel][usize::from(pixel[channel])];
+        *value = level(0) + level(1) + level(2);
+    }
+}
+
+/// A plane smoothed by a Gaussian of deviation `sigma` samples; beyond its edges the outermost samples are repeated.
+#[must_use]
+pub fn smooth_gaussian(plane: Plane, sigma: f64) -> Plane {
+    let weights = gaussian(sigma);
+    let radius = weights.len() / 2;
+    let (width, height) = (plane.width, plane.height);
+    let mut values = vec![0.0; width * height];
+    let mut line = vec![0.0; width + 2 * radius];
+    for (y, out) in values.chunks_exact_mut(width).enumerate() {
+        let middle = &mut line[radius..radius + width];
+        mix(middle, |k| plane.row((y + k).saturating_sub(radius).min(height - 1)), &weights);
+        let (first, last) = (middle[0], middle[width - 1]);
+        line[..radius].fill(first);
+        line[radius + width..].fill(last);
+        mix(out, |k| &line[k..k + width], &weights);
+    }
+    Plane { values, ..plane }
+}
+
+/// Writes the weighed sum of rows, row `k` by weight `k`, added up in this order.
+#[inline(always)]
+fn mix<'a>(out: &mut [f32], row: impl Fn(usize) -> &'a [f32], weights: &[f32]) {
+    // The filter of mode `robust` is five wide: one pass over rows instead of five.
+    if let Ok([a, b, c, d, e]) = <[f32; 5]>::try_from(weights) {
+        let [one, two, three, four, five] = std::array::from_fn(|k| &row(k)[..out.len()]);
+        for (i, sum) in out.iter_mut().enumerate() {
+            *sum = a * one[i] + b * two[i] + c * three[i] + d * four[i] + e * five[i];
+        }
+        return;
+    }
+    out.fill(0.0);
+    for (k, weight) in weights.iter().enumerate() {
+        out.iter_mut().zip(row(k)).for_each(|(sum, value)| *sum += weight * value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vision::raster::plane::LUMA;
+    use proptest::prelude::*;
+
+    fn picture(width: usize, height: usize) -> Image {
+        let rgb = (0..3 * width * height).map(|i| (i * 7919 % 256) as u8).collect();
+        Image { width, height, rgb }
+    }
+
+    /// The paper's order, in the plainest way: desaturate and filter the whole picture, then sample, then crop.
+    fn literal(image: &Image, crop: Region, sigma: f64, step: usize) -> Vec<f64> {
+        let grey = |x: i64, y: i64| {
+            let at = |v: i64, size: usize| v.clamp(0, size as i64 - 1) as usize;
+            let [r, g, b] = image.at(at(x, image.width), at(y, image.height)).map(f64::from);
+            0.299 * r + 0.587 * g + 0.114 * b
+        };
+        let weights: Vec<f64> = gaussian(sigma).into_iter().map(f64::from).collect();
+        let radius = (weights.len() / 2) as i64;
+        let mut values = Vec::new();
+        let offset = |size: usize| (step / 2).min(size - 1);
+        for y in (crop.y + offset(crop.height)..crop.y + crop.height).step_by(step) {
+            for x in (crop.x + offset(crop.width)..crop.x + crop.width).step_by(step) {
+                let (x, y) = (x as i64, y as i64);
+                let mut sum = 0.0;
+                for (k, wy) in (-radius..=radius).zip(&weights) {
+                    for (l, wx) in (-radius..=radius).zip(&weights) {
+                        sum += wx * wy * grey(x + l, y + k);
+                    }
+                }
+                values.push(sum);
+            }
+        }
+        values
+    }
+
+    proptest! {
+        #[test]
+        fn the_cheap_order_gives_the_values_of_the_papers_order(
+            (width, height) in (1..24_usize, 1..24_usize), corner in (0.0..1.0, 0.0..1.0), far in (0.0..1.0, 0.0..1.0),
+            sigma in 0.0..2.0, step in 1..5_usize,
+        ) {
+            let image = picture(width, height);
+            let (x, y) = ((corner.0 * width as f64) as usize, (corner.1 * height as f64) as usize);
+            let crop = Region {
+                x, y,
+                width: 1 + (far.0 * (width - x) as f64) as usize % (width - x),
+                height: 1 + (far.1 * (height - y) as f64) as usize % (height - y),
+            };
+            let plane = sample_gaussian(&image, crop, LUMA, sigma, step);
+            prop_assert_eq!(plane.values.len(), literal(&image, crop, sigma, step).len());
+            for (found, wanted) in plane.values.iter().zip(literal(&image, crop, sigma, step)) {
+                prop_assert!((f64::from(*found) - wanted).abs() < 1e-2, "{found} {wanted}");
+            }
+        }
+    }
+
+    #[test]
+    fn shrinking_takes_means() {
+        let image =
+            Image { width: 3, height: 2, rgb: [[0; 3], [40; 3], [9; 3], [80; 3], [120; 3], [9; 3]].concat() };
+        let all = Region { x: 0, y: 0, width: 3, height: 2 };
+        assert_eq!(downscale(&image, all, 2), Image { width: 1, height: 1, rgb: vec![60; 3] });
+        assert_eq!(downscale(&image, Region { x: 2, width: 1, ..all }, 1).rgb, vec![9; 6]);
+        assert_eq!(downscale(&image, all, 5).rgb, Vec::<u8>::new());
+    }
+
+    #[test]
+    fn a_place_and_its_pixel_are_one() {
+        let plane =
+            sample_gaussian(&picture(40, 30), Region { x: 8, y: 5, width: 20, height: 20 }, LUMA, 0.5, 4);
+        assert_eq!(plane.origin, (10.0, 7.0));
+        assert_eq!(plane.to_sample(plane.to_pixel(2.5, 3.0)), (2.5, 3.0));
+    }
+}

@@ -1,0 +1,6 @@
+//! Pictures as sampled planes.
+
+pub mod plane;
+pub mod filter;
+pub mod levels;
+pub mod source;

@@ -1,0 +1,93 @@
+//! The history rule, eq. (11): a stem that jumps is replaced by the one before.
+
+use crate::geometry::Polyline;
+use crate::vision::config::HoldConfig;
+
+impl HoldConfig {
+    /// Whether eq. (11) calls `now` an error after `before`.
+    ///
+    /// ```
+    /// use tropism::geometry::{Point, Polyline};
+    /// use tropism::vision::config::HoldConfig;
+    /// let stem = |top: f64| Polyline(vec![Point::new(0.0, 0.0), Point::new(0.0, top)]);
+    /// assert!(!HoldConfig::default().is_error(&stem(10.0), &stem(9.0)));
+    /// assert!(HoldConfig::default().is_error(&stem(12.0), &stem(9.0)));
+    /// ```
+    #[must_use]
+    pub fn is_error(&self, now: &Polyline, before: &Polyline) -> bool {
+        let (Some(start), Some(end)) = (now.0.first(), now.0.last()) else { return true };
+        let (Some(old_start), Some(old_end)) = (before.0.first(), before.0.last()) else { return false };
+        let length = now.length();
+        (length - before.length()).abs() >= self.length * length
+            || start.distance(*old_start) >= self.start * length
+            || end.distance(*old_end) >= self.end * length
+    }
+}
+
+/// The stem of the step before, and how long it has been held.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StemHold {
+    last: Option<Polyline>,
+    held: u32,
+}
+
+impl StemHold {
+    /// The stem of this step: the one seen, or "a duplicate of timestep t - 1" where eq. (11) says so or none was seen;
+    /// and whether it is a duplicate. Without a `rule` every stem that is seen is believed.
+    pub fn update(&mut self, seen: Option<Polyline>, rule: Option<&HoldConfig>) -> (Option<Polyline>, bool) {
+        let is_released = rule.and_then(|rule| rule.release).is_some_and(|steps| self.held >= steps);
+        let is_error =
+            |now: &Polyline, before: &Polyline| rule.is_some_and(|rule| rule.is_error(now, before));
+        let believed =
+            seen.filter(|now| is_released || self.last.as_ref().is_none_or(|before| !is_error(now, before)));
+        let is_duplicate = believed.is_none();
+        self.held = if is_duplicate { self.held.saturating_add(1) } else { 0 };
+        self.last = believed.or_else(|| self.last.take());
+        (self.last.clone(), is_duplicate)
+    }
+}
+
+/// Photographs in a row in which a held tip may steer; after that nobody knows where the plant is.
+///
+/// In three periods of five minutes a bean's tip moves by some millimetres, and rarely by more than a centimetre.
+pub const MAX_HELD_FRAMES: u32 = 3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    fn stem(points: &[(f64, f64)]) -> Polyline {
+        Polyline(points.iter().map(|&(x, y)| Point::new(x, y)).collect())
+    }
+
+    #[test]
+    fn each_clause_of_eq_11_holds_on_its_own() {
+        let rule = HoldConfig::default();
+        let before = stem(&[(0.0, 0.0), (0.0, 10.0)]);
+        assert!(!rule.is_error(&stem(&[(0.0, 0.0), (4.0, 9.0)]), &before));
+        // Length: 10 after 7.5 is exactly a quarter of L, and >= holds.
+        assert!(rule.is_error(&before, &stem(&[(0.0, 0.0), (0.0, 7.5)])));
+        assert!(rule.is_error(&stem(&[(2.5, 0.0), (2.5, 10.0)]), &before));
+        // The end moves by 5.06 at a length of 10.
+        assert!(rule.is_error(&stem(&[(0.0, 0.0), (4.9, 8.72)]), &before));
+    }
+
+    #[test]
+    fn an_error_is_replaced_and_released_only_where_told() {
+        let (good, jump) = (stem(&[(0.0, 0.0), (0.0, 10.0)]), stem(&[(0.0, 0.0), (0.0, 20.0)]));
+        let (mut paper, mut released) = (StemHold::default(), StemHold::default());
+        let (never, twice) =
+            (HoldConfig::default(), HoldConfig { release: Some(2), ..HoldConfig::default() });
+        assert_eq!(paper.update(None, Some(&never)), (None, true));
+        assert_eq!(paper.update(Some(good.clone()), Some(&never)), (Some(good.clone()), false));
+        released.update(Some(good.clone()), Some(&twice));
+        for _ in 0..2 {
+            assert_eq!(paper.update(Some(jump.clone()), Some(&never)), (Some(good.clone()), true));
+            assert_eq!(released.update(Some(jump.clone()), Some(&twice)), (Some(good.clone()), true));
+        }
+        assert_eq!(paper.update(Some(jump.clone()), Some(&never)).0, Some(good));
+        assert_eq!(released.update(Some(jump.clone()), Some(&twice)), (Some(jump.clone()), false));
+        assert_eq!(paper.update(Some(jump.clone()), None), (Some(jump), false));
+    }
+}
