@@ -11,7 +11,7 @@ use crate::shell::{Interrupted, Paused, Progress, Shell};
 /// Longest status that is shown beside the progress bar, in bytes: a terminal of 120 columns holds it.
 const MAX_STATUS: usize = 30;
 
-/// NoiseStream the stages of a workflow as progress lines, and asks it to stop after Ctrl-C.
+/// Draws the stages of a workflow as progress lines, and asks it to stop after Ctrl-C.
 pub(crate) struct ProgressMonitor<'s> {
     shell: &'s Shell,
     stage: Mutex<Option<Progress>>,

@@ -29,8 +29,9 @@ pub(crate) fn of_tracks(tracks: &[Track], plants: Plants) -> Vec<Figure> {
         return Vec::new();
     }
     let mut figures = of_tips(tracks, plants);
-    let stems = tracks.iter().map(stems_of_track).find(|stems| !stems.is_empty());
-    figures.extend(stems.map(|stems| report::stems(&stems, plants)));
+    let mut stems = tracks.iter().map(|track| (stems_of_track(track), &track.layout));
+    let stems = stems.find(|(stems, _)| !stems.is_empty());
+    figures.extend(stems.map(|(stems, layout)| report::stems(&stems, layout, plants)));
     figures
 }
 
@@ -65,7 +66,7 @@ pub(crate) fn of_stems(runs: &[FinishedRun]) -> Result<Option<Figure>, Error> {
     for run in runs {
         let stems = run.stems()?;
         if !stems.is_empty() {
-            return Ok(Some(report::stems(&stems, run.plants())));
+            return Ok(Some(report::stems(&stems, &run.track.layout, run.plants())));
         }
     }
     Ok(None)

@@ -12,7 +12,7 @@ use std::io::Write;
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
-use super::picture::DRAWN;
+use super::Film;
 use tropism::photo::Image;
 
 /// A pixel whose channels all differ by at most this from the shown ones is not written. Chosen by hand: above the noise of
@@ -55,20 +55,21 @@ pub enum AnimationError {
 }
 
 impl<W: Write> Animation<W> {
-    /// Begins an animation of the size of `samples`, with a palette for their colours, written to `to`.
+    /// Begins an animation of the size of `samples`, with a palette for their colours and those that `film` draws, written
+    /// to `to`.
     ///
     /// # Errors
     /// [`AnimationError`].
     ///
     /// # Panics
     /// If there are no samples.
-    pub fn new(to: W, samples: &[Image]) -> Result<Self, AnimationError> {
+    pub fn new(to: W, samples: &[Image], film: &Film) -> Result<Self, AnimationError> {
         let (width, height) = (samples[0].width, samples[0].height);
         let side = |length: usize| u16::try_from(length).ok().filter(|&side| side > 0);
         let (Some(columns), Some(rows)) = (side(width), side(height)) else {
             return Err(AnimationError::Range(width, height));
         };
-        let palette = Palette::of(samples);
+        let palette = Palette::of(samples, &film.colours());
         let mut encoder = Encoder::new(to, columns, rows, &palette.colours.concat())?;
         encoder.set_repeat(Repeat::Infinite)?;
         Ok(Self { encoder, palette, shown: None, size: (width, height) })
@@ -138,15 +139,17 @@ struct Palette {
 }
 
 impl Palette {
-    fn of(samples: &[Image]) -> Self {
+    /// The palette of `samples` that holds the `drawn` colours as they are.
+    fn of(samples: &[Image], drawn: &[[u8; 3]]) -> Self {
         let pixels: Vec<u8> = samples
             .iter()
             .flat_map(|image| image.rgb.chunks_exact(3))
             .flat_map(|pixel| [pixel[0], pixel[1], pixel[2], 255])
             .collect();
-        let learned = NeuQuant::new(10, usize::from(UNCHANGED) - DRAWN.len(), &pixels).color_map_rgb();
+        let learned = NeuQuant::new(10, usize::from(UNCHANGED) - drawn.len(), &pixels).color_map_rgb();
         let learned = learned.chunks_exact(3).map(|colour| [colour[0], colour[1], colour[2]]);
-        let colours: Vec<[u8; 3]> = DRAWN.into_iter().chain(learned).take(usize::from(UNCHANGED)).collect();
+        let colours: Vec<[u8; 3]> =
+            drawn.iter().copied().chain(learned).take(usize::from(UNCHANGED)).collect();
         let cells = 1_usize << (3 * BITS);
         let channel = |cell: usize, place: u32| {
             let low = cell >> (place * BITS) & ((1 << BITS) - 1);
@@ -210,7 +213,7 @@ mod tests {
     }
 
     fn animated(pictures: &[Image]) -> Vec<u8> {
-        let mut animation = Animation::new(Vec::new(), pictures).unwrap();
+        let mut animation = Animation::new(Vec::new(), pictures, &Film::default()).unwrap();
         for picture in pictures {
             animation.add(picture, 5).unwrap();
         }
@@ -244,11 +247,14 @@ mod tests {
 
     #[test]
     fn sizes_are_checked() {
-        let mut animation = Animation::new(Vec::new(), &pictures(1)).unwrap();
+        let mut animation = Animation::new(Vec::new(), &pictures(1), &Film::default()).unwrap();
         let other = Image { width: 2, height: 2, rgb: vec![0; 12] };
         let error = animation.add(&other, 1).unwrap_err().to_string();
         assert_eq!(error, "found a picture of 2 x 2 pixels, wanted 60 x 40");
         let empty = Image { width: 0, height: 0, rgb: Vec::new() };
-        assert!(matches!(Animation::new(Vec::new(), &[empty]), Err(AnimationError::Range(0, 0))));
+        assert!(matches!(
+            Animation::new(Vec::new(), &[empty], &Film::default()),
+            Err(AnimationError::Range(0, 0))
+        ));
     }
 }

@@ -27,7 +27,7 @@ pub struct SteeredTrack<'t> {
     pub plants: Plants,
 }
 
-/// NoiseStream the lamp that the controller `genome` lights for a tip that rests at a point, with targets and a steered track.
+/// Draws the lamp that the controller `genome` lights for a tip that rests at a point, with targets and a steered track.
 ///
 /// The map reaches over x from -8 to 8 cm and y from 4 to 16 cm, and further where targets or the track do.
 ///

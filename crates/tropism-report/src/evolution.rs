@@ -46,7 +46,7 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
 }
 
 fn axis_of_generations(from: f64, to: f64) -> Axis {
-    Axis { label: "generation", from, to, tick: super::plot::number }
+    Axis { label: "generation".to_owned(), from, to, tick: super::plot::number }
 }
 
 fn draw_box(plot: &mut Plot, generation: f64, numbers: &[f64; 5], half: f64) {

@@ -1,9 +1,10 @@
 //! Film of a run: its photographs with the lit lamp, the targets and the trajectory of the tip drawn in.
 
 use super::Plants;
-use super::picture::{BLACK, Canvas, WHITE, colour};
+use super::lamp::{self, COLOURS};
+use super::picture::{BLACK, Canvas, WHITE};
 use tropism::geometry::{Pixel, Point, Region};
-use tropism::lamps::Light;
+use tropism::lamps::{Layout, Light};
 use tropism::photo::Image;
 use tropism::vision::Calibration;
 
@@ -19,10 +20,12 @@ pub struct FilmStep {
 }
 
 /// What to draw into the photographs of a run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Film {
     /// Calibration of the photographs; without it, trajectory and targets are not drawn.
     pub calibration: Option<Calibration>,
+    /// The lamps; the default is the paper's.
+    pub layout: Layout,
     /// Targets, in cm.
     pub targets: Vec<Point>,
     /// The kind of plant, if it is known: every picture of a virtual plant says so.
@@ -32,7 +35,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// NoiseStream lit lamp, targets, trajectory so far and time into the photograph of step `index`.
+    /// Draws lit lamp, targets, trajectory so far and time into the photograph of step `index`.
     ///
     /// `image` is the photograph, [`scaled`](super::scaled) from `photograph_width` columns.
     #[must_use]
@@ -43,7 +46,7 @@ impl Film {
         self.draw_targets(&mut canvas, photograph_width);
         if let Some(step) = past.last() {
             let before = past.len().checked_sub(2).and_then(|before| past[before].light);
-            canvas.lamps(before);
+            canvas.lamps(before, &self.layout);
             let minutes = (step.time_s / 60.0).round().max(0.0) as u64;
             canvas.caption(&format!("{} H {:02} MIN", minutes / 60, minutes % 60), false);
         }
@@ -51,7 +54,7 @@ impl Film {
         canvas.image()
     }
 
-    /// NoiseStream the targets and the kind of plant into a composite of photographs.
+    /// Draws the targets and the kind of plant into a composite of photographs.
     ///
     /// `composite` is [`scaled`](super::scaled) from `photograph_width` columns.
     #[must_use]
@@ -98,6 +101,12 @@ impl Film {
         self
     }
 
+    /// The colours that are drawn into the photographs: the lamps', white and black.
+    #[must_use]
+    pub fn colours(&self) -> Vec<[u8; 3]> {
+        COLOURS[..self.layout.len()].iter().copied().chain([WHITE, BLACK]).collect()
+    }
+
     fn label(&self, canvas: &mut Canvas) {
         if self.plants.is_some_and(Plants::is_virtual) {
             canvas.caption("VIRTUAL PLANT", true);
@@ -123,7 +132,7 @@ impl Film {
         for run in seen.chunk_by(|a, b| a.1 == b.1) {
             // Each run ends at the first point of the next, so that the line has no gaps.
             let end = (start + run.len() + 1).min(all.len());
-            canvas.line(&all[start..end], colour(run[0].1), 1.6);
+            canvas.line(&all[start..end], lamp::colour(run[0].1), 1.6);
             start += run.len();
         }
         if let Some(&tip) = all.last() {
@@ -148,7 +157,10 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::{LEFT, RIGHT, cropped, scaled};
+    use crate::picture::{cropped, scaled};
+
+    const LEFT: [u8; 3] = COLOURS[0];
+    const RIGHT: [u8; 3] = COLOURS[1];
 
     fn grey(width: usize, height: usize) -> Image {
         Image { width, height, rgb: vec![90; 3 * width * height] }
@@ -162,6 +174,7 @@ mod tests {
         };
         Film {
             calibration: Some(Calibration::from_scale(Pixel::new(240.0, 400.0), 50.0, 480, 480)),
+            layout: Layout::default(),
             targets: vec![Point::new(2.0, 6.0)],
             plants: None,
             steps: (0..20).map(step).collect(),
@@ -190,6 +203,16 @@ mod tests {
             let corner = |x| has(&frame, light, x, 10..22) && !has(&frame, other, 0..480, 10..22);
             assert!(if index == 5 { corner(10..22) } else { corner(458..470) }, "{index}");
         }
+    }
+
+    #[test]
+    fn four_lamps_are_drawn_in_the_order_of_their_places() {
+        let mut film = Film { layout: Layout::four_sides(), ..film() };
+        film.steps[3].light = Some(Light::BACK);
+        let frame = film.frame(&grey(480, 480), 480, 4);
+        // left, front, back, right: the third of four circles is at two thirds of the way from 16 to 464.
+        assert!(has(&frame, COLOURS[3], 308..322, 10..22) && !has(&frame, LEFT, 0..480, 10..22));
+        assert_eq!((film.colours().len(), Film::default().colours().len()), (6, 4));
     }
 
     #[test]

@@ -144,7 +144,7 @@ fn push(rows: &mut Vec<KinematicValue>, quantity: &str, value: f64, published: &
     rows.push(KinematicValue { quantity: quantity.to_owned(), value, published });
 }
 
-/// NoiseStream the angle of the apex over time, one curve a response.
+/// Draws the angle of the apex over time, one curve a response.
 fn angle_plot(responses: &[Response], names: impl Iterator<Item = String>, hours: f64) -> Plot {
     let degrees = responses.iter().flat_map(|response| response.degrees.iter().copied());
     let y = Axis::covering("apex from the vertical (degrees)", (0.0, 20.0), degrees);
@@ -160,8 +160,7 @@ fn angle_plot(responses: &[Response], names: impl Iterator<Item = String>, hours
 
 /// Adds the legend of the curves, and marks the plant as virtual.
 fn add_legend(plot: &mut Plot, names: impl Iterator<Item = String>) {
-    let names: Vec<String> = names.collect();
-    let entries: Vec<(&str, &str)> = CLASSES.into_iter().zip(names.iter().map(String::as_str)).collect();
+    let entries: Vec<(&str, String)> = CLASSES.into_iter().zip(names).collect();
     plot.legend(&entries);
     let corner = (plot.right_edge() - 6.0, plot.top_edge() + 16.0);
     plot.text("label halo", corner, "end", "virtual plant");

@@ -19,6 +19,7 @@ mod evolution;
 mod film;
 pub mod guide;
 mod kinematics;
+mod lamp;
 mod network;
 mod page;
 mod shifts;

@@ -29,7 +29,7 @@ const SWEEPS: usize = 12;
 /// Line segments of a curve.
 const CURVE_SEGMENTS: usize = 16;
 
-/// NoiseStream the network of `genome`.
+/// Draws the network of `genome`.
 ///
 /// The width of a link is proportional to its weight. Recurrent links are arcs with an arrow. Neurons that do not reach an
 /// output are faint.

@@ -5,28 +5,17 @@ use tiny_skia::{
     Transform,
 };
 
-use super::stroke_font;
+use super::{lamp, stroke_font};
 use tropism::geometry::{Pixel, Region};
-use tropism::lamps::Light;
+use tropism::lamps::{Layout, Light};
+use tropism::math::interpolate::lerp;
 use tropism::photo::Image;
 
-/// Colours that are drawn with, on photographs before dark cloth.
-pub(super) const LEFT: [u8; 3] = [109, 179, 255];
-pub(super) const RIGHT: [u8; 3] = [255, 171, 74];
+/// Ink of targets, circles and text on photographs.
 pub(super) const WHITE: [u8; 3] = [255, 255, 255];
+
+/// Outlines on photographs.
 pub(super) const BLACK: [u8; 3] = [0, 0, 0];
-
-/// Colours that a palette should hold.
-pub(super) const DRAWN: [[u8; 3]; 4] = [LEFT, RIGHT, WHITE, BLACK];
-
-/// The colour of a lamp; white for none.
-pub(super) const fn colour(light: Option<Light>) -> [u8; 3] {
-    match light {
-        Some(Light::LEFT) => LEFT,
-        Some(Light::RIGHT) => RIGHT,
-        _ => WHITE,
-    }
-}
 
 /// The part of a picture in `region`; `None` if the region is not inside the picture.
 #[must_use]
@@ -150,14 +139,19 @@ impl Canvas {
         self.stroke(path, colour, 1.4);
     }
 
-    /// NoiseStream a circle for each lamp along the upper edge, filled where the lamp is lit.
-    pub(super) fn lamps(&mut self, lit: Option<Light>) {
+    /// Draws a circle for each lamp along the upper edge, in the order of their x, filled where the lamp is lit.
+    pub(super) fn lamps(&mut self, lit: Option<Light>, layout: &Layout) {
         let (inset, radius) = (16.0 * self.unit, 7.0);
-        for light in Light::BOTH {
-            let x = if light == Light::LEFT { inset } else { self.width() - inset };
-            let at = Pixel::new(x, inset);
+        let mut lights: Vec<Light> = layout.lights().collect();
+        lights.sort_by(|a, b| {
+            let x = |light: &Light| layout.lamps()[light.index()].at[0];
+            x(a).total_cmp(&x(b))
+        });
+        for (index, &light) in lights.iter().enumerate() {
+            let share = index as f64 / (lights.len() - 1) as f64;
+            let at = Pixel::new(lerp(inset, self.width() - inset, share), inset);
             if lit == Some(light) {
-                let [red, green, blue] = colour(lit);
+                let [red, green, blue] = lamp::colour(lit);
                 let mut paint = Paint::default();
                 paint.set_color(Color::from_rgba8(red, green, blue, 255));
                 let radius = (radius * self.unit) as f32;

@@ -20,7 +20,7 @@ pub(super) type Place = (f64, f64);
 
 /// One axis: its label, its ends and the text of its ticks.
 pub(super) struct Axis {
-    pub(super) label: &'static str,
+    pub(super) label: String,
     pub(super) from: f64,
     pub(super) to: f64,
     pub(super) tick: fn(f64) -> String,
@@ -29,7 +29,7 @@ pub(super) struct Axis {
 impl Axis {
     /// An axis from `from` to `to`, extended to the next tick if a value lies outside.
     pub(super) fn covering(
-        label: &'static str,
+        label: impl Into<String>,
         (from, to): (f64, f64),
         values: impl Iterator<Item = f64>,
     ) -> Self {
@@ -39,7 +39,7 @@ impl Axis {
         let step = nice_step(high - low);
         let from = if low < from { (low / step).floor() * step } else { from };
         let to = if high > to { (high / step).ceil() * step } else { to };
-        Self { label, from, to, tick: number }
+        Self { label: label.into(), from, to, tick: number }
     }
 
     fn span(&self) -> f64 {
@@ -177,7 +177,7 @@ impl Plot {
 
     /// A panel of `width` x `height` pixels without axes: units are pixels, y up.
     pub(super) fn bare((width, height): (f64, f64), right: f64, top: f64) -> Self {
-        let axis = |to| Axis { label: "", from: 0.0, to, tick: number };
+        let axis = |to| Axis { label: String::new(), from: 0.0, to, tick: number };
         Self { svg: String::new(), x: axis(width), y: axis(height), width, height, right, top }
     }
 
@@ -240,8 +240,9 @@ impl Plot {
         axes.line(&[(MARGIN_LEFT, self.top), (MARGIN_LEFT, bottom), (right, bottom)]);
         self.path("axis", &axes);
         let (middle, height) = (MARGIN_LEFT + self.width / 2.0, self.top + self.height / 2.0);
-        self.text("label", (middle, bottom + 37.0), "middle", self.x.label);
-        let label = self.y.label;
+        let label = self.x.label.clone();
+        self.text("label", (middle, bottom + 37.0), "middle", &label);
+        let label = &self.y.label;
         let _ = write!(
             self.svg,
             r#"<text class="label" text-anchor="middle" transform="translate(13 {}) rotate(-90)">{label}</text>"#,
@@ -286,13 +287,13 @@ impl Plot {
         self.line(class, [(from, y), (to, y)].into_iter());
     }
 
-    /// NoiseStream a disc of `radius` pixels.
+    /// Draws a disc of `radius` pixels.
     pub(super) fn disc(&mut self, class: &str, place: Place, radius: f64) {
         let (x, y, radius) = (rounded(place.0), rounded(place.1), rounded(radius));
         let _ = write!(self.svg, r#"<circle class="{class}" cx="{x}" cy="{y}" r="{radius}"/>"#);
     }
 
-    /// NoiseStream a disc of `radius` pixels with a mark in it and a tooltip.
+    /// Draws a disc of `radius` pixels with a mark in it and a tooltip.
     pub(super) fn disc_with_tooltip(
         &mut self,
         class: &str,
@@ -314,20 +315,20 @@ impl Plot {
             write!(self.svg, r#"<text class="{class}" x="{x}" y="{y}" text-anchor="{anchor}">{text}</text>"#);
     }
 
-    /// NoiseStream the legend above the panel: pairs of a class and its name.
-    pub(super) fn legend(&mut self, entries: &[(&str, &str)]) {
-        let mut x = MARGIN_LEFT;
-        for (class, name) in entries {
-            let y = self.top - 13.0;
+    /// Draws the legend above the panel, in [`legend_rows`]: pairs of a class and its name.
+    pub(super) fn legend<N: AsRef<str>>(&mut self, entries: &[(&str, N)]) {
+        let places = legend_places(entries, self.width + self.right);
+        let rows = places.last().map_or(1, |(row, _)| row + 1);
+        for ((class, name), (row, x)) in entries.iter().zip(places) {
+            let (x, y) = (MARGIN_LEFT + x, self.top - 13.0 - LEGEND_ROW * (rows - 1 - row) as f64);
             let mut dash = Path::default();
             dash.line(&[(x, y), (x + 16.0, y)]);
             self.path(&format!("key {class}"), &dash);
-            self.text("tick", (x + 21.0, y + 4.0), "start", name);
-            x += 21.0 + 6.4 * name.chars().count() as f64 + 14.0;
+            self.text("tick", (x + 21.0, y + 4.0), "start", name.as_ref());
         }
     }
 
-    /// NoiseStream horizontal dashes of `size` (width, height) in pixels, each given by its level and the middle of its left side.
+    /// Draws horizontal dashes of `size` (width, height) in pixels, each given by its level and the middle of its left side.
     pub(super) fn dashes(
         &mut self,
         map: ColourMap,
@@ -350,7 +351,7 @@ impl Plot {
         self.svg.push_str("</g>");
     }
 
-    /// NoiseStream a colour map beside the panel, with ticks at shares of its height.
+    /// Draws a colour map beside the panel, with ticks at shares of its height.
     pub(super) fn colour_bar(&mut self, map: ColourMap, title: &str, ticks: &[(f64, &str)]) {
         let (x, height) = (self.right_edge() + 14.0, self.height / LEVELS as f64);
         let bottom = self.bottom_edge();
@@ -374,6 +375,30 @@ impl Plot {
             self.svg
         )
     }
+}
+
+/// Height of a row of a legend, in pixels.
+pub(super) const LEGEND_ROW: f64 = 16.0;
+
+/// Rows of a legend above a panel with `width` pixels up to the edge of the figure.
+pub(super) fn legend_rows<N: AsRef<str>>(entries: &[(&str, N)], width: f64) -> usize {
+    legend_places(entries, width).last().map_or(1, |(row, _)| row + 1)
+}
+
+/// Row and left end in pixels of each entry of a legend.
+fn legend_places<N: AsRef<str>>(entries: &[(&str, N)], width: f64) -> Vec<(usize, f64)> {
+    let (mut row, mut x) = (0, 0.0);
+    let place = |(_, name): &(&str, N)| {
+        // The dash and its distance to the name; letters are 6.4 pixels wide on average.
+        let entry = 21.0 + 6.4 * name.as_ref().chars().count() as f64;
+        if x > 0.0 && x + entry > width {
+            (row, x) = (row + 1, 0.0);
+        }
+        let at = x;
+        x += entry + 14.0;
+        (row, at)
+    };
+    entries.iter().map(place).collect()
 }
 
 /// Width and height of a finished figure, in pixels.

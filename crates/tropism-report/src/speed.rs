@@ -3,64 +3,74 @@
 use std::collections::BTreeMap;
 
 use super::colour::ColourMap;
+use super::lamp;
 use super::plot::{Axis, Plot, number};
 use super::{Body, Figure, Plants};
-use tropism::lamps::Light;
+use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::track::Track;
 
 /// Shifts of this many cm a step and more share the last colour (end of the colour bar of Fig. 3).
 const FASTEST: f64 = 0.5;
 
+/// Steps between the strips of two lamps, if there are more than two lamps.
+const STRIP_GAP: u32 = 10;
+
 /// Figure 3: |Δx| of every step as a colour, over the time step and the time since the lit lamp was switched on.
 ///
-/// A cell with data of several tracks shows their mean. Steps next to a held tip have no shift and are left out.
+/// Two lamps extend to the left and to the right, as in the paper; more lamps have a strip each. A cell with data of several
+/// tracks shows their mean. Steps next to a held tip have no shift and are left out.
 #[must_use]
 pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
+    let layout = lamp::layout_of(tracks);
+    let swings: Vec<Swing> = tracks.iter().flat_map(swings).collect();
+    let longest = swings.iter().map(|swing| swing.duration).fold(80, u32::max);
+    let columns = Columns { layout: &layout, longest };
     let mut cells: BTreeMap<(u32, i64), (f64, f64)> = BTreeMap::new();
-    for (step, duration, shift) in tracks.iter().flat_map(swings) {
-        let (sum, count) = cells.entry((step, duration)).or_default();
-        *sum += shift;
+    for swing in &swings {
+        let (sum, count) = cells.entry((swing.step, columns.column(swing))).or_default();
+        *sum += swing.shift;
         *count += 1.0;
     }
-    let durations = cells.keys().map(|&(_, duration)| duration as f64);
-    let longest = durations.fold(80.0, |longest: f64, duration| longest.max(duration.abs()));
-    let mut x = Axis::covering(
-        "left light \u{2190}  light source duration (steps)  \u{2192} right light",
-        (-80.0, 80.0),
-        [-longest, longest].into_iter(),
-    );
-    x.tick = |duration| number(duration.abs());
     let y = Axis::covering("time (steps)", (0.0, 1000.0), cells.keys().map(|&(step, _)| f64::from(step)));
-    let mut plot = Plot::new(x, y, (340.0, 380.0), 74.0, 28.0);
+    let mut plot = Plot::new(columns.axis(), y, (340.0, 380.0), 74.0, 28.0);
     let width = plot.scale();
     let marks: Vec<_> = cells
         .into_iter()
-        .map(|((step, duration), (sum, count))| {
-            let (x, y) = plot.place(duration as f64, f64::from(step));
+        .map(|((step, column), (sum, count))| {
+            let (x, y) = plot.place(column as f64, f64::from(step));
             (ColourMap::level(sum / count / FASTEST), (x - width / 2.0, y))
         })
         .collect();
     plot.dashes(ColourMap::Sequential, (width, 9.0), marks.into_iter());
-    plot.colour_bar(
-        ColourMap::Sequential,
-        "|\u{394}x| (cm)",
-        &[(0.0, "0"), (0.5, "0.25"), (1.0, "\u{2265} 0.5")],
-    );
+    columns.name_strips(&mut plot);
+    let ticks = [(0.0, "0"), (0.5, "0.25"), (1.0, "\u{2265} 0.5")];
+    plot.colour_bar(ColourMap::Sequential, "|\u{394}x| (cm)", &ticks);
     Figure {
         number: "3",
         title: "Speed of the tip".to_owned(),
         caption: format!(
             "|\u{394}x| of a step, as a colour, over the time step (vertical) and the time since the lit lamp was switched on \
-             (horizontal: left lamp to the left, right lamp to the right). Mean where plants coincide. {}",
+             (horizontal: {}). Mean where plants coincide. {}",
+            columns.description(),
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
     }
 }
 
-/// Step, steps since the lamp was switched on (from 1; negative for the left lamp) and |Δx| of each measured shift.
-fn swings(track: &Track) -> Vec<(u32, i64, f64)> {
+/// A measured shift of one step.
+struct Swing {
+    step: u32,
+    light: Light,
+    /// Steps since the lamp was switched on, from 1.
+    duration: u32,
+    /// |Δx|, in cm.
+    shift: f64,
+}
+
+/// The measured shifts of a track.
+fn swings(track: &Track) -> Vec<Swing> {
     let mut swings = Vec::new();
     let mut lit: Option<(Light, u32)> = None;
     for pair in track.samples.windows(2) {
@@ -71,12 +81,73 @@ fn swings(track: &Track) -> Vec<(u32, i64, f64)> {
         });
         let is_measured = before.quality != Quality::Held && after.quality != Quality::Held;
         if let Some((light, since)) = lit.filter(|_| is_measured && after.step - before.step == 1) {
-            let duration = i64::from(before.step - since) + 1;
-            let signed = if light == Light::LEFT { -duration } else { duration };
-            swings.push((before.step, signed, (after.tip.x - before.tip.x).abs()));
+            let shift = (after.tip.x - before.tip.x).abs();
+            swings.push(Swing { step: before.step, light, duration: before.step - since + 1, shift });
         }
     }
     swings
+}
+
+/// The horizontal arrangement of lamps and durations.
+struct Columns<'l> {
+    layout: &'l Layout,
+    /// The longest duration, in steps.
+    longest: u32,
+}
+
+impl Columns<'_> {
+    const fn has_two_sides(&self) -> bool {
+        self.layout.len() == 2
+    }
+
+    /// Left end of the strip of a lamp.
+    fn strip(&self, light: Light) -> i64 {
+        light.index() as i64 * i64::from(self.longest + STRIP_GAP)
+    }
+
+    fn column(&self, swing: &Swing) -> i64 {
+        let duration = i64::from(swing.duration);
+        match (self.has_two_sides(), swing.light.index()) {
+            (true, 0) => -duration,
+            (true, _) => duration,
+            (false, _) => self.strip(swing.light) + duration,
+        }
+    }
+
+    fn axis(&self) -> Axis {
+        if !self.has_two_sides() {
+            let to = f64::from(self.longest + STRIP_GAP) * self.layout.len() as f64;
+            let label = format!("light source duration, {} steps a lamp", self.longest);
+            return Axis { label, from: 0.0, to, tick: |_| String::new() };
+        }
+        let [left, right] = [Light::LEFT, Light::RIGHT].map(|light| self.layout.name(Some(light)));
+        let label = format!("{left} light \u{2190}  light source duration (steps)  \u{2192} {right} light");
+        let longest = f64::from(self.longest);
+        let mut axis = Axis::covering(label, (-80.0, 80.0), [-longest, longest].into_iter());
+        axis.tick = |duration| number(duration.abs());
+        axis
+    }
+
+    /// Writes the name of each lamp below its strip.
+    fn name_strips(&self, plot: &mut Plot) {
+        if self.has_two_sides() {
+            return;
+        }
+        for light in self.layout.lights() {
+            let middle = self.strip(light) as f64 + 0.5 * f64::from(self.longest);
+            let place = (plot.place(middle, 0.0).0, plot.bottom_edge() + 16.0);
+            let class = format!("mark {}", lamp::class(Some(light)));
+            plot.text(&class, place, "middle", self.layout.name(Some(light)));
+        }
+    }
+
+    fn description(&self) -> String {
+        if !self.has_two_sides() {
+            return format!("a strip of {} steps a lamp", self.longest);
+        }
+        let [left, right] = [Light::LEFT, Light::RIGHT].map(|light| self.layout.name(Some(light)));
+        format!("{left} lamp to the left, {right} lamp to the right")
+    }
 }
 
 #[cfg(test)]
@@ -94,13 +165,27 @@ mod tests {
             (0.0, 4.1, 'r'),
         ]);
         let swings = swings(&track);
-        let places: Vec<_> = swings.iter().map(|&(step, duration, _)| (step, duration)).collect();
+        let layout = Layout::default();
+        let columns = Columns { layout: &layout, longest: 80 };
+        let places: Vec<_> = swings.iter().map(|swing| (swing.step, columns.column(swing))).collect();
         assert_eq!(places, [(0, -1), (1, -2), (2, 1)]);
-        assert!((swings[1].2 - 0.2).abs() < 1e-12);
+        assert!((swings[1].shift - 0.2).abs() < 1e-12);
     }
 
     #[test]
     fn figure_3_is_golden() {
         testing::golden(&speed(&testing::swings(3, 60), Plants::Virtual));
+    }
+    #[test]
+    fn more_lamps_have_a_strip_each() {
+        let mut track = testing::track(&[(0.0, 4.0, 'l'), (-0.1, 4.0, 'r'), (-0.3, 4.0, '-')]);
+        track.layout = Layout::four_sides();
+        track.samples[1].light = Some(Light::BACK);
+        let columns = Columns { layout: &track.layout, longest: 80 };
+        let places: Vec<_> = swings(&track).iter().map(|swing| columns.column(swing)).collect();
+        assert_eq!(places, [1, 271]);
+        let Body::Svg(svg) = speed(std::slice::from_ref(&track), Plants::Real).body else { panic!() };
+        testing::assert_well_formed(&svg);
+        assert!(svg.contains(">front</text>") && svg.contains("mark lamp4"));
     }
 }

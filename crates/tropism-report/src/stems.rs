@@ -1,9 +1,10 @@
 //! Figure 9: the stem as ten points, over one experiment.
 
-use super::plot::{Axis, Plot};
+use super::lamp;
+use super::plot::{Axis, LEGEND_ROW, Plot, legend_rows};
 use super::{Body, Figure, Plants};
 use tropism::geometry::Polyline;
-use tropism::lamps::{self, Light};
+use tropism::lamps::{Layout, Light};
 
 /// A stem in cm from the base up, and the lamp that was lit; `None` is dark.
 pub type LitStem = (Polyline, Option<Light>);
@@ -12,20 +13,22 @@ pub type LitStem = (Polyline, Option<Light>);
 ///
 /// Later stems are drawn over earlier ones.
 #[must_use]
-pub fn stems(stems: &[LitStem], plants: Plants) -> Figure {
+pub fn stems(stems: &[LitStem], layout: &Layout, plants: Plants) -> Figure {
     let points = stems.iter().flat_map(|(stem, _)| &stem.0);
     let x = Axis::covering("x (cm)", (-10.0, 10.0), points.clone().map(|point| point.x));
     let y = Axis::covering("y (cm)", (0.0, 15.0), points.map(|point| point.y));
-    let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
+    let legend = lamp::legend(layout, "light");
+    let top = 28.0 + LEGEND_ROW * (legend_rows(&legend, 372.0 + 18.0) - 1) as f64;
+    let mut plot = Plot::centimetres(x, y, 372.0, 18.0, top);
     for (stem, light) in stems {
-        plot.line(lamps::name(*light), stem.0.iter().map(|point| (point.x, point.y)));
+        plot.line(lamp::class(*light), stem.0.iter().map(|point| (point.x, point.y)));
     }
     for (stem, _) in stems {
         if let Some(end) = stem.0.last() {
             plot.disc("start", plot.place(end.x, end.y), 2.0);
         }
     }
-    plot.legend(&[("left", "left light"), ("right", "right light")]);
+    plot.legend(&legend);
     Figure {
         number: "9",
         title: "The stem as ten points".to_owned(),
@@ -61,7 +64,8 @@ mod tests {
             let lean = 3.0 * f64::from(i % 6 - 3) / 3.0;
             (stem(4.0 + 0.5 * f64::from(i), if light == Light::LEFT { -lean } else { lean }), Some(light))
         };
-        testing::golden(&stems(&(0..18).map(one).collect::<Vec<_>>(), Plants::Virtual));
+        let stems_of_run: Vec<LitStem> = (0..18).map(one).collect();
+        testing::golden(&stems(&stems_of_run, &Layout::default(), Plants::Virtual));
     }
 
     #[test]
@@ -69,7 +73,7 @@ mod tests {
         for few in
             [vec![], vec![(Polyline::default(), None)], vec![(Polyline(vec![Point::new(0.0, 99.0)]), None)]]
         {
-            let Body::Svg(svg) = stems(&few, Plants::Real).body else { panic!() };
+            let Body::Svg(svg) = stems(&few, &Layout::default(), Plants::Real).body else { panic!() };
             testing::assert_well_formed(&svg);
         }
     }

@@ -1,9 +1,10 @@
 //! Figures 4a, 4b, 7 and 8: trajectories of the tip.
 
-use super::plot::{Axis, Path, Place, Plot};
+use super::lamp;
+use super::plot::{Axis, LEGEND_ROW, Path, Place, Plot, legend_rows};
 use super::{Body, Figure, Plants};
 use tropism::geometry::Point;
-use tropism::lamps::{self, Light};
+use tropism::lamps::Light;
 use tropism::track::{Sample, Track};
 
 /// Least length of a vector of Figure 4b, in cm: shorter steps are joined. Chosen by hand.
@@ -86,15 +87,18 @@ fn final_heights(plot: &Plot, tracks: &[Track]) -> Vec<(usize, f64, f64)> {
 #[must_use]
 pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
     let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
-    let mut plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);
-    for light in Light::BOTH {
+    let layout = lamp::layout_of(tracks);
+    let legend = lamp::legend(&layout, "light");
+    let top = 28.0 + LEGEND_ROW * (legend_rows(&legend, 346.0 + 66.0) - 1) as f64;
+    let mut plot = Plot::centimetres(x, y, 346.0, 66.0, top);
+    for light in layout.lights() {
         let mut needles = Path::default();
         for (from, to) in tracks.iter().flat_map(|track| vectors(track, light)) {
             needle(&mut needles, plot.place(from.x, from.y), plot.place(to.x, to.y));
         }
-        plot.fill(light.standard_name(), &needles);
+        plot.fill(lamp::class(Some(light)), &needles);
     }
-    plot.legend(&[("left", "left light"), ("right", "right light")]);
+    plot.legend(&legend);
     Figure {
         number: "4b",
         title: "Directions of the tip".to_owned(),
@@ -145,9 +149,11 @@ pub fn steering(
 ) -> Figure {
     let points = track.samples.iter().map(|sample| &sample.tip).chain(targets);
     let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
-    let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
+    let legend = lamp::legend(&track.layout, "light on");
+    let top = 28.0 + LEGEND_ROW * (legend_rows(&legend, 372.0 + 18.0) - 1) as f64;
+    let mut plot = Plot::centimetres(x, y, 372.0, 18.0, top);
     draw_steering(&mut plot, &track.samples, targets, false);
-    plot.legend(&[("left", "left light on"), ("right", "right light on")]);
+    plot.legend(&legend);
     let steps = track.samples.len().saturating_sub(1);
     Figure {
         number,
@@ -161,7 +167,7 @@ pub fn steering(
     }
 }
 
-/// NoiseStream the trajectory of one steered tip, coloured by the lamp that was lit, and its targets. With `is_outlined` the
+/// Draws the trajectory of one steered tip, coloured by the lamp that was lit, and its targets. With `is_outlined` the
 /// trajectory has an outline in the colour of the ground.
 pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Point], is_outlined: bool) {
     for target in targets {
@@ -170,7 +176,7 @@ pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Poin
     let outline = samples.iter().map(|sample| (sample.tip.x, sample.tip.y));
     plot.line("under", outline.filter(|_| is_outlined));
     for run in runs(samples) {
-        let class = format!("bold {}", lamps::name(run[0].light));
+        let class = format!("bold {}", lamp::class(run[0].light));
         plot.line(&class, run.iter().map(|sample| (sample.tip.x, sample.tip.y)));
     }
     if let Some(first) = samples.first() {

@@ -183,15 +183,15 @@ impl Timelapse {
         let size = (samples[0].width, samples[0].height);
         let part = self.out.with_extension(format!("part.{form}"));
         let cannot = || format!("{}: cannot write", self.out.display());
-        let made = Sink::new(form, &part, &samples, self.fps).with_context(cannot).and_then(|mut sink| {
-            match self.make(shell, &source, &chosen, size, &mut sink) {
+        let made = Sink::new(form, &part, &samples, &source.film, self.fps).with_context(cannot).and_then(
+            |mut sink| match self.make(shell, &source, &chosen, size, &mut sink) {
                 Ok(made) => sink.finish().with_context(cannot).map(|()| made),
                 Err(error) => {
                     sink.give_up();
                     Err(error)
                 }
-            }
-        });
+            },
+        );
         let (composite, pictures) = made.inspect_err(|_| {
             // Nothing half-written stays.
             let _ = std::fs::remove_file(&part);
@@ -229,7 +229,7 @@ impl Timelapse {
     /// The photographs of a run in the order of its journal, or those of any folder in the order of their names.
     fn source(&self) -> Result<Source> {
         let width = usize::from(self.width);
-        let mut film = Film { calibration: None, targets: Vec::new(), plants: None, steps: Vec::new() };
+        let mut film = Film::default();
         if !self.folder.join("run.toml").exists() {
             let photographs = files::photographs(std::slice::from_ref(&self.folder))?;
             // The photographs of a run by themselves are still those of its plant.
@@ -251,6 +251,7 @@ impl Timelapse {
                 light: sample.light,
             };
             film.steps = track.samples.iter().map(step).collect();
+            film.layout = track.layout;
             return Ok(Source { photographs, film, crop: None, width });
         }
         let rows = Journal::open_to_read(&file)

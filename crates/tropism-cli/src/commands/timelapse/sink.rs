@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 use tropism::photo::Image;
-use tropism_report::Animation;
+use tropism_report::{Animation, Film};
 
 /// Where a film goes.
 pub(super) enum Sink {
@@ -18,11 +18,11 @@ pub(super) enum Sink {
 
 impl Sink {
     /// A film of a `form`, such as the `samples` and with `fps` pictures a second, into the file `part`.
-    pub(super) fn new(form: &str, part: &Path, samples: &[Image], fps: u16) -> Result<Self> {
+    pub(super) fn new(form: &str, part: &Path, samples: &[Image], film: &Film, fps: u16) -> Result<Self> {
         match form {
             "gif" => {
                 let file = BufWriter::new(File::create(part)?);
-                Ok(Self::Gif(Box::new(Animation::new(file, samples)?)))
+                Ok(Self::Gif(Box::new(Animation::new(file, samples, film)?)))
             }
             "mp4" => {
                 // The folder is tried first: what ffmpeg says of one that is not there is long.
