@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use published::{Shoot, WRONG, open};
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::greenhouse::bean::{Bean, Species, lamp_powers};
-use tropism::greenhouse::fault::{self, Fault, Faults, Happening};
+use tropism::greenhouse::fault::{self, Fault, FaultEvent, Faults};
 use tropism::greenhouse::render::{Renderer, truth};
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
@@ -491,8 +491,8 @@ fn hindsight_knows_where_a_hidden_tip_was() {
     for frame in 0..40 {
         let pose = bean.pose();
         let lit = if frame < 20 { Light::RIGHT } else { Light::LEFT };
-        let happenings = if (5..38).contains(&frame) { faults.at(5, frame) } else { Vec::new() };
-        let bytes = fault::photograph(&mut renderer, &happenings, &pose, Some(lit), frame, None).unwrap();
+        let events = if (5..38).contains(&frame) { faults.events_at(5, frame) } else { Vec::new() };
+        let bytes = fault::photograph(&mut renderer, &events, &pose, Some(lit), frame, None).unwrap();
         let one = tracker.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes) });
         let tip = one.observation.as_ref().unwrap().tip;
         let is_believed = one.is_measured();
@@ -586,16 +586,16 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
     let greenhouse = Greenhouse { scene, ..Greenhouse::default() };
     let plant = Bean::new(Species::default().draw(5, 1.0), 5);
     let nudged = Faults { nudged: 1.0, ..Faults::default() };
-    let happening = |fault, age| Happening { fault, age, seed: 5 };
-    let dark = vec![happening(Fault::LampFails, 0), happening(Fault::MissedFlash, 0)];
-    for first in [Vec::new(), dark, vec![happening(Fault::Condensation, 4)]] {
+    let event = |fault, age| FaultEvent { fault, age, seed: 5 };
+    let dark = vec![event(Fault::LampFails, 0), event(Fault::MissedFlash, 0)];
+    for first in [Vec::new(), dark, vec![event(Fault::Condensation, 4)]] {
         let mut renderer = Renderer::new(&greenhouse.scene, 5);
         let (_, mut tracker) = greenhouse.open(5, 5.0, &VisionConfig::default()).unwrap();
         for frame in 0..6 {
             let faults = match frame {
                 0 => first.clone(),
                 1 => Vec::new(),
-                _ => nudged.at(5, frame),
+                _ => nudged.events_at(5, frame),
             };
             let bytes =
                 fault::photograph(&mut renderer, &faults, &plant.pose(), Some(Light::LEFT), frame, None);

@@ -166,7 +166,7 @@ impl Row {
             let frame = growing.frame;
             let mut pose = growing.bean.pose();
             let mut true_now = truth(&pose, renderer.frame());
-            let happenings = if index < LEAD { Vec::new() } else { self.faults.at(seed, frame) };
+            let events = if index < LEAD { Vec::new() } else { self.faults.events_at(seed, frame) };
             let mut rng = random::stream(seed, Purpose::Events, frame);
             let falls = self.leaf_falls && index >= LEAD && random::uniform(&mut rng) < 0.3;
             if falls {
@@ -174,12 +174,12 @@ impl Row {
                 let_fall(&mut pose, [(); 3].map(|()| random::uniform(&mut rng)));
             }
             let lit = Some(growing.light());
-            let bytes = fault::photograph(&mut renderer, &happenings, &pose, lit, frame, last.as_deref());
+            let bytes = fault::photograph(&mut renderer, &events, &pose, lit, frame, last.as_deref());
             let bytes = bytes.unwrap_or_default();
             let time_s = 60.0 * PERIOD_MIN * index as f64;
             last = Some(bytes.clone());
             let photo = Photo { name: format!("{index:06}.jpg"), bytes, time_s };
-            taken(photo, &true_now, index, falls || !happenings.is_empty());
+            taken(photo, &true_now, index, falls || !events.is_empty());
             growing.step();
         }
     }
