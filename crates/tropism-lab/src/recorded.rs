@@ -13,7 +13,7 @@ use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
 use tropism::rig::{Event, EventKind, NoMonitor, RunMonitor};
 use tropism::rig::{FaultPolicy, LampsInView, OnFault, fault_policy::COLUMNS};
-use tropism::vision::{self, FrameStatus, TipTracker};
+use tropism::vision::{self, Frame, FrameStatus, TipTracker};
 
 /// How long after a lamp did not obey it is told again, before the next step is due.
 const AGAIN: Duration = Duration::from_secs(30);
@@ -373,7 +373,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
     }
 
     /// The photograph of the next step, what stands for it if the camera has none, and when it was begun.
-    fn photograph(&mut self) -> Result<(Photo, Option<Moment>), RecordError> {
+    fn photograph(&mut self) -> Result<(Frame, Option<Moment>), RecordError> {
         loop {
             self.wait()?;
             if self.miss_what_passed()? {
@@ -381,7 +381,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
             }
             let begun = self.rig.clock().now();
             let error = match self.rig.photograph() {
-                Ok(photo) => return Ok((self.brighter(photo)?, begun)),
+                Ok(frame) => return Ok((self.brighter(frame)?, begun)),
                 // Nothing was ever seen that could stand in.
                 Err(error) if self.taken == 0 => return Err(error.into()),
                 Err(error) => error,
@@ -399,9 +399,9 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
     }
 
     /// A photograph that is not dark, if another one of the same step is not.
-    fn brighter(&mut self, mut photo: Photo) -> Result<Photo, RecordError> {
+    fn brighter(&mut self, mut frame: Frame) -> Result<Frame, RecordError> {
         for _ in 1..self.care.patience.flash_tries {
-            let again = match self.rig.photograph_again(&photo) {
+            let again = match self.rig.photograph_again(&frame) {
                 None => break,
                 Some(again) => again,
             };
@@ -409,10 +409,11 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
                 let is_dark = self.rig.tracker().is_dark(again);
                 if is_dark { "dark again: is the flash dead?".to_owned() } else { "bright".to_owned() }
             });
-            self.tell(EventKind::Dark, format!("{} was dark, and was taken again: {what}", photo.name))?;
-            photo = again.unwrap_or(photo);
+            let name = &frame.photo().name;
+            self.tell(EventKind::Dark, format!("{name} was dark, and was taken again: {what}"))?;
+            frame = again.unwrap_or(frame);
         }
-        Ok(photo)
+        Ok(frame)
     }
 
     /// Leaves the lamps as they are to be while nothing is decided.
@@ -428,10 +429,11 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
     }
 
     /// Writes down what was seen at this step.
-    fn record(&mut self, begun: Option<Moment>) -> Result<(), RecordError> {
-        let Some(Shot { photo, seen }) = self.rig.shot().cloned() else { return Ok(()) };
-        let lit = self.lamp_in(&photo, seen.status);
-        self.keep(&photo)?;
+    fn record(&mut self, frame: &Frame, begun: Option<Moment>) -> Result<(), RecordError> {
+        let Some(seen) = self.rig.shot().map(|shot| shot.seen.clone()) else { return Ok(()) };
+        let lit = self.lamp_in(frame, seen.status);
+        let photo = frame.photo();
+        self.keep(photo)?;
         let row = Row {
             step: self.step,
             time_s: photo.time_s,
@@ -486,12 +488,12 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorded<'a, C, L, F, K> {
     }
 
     /// The lamp that a photograph shows lit, where that is looked at and can be seen.
-    fn lamp_in(&self, photo: &Photo, class: FrameStatus) -> Option<Option<Light>> {
+    fn lamp_in(&self, frame: &Frame, class: FrameStatus) -> Option<Option<Light>> {
         let places = self.care.lamps_in_view.as_ref()?.places(self.rig.layout());
         if [FrameStatus::Dark, FrameStatus::Repeated].contains(&class) {
             return None;
         }
-        Some(vision::lamp_state(&photo.decode().ok()?, places.as_deref()))
+        Some(vision::lamp_state(frame.picture().ok()?, places.as_deref()))
     }
 
     fn look_at_lamp(&mut self, lit: Option<Option<Light>>) -> Result<(), RecordError> {
@@ -666,11 +668,11 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorded<'_, C, L,
             return seen.observation.ok_or(RecordError::Journal(error));
         }
         loop {
-            let (photo, begun) = self.photograph()?;
-            let observation = self.rig.see(photo)?;
+            let (frame, begun) = self.photograph()?;
+            let observation = self.rig.see(&frame)?;
             let step = self.rig.next_step() - 1;
             self.take(step, observation.quality == Quality::Measured);
-            self.record(begun)?;
+            self.record(&frame, begun)?;
             if !self.is_undecidable(step) {
                 self.observed += 1;
                 return Ok(observation);

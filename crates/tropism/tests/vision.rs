@@ -25,7 +25,7 @@ use tropism::photo::{Image, LazyImage, Photo};
 use tropism::random::{self, Purpose};
 use tropism::vision::tracking::smoother::{TipMeasurement, smooth};
 use tropism::vision::{
-    Calibration, Detection, Edge, FrameStatus, Mode, TipTracker, VisionConfig, VisionError, detect,
+    Calibration, Detection, Edge, Frame, FrameStatus, Mode, TipTracker, VisionConfig, VisionError, detect,
     detect_from_base, lamp_state,
 };
 
@@ -398,16 +398,16 @@ fn a_tracker_holds_the_last_tip_and_gives_a_status() {
     for mode in MODES {
         let mut tracker = tracker(drawing.base, mode);
         for (fault, status) in &faults {
-            let seen = tracker.observe(fault);
+            let seen = tracker.observe(&Frame::new(fault.clone()));
             assert_eq!((seen.observation, seen.tip_px, seen.status), (None, None, *status));
         }
-        let sight = tracker.observe(&good);
+        let sight = tracker.observe(&Frame::new(good.clone()));
         let observation = sight.observation.unwrap();
         assert_eq!((sight.status, observation.quality), (FrameStatus::Ok, Quality::Measured));
         assert!(observation.tip.distance(Point::new(2.0, 81.5 / 8.0)) < 0.2, "{observation:?}");
         assert_eq!(tracker.calibration().point(sight.tip_px.unwrap()), observation.tip);
         for (fault, status) in &faults {
-            let seen = tracker.observe(fault);
+            let seen = tracker.observe(&Frame::new(fault.clone()));
             let held = seen.observation.unwrap();
             assert_eq!((seen.tip_px, seen.status, held.quality), (None, *status, Quality::Held));
             assert_eq!((held.tip, &held.stem), (observation.tip, &observation.stem));
@@ -420,16 +420,17 @@ fn a_tracker_gives_ten_vertices_and_resumes() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(84.0, 60.0), exposure: 0.5, seed: 2 };
     let mut tracker = tracker(drawing.base, Mode::Robust);
-    let Observation { tip: last, stem, .. } = tracker.observe(&drawing.photo()).observation.unwrap();
+    let Observation { tip: last, stem, .. } =
+        tracker.observe(&Frame::new(drawing.photo())).observation.unwrap();
     let stem = stem.unwrap();
     assert_eq!(stem.0.len(), 10);
     assert!(stem.0[0].distance(Point::default()) < 0.2, "{stem:?}");
     assert!(stem.0[9].distance(Point::new(-3.0, 11.25)) < 0.4, "{stem:?}");
 
     let mut resumed = self::tracker(drawing.base, Mode::Robust);
-    let seen = tracker.observe(&photo(vec![0xff, 0xd8]));
+    let seen = tracker.observe(&Frame::new(photo(vec![0xff, 0xd8])));
     resumed.resume(&photo(vec![0xff, 0xd8]), &seen);
-    let again = resumed.observe(&photo(vec![0xff, 0xd8]));
+    let again = resumed.observe(&Frame::new(photo(vec![0xff, 0xd8])));
     let held = again.observation.unwrap();
     assert_eq!((held.tip, held.quality), (last, Quality::Held));
     assert_eq!(again.status, FrameStatus::Repeated);
@@ -453,7 +454,7 @@ fn a_plant_that_touches_an_edge_leaves_the_view_there() {
         let photo = drawing.photo();
         assert_eq!(tracker.detect(photo.decode().as_ref()).unwrap().clipped_at, edge, "{tip:?}");
         let status = if edge.is_some() { FrameStatus::LeavesView } else { FrameStatus::Ok };
-        assert_eq!(tracker.observe(&photo).status, status, "{tip:?}");
+        assert_eq!(tracker.observe(&Frame::new(photo)).status, status, "{tip:?}");
     }
 }
 
@@ -493,7 +494,7 @@ fn the_smoother_recovers_hidden_tips() {
         let lit = if frame < 20 { Light::RIGHT } else { Light::LEFT };
         let events = if (5..38).contains(&frame) { faults.events_at(5, frame) } else { Vec::new() };
         let bytes = fault::photograph(&mut renderer, &events, &pose, Some(lit), frame, None).unwrap();
-        let one = tracker.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes) });
+        let one = tracker.observe(&Frame::new(Photo { time_s: 300.0 * frame as f64, ..photo(bytes) }));
         let tip = one.observation.as_ref().unwrap().tip;
         let is_accepted = one.is_measured();
         measurements.push(TipMeasurement {
@@ -537,8 +538,8 @@ fn every_file_has_a_status() {
     let image = good.decode().unwrap();
     let status = |bytes: Vec<u8>| {
         let mut tracker = tracker(drawing.base, Mode::Robust);
-        assert_eq!(tracker.observe(&good).status, FrameStatus::Ok);
-        tracker.observe(&photo(bytes)).status
+        assert_eq!(tracker.observe(&Frame::new(good.clone())).status, FrameStatus::Ok);
+        tracker.observe(&Frame::new(photo(bytes))).status
     };
     for tenth in 0..10 {
         assert_eq!(
@@ -599,7 +600,8 @@ fn a_pushed_camera_is_registered_even_after_a_spoiled_beginning() {
             };
             let bytes =
                 fault::photograph(&mut renderer, &faults, &plant.pose(), Some(Light::LEFT), frame, None);
-            let seen = tracker.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes.unwrap()) });
+            let seen =
+                tracker.observe(&Frame::new(Photo { time_s: 300.0 * frame as f64, ..photo(bytes.unwrap()) }));
             let is_spoiled = frame == 0 && !first.is_empty();
             assert!(is_spoiled || seen.is_measured(), "{first:?}, {frame}: {seen:?}");
             if !is_spoiled {

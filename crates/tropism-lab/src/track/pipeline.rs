@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use tropism::lamps::Light;
-use tropism::photo::{Image, LazyImage, Photo, PhotoError};
+use tropism::photo::{Image, Photo};
 use tropism::vision::raster::source::PixelSource;
-use tropism::vision::{FrameStatus, TipTracker, lamp_state};
+use tropism::vision::{self, FrameStatus, TipTracker, lamp_state};
 
 use super::journal::{FrameDetections, FrameJournal, PlantDetection};
 use super::overlays::{Annotation, Overlays};
@@ -180,13 +180,10 @@ impl Processed {
         is_drawn: bool,
     ) -> Result<Self, Error> {
         let is_new = known.is_none();
-        let open = || photo.map(|photo| photo.open());
-        let (detections, picture) = match known {
-            Some(known) => (known, if is_drawn { open().ok().and_then(Result::ok) } else { None }),
-            None => detect(eyes, name, open(), sha256),
-        };
+        let frame = photo.map(vision::Frame::new);
+        let detections = known.unwrap_or_else(|| detect(eyes, name, &frame, sha256));
         let line = if is_new { Some(detections.line()?) } else { None };
-        let image = picture.filter(|_| is_drawn).map(|picture| Arc::new(picture.into_image()));
+        let image = frame.ok().filter(|_| is_drawn).and_then(|frame| frame.into_image().ok()).map(Arc::new);
         Ok(Self { detections, line, image })
     }
 }
@@ -195,16 +192,17 @@ impl Processed {
 fn detect(
     eyes: &[TipTracker],
     name: &str,
-    picture: Result<Result<LazyImage, PhotoError>, String>,
+    frame: &Result<vision::Frame, String>,
     sha256: String,
-) -> (FrameDetections, Option<LazyImage>) {
+) -> FrameDetections {
     // A file that cannot be read counts as a damaged photograph: it does not end the series.
-    let detect = |eye: &TipTracker| match &picture {
-        Ok(picture) => PlantDetection::new(eye.detect(picture.as_ref())),
+    let detect = |eye: &TipTracker| match frame {
+        Ok(frame) => PlantDetection::new(eye.detect(frame.picture())),
         Err(_) => PlantDetection::new(Err(FrameStatus::Corrupt)),
     };
     let plants: Vec<PlantDetection> = eyes.iter().map(detect).collect();
-    let problem = match &picture {
+    let picture = frame.as_ref().map(vision::Frame::picture);
+    let problem = match picture {
         Err(problem) => Some(problem.clone()),
         Ok(Err(error)) => Some(error.to_string()),
         Ok(Ok(picture)) => {
@@ -212,7 +210,6 @@ fn detect(
             eyes[0].calibration().check_size(width, height).err().map(|error| error.to_string())
         }
     };
-    let picture = picture.ok().and_then(Result::ok);
-    let light = picture.as_ref().and_then(|picture| lamp_state(picture, None));
-    (FrameDetections { frame: name.to_owned(), sha256, light, problem, plants }, picture)
+    let light = picture.ok().and_then(Result::ok).and_then(|picture| lamp_state(picture, None));
+    FrameDetections { frame: name.to_owned(), sha256, light, problem, plants }
 }

@@ -8,7 +8,7 @@ use tropism::geometry::{Pixel, Region};
 use tropism::lamps;
 use tropism::math::statistics::quantile_nearest;
 use tropism::photo::Photo;
-use tropism::vision::{Calibration, Mode, TipTracker, VisionConfig, detect_from_base, lamp_state};
+use tropism::vision::{Calibration, Frame, Mode, TipTracker, VisionConfig, detect_from_base, lamp_state};
 
 use crate::marks::rows;
 use crate::published::{self, Shoot, WRONG, open};
@@ -77,7 +77,8 @@ fn followed(files: impl Iterator<Item = PathBuf>, calibration: Calibration, conf
     let mut classes = BTreeMap::new();
     for (index, file) in files.enumerate() {
         let bytes = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-        let seen = tracker.observe(&Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 });
+        let photo = Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 };
+        let seen = tracker.observe(&Frame::new(photo));
         *classes.entry(seen.status.name()).or_insert(0) += 1;
     }
     classes.into_iter().map(|(class, count)| format!("{class} {count}")).collect::<Vec<_>>().join(", ")

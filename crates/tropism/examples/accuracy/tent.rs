@@ -13,7 +13,7 @@ use tropism::lamps::Light;
 use tropism::math;
 use tropism::photo::{Image, Photo};
 use tropism::random::{self, Purpose};
-use tropism::vision::{FrameStatus, Mode, TipTracker, VisionConfig};
+use tropism::vision::{Frame, FrameStatus, Mode, TipTracker, VisionConfig};
 
 use crate::score::Score;
 
@@ -142,10 +142,12 @@ impl Row {
                     let (mut score, mut tracker) = (Score::default(), tracker(&self.scene, mode));
                     self.photograph(seed, |photo, truth, index, happens| {
                         let name = format!("{}-{seed}-{}", self.name.replace([' ', '/'], "-"), photo.name);
+                        let frame = Frame::new(photo);
                         let is_wrong =
-                            score.add(&name, &tracker.observe(&photo), truth, self.scores(index, happens));
+                            score.add(&name, &tracker.observe(&frame), truth, self.scores(index, happens));
                         if let Some(list) = list.filter(|_| is_wrong) {
-                            std::fs::write(list.join(name), &photo.bytes).expect("a folder to list in");
+                            std::fs::write(list.join(name), &frame.photo().bytes)
+                                .expect("a folder to list in");
                         }
                     });
                     score
@@ -290,7 +292,7 @@ impl FileRow {
                     let bytes = if is_spoiled { (self.spoil)(&mut studio) } else { studio.good.clone() };
                     studio.last = bytes.clone();
                     let time_s = 60.0 * PERIOD_MIN * f64::from(index);
-                    let seen = tracker.observe(&Photo { name: String::new(), bytes, time_s });
+                    let seen = tracker.observe(&Frame::new(Photo { name: String::new(), bytes, time_s }));
                     if is_spoiled {
                         count += 1;
                         right += usize::from(seen.status == self.class);

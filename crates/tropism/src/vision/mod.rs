@@ -29,4 +29,5 @@ pub use detect::lamp_state::lamp_state;
 pub use detect::{detect, detect_from_base};
 pub use error::VisionError;
 pub use frame_status::FrameStatus;
+pub use raster::frame::Frame;
 pub use tip_tracker::{TipTracker, TrackedFrame};

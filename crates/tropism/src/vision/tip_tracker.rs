@@ -8,13 +8,14 @@
 use crate::geometry::{Pixel, Point, Polyline, Region};
 use crate::math;
 use crate::observation::{Observation, Quality};
-use crate::photo::{LazyImage, Photo, PhotoError};
+use crate::photo::{Photo, PhotoError};
 use crate::vision::camera::calibration::Calibration;
 use crate::vision::config::{Mode, VisionConfig};
 use crate::vision::detect::detect_from_base;
 use crate::vision::detect::detection::Detection;
 use crate::vision::error::VisionError;
 use crate::vision::frame_status::FrameStatus;
+use crate::vision::raster::frame::{Frame, OpenPicture};
 use crate::vision::raster::source::PixelSource;
 use crate::vision::tracking::background::{Background, is_black};
 use crate::vision::tracking::gating::{self, PERIOD_MIN, PlantMeasurement, TrackGate};
@@ -73,7 +74,7 @@ pub struct TipTracker {
     time_s: f64,
     /// Photographs of an interrupted run whose gating is still to be repeated: the latest accepted ones, and those
     /// since.
-    replay: Vec<(Photo, TrackedFrame)>,
+    replay: Vec<(Frame, TrackedFrame)>,
 }
 
 impl TipTracker {
@@ -132,8 +133,9 @@ impl TipTracker {
     pub fn resume(&mut self, photo: &Photo, tracked: &TrackedFrame) {
         let is_picture =
             ![FrameStatus::Corrupt, FrameStatus::Foreign, FrameStatus::Repeated].contains(&tracked.status);
+        let frame = Frame::new(photo.clone());
         if is_picture && self.candidates < Self::REFERENCE_FRAMES {
-            photo.open().iter().for_each(|picture| self.set_reference(picture));
+            frame.picture().iter().for_each(|picture| self.set_reference(*picture));
         }
         self.bytes.clone_from(&photo.bytes);
         // Only the latest accepted frames are kept, and of those since only the end of a long time without the plant.
@@ -145,7 +147,7 @@ impl TipTracker {
         if self.replay.len() > accepted + 2 * gating::MEMORY {
             self.replay.drain(accepted..accepted + gating::MEMORY);
         }
-        self.replay.push((photo.clone(), tracked.clone()));
+        self.replay.push((frame, tracked.clone()));
         self.tip = tracked.observation.as_ref().map(|observation| observation.tip);
         self.stem.resume(tracked.observation.as_ref().and_then(|observation| observation.stem.as_ref()));
         if let Some(tip) = self.tip.filter(|_| tracked.is_measured()) {
@@ -161,13 +163,13 @@ impl TipTracker {
 
     /// Repeats the gating of the photographs of an interrupted run.
     fn finish_replay(&mut self) {
-        for (photo, tracked) in std::mem::take(&mut self.replay) {
-            let Ok(detection) = self.detect(photo.open().as_ref()) else { continue };
+        for (frame, tracked) in std::mem::take(&mut self.replay) {
+            let Ok(detection) = self.detect(frame.picture()) else { continue };
             let measurement = self.measure(&detection);
             if tracked.is_measured() {
                 self.gate.remember_appearance(measurement);
             } else if [FrameStatus::Ambiguous, FrameStatus::Jump].contains(&tracked.status) {
-                self.gate.gate(measurement, photo.time_s);
+                self.gate.gate(measurement, frame.photo().time_s);
             }
         }
     }
@@ -175,16 +177,17 @@ impl TipTracker {
     /// Detects and tracks the tip in the next photograph; where that fails, the last tip is held.
     ///
     /// It has no error: what is wrong with a photograph is its [`FrameStatus`].
-    pub fn observe(&mut self, photo: &Photo) -> TrackedFrame {
+    pub fn observe(&mut self, frame: &Frame) -> TrackedFrame {
         self.finish_replay();
+        let photo = frame.photo();
         let is_repeated = !photo.bytes.is_empty() && self.bytes == photo.bytes;
         self.bytes.clone_from(&photo.bytes);
         let detection = if is_repeated {
             Err(FrameStatus::Repeated)
         } else {
-            let picture = photo.open();
-            picture.iter().for_each(|picture| self.set_reference(picture));
-            self.detect(picture.as_ref())
+            let picture = frame.picture();
+            picture.iter().for_each(|picture| self.set_reference(*picture));
+            self.detect(picture)
         };
         self.update(detection, photo.time_s)
     }
@@ -217,12 +220,12 @@ impl TipTracker {
 
     /// Whether [`TipTracker::observe`] would give a photograph the status [`FrameStatus::Dark`].
     #[must_use]
-    pub fn is_dark(&self, photo: &Photo) -> bool {
+    pub fn is_dark(&self, frame: &Frame) -> bool {
         // Most photographs are bright, which is known without detection.
-        let is_dark = |picture: &LazyImage| {
+        let is_dark = |picture: &OpenPicture| {
             self.lacks_light(picture) && self.detect(Ok(picture)) == Err(FrameStatus::Dark)
         };
-        photo.open().is_ok_and(|picture| is_dark(&picture))
+        frame.picture().is_ok_and(is_dark)
     }
 
     /// Whether a picture is black, or much darker than the reference.

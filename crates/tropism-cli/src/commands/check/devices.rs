@@ -9,7 +9,7 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps};
-use tropism::vision::{Calibration, FrameStatus, TipTracker, VisionConfig};
+use tropism::vision::{Calibration, Frame, FrameStatus, TipTracker, VisionConfig};
 use tropism_lab::files;
 use tropism_rig::driver::CameraDriver;
 use tropism_rig::file::RigFile;
@@ -327,7 +327,8 @@ impl Devices {
     }
 
     fn judge_plant(&mut self, shots: &[Shot], findings: &mut Findings) {
-        let seen: Vec<_> = shots.iter().map(|shot| self.tracker.observe(&shot.photo)).collect();
+        let frames = shots.iter().map(|shot| Frame::new(shot.photo.clone()));
+        let seen: Vec<_> = frames.map(|frame| self.tracker.observe(&frame)).collect();
         let is_measured =
             |quality: Option<Quality>| quality.is_some_and(|quality| quality == Quality::Measured);
         let tips: Vec<_> = seen

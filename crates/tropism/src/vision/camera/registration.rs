@@ -105,7 +105,8 @@ impl Samples {
             width: length(first.0, last.0),
             height: length(first.1, last.1),
         };
-        Self { size, first, width: last.0 - first.0 + 1, values: image.downscale_luma(region, step) }
+        let values = image.downscale_luma(region, step).into_owned();
+        Self { size, first, width: last.0 - first.0 + 1, values }
     }
 
     fn at(&self, x: i32, y: i32) -> f32 {

@@ -8,3 +8,4 @@ pub mod plane;
 pub mod filter;
 pub mod levels;
 pub mod source;
+pub mod frame;

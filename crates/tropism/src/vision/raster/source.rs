@@ -36,7 +36,7 @@ pub trait PixelSource {
     ///
     /// # Panics
     /// If the region does not lie in the picture or `factor` is 0.
-    fn downscale_luma(&self, region: Region, factor: usize) -> Vec<f32> {
+    fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
         let pixels = self.crop(region);
         let (width, height) = (region.width / factor, region.height / factor);
         let mut sums = vec![0.0; width * height];
@@ -57,7 +57,7 @@ pub trait PixelSource {
         }
         let area = (factor * factor) as f32;
         sums.iter_mut().for_each(|sum| *sum /= area);
-        sums
+        Cow::Owned(sums)
     }
 }
 
@@ -83,7 +83,7 @@ pub fn sample_luma(picture: &impl PixelSource, crop: Region, sigma: f64, step: u
             let (width, height) = (crop.width / step, crop.height / step);
             let middle = (step - 1) as f64 / 2.0;
             let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
-            let values = picture.downscale_luma(crop, step);
+            let values = picture.downscale_luma(crop, step).into_owned();
             let rest = (sigma * sigma - box_variance).sqrt() / step as f64;
             filter::smooth_gaussian(Plane { width, height, values, origin, step }, rest)
         }
@@ -172,13 +172,15 @@ impl PixelSource for LazyImage {
         }
     }
 
-    fn downscale_luma(&self, region: Region, factor: usize) -> Vec<f32> {
+    fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
         match self {
             Self::Jpeg(jpeg) if Jpeg::can_decode_scaled(region, factor) => {
-                jpeg.decode_scaled_luma(region, factor)
+                Cow::Owned(jpeg.decode_scaled_luma(region, factor))
             }
             Self::Jpeg(jpeg) => {
-                jpeg.decode_region(region).downscale_luma(full_region((region.width, region.height)), factor)
+                let pixels = jpeg.decode_region(region);
+                let luma = pixels.downscale_luma(full_region((region.width, region.height)), factor);
+                Cow::Owned(luma.into_owned())
             }
             Self::Decoded(image) => image.downscale_luma(region, factor),
         }
