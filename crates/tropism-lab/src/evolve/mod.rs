@@ -6,8 +6,8 @@
 
 mod history;
 mod record;
-mod runs;
 mod status;
+mod runs;
 
 use std::path::PathBuf;
 

@@ -1,10 +1,10 @@
 //! Detection of a plant in one picture.
 //!
-//! In: a picture, a crop, and where the stem leaves the soil. Out: a [`Detection`](detection::Detection), or `None`.
-//! The one idea: detection is a pure function of one picture; what is known of other pictures belongs to tracking.
+//! In: a picture, a crop, and where the stem leaves the soil. Out: a [`Detection`], or `None`. The one
+//! idea: detection is a pure function of one picture; what is known of other pictures belongs to tracking.
 //!
-//! Mode `robust` finds the plant by its [colour](colour) and [connectivity](connected_components), its tip by the
-//! [highest edge](tip) and its stem by [shortest paths](midline). Where the crop does not exclude a bright pot, the
+//! Mode `robust` finds the plant by its [colour] and [connectivity](connected_components), its tip by the [highest
+//! edge](tip) and its stem by [shortest paths](midline). Where the crop does not exclude a bright pot, the
 //! stem is found by its form, as a ridge. Mode `paper` is the paper's method ([`tip::highest_sample`],
 //! [`stem::row_medians`]).
 
