@@ -5,7 +5,7 @@ use libfuzzer_sys::fuzz_target;
 use tropism::geometry::{Pixel, Region};
 use tropism::photo::{Image, Photo, LazyImage};
 use tropism::vision::raster::source::PixelSource;
-use tropism::vision::{Calibration, TipTracker, Mode, VisionConfig, lamp_state};
+use tropism::vision::{Calibration, Frame, Mode, TipTracker, VisionConfig, lamp_state};
 
 fuzz_target!(|bytes: &[u8]| {
     let photo = Photo { name: "fuzz".to_owned(), bytes: bytes.to_vec(), time_s: 0.0 };
@@ -28,7 +28,7 @@ fuzz_target!(|bytes: &[u8]| {
     let calibration = Calibration::from_scale(base, 10.0, width, height);
     for mode in [Mode::Paper, Mode::Robust] {
         if let Ok(mut tracker) = TipTracker::new(calibration, VisionConfig { mode, ..VisionConfig::default() }) {
-            let _ = tracker.observe(&photo);
+            let _ = tracker.observe(&Frame::new(photo.clone()));
         }
     }
 });

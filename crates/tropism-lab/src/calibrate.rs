@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::bean::calibrate::{Calibration, Estimate, PARAMETERS, calibrate};
+use tropism::greenhouse::bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
 use tropism::greenhouse::bean::{Individual, Species, acceptance};
 use tropism::math;
 use tropism::random::{self, Purpose};
@@ -112,7 +112,7 @@ impl Workflow for CalibratePlan {
 }
 
 impl PlantEstimates {
-    fn new(track: PathBuf, calibration: &Calibration) -> Self {
+    fn new(track: PathBuf, calibration: &BeanCalibration) -> Self {
         let estimate = |((key, ..), estimate): ((&str, &str, &str), &Estimate)| {
             let Estimate { value, interval: [low, high] } = *estimate;
             ParameterEstimate { key: key.to_owned(), value, low, high }
@@ -231,7 +231,7 @@ impl Workflow for RecoveryPlan {
         monitor.stage("calibrating virtual plants", self.plants.into());
         let recover = |plant: u32| {
             let seed = random::derive(self.seed, Purpose::Plant, plant.into());
-            let track = acceptance::experiment(&self.species, seed);
+            let track = acceptance::open_loop_experiment(&self.species, seed);
             let calibration = calibrate(&track, PAPER_PERIOD_MIN, &self.species)
                 .map_err(Error::at(format!("virtual plant {}", plant + 1)))?;
             monitor.advance(1);

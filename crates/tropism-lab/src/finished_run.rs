@@ -98,7 +98,7 @@ impl FinishedRun {
 
     /// Detects the stem in each of the photographs by itself.
     fn detect_stems(&self) -> Result<Vec<LitStem>, Error> {
-        let Some(tracker) = self.config.eye() else { return Ok(Vec::new()) };
+        let Some(tracker) = self.config.tracker() else { return Ok(Vec::new()) };
         let stem = |(step, image): (usize, Image)| {
             let seen = tracker.clone().update_next(tracker.detect(Ok(&image)));
             let light = self.track.samples.get(step).and_then(|sample| sample.light);

@@ -11,7 +11,7 @@ use tropism::environment::run;
 use tropism::geometry::Point;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::{Greenhouse, Witness};
+use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::photo::Photo;
@@ -73,8 +73,8 @@ fn what_is_true_is_told_from_both_sides() {
     let (step, bytes) = device.side_photograph().unwrap();
     assert_eq!(step, 240);
     let text = String::from_utf8(device.truth_json()).unwrap();
-    let witnesses: Vec<Witness> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    let [first, last] = &witnesses[..] else { panic!("{text}") };
+    let truths: Vec<GroundTruth> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let [first, last] = &truths[..] else { panic!("{text}") };
     assert_eq!((first.step, first.lit, last.step, last.lit), (0, None, 240, Some(Light::RIGHT)));
     let (front, side) = (&last.front, last.side.as_ref().unwrap());
     // It leans to the right, so towards the side camera, which sees it larger and no less high.

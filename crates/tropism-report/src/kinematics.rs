@@ -6,7 +6,7 @@
 use super::plot::{Axis, Plot};
 use super::{Body, Figure, Plants};
 use tropism::greenhouse::bean::Individual;
-use tropism::greenhouse::bean::experiments::{self, Circling, Response};
+use tropism::greenhouse::bean::experiments::{self, Circumnutation, Response};
 use tropism::math::statistics::mean;
 
 /// Lengths of the stem in the experiments, in cm: a seedling, and the paper's plants half and fully grown.
@@ -85,7 +85,7 @@ fn phototropism(plant: &Individual, rows: &mut Vec<KinematicValue>) -> Figure {
         push(
             rows,
             &format!("fastest turning at {length} cm, degrees an hour"),
-            response.fastest_deg_h(),
+            response.max_rate_deg_h(),
             RATE,
         );
         push(rows, &format!("set point at {length} cm, degrees"), response.set_point_deg(), SET_POINT);
@@ -105,7 +105,7 @@ fn gravitropism(plant: &Individual, rows: &mut Vec<KinematicValue>) -> Figure {
     let responses = LENGTHS.map(|length| experiments::gravitropic_step(plant, length, TILT_DEG, 14.0));
     for (length, response) in LENGTHS.into_iter().zip(&responses) {
         let quantity = format!("fastest righting from {TILT_DEG} degrees at {length} cm, degrees an hour");
-        push(rows, &quantity, response.fastest_deg_h(), UNFOUND);
+        push(rows, &quantity, response.max_rate_deg_h(), UNFOUND);
     }
     let names = LENGTHS.iter().map(|length| format!("{length} cm"));
     let plot = angle_plot(&responses, names, 14.0);
@@ -115,7 +115,12 @@ fn gravitropism(plant: &Individual, rows: &mut Vec<KinematicValue>) -> Figure {
 fn straightening(plant: &Individual, rows: &mut Vec<KinematicValue>) -> Figure {
     let responses = LENGTHS.map(|length| experiments::straightening(plant, length, 6.0, 24.0));
     for (length, response) in LENGTHS.into_iter().zip(&responses) {
-        push(rows, &format!("straightening to 1/e at {length} cm, h"), response.decay_h(), STRAIGHTENING);
+        push(
+            rows,
+            &format!("straightening to 1/e at {length} cm, h"),
+            response.relaxation_h(),
+            STRAIGHTENING,
+        );
     }
     let names = LENGTHS.iter().map(|length| format!("{length} cm"));
     let plot = angle_plot(&responses, names, 24.0);
@@ -126,7 +131,7 @@ fn straightening(plant: &Individual, rows: &mut Vec<KinematicValue>) -> Figure {
 fn pulses(plant: &Individual, rows: &mut Vec<KinematicValue>) -> Figure {
     let responses = PULSES.map(|minutes| experiments::light_pulse(plant, 10.0, minutes, 6.0));
     for (minutes, response) in PULSES.into_iter().zip(&responses) {
-        let (peak, farthest) = response.farthest();
+        let (peak, farthest) = response.peak();
         push(rows, &format!("farthest after {minutes} min of light at 10 cm, degrees"), farthest, PULSE);
         let after = response.hours(peak) * 60.0 - minutes;
         push(rows, &format!("still turning after the end of {minutes} min of light, min"), after, UNFOUND);
@@ -175,8 +180,8 @@ fn figure(number: &'static str, title: &str, caption: &str, plot: Plot) -> Figur
     }
 }
 
-/// The last three turns of the apex about their centre, as components to the right and to the back.
-fn last_turns(circling: &Circling) -> Vec<[f64; 2]> {
+/// The last three turns of the apex around their centre: to the right, and to the back.
+fn last_turns(circling: &Circumnutation) -> Vec<[f64; 2]> {
     let readings = (3.0 * circling.period_min) as usize;
     let path = &circling.path[circling.path.len().saturating_sub(readings)..];
     let centre = [0, 2].map(|axis| mean(path.iter().map(|at| at[axis])));

@@ -15,7 +15,7 @@ fn bean(criterion: &mut Criterion) {
         });
     });
     criterion.bench_function("bean, 1000 steps, tracked", |bencher| {
-        bencher.iter(|| acceptance::experiment(&species, 1));
+        bencher.iter(|| acceptance::open_loop_experiment(&species, 1));
     });
 }
 

@@ -1,7 +1,7 @@
-//! How long vision takes over one photograph, from its file and from its pixels, and the decoding beside it.
+//! Time of detection in one photograph, from its file and from its pixels, and of decoding alone.
 //!
-//! The photographs are drawn: a leaning stem three tenths of a cm wide before dark cloth with folds, 30 cm tall, at the
-//! paper's camera's full size and at a quarter of it, cropped to the extents of growth.
+//! The photographs are drawn: a leaning stem 3 mm wide and 20 cm tall before dark cloth with folds, at the size of
+//! the paper's camera and at a quarter of it, cropped to the extents of growth.
 
 use std::hint::black_box;
 
@@ -11,7 +11,7 @@ use tropism::photo::jpeg::Jpeg;
 use tropism::photo::{Image, Photo};
 use tropism::vision::{Mode, VisionConfig, detect_from_base, lamp_state};
 
-/// A photograph of `width` x three quarters of it, and where its stem leaves the soil.
+/// A photograph of `width` columns, the base of its stem, and its crop.
 fn drawing(width: usize) -> (Image, Pixel, Region) {
     let height = width * 3 / 4;
     let scale = width as f64 / 74.0;

@@ -29,7 +29,7 @@ fn data(path: &str) -> Option<PathBuf> {
 fn a_quiet_bean_follows_the_reference_run() {
     let Some(path) = data("virtual-bean/golden_quiet.csv") else { return };
     let mut table = csv::Reader::from_path(path).unwrap();
-    let mut bean = Bean::quiet(Species::default().average());
+    let mut bean = Bean::noise_free(Species::default().average());
     let mut step = 0;
     for record in table.deserialize::<Vec<f64>>() {
         let row = record.unwrap();
@@ -62,7 +62,7 @@ fn summary(apart: &[f64]) -> (f64, f64) {
 fn another_integrator_grows_the_same_plant() {
     const STEPS: u32 = 5;
     let plant = Species::default().average();
-    let mut bean = Bean::quiet(plant.clone());
+    let mut bean = Bean::noise_free(plant.clone());
     let mut fine = bean.clone().with_substep(3.0);
     let mut stem = rk4::Stem::seedling(&plant);
     let golden: Vec<Vec<f64>> = data("virtual-bean/golden_quiet.csv").map_or_else(Vec::new, |path| {
@@ -93,7 +93,7 @@ fn another_integrator_grows_the_same_plant() {
 
 #[test]
 fn a_shorter_substep_hardly_moves_the_apex() {
-    let mut bean = Bean::quiet(Species::default().average());
+    let mut bean = Bean::noise_free(Species::default().average());
     let mut twin = bean.clone().with_substep(7.5);
     let mut squares = 0.0;
     for step in 0..1000 {
@@ -129,8 +129,8 @@ proptest! {
         seed in any::<u64>(), powers in prop::collection::vec((0.0..1.0, 0.0..1.0), 1..40),
     ) {
         let individual = Species::default().draw(seed, 1.0);
-        let mut bean = Bean::quiet(individual.clone());
-        let mut twin = Bean::quiet(individual.mirrored());
+        let mut bean = Bean::noise_free(individual.clone());
+        let mut twin = Bean::noise_free(individual.mirrored());
         for (left, right) in powers {
             bean.advance(&[left, right], 30.0);
             twin.advance(&[right, left], 30.0);
@@ -177,7 +177,7 @@ fn front_and_back_lamps_bend_the_stem_along_z() {
     let mut plant = Species::default().average();
     plant.nutation.curvature = 0.0;
     let lit = |light| {
-        let mut bean = Bean::quiet(plant.clone()).under(&Layout::four_sides());
+        let mut bean = Bean::noise_free(plant.clone()).under(&Layout::four_sides());
         bean.advance(&lamp_powers(Some(light)), 12.0 * 60.0);
         bean.apex()
     };
@@ -199,7 +199,7 @@ fn a_track_under_two_of_four_lamps_is_that_under_two() {
 
 #[test]
 fn a_period_decides_when_a_plant_is_observed_and_nothing_else() {
-    let plant = || Bean::quiet(Species::default().average());
+    let plant = || Bean::noise_free(Species::default().average());
     let (mut often, mut seldom) = (plant(), plant());
     for _ in 0..24 {
         often.advance(&[0.0, 1.0], 5.0);
@@ -219,7 +219,7 @@ fn a_period_decides_when_a_plant_is_observed_and_nothing_else() {
 #[test]
 #[should_panic(expected = "for each of 2 lamps")]
 fn a_lamp_that_is_not_there_cannot_be_lit() {
-    Bean::quiet(Individual::default()).advance(&lamp_powers(Some(Light::FRONT)), 5.0);
+    Bean::noise_free(Individual::default()).advance(&lamp_powers(Some(Light::FRONT)), 5.0);
 }
 
 #[test]
@@ -246,16 +246,16 @@ fn a_typical_bean_is_an_individual() {
 #[test]
 fn sixty_beans_behave_as_the_paper_s_six() {
     let species = Species::default();
-    let tracks: Vec<_> = (0..60).map(|seed| acceptance::experiment(&species, seed)).collect();
+    let tracks: Vec<_> = (0..60).map(|seed| acceptance::open_loop_experiment(&species, seed)).collect();
     check(&acceptance::population(&tracks));
 }
 
 #[test]
 fn a_typical_bean_responds_as_published() {
-    check(&acceptance::single(&Species::default()));
+    check(&acceptance::single_plant(&Species::default()));
 }
 
-fn check(rows: &[acceptance::Row]) {
+fn check(rows: &[acceptance::AcceptanceRow]) {
     for row in rows {
         let [least, most] = row.range;
         println!("{:3} {:48} {:8.3}  {least} to {most}", row.number, row.statistic, row.value);

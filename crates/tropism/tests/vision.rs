@@ -1,6 +1,6 @@
 //! Vision on drawn and on real photographs.
 //!
-//! Real ones are read from the folder named by `TROPISM_DATA`; where it is unset those tests say so and pass.
+//! Tests on real photographs read the folder named by `TROPISM_DATA`; where it is unset they print so and pass.
 
 #[path = "../examples/accuracy/marks.rs"]
 mod marks;
@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use published::{Shoot, WRONG, open};
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::greenhouse::bean::{Bean, Species, lamp_powers};
-use tropism::greenhouse::fault::{self, Fault, Faults, Happening};
+use tropism::greenhouse::fault::{self, Fault, FaultEvent, Faults};
 use tropism::greenhouse::render::{Renderer, truth};
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
@@ -25,13 +25,13 @@ use tropism::photo::{Image, LazyImage, Photo};
 use tropism::random::{self, Purpose};
 use tropism::vision::tracking::smoother::{TipMeasurement, smooth};
 use tropism::vision::{
-    Calibration, Detection, Edge, FrameStatus, Mode, TipTracker, VisionConfig, VisionError, detect,
+    Calibration, Detection, Edge, Frame, FrameStatus, Mode, TipTracker, VisionConfig, VisionError, detect,
     detect_from_base, lamp_state,
 };
 
 const MODES: [Mode; 2] = [Mode::Paper, Mode::Robust];
 
-/// A folder of real photographs, or `None` with a line that says why the test is skipped.
+/// A folder of real photographs; `None`, and a printed line, where the test is skipped.
 fn real(folder: &str) -> Option<PathBuf> {
     let Some(data) = std::env::var_os("TROPISM_DATA") else {
         println!("skipped: TROPISM_DATA does not name the folder of real photographs");
@@ -44,7 +44,7 @@ fn worst(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// Around the bean, down to the near edge of the pot's liner.
+/// Region around the bean, down to the near edge of the pot's liner.
 const BEAN: Region = Region { x: 290, y: 150, width: 150, height: 186 };
 const BEAN_BASE: Pixel = Pixel::new(362.0, 336.0);
 
@@ -53,7 +53,7 @@ fn bean(mode: Mode) -> VisionConfig {
 }
 
 #[test]
-fn the_real_bean_is_seen_on_every_photograph() {
+fn the_real_bean_is_detected_in_every_photograph() {
     let Some(folder) = real("flora-robotica") else { return };
     for mode in MODES {
         for frame in 0..94 {
@@ -78,7 +78,7 @@ fn the_real_bean_is_seen_on_every_photograph() {
 }
 
 #[test]
-fn the_real_beans_stem_is_followed() {
+fn the_real_beans_stem_is_traced() {
     let Some(folder) = real("flora-robotica") else { return };
     let annotations = folder.with_file_name("annotations");
     let stems = rows(&annotations.join("flora-robotica-stem.csv"));
@@ -118,7 +118,7 @@ fn the_lit_lamp_is_read_from_every_photograph() {
     }
 }
 
-/// Each seedling's region and base.
+/// Region and base of each seedling.
 const SUNFLOWERS: [(Region, Pixel); 3] = [
     (Region { x: 130, y: 40, width: 250, height: 258 }, Pixel::new(273.0, 309.0)),
     (Region { x: 430, y: 20, width: 240, height: 275 }, Pixel::new(557.0, 306.0)),
@@ -126,7 +126,7 @@ const SUNFLOWERS: [(Region, Pixel); 3] = [
 ];
 
 #[test]
-fn three_sunflowers_are_seen_by_day_and_night() {
+fn three_sunflowers_are_detected_by_day_and_night() {
     let Some(folder) = real("sunflower-timelapse") else { return };
     let frames = rows(&folder.join("frames.csv"));
     assert_eq!(frames.len(), 100);
@@ -165,7 +165,7 @@ fn three_sunflowers_are_seen_by_day_and_night() {
         quantile_nearest(&ends, 0.5),
         ends.len()
     );
-    // Where a leaf hangs against the stem all the way down, the stem's end is not found.
+    // The stem's end is not found where a leaf hangs against the stem without a gap.
     assert!(quantile_nearest(&ends, 0.5) <= 4.0 && 20 * near >= 19 * ends.len(), "{ends:.1?}");
 }
 
@@ -199,7 +199,7 @@ fn midlines_of_bean_shoots_are_the_published_ones() {
     assert!(quantile_nearest(&distances, 0.5) <= 1.5 && worst(&distances) <= 1.5, "{distances:.2?}");
 }
 
-/// A drawn photograph: a stem 3 pixels wide from the base to the tip before dark cloth with folds and noise, as JPEG.
+/// A drawn photograph: a stem 3 pixels wide from base to tip, before dark cloth with folds and noise, as JPEG.
 #[derive(Debug)]
 struct Drawing {
     base: Pixel,
@@ -211,7 +211,7 @@ struct Drawing {
 impl Drawing {
     const SIZE: (usize, usize) = (216, 162);
 
-    /// A stem that leaves the soil upright and leans over to the tip.
+    /// The midline, from 0 at the base to 1 at the tip: upright at the base and leaning over to the tip.
     fn middle(&self, share: f64) -> Pixel {
         let (dx, dy) = (self.tip.x - self.base.x, self.tip.y - self.base.y);
         Pixel::new(self.base.x + share * share * dx, self.base.y + share * dy)
@@ -239,7 +239,7 @@ impl Drawing {
         photo(Image { width, height, rgb }.to_jpeg(90).unwrap())
     }
 
-    /// The highest point of the drawn stem: its middle's end and half its width.
+    /// The highest point of the drawn stem: half its width above the end of its midline.
     fn top(&self) -> Pixel {
         Pixel::new(self.tip.x, self.tip.y - 1.5)
     }
@@ -269,7 +269,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_drawn_tip_is_found_again(drawing in drawing()) {
+    fn a_drawn_tip_is_detected(drawing in drawing()) {
         for (mode, most) in MODES.into_iter().zip([2.5, 1.5]) {
             let tracker = tracker(drawing.base, mode);
             let image = drawing.photo().decode().unwrap();
@@ -280,7 +280,7 @@ proptest! {
     }
 
     #[test]
-    fn a_drawn_stem_is_found_again(drawing in drawing()) {
+    fn a_drawn_stem_is_detected(drawing in drawing()) {
         let image = drawing.photo().decode().unwrap();
         let seen = tracker(drawing.base, Mode::Robust).detect(Ok(&image)).unwrap();
         let stem = seen.stem.unwrap();
@@ -310,7 +310,7 @@ proptest! {
     }
 
     #[test]
-    fn any_picture_and_any_settings_are_seen_or_not(
+    fn any_picture_and_any_settings_give_a_detection_inside_or_none(
         (width, height) in (1..40_usize, 1..40_usize), seed in any::<u64>(), columns in 1..50_usize, sigma in 0.0..9.0,
         base in (-1e3..1e3, -1e3..1e3), is_blotched in any::<bool>(),
     ) {
@@ -336,7 +336,7 @@ fn flat(level: u8, width: usize, height: usize) -> Image {
 }
 
 #[test]
-fn a_plant_that_a_lamps_light_outshines_is_seen() {
+fn a_plant_outshone_by_a_lamp_is_detected() {
     let mut image = flat(30, 400, 200);
     for (at, pixel) in image.rgb.chunks_exact_mut(3).enumerate() {
         let (x, y) = (at % 400, at / 400);
@@ -351,7 +351,7 @@ fn a_plant_that_a_lamps_light_outshines_is_seen() {
 }
 
 #[test]
-fn pictures_without_a_plant_show_none() {
+fn pictures_without_a_plant_have_no_detection() {
     for mode in MODES {
         let config = VisionConfig { mode, ..VisionConfig::default() };
         for level in [0, 128, 255] {
@@ -364,7 +364,7 @@ fn pictures_without_a_plant_show_none() {
 }
 
 #[test]
-fn an_eye_says_what_cannot_be() {
+fn a_tracker_refuses_values_out_of_range() {
     let calibration = Calibration::from_scale(Pixel::new(40.0, 60.0), 8.0, 80, 60);
     let error = |calibration, config| TipTracker::new(calibration, config).unwrap_err();
     let crop = Some(Region { x: 70, y: 0, width: 20, height: 20 });
@@ -381,7 +381,7 @@ fn an_eye_says_what_cannot_be() {
 }
 
 #[test]
-fn an_eye_holds_what_it_saw_and_says_why() {
+fn a_tracker_holds_the_last_tip_and_gives_a_status() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(124.0, 70.0), exposure: 1.0, seed: 1 };
     let good = drawing.photo();
@@ -397,46 +397,47 @@ fn an_eye_holds_what_it_saw_and_says_why() {
     ];
     for mode in MODES {
         let mut tracker = tracker(drawing.base, mode);
-        for (fault, class) in &faults {
-            let seen = tracker.observe(fault);
-            assert_eq!((seen.observation, seen.tip_px, seen.status), (None, None, *class));
+        for (fault, status) in &faults {
+            let seen = tracker.observe(&Frame::new(fault.clone()));
+            assert_eq!((seen.observation, seen.tip_px, seen.status), (None, None, *status));
         }
-        let sight = tracker.observe(&good);
+        let sight = tracker.observe(&Frame::new(good.clone()));
         let observation = sight.observation.unwrap();
         assert_eq!((sight.status, observation.quality), (FrameStatus::Ok, Quality::Measured));
         assert!(observation.tip.distance(Point::new(2.0, 81.5 / 8.0)) < 0.2, "{observation:?}");
         assert_eq!(tracker.calibration().point(sight.tip_px.unwrap()), observation.tip);
-        for (fault, class) in &faults {
-            let seen = tracker.observe(fault);
+        for (fault, status) in &faults {
+            let seen = tracker.observe(&Frame::new(fault.clone()));
             let held = seen.observation.unwrap();
-            assert_eq!((seen.tip_px, seen.status, held.quality), (None, *class, Quality::Held));
+            assert_eq!((seen.tip_px, seen.status, held.quality), (None, *status, Quality::Held));
             assert_eq!((held.tip, &held.stem), (observation.tip, &observation.stem));
         }
     }
 }
 
 #[test]
-fn an_eye_gives_ten_points_and_goes_on_where_it_was_cut_off() {
+fn a_tracker_gives_ten_vertices_and_resumes() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(84.0, 60.0), exposure: 0.5, seed: 2 };
     let mut tracker = tracker(drawing.base, Mode::Robust);
-    let Observation { tip: last, stem, .. } = tracker.observe(&drawing.photo()).observation.unwrap();
+    let Observation { tip: last, stem, .. } =
+        tracker.observe(&Frame::new(drawing.photo())).observation.unwrap();
     let stem = stem.unwrap();
     assert_eq!(stem.0.len(), 10);
     assert!(stem.0[0].distance(Point::default()) < 0.2, "{stem:?}");
     assert!(stem.0[9].distance(Point::new(-3.0, 11.25)) < 0.4, "{stem:?}");
 
     let mut resumed = self::tracker(drawing.base, Mode::Robust);
-    let seen = tracker.observe(&photo(vec![0xff, 0xd8]));
+    let seen = tracker.observe(&Frame::new(photo(vec![0xff, 0xd8])));
     resumed.resume(&photo(vec![0xff, 0xd8]), &seen);
-    let again = resumed.observe(&photo(vec![0xff, 0xd8]));
+    let again = resumed.observe(&Frame::new(photo(vec![0xff, 0xd8])));
     let held = again.observation.unwrap();
     assert_eq!((held.tip, held.quality), (last, Quality::Held));
     assert_eq!(again.status, FrameStatus::Repeated);
 }
 
 #[test]
-fn a_plant_that_reaches_an_edge_is_said_to_and_by_which() {
+fn a_plant_that_touches_an_edge_leaves_the_view_there() {
     let base = Pixel::new(108.0, 150.0);
     for (tip, edge) in [
         (Pixel::new(124.0, 0.0), Some(Edge::Top)),
@@ -452,13 +453,13 @@ fn a_plant_that_reaches_an_edge_is_said_to_and_by_which() {
                 .unwrap();
         let photo = drawing.photo();
         assert_eq!(tracker.detect(photo.decode().as_ref()).unwrap().clipped_at, edge, "{tip:?}");
-        let class = if edge.is_some() { FrameStatus::LeavesView } else { FrameStatus::Ok };
-        assert_eq!(tracker.observe(&photo).status, class, "{tip:?}");
+        let status = if edge.is_some() { FrameStatus::LeavesView } else { FrameStatus::Ok };
+        assert_eq!(tracker.observe(&Frame::new(photo)).status, status, "{tip:?}");
     }
 }
 
 #[test]
-fn a_leaf_that_falls_and_a_lamp_do_not_fool_the_robust_eye() {
+fn a_falling_leaf_and_a_lamp_do_not_mislead_mode_robust() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(124.0, 70.0), exposure: 1.0, seed: 3 };
     let mut image = drawing.photo().decode().unwrap();
@@ -475,9 +476,9 @@ fn a_leaf_that_falls_and_a_lamp_do_not_fool_the_robust_eye() {
     assert!(fooled.tip.y < 12.0, "the paper's highest bright sample: {fooled:?}");
 }
 
-/// Of a virtual bean under a lamp that changes sides, in photographs of which a third are spoiled.
+/// A virtual bean under a lamp that changes sides; a third of its photographs are spoiled.
 #[test]
-fn hindsight_knows_where_a_hidden_tip_was() {
+fn the_smoother_recovers_hidden_tips() {
     let scene = Scene { width: 324, height: 243, ..Scene::default() };
     let tent = Greenhouse { scene: scene.clone(), ..Greenhouse::default() };
     let config = VisionConfig { crop: Some(tent.crop()), ..VisionConfig::default() };
@@ -491,18 +492,18 @@ fn hindsight_knows_where_a_hidden_tip_was() {
     for frame in 0..40 {
         let pose = bean.pose();
         let lit = if frame < 20 { Light::RIGHT } else { Light::LEFT };
-        let happenings = if (5..38).contains(&frame) { faults.at(5, frame) } else { Vec::new() };
-        let bytes = fault::photograph(&mut renderer, &happenings, &pose, Some(lit), frame, None).unwrap();
-        let one = tracker.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes) });
+        let events = if (5..38).contains(&frame) { faults.events_at(5, frame) } else { Vec::new() };
+        let bytes = fault::photograph(&mut renderer, &events, &pose, Some(lit), frame, None).unwrap();
+        let one = tracker.observe(&Frame::new(Photo { time_s: 300.0 * frame as f64, ..photo(bytes) }));
         let tip = one.observation.as_ref().unwrap().tip;
-        let is_believed = one.is_measured();
+        let is_accepted = one.is_measured();
         measurements.push(TipMeasurement {
             time: frame as f64,
-            tip: is_believed.then_some(tip),
-            is_accepted: is_believed,
+            tip: is_accepted.then_some(tip),
+            is_accepted,
         });
         truths.push(truth(&pose, renderer.frame()).top);
-        seen.push((tip, is_believed));
+        seen.push((tip, is_accepted));
         bean.advance(&lamp_powers(Some(lit)), 5.0);
     }
     let smoothed = smooth(&measurements);
@@ -530,35 +531,35 @@ fn encoded(image: &Image, colour: jpeg_encoder::ColorType, is_progressive: bool)
 }
 
 #[test]
-fn whatever_a_file_is_has_a_class() {
+fn every_file_has_a_status() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(124.0, 70.0), exposure: 1.0, seed: 4 };
     let good = drawing.photo();
     let image = good.decode().unwrap();
-    let class = |bytes: Vec<u8>| {
+    let status = |bytes: Vec<u8>| {
         let mut tracker = tracker(drawing.base, Mode::Robust);
-        assert_eq!(tracker.observe(&good).status, FrameStatus::Ok);
-        tracker.observe(&photo(bytes)).status
+        assert_eq!(tracker.observe(&Frame::new(good.clone())).status, FrameStatus::Ok);
+        tracker.observe(&Frame::new(photo(bytes))).status
     };
     for tenth in 0..10 {
         assert_eq!(
-            class(good.bytes[..good.bytes.len() * tenth / 10].to_vec()),
+            status(good.bytes[..good.bytes.len() * tenth / 10].to_vec()),
             FrameStatus::Corrupt,
             "{tenth}"
         );
     }
-    assert_eq!(class(flat(9, 1, 1).to_jpeg(90).unwrap()), FrameStatus::Foreign);
+    assert_eq!(status(flat(9, 1, 1).to_jpeg(90).unwrap()), FrameStatus::Foreign);
 
-    // A hundred megapixels are refused by their header, before any memory is taken for them.
+    // A hundred megapixels are refused by their header, before memory is allocated.
     let mut huge = good.bytes.clone();
     let frame = huge.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
     huge[frame + 5..frame + 9].copy_from_slice(&[0x27, 0x10, 0x27, 0x10]);
     let error = photo(huge.clone()).decode().unwrap_err().to_string();
     assert!(error.contains("10000 x 10000 pixels, wanted at most"), "{error}");
-    assert_eq!(class(huge), FrameStatus::Foreign);
+    assert_eq!(status(huge), FrameStatus::Foreign);
 
-    assert_eq!(class(encoded(&image, jpeg_encoder::ColorType::Rgb, true)), FrameStatus::Ok);
-    let _ = class(encoded(&image, jpeg_encoder::ColorType::Cmyk, false));
+    assert_eq!(status(encoded(&image, jpeg_encoder::ColorType::Rgb, true)), FrameStatus::Ok);
+    let _ = status(encoded(&image, jpeg_encoder::ColorType::Cmyk, false));
 
     let mut deep = Vec::new();
     let mut encoder = png::Encoder::new(&mut deep, image.width as u32, image.height as u32);
@@ -567,7 +568,7 @@ fn whatever_a_file_is_has_a_class() {
     let twice: Vec<u8> = image.rgb.iter().flat_map(|&byte| [byte, 7]).collect();
     encoder.write_header().unwrap().write_image_data(&twice).unwrap();
     assert_eq!(photo(deep.clone()).decode().unwrap(), image);
-    assert_eq!(class(deep), FrameStatus::Ok);
+    assert_eq!(status(deep), FrameStatus::Ok);
 }
 
 #[test]
@@ -581,25 +582,26 @@ fn a_picture_taken_on_its_side_is_turned_upright() {
 }
 
 #[test]
-fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
+fn a_pushed_camera_is_registered_even_after_a_spoiled_beginning() {
     let scene = Scene { width: 648, height: 486, ..Scene::default() };
     let greenhouse = Greenhouse { scene, ..Greenhouse::default() };
     let plant = Bean::new(Species::default().draw(5, 1.0), 5);
     let nudged = Faults { nudged: 1.0, ..Faults::default() };
-    let happening = |fault, age| Happening { fault, age, seed: 5 };
-    let dark = vec![happening(Fault::LampFails, 0), happening(Fault::MissedFlash, 0)];
-    for first in [Vec::new(), dark, vec![happening(Fault::Condensation, 4)]] {
+    let event = |fault, age| FaultEvent { fault, age, seed: 5 };
+    let dark = vec![event(Fault::LampFails, 0), event(Fault::MissedFlash, 0)];
+    for first in [Vec::new(), dark, vec![event(Fault::Condensation, 4)]] {
         let mut renderer = Renderer::new(&greenhouse.scene, 5);
         let (_, mut tracker) = greenhouse.open(5, 5.0, &VisionConfig::default()).unwrap();
         for frame in 0..6 {
             let faults = match frame {
                 0 => first.clone(),
                 1 => Vec::new(),
-                _ => nudged.at(5, frame),
+                _ => nudged.events_at(5, frame),
             };
             let bytes =
                 fault::photograph(&mut renderer, &faults, &plant.pose(), Some(Light::LEFT), frame, None);
-            let seen = tracker.observe(&Photo { time_s: 300.0 * frame as f64, ..photo(bytes.unwrap()) });
+            let seen =
+                tracker.observe(&Frame::new(Photo { time_s: 300.0 * frame as f64, ..photo(bytes.unwrap()) }));
             let is_spoiled = frame == 0 && !first.is_empty();
             assert!(is_spoiled || seen.is_measured(), "{first:?}, {frame}: {seen:?}");
             if !is_spoiled {
@@ -611,14 +613,14 @@ fn a_camera_that_was_pushed_is_found_out_even_after_a_spoiled_beginning() {
     }
 }
 
-/// Both ways to have a picture: opened, and decoded whole.
+/// A photograph opened, and decoded whole.
 fn both(photo: &Photo) -> (LazyImage, Image) {
     let picture = photo.open().unwrap();
     assert!(matches!(picture, LazyImage::Jpeg(_)), "{} is decoded whole", photo.name);
     (picture, photo.decode().unwrap())
 }
 
-/// A photograph of a virtual plant that has grown for so many hours, and how it is to be seen.
+/// A photograph of a virtual plant that has grown for some hours, and its tent.
 fn virtual_photo(width: u32, seed: u64, hours: f64) -> (Photo, Greenhouse) {
     let scene = Scene { width, height: width * 3 / 4, ..Scene::default() };
     let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
@@ -631,7 +633,7 @@ fn virtual_photo(width: u32, seed: u64, hours: f64) -> (Photo, Greenhouse) {
 }
 
 #[test]
-fn what_is_decoded_where_it_is_looked_at_is_seen_the_same() {
+fn decoding_on_demand_gives_the_same_detections() {
     for mode in MODES {
         for seed in 0..4 {
             let (photo, greenhouse) = virtual_photo(648, seed, 12.0 * (seed + 1) as f64);
@@ -640,7 +642,7 @@ fn what_is_decoded_where_it_is_looked_at_is_seen_the_same() {
             let mut tracker = TipTracker::new(greenhouse.calibration(), config).unwrap();
             let seen = tracker.detect(Ok(&picture));
             assert!(seen.is_ok() && seen == tracker.detect(Ok(&image)), "{mode:?}, {seed}");
-            // A camera that stands still is found to, whichever way it is looked at.
+            // A camera at rest is registered in both.
             tracker.set_reference(&picture);
             assert_eq!(seen, tracker.detect(Ok(&image)), "{mode:?}, {seed}");
             assert_eq!(lamp_state(&picture, None), lamp_state(&image, None));
@@ -666,7 +668,7 @@ fn what_is_decoded_where_it_is_looked_at_is_seen_the_same() {
 }
 
 #[test]
-fn a_quarter_of_a_picture_shows_what_all_of_it_does() {
+fn a_downscaled_picture_gives_nearly_the_same_detections() {
     for seed in 0..2 {
         let (photo, greenhouse) = virtual_photo(2592, seed, 16.0 * (seed + 1) as f64);
         let (picture, image) = both(&photo);
@@ -674,7 +676,7 @@ fn a_quarter_of_a_picture_shows_what_all_of_it_does() {
             let config = VisionConfig { mode, crop: Some(greenhouse.crop()), ..VisionConfig::default() };
             let tracker = TipTracker::new(greenhouse.calibration(), config).unwrap();
             let (one, other) = (tracker.detect(Ok(&picture)).unwrap(), tracker.detect(Ok(&image)).unwrap());
-            // A sample is four pixels; only the paper's tip is no finer than that.
+            // A sample is four pixels. Only the paper's tip falls on a sample.
             let near = |a: Pixel, b: Pixel| a.distance(b) < if mode == Mode::Paper { 4.1 } else { 0.4 };
             assert!(near(one.tip, other.tip), "{mode:?}, {seed}: {:?} {:?}", one.tip, other.tip);
             if mode == Mode::Robust {

@@ -1,6 +1,6 @@
 //! What the photographs of a check tell of camera, flash, plant and lamps.
 
-use tropism::vision::{Calibration, FrameStatus, TipTracker};
+use tropism::vision::{Calibration, Frame, FrameStatus, TipTracker};
 
 use super::shot::Shot;
 use super::{Findings, Group};
@@ -126,8 +126,9 @@ pub(super) fn judge_flash(
 }
 
 /// Judges whether the plant is detected in all photographs, and at the same place.
-pub(super) fn judge_plant(eye: &mut TipTracker, shots: &[Shot], findings: &mut Findings) {
-    let seen: Vec<_> = shots.iter().map(|shot| eye.observe(&shot.photo)).collect();
+pub(super) fn judge_plant(tracker: &mut TipTracker, shots: &[Shot], findings: &mut Findings) {
+    let frames = shots.iter().map(|shot| Frame::new(shot.photo.clone()));
+    let seen: Vec<_> = frames.map(|frame| tracker.observe(&frame)).collect();
     let tips: Vec<_> = seen
         .iter()
         .filter(|seen| seen.is_measured())

@@ -1,35 +1,35 @@
 //! Evolution of controllers with NEAT on a tip-motion model (section 2.3.2), in a folder that can be resumed.
 //!
-//! In: the file of a model, a task, NEAT's parameters and a seed. Out: champions, history and summary in a folder. Runs are
-//! independent and work in parallel; each saves a checkpoint regularly. Neither the number of threads nor an interruption
-//! changes a result.
+//! In: the file of a model, a task, NEAT's parameters and a seed. Out: champions, history and summary in a folder. Runs
+//! are independent and work in parallel; each saves a checkpoint regularly. Neither the number of threads nor an
+//! interruption changes a result.
 
 mod history;
 mod record;
 mod status;
+mod runs;
 
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, EvolutionRun, Trial};
+use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
 use tropism::plant::tip::TipModel;
 use tropism::task::TaskSpec;
-use tropism_neat::Genome;
 
 pub use self::history::EvolutionHistory;
 pub use self::record::EvolutionRecord;
 pub(crate) use self::record::champion_path;
-use self::record::checkpoint_path;
-use self::status::EvolutionStatus;
+use self::runs::champion_of;
 use crate::statistics::median;
 use crate::stopwatch::Stopwatch;
-use crate::{Checkpoint, Error, Monitor, Workflow, champion, files, model};
+use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Default of [`EvolvePlan::trial_plants`]: the standard error of a mean over 200 plants is 0.07 standard deviations.
 pub const TRIAL_PLANTS: u32 = 200;
+
+/// The largest [`EvolvePlan::trial_plants`]; chosen by hand, against mistyped numbers.
+const MAX_TRIAL_PLANTS: u64 = 1_000_000;
 
 /// Default of [`EvolvePlan::checkpoint_s`]: a kill costs a minute of work at most.
 pub const CHECKPOINT_S: u64 = 60;
@@ -99,7 +99,7 @@ pub struct EvolveResults {
     pub runs: Vec<EvolutionRunSummary>,
     /// Number of evaluated genomes of all runs.
     pub evaluations: u64,
-    /// EvolutionRun whose champion is `champion.json`, from 0.
+    /// Run whose champion is `champion.json`, from 0.
     pub champion: usize,
     /// Processor time, in s.
     pub cpu_seconds: f64,
@@ -168,81 +168,7 @@ impl Workflow for EvolvePlan {
     }
 }
 
-/// The largest [`EvolvePlan::trial_plants`]; chosen by hand, against mistyped numbers.
-const MAX_TRIAL_PLANTS: u64 = 1_000_000;
-
 impl EvolvePlan {
-    /// Evolves all runs to their last generation.
-    fn evolve(&self, model: &TipModel, monitor: &dyn Monitor) -> Result<Vec<EvolutionRun>, Error> {
-        let status = Mutex::new(EvolutionStatus::new(self.evolution.runs as usize));
-        let runs: Vec<Option<EvolutionRun>> = (0..self.evolution.runs)
-            .into_par_iter()
-            .map(|index| self.evolve_run(index, model, monitor, &status))
-            .collect::<Result<_, _>>()?;
-        let runs: Option<Vec<EvolutionRun>> = runs.into_iter().collect();
-        runs.ok_or_else(|| Error::Interrupted { folder: self.out.clone() })
-    }
-
-    /// Evolves run `index` to its last generation, from its checkpoint if there is one; `None` if it was interrupted.
-    fn evolve_run(
-        &self,
-        index: u32,
-        model: &TipModel,
-        monitor: &dyn Monitor,
-        status: &Mutex<EvolutionStatus>,
-    ) -> Result<Option<EvolutionRun>, Error> {
-        let checkpoint = Checkpoint::new(checkpoint_path(&self.out, index));
-        let interval = Duration::from_secs(self.checkpoint_s);
-        let evolution = Evolution::new(model, &self.task, self.evolution.clone(), self.seed)
-            .map_err(Error::in_plan("evolution"))?;
-        let mut run = self.begin(&evolution, index, &checkpoint, monitor)?;
-        if let Some(last) = run.history.last() {
-            monitor.skip(run.history.len() as u64);
-            if let Ok(mut status) = status.lock() {
-                status.resume(index, last);
-            }
-        }
-        let (mut saved, mut saved_generations) = (Instant::now(), run.history.len());
-        while (run.history.len() as u32) < self.evolution.generations && monitor.may_go_on() {
-            let generation = evolution.advance(&mut run);
-            monitor.generation(index, generation);
-            monitor.advance(1);
-            if let Ok(mut status) = status.lock() {
-                status.update(index, generation, monitor);
-            }
-            if saved.elapsed() >= interval {
-                checkpoint.save(run.to_json().as_bytes())?;
-                (saved, saved_generations) = (Instant::now(), run.history.len());
-            }
-        }
-        if run.history.len() > saved_generations {
-            checkpoint.save(run.to_json().as_bytes())?;
-        }
-        Ok((run.history.len() as u32 == self.evolution.generations).then_some(run))
-    }
-
-    /// Run `index` as its checkpoint has it, or before its first generation.
-    fn begin(
-        &self,
-        evolution: &Evolution<'_, TipModel, TaskSpec>,
-        index: u32,
-        checkpoint: &Checkpoint,
-        monitor: &dyn Monitor,
-    ) -> Result<EvolutionRun, Error> {
-        let parse = |text: &str| evolution.resume(index, text);
-        let Some(loaded) = checkpoint.load(parse)? else {
-            return evolution.begin(index).map_err(Error::at(format!("run {index}")));
-        };
-        if let Some(refused) = loaded.refused {
-            monitor.note(&format!(
-                "{refused}; run {index} goes on from {}, generation {}",
-                checkpoint.previous().display(),
-                loaded.value.neat.generation()
-            ));
-        }
-        Ok(loaded.value)
-    }
-
     /// The champion of `run` with all that it was evolved for. `json` is the model's file.
     fn champion(&self, run: &EvolutionRun, model: &TipModel, json: &str) -> Result<Champion, Error> {
         let genome = champion_of(run)?.clone();
@@ -280,13 +206,4 @@ impl EvolvePlan {
         };
         runs.par_iter().map(summarize).collect()
     }
-}
-
-fn champion_of(run: &EvolutionRun) -> Result<&Genome, Error> {
-    let (champion, _) = run.champion().ok_or_else(|| {
-        Error::at(format!("run with seed {}", run.seed))(
-            "found no champion, wanted one after its first generation",
-        )
-    })?;
-    Ok(champion)
 }

@@ -8,7 +8,6 @@ use tropism::control::OUTPUTS;
 use tropism::evolve::{Champion, EvolutionConfig, EvolutionRun};
 use tropism::plant::tip::TipModel;
 use tropism::task::TaskSpec;
-
 use tropism_neat::Genome;
 
 use super::EvolvePlan;
@@ -103,8 +102,8 @@ impl EvolutionRecord {
         Ok(lock)
     }
 
-    /// Among the checkpoints in the `folder` of an unfinished evolution, the run with the best champion, and its number;
-    /// `None` without a readable checkpoint. Reads only: the evolution may be at work.
+    /// Among the checkpoints in the `folder` of an unfinished evolution, the run with the best champion, and its
+    /// number; `None` without a readable checkpoint. Reads only: the evolution may be at work.
     pub(crate) fn best_so_far(&self, folder: &Path) -> Option<(u32, EvolutionRun)> {
         let read = |index| {
             let parse =

@@ -51,8 +51,8 @@ pub struct AcceptanceRow {
     pub holds: bool,
 }
 
-impl From<acceptance::Row> for AcceptanceRow {
-    fn from(row: acceptance::Row) -> Self {
+impl From<acceptance::AcceptanceRow> for AcceptanceRow {
+    fn from(row: acceptance::AcceptanceRow) -> Self {
         let [least, most] = row.range;
         Self {
             number: row.number,
@@ -84,8 +84,8 @@ impl Workflow for AcceptancePlan {
         let tracks = self.grow_open_loop(open_loop, monitor)?;
         let tuned = self.tune(&tracks, monitor)?;
         let mut rows = acceptance::population(&tracks);
-        rows.extend(acceptance::single(&self.species));
-        rows.extend(acceptance::steered(&self.species, fresh, &tuned));
+        rows.extend(acceptance::single_plant(&self.species));
+        rows.extend(acceptance::closed_loop(&self.species, fresh, &tuned));
         rows.sort_by_key(|row| row.number);
         Ok(rows.into_iter().map(AcceptanceRow::from).collect())
     }
@@ -95,7 +95,7 @@ impl AcceptancePlan {
     fn grow_open_loop(&self, seeds: &[u64], monitor: &dyn Monitor) -> Result<Vec<Track>, Error> {
         monitor.stage("open-loop beans", seeds.len() as u64);
         let grow = |&seed: &u64| {
-            let track = acceptance::experiment(&self.species, seed);
+            let track = acceptance::open_loop_experiment(&self.species, seed);
             monitor.advance(1);
             monitor.may_go_on().then_some(track)
         };
@@ -112,10 +112,10 @@ impl AcceptancePlan {
             if monitor.may_go_on() { Ok(tuned) } else { Err(Error::cancelled()) }
         };
         let mut tuned: Vec<TunedController> =
-            tracks.chunks(acceptance::SET).take(TUNED_SETS).map(tune).collect::<Result<_, _>>()?;
+            tracks.chunks(acceptance::SET_SIZE).take(TUNED_SETS).map(tune).collect::<Result<_, _>>()?;
         // A search may end in a local optimum: such a controller is not nearly perfect.
         tuned.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let good = tuned.iter().filter(|(fitness, _)| *fitness >= acceptance::NEARLY_PERFECT).count();
+        let good = tuned.iter().filter(|(fitness, _)| *fitness >= acceptance::GOOD_MODEL_FITNESS).count();
         tuned.truncate(good.max(1));
         Ok(tuned)
     }

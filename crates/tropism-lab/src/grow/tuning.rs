@@ -1,8 +1,8 @@
 //! A greedy controller that is tuned on a model by an evolution strategy.
 //!
-//! In: a tip-motion model and a task. Out: a rule that steers towards waypoints instead of the targets: beyond a target that
-//! would be passed too late, and early towards the next one. Tuning takes seconds; evolved networks do better and take
-//! minutes.
+//! In: a tip-motion model and a task. Out: a rule that steers towards waypoints instead of the targets: beyond a target
+//! that would be passed too late, and early towards the next one. It is as good on the model as an evolved network
+//! (`docs/virtual-bean.md`), and made in seconds.
 //!
 //! # References
 //! A (1+1) evolution strategy with success-based step size: Rechenberg 1973, *Evolutionsstrategie*.
@@ -16,8 +16,8 @@ use tropism::plant::tip::TipModel;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
 
-/// Number of searches, each from another start. This and the following constants were chosen by hand, on models of six
-/// beans: row 22 of `docs/virtual-bean.md` is what they reach.
+/// Number of searches, each from another start. This and the following constants were chosen by hand; row 22 of
+/// `docs/virtual-bean.md` shows what they reach.
 pub(super) const SEARCHES: u64 = 8;
 /// Number of mutations that a search tries.
 const MUTATIONS: u64 = 800;
@@ -77,8 +77,8 @@ fn search_from(model: &TipModel, task: &TaskSpec, seed: u64) -> Vec<f64> {
     waypoints
 }
 
-/// Waypoints around each target, at equal distances in height from the target below; `normal` draws from the standard normal
-/// distribution.
+/// Waypoints around each target, at equal distances in height from the target below; `normal` draws from the standard
+/// normal distribution.
 fn first_waypoints(task: &TaskSpec, mut normal: impl FnMut() -> f64) -> Vec<f64> {
     let mut below = task.start().y;
     let mut waypoints: Vec<f64> = Vec::new();

@@ -3,10 +3,9 @@
 use tropism::environment::Environment;
 use tropism::geometry::Pixel;
 use tropism::lamps::Light;
-use tropism::photo::Photo;
 use tropism::rig::fault_policy::COLUMNS;
 use tropism::rig::{Camera, Clock, Event, EventKind, FaultPolicy, Flash, Lamps, Moment};
-use tropism::vision::{self, FrameStatus};
+use tropism::vision::{self, Frame, FrameStatus};
 
 use super::lamps::Command;
 use super::{RecordError, Recorder};
@@ -141,12 +140,12 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     }
 
     /// The light that a photograph shows, if it is looked for and can be seen.
-    pub(super) fn lit_in(&self, photo: &Photo, class: FrameStatus) -> Option<Option<Light>> {
+    pub(super) fn lit_in(&self, frame: &Frame, status: FrameStatus) -> Option<Option<Light>> {
         let places = self.supervision.lamps_in_view.as_ref()?.places(self.rig.layout());
-        if [FrameStatus::Dark, FrameStatus::Repeated].contains(&class) {
+        if [FrameStatus::Dark, FrameStatus::Repeated].contains(&status) {
             return None;
         }
-        Some(vision::lamp_state(&photo.decode().ok()?, places.as_deref()))
+        Some(vision::lamp_state(frame.picture().ok()?, places.as_deref()))
     }
 
     /// Compares the light in the photograph with the command.

@@ -16,8 +16,9 @@ mod replay;
 use tropism::environment::Environment;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
-use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot};
+use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError};
 use tropism::rig::{Event, EventKind, FaultPolicy, LampsInView, NoMonitor, RunMonitor};
+use tropism::vision::Frame;
 
 use crate::files::{self, FileError};
 use crate::folder::{FolderError, RunFolder};
@@ -233,10 +234,11 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
     }
 
     /// Records the photograph of this step and its detection, and checks the health of the run.
-    fn record(&mut self, begun: Option<Moment>) -> Result<(), RecordError> {
-        let Some(Shot { photo, seen }) = self.rig.shot().cloned() else { return Ok(()) };
-        let lit = self.lit_in(&photo, seen.status);
-        self.keep_photo(&photo)?;
+    fn record(&mut self, frame: &Frame, begun: Option<Moment>) -> Result<(), RecordError> {
+        let Some(seen) = self.rig.shot().map(|shot| shot.seen.clone()) else { return Ok(()) };
+        let lit = self.lit_in(frame, seen.status);
+        let photo = frame.photo();
+        self.keep_photo(photo)?;
         let record = StepRecord {
             step: self.step,
             time_s: photo.time_s,
@@ -270,11 +272,11 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
             return seen.observation.ok_or(RecordError::Journal(error));
         }
         loop {
-            let (photo, begun) = self.photograph()?;
-            let observation = self.rig.see(photo)?;
+            let (frame, begun) = self.photograph()?;
+            let observation = self.rig.see(&frame)?;
             let step = self.rig.next_step() - 1;
             self.advance(step, observation.quality == Quality::Measured);
-            self.record(begun)?;
+            self.record(&frame, begun)?;
             if !self.is_undecidable(step) {
                 self.observed += 1;
                 return Ok(observation);

@@ -2,6 +2,7 @@
 
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, Moment};
+use tropism::vision::Frame;
 
 use super::lamps::RETRY_AFTER;
 use super::{DISK_FULL, RecordError, Recorder};
@@ -9,7 +10,7 @@ use super::{DISK_FULL, RecordError, Recorder};
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Takes the photograph of the next step, and tells when it was begun. If the camera fails, an empty photograph stands
     /// in for as long as the last tip may be held; then steps are missed.
-    pub(super) fn photograph(&mut self) -> Result<(Photo, Option<Moment>), RecordError> {
+    pub(super) fn photograph(&mut self) -> Result<(Frame, Option<Moment>), RecordError> {
         loop {
             self.wait()?;
             if self.miss_overdue_steps()? {
@@ -17,7 +18,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             }
             let begun = self.rig.clock().now();
             let error = match self.rig.photograph() {
-                Ok(photo) => return Ok((self.retake_if_dark(photo)?, begun)),
+                Ok(frame) => return Ok((self.retake_if_dark(frame)?, begun)),
                 // At the first step there is no earlier tip that could be held.
                 Err(error) if !self.replay.has_begun() => return Err(error.into()),
                 Err(error) => error,
@@ -84,19 +85,20 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     }
 
     /// Takes a dark photograph again, as often as the policy allows.
-    fn retake_if_dark(&mut self, mut photo: Photo) -> Result<Photo, RecordError> {
+    fn retake_if_dark(&mut self, mut frame: Frame) -> Result<Frame, RecordError> {
         for _ in 1..self.supervision.policy.flash_tries {
-            let Some(again) = self.rig.photograph_again(&photo) else { break };
+            let Some(again) = self.rig.photograph_again(&frame) else { break };
             let outcome = match &again {
                 Ok(again) if self.rig.tracker().is_dark(again) => "dark again: is the flash dead?".to_owned(),
                 Ok(_) => "bright".to_owned(),
                 Err(error) => error.to_string(),
             };
-            let text = format!("{} was dark, and was taken again: {outcome}", photo.name);
+            let name = &frame.photo().name;
+            let text = format!("{name} was dark, and was taken again: {outcome}");
             self.report(EventKind::Dark, text)?;
-            photo = again.unwrap_or(photo);
+            frame = again.unwrap_or(frame);
         }
-        Ok(photo)
+        Ok(frame)
     }
 
     /// Writes a photograph, if the disk has room for it beside what the journal needs.

@@ -117,7 +117,7 @@ impl RunConfig {
 
     /// The tracker for its photographs.
     #[must_use]
-    pub fn eye(&self) -> Option<TipTracker> {
+    pub fn tracker(&self) -> Option<TipTracker> {
         let vision = &self.rig.vision;
         let crop = vision.crop.or_else(|| self.rig.greenhouse.as_ref().map(Greenhouse::crop));
         TipTracker::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()

@@ -158,9 +158,9 @@ impl GuidePlan {
     /// The photograph with the detections of the known plants drawn in.
     fn draw(&self, image: Image, plants: &[Plant]) -> Image {
         let detect = |plant: &Plant| {
-            let mut eye = TipTracker::new(plant.calibration, plant.vision(&self.vision)).ok()?;
-            let detected = eye.detect(Ok(&image));
-            Some((detected.clone().ok(), eye.update_next(detected)))
+            let mut tracker = TipTracker::new(plant.calibration, plant.vision(&self.vision)).ok()?;
+            let detected = tracker.detect(Ok(&image));
+            Some((detected.clone().ok(), tracker.update_next(detected)))
         };
         let detections: Vec<_> = plants.iter().filter_map(detect).collect();
         let annotations: Vec<Annotation<'_>> = plants

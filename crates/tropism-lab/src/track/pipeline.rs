@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use tropism::lamps::Light;
-use tropism::photo::{Image, LazyImage, Photo, PhotoError};
+use tropism::photo::{Image, Photo};
 use tropism::vision::raster::source::PixelSource;
-use tropism::vision::{FrameStatus, TipTracker, lamp_state};
+use tropism::vision::{self, FrameStatus, TipTracker, lamp_state};
 
 use super::journal::{FrameDetections, FrameJournal, PlantDetection};
 use super::overlays::{Annotation, Overlays};
@@ -28,7 +28,7 @@ pub(super) struct Pipeline<'a> {
     pub(super) plants: &'a [Plant],
     /// The light of each photograph; `None` if the pictures say.
     lights: Option<Vec<Option<Light>>>,
-    eyes: Vec<TipTracker>,
+    trackers: Vec<TipTracker>,
     pub(super) tables: Vec<Table>,
     pub(super) journal: FrameJournal,
     overlays: Overlays,
@@ -46,15 +46,15 @@ impl<'a> Pipeline<'a> {
         lights: Option<Vec<Option<Light>>>,
         settings_sha256: &str,
     ) -> Result<Self, Error> {
-        let eye = |plant: &Plant| TipTracker::new(plant.calibration, plant.vision(&plan.vision));
-        let mut eyes: Vec<TipTracker> =
-            plants.iter().map(eye).collect::<Result<_, _>>().map_err(Error::at("vision"))?;
+        let tracker = |plant: &Plant| TipTracker::new(plant.calibration, plant.vision(&plan.vision));
+        let mut trackers: Vec<TipTracker> =
+            plants.iter().map(tracker).collect::<Result<_, _>>().map_err(Error::at("vision"))?;
         let journal = FrameJournal::open(&plan.journal_file(), settings_sha256, plan.resume)?;
         // The background of the first pictures is the reference for the shift of the camera in all others.
         let readable =
             series.frames.iter().filter_map(|frame| files::read_photo(&frame.path, 0.0).ok()?.open().ok());
         for picture in readable.take(TipTracker::REFERENCE_FRAMES) {
-            eyes.iter_mut().for_each(|eye| eye.set_reference(&picture));
+            trackers.iter_mut().for_each(|tracker| tracker.set_reference(&picture));
         }
         let (folder, sheet) = (plan.overlay.as_deref(), plan.sheet.as_deref());
         Ok(Self {
@@ -62,7 +62,7 @@ impl<'a> Pipeline<'a> {
             series,
             plants,
             lights,
-            eyes,
+            trackers,
             tables: plants.iter().map(|plant| Table::new(plant.calibration)).collect(),
             journal,
             overlays: Overlays::new(folder, sheet, plants, series.frames.len()),
@@ -97,7 +97,7 @@ impl<'a> Pipeline<'a> {
         for (frame, (_, sha256)) in frames[batch.clone()].iter().zip(&photos) {
             known.push(self.journal.find(&frame.name, sha256)?);
         }
-        let (eyes, overlays) = (&self.eyes, &self.overlays);
+        let (trackers, overlays) = (&self.trackers, &self.overlays);
         let processed: Vec<Processed> = batch
             .clone()
             .into_par_iter()
@@ -107,7 +107,7 @@ impl<'a> Pipeline<'a> {
             .with_max_len(1)
             .map(|((index, (photo, sha256)), known)| {
                 let name = &frames[index].name;
-                Processed::new(eyes, name, known, photo, sha256, overlays.needs(index, name))
+                Processed::new(trackers, name, known, photo, sha256, overlays.needs(index, name))
             })
             .collect::<Result<_, _>>()?;
         let new: Vec<&str> = processed.iter().filter_map(|photo| photo.line.as_deref()).collect();
@@ -139,9 +139,11 @@ impl<'a> Pipeline<'a> {
         self.sha256 += &detections.sha256;
         self.problems.extend(problem.map(|problem| (frame.name.clone(), problem)));
         let mut seen = Vec::with_capacity(self.plants.len());
-        for ((eye, table), detection) in self.eyes.iter_mut().zip(&mut self.tables).zip(&detections.plants) {
+        for ((tracker, table), detection) in
+            self.trackers.iter_mut().zip(&mut self.tables).zip(&detections.plants)
+        {
             let result = if is_repeated { Err(FrameStatus::Repeated) } else { detection.result() };
-            let tracked = eye.update(result, frame.time_s);
+            let tracked = tracker.update(result, frame.time_s);
             table.add(frame, detection.sighting.as_ref(), tracked.clone(), light);
             seen.push(tracked);
         }
@@ -172,7 +174,7 @@ struct Processed {
 impl Processed {
     /// Takes the detections that are `known` from the journal, or detects the plants now.
     fn new(
-        eyes: &[TipTracker],
+        trackers: &[TipTracker],
         name: &str,
         known: Option<FrameDetections>,
         photo: Result<Photo, String>,
@@ -180,39 +182,36 @@ impl Processed {
         is_drawn: bool,
     ) -> Result<Self, Error> {
         let is_new = known.is_none();
-        let open = || photo.map(|photo| photo.open());
-        let (detections, picture) = match known {
-            Some(known) => (known, if is_drawn { open().ok().and_then(Result::ok) } else { None }),
-            None => detect(eyes, name, open(), sha256),
-        };
+        let frame = photo.map(vision::Frame::new);
+        let detections = known.unwrap_or_else(|| detect(trackers, name, &frame, sha256));
         let line = if is_new { Some(detections.line()?) } else { None };
-        let image = picture.filter(|_| is_drawn).map(|picture| Arc::new(picture.into_image()));
+        let image = frame.ok().filter(|_| is_drawn).and_then(|frame| frame.into_image().ok()).map(Arc::new);
         Ok(Self { detections, line, image })
     }
 }
 
 /// Detects all plants in one photograph.
 fn detect(
-    eyes: &[TipTracker],
+    trackers: &[TipTracker],
     name: &str,
-    picture: Result<Result<LazyImage, PhotoError>, String>,
+    frame: &Result<vision::Frame, String>,
     sha256: String,
-) -> (FrameDetections, Option<LazyImage>) {
+) -> FrameDetections {
     // A file that cannot be read counts as a damaged photograph: it does not end the series.
-    let detect = |eye: &TipTracker| match &picture {
-        Ok(picture) => PlantDetection::new(eye.detect(picture.as_ref())),
+    let detect = |tracker: &TipTracker| match frame {
+        Ok(frame) => PlantDetection::new(tracker.detect(frame.picture())),
         Err(_) => PlantDetection::new(Err(FrameStatus::Corrupt)),
     };
-    let plants: Vec<PlantDetection> = eyes.iter().map(detect).collect();
-    let problem = match &picture {
+    let plants: Vec<PlantDetection> = trackers.iter().map(detect).collect();
+    let picture = frame.as_ref().map(vision::Frame::picture);
+    let problem = match picture {
         Err(problem) => Some(problem.clone()),
         Ok(Err(error)) => Some(error.to_string()),
         Ok(Ok(picture)) => {
             let (width, height) = picture.size();
-            eyes[0].calibration().check_size(width, height).err().map(|error| error.to_string())
+            trackers[0].calibration().check_size(width, height).err().map(|error| error.to_string())
         }
     };
-    let picture = picture.ok().and_then(Result::ok);
-    let light = picture.as_ref().and_then(|picture| lamp_state(picture, None));
-    (FrameDetections { frame: name.to_owned(), sha256, light, problem, plants }, picture)
+    let light = picture.ok().and_then(Result::ok).and_then(|picture| lamp_state(picture, None));
+    FrameDetections { frame: name.to_owned(), sha256, light, problem, plants }
 }

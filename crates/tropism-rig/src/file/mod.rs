@@ -175,7 +175,7 @@ impl RigFile {
             {
                 return error("found greenhouse beside real devices, wanted one or the other".to_owned());
             }
-            return greenhouse.check().map_err(RigFileError);
+            return greenhouse.check().map_err(|problem| RigFileError(problem.to_string()));
         }
         let (camera, lamps, calibration) = match (&self.camera, &self.lamps, &self.calibration) {
             (Some(camera), Some(lamps), Some(calibration)) => (camera, lamps, calibration),

@@ -1,16 +1,16 @@
-//! How accurate vision is: bias and spread, medians, tails, gaps and classes, on virtual frames with the truth beside
-//! them, on spoiled files, and on real photographs where `TROPISM_DATA` names the folder that holds them.
+//! Accuracy of vision: bias, deviation, quantiles of the errors, gaps and frame classes. Measured on virtual frames
+//! with ground truth, on spoiled files, and on real photographs where `TROPISM_DATA` names their folder.
 //!
 //! ```text
 //! cargo run --release -p tropism --example accuracy -- --frames 500
 //! cargo run --release -p tropism --example accuracy -- --frames 500 glare fly real/
 //! ```
 //!
-//! Rows are named by any part of their names; without names all are printed. `--frames` is how many frames a virtual row
-//! scores at least (24 by default), `--seed` the first seed: 1 000 000 and above were never used to tune anything, seeds
-//! below 100 000 were. `--list FOLDER` names the virtual frames called ok, but wrong, and writes them there. `--mode paper`
-//! shows the paper's method instead. Virtual rows show whether a method survives a
-//! fault as drawn, not how often it occurs in a tent.
+//! A row is selected by any part of its name; without names all are printed. `--frames` is the least number of frames
+//! that a virtual row scores (24 by default). `--seed` is the first seed: seeds below 100 000 were used for tuning,
+//! those from 1 000 000 on never. `--list FOLDER` lists the virtual frames with the class ok and a wrong tip, and
+//! writes them there. `--mode paper` measures the paper's method instead. Virtual rows show whether a method survives
+//! a fault as drawn, not how often the fault occurs in a tent.
 
 mod marks;
 mod published;
@@ -23,7 +23,7 @@ use std::path::PathBuf;
 use score::Score;
 use tropism::vision::Mode;
 
-/// What is asked for on the command line.
+/// Options of the command line.
 struct Wanted {
     rows: Vec<String>,
     frames: usize,

@@ -1,13 +1,13 @@
-//! Tables of marks made by hand on real photographs, in pixels.
+//! Tables of points that were marked by hand on real photographs, in pixels.
 
 use std::path::Path;
 
 use tropism::geometry::Pixel;
 
-/// A row of a table: the values by column.
+/// A row of a table.
 pub(crate) struct Row {
     header: csv::StringRecord,
-    /// The values in their order.
+    /// Values in the order of the columns.
     pub(crate) record: csv::StringRecord,
 }
 
@@ -21,19 +21,19 @@ impl Row {
         self.text(column).parse().unwrap_or_else(|_| panic!("{column}: {:?}", self.text(column)))
     }
 
-    /// The place whose columns begin with `name`.
+    /// The pixel in the columns whose names begin with `name`.
     pub(crate) fn place(&self, name: &str) -> Pixel {
         Pixel::new(self.number(&format!("{name}x_px")), self.number(&format!("{name}y_px")))
     }
 
-    /// How far a tip is from the marked one, anywhere along whose flat top is as good.
+    /// Distance of a tip from the marked one; any point of a flat top counts as the tip.
     pub(crate) fn miss(&self, tip: Pixel) -> f64 {
         let x = tip.x.clamp(self.number("top_flat_x_min_px"), self.number("top_flat_x_max_px"));
         tip.distance(Pixel::new(x, self.number("top_y_px")))
     }
 }
 
-/// The rows of the table at `path`.
+/// Reads the table at `path`.
 pub(crate) fn rows(path: &Path) -> Vec<Row> {
     let mut table =
         csv::Reader::from_path(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));

@@ -1,4 +1,4 @@
-//! Stems and midlines that others published beside real pictures, and how far ours are from them.
+//! Errors of stems and midlines against those published with real pictures.
 
 use std::path::Path;
 
@@ -10,21 +10,21 @@ use tropism::vision::{Mode, VisionConfig, detect_from_base};
 
 use crate::marks::{Row, rows};
 
-/// A stem this far from the marked one on the mean, in % of its length, is wrong.
+/// Mean distance from the marked stem, in % of its length, above which a stem is wrong.
 pub(crate) const WRONG: f64 = 10.0;
 
-/// The picture at `path`.
+/// Reads the picture at `path`.
 pub(crate) fn open(path: &Path) -> Image {
     let bytes = std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     Photo { name: path.display().to_string(), bytes, time_s: 0.0 }.decode().expect("a whole photograph")
 }
 
-/// Distance of a point to a line.
+/// Distance of a point from a line.
 pub(crate) fn off(point: Point, line: &Polyline) -> f64 {
     foot(point, line).0
 }
 
-/// Distance of a point to a line, how far along the line it is nearest, and where.
+/// Distance of a point from a line, position of its foot along the line, and the foot.
 fn foot(point: Point, line: &Polyline) -> (f64, f64, Point) {
     let mut walked = 0.0;
     let mut nearest = (f64::INFINITY, 0.0, point);
@@ -43,8 +43,8 @@ fn foot(point: Point, line: &Polyline) -> (f64, f64, Point) {
     nearest
 }
 
-/// How long the part of a line is, in % of the published one's length more than that, that lies between the feet of the
-/// published one's ends when that is laid on it, shifted but not turned. What lies beyond them does not count.
+/// Relative difference, in %, between the length of the published line and that of the found one between the feet of
+/// the published line's ends. The published line is laid on the found one first, by translation only.
 fn between(found: &Polyline, published: &Polyline) -> f64 {
     let mut laid = published.resampled(100);
     for _ in 0..50 {
@@ -58,7 +58,7 @@ fn between(found: &Polyline, published: &Polyline) -> f64 {
     100.0 * ((along(99) - along(0)) / published.length() - 1.0)
 }
 
-/// Mean distance between two lines, both ways, in % of the second's length.
+/// Mean distance between two lines, in both directions, in % of the second's length.
 fn apart(found: &Polyline, marked: &Polyline) -> f64 {
     let one = |from: &Polyline, to: &Polyline| {
         let points = from.resampled(50).0;
@@ -67,13 +67,13 @@ fn apart(found: &Polyline, marked: &Polyline) -> f64 {
     100.0 * 0.5 * (one(found, marked) + one(marked, found)) / marked.length()
 }
 
-/// Whether a sunflower seedling's leaves are not open yet.
+/// Whether the leaves of a sunflower seedling are still closed.
 pub(crate) fn is_young(row: &Row) -> bool {
     ["Hook", "Closed"].contains(&row.text("stage"))
 }
 
-/// How far the stem that is found from its base on is from the one marked by hand, in % of its length; `None` where none
-/// is found.
+/// Error of the stem that is detected from the marked base, in % of the marked stem's length; `None` where none is
+/// detected.
 pub(crate) fn stem(folder: &Path, row: &Row, mode: Mode) -> Option<f64> {
     let number = |text: &str| text.parse::<f64>().expect("a pixel");
     let marked: Vec<Pixel> = row
@@ -89,7 +89,7 @@ pub(crate) fn stem(folder: &Path, row: &Row, mode: Mode) -> Option<f64> {
     Some(apart(&line(&found), &line(&marked)))
 }
 
-/// The numbers of the bean shoots in a folder, in order.
+/// The numbers of the bean shoots in a folder, sorted.
 pub(crate) fn shoots(folder: &Path) -> Vec<String> {
     let mut numbers: Vec<String> = std::fs::read_dir(folder)
         .expect("the folder of silhouettes")
@@ -100,8 +100,8 @@ pub(crate) fn shoots(folder: &Path) -> Vec<String> {
     numbers
 }
 
-/// The midline of a shoot's contour beside the published one, as it is and smoothed as the published one is; `None` where
-/// none is found.
+/// Errors of a shoot's midline against the published one: as it is, and smoothed as the published one is. `None`
+/// where no midline is found.
 pub(crate) fn midline(folder: &Path, number: &str) -> Option<[Shoot; 2]> {
     let path = |kind: &str| folder.join(format!("{number}_{kind}.csv"));
     // The columns are called x,y in some files and x(pix),y(pix) in others.
@@ -113,13 +113,13 @@ pub(crate) fn midline(folder: &Path, number: &str) -> Option<[Shoot; 2]> {
     compare(&contour, &Polyline(published))
 }
 
-/// How far a shoot's midline is from the published one.
+/// Errors of a shoot's midline.
 pub(crate) struct Shoot {
-    /// By how much it is too long, in %.
+    /// Error of its length, in %.
     pub(crate) length: f64,
-    /// The same of its part between the published line's ends: their paths compared, not where they end.
+    /// Error of its length between the feet of the published line's ends, in %: compares the paths, not the ends.
     pub(crate) between: f64,
-    /// The mean distance, in % of the length.
+    /// Mean distance, in % of the length.
     pub(crate) distance: f64,
 }
 
@@ -142,11 +142,11 @@ fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
     }))
 }
 
-/// The deviation, in pixels, of the Gaussian filter that the published line was smoothed with.
+/// Standard deviation, in pixels, of the Gaussian filter that the published line was smoothed with.
 ///
-/// Its points were evenly spaced before. Where a filter mirrors a line at its end it draws the end in, by 0.8 of its
-/// deviation, and its points together: so far from the end that the filter deviates, they are erf(1 / sqrt 2) = 0.683 as
-/// far apart as in the middle.
+/// Its points were evenly spaced before. A filter that mirrors a line at its end draws the end in by 0.8 of its
+/// deviation and its points together: at one deviation from the end they are erf(1 / sqrt 2) = 0.683 as far apart as
+/// in the middle.
 fn smoothing(published: &Polyline) -> f64 {
     let spacings: Vec<f64> = published.0.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
     let usual = quantile_nearest(&spacings, 0.5);
@@ -158,7 +158,7 @@ fn smoothing(published: &Polyline) -> f64 {
     usual * (ends[0] + ends[1]) as f64 / 2.0
 }
 
-/// A line smoothed by a Gaussian filter of so many pixels' deviation that mirrors it at its ends.
+/// Smooths a line by a Gaussian filter of standard deviation `deviation` pixels that mirrors it at its ends.
 fn smoothed(line: &Polyline, deviation: f64) -> Polyline {
     let count = line.length().ceil() as usize;
     let even = line.resampled(count).0;
@@ -179,7 +179,7 @@ fn smoothed(line: &Polyline, deviation: f64) -> Polyline {
     Polyline((0..count as i64).map(mean).collect())
 }
 
-/// A contour filled with light before black, a margin around it, and its lowest place: the base.
+/// A light picture of a filled contour before black with a margin, and its lowest point: the base.
 fn filled(contour: &[Pixel]) -> (Image, Pixel) {
     const MARGIN: f64 = 40.0;
     let most = |of: fn(&Pixel) -> f64| contour.iter().map(of).fold(0.0, f64::max);

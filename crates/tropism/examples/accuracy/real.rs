@@ -1,4 +1,4 @@
-//! Real photographs beside marks made by hand, in pixels.
+//! Errors on real photographs against marks made by hand, in pixels.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,12 +8,12 @@ use tropism::geometry::{Pixel, Region};
 use tropism::lamps;
 use tropism::math::statistics::quantile_nearest;
 use tropism::photo::Photo;
-use tropism::vision::{Calibration, Mode, TipTracker, VisionConfig, detect_from_base, lamp_state};
+use tropism::vision::{Calibration, Frame, Mode, TipTracker, VisionConfig, detect_from_base, lamp_state};
 
 use crate::marks::rows;
 use crate::published::{self, Shoot, WRONG, open};
 
-/// Makes a row of the photographs of a folder.
+/// Makes the row of a folder of photographs.
 type Sum = fn(&Path, Mode) -> String;
 
 pub(crate) fn print(folder: &Path, mode: Mode, has: impl Fn(&str) -> bool) {
@@ -71,19 +71,20 @@ fn flora(folder: &Path, mode: Mode) -> String {
     )
 }
 
-/// What a tracker makes of photographs in order: how many of each class.
+/// Counts of the classes that a tracker gives photographs in order.
 fn followed(files: impl Iterator<Item = PathBuf>, calibration: Calibration, config: VisionConfig) -> String {
     let mut tracker = TipTracker::new(calibration, config).expect("a region inside the picture");
     let mut classes = BTreeMap::new();
     for (index, file) in files.enumerate() {
         let bytes = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-        let seen = tracker.observe(&Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 });
+        let photo = Photo { name: String::new(), bytes, time_s: 300.0 * index as f64 };
+        let seen = tracker.observe(&Frame::new(photo));
         *classes.entry(seen.status.name()).or_insert(0) += 1;
     }
     classes.into_iter().map(|(class, count)| format!("{class} {count}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Each seedling's region and base.
+/// Region and base of each seedling.
 const SUNFLOWERS: [(Region, Pixel); 3] = [
     (Region { x: 130, y: 40, width: 250, height: 258 }, Pixel::new(273.0, 309.0)),
     (Region { x: 430, y: 20, width: 240, height: 275 }, Pixel::new(557.0, 306.0)),
@@ -121,17 +122,17 @@ fn timelapse(folder: &Path, mode: Mode) -> String {
     )
 }
 
-/// What is found of a seedling's stem.
+/// Result of one seedling.
 struct Answer {
     /// Whether its leaves are closed.
     is_young: bool,
-    /// Whether its picture's number is odd: thresholds were chosen on these.
+    /// Whether the number of its picture is odd: thresholds were chosen on these.
     is_odd: bool,
-    /// How far the stem is off in % of its length, where one is found.
+    /// Error of the stem in % of its length, where one is detected.
     off: Option<f64>,
 }
 
-/// The stem marked from base to tip, and what is found when its base is clicked.
+/// Errors of stems detected from their marked bases.
 fn centerlines(folder: &Path, mode: Mode) -> String {
     let folder = folder.join("sunflower-centerlines");
     let marks = rows(&folder.join("centerlines.csv"));

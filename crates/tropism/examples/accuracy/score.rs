@@ -1,4 +1,4 @@
-//! Sums of what was seen beside what is true.
+//! Scores: errors of tracked frames against ground truth.
 
 use std::collections::BTreeMap;
 
@@ -9,31 +9,31 @@ use tropism::vision::{FrameStatus, TrackedFrame};
 
 use crate::published::off;
 
-/// A tip this far from the true one, in mm, is wrong: a model must not be built on it.
+/// Distance from the true tip, in mm, above which a tip is wrong: a model must not be built on it.
 const WRONG_MM: f64 = 5.0;
 
-/// A sighting may be held for so many frames: after that there is no answer.
+/// Number of frames for which a tip may be held; after that there is no answer.
 const HELD: usize = 3;
 
-/// What became of the frames of one row.
+/// Errors and counts of the frames of one row.
 #[derive(Default)]
 pub(crate) struct Score {
     frames: usize,
     classes: BTreeMap<&'static str, usize>,
     measured: usize,
     held: usize,
-    /// Those called ok, but wrong, a line each.
+    /// Frames with the class ok and a wrong tip, a line each.
     pub(crate) wrong: Vec<String>,
     /// Errors of measured tops, in mm to the right and up.
     tops: Vec<[f64; 2]>,
     apexes: Vec<f64>,
-    /// Mean distance of each ten-point stem to the true curve, in mm.
+    /// Mean distance of each ten-point stem from the true curve, in mm.
     stems: Vec<f64>,
-    /// Greatest distance of a vertex to the true vertex of its number, in mm.
+    /// Greatest distance of a vertex from the true vertex of the same number, in mm.
     vertices: Vec<f64>,
-    /// Errors of what is held.
+    /// Errors of held tips, in mm.
     helds: Vec<f64>,
-    /// Frames in a row without a measurement, now and at most.
+    /// Frames in a row without a measurement: at present, and at most.
     gap: usize,
     longest_gap: usize,
 }
@@ -47,8 +47,8 @@ impl Score {
     pub(crate) const HEADER: &str = "row                  frames |  top: bias x,y  deviation   median   95 %    max | apex: median   95 %    max | \
                                      stem: mean   95 % vertex | measured   held  none | wrong but ok | held 95 % | gap | classes";
 
-    /// Takes in what was seen in the photograph `name`; one that is not `scored` only counts as the end of a gap. Whether
-    /// it is called ok, but wrong.
+    /// Adds the frame `name`; one that is not `scored` only ends a gap. Returns whether its class is ok and its tip
+    /// wrong.
     pub(crate) fn add(&mut self, name: &str, seen: &TrackedFrame, truth: &Truth, scored: bool) -> bool {
         let measured = seen.observation.as_ref().filter(|seen| seen.quality == Quality::Measured);
         self.gap = if measured.is_some() { 0 } else { self.gap + 1 };
@@ -87,7 +87,7 @@ impl Score {
         is_wrong
     }
 
-    /// Frames scored so far.
+    /// Number of frames scored so far.
     pub(crate) const fn frames(&self) -> usize {
         self.frames
     }
@@ -108,7 +108,7 @@ impl Score {
         }
     }
 
-    /// The row of the table.
+    /// The row of the table, as text.
     pub(crate) fn line(&self, name: &str) -> String {
         let bias: [f64; 2] = std::array::from_fn(|axis| mean(self.tops.iter().map(|off| off[axis])));
         let deviation: [f64; 2] = std::array::from_fn(|axis| {

@@ -1,4 +1,4 @@
-//! Virtual frames: beans of many seeds, some minutes of each, with one thing going wrong.
+//! Virtual frames: short episodes of beans of many seeds, with one fault each.
 
 use std::path::Path;
 
@@ -13,20 +13,20 @@ use tropism::lamps::Light;
 use tropism::math;
 use tropism::photo::{Image, Photo};
 use tropism::random::{self, Purpose};
-use tropism::vision::{FrameStatus, Mode, TipTracker, VisionConfig};
+use tropism::vision::{Frame, FrameStatus, Mode, TipTracker, VisionConfig};
 
 use crate::score::Score;
 
-/// Frames at the start of each episode, without faults and not scored: a tracker sees a plant before things go wrong.
+/// Frames at the start of each episode that have no faults and are not scored: the tracker begins with a clear plant.
 const LEAD: usize = 6;
 
-/// Frames of each episode.
+/// Frames of an episode.
 const EPISODE: usize = 48;
 
-/// Minutes from one photograph to the next.
+/// Interval between photographs, in minutes.
 const PERIOD_MIN: f64 = 5.0;
 
-/// Photographs between two changes of the light.
+/// Number of photographs between two changes of the light.
 const LIT_FOR: usize = 36;
 
 /// A row of virtual frames.
@@ -34,9 +34,9 @@ pub(crate) struct Row {
     pub(crate) name: &'static str,
     pub(crate) scene: Scene,
     faults: Faults,
-    /// Whether a leaf falls through the picture now and then.
+    /// Whether leaves fall through the picture.
     leaf_falls: bool,
-    /// Ages of the beans at the start of an episode, in hours.
+    /// Range of the beans' ages at the start of an episode, in hours.
     age_h: [f64; 2],
 }
 
@@ -48,7 +48,7 @@ fn large() -> Scene {
     Scene { width: 2592, height: 1944, ..Scene::default() }
 }
 
-/// The rows of the table; rates are such that faults overlap now and then.
+/// The rows of the table. At these rates faults overlap now and then.
 pub(crate) fn rows() -> Vec<Row> {
     let row = |name, scene, faults| Row { name, scene, faults, leaf_falls: false, age_h: [0.5, 60.0] };
     let none = Faults::default;
@@ -89,7 +89,7 @@ pub(crate) fn rows() -> Vec<Row> {
     ]
 }
 
-/// A bean under a light that changes sides, from some age on.
+/// A growing bean under a light that changes sides.
 struct Growing {
     bean: Bean,
     frame: u64,
@@ -123,13 +123,14 @@ pub(crate) fn tracker(scene: &Scene, mode: Mode) -> TipTracker {
 }
 
 impl Row {
-    /// Whether a frame is scored: those in which something is wrong, in rows in which something goes wrong.
+    /// Whether a frame is scored: each one in rows without faults, otherwise those with a fault.
     pub(crate) fn scores(&self, index: usize, happens: bool) -> bool {
         let is_clean = self.faults == Faults::default() && !self.leaf_falls;
         index >= LEAD && (happens || is_clean)
     }
 
-    /// What becomes of at least `frames` frames of beans from `seed` on. Those called ok, but wrong, are written to `list`.
+    /// Scores at least `frames` frames of beans from `seed` on. Frames with the class ok and a wrong tip are written
+    /// to `list`.
     pub(crate) fn score(&self, frames: usize, seed: u64, mode: Mode, list: Option<&Path>) -> Score {
         let mut score = Score::default();
         let mut first = seed;
@@ -141,10 +142,12 @@ impl Row {
                     let (mut score, mut tracker) = (Score::default(), tracker(&self.scene, mode));
                     self.photograph(seed, |photo, truth, index, happens| {
                         let name = format!("{}-{seed}-{}", self.name.replace([' ', '/'], "-"), photo.name);
+                        let frame = Frame::new(photo);
                         let is_wrong =
-                            score.add(&name, &tracker.observe(&photo), truth, self.scores(index, happens));
+                            score.add(&name, &tracker.observe(&frame), truth, self.scores(index, happens));
                         if let Some(list) = list.filter(|_| is_wrong) {
-                            std::fs::write(list.join(name), &photo.bytes).expect("a folder to list in");
+                            std::fs::write(list.join(name), &frame.photo().bytes)
+                                .expect("a folder to list in");
                         }
                     });
                     score
@@ -156,8 +159,7 @@ impl Row {
         score
     }
 
-    /// Calls `taken` with each photograph of one bean, what is true of it, its number and whether something is wrong with
-    /// it.
+    /// Calls `taken` with each photograph of one bean, its ground truth, its number and whether it has a fault.
     pub(crate) fn photograph(&self, seed: u64, mut taken: impl FnMut(Photo, &Truth, usize, bool)) {
         let mut growing = Growing::new(seed, self.age_h);
         let mut renderer = Renderer::new(&self.scene, seed);
@@ -166,7 +168,7 @@ impl Row {
             let frame = growing.frame;
             let mut pose = growing.bean.pose();
             let mut true_now = truth(&pose, renderer.frame());
-            let happenings = if index < LEAD { Vec::new() } else { self.faults.at(seed, frame) };
+            let events = if index < LEAD { Vec::new() } else { self.faults.events_at(seed, frame) };
             let mut rng = random::stream(seed, Purpose::Events, frame);
             let falls = self.leaf_falls && index >= LEAD && random::uniform(&mut rng) < 0.3;
             if falls {
@@ -174,12 +176,12 @@ impl Row {
                 let_fall(&mut pose, [(); 3].map(|()| random::uniform(&mut rng)));
             }
             let lit = Some(growing.light());
-            let bytes = fault::photograph(&mut renderer, &happenings, &pose, lit, frame, last.as_deref());
+            let bytes = fault::photograph(&mut renderer, &events, &pose, lit, frame, last.as_deref());
             let bytes = bytes.unwrap_or_default();
             let time_s = 60.0 * PERIOD_MIN * index as f64;
             last = Some(bytes.clone());
             let photo = Photo { name: format!("{index:06}.jpg"), bytes, time_s };
-            taken(photo, &true_now, index, falls || !happenings.is_empty());
+            taken(photo, &true_now, index, falls || !events.is_empty());
             growing.step();
         }
     }
@@ -191,7 +193,7 @@ fn without_leaf(pose: &Pose) -> Pose {
     pose
 }
 
-/// Tears a leaf off: it is somewhere in the air, turned somehow.
+/// Tears a leaf off and places it in the air at a random position and angle.
 fn let_fall(pose: &mut Pose, [x, y, turn]: [f64; 3]) {
     let turn = std::f64::consts::TAU * turn;
     let (s, c) = (math::sin(turn), math::cos(turn));
@@ -204,15 +206,15 @@ fn let_fall(pose: &mut Pose, [x, y, turn]: [f64; 3]) {
     };
 }
 
-/// A row of spoiled files, each of which must be called by its class.
+/// A row of spoiled files, each of which has a class to be recognised.
 pub(crate) struct FileRow {
     pub(crate) name: &'static str,
     class: FrameStatus,
-    /// The file, from the good one, the one before, the tent, and a number that counts up.
+    /// Makes the spoiled file.
     spoil: fn(&mut Studio) -> Vec<u8>,
 }
 
-/// What a spoiled file can be made of.
+/// What spoiled files are made from.
 struct Studio {
     renderer: Renderer,
     pose: Pose,
@@ -261,7 +263,7 @@ pub(crate) fn file_rows() -> [FileRow; 4] {
 }
 
 impl FileRow {
-    /// How many of `frames` spoiled files, one after every second good photograph, are called by their class.
+    /// Counts how many of `frames` spoiled files, one after every second good photograph, get their class.
     pub(crate) fn score(&self, frames: usize, seed: u64, mode: Mode) -> String {
         let scene = small();
         let counts: Vec<(usize, usize, String)> = (seed..seed + frames.div_ceil(20) as u64)
@@ -290,7 +292,7 @@ impl FileRow {
                     let bytes = if is_spoiled { (self.spoil)(&mut studio) } else { studio.good.clone() };
                     studio.last = bytes.clone();
                     let time_s = 60.0 * PERIOD_MIN * f64::from(index);
-                    let seen = tracker.observe(&Photo { name: String::new(), bytes, time_s });
+                    let seen = tracker.observe(&Frame::new(Photo { name: String::new(), bytes, time_s }));
                     if is_spoiled {
                         count += 1;
                         right += usize::from(seen.status == self.class);

@@ -1,47 +1,47 @@
-//! Where the paper's detector would place the tip, without a photograph.
+//! The tip as the paper's detector measures it, computed without a photograph.
 //!
 //! In: the [`Pose`] of a bean. Out: its highest point as the camera sees it, in cm. The idea: section 2.2.2 takes the highest
-//! bright pixel of a coarse grid, so leaves count as soon as they rise above the stem's end, and where an apex nods, the
-//! highest point is on the arch: both make the tip of the paper jump.
+//! bright pixel of a coarse grid. Leaves count when they rise above the apex, and on a nodding stem the top of the arch counts.
+//! Both make the measured tip jump.
 
 use rand::Rng;
 
 use super::pose::Pose;
-use super::view::{self, Place};
+use super::view::{self};
 use crate::geometry::Point;
 use crate::math::interpolate::lerp;
-use crate::math::vector::distance;
+use crate::math::vector::{Vec3, distance};
 use crate::random;
 
-/// Size of the detector's pixels, in cm.
-pub const GRID: f64 = 0.08;
+/// Size of the pixels of the detector, in cm. Chosen by hand: a coarse grid as in section 2.2.2.
+pub const GRID_CM: f64 = 0.08;
 
-/// Standard deviation of the detector's noise in x and in y, in cm.
-pub const NOISE: f64 = 0.03;
+/// Standard deviation of the detector's noise in x and in y, in cm. Chosen by hand.
+pub const NOISE_SD_CM: f64 = 0.03;
 
-/// Places taken on the centre line between two nodes of the stem.
-const FINENESS: usize = 12;
+/// Points on the midline between two nodes of the stem. Chosen by hand: less than a pixel apart.
+const POINTS_PER_SEGMENT: usize = 12;
 
-/// Places taken along half the edge of a leaf.
-const LEAF_EDGE: usize = 24;
+/// Points along half the edge of a leaf. Chosen by hand.
+const POINTS_PER_LEAF_EDGE: usize = 24;
 
-/// The highest point of the plant on the detector's grid, with its noise: what `rng` adds is two normal draws.
+/// The highest point of the plant on the detector's grid, plus two normal draws of `rng` as noise.
 pub fn detect(pose: &Pose, rng: &mut impl Rng) -> Point {
-    let tip = highest(pose);
-    Point::new(tip.x + NOISE * random::normal(rng), tip.y + NOISE * random::normal(rng))
+    let tip = highest_point(pose);
+    Point::new(tip.x + NOISE_SD_CM * random::normal(rng), tip.y + NOISE_SD_CM * random::normal(rng))
 }
 
 /// The highest point of the plant on the detector's grid: the middle of the highest row that shows some of it.
 ///
 /// ```
 /// use tropism::greenhouse::{bean::{Bean, Species}, detector};
-/// let bean = Bean::quiet(Species::default().average());
-/// let tip = detector::highest(&bean.pose());
+/// let bean = Bean::noise_free(Species::default().average());
+/// let tip = detector::highest_point(&bean.pose());
 /// assert!(tip.x.abs() < 0.1 && (tip.y - 4.0).abs() < 0.2);
 /// ```
 #[must_use]
-pub fn highest(pose: &Pose) -> Point {
-    let mut top = Row::default();
+pub fn highest_point(pose: &Pose) -> Point {
+    let mut top = TopRow::default();
     for (i, pair) in pose.stem.windows(2).enumerate().rev() {
         let (lower, upper) = (pair[0].at, pair[1].at);
         // An arch rises above its chord by an eighth of its length at most.
@@ -51,8 +51,8 @@ pub fn highest(pose: &Pose) -> Point {
         }
         let before = pose.stem[i.saturating_sub(1)].at;
         let after = pose.stem[(i + 2).min(pose.stem.len() - 1)].at;
-        for step in 0..=FINENESS {
-            let share = step as f64 / FINENESS as f64;
+        for step in 0..=POINTS_PER_SEGMENT {
+            let share = step as f64 / POINTS_PER_SEGMENT as f64;
             let radius = lerp(pair[0].radius, pair[1].radius, share);
             top.add(spline([before, lower, upper, after], share), radius);
         }
@@ -61,7 +61,7 @@ pub fn highest(pose: &Pose) -> Point {
         // The blade ends at the leaf's length and is no wider than half of it on either side.
         let reach = leaf.length * (leaf.along[1].max(0.0) + 0.5 * leaf.across[1].abs() + 0.1);
         if view::project(leaf.base).y + 1.3 * reach > top.height() {
-            leaf.outline(LEAF_EDGE).into_iter().for_each(|place| top.add(place, 0.0));
+            leaf.outline(POINTS_PER_LEAF_EDGE).into_iter().for_each(|place| top.add(place, 0.0));
         }
     }
     top.middle()
@@ -69,23 +69,23 @@ pub fn highest(pose: &Pose) -> Point {
 
 /// The highest row of the grid so far, and the columns it spans.
 #[derive(Default)]
-struct Row {
+struct TopRow {
     row: f64,
     span: Option<[f64; 2]>,
 }
 
-impl Row {
+impl TopRow {
     fn height(&self) -> f64 {
-        if self.span.is_some() { self.row * GRID } else { f64::NEG_INFINITY }
+        if self.span.is_some() { self.row * GRID_CM } else { f64::NEG_INFINITY }
     }
 
-    fn add(&mut self, place: Place, radius: f64) {
+    fn add(&mut self, place: Vec3, radius: f64) {
         let seen = view::project(place);
         if seen.y + radius < self.height() {
             return;
         }
-        let row = ((seen.y + radius) / GRID).floor();
-        let column = (seen.x / GRID).round();
+        let row = ((seen.y + radius) / GRID_CM).floor();
+        let column = (seen.x / GRID_CM).round();
         match &mut self.span {
             Some([least, most]) if row == self.row => {
                 *least = least.min(column);
@@ -97,12 +97,12 @@ impl Row {
 
     fn middle(&self) -> Point {
         let [least, most] = self.span.unwrap_or_default();
-        Point::new(0.5 * (least + most) * GRID, (self.row + 0.5) * GRID)
+        Point::new(0.5 * (least + most) * GRID_CM, (self.row + 0.5) * GRID_CM)
     }
 }
 
-/// A place on the smooth curve through four places, `share` of the way from the second to the third (Catmull-Rom).
-fn spline([a, b, c, d]: [Place; 4], share: f64) -> Place {
+/// Catmull-Rom spline through four points, at `share` of the way from the second to the third.
+fn spline([a, b, c, d]: [Vec3; 4], share: f64) -> Vec3 {
     core::array::from_fn(|axis| {
         let (a, b, c, d) = (a[axis], b[axis], c[axis], d[axis]);
         let (linear, square, cube) =
@@ -118,7 +118,7 @@ mod tests {
     use crate::greenhouse::pose::{Leaf, Node};
 
     /// A stem of radius 0.1 cm through `places`, and leaves of `length` that point up from `base`.
-    fn pose(places: &[Place], base: Place, length: f64) -> Pose {
+    fn pose(places: &[Vec3], base: Vec3, length: f64) -> Pose {
         let leaf = Leaf { base, along: [0.0, 1.0, 0.0], across: [1.0, 0.0, 0.0], length };
         Pose {
             age_h: 0.0,
@@ -132,25 +132,25 @@ mod tests {
 
     #[test]
     fn the_tip_of_an_upright_stem_is_its_end() {
-        let tip = highest(&pose(&[[0.0; 3], [0.0, 5.0, 0.0], [0.0, 10.0, 0.0]], [0.0; 3], 0.0));
-        assert!(tip.distance(Point::new(0.0, 10.1)) < GRID, "{tip:?}");
+        let tip = highest_point(&pose(&[[0.0; 3], [0.0, 5.0, 0.0], [0.0, 10.0, 0.0]], [0.0; 3], 0.0));
+        assert!(tip.distance(Point::new(0.0, 10.1)) < GRID_CM, "{tip:?}");
     }
 
     #[test]
     fn the_tip_of_an_arch_is_its_top() {
-        let arch: Vec<Place> = (0..=20)
+        let arch: Vec<Vec3> = (0..=20)
             .map(|i| f64::from(i) / 20.0 * core::f64::consts::PI)
             .map(|turn| [5.0 - 5.0 * crate::math::cos(turn), 5.0 + 5.0 * crate::math::sin(turn), 0.0])
             .collect();
-        let tip = highest(&pose(&arch, [0.0; 3], 0.0));
+        let tip = highest_point(&pose(&arch, [0.0; 3], 0.0));
         assert!(tip.distance(Point::new(5.0, 10.1)) < 0.15, "{tip:?}");
     }
 
     #[test]
     fn leaves_count_where_they_rise_above_the_stem() {
         let stem = [[0.0; 3], [0.0, 5.0, 0.0], [0.0, 10.0, 0.0]];
-        assert!(highest(&pose(&stem, [0.0, 8.0, 0.0], 1.5)).y < 10.2);
-        let tip = highest(&pose(&stem, [0.0, 8.0, 0.0], 4.0));
+        assert!(highest_point(&pose(&stem, [0.0, 8.0, 0.0], 1.5)).y < 10.2);
+        let tip = highest_point(&pose(&stem, [0.0, 8.0, 0.0], 4.0));
         assert!((tip.y - 12.0).abs() < 0.2, "{tip:?}");
     }
 
@@ -161,9 +161,9 @@ mod tests {
             bean.advance(&[f64::from(step % 2), f64::from(step / 40 % 2)], 30.0);
             let pose = bean.pose();
             let stem = pose.stem.iter().map(|node| view::project(node.at).y + node.radius);
-            let leaves = pose.leaves.iter().flat_map(|leaf| leaf.outline(LEAF_EDGE));
+            let leaves = pose.leaves.iter().flat_map(|leaf| leaf.outline(POINTS_PER_LEAF_EDGE));
             let top = stem.chain(leaves.map(|place| view::project(place).y)).fold(0.0, f64::max);
-            assert!(highest(&pose).y > top - GRID, "step {step}");
+            assert!(highest_point(&pose).y > top - GRID_CM, "step {step}");
         }
     }
 }

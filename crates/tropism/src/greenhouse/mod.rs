@@ -1,7 +1,7 @@
-//! The virtual tent: a stand-in for reality, for those who have no plant at hand.
+//! The virtual tent: a mechanistic bean under lamps before a camera, as a stand-in for a real tent.
 //!
-//! A mechanistic bean grows and bends in 3-D under two lamps and is photographed. It shares no code and no data with the
-//! tip-motion model: what passes between them is photographs. Every result from it is virtual and must be labelled so.
+//! The bean grows and bends in three dimensions and is photographed. It shares no code and no data with the tip-motion model,
+//! which sees its photographs only. Results from it are virtual and must be labelled so.
 
 pub mod view;
 pub mod pose;

@@ -1,13 +1,14 @@
-//! What can be seen of a bean at one moment: the boundary between its biology and its picture.
+//! The visible shape of a bean at one time: the interface between biology and rendering.
 
-use super::view::{Place, View};
+use super::view::View;
 use crate::math;
+use crate::math::vector::Vec3;
 
 /// A cross-section of the stem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
     /// Centre, in cm.
-    pub at: Place,
+    pub at: Vec3,
     /// Radius, in cm.
     pub radius: f64,
 }
@@ -15,25 +16,25 @@ pub struct Node {
 /// One of the pair of primary leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leaf {
-    /// Where the petiole leaves the stem, in cm.
-    pub base: Place,
+    /// Insertion of the petiole on the stem, in cm.
+    pub base: Vec3,
     /// Unit vector from the base along petiole and midrib.
-    pub along: Place,
+    pub along: Vec3,
     /// Unit vector across the blade, at right angles to `along`.
-    pub across: Place,
+    pub across: Vec3,
     /// Length of petiole and blade together, in cm.
     pub length: f64,
 }
 
-/// A bean as it stands.
+/// The visible shape of a bean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
-    /// Hours since the seedling was 4 cm tall.
+    /// Age since the seedling had its initial length, in h.
     pub age_h: f64,
     /// Stem from the base to the apex.
     pub stem: Vec<Node>,
-    /// Unit vector in which the apex points.
-    pub heading: Place,
+    /// Unit vector of the direction of the apex.
+    pub heading: Vec3,
     /// The primary leaves.
     pub leaves: [Leaf; 2],
     /// How far the primary leaves have spread: 0 folded along the apex, 1 open.
@@ -43,18 +44,22 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The same plant in the coordinates of a camera.
+    /// The plant in the coordinates of the camera of `view`.
     #[must_use]
     pub fn seen_from(&self, view: View) -> Self {
         let leaf = |leaf: Leaf| Leaf {
-            base: view.of(leaf.base),
-            along: view.of(leaf.along),
-            across: view.of(leaf.across),
+            base: view.to_camera(leaf.base),
+            along: view.to_camera(leaf.along),
+            across: view.to_camera(leaf.across),
             length: leaf.length,
         };
         Self {
-            stem: self.stem.iter().map(|node| Node { at: view.of(node.at), radius: node.radius }).collect(),
-            heading: view.of(self.heading),
+            stem: self
+                .stem
+                .iter()
+                .map(|node| Node { at: view.to_camera(node.at), radius: node.radius })
+                .collect(),
+            heading: view.to_camera(self.heading),
             leaves: self.leaves.map(leaf),
             ..*self
         }
@@ -65,28 +70,28 @@ impl Pose {
     /// # Panics
     /// If the stem has no nodes.
     #[must_use]
-    pub fn apex(&self) -> Place {
+    pub fn apex(&self) -> Vec3 {
         self.stem.last().expect("a stem has nodes").at
     }
 }
 
 impl Leaf {
-    /// Share of the length that is petiole.
+    /// Petiole as a share of the length of the leaf. Chosen by hand.
     pub const PETIOLE: f64 = 0.25;
-    /// Width of the blade as a share of its length.
+    /// Width of the blade as a share of its length. Chosen by hand: a cordate leaf.
     pub const WIDTH: f64 = 0.75;
 
     /// A place on the leaf: `u` from 0 at the base to 1 at the blade's end, `v` across in cm.
     #[must_use]
-    pub fn place(&self, u: f64, v: f64) -> Place {
+    pub fn place(&self, u: f64, v: f64) -> Vec3 {
         core::array::from_fn(|axis| {
             self.base[axis] + u * self.length * self.along[axis] + v * self.across[axis]
         })
     }
 
-    /// The edge of the heart-shaped blade, in cm, from where the petiole meets it, around, and back: 2 x `half` places.
+    /// The outline of the cordate blade, in cm, from where the petiole meets it, around, and back: 2 x `half` places.
     #[must_use]
-    pub fn outline(&self, half: usize) -> Vec<Place> {
+    pub fn outline(&self, half: usize) -> Vec<Vec3> {
         let blade = 1.0 - Self::PETIOLE;
         let edge = |side: f64, step: usize| {
             let turn = core::f64::consts::PI * step as f64 / half as f64;

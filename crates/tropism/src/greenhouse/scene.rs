@@ -1,20 +1,23 @@
-//! What stands where in the tent and how it looks: sizes, colours, light; and the photograph's settings.
+//! Scene of the virtual tent: sizes, colours, light sources, and the settings of the photographs.
 //!
-//! Light is counted in linear units: 1 is what the flash gives to the plant at a height of 20 cm. Each source adds to
-//! the others, so that a photograph is a sum over sources before the camera's curve is laid over it.
+//! Radiance is linear: 1 is the light of the flash on the plant at a height of 20 cm. Sources add up before the tone curve of
+//! the camera is applied. Surfaces are Lambertian; glossy ones add a Blinn-Phong highlight.
+//!
+//! # References
+//! Blinn 1977, doi:10.1145/563858.563893.
 
 use serde::{Deserialize, Serialize};
 
-use super::view::{CAMERA, Frame, Place, View};
+use super::view::{CAMERA, Frame, View};
 use crate::check::{OutOfRange, within};
 use crate::lamps::{Layout, Light};
 use crate::math;
-use crate::math::vector::{add, dot, norm, normalize_or, scale, sub};
+use crate::math::vector::{Vec3, add, dot, norm, normalize_or, scale, sub};
 
 /// The flash: a warm bulb above the pot, 68 cm above the soil (section 2.1).
-pub const FLASH: Place = [0.0, 68.0, 0.0];
+pub const FLASH: Vec3 = [0.0, 68.0, 0.0];
 
-/// How wide the flash shines with its shade, in cm: close to it, its light falls off more slowly than from a point.
+/// Radius of the flash with its shade, in cm: it softens the inverse-square law nearby. Chosen by hand on photographs.
 const FLASH_REACH: f64 = 20.0;
 
 /// Radius of the pot's mouth, in cm (section 2.1: 15 cm across).
@@ -23,22 +26,22 @@ pub const POT_RADIUS: f64 = 7.5;
 /// Height of the pot below the soil's surface, in cm (section 2.1).
 pub const POT_DEPTH: f64 = 12.0;
 
-/// Radius of the cylinder around which each lamp's strip of 144 pixels is coiled, in cm.
+/// Radius of the cylinder around which the strip of 144 diodes of each lamp is coiled, in cm. Chosen by hand on Fig. 2.
 pub const LAMP_RADIUS: f64 = 3.2;
 
-/// Height of that cylinder, in cm.
+/// Height of that cylinder, in cm. Chosen by hand on Fig. 2.
 pub const LAMP_HEIGHT: f64 = 10.0;
 
 /// Red, green and blue as linear light, 0 to 1 where nothing is clipped.
 pub type Rgb = [f64; 3];
 
-/// The tint of the flash as the camera balances it: a bulb of 2700 K (section 2.1).
+/// Colour of the flash after white balance: a bulb of 2700 K (section 2.1). Chosen by hand on photographs.
 const FLASH_TINT: Rgb = [1.0, 0.89, 0.70];
 
-/// The tint of a lamp with all three diodes on (630, 530 and 475 nm), as the camera balances it.
+/// Colour of a lamp with all three diodes on (630, 530 and 475 nm) after white balance. Chosen by hand on photographs.
 const LAMP_TINT: Rgb = [0.13, 0.52, 1.45];
 
-/// Share of the flash that reaches everything after many bounces.
+/// Ambient share of the flash: light after many reflections. Chosen by hand on photographs.
 const BOUNCE: f64 = 0.35;
 
 /// The scene's settings; `Default` is the paper's tent (section 2.1) at a size at which a photograph costs little.
@@ -88,7 +91,7 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Whether every setting lies in its range.
+    /// Checks that every setting lies in its range.
     ///
     /// # Errors
     /// [`OutOfRange`] names the first that does not.
@@ -118,7 +121,7 @@ impl Scene {
     }
 }
 
-/// Which lights are on, and how bright, for a camera and in its coordinates.
+/// Light sources that are on, in the coordinates of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lighting {
     flash: f64,
@@ -132,7 +135,7 @@ pub(super) struct Lighting {
 struct Lit {
     light: Light,
     /// Where its light comes from, in the camera's coordinates, in cm.
-    bulb: Place,
+    bulb: Vec3,
 }
 
 impl Lighting {
@@ -140,7 +143,7 @@ impl Lighting {
     pub(super) fn new(scene: &Scene, layout: &Layout, lit: Option<Light>, flash: bool, view: View) -> Self {
         let lit = lit.and_then(|light| {
             let lamp = layout.lamps().get(light.index())?;
-            Some(Lit { light, bulb: view.of(bulb(lamp.at)) })
+            Some(Lit { light, bulb: view.to_camera(bulb(lamp.at)) })
         });
         Self {
             flash: if flash { scene.flash * scene.exposure } else { 0.0 },
@@ -150,20 +153,20 @@ impl Lighting {
         }
     }
 
-    /// Light on a surface at `place` that faces `normal` (a unit vector). `wrap` is 0 for a matt surface and grows with
-    /// how much light creeps around and through it, as it does in a thin stem.
-    pub(super) fn at(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
+    /// Irradiance of a surface at `place` with unit `normal`. `wrap` is 0 for a Lambertian surface and larger for translucent
+    /// ones (wrapped diffuse lighting).
+    pub(super) fn at(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
         let direct = add(self.by_flash(place, normal, wrap), self.by_lamp(place, normal, wrap));
         add(self.bounced(), direct)
     }
 
-    /// The flash's light after many bounces: the same everywhere.
+    /// Ambient light of the flash.
     pub(super) fn bounced(&self) -> Rgb {
         scale(FLASH_TINT, self.flash * BOUNCE)
     }
 
-    /// The light on a surface straight from the flash.
-    pub(super) fn by_flash(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
+    /// Direct irradiance from the flash.
+    pub(super) fn by_flash(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
         let to_flash = sub(FLASH, place);
         let far = norm(to_flash);
         let spread = FLASH_REACH * FLASH_REACH;
@@ -172,8 +175,8 @@ impl Lighting {
         scale(FLASH_TINT, self.flash * (1.0 - BOUNCE) * direct)
     }
 
-    /// The light on a surface straight from the lit lamp.
-    pub(super) fn by_lamp(&self, place: Place, normal: Place, wrap: f64) -> Rgb {
+    /// Direct irradiance from the lit lamp.
+    pub(super) fn by_lamp(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
         let Some(lit) = self.lit else { return [0.0; 3] };
         let to_lamp = sub(lit.bulb, place);
         let far = norm(to_lamp).max(LAMP_RADIUS);
@@ -181,10 +184,10 @@ impl Lighting {
         scale(LAMP_TINT, self.lamp * direct)
     }
 
-    /// What a glossy surface at `place` mirrors of the lights into the camera, as soft spots (Blinn and Phong).
-    pub(super) fn gloss(&self, place: Place, normal: Place) -> Rgb {
+    /// Blinn-Phong highlights of the lights on a glossy surface at `place`.
+    pub(super) fn gloss(&self, place: Vec3, normal: Vec3) -> Rgb {
         let to_camera = normalize_or(sub(CAMERA, place), normal);
-        let spot = |light: Place| {
+        let spot = |light: Vec3| {
             let half = normalize_or(add(normalize_or(sub(light, place), normal), to_camera), normal);
             math::pow(dot(half, normal).max(0.0), 30.0)
         };
@@ -193,8 +196,8 @@ impl Lighting {
         add(flash, self.lit.map_or([0.0; 3], lamp))
     }
 
-    /// The veil that the lit lamp's glow lays over the picture `far` cm from its coil, in the plane of the pot's axis:
-    /// a steep core and a faint wide skirt, as scatter in a cheap lens gives.
+    /// Veiling glare of the lit lamp at `far` cm from its coil in the plane of the pot's axis: a steep core and a faint wide
+    /// skirt. Amplitudes and widths chosen by hand on photographs.
     pub(super) fn veil(&self, far: f64) -> Rgb {
         let falloff = 6.0 * math::exp(-far / 0.9) + 0.10 * math::exp(-far / 4.5);
         scale(LAMP_TINT, self.lamp * self.glow / 0.20 * falloff)
@@ -205,13 +208,13 @@ impl Lighting {
     }
 }
 
-/// Share of a beam that a surface catches at `cosine` of its slant.
+/// Wrapped Lambert's cosine law.
 fn lambert(cosine: f64, wrap: f64) -> f64 {
     ((cosine + wrap) / (1.0 + wrap)).max(0.0)
 }
 
 /// The place from which a lamp at `centre` shines: the side of its coil that faces the plant along z.
-fn bulb([x, y, z]: Place) -> Place {
+fn bulb([x, y, z]: Vec3) -> Vec3 {
     [
         x,
         y,

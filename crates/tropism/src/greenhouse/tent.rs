@@ -1,4 +1,4 @@
-//! The virtual tent as a rig: one bean, one camera, two lamps, a flash and a clock that jumps.
+//! The virtual tent as a rig: one bean, one or two cameras, the lamps of a layout, a flash, and a clock that jumps.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -10,11 +10,11 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::bean::{Bean, Observer, Species, lamp_powers};
-use super::fault::{self, Fault, Faults, Happening, suffers};
+use super::fault::{self, Fault, FaultEvent, Faults, has_fault};
 use super::render::{Renderer, Truth};
 use super::scene::Scene;
 use super::view::{Frame, View};
-use crate::check;
+use crate::check::{self, OutOfRange};
 use crate::control::Controller;
 use crate::environment::{Environment, run};
 use crate::geometry::{Point, Region};
@@ -39,7 +39,7 @@ pub struct Greenhouse {
     /// The lamps. Default: the paper's two. A lamp behind the back wall stands in an opening of the cloth.
     #[serde(skip_serializing_if = "is_papers")]
     pub layout: Layout,
-    /// What goes wrong with its photographs, and how often.
+    /// Fault rates of its photographs.
     pub faults: Faults,
 }
 
@@ -55,37 +55,56 @@ impl Default for Greenhouse {
     }
 }
 
+/// A setting of the virtual tent outside its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GreenhouseError {
+    /// The scale of individual variation.
+    #[error(transparent)]
+    Scale(OutOfRange),
+    /// A parameter of the plant.
+    #[error("greenhouse.bean: {0}")]
+    Bean(OutOfRange),
+    /// A setting of the scene.
+    #[error("greenhouse.scene: {0}")]
+    Scene(OutOfRange),
+    /// A fault rate.
+    #[error("greenhouse.faults: {0}")]
+    Faults(OutOfRange),
+}
+
 /// Files leave out the paper's lamps.
 fn is_papers(layout: &Layout) -> bool {
     *layout == Layout::default()
 }
 
-/// How far to the side and how high a bean can reach within the picture and between the lamps, in cm.
+/// Half width and height of the region in which a plant can stand, in cm. Chosen by hand: in the picture, between the lamps.
 const GROWS_TO: Point = Point::new(24.0, 40.0);
 
-/// Where the plant begins to be looked for, in cm: above the rim and the soil.
+/// Lower edge of that region, in cm. Chosen by hand: above the rim and the soil.
 const ABOVE_SOIL: f64 = 0.6;
 
-/// What is true at a step, beside its photographs. Never read by vision.
+/// Ground truth at a step, for the evaluation of vision. Never read by vision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Witness {
-    /// Number of the step, and of its photographs.
+pub struct GroundTruth {
+    /// Number of the step and of its photographs.
     pub step: u64,
-    /// The lamp that burns while the photograph is taken.
+    /// The lamp that is lit in the photograph.
     pub lit: Option<Light>,
-    /// What goes wrong with the front camera's photograph.
+    /// Faults of the photograph of the front camera.
     pub faults: Vec<Fault>,
-    /// What goes wrong with the side camera's, where there is one.
+    /// Faults of the photograph of the side camera, if there is one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub side_faults: Vec<Fault>,
     /// The plant as the front camera sees it.
     pub front: Truth,
-    /// The plant as the side camera sees it, where there is one: x is the distance behind the stem's foot.
+    /// The plant as the side camera sees it, if there is one: x is the distance behind the base of the stem.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Truth>,
 }
 
+/// The state of an open tent.
 struct Tent {
     seed: u64,
     layout: Layout,
@@ -94,27 +113,27 @@ struct Tent {
     faults: Faults,
     bean: Bean,
     renderer: Renderer,
-    /// The camera at the side, where there is one.
+    /// The side camera, if there is one.
     side: Option<Renderer>,
     lit: Option<Light>,
     has_flash: bool,
     now_min: f64,
-    /// What is true at each step, by its number.
-    truths: BTreeMap<u64, Witness>,
-    /// The photographs of this step, in the order of [`View::BOTH`], where the next one will repeat them.
+    /// Ground truth by step.
+    truths: BTreeMap<u64, GroundTruth>,
+    /// Photographs of the previous step that this step repeats, in the order of [`View::BOTH`].
     last: [Option<Vec<u8>>; 2],
 }
 
 impl Tent {
-    /// Lets the bean live until `minutes`, and notes what is true then: the times that are asked for are those of steps.
+    /// Grows the bean until `minutes`, the time of a step, and records its ground truth.
     fn advance_to(&mut self, minutes: f64) {
         if minutes > self.now_min {
-            // Taken now, whether or not this step is one that is lived through again: a resumed run repeats it too.
+            // Taken in replayed steps too, so that a resumed run repeats the same photograph.
             self.last = View::BOTH.map(|view| {
-                let is_repeated = suffers(&self.happenings(view, 1), Fault::Repeated);
+                let is_repeated = has_fault(&self.fault_events(view, 1), Fault::Repeated);
                 if is_repeated { self.photograph(view) } else { None }
             });
-            let has_failed = suffers(&self.happenings(View::Front, 0), Fault::LampFails);
+            let has_failed = has_fault(&self.fault_events(View::Front, 0), Fault::LampFails);
             let lit = self.lit.filter(|light| !has_failed && self.layout.contains(*light));
             self.bean.advance(&lamp_powers(lit), minutes - self.now_min);
             self.now_min = minutes;
@@ -123,61 +142,60 @@ impl Tent {
     }
 
     fn note_truth(&mut self) {
-        let (pose, step, happenings) = (self.bean.pose(), self.frame(), self.happenings(View::Front, 0));
-        let faults = |happenings: &[Happening]| happenings.iter().map(|happening| happening.fault).collect();
-        let side = self.side.as_ref().map(|_| self.happenings(View::Side, 0));
-        let witness = Witness {
+        let (pose, step, events) = (self.bean.pose(), self.frame(), self.fault_events(View::Front, 0));
+        let faults = |events: &[FaultEvent]| events.iter().map(|event| event.fault).collect();
+        let side = self.side.as_ref().map(|_| self.fault_events(View::Side, 0));
+        let truth = GroundTruth {
             step,
-            lit: self.lit.filter(|_| !suffers(&happenings, Fault::LampFails)),
-            faults: faults(&happenings),
+            lit: self.lit.filter(|_| !has_fault(&events, Fault::LampFails)),
+            faults: faults(&events),
             side_faults: side.as_deref().map_or_else(Vec::new, faults),
             front: self.renderer.truth(&pose),
             side: self.side.as_ref().map(|side| side.truth(&pose)),
         };
-        self.truths.insert(step, witness);
+        self.truths.insert(step, truth);
     }
 
-    /// Number of the photograph of this step. Its noise and its faults are named by it, so a resumed run takes the
-    /// photograph that it would have taken.
+    /// Number of the step. It selects noise and faults of the photograph, so that a resumed run takes the same one.
     fn frame(&self) -> u64 {
         (self.now_min / self.period_min).round() as u64
     }
 
-    /// What goes wrong with a camera's photograph so many steps from now.
-    fn happenings(&self, view: View, ahead: u64) -> Vec<Happening> {
-        self.faults.before(view, self.seed, self.frame() + ahead)
+    /// Faults of the photograph of a camera `ahead` steps from now.
+    fn fault_events(&self, view: View, ahead: u64) -> Vec<FaultEvent> {
+        self.faults.events_for(view, self.seed, self.frame() + ahead)
     }
 
-    /// A camera's photograph of this step with its flash; `None` where the camera gives none, or there is no such camera.
+    /// Photograph of this step with flash; `None` if the camera is missing or drops it.
     fn photograph(&mut self, view: View) -> Option<Vec<u8>> {
-        let (happenings, pose, frame) = (self.happenings(view, 0), self.bean.pose(), self.frame());
+        let (events, pose, frame) = (self.fault_events(view, 0), self.bean.pose(), self.frame());
         let renderer = match view {
             View::Front => &mut self.renderer,
             View::Side => self.side.as_mut()?,
         };
         let last = self.last[view as usize].as_deref();
-        fault::photograph(renderer, &happenings, &pose, self.lit, frame, last)
+        fault::photograph(renderer, &events, &pose, self.lit, frame, last)
     }
 }
 
-/// A hand on the virtual tent: camera, lamps, flash and clock are all the same tent.
+/// A shared handle on a virtual tent: its camera, lamps, flash and clock.
 #[derive(Clone)]
 pub struct TentHandle(Rc<RefCell<Tent>>);
 
 impl Greenhouse {
-    /// Checks what a file may have got wrong.
+    /// Checks that every setting lies in its range.
     ///
     /// # Errors
-    /// A line that names the key, its value and its range.
-    pub fn check(&self) -> Result<(), String> {
-        check::within("greenhouse.scale", self.scale, 0.0..=2.0).map_err(|error| error.to_string())?;
-        self.bean.check().map_err(|error| format!("greenhouse.bean: {error}"))?;
-        self.scene.check().map_err(|error| format!("greenhouse.scene: {error}"))?;
-        self.faults.check().map_err(|error| format!("greenhouse.faults: {error}"))
+    /// [`GreenhouseError`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), GreenhouseError> {
+        check::within("greenhouse.scale", self.scale, 0.0..=2.0).map_err(GreenhouseError::Scale)?;
+        self.bean.check().map_err(GreenhouseError::Bean)?;
+        self.scene.check().map_err(GreenhouseError::Scene)?;
+        self.faults.check().map_err(GreenhouseError::Faults)
     }
 
-    /// How this tent's photographs map to centimetres: the same for both cameras, whose centimetres are those of the plane
-    /// through the plant's foot that each of them faces.
+    /// Calibration of the photographs, the same for both cameras: each measures in the plane through the base of the plant that
+    /// it faces.
     #[must_use]
     pub fn calibration(&self) -> Calibration {
         let frame = Frame::new(self.scene.width, self.scene.height);
@@ -185,7 +203,7 @@ impl Greenhouse {
         Calibration::from_scale(frame.pixel(Point::new(0.0, 0.0)), frame.px_per_cm, width, height)
     }
 
-    /// The part of the photographs in which the plant may be: above the pot, between the lamps.
+    /// Region of interest: above the pot and between the lamps.
     #[must_use]
     pub fn crop(&self) -> Region {
         let calibration = self.calibration();
@@ -233,7 +251,7 @@ impl Greenhouse {
             truths: BTreeMap::new(),
             last: [None, None],
         };
-        // The first step is one even if a resumed run does not photograph it again.
+        // A resumed run does not photograph the first step again, but records its ground truth.
         tent.note_truth();
         TentHandle(Rc::new(RefCell::new(tent)))
     }
@@ -263,7 +281,7 @@ impl Greenhouse {
     }
 }
 
-/// A plant that is watched without photographs.
+/// The tent as an environment in which the tip is observed without photographs.
 struct Growing {
     layout: Layout,
     period_min: f64,
@@ -297,38 +315,38 @@ impl Environment for Growing {
 }
 
 impl TentHandle {
-    /// What was true at each step so far, as CSV with one row a step. Never read by vision.
+    /// Ground truth of top and apex as CSV with one row a step. Never read by vision.
     #[must_use]
     pub fn truth_csv(&self) -> Vec<u8> {
         let mut text = "step,top_x_cm,top_y_cm,apex_x_cm,apex_y_cm\n".to_owned();
-        for Witness { step, front: Truth { top, apex, .. }, .. } in self.0.borrow().truths.values() {
+        for GroundTruth { step, front: Truth { top, apex, .. }, .. } in self.0.borrow().truths.values() {
             text += &format!("{step},{:.4},{:.4},{:.4},{:.4}\n", top.x, top.y, apex.x, apex.y);
         }
         text.into_bytes()
     }
 
-    /// All that was true at each step so far, as JSON with one [`Witness`] a line. Never read by vision.
+    /// Ground truth as JSON with one [`GroundTruth`] a line. Never read by vision.
     ///
     /// # Panics
-    /// Never: a witness is plain data.
+    /// Never: ground truth always serialises.
     #[must_use]
     pub fn truth_json(&self) -> Vec<u8> {
         let mut text = String::new();
-        for witness in self.0.borrow().truths.values() {
-            text += &serde_json::to_string(witness).expect("plain data");
+        for truth in self.0.borrow().truths.values() {
+            text += &serde_json::to_string(truth).expect("plain data");
             text.push('\n');
         }
         text.into_bytes()
     }
 
-    /// The bytes of this step's photograph from the front, with the flash: none where the camera gives none.
+    /// Bytes of the front photograph of this step, with flash; empty if the camera drops it.
     #[must_use]
     pub fn front_photograph(&self) -> Vec<u8> {
         self.0.borrow_mut().photograph(View::Front).unwrap_or_default()
     }
 
-    /// Number and bytes of this step's photograph from the side, where there is a camera: with the flash, and with the
-    /// faults of that camera. No bytes where it gives none.
+    /// Number and bytes of the side photograph of this step, if there is a side camera: with flash and faults. No bytes if the
+    /// camera drops it.
     #[must_use]
     pub fn side_photograph(&self) -> Option<(u64, Vec<u8>)> {
         let tent = &mut *self.0.borrow_mut();
@@ -340,7 +358,7 @@ impl Camera for TentHandle {
     fn photograph(&mut self) -> Result<Photo, RigError> {
         let tent = &mut *self.0.borrow_mut();
         let bytes = if tent.has_flash {
-            // No photograph at all is a file without bytes.
+            // A dropped photograph is a file without bytes.
             tent.photograph(View::Front).unwrap_or_default()
         } else {
             let frame = tent.frame();
@@ -350,7 +368,7 @@ impl Camera for TentHandle {
     }
 
     fn can_repeat(&self) -> bool {
-        // What goes wrong does so by the step.
+        // Faults depend on the step alone.
         false
     }
 }
@@ -440,9 +458,9 @@ mod tests {
     fn a_tip_is_found_under_each_of_four_lamps() {
         let tent = Greenhouse { layout: Layout::four_sides(), ..Greenhouse::default() };
         for light in tent.layout.lights() {
-            let (handle, eye) = tent.open(2, 5.0, &VisionConfig::default()).unwrap();
+            let (handle, tracker) = tent.open(2, 5.0, &VisionConfig::default()).unwrap();
             let hand = || handle.clone();
-            let mut rig = Rig::new(hand(), hand(), hand(), hand(), eye, Duration::from_secs(300))
+            let mut rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300))
                 .with_layout(tent.layout.clone());
             let mut controller = Periodic::new(1000, &tent.layout).starting_with(light);
             let task = OpenLoop { steps: 100, ..OpenLoop::default() };

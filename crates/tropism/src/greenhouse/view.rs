@@ -1,22 +1,21 @@
-//! Where the camera of the paper stands, and what it projects where (section 2.1).
+//! Geometry of the tent and pinhole projection of its cameras (section 2.1).
+//!
+//! Places are in cm: x to the right, y up from the soil, z towards the camera; the root is the origin.
 
 use crate::geometry::{Pixel, Point};
 use crate::math::vector::Vec3;
 
-/// A place in the tent, in cm: x to the right, y up from the soil, z towards the camera; the root is the origin.
-pub type Place = Vec3;
-
 /// The camera's place: 32 cm above the floor (20 cm above the soil), 74 cm in front of the pot's axis.
-pub const CAMERA: Place = [0.0, 20.0, 74.0];
+pub const CAMERA: Vec3 = [0.0, 20.0, 74.0];
 
-/// The back wall's z, in cm.
+/// The z of the back wall, in cm (section 2.1).
 pub const WALL: f64 = -8.0;
 
-/// The side wall's x, in cm: the tent is 120 cm wide, and the pot stands in its middle.
+/// The x of the left side wall, in cm: half of a tent 120 cm wide.
 pub const SIDE_WALL: f64 = -60.0;
 
-/// From where the plant is seen. Each camera has coordinates of its own, in which it stands at [`CAMERA`] and looks along
-/// negative z, as the front camera does in those of the tent.
+/// A camera of the tent. In its own coordinates each camera stands at [`CAMERA`] and looks along negative z; those of the front
+/// camera are the coordinates of the tent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum View {
     /// From the front: the paper's only camera.
@@ -31,15 +30,15 @@ impl View {
     /// Both.
     pub const BOTH: [Self; 2] = [Self::Front, Self::Side];
 
-    /// A place or direction of the tent in this camera's coordinates.
+    /// Transforms a place or direction from tent to camera coordinates.
     ///
     /// ```
     /// use tropism::greenhouse::view::View;
-    /// assert_eq!(View::Front.of([3.0, 10.0, -2.0]), [3.0, 10.0, -2.0]);
-    /// assert_eq!(View::Side.of([3.0, 10.0, -2.0]), [2.0, 10.0, 3.0]);
+    /// assert_eq!(View::Front.to_camera([3.0, 10.0, -2.0]), [3.0, 10.0, -2.0]);
+    /// assert_eq!(View::Side.to_camera([3.0, 10.0, -2.0]), [2.0, 10.0, 3.0]);
     /// ```
     #[must_use]
-    pub const fn of(self, place: Place) -> Place {
+    pub const fn to_camera(self, place: Vec3) -> Vec3 {
         let [x, y, z] = place;
         match self {
             Self::Front => place,
@@ -47,16 +46,16 @@ impl View {
         }
     }
 
-    /// A place or direction in this camera's coordinates in those of the tent: the inverse of [`Self::of`].
+    /// Transforms a place or direction from camera to tent coordinates: the inverse of [`Self::to_camera`].
     ///
     /// ```
     /// use tropism::greenhouse::view::View;
     /// for view in View::BOTH {
-    ///     assert_eq!(view.back(view.of([3.0, 10.0, -2.0])), [3.0, 10.0, -2.0]);
+    ///     assert_eq!(view.to_tent(view.to_camera([3.0, 10.0, -2.0])), [3.0, 10.0, -2.0]);
     /// }
     /// ```
     #[must_use]
-    pub const fn back(self, place: Place) -> Place {
+    pub const fn to_tent(self, place: Vec3) -> Vec3 {
         let [x, y, z] = place;
         match self {
             Self::Front => place,
@@ -74,9 +73,8 @@ impl View {
     }
 }
 
-/// Where the ray from the camera through `place` meets the plane of the pot's axis (z = 0), in cm.
-///
-/// This is what a detector sees that scales photographs to centimetres at the pot's axis.
+/// Projects `place` through the camera onto the plane of the pot's axis (z = 0), in cm: the position that a detector
+/// measures when it scales photographs at that plane.
 ///
 /// ```
 /// use tropism::greenhouse::view::project;
@@ -84,7 +82,7 @@ impl View {
 /// assert_eq!((seen.x, seen.y), (0.0, 10.0));
 /// ```
 #[must_use]
-pub fn project(place: Place) -> Point {
+pub fn project(place: Vec3) -> Point {
     let nearer = CAMERA[2] / (CAMERA[2] - place[2]);
     Point::new(CAMERA[0] + (place[0] - CAMERA[0]) * nearer, CAMERA[1] + (place[1] - CAMERA[1]) * nearer)
 }

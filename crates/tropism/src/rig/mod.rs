@@ -15,7 +15,7 @@ use crate::environment::Environment;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::photo::Photo;
-use crate::vision::{TipTracker, TrackedFrame};
+use crate::vision::{Frame, TipTracker, TrackedFrame};
 
 pub use event::{Event, EventKind, HealthProblem, NoMonitor, RunMonitor};
 pub use fault_policy::{Durability, FaultPolicy, LampsInView, OnDowntime, OnFault};
@@ -292,7 +292,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     ///
     /// # Errors
     /// Those of camera and flash; the flash is told to be off all the same.
-    pub fn photograph(&mut self) -> Result<Photo, RigError> {
+    pub fn photograph(&mut self) -> Result<Frame, RigError> {
         let lit = self.flash.flash(true);
         let photo = lit.and_then(|()| self.camera.photograph());
         // Off again whether or not flash and camera obeyed.
@@ -301,29 +301,31 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
         off?;
         photo.name = photo_name(self.step);
         photo.time_s = self.due(self.step).as_secs_f64();
-        Ok(photo)
+        Ok(Frame::new(photo))
     }
 
-    /// Another photograph of the next step, if `photo` is too dark to see a plant by and another one may come out better:
+    /// Another photograph of the next step, if `frame` is too dark to see a plant by and another one may come out better:
     /// the flash is lit anew.
     ///
     /// # Errors
     /// As [`Self::photograph`].
-    pub fn photograph_again(&mut self, photo: &Photo) -> Option<Result<Photo, RigError>> {
-        (self.camera.can_repeat() && self.tracker.is_dark(photo)).then(|| self.photograph())
+    pub fn photograph_again(&mut self, frame: &Frame) -> Option<Result<Frame, RigError>> {
+        (self.camera.can_repeat() && self.tracker.is_dark(frame)).then(|| self.photograph())
     }
 
     /// What stands for the photograph of the next step where there is none: a file without bytes.
-    pub fn no_photograph(&self) -> Photo {
-        Photo { name: photo_name(self.step), bytes: Vec::new(), time_s: self.due(self.step).as_secs_f64() }
+    pub fn no_photograph(&self) -> Frame {
+        let time_s = self.due(self.step).as_secs_f64();
+        Frame::new(Photo { name: photo_name(self.step), bytes: Vec::new(), time_s })
     }
 
-    /// Takes the next step with what `photo` shows of the plant.
+    /// Takes the next step with what `frame` shows of the plant.
     ///
     /// # Errors
     /// [`RigError::NeverSeen`]; then the step is still the next one.
-    pub fn see(&mut self, photo: Photo) -> Result<Observation, RigError> {
-        let seen = self.tracker.observe(&photo);
+    pub fn see(&mut self, frame: &Frame) -> Result<Observation, RigError> {
+        let seen = self.tracker.observe(frame);
+        let photo = frame.photo().clone();
         let Some(observation) = seen.observation.clone() else {
             return Err(RigError::NeverSeen { photo: photo.name, class: seen.status.to_string() });
         };
@@ -365,8 +367,8 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
     fn observe(&mut self) -> Result<Observation, RigError> {
         // Nobody can break this off.
         let _ = self.wait_until(self.due(self.step), &mut go_on);
-        let photo = self.photograph()?;
-        self.see(photo)
+        let frame = self.photograph()?;
+        self.see(&frame)
     }
 
     fn step(&mut self, light: Light) -> Result<(), RigError> {

@@ -1,48 +1,52 @@
-//! How a plant is found in a picture.
+//! Settings of vision, with the paper's values as defaults.
+//!
+//! In: keys of a rig file or the options of a command. Out: a checked [`VisionConfig`]. Where the paper gives no
+//! value, the field says what was chosen.
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Region;
 use crate::vision::error::VisionError;
 
-/// How a picture is read.
+/// Detection method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
-    /// The paper's method: the highest bright sample of the crop.
+    /// The paper's method: the highest bright sample of the crop (section 2.2.2).
     Paper,
-    /// The highest point, between samples, of the plant that stands at the base.
+    /// The highest point, to a fraction of a sample, of the plant component at the stem base.
     #[default]
     Robust,
 }
 
-/// How a plant is found in a picture; the default is what the paper says, and a choice of ours where it is silent.
+/// Settings of plant detection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionConfig {
-    /// The paper's method or the robust one.
+    /// Detection method.
     pub mode: Mode,
-    /// "The extents of actual plant growth (to exclude the pot and light sources)", section 2.2.2; `None` is the whole
-    /// picture.
+    /// Region of interest, in pixels; `None` is the whole picture. The paper crops to "the extents of actual plant
+    /// growth (to exclude the pot and light sources)" (section 2.2.2).
     pub crop: Option<Region>,
-    /// Columns that a whole picture is sampled down to at least: every n-th pixel is read, n being the greatest whole
-    /// number that leaves as many. The paper does not give its "sampling resolution"; 648 is a quarter of its camera's.
+    /// Least number of columns to which a whole picture is subsampled: the sampling step is the greatest whole number
+    /// of pixels that leaves as many. The paper gives no "sampling resolution"; chosen: 648, a quarter of its
+    /// camera's.
     pub sampling_columns: usize,
-    /// Deviation of the Gaussian filter, in samples. The paper does not give it.
+    /// Standard deviation of the Gaussian filter, in samples. The paper gives none; chosen by hand: 0.5.
     pub sigma: f64,
-    /// A sample is plant above this share of the way from the background's level to the brightest samples'. The paper
-    /// says "the brightest pixels"; one half puts the edge of a smoothed stem where the stem ends.
+    /// Plant threshold, as a share of the way from the background's level to that of the brightest samples. The paper
+    /// says "the brightest pixels"; chosen: one half, which puts the edge of a blurred stem where the stem ends.
     pub threshold: f64,
-    /// Samples that are as bright as the plant, at least: what "the brightest" are is read from this many.
+    /// Number of brightest samples that define the bright level: a plant covers at least as many. Chosen by hand: 20.
     pub bright_samples: usize,
-    /// The brightest samples must exceed the background by more of its deviations than this, or no plant is seen; in mode
-    /// `robust` the plant's learned colour too.
+    /// Least contrast of a plant, in standard deviations of the background: the bright level must exceed the
+    /// background by more. In mode `robust` the plant's learned colour must, too. Chosen by hand: 6.
     pub contrast: f64,
-    /// Whether the stem is looked for too: by eqs. (10) and (11) in mode `paper`, as the plant's midline in `robust`.
+    /// Whether to detect the stem: by eqs. (10) and (11) in mode `paper`, as the plant's midline in `robust`.
     pub stem: bool,
-    /// The gates of eq. (10), in mode `paper`.
+    /// Colour thresholds of eq. (10), for mode `paper`.
     pub gates: StemConfig,
-    /// The history rule of eq. (11), in mode `paper`.
+    /// Plausibility bounds of eq. (11), for mode `paper`.
     pub hold: HoldConfig,
 }
 
@@ -64,14 +68,13 @@ impl Default for VisionConfig {
 }
 
 impl VisionConfig {
-    /// Checks that every value can be one and that the crop lies in pictures of `width` x `height`.
+    /// Checks that every value is in its range and that the crop lies in pictures of `width` x `height`.
     ///
     /// # Errors
     /// [`VisionError`] names the key or the region.
     pub fn check(&self, width: usize, height: usize) -> Result<(), VisionError> {
-        let number = |key, found: f64, is_right: bool, wanted| {
-            let error = VisionError::Value { key, found: found.to_string(), wanted };
-            if found.is_finite() && is_right { Ok(()) } else { Err(error) }
+        let number = |key, found: f64, is_in_range: bool, wanted| {
+            VisionError::check_value(key, found, found.is_finite() && is_in_range, wanted)
         };
         let share =
             |key, found: f64| number(key, found, found > 0.0 && found < 1.0, "a share between 0 and 1");
@@ -95,56 +98,57 @@ impl VisionConfig {
         if region.fits(width, height) { Ok(()) } else { Err(VisionError::Region { region, width, height }) }
     }
 
+    /// The crop, or the whole of a picture of `width` x `height`.
     pub(super) fn region(&self, width: usize, height: usize) -> Region {
         self.crop.unwrap_or(Region { x: 0, y: 0, width, height })
     }
 
-    /// Pixels from one sample to the next in a picture of so many columns.
+    /// Sampling step in a picture of `width` columns, in pixels.
     pub(super) fn step(&self, width: usize) -> usize {
         (width / self.sampling_columns.max(1)).max(1)
     }
 }
 
-/// What the brightness V of eq. (10) is: the paper does not say.
+/// Definition of the brightness V of eq. (10), which the paper leaves open.
 ///
-/// With [`Self::Max`] the gate `G >= 0.75` of eq. (10) would be redundant, which speaks against it.
+/// With [`Self::Max`] the condition `G >= 0.75` of eq. (10) would be redundant, which speaks against it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Brightness {
-    /// The largest of red, green and blue: the V of HSV.
+    /// V of HSV: the largest of red, green and blue.
     Max,
-    /// The mean of the largest and the smallest: the L of HSL, and what .NET's `GetBrightness` returns, which the
-    /// paper's IronPython could call.
+    /// L of HSL: the mean of the largest and the smallest. The paper's IronPython could call .NET's `GetBrightness`,
+    /// which returns it.
     #[default]
     Lightness,
-    /// 0.299 red, 0.587 green, 0.114 blue.
+    /// Luma: 0.299 red, 0.587 green, 0.114 blue.
     Luma,
 }
 
-/// How the channels are "remapped onto the domain (0.0, 1.0)" (section 4).
+/// Range of the channels that are "remapped onto the domain (0.0, 1.0)" (section 4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Remap {
-    /// 0 to 0, 255 to 1.
+    /// From 0 to 255.
     #[default]
     Fixed,
-    /// The least value of the channel in the crop to 0, the greatest to 1.
+    /// From the least to the greatest value of the channel in the crop.
     Stretch,
 }
 
-/// The gates of eq. (10) and the choices that the paper leaves open there.
+/// Colour thresholds of eq. (10), and the choices that the paper leaves open there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StemConfig {
-    /// Least G - R and G - B of a pixel that is plant by its colour: 0.5.
+    /// Least G - R and G - B of a plant pixel: 0.5.
     pub excess: f64,
-    /// Least G of a pixel that is plant: 0.75.
+    /// Least G of a plant pixel: 0.75.
     pub green: f64,
-    /// Least V of a pixel that is plant: 0.75.
+    /// Least V of a plant pixel: 0.75.
     pub brightness: f64,
-    /// What V is.
+    /// Definition of V.
     pub value: Brightness,
-    /// How channels are mapped to 0 to 1.
+    /// Range of the channels that is mapped to 0 to 1.
     pub remap: Remap,
 }
 
@@ -160,18 +164,18 @@ impl Default for StemConfig {
     }
 }
 
-/// The bounds of eq. (11), as shares of the stem's length L at this step.
+/// Plausibility bounds of eq. (11), as shares of the stem's length L at this step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HoldConfig {
-    /// A change of L of this share or more is an error: 0.25.
+    /// Change of L from which on a stem is an error: 0.25.
     pub length: f64,
-    /// A step of the starting vertex S of this share of L or more is an error: 0.25.
+    /// Displacement of the starting vertex S from which on a stem is an error: 0.25.
     pub start: f64,
-    /// A step of the ending vertex E of this share of L or more is an error: 0.5.
+    /// Displacement of the ending vertex E from which on a stem is an error: 0.5.
     pub end: f64,
-    /// Held steps in a row after which the new stem is believed; `None` never, as in the paper, where one bad picture
-    /// can then hold for ever.
+    /// Number of held steps in a row after which the next stem is accepted. `None` is never, as in the paper, where
+    /// one wrong stem can then be held for ever.
     pub release: Option<u32>,
 }
 

@@ -1,40 +1,53 @@
-//! Why pictures cannot be read as they should be.
+//! Errors of vision.
 
 use crate::geometry::Region;
 
-/// Why pictures cannot be read as they should be.
+/// Why a configuration, a calibration or a picture cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum VisionError {
-    /// A value that cannot be one.
+    /// A value outside its range.
     #[error("found {key} = {found}, wanted {wanted}")]
     Value {
-        /// The key in the file.
+        /// Key in the file.
         key: &'static str,
-        /// Its value.
+        /// Value found.
         found: String,
-        /// What it should be.
+        /// Range wanted.
         wanted: &'static str,
     },
-    /// A region with nothing in it or with parts outside the picture.
+    /// A region that is empty or does not lie inside the picture.
     #[error("found region {region:?}, wanted one inside a picture of {width} x {height}")]
     Region {
-        /// The region.
+        /// Region found.
         region: Region,
         /// Columns of the picture.
         width: usize,
         /// Rows of the picture.
         height: usize,
     },
-    /// A calibration for pictures of another size.
+    /// A picture of another size than the calibration's.
     #[error("found a picture of {width} x {height}, wanted {wanted_width} x {wanted_height} as calibrated")]
     Size {
-        /// Columns of the picture.
+        /// Columns found.
         width: usize,
-        /// Rows of the picture.
+        /// Rows found.
         height: usize,
-        /// Columns calibrated for.
+        /// Columns of the calibration.
         wanted_width: usize,
-        /// Rows calibrated for.
+        /// Rows of the calibration.
         wanted_height: usize,
     },
+}
+
+impl VisionError {
+    /// `Ok` if the value is valid, otherwise [`VisionError::Value`].
+    pub(super) fn check_value(
+        key: &'static str,
+        found: impl ToString,
+        is_valid: bool,
+        wanted: &'static str,
+    ) -> Result<(), Self> {
+        if is_valid { Ok(()) } else { Err(Self::Value { key, found: found.to_string(), wanted }) }
+    }
 }

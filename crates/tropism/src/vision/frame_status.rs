@@ -1,35 +1,35 @@
-//! What became of a photograph.
+//! Status of a photograph after detection and tracking.
 
 use serde::{Deserialize, Serialize};
 
-/// What became of one photograph.
+/// Status of one photograph: `Ok`, or why its tip is not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
-    /// A plant is seen.
+    /// The plant is detected and accepted.
     Ok,
-    /// The file is empty, damaged or cut short.
+    /// The file is empty, damaged or truncated.
     Corrupt,
-    /// The file is no picture, or one of another size than the calibration holds for.
+    /// The file is not a picture, or its size is not that of the calibration.
     Foreign,
-    /// The picture is black: the flash or the camera failed.
+    /// The picture is black or much darker than the reference: flash or camera failed.
     Dark,
-    /// No plant is seen, as before emergence.
+    /// No plant is detected, as before emergence.
     NoPlant,
-    /// The same bytes as the photograph before: the camera hangs.
+    /// The bytes are those of the photograph before: the camera hangs.
     Repeated,
-    /// Something looks otherwise than it can, as when a leaf, a fly or glare is in front of the plant.
+    /// The detection is implausible: a leaf, a fly, glare or mist may hide the tip.
     Ambiguous,
-    /// The plant reaches out of the crop.
+    /// The plant touches the upper, left or right edge of the crop: its tip may lie beyond.
     LeavesView,
-    /// The tip is farther from where it was than a plant can move.
+    /// The tip lies outside the gate: farther from its last position than a plant can move.
     Jump,
-    /// The tip is seen and believed, but the time since the photograph before is not the period.
+    /// The plant is detected and accepted, but the interval since the photograph before is not the period.
     ClockGap,
 }
 
 impl FrameStatus {
-    /// Every class.
+    /// Every status.
     pub const ALL: [Self; 10] = [
         Self::Ok,
         Self::Corrupt,
@@ -71,8 +71,8 @@ impl std::str::FromStr for FrameStatus {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        let class = Self::ALL.into_iter().find(|class| class.name() == word);
-        class.ok_or_else(|| {
+        let status = Self::ALL.into_iter().find(|status| status.name() == word);
+        status.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
             format!("found class {word:?}, wanted one of {}", names.join(", "))
         })

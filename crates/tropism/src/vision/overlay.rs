@@ -1,4 +1,4 @@
-//! What vision made of a photograph, drawn over it for people to look at.
+//! Overlays: detections drawn over photographs, and contact sheets.
 
 use tiny_skia::{Color, Paint, PathBuilder, Pixmap, Rect, Stroke, Transform};
 
@@ -7,24 +7,23 @@ use crate::lamps::Light;
 use crate::photo::Image;
 use crate::vision::detect::detection::Detection;
 
-/// What to draw over a photograph; what is `None` is left out.
+/// Marks to draw over a photograph; `None` is left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OverlayMarks<'a> {
     /// Tip (a magenta cross), stem (cyan) and apex (a cyan ring).
     pub detection: Option<&'a Detection>,
-    /// A tip that is held from an earlier photograph: a grey cross.
+    /// A held tip: a grey cross.
     pub held: Option<Pixel>,
     /// The crop: a white frame.
     pub crop: Option<Region>,
-    /// Where the stem leaves the soil: a white ring.
+    /// The root: a white ring.
     pub base: Option<Pixel>,
-    /// The lamp that is lit: a yellow disc in the upper corner on its side.
+    /// The lit lamp: a yellow disc in the upper corner on its side.
     pub light: Option<Light>,
 }
 
-/// The picture with `marks` drawn over it; lines grow with the picture.
-///
-/// A picture without pixels comes back as it is.
+/// Draws `marks` over a picture; the lines' width grows with the picture. A picture without pixels is returned as it
+/// is.
 #[must_use]
 pub fn draw_overlay(image: &Image, marks: &OverlayMarks<'_>) -> Image {
     let Some(mut canvas) = Canvas::over(image) else { return image.clone() };
@@ -44,18 +43,17 @@ pub fn draw_overlay(image: &Image, marks: &OverlayMarks<'_>) -> Image {
     if let Some(held) = marks.held {
         canvas.cross(held, Color::from_rgba8(170, 170, 170, 255));
     }
-    if let Some(sighting) = marks.detection {
-        canvas.line(sighting.stem.as_deref().unwrap_or(&[]), cyan);
-        if let Some(apex) = sighting.apex {
+    if let Some(detection) = marks.detection {
+        canvas.line(detection.stem.as_deref().unwrap_or(&[]), cyan);
+        if let Some(apex) = detection.apex {
             canvas.ring(apex, 2.5 * unit, cyan);
         }
-        canvas.cross(sighting.tip, Color::from_rgba8(255, 0, 200, 255));
+        canvas.cross(detection.tip, Color::from_rgba8(255, 0, 200, 255));
     }
     canvas.image()
 }
 
-/// The pictures side by side, `columns` in a row, each in a cell of the size of the largest; no pictures make an empty
-/// one.
+/// A sheet of pictures, `columns` in a row, each in a cell of the size of the largest. Without pictures it is empty.
 #[must_use]
 pub fn contact_sheet(images: &[Image], columns: usize) -> Image {
     let columns = columns.clamp(1, images.len().max(1));
@@ -72,10 +70,10 @@ pub fn contact_sheet(images: &[Image], columns: usize) -> Image {
     Image { width, height, rgb }
 }
 
-/// A picture that is being drawn on.
+/// A picture to draw on.
 struct Canvas {
     pixmap: Pixmap,
-    /// What a line is wide, in pixels.
+    /// Width of a line, in pixels.
     unit: f64,
 }
 
@@ -108,13 +106,13 @@ impl Canvas {
     fn line(&mut self, pixels: &[Pixel], colour: Color) {
         let mut path = PathBuilder::new();
         for (i, pixel) in pixels.iter().enumerate() {
-            let (x, y) = place(*pixel);
+            let (x, y) = canvas_point(*pixel);
             if i == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
         }
         self.stroke(path, colour);
     }
 
-    /// A cross with an open middle, so that what it marks can be seen.
+    /// Draws a cross with an open middle, which leaves the marked pixels visible.
     fn cross(&mut self, at: Pixel, colour: Color) {
         let (near, far) = (3.0 * self.unit, 8.0 * self.unit);
         for (dx, dy) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
@@ -124,14 +122,14 @@ impl Canvas {
     }
 
     fn ring(&mut self, at: Pixel, radius: f64, colour: Color) {
-        let (x, y) = place(at);
+        let (x, y) = canvas_point(at);
         let mut path = PathBuilder::new();
         path.push_circle(x, y, radius as f32);
         self.stroke(path, colour);
     }
 
     fn disc(&mut self, at: Pixel, radius: f64, colour: Color) {
-        let (x, y) = place(at);
+        let (x, y) = canvas_point(at);
         let Some(path) = PathBuilder::from_circle(x, y, radius as f32) else { return };
         let mut paint = Paint::default();
         paint.set_color(colour);
@@ -147,8 +145,8 @@ impl Canvas {
     }
 }
 
-/// Where a pixel's place is drawn: its whole numbers are centres of pixels, the canvas's are their corners.
-fn place(pixel: Pixel) -> (f32, f32) {
+/// Canvas coordinates of a pixel: whole numbers are the centres of pixels, but the corners of the canvas's.
+fn canvas_point(pixel: Pixel) -> (f32, f32) {
     (pixel.x as f32 + 0.5, pixel.y as f32 + 0.5)
 }
 
@@ -166,12 +164,12 @@ mod tests {
     }
 
     #[test]
-    fn marks_are_drawn_around_what_they_mark() {
+    fn marks_are_drawn_around_the_marked_pixels() {
         let image = grey(60, 50);
         let tip = Pixel::new(30.0, 25.0);
-        let sighting = Detection { tip, contrast: 9.0, ..Detection::default() };
+        let detection = Detection { tip, contrast: 9.0, ..Detection::default() };
         let drawn =
-            draw_overlay(&image, &OverlayMarks { detection: Some(&sighting), ..OverlayMarks::default() });
+            draw_overlay(&image, &OverlayMarks { detection: Some(&detection), ..OverlayMarks::default() });
         assert_eq!(drawn.at(30, 25), [100; 3]);
         assert_eq!(drawn.at(36, 25), [255, 0, 200]);
         assert!(changed(&image, &drawn).iter().all(|&(x, y)| x.abs_diff(30) + y.abs_diff(25) <= 9));
@@ -179,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lamps_mark_is_on_its_side() {
+    fn the_lit_lamp_is_marked_on_its_side() {
         let image = grey(60, 50);
         let with =
             |light| draw_overlay(&image, &OverlayMarks { light: Some(light), ..OverlayMarks::default() });
@@ -189,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_outside_the_picture_do_no_harm() {
+    fn marks_outside_the_picture_are_clipped() {
         let crop = Region { x: 900, y: 0, width: 5, height: 5 };
         let marks = OverlayMarks {
             crop: Some(crop),

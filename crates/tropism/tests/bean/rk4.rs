@@ -4,7 +4,8 @@
 use std::f64::consts::{PI, TAU};
 
 use tropism::greenhouse::bean::Individual;
-use tropism::greenhouse::view::{Place, WALL};
+use tropism::greenhouse::view::WALL;
+use tropism::math::vector::Vec3;
 use tropism::math::{cos, exp, pow, sin};
 
 /// A piece of the stem: length, curvature at rest, curvature, two stages of light memory, gravity memory.
@@ -19,20 +20,20 @@ pub(crate) struct Stem {
     age_h: f64,
 }
 
-fn dot(a: Place, b: Place) -> f64 {
+fn dot(a: Vec3, b: Vec3) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn cross([a, b, c]: Place, [x, y, z]: Place) -> Place {
+fn cross([a, b, c]: Vec3, [x, y, z]: Vec3) -> Vec3 {
     [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
-fn sum(a: Place, b: Place, times: f64) -> Place {
+fn sum(a: Vec3, b: Vec3, times: f64) -> Vec3 {
     core::array::from_fn(|axis| a[axis] + times * b[axis])
 }
 
 /// `vector`, turned about `axis` by the axis' length (Rodrigues).
-fn turned(vector: Place, axis: Place) -> Place {
+fn turned(vector: Vec3, axis: Vec3) -> Vec3 {
     let angle = dot(axis, axis).sqrt();
     if angle < 1e-12 {
         return vector;
@@ -48,10 +49,10 @@ fn logistic(x: f64) -> f64 {
 }
 
 /// The paper's lamps, left and right, in cm (section 2.1).
-const LAMPS: [Place; 2] = [[-35.0, 30.0, -8.0], [35.0, 30.0, -8.0]];
+const LAMPS: [Vec3; 2] = [[-35.0, 30.0, -8.0], [35.0, 30.0, -8.0]];
 
 /// The irradiance over the reference, compressed: from where the light comes, and how strongly it is felt.
-fn felt(plant: &Individual, lamps: [f64; 2], at: Place) -> Place {
+fn felt(plant: &Individual, lamps: [f64; 2], at: Vec3) -> Vec3 {
     let mut light = [0.0; 3];
     for (lamp, power) in LAMPS.into_iter().zip(lamps) {
         let way = sum(lamp, at, -1.0);
@@ -73,12 +74,12 @@ impl Stem {
     }
 
     /// The frame (d1, d2, t) and the place at the middle of each segment, and the apex.
-    fn shape(&self) -> (Vec<([Place; 3], Place)>, Place) {
-        let mut frame: [Place; 3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]];
+    fn shape(&self) -> (Vec<([Vec3; 3], Vec3)>, Vec3) {
+        let mut frame: [Vec3; 3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]];
         let mut at = [0.0; 3];
         let mut middles = Vec::new();
         for &[length, _, _, k1, k2, ..] in &self.segments {
-            let bend = |frame: [Place; 3]| {
+            let bend = |frame: [Vec3; 3]| {
                 let axis = sum(frame[1].map(|part| k1 * part), frame[0], -k2).map(|part| 0.5 * length * part);
                 frame.map(|vector| turned(vector, axis))
             };
@@ -90,7 +91,7 @@ impl Stem {
         (middles, at)
     }
 
-    pub(crate) fn apex(&self) -> Place {
+    pub(crate) fn apex(&self) -> Vec3 {
         self.shape().1
     }
 

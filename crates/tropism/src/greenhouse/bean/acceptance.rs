@@ -1,15 +1,15 @@
-//! Whether virtual beans behave as the paper's six did, as far as the paper and the literature say.
+//! Acceptance statistics: do virtual beans behave as the paper and the literature report?
 //!
-//! In: tracks of open-loop experiments, a species, or controllers. Out: [`Row`]s, each a statistic with the range that is accepted. The
-//! idea: the ranges are facts that were published, widened by what is not known; a species is tuned until they hold, so they
-//! are its calibration and say nothing about what was not looked at.
+//! In: tracks of open-loop experiments, a species, or controllers. Out: [`AcceptanceRow`]s, each a statistic with its accepted
+//! range. The idea: ranges are published facts, widened by their uncertainty. The species is tuned until all rows hold, so the
+//! rows are a calibration and not a prediction.
 //!
-//! Statistics of an experiment are taken per set of six plants, as the paper had six, and the median over sets is compared.
+//! Each statistic is computed per set of six plants, the paper's number, and the median over sets is compared.
 
 use core::f64::consts::TAU;
 
 use super::experiments::{self, Response};
-use super::grow::{TRUTH, grow, grow_quiet};
+use super::grow::{TRUTH, grow, grow_noise_free};
 use super::{Bean, Species, lamp_powers};
 use crate::control::{Controller, Greedy, Periodic};
 use crate::environment::unwatched;
@@ -21,37 +21,37 @@ use crate::task::{OpenLoop, Targets, Task};
 use crate::track::{PAPER_PERIOD_MIN, Track};
 
 /// Plants in a set: the paper's six open-loop experiments.
-pub const SET: usize = 6;
+pub const SET_SIZE: usize = 6;
 
-/// Steps between two changes of the light in the open-loop experiments: six hours.
-pub const PERIOD: u32 = 72;
+/// Steps between two switches of the light in the open-loop experiments: six hours at the paper's period.
+pub const SWITCH_STEPS: u32 = 72;
 
 /// Early, middle and late steps: the paper's plants are slow, fast, and slow again (Fig. 3).
 const PHASES: [core::ops::Range<usize>; 3] = [0..300, 300..800, 800..1000];
 
-/// Fitness from which a controller is nearly perfect on a model, in cm: the paper's was 14.97.
-pub const NEARLY_PERFECT: f64 = 13.5;
+/// Fitness on the model from which a controller counts as good, in cm. Chosen by hand below the paper's 14.97.
+pub const GOOD_MODEL_FITNESS: f64 = 13.5;
 
-/// Phases of nutation at which the average plant starts, one plant each.
-const CIRCLE: u32 = 12;
+/// Number of initial phases of circumnutation of the average plant, one plant each. Chosen by hand.
+const INITIAL_PHASES: u32 = 12;
 
-/// A motion that goes on for so many steps is sustained.
+/// Number of steps that make a motion sustained. Chosen by hand.
 const SUSTAINED: usize = 3;
 
 /// One statistic with its range.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct AcceptanceRow {
     /// Number of the statistic; some have two rows.
     pub number: u32,
     /// What was measured, with its unit.
     pub statistic: &'static str,
     /// The value.
     pub value: f64,
-    /// The least and the most that is accepted.
+    /// Least and greatest accepted value.
     pub range: [f64; 2],
 }
 
-impl Row {
+impl AcceptanceRow {
     /// Whether the value lies in the range.
     #[must_use]
     pub fn holds(&self) -> bool {
@@ -62,18 +62,18 @@ impl Row {
 /// The light of the open-loop experiments: it changes every six hours, right first.
 #[must_use]
 pub const fn alternating(step: u32) -> Light {
-    if (step / PERIOD).is_multiple_of(2) { Light::RIGHT } else { Light::LEFT }
+    if (step / SWITCH_STEPS).is_multiple_of(2) { Light::RIGHT } else { Light::LEFT }
 }
 
 /// The open-loop experiment of `seed`: 1000 steps, the light of [`alternating`].
 #[must_use]
-pub fn experiment(species: &Species, seed: u64) -> Track {
-    let mut controller = Periodic::new(PERIOD, &Layout::default()).starting_with(Light::RIGHT);
+pub fn open_loop_experiment(species: &Species, seed: u64) -> Track {
+    let mut controller = Periodic::new(SWITCH_STEPS, &Layout::default()).starting_with(Light::RIGHT);
     let task = OpenLoop { steps: PHASES[2].end as u32, ..OpenLoop::default() };
     grow(species, seed, 1.0, &mut controller, &task, &mut unwatched)
 }
 
-/// What the statistics need of one plant.
+/// Time series of one plant for the statistics.
 struct Plant {
     tips: Vec<Point>,
     /// Motion of the tip, in cm, at every step.
@@ -142,7 +142,7 @@ impl Plant {
     /// Mean time from a change of the light to sustained motion towards it, over the middle steps, in min.
     fn delay(&self) -> f64 {
         let delay = |&change: &usize| {
-            let end = (change + PERIOD as usize).min(self.towards.len());
+            let end = (change + SWITCH_STEPS as usize).min(self.towards.len());
             let moving = self.towards[change..end]
                 .windows(SUSTAINED)
                 .position(|steps| steps.iter().all(|&step| step > 0.0));
@@ -162,25 +162,25 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     quantile_linear(&values.collect::<Vec<_>>(), 0.5)
 }
 
-/// The value that only one in a thousand exceeds.
+/// The 99.9 % quantile of absolute motion.
 fn rare<'a>(moves: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
     quantile_linear(&moves.flatten().map(|moved| moved.abs()).collect::<Vec<_>>(), 0.999)
 }
 
-/// Rows 1 to 13, 16 and 19, from open-loop tracks of 1000 steps in sets of six, as [`experiment`] makes them.
+/// Rows 1 to 13, 16 and 19, from open-loop tracks of 1000 steps in sets of six, as [`open_loop_experiment`] makes them.
 ///
-/// A rest of fewer than six tracks is left out.
+/// An incomplete last set is ignored.
 ///
 /// # Panics
 /// If a track is shorter than 1000 steps.
 #[must_use]
-pub fn population(tracks: &[Track]) -> Vec<Row> {
+pub fn population(tracks: &[Track]) -> Vec<AcceptanceRow> {
     let plants: Vec<Plant> = tracks.iter().map(Plant::new).collect();
     assert!(plants.iter().all(|plant| plant.dx.len() >= PHASES[2].end), "tracks of 1000 steps");
-    let sets = |statistic: fn(&[Plant]) -> f64| median(plants.chunks_exact(SET).map(statistic));
+    let sets = |statistic: fn(&[Plant]) -> f64| median(plants.chunks_exact(SET_SIZE).map(statistic));
     let each = |statistic: fn(&Plant) -> f64| {
         let of_set = |set: &[Plant]| median(set.iter().map(statistic));
-        median(plants.chunks_exact(SET).map(of_set))
+        median(plants.chunks_exact(SET_SIZE).map(of_set))
     };
     let widest = sets(|set| set.iter().flat_map(|p| &p.tips).map(|tip| tip.x.abs()).fold(0.0, f64::max));
     let highest = sets(|set| set.iter().flat_map(|p| &p.tips).map(|tip| tip.y).fold(0.0, f64::max));
@@ -224,25 +224,25 @@ pub fn population(tracks: &[Track]) -> Vec<Row> {
         ),
         (19, "mean x of all plants, cm", off_centre, [-1.0, 1.0]),
     ]
-    .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
+    .map(|(number, statistic, value, range)| AcceptanceRow { number, statistic, value, range })
     .into()
 }
 
 /// Rows 20 to 23, from plants of `seeds` and the average plant, steered to the paper's targets.
 ///
 /// `tuned` are controllers that were made for a model of other plants of the species, with their mean fitness on that
-/// model, at least [`NEARLY_PERFECT`]; of several, the median counts. What the rows ask is whether plants are as hard as
+/// model, at least [`GOOD_MODEL_FITNESS`]; of several, the median counts. What the rows ask is whether plants are as hard as
 /// the paper's: a controller that is nearly perfect on the model loses a third on plants, and hardly anything on a plant
 /// without surprises.
 ///
 /// # Panics
 /// If there are no seeds or no controllers.
 #[must_use]
-pub fn steered<C: Controller + Clone + Sync>(
+pub fn closed_loop<C: Controller + Clone + Sync>(
     species: &Species,
     seeds: &[u64],
     tuned: &[(f64, C)],
-) -> Vec<Row> {
+) -> Vec<AcceptanceRow> {
     assert!(!seeds.is_empty() && !tuned.is_empty(), "plants and controllers");
     let task = Targets::default();
     let greedy = Greedy::new(&task, &Layout::default());
@@ -252,8 +252,8 @@ pub fn steered<C: Controller + Clone + Sync>(
     let of_each = |value: &dyn Fn(usize) -> f64| median((0..tuned.len()).map(value));
     let steps = |which: usize| median(tracks[which].iter().map(|track| (track.samples.len() - 1) as f64));
     let quiet = |which: usize| {
-        let track = |phase| grow_quiet(species, phase, &mut tuned[which].1.clone(), &task);
-        let phases = (0..CIRCLE).map(|part| TAU * f64::from(part) / f64::from(CIRCLE));
+        let track = |phase| grow_noise_free(species, phase, &mut tuned[which].1.clone(), &task);
+        let phases = (0..INITIAL_PHASES).map(|part| TAU * f64::from(part) / f64::from(INITIAL_PHASES));
         mean(phases.map(|phase| task.fitness(&track(phase))))
     };
     let best = task.best();
@@ -264,13 +264,13 @@ pub fn steered<C: Controller + Clone + Sync>(
             22,
             "fitness of tuned controllers on a model, cm",
             of_each(&|which| tuned[which].0),
-            [NEARLY_PERFECT, best],
+            [GOOD_MODEL_FITNESS, best],
         ),
         (22, "on fresh plants, cm", of_each(&|which| mean(fitness(&task, &tracks[which]))), [8.5, 12.0]),
         (22, "its sd, cm", of_each(&|which| standard_deviation(&fitness(&task, &tracks[which]))), [1.5, 3.5]),
         (23, "on the average plant, nothing left to chance, cm", of_each(&quiet), [12.0, best]),
     ]
-    .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
+    .map(|(number, statistic, value, range)| AcceptanceRow { number, statistic, value, range })
     .into()
 }
 
@@ -291,7 +291,7 @@ fn fitness(task: &Targets, tracks: &[Track]) -> Vec<f64> {
 
 /// Rows 14, 15, 17, 18, 24 and 25, from experiments on the species' typical plant.
 #[must_use]
-pub fn single(species: &Species) -> Vec<Row> {
+pub fn single_plant(species: &Species) -> Vec<AcceptanceRow> {
     let plant = species.average();
     let circling = experiments::circumnutation(&plant, 20.0, 10.0);
     let step = experiments::phototropic_step(&plant, 10.0, 14.0);
@@ -301,20 +301,20 @@ pub fn single(species: &Species) -> Vec<Row> {
         (14, "period of circumnutation at 20 cm, min", circling.period_min, [80.0, 125.0]),
         (15, "its amplitude at the apex, cm", circling.amplitude, [0.3, 3.0]),
         (17, "lag after light from one side at 10 cm, min", step.lag_min(), [10.0, 45.0]),
-        (17, "fastest turning, degrees an hour", step.fastest_deg_h(), [15.0, 90.0]),
+        (17, "fastest turning, degrees an hour", step.max_rate_deg_h(), [15.0, 90.0]),
         (17, "set point, degrees", step.set_point_deg(), [35.0, 60.0]),
         (18, "swings beyond 15 degrees, at 10 or 20 cm", either(|step| step.swings() as f64), [0.0, 2.0]),
-        (18, "time to stay within 15 degrees, h", either(Response::settled_h), [0.0, 12.0]),
+        (18, "time to stay within 15 degrees, h", either(Response::settling_h), [0.0, 12.0]),
         (24, "rms change of the apex at half the sub-step, cm", halved(species), [0.0, 0.05]),
         (25, "distance of two plants of one seed, cm", twice(species), [0.0, 0.0]),
     ]
-    .map(|(number, statistic, value, range)| Row { number, statistic, value, range })
+    .map(|(number, statistic, value, range)| AcceptanceRow { number, statistic, value, range })
     .into()
 }
 
-/// How far the apex moves when the sub-step is halved: root mean square over 1000 steps without noise, in cm.
+/// Root-mean-square change of the apex when the sub-step is halved, over 1000 steps without noise, in cm.
 fn halved(species: &Species) -> f64 {
-    let mut bean = Bean::quiet(species.average());
+    let mut bean = Bean::noise_free(species.average());
     let mut twin = bean.clone().with_substep(0.5 * Bean::SUBSTEP_S);
     let mut squares = 0.0;
     for step in 0..1000 {
@@ -326,7 +326,7 @@ fn halved(species: &Species) -> f64 {
     (squares / 1000.0).sqrt()
 }
 
-/// How far apart two plants of one seed are after a day, in cm.
+/// Distance of two plants of one seed after a day, in cm.
 fn twice(species: &Species) -> f64 {
     let grown = || {
         let mut bean = Bean::new(species.draw(1, 1.0), 1);
@@ -346,9 +346,9 @@ mod tests {
 
     #[test]
     fn a_row_holds_within_its_range() {
-        let row = Row { number: 1, statistic: "a length, cm", value: 2.0, range: [1.0, 2.0] };
+        let row = AcceptanceRow { number: 1, statistic: "a length, cm", value: 2.0, range: [1.0, 2.0] };
         assert!(row.holds());
-        assert!(!Row { value: 2.1, ..row.clone() }.holds());
-        assert!(!Row { value: f64::NAN, ..row }.holds());
+        assert!(!AcceptanceRow { value: 2.1, ..row.clone() }.holds());
+        assert!(!AcceptanceRow { value: f64::NAN, ..row }.holds());
     }
 }

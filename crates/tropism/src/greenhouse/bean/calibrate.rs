@@ -1,7 +1,7 @@
-//! What a plant's open-loop track tells about its parameters.
+//! Estimates the parameters of a plant from its open-loop track.
 //!
 //! In: a track, and a species to start from. Out: estimates of five parameters with intervals. The idea: growth, sensitivity
-//! to light, motile zone and memory of light are those with which a plant without luck under the same lamps comes closest to the
+//! to light, motile zone and memory of light are those with which a noise-free plant under the same lamps comes closest to the
 //! track (Nelder and Mead's simplex), unless they are too far from those of the species: how plants of a species differ is
 //! known before, and a track of a few days says little about some of it. Nutation's period is read off the spectrum of what
 //! that plant leaves over, with the same caution. Where the track is silent, an estimate is the species' own value and
@@ -71,17 +71,18 @@ pub struct Estimate {
     pub interval: [f64; 2],
 }
 
-/// What a track tells.
+/// Estimated parameters of one plant.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Calibration {
+pub struct BeanCalibration {
     /// In the order of [`PARAMETERS`].
     pub estimates: [Estimate; 5],
-    /// How far the tip of the best plant without luck is from the track's, root mean square, in cm.
+    /// Root-mean-square distance between the tip of the best noise-free plant and the track, in cm.
     pub rms_cm: f64,
 }
 
-/// A track that tells nothing.
+/// Why a track cannot be calibrated.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CalibrateError {
     /// Too few steps.
     #[error("found {0} measured steps under a lamp, wanted at least {FEWEST}")]
@@ -110,7 +111,11 @@ struct Course<'t> {
 ///
 /// # Errors
 /// [`CalibrateError`].
-pub fn calibrate(track: &Track, period_min: f64, species: &Species) -> Result<Calibration, CalibrateError> {
+pub fn calibrate(
+    track: &Track,
+    period_min: f64,
+    species: &Species,
+) -> Result<BeanCalibration, CalibrateError> {
     let course = Course::new(track, period_min, species)?;
     let best = course.fit();
     let quiet = course.tips(&best);
@@ -130,7 +135,7 @@ pub fn calibrate(track: &Track, period_min: f64, species: &Species) -> Result<Ca
     });
     let inverse = matrix::inverse_positive_definite(precision);
     let mut variances: [f64; MOVING] = core::array::from_fn(|at| inverse[at][at]);
-    variances[0] += course.growth_by_chance(&best);
+    variances[0] += course.growth_noise_variance(&best);
     let sd = variances.map(f64::sqrt);
     let plant = course.plant(&best);
     let fitted = [plant.growth.rate, plant.tropism.light, plant.motility.zone, plant.tropism.light_memory_h];
@@ -138,7 +143,7 @@ pub fn calibrate(track: &Track, period_min: f64, species: &Species) -> Result<Ca
         track.samples.iter().zip(&quiet).map(|(sample, tip)| sample.tip.x - tip.x).collect();
     let nutation = (species.typical.nutation.period_h, logarithmic(species.spread.nutation_period_h));
     let period = spectral(&residual, period_min / 60.0, nutation);
-    Ok(Calibration {
+    Ok(BeanCalibration {
         estimates: core::array::from_fn(|parameter| match parameter {
             FITTED => Estimate::new(period.0, period.1),
             fitted_one => Estimate::new(fitted[fitted_one], sd[fitted_one]),
@@ -206,10 +211,10 @@ impl<'t> Course<'t> {
         plant
     }
 
-    /// Where the tip of a plant without luck is at each sample: nothing fluctuates, its leaves unfold when they typically do,
-    /// and it does not circle, for at which phase it would is not known.
+    /// Tip of a noise-free plant at each sample. Its leaves unfold at the typical age. It does not circumnutate, because the
+    /// phase is unknown.
     fn tips(&self, moved: &[f64; MOVING]) -> Vec<Point> {
-        self.live(moved, |bean| detector::highest(&bean.pose()))
+        self.live(moved, |bean| detector::highest_point(&bean.pose()))
     }
 
     /// What `look` sees of that plant at each sample.
@@ -239,12 +244,11 @@ impl<'t> Course<'t> {
         seen
     }
 
-    /// Variance that chance gives to the logarithm of mean growth over the track: it goes straight into the estimate and
-    /// leaves no trace in what the fit leaves over.
+    /// Variance of the logarithm of mean growth over the track from growth noise, which leaves no trace in the residuals.
     ///
     /// That of the mean of a log-normal Ornstein-Uhlenbeck process over the time in which the plant grew, counted as Kish
     /// counts unequal weights.
-    fn growth_by_chance(&self, moved: &[f64; MOVING]) -> f64 {
+    fn growth_noise_variance(&self, moved: &[f64; MOVING]) -> f64 {
         let Fluctuation { growth, growth_h, .. } = self.species.typical.fluctuation;
         let lengths = self.live(moved, Bean::length);
         let steps: Vec<f64> = lengths.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -352,7 +356,7 @@ mod tests {
         let mut other = Species::default();
         other.typical.growth.rate *= 1.3;
         other.typical.tropism.light *= 0.65;
-        let track = acceptance::experiment(&other, 3);
+        let track = acceptance::open_loop_experiment(&other, 3);
         let found = calibrate(&track, 5.0, &Species::default()).unwrap().estimates;
         let own = other.draw(3, 1.0);
         for (estimate, truth, typical) in
@@ -367,7 +371,7 @@ mod tests {
     #[test]
     fn a_track_must_tell_something() {
         let species = Species::default();
-        let mut track = acceptance::experiment(&species, 1);
+        let mut track = acceptance::open_loop_experiment(&species, 1);
         for (steps, wanted) in [(70, CalibrateError::OneLamp), (40, CalibrateError::Short(40))] {
             track.samples.truncate(steps);
             assert_eq!(calibrate(&track, 5.0, &species), Err(wanted));

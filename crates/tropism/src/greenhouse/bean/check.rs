@@ -1,10 +1,10 @@
-//! Which values a plant can have: the guard between a file and a bean.
+//! Range checks of bean files.
 
 use super::{Individual, Species, Spread};
 use crate::check::{OutOfRange, ensure};
 
 impl Species {
-    /// Whether every value is one that a plant can have.
+    /// Checks that every value lies in its range.
     ///
     /// # Errors
     /// [`OutOfRange`] names the first key that is not, its value, and the range.

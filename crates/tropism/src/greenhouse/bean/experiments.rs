@@ -1,15 +1,14 @@
-//! Experiments of plant physiology on one bean, to be held against published kinematics.
+//! Physiological experiments on one bean, for comparison with published kinematics.
 //!
-//! In: an individual and how long its stem is when the experiment begins. Out: the course of the apex. All are made on a
-//! quiet plant that grew up in the dark, so upright; those of a tropism with its nutation switched off, which would hide
-//! a small angle.
+//! In: an individual, and the length of its stem at the start. Out: the time course of the apex. The plant is noise-free and
+//! grows upright in the dark. Experiments on tropisms run without circumnutation, which would mask small angles.
 
 use core::f64::consts::TAU;
 
 use super::{Bean, Individual};
-use crate::greenhouse::view::Place;
 use crate::math;
 use crate::math::statistics::mean;
+use crate::math::vector::Vec3;
 
 /// Powers of the paper's two lamps: both dark, and the right one lit.
 const DARK: [f64; 2] = [0.0, 0.0];
@@ -18,14 +17,14 @@ const RIGHT: [f64; 2] = [0.0, 1.0];
 const WAITING_MIN: f64 = 5.0;
 /// Minutes between two readings.
 const READING_MIN: f64 = 1.0;
-/// Hours after which an apex has found its set point, and until which that is averaged.
+/// Interval over which the set point is averaged, in h since the change. Chosen by hand: after the overshoot.
 const SETTLED_H: [f64; 2] = [10.0, 14.0];
-/// The response has begun when the apex has turned this far, in degrees.
+/// Rotation of the apex that ends the lag, in degrees. Chosen by hand.
 const BEGUN_DEG: f64 = 2.0;
-/// A swing leaves the set point by more than this, in degrees.
+/// Deviation from the set point that counts as a swing, in degrees. Chosen by hand.
 const SWING_DEG: f64 = 15.0;
 
-/// How the apex turned after something changed: readings a minute apart.
+/// Angle of the apex after a stimulus: readings a minute apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Response {
     /// Angle of the apex to the vertical, towards positive x, in degrees; the first reading is from before the change.
@@ -46,13 +45,13 @@ impl Response {
         begun.map_or(f64::INFINITY, |reading| reading as f64 * READING_MIN)
     }
 
-    /// The fastest turning over a quarter of an hour, in degrees per hour.
+    /// Maximum rotation rate over a quarter of an hour, in degrees per hour.
     #[must_use]
-    pub fn fastest_deg_h(&self) -> f64 {
+    pub fn max_rate_deg_h(&self) -> f64 {
         self.degrees.windows(16).map(|turn| (turn[15] - turn[0]).abs() * 4.0).fold(0.0, f64::max)
     }
 
-    /// Where the apex stands from 10 to 14 hours after the change, in degrees.
+    /// Set point: mean angle from 10 to 14 hours after the stimulus, in degrees.
     #[must_use]
     pub fn set_point_deg(&self) -> f64 {
         let [from, to] = SETTLED_H.map(|hours| (hours * 60.0 / READING_MIN) as usize);
@@ -60,7 +59,7 @@ impl Response {
         mean(settled.iter().copied())
     }
 
-    /// The farthest that the apex went beyond its set point, in degrees.
+    /// Maximum overshoot beyond the set point, in degrees.
     #[must_use]
     pub fn overshoot_deg(&self) -> f64 {
         let set_point = self.set_point_deg();
@@ -68,9 +67,9 @@ impl Response {
         self.degrees.iter().map(|degrees| sign * (degrees - set_point)).fold(0.0, f64::max)
     }
 
-    /// The reading at which the apex was farthest from the vertical towards positive x, and its angle then, in degrees.
+    /// The reading with the largest angle towards positive x, and that angle, in degrees.
     #[must_use]
-    pub fn farthest(&self) -> (usize, f64) {
+    pub fn peak(&self) -> (usize, f64) {
         let first = (0, f64::NEG_INFINITY);
         self.degrees
             .iter()
@@ -79,9 +78,9 @@ impl Response {
             .fold(first, |best, now| if now.1 > best.1 { now } else { best })
     }
 
-    /// Time until the angle has fallen to 1/e of its first value, in h; infinite if it never does.
+    /// Relaxation time: the angle falls to 1/e of its first value, in h; infinite if it never does.
     #[must_use]
-    pub fn decay_h(&self) -> f64 {
+    pub fn relaxation_h(&self) -> f64 {
         let rest = self.degrees[0].abs() / core::f64::consts::E;
         let fallen = self.degrees.iter().position(|degrees| degrees.abs() <= rest);
         fallen.map_or(f64::INFINITY, |reading| self.hours(reading))
@@ -98,29 +97,29 @@ impl Response {
         after.windows(2).filter(|pair| is_out(&pair[1]) && !is_out(&pair[0])).count()
     }
 
-    /// The time after which the apex stays within 15 degrees of its set point, in h.
+    /// Settling time: the apex stays within 15 degrees of its set point, in h.
     #[must_use]
-    pub fn settled_h(&self) -> f64 {
+    pub fn settling_h(&self) -> f64 {
         let set_point = self.set_point_deg();
         let last_out = self.degrees.iter().rposition(|degrees| (degrees - set_point).abs() > SWING_DEG);
         last_out.map_or(0.0, |reading| self.hours(reading + 1))
     }
 }
 
-/// The right lamp is switched on for `hours`.
+/// Phototropism: the right lamp is lit for `hours`.
 #[must_use]
 pub fn phototropic_step(individual: &Individual, length: f64, hours: f64) -> Response {
     respond(upright(&still(individual), length), |_| RIGHT, hours)
 }
 
-/// The right lamp is switched on for `minutes`, and the plant then watched in the dark, for `hours` in all.
+/// Phototropic pulse: the right lamp is lit for `minutes`, then dark; `hours` in all.
 #[must_use]
 pub fn light_pulse(individual: &Individual, length: f64, minutes: f64, hours: f64) -> Response {
     let lamps = |minute| if minute < minutes { RIGHT } else { DARK };
     respond(upright(&still(individual), length), lamps, hours)
 }
 
-/// The pot is tipped by `degrees` towards positive x, in the dark.
+/// Gravitropism: the pot is tipped by `degrees` towards positive x, in the dark, for `hours`.
 #[must_use]
 pub fn gravitropic_step(individual: &Individual, length: f64, degrees: f64, hours: f64) -> Response {
     let mut bean = upright(&still(individual), length);
@@ -128,36 +127,37 @@ pub fn gravitropic_step(individual: &Individual, length: f64, degrees: f64, hour
     respond(bean, |_| DARK, hours)
 }
 
-/// The plant bends under the right lamp for `bending_h`, and then straightens in the dark on a clinostat, for `hours`.
+/// Autotropic straightening: the plant bends under the right lamp for `bending_h`, then straightens in the dark on a
+/// clinostat for `hours`.
 ///
-/// A clinostat turns the plant so that gravity has no direction for it; its weight is left as it is.
+/// A clinostat rotates the plant, so that it perceives no direction of gravity; its weight still acts.
 #[must_use]
 pub fn straightening(individual: &Individual, length: f64, bending_h: f64, hours: f64) -> Response {
     let mut bean = upright(&still(individual), length);
     bean.advance(&RIGHT, bending_h * 60.0);
     let tropism = &mut bean.plant.tropism;
-    // Straightening is measured by both sensitivities: the balance makes up for the one that goes.
+    // gamma depends on both sensitivities: the balance number compensates for the removed one.
     tropism.balance *= tropism.light / (tropism.light + tropism.gravity);
     tropism.gravity = 0.0;
     respond(bean, |_| DARK, hours)
 }
 
-/// How the apex circles in the dark.
+/// Circumnutation of the apex in the dark.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Circling {
+pub struct Circumnutation {
     /// The apex every minute, in cm.
-    pub path: Vec<Place>,
+    pub path: Vec<Vec3>,
     /// Mean time of a turn, in min.
     pub period_min: f64,
     /// Half the way from side to side in x, mean of all turns, in cm.
     pub amplitude: f64,
 }
 
-/// Watches a plant of the given length circle in the dark for `hours`.
+/// Measures circumnutation in the dark for `hours`.
 #[must_use]
-pub fn circumnutation(individual: &Individual, length: f64, hours: f64) -> Circling {
+pub fn circumnutation(individual: &Individual, length: f64, hours: f64) -> Circumnutation {
     let mut bean = upright(individual, length);
-    let path: Vec<Place> = (0..(hours * 60.0 / READING_MIN) as usize)
+    let path: Vec<Vec3> = (0..(hours * 60.0 / READING_MIN) as usize)
         .map(|_| {
             bean.advance(&DARK, READING_MIN);
             bean.apex()
@@ -179,19 +179,19 @@ pub fn circumnutation(individual: &Individual, length: f64, hours: f64) -> Circl
     let period_min = (last.unwrap_or(f64::NAN) - first.unwrap_or(f64::NAN)) / turns * READING_MIN;
     // The mean of |sin| is 2 over pi.
     let swing = mean(sway.iter().map(|x| x.abs()));
-    Circling { path, period_min, amplitude: swing * TAU / 4.0 }
+    Circumnutation { path, period_min, amplitude: swing * TAU / 4.0 }
 }
 
-/// The individual without nutation.
+/// The individual without circumnutation.
 fn still(individual: &Individual) -> Individual {
     let mut still = individual.clone();
     still.nutation.curvature = 0.0;
     still
 }
 
-/// A quiet plant that grew to `length` in the dark.
+/// A noise-free plant that grew to `length` in the dark.
 fn upright(individual: &Individual, length: f64) -> Bean {
-    let mut bean = Bean::quiet(individual.clone());
+    let mut bean = Bean::noise_free(individual.clone());
     while bean.length() < length && bean.age_h() < 1000.0 {
         bean.advance(&DARK, WAITING_MIN);
     }
@@ -221,11 +221,11 @@ mod tests {
         let course = (0..900).map(|minute| rise(f64::from(minute)).min(45.0));
         let response = Response { degrees: course.collect() };
         assert_eq!(response.lag_min(), 34.0);
-        assert!((response.fastest_deg_h() - 40.0).abs() < 1e-9);
+        assert!((response.max_rate_deg_h() - 40.0).abs() < 1e-9);
         assert!((response.set_point_deg() - 45.0).abs() < 1e-9);
         assert_eq!(response.swings(), 0);
         assert!(response.overshoot_deg() < 1e-9);
-        assert!((response.settled_h() - 75.0 / 60.0).abs() < 0.05);
+        assert!((response.settling_h() - 75.0 / 60.0).abs() < 0.05);
     }
 
     #[test]
@@ -239,7 +239,7 @@ mod tests {
     fn a_bent_plant_straightens_within_hours() {
         let response = straightening(&Individual::default(), 10.0, 6.0, 24.0);
         assert!(response.degrees[0] > 30.0, "{}", response.degrees[0]);
-        assert!((1.0..10.0).contains(&response.decay_h()), "{} h", response.decay_h());
+        assert!((1.0..10.0).contains(&response.relaxation_h()), "{} h", response.relaxation_h());
     }
 
     #[test]

@@ -53,7 +53,7 @@ impl Observer {
         let pose = bean.pose();
         Observation::simulated(match &mut self.noise {
             Some(noise) => detector::detect(&pose, noise),
-            None => detector::highest(&pose),
+            None => detector::highest_point(&pose),
         })
     }
 
@@ -191,13 +191,13 @@ pub fn grow(
 /// [`grow`] of the typical plant of the species without noise and without events; `phase` is that of circumnutation at the
 /// start, in rad.
 #[must_use]
-pub fn grow_quiet(
+pub fn grow_noise_free(
     species: &Species,
     phase: f64,
     controller: &mut (impl Controller + ?Sized),
     task: &(impl Task + ?Sized),
 ) -> Track {
-    let bean = Bean { phase, ..Bean::quiet(species.average()) };
+    let bean = Bean { phase, ..Bean::noise_free(species.average()) };
     Trial::new(species).specimen(bean, Observer::default()).run(controller, task, &mut unwatched)
 }
 

@@ -2,8 +2,8 @@
 //!
 //! The defaults are those of the typical bush bean.
 //!
-//! Confidence of each value: A known, B order of magnitude, C guess. "Tuned" values were chosen while watching the
-//! statistics of the acceptance table, so that table is a calibration and not a prediction.
+//! Confidence of each value: A known, B order of magnitude, C guess. "Tuned" values were set by hand while watching the
+//! acceptance statistics, so these are a calibration and not a prediction.
 //!
 //! # References
 //! Bastien, Bohr, Moulia, Douady 2013 (doi:10.1073/pnas.1214301109) for the balance of bending and straightening; Bastien,
@@ -21,23 +21,23 @@ use serde::{Deserialize, Serialize};
 pub struct Individual {
     /// Elongation.
     pub growth: Growth,
-    /// Where and when the stem can bend.
+    /// Motile zone: where and when the stem can bend.
     pub motility: Motility,
-    /// What makes it bend.
+    /// Tropisms: phototropism, gravitropism, straightening.
     pub tropism: Tropism,
-    /// Its own circling.
+    /// Circumnutation.
     pub nutation: Nutation,
-    /// The stem as a rod.
+    /// The stem as an elastic rod.
     pub stem: Stem,
     /// The pair of primary leaves.
     pub leaves: Leaves,
-    /// Times in which the plant does not respond.
+    /// Pauses of the response.
     pub pauses: Pauses,
-    /// What fluctuates.
+    /// Fluctuations of gains and curvature.
     pub fluctuation: Fluctuation,
 }
 
-/// Elongation: a growing zone below the apex, slow at first, slower late.
+/// Elongation of the growing zone below the apex.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Growth {
@@ -51,7 +51,7 @@ pub struct Growth {
     pub slows_h: f64,
     /// Time over which it falls, in h (tuned).
     pub slowing_h: f64,
-    /// Share of elongation that is left (tuned).
+    /// Share of elongation that remains (tuned).
     pub late: f64,
 }
 
@@ -71,11 +71,11 @@ pub struct Motility {
     pub mature_h: f64,
     /// Time over which it falls, in h (tuned).
     pub maturing_h: f64,
-    /// Share of motility that is left (tuned).
+    /// Share of motility that remains (tuned).
     pub late: f64,
 }
 
-/// What bends the stem: light, gravity, its own curvature, and a bias.
+/// Phototropism, gravitropism, autotropic straightening (proprioception), and a constant bias.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Tropism {
@@ -83,13 +83,13 @@ pub struct Tropism {
     pub light: f64,
     /// Exponent of the response to irradiance (A: 0.36 to 0.44).
     pub light_exponent: f64,
-    /// Share of the light signal that is perceived at the apex, the rest where it bends (C).
+    /// Share of the light signal perceived at the apex; the rest is perceived locally (C).
     pub apical: f64,
-    /// Memory of light, in h; two such stages in a row (B: 4 to 75 minutes in other species).
+    /// Time constant of each of two stages of photic memory, in h (B: lags of 4 to 75 minutes in other species).
     pub light_memory_h: f64,
     /// Gravitropic sensitivity beta, in rad/cm/h (tuned: a third of light's, set point near 45 degrees).
     pub gravity: f64,
-    /// Memory of gravity, in h (B: 13 to 15 minutes).
+    /// Time constant of gravity memory, in h (B: 13 to 15 minutes).
     pub gravity_memory_h: f64,
     /// Balance number: sensitivity times motile length over straightening rate (B: 0.9 to 9.3).
     pub balance: f64,
@@ -161,21 +161,21 @@ pub struct Leaves {
     pub cotyledons_h: f64,
 }
 
-/// Times in which the plant hardly responds. The paper saw one, "while and started growing leaves".
+/// Pauses of the response. The paper reports one, while leaves unfolded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pauses {
-    /// How long the unfolding of the primary leaves takes, in h (C).
+    /// Duration of the unfolding of the primary leaves, in h (C).
     pub unfolding_h: f64,
     /// Age at which the first trifoliate leaf unfolds, in h (C); it takes 0.8 of the primary leaves' time.
     pub trifoliate_h: f64,
     /// Motility while leaves unfold, as a share (C).
     pub motility: f64,
-    /// Episodes of no response without a cause that could be seen, per h (tuned).
+    /// Rate of non-response episodes without a visible cause, per h (tuned).
     pub episodes_per_h: f64,
 }
 
-/// What fluctuates from hour to hour. Standard deviations of logarithms unless said otherwise.
+/// Ornstein-Uhlenbeck gains and noise. Standard deviations of logarithms unless stated otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fluctuation {
@@ -189,12 +189,12 @@ pub struct Fluctuation {
     pub growth_h: f64,
     /// Noise of curvature, per segment, in 1/cm per square root of an hour (C).
     pub curvature: f64,
-    /// Wander of nutation's phase, in rad per square root of five minutes (C).
+    /// Random walk of the phase of circumnutation, in rad per square root of five minutes (C).
     pub phase: f64,
 }
 
 impl Individual {
-    /// The same plant in a mirror: what leaned or turned to the right leans or turns to the left.
+    /// The mirror image of the plant: x changes sign.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         let mut plant = self.clone();

@@ -1,21 +1,24 @@
-//! A bean that grows, circles, bends to light and against gravity, sags, pauses, and unfolds leaves.
+//! A virtual bean: elongation, phototropism, gravitropism, autotropic straightening, circumnutation, sagging and leaves.
 //!
-//! In: the lamps' power and the time. Out: what can be seen of the plant ([`Pose`]). The idea: a growing, bending rod in
-//! three dimensions, whose curvature changes at every point by
+//! In: the power of each lamp, and time. Out: the visible shape of the plant ([`Pose`]). The idea: a growing elastic rod in
+//! three dimensions. At each point, differential growth changes the curvature by
 //!
 //! `dk/dt = motility (nu light + beta gravity - gamma k + nutation + bias) + noise`
 //!
-//! where light and gravity are projected on the stem's own cross-section. It is a stand-in for a plant: its parameters are
-//! partly published and partly tuned ([`Species`]), and results from it are virtual. It shares nothing with the tip-motion
-//! model, which is built from its photographs.
+//! with light and gravity projected on the cross-section of the stem. `gamma k` is autotropic straightening (proprioception).
+//! Ornstein-Uhlenbeck processes modulate motility and elongation. The parameters are partly published and partly tuned
+//! ([`Species`]); results are virtual. The bean shares nothing with the tip-motion model, which is built from its photographs.
 //!
-//! Sign conventions: x to the right, y up, z towards the camera.
+//! Coordinates: x to the right, y up, z towards the camera; cm, h and rad.
+//!
+//! # References
+//! Those of [`Individual`], whose fields name the source of each parameter.
 
 pub mod experiments;
 mod grow;
 pub mod acceptance;
 pub mod calibrate;
-mod chance;
+mod noise;
 mod check;
 mod individual;
 mod rod;
@@ -23,18 +26,18 @@ mod species;
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
-pub use chance::Pause;
 pub(super) use grow::Observer;
-pub use grow::{Trial, grow, grow_quiet, lamp_powers};
+pub use grow::{Trial, grow, grow_noise_free, lamp_powers};
 pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
+pub use noise::Pause;
 pub use species::{Species, Spread};
 
 use super::pose::{Leaf, Node, Pose};
-use super::view::Place;
 use crate::lamps::{Layout, MAX_LAMPS};
 use crate::math;
-use chance::{Chance, Factors};
-use rod::{Drive, Rod};
+use crate::math::vector::Vec3;
+use noise::{Gains, PlantNoise};
+use rod::{Forcing, Rod};
 
 /// Unit of time of the rates in bean files that are given per five minutes (`growth.rate`, `fluctuation.phase`), in min:
 /// the paper's period between photographs (section 2.2.1).
@@ -44,22 +47,23 @@ const FILE_RATES_PER_H: f64 = 60.0 / FILE_RATE_MIN;
 /// Longest time over which everything but the rod itself is held constant, in min. Chosen by hand: far below the hours in
 /// which it changes.
 const MAX_TICK_MIN: f64 = 5.0;
-/// Elongation of a seedling before it slows, over the rate at which it levels off.
+/// Early elongation of a grown seedling, as a multiple of `growth.rate`. Tuned by hand on the paper's mean growth.
 const EARLY_GROWTH: f64 = 1.13;
-/// Share of elongation that a seedling still lacks, and the time in which it comes, in h.
+/// Share of elongation that a new seedling lacks, and the time constant with which it appears, in h. Chosen by hand.
 const SEEDLING: (f64, f64) = (0.4, 8.0);
-/// Time in which the motile zone lengthens, in h.
+/// Time scale of the logistic lengthening of the motile zone, in h. Tuned by hand: the paper's fast phase from step 300.
 const ZONE_GROWTH_H: f64 = 4.0;
-/// Leaf length at the start as a share, the delay of its growth after unfolding, and that growth's time, in h.
+/// Leaf length before unfolding as a share of the final length, delay of leaf growth after unfolding, and its time scale,
+/// in h. Chosen by hand.
 const LEAF: (f64, f64, f64) = (0.18, 14.0, 5.0);
-/// Delay of the leaves' spreading after they begin to unfold, and the time it takes, in h.
+/// Delay of spreading after the leaves begin to unfold, and its time scale, in h. Chosen by hand.
 const SPREADING: (f64, f64) = (3.0, 1.0);
-/// Share of the cotyledons' time after which they begin to wither.
+/// Age at which cotyledons begin to wither, as a share of the age at which they fall. Chosen by hand.
 const WITHERING: f64 = 0.3;
-/// The blade's angle to the horizontal about which it swings, in rad.
+/// Mean angle of a leaf blade to the horizontal, in rad. Chosen by hand.
 const LEAF_ANGLE: f64 = -0.35;
 
-/// A living bean.
+/// A virtual bean plant.
 ///
 /// ```
 /// use tropism::greenhouse::bean::{Bean, Species};
@@ -74,33 +78,33 @@ pub struct Bean {
     plant: Individual,
     rod: Rod,
     /// Places of the lamps, in cm, and their number.
-    lamps: [Place; MAX_LAMPS],
+    lamps: [Vec3; MAX_LAMPS],
     lamp_count: usize,
     age_h: f64,
-    /// Phase of nutation, in rad.
+    /// Phase of circumnutation, in rad.
     phase: f64,
-    /// Age at which the leaves begin to unfold, in h; never without events.
+    /// Age at which the leaves begin to unfold, in h; infinite without events.
     unfold_h: f64,
-    chance: Option<Chance>,
+    noise: Option<PlantNoise>,
     substep_s: f64,
 }
 
 impl Bean {
-    /// The sub-step unless [`Self::with_substep`] says otherwise, in s.
+    /// Default sub-step of the integration, in s: 0.04 cm rms from a Runge-Kutta solution (docs/virtual-bean.md).
     pub const SUBSTEP_S: f64 = 15.0;
 
-    /// A seedling; `seed` is that of its events, fluctuation and noise.
+    /// A seedling under the paper's lamps; `seed` selects its events, fluctuation and noise.
     #[must_use]
     pub fn new(individual: Individual, seed: u64) -> Self {
-        let mut chance = Chance::new(&individual, seed);
-        let phase = chance.phase();
+        let mut noise = PlantNoise::new(&individual, seed);
+        let phase = noise.phase();
         let unfold_h = individual.leaves.unfold_h;
-        Self { phase, unfold_h, chance: Some(chance), ..Self::quiet(individual) }
+        Self { phase, unfold_h, noise: Some(noise), ..Self::noise_free(individual) }
     }
 
-    /// A seedling without noise and without events: nothing fluctuates, it never pauses, and its leaves stay folded.
+    /// A seedling without noise and events: gains are constant, it never pauses, and its leaves stay folded.
     #[must_use]
-    pub fn quiet(individual: Individual) -> Self {
+    pub fn noise_free(individual: Individual) -> Self {
         Self {
             rod: Rod::seedling(&individual),
             plant: individual,
@@ -109,7 +113,7 @@ impl Bean {
             age_h: 0.0,
             phase: 0.0,
             unfold_h: f64::INFINITY,
-            chance: None,
+            noise: None,
             substep_s: Self::SUBSTEP_S,
         }
         .under(&Layout::default())
@@ -125,10 +129,10 @@ impl Bean {
         self
     }
 
-    /// The same bean, computed with another sub-step, in s.
+    /// The same bean with another sub-step of the integration, in s.
     ///
     /// # Panics
-    /// Unless `seconds` is between 0.1 and 60: longer ones are not accurate.
+    /// Unless `seconds` is between 0.1 and 60.
     #[must_use]
     pub fn with_substep(self, seconds: f64) -> Self {
         assert!((0.1..=60.0).contains(&seconds), "found a sub-step of {seconds} s, wanted 0.1 to 60 s");
@@ -164,32 +168,32 @@ impl Bean {
     fn tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) {
         let plant = &self.plant;
         let substeps = (tick_h * 3600.0 / self.substep_s - 1e-9).ceil().max(1.0);
-        let factors = match &mut self.chance {
-            Some(chance) => chance.factors(plant, self.age_h, tick_h),
-            None => Factors { motility: 1.0, growth: 1.0 },
+        let gains = match &mut self.noise {
+            Some(noise) => noise.gains(plant, self.age_h, tick_h),
+            None => Gains { motility: 1.0, growth: 1.0 },
         };
         let zone = self.zone();
-        let drive = Drive {
+        let forcing = Forcing {
             dt: tick_h / substeps,
             lamps: self.lamps,
             powers,
-            growth: self.elongation() * factors.growth,
-            gain: self.maturity() * factors.motility,
+            growth: self.elongation() * gains.growth,
+            gain: self.maturity() * gains.motility,
             zone,
             straightening: (plant.tropism.light + plant.tropism.gravity) * zone / plant.tropism.balance,
             leaf_mass: self.leaf_mass(),
         };
-        self.rod.begin(plant, &drive);
-        if let Some(chance) = &mut self.chance {
-            self.rod.disturb(|| chance.curvature(plant, tick_h));
-            self.phase += chance.wander(plant, tick_h);
+        self.rod.refresh(plant, &forcing);
+        if let Some(noise) = &mut self.noise {
+            self.rod.disturb(|| noise.curvature_step(plant, tick_h));
+            self.phase += noise.phase_step(plant, tick_h);
         }
-        let (speed, circle) = (TAU / plant.nutation.period_h, circle(plant));
+        let (speed, ellipse) = (TAU / plant.nutation.period_h, nutation_ellipse(plant));
         let [mut cos, mut sin] = [math::cos(self.phase), math::sin(self.phase)];
-        let [cos_step, sin_step] = [math::cos(speed * drive.dt), math::sin(speed * drive.dt)];
+        let [cos_step, sin_step] = [math::cos(speed * forcing.dt), math::sin(speed * forcing.dt)];
         for _ in 0..substeps as u32 {
-            let turning = circle.map(|[major, minor]| major * cos + minor * sin);
-            self.rod.step(plant, &drive, turning);
+            let nutation = ellipse.map(|[major, minor]| major * cos + minor * sin);
+            self.rod.step(plant, &forcing, nutation);
             [cos, sin] = [cos * cos_step - sin * sin_step, sin * cos_step + cos * sin_step];
         }
         self.phase += speed * tick_h;
@@ -197,12 +201,12 @@ impl Bean {
         self.age_h += tick_h;
     }
 
-    /// Leans the base by `radians` further towards positive x, as when the pot is tipped.
+    /// Tilts the base by `radians` towards positive x, as tipping the pot does.
     pub fn tip_over(&mut self, radians: f64) {
-        self.rod.lean(radians);
+        self.rod.tilt_base(radians);
     }
 
-    /// Age, in h since the seedling had its first length.
+    /// Age since the seedling had its initial length, in h.
     #[must_use]
     pub fn age_h(&self) -> f64 {
         self.age_h
@@ -214,37 +218,37 @@ impl Bean {
         self.rod.length()
     }
 
-    /// The shoot apex, in cm.
+    /// Position of the shoot apex, in cm.
     #[must_use]
-    pub fn apex(&self) -> Place {
+    pub fn apex(&self) -> Vec3 {
         let mut apex = [0.0; 3];
-        self.rod.walk(|section| apex = section.at);
+        self.rod.for_each_section(|section| apex = section.at);
         apex
     }
 
-    /// The largest curvature along the stem, in 1/cm.
+    /// Maximum curvature along the stem, in 1/cm.
     #[must_use]
     pub fn peak_curvature(&self) -> f64 {
         self.rod.peak_curvature()
     }
 
-    /// The individual that this bean is.
+    /// The parameters of this plant.
     #[must_use]
     pub fn individual(&self) -> &Individual {
         &self.plant
     }
 
-    /// Its pauses, past and under way; those to come as far as they are fixed.
+    /// Pauses drawn so far: past, present, and the next ones already drawn.
     #[must_use]
     pub fn pauses(&self) -> &[Pause] {
-        self.chance.as_ref().map_or(&[], Chance::pauses)
+        self.noise.as_ref().map_or(&[], PlantNoise::pauses)
     }
 
-    /// What can be seen of it.
+    /// What can be effective of it.
     #[must_use]
     pub fn pose(&self) -> Pose {
         let mut sections = Vec::with_capacity(64);
-        self.rod.walk(|section| sections.push(section));
+        self.rod.for_each_section(|section| sections.push(section));
         let [lower, upper] = [&sections[self.rod.leaf()], &sections[self.rod.leaf() + 1]];
         let base = core::array::from_fn(|axis| 0.5 * (lower.at[axis] + upper.at[axis]));
         let heading = sections.last().expect("a rod has sections").along;
@@ -252,7 +256,7 @@ impl Bean {
         let azimuth = self.plant.leaves.azimuth;
         let stem = sections
             .iter()
-            .map(|section| Node { at: section.at, radius: rod::radius(&self.plant, section.below) })
+            .map(|section| Node { at: section.at, radius: rod::radius(&self.plant, section.from_apex) })
             .collect();
         Pose {
             age_h: self.age_h,
@@ -264,7 +268,7 @@ impl Bean {
         }
     }
 
-    /// How far the cotyledons have withered.
+    /// How far the cotyledons have withered, 0 to 1.
     fn withered(&self) -> f64 {
         let fallen_h = self.plant.leaves.cotyledons_h;
         if self.age_h >= fallen_h {
@@ -273,7 +277,8 @@ impl Bean {
         ((self.age_h / fallen_h - WITHERING) / (1.0 - WITHERING)).max(0.0)
     }
 
-    fn leaf(&self, base: Place, stem: Place, azimuth: f64, spread: f64) -> Leaf {
+    /// One leaf of the pair: folded along the stem at `spread` 0, held by its pulvinus at 1.
+    fn leaf(&self, base: Vec3, stem: Vec3, azimuth: f64, spread: f64) -> Leaf {
         let leaves = &self.plant.leaves;
         let swing = leaves.swing * math::sin(TAU * self.age_h / leaves.swing_period_h + leaves.swing_phase);
         let angle = (LEAF_ANGLE + swing).clamp(-FRAC_PI_2, FRAC_PI_2);
@@ -287,7 +292,7 @@ impl Bean {
         Leaf { base, along, across, length: leaves.length * self.leaf_share() }
     }
 
-    /// Length of the leaves over their full length.
+    /// Length of the leaves as a share of their final length.
     fn leaf_share(&self) -> f64 {
         let (least, delay_h, time_h) = LEAF;
         least + (1.0 - least) * math::logistic((self.age_h - self.unfold_h - delay_h) / time_h)
@@ -307,7 +312,7 @@ impl Bean {
         FILE_RATES_PER_H * growth.rate * (growth.late + (EARLY_GROWTH - growth.late) * young * old)
     }
 
-    /// Motility left at this age, as a share.
+    /// Motility at this age as a share of that of a young stem.
     fn maturity(&self) -> f64 {
         let motility = &self.plant.motility;
         let left = math::logistic((motility.mature_h - self.age_h) / motility.maturing_h);
@@ -322,9 +327,8 @@ impl Bean {
     }
 }
 
-/// Nutation's part in the change of curvature, in 1/cm/h: towards d1 and towards d2, with the cosine and with the sine of
-/// its phase.
-fn circle(plant: &Individual) -> [[f64; 2]; 2] {
+/// The ellipse of circumnutation as rates of curvature, in 1/cm/h: rows d1 and d2, columns cosine and sine of the phase.
+fn nutation_ellipse(plant: &Individual) -> [[f64; 2]; 2] {
     let nutation = &plant.nutation;
     let major = nutation.curvature * TAU / nutation.period_h;
     let minor = major * nutation.roundness * nutation.hand;
@@ -332,7 +336,7 @@ fn circle(plant: &Individual) -> [[f64; 2]; 2] {
     [[cos * major, -sin * minor], [sin * major, cos * minor]]
 }
 
-fn unit(vector: Place) -> Place {
+fn unit(vector: Vec3) -> Vec3 {
     let length = math::vector::norm(vector);
     if length > 0.0 { vector.map(|axis| axis / length) } else { [0.0, 1.0, 0.0] }
 }

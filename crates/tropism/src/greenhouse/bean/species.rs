@@ -1,7 +1,7 @@
-//! What beans have in common, and how they differ.
+//! Species: the typical individual, and the variation between individuals.
 //!
-//! In: a seed and a scale. Out: the parameters of one plant. The idea: a species is its typical individual and the spread
-//! around it; everything else about a bean follows from its individual parameters.
+//! In: a seed and a scale. Out: the parameters of one plant. The idea: individual parameters are drawn from distributions around
+//! those of the typical plant.
 
 use core::f64::consts::{PI, TAU};
 
@@ -27,13 +27,14 @@ pub struct Species {
     pub name: String,
     /// The typical plant.
     pub typical: Individual,
-    /// How far individuals differ from it.
+    /// Variation between individuals.
     pub spread: Spread,
 }
 
-/// How individuals differ: coefficients of variation (log-normal, mean preserved) unless said otherwise.
+/// Variation between individuals: coefficients of variation (log-normal, mean preserved) unless stated otherwise.
 ///
-/// A `scale` multiplies all of them: 0 makes every plant typical, 1 is the species, 2 twice as various.
+/// A `scale` multiplies all of them: 0 for typical plants, 1 for the species, 2 for twice its variation. Guesses, apart from
+/// the period of nutation (known) and what was tuned with the typical plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs, reason = "each names the parameter it varies")]

@@ -1,6 +1,7 @@
-//! What goes wrong in a real tent, by name and by rate, so that software can be tried on it before a plant depends on it.
+//! Fault injection: the faults of a real tent, by name and rate.
 //!
-//! Rates and a seed go in; for each photograph it is decided, by seed and number alone, which faults it suffers.
+//! In: fault rates, a seed and the number of a photograph, which alone decide its faults. Out: [`FaultEvent`]s, and the bytes
+//! that a camera with these faults writes.
 
 mod spoil;
 
@@ -16,7 +17,7 @@ use crate::lamps::Light;
 use crate::photo::Image;
 use crate::random::{Purpose, derive, stream, uniform};
 
-/// What can go wrong with a photograph.
+/// A fault of a photograph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fault {
@@ -26,9 +27,9 @@ pub enum Fault {
     MissedFlash,
     /// A leaf hangs in front of the tip.
     LeafAcross,
-    /// The camera was pushed aside; somebody sets it right an hour later.
+    /// The camera was displaced for an hour.
     Nudged,
-    /// A lamp is mirrored in the lens, over the tip.
+    /// Lens flare of a lamp over the tip.
     Glare,
     /// A fly sits on the lens.
     Fly,
@@ -57,9 +58,9 @@ impl Fault {
         Self::Dropped,
     ];
 
-    /// How many photographs in a row suffer from one such fault.
+    /// Duration, in photographs. Chosen by hand.
     #[must_use]
-    pub const fn lasts(self) -> u64 {
+    pub const fn duration(self) -> u64 {
         match self {
             Self::Nudged => 12,
             Self::Condensation => 8,
@@ -70,19 +71,19 @@ impl Fault {
         }
     }
 
-    /// Whether it changes the picture between the plant and the sensor.
-    const fn is_in_the_way(self) -> bool {
+    /// Whether the fault is optical: it changes the picture on its way to the sensor.
+    const fn is_optical(self) -> bool {
         matches!(self, Self::Nudged | Self::Glare | Self::Fly | Self::Condensation)
     }
 
-    /// Whether all cameras of the tent suffer from it together: there is one flash, and one lamp is lit.
+    /// Whether the fault affects all cameras at once: they share flash and lamps.
     #[must_use]
     pub const fn is_shared(self) -> bool {
         matches!(self, Self::LampFails | Self::MissedFlash)
     }
 }
 
-/// How often each fault begins: a probability per photograph, 0 to 1; nothing goes wrong by default.
+/// Fault rates: the probability per photograph, 0 to 1, that each fault begins. Default: 0.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Faults {
@@ -108,19 +109,19 @@ pub struct Faults {
     pub dropped: f64,
 }
 
-/// A fault that a photograph suffers.
+/// A fault of one photograph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Happening {
-    /// What goes wrong.
+pub struct FaultEvent {
+    /// The fault.
     pub fault: Fault,
-    /// Photographs since it began, 0 for the first.
+    /// Photographs since the fault began, 0 for the first.
     pub age: u64,
-    /// Whatever chance decides about it (where, how much) comes from here: the same as long as it lasts.
+    /// Random seed of its position and strength, constant as long as the fault lasts.
     pub seed: u64,
 }
 
-impl Happening {
-    fn draws(&self) -> ChaCha8Rng {
+impl FaultEvent {
+    fn rng(&self) -> ChaCha8Rng {
         stream(self.seed, Purpose::Scene, 0)
     }
 }
@@ -141,7 +142,7 @@ impl Faults {
         ]
     }
 
-    /// Whether every rate is a probability.
+    /// Checks that every rate is a probability.
     ///
     /// # Errors
     /// [`OutOfRange`] names the first that is not.
@@ -152,23 +153,22 @@ impl Faults {
         })
     }
 
-    /// What photograph number `frame` of the camera in front suffers under `seed`, in the order of [`Fault::ALL`], each
-    /// fault at most once.
+    /// Faults of photograph number `frame` of the front camera under `seed`, in the order of [`Fault::ALL`], each at most once.
     ///
     /// ```
     /// use tropism::greenhouse::fault::{Fault, Faults};
     /// let faults = Faults { dropped: 1.0, ..Faults::default() };
-    /// assert_eq!(faults.at(1, 0)[0].fault, Fault::Dropped);
-    /// assert!(Faults::default().at(1, 0).is_empty());
+    /// assert_eq!(faults.events_at(1, 0)[0].fault, Fault::Dropped);
+    /// assert!(Faults::default().events_at(1, 0).is_empty());
     /// ```
     #[must_use]
-    pub fn at(&self, seed: u64, frame: u64) -> Vec<Happening> {
-        self.before(View::Front, seed, frame)
+    pub fn events_at(&self, seed: u64, frame: u64) -> Vec<FaultEvent> {
+        self.events_for(View::Front, seed, frame)
     }
 
-    /// [`Self::at`] for the camera of `view`: what is not shared happens to each camera at its own times.
+    /// [`Self::events_at`] for the camera of `view`: faults that are not shared begin independently for each camera.
     #[must_use]
-    pub fn before(&self, view: View, seed: u64, frame: u64) -> Vec<Happening> {
+    pub fn events_for(&self, view: View, seed: u64, frame: u64) -> Vec<FaultEvent> {
         // Seeds of their own, so that faults do not follow the folds of the cloth.
         let of_camera = |view: View| derive(seed, Purpose::Scene, u64::MAX - view as u64);
         let seeds = [of_camera(View::Front), of_camera(view)];
@@ -182,73 +182,72 @@ impl Faults {
             .filter(|&(_, _, rate)| rate > 0.0)
             .filter_map(|(_, fault, rate)| {
                 // The youngest counts: a camera that is pushed again stands where it was pushed last.
-                (0..fault.lasts().min(frame + 1)).find_map(|age| {
-                    began(fault, rate, frame - age).map(|seed| Happening { fault, age, seed })
+                (0..fault.duration().min(frame + 1)).find_map(|age| {
+                    began(fault, rate, frame - age).map(|seed| FaultEvent { fault, age, seed })
                 })
             })
             .collect()
     }
 }
 
-/// Whether one of `happenings` is `fault`.
+/// Whether one of `events` is `fault`.
 #[must_use]
-pub fn suffers(happenings: &[Happening], fault: Fault) -> bool {
-    happenings.iter().any(|happening| happening.fault == fault)
+pub fn has_fault(events: &[FaultEvent], fault: Fault) -> bool {
+    events.iter().any(|event| event.fault == fault)
 }
 
 /// The bytes that a camera with these faults writes, or `None` if it writes none. `last` is what it wrote before.
 ///
-/// A lamp that fails gives no light to the plant either: whoever grows the plant asks [`suffers`] as well.
+/// A failed lamp does not light the plant either: code that grows the plant must check [`has_fault`].
 #[must_use]
 pub fn photograph(
     renderer: &mut Renderer,
-    happenings: &[Happening],
+    events: &[FaultEvent],
     pose: &Pose,
     lit: Option<Light>,
     frame_index: u64,
     last: Option<&[u8]>,
 ) -> Option<Vec<u8>> {
-    if suffers(happenings, Fault::Dropped) {
+    if has_fault(events, Fault::Dropped) {
         return None;
     }
-    if let Some(last) = last.filter(|_| suffers(happenings, Fault::Repeated)) {
+    if let Some(last) = last.filter(|_| has_fault(events, Fault::Repeated)) {
         return Some(last.to_vec());
     }
-    let lit = lit.filter(|_| !suffers(happenings, Fault::LampFails));
-    let flash = !suffers(happenings, Fault::MissedFlash);
+    let lit = lit.filter(|_| !has_fault(events, Fault::LampFails));
+    let flash = !has_fault(events, Fault::MissedFlash);
     let mut pose = pose.clone();
-    for happening in happenings.iter().filter(|happening| happening.fault == Fault::LeafAcross) {
-        spoil::leaf_across(&mut pose, renderer.view(), &mut happening.draws());
+    for event in events.iter().filter(|event| event.fault == Fault::LeafAcross) {
+        spoil::leaf_across(&mut pose, renderer.view(), &mut event.rng());
     }
-    let in_the_way: Vec<&Happening> =
-        happenings.iter().filter(|happening| happening.fault.is_in_the_way()).collect();
-    let mut bytes = if in_the_way.is_empty() {
+    let optical: Vec<&FaultEvent> = events.iter().filter(|event| event.fault.is_optical()).collect();
+    let mut bytes = if optical.is_empty() {
         renderer.photograph(&pose, lit, flash, frame_index)
     } else {
         let mut image = renderer.draw(&pose, lit, flash, frame_index);
-        spoil_picture(&mut image, &in_the_way, renderer, &pose);
-        renderer.develop(&image)
+        apply_optical_faults(&mut image, &optical, renderer, &pose);
+        renderer.encode(&image)
     };
-    for happening in happenings.iter().filter(|happening| happening.fault == Fault::HalfWritten) {
-        let share = 0.2 + 0.7 * uniform(&mut happening.draws());
+    for event in events.iter().filter(|event| event.fault == Fault::HalfWritten) {
+        let share = 0.2 + 0.7 * uniform(&mut event.rng());
         bytes.truncate((share * bytes.len() as f64) as usize);
     }
     Some(bytes)
 }
 
-/// Lays what is in the way over the picture of `pose`.
-fn spoil_picture(image: &mut Image, in_the_way: &[&Happening], renderer: &Renderer, pose: &Pose) {
+/// Applies optical faults to the picture of `pose`.
+fn apply_optical_faults(image: &mut Image, optical: &[&FaultEvent], renderer: &Renderer, pose: &Pose) {
     let frame = renderer.frame();
     let top = frame.pixel(renderer.truth(pose).top);
-    for happening in in_the_way {
-        let rng = &mut happening.draws();
-        match happening.fault {
+    for event in optical {
+        let rng = &mut event.rng();
+        match event.fault {
             Fault::Nudged => spoil::nudged(image, frame.px_per_cm, rng),
             Fault::Glare => spoil::glare(image, top, frame.px_per_cm, rng),
             Fault::Fly => spoil::fly(image, top, frame.px_per_cm, rng),
             Fault::Condensation => {
-                // It comes, and clears up.
-                let ripe = (happening.age + 1).min(Fault::Condensation.lasts() - happening.age);
+                // It builds up over four photographs and clears over the last four.
+                let ripe = (event.age + 1).min(Fault::Condensation.duration() - event.age);
                 spoil::condensation(image, frame.px_per_cm, (ripe as f64 / 4.0).min(1.0));
             }
             _ => {}
@@ -285,17 +284,17 @@ mod tests {
         }
     }
 
-    fn of(fault: Fault, age: u64) -> Vec<Happening> {
-        vec![Happening { fault, age, seed: 5 }]
+    fn of(fault: Fault, age: u64) -> Vec<FaultEvent> {
+        vec![FaultEvent { fault, age, seed: 5 }]
     }
 
-    fn taken(happenings: &[Happening]) -> Option<Vec<u8>> {
+    fn taken(events: &[FaultEvent]) -> Option<Vec<u8>> {
         let mut renderer = Renderer::new(&Scene { width: 324, height: 243, ..Scene::default() }, 1);
-        photograph(&mut renderer, happenings, &bean(), Some(Light::LEFT), 3, Some(b"the one before"))
+        photograph(&mut renderer, events, &bean(), Some(Light::LEFT), 3, Some(b"the one before"))
     }
 
-    fn picture(happenings: &[Happening]) -> Image {
-        let bytes = taken(happenings).unwrap();
+    fn picture(events: &[FaultEvent]) -> Image {
+        let bytes = taken(events).unwrap();
         Photo { name: String::new(), bytes, time_s: 0.0 }.decode().unwrap()
     }
 
@@ -307,12 +306,12 @@ mod tests {
         #[test]
         fn a_fault_lasts_and_keeps_its_seed(seed in any::<u64>(), frame in 0..100_000_u64) {
             let faults = Faults { nudged: 0.02, glare: 0.1, dropped: 0.3, ..Faults::default() };
-            let now = faults.at(seed, frame);
-            prop_assert_eq!(&now, &faults.at(seed, frame));
-            for happening in now.iter().filter(|happening| happening.age > 0) {
-                let before = faults.at(seed, frame - 1);
-                let younger = Happening { age: happening.age - 1, ..*happening };
-                prop_assert!(before.contains(&younger), "{before:?} then {happening:?}");
+            let now = faults.events_at(seed, frame);
+            prop_assert_eq!(&now, &faults.events_at(seed, frame));
+            for event in now.iter().filter(|event| event.age > 0) {
+                let before = faults.events_at(seed, frame - 1);
+                let younger = FaultEvent { age: event.age - 1, ..*event };
+                prop_assert!(before.contains(&younger), "{before:?} then {event:?}");
             }
         }
     }
@@ -320,7 +319,7 @@ mod tests {
     #[test]
     fn faults_come_at_their_rate() {
         let faults = Faults { missed_flash: 0.05, half_written: 0.2, ..Faults::default() };
-        let count = |fault| (0..4000).filter(|&frame| suffers(&faults.at(9, frame), fault)).count();
+        let count = |fault| (0..4000).filter(|&frame| has_fault(&faults.events_at(9, frame), fault)).count();
         assert!((150..250).contains(&count(Fault::MissedFlash)), "{}", count(Fault::MissedFlash));
         assert!((700..900).contains(&count(Fault::HalfWritten)), "{}", count(Fault::HalfWritten));
         assert_eq!(count(Fault::Fly), 0);
@@ -332,13 +331,13 @@ mod tests {
             Faults { lamp_fails: 0.1, missed_flash: 0.1, fly: 0.1, dropped: 0.1, ..Faults::default() };
         let (mut shared, mut own) = (0, [0; 3]);
         for frame in 0..500 {
-            let [front, side] = View::BOTH.map(|view| faults.before(view, 4, frame));
-            assert_eq!(front, faults.at(4, frame));
+            let [front, side] = View::BOTH.map(|view| faults.events_for(view, 4, frame));
+            assert_eq!(front, faults.events_at(4, frame));
             for fault in [Fault::LampFails, Fault::MissedFlash] {
-                assert_eq!(suffers(&front, fault), suffers(&side, fault), "{fault:?} at {frame}");
-                shared += usize::from(suffers(&front, fault));
+                assert_eq!(has_fault(&front, fault), has_fault(&side, fault), "{fault:?} at {frame}");
+                shared += usize::from(has_fault(&front, fault));
             }
-            let has_fly = [&front, &side].map(|happenings| suffers(happenings, Fault::Fly));
+            let has_fly = [&front, &side].map(|events| has_fault(events, Fault::Fly));
             own[0] += usize::from(has_fly[0]);
             own[1] += usize::from(has_fly[1]);
             own[2] += usize::from(has_fly == [true; 2]);
@@ -350,8 +349,8 @@ mod tests {
     fn a_leaf_across_hides_the_tip_from_either_side() {
         for view in View::BOTH {
             let mut renderer = Renderer::at(view, &Scene { width: 324, height: 243, ..Scene::default() }, 1);
-            let mut taken = |happenings: &[Happening]| {
-                let bytes = photograph(&mut renderer, happenings, &bean(), None, 3, None).unwrap();
+            let mut taken = |events: &[FaultEvent]| {
+                let bytes = photograph(&mut renderer, events, &bean(), None, 3, None).unwrap();
                 Photo { name: String::new(), bytes, time_s: 0.0 }.decode().unwrap()
             };
             let (plain, hidden) = (taken(&[]), taken(&of(Fault::LeafAcross, 0)));

@@ -1,4 +1,4 @@
-//! How faults look in a picture.
+//! Image effects of optical faults. Sizes and strengths are chosen by hand to look like photographs of real tents.
 
 use rand::Rng;
 
@@ -19,15 +19,15 @@ fn between(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
 pub(super) fn leaf_across(pose: &mut Pose, view: View, rng: &mut impl Rng) {
     let slant = between(rng, -0.5, 0.5);
     let side = if uniform(rng) < 0.5 { 1.0 } else { -1.0 };
-    let along = view.back([side * math::cos(slant), math::sin(slant), 0.0]);
-    let across = view.back([-math::sin(slant), side * math::cos(slant), 0.0]);
+    let along = view.to_tent([side * math::cos(slant), math::sin(slant), 0.0]);
+    let across = view.to_tent([-math::sin(slant), side * math::cos(slant), 0.0]);
     let length = pose.leaves[1].length.max(3.5);
-    let in_front = add(pose.apex(), view.back([0.0, 0.0, 1.0]));
+    let in_front = add(pose.apex(), view.to_tent([0.0, 0.0, 1.0]));
     pose.leaves[1] = Leaf { base: add(in_front, scale(along, -0.6 * length)), along, across, length };
     pose.spread = 1.0;
 }
 
-/// Moves the picture by 0.4 to 1.6 cm to each side, as a camera does that was pushed.
+/// Shifts the picture by 0.4 to 1.6 cm along each axis, as a displaced camera does.
 pub(super) fn nudged(image: &mut Image, px_per_cm: f64, rng: &mut impl Rng) {
     let mut shift = || {
         let far = between(rng, 0.4, 1.6) * px_per_cm;
@@ -60,7 +60,7 @@ fn around(image: &mut Image, centre: Pixel, reach: f64, mut change: impl FnMut(&
     }
 }
 
-/// A blue-white ghost of a lamp over the tip, with a streak through it.
+/// Lens flare over the tip: a blue-white ghost of a lamp with a streak.
 pub(super) fn glare(image: &mut Image, top: Pixel, px_per_cm: f64, rng: &mut impl Rng) {
     let wide = between(rng, 1.5, 3.5) * px_per_cm;
     let strength = between(rng, 150.0, 320.0);

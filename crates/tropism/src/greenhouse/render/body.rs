@@ -1,12 +1,12 @@
-//! The plant's body as it is drawn: a pose fleshed out, still in 3-D.
+//! Three-dimensional shapes of the plant: stem, hook, bud, cotyledons and leaves of a pose.
 //!
-//! Both the picture and the truth beside it are made from this, so that they cannot disagree.
+//! Picture and ground truth are both computed from these shapes, so that they agree. Sizes of organs are chosen by hand.
 
 use crate::geometry::Point;
 use crate::greenhouse::pose::{Leaf, Node, Pose};
-use crate::greenhouse::view::{CAMERA, Frame, Place, project};
+use crate::greenhouse::view::{CAMERA, Frame, project};
 use crate::math;
-use crate::math::vector::{add, cross, distance, dot, normalize_or, scale, sub};
+use crate::math::vector::{Vec3, add, cross, distance, dot, normalize_or, scale, sub};
 
 /// Hours over which the last of the apical hook straightens: the paper starts right after it has opened.
 const HOOK_OPENS: f64 = 6.0;
@@ -36,9 +36,9 @@ pub(super) struct Body {
 /// An egg-shaped organ.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Oval {
-    pub(super) centre: Place,
+    pub(super) centre: Vec3,
     /// Half the long axis.
-    pub(super) half: Place,
+    pub(super) half: Vec3,
     /// Half the short axis, in cm.
     pub(super) wide: f64,
 }
@@ -48,11 +48,11 @@ pub(super) struct Oval {
 pub(super) struct Blade {
     pub(super) petiole: Vec<Node>,
     /// From where the petiole meets the blade to the blade's end.
-    pub(super) midrib: [Place; 2],
+    pub(super) midrib: [Vec3; 2],
     /// The halves' edges, each from the petiole's end to the blade's end.
-    pub(super) halves: [Vec<Place>; 2],
+    pub(super) halves: [Vec<Vec3>; 2],
     /// Unit vectors that the halves' upper faces face.
-    pub(super) normals: [Place; 2],
+    pub(super) normals: [Vec3; 2],
 }
 
 impl Body {
@@ -89,7 +89,7 @@ impl Body {
 }
 
 /// How much larger something at `at` looks than in the plane of the pot's axis.
-pub(super) fn nearness(at: Place) -> f64 {
+pub(super) fn nearness(at: Vec3) -> f64 {
     CAMERA[2] / (CAMERA[2] - at[2])
 }
 
@@ -115,11 +115,11 @@ fn smooth(nodes: &[Node]) -> Vec<Node> {
 }
 
 /// The part of `vector` at right angles to the unit vector `to`, at length 1.
-fn square_to(vector: Place, to: Place) -> Place {
+fn square_to(vector: Vec3, to: Vec3) -> Vec3 {
     normalize_or(sub(vector, scale(to, dot(vector, to))), [1.0, 0.0, 0.0])
 }
 
-fn hook(pose: &Pose, side: Place) -> Vec<Node> {
+fn hook(pose: &Pose, side: Vec3) -> Vec<Node> {
     let closed = 1.0 - pose.age_h / HOOK_OPENS;
     let Some(end) = pose.stem.last().filter(|_| closed > 0.0) else { return Vec::new() };
     let side = square_to(side, pose.heading);
@@ -150,7 +150,7 @@ fn cotyledonary(stem: &[Node]) -> usize {
 }
 
 /// The pair of cotyledons at the foot of `stem`.
-fn cotyledons(stem: &[Node], side: Place, age_h: f64, withered: f64) -> Vec<Oval> {
+fn cotyledons(stem: &[Node], side: Vec3, age_h: f64, withered: f64) -> Vec<Oval> {
     let [foot, next, ..] = stem else { return Vec::new() };
     let pair = [foot, next];
     let along = normalize_or(sub(pair[1].at, pair[0].at), [0.0, 1.0, 0.0]);
@@ -194,12 +194,12 @@ impl Blade {
     fn new(leaf: &Leaf, spread: f64) -> Self {
         // Folded leaves clasp each other: their blades are rolled along the midrib.
         let open = 0.45 + 0.55 * spread;
-        let rolled = |place: Place| {
+        let rolled = |place: Vec3| {
             let off = dot(sub(place, leaf.base), leaf.across);
             add(place, scale(leaf.across, (open - 1.0) * off))
         };
         const HALF: usize = 20;
-        let edge: Vec<Place> = leaf.outline(HALF).into_iter().map(rolled).collect();
+        let edge: Vec<Vec3> = leaf.outline(HALF).into_iter().map(rolled).collect();
         let (first, second) = edge.split_at(HALF);
         let start = leaf.place(Leaf::PETIOLE, 0.0);
         let end = leaf.place(1.0, 0.0);
@@ -220,7 +220,7 @@ impl Blade {
     }
 
     /// The middle of the blade.
-    pub(super) fn centre(&self) -> Place {
+    pub(super) fn centre(&self) -> Vec3 {
         scale(add(self.midrib[0], self.midrib[1]), 0.5)
     }
 }

@@ -2,9 +2,9 @@
 
 use jpeg_encoder::{Encoder, ImageBuffer, JpegColorType, SamplingFactor};
 
-use super::film::Film;
+use super::ycbcr::YcbcrImage;
 
-impl ImageBuffer for &Film {
+impl ImageBuffer for &YcbcrImage {
     fn get_jpeg_color_type(&self) -> JpegColorType {
         JpegColorType::Ycbcr
     }
@@ -44,7 +44,7 @@ fn side(length: usize) -> u16 {
 ///
 /// # Panics
 /// If the picture has a side of 0 or above 65 535.
-pub(super) fn encode(film: &Film, quality: u8) -> Vec<u8> {
+pub(super) fn encode(film: &YcbcrImage, quality: u8) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(film.luma.len() / 4);
     let mut encoder = Encoder::new(&mut bytes, quality);
     encoder.set_sampling_factor(SamplingFactor::F_2_2);
@@ -64,7 +64,7 @@ mod tests {
                 .flat_map(|at| if at % width < width / 2 { [40, 160, 60] } else { [200, 90, 30] })
                 .collect();
             let image = Image { width, height, rgb };
-            let bytes = encode(&Film::of(&image), 95);
+            let bytes = encode(&YcbcrImage::of(&image), 95);
             let back = Photo { name: String::new(), bytes, time_s: 0.0 }.decode().unwrap();
             assert_eq!((back.width, back.height), (width, height));
             for (x, y) in [(0, 0), (width - 1, 0), (0, height - 1), (width - 1, height - 1)] {

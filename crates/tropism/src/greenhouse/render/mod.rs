@@ -1,25 +1,26 @@
-//! Photographs of the virtual tent: a pose and the state of the lights go in, a picture comes out.
+//! Renders photographs of the virtual tent.
 //!
-//! While a plant grows, only the plant moves. So the tent is drawn once for each state of the lights, and a photograph
-//! costs a copy of it, the plant's few square centimetres, a stretch of noise, and the JPEG.
+//! In: a [`Pose`] and the state of the lights. Out: a picture or a JPEG file. The idea: only the plant moves, so the background
+//! is ray-cast once for each state of the lights. A photograph costs a copy of it, the painted plant, sensor noise, and the
+//! JPEG encoder.
 
 mod body;
 mod cloth;
 mod tone;
 mod paint;
-mod backdrop;
-mod film;
+mod background;
+mod ycbcr;
 mod jpeg;
 mod sensor;
 mod truth;
 
-use self::backdrop::Tent;
+use self::background::Background;
 use self::body::Body;
-use self::film::Film;
 use self::paint::Canvas;
 use self::sensor::{Blur, Noise};
-use self::tone::Tone;
+use self::tone::ToneCurve;
 pub use self::truth::{Truth, truth};
+use self::ycbcr::YcbcrImage;
 use super::pose::Pose;
 use super::scene::{Lighting, Scene};
 use super::view::{Frame, View};
@@ -32,20 +33,19 @@ use crate::photo::Image;
 pub struct Renderer {
     scene: Scene,
     view: View,
-    tent: Tent,
-    tone: Tone,
+    background: Background,
+    tone: ToneCurve,
     blur: Blur,
     noise: Noise,
     layout: Layout,
-    /// The tent without a plant, for each state of the lights once it was asked for: dark, then each lamp; without and
-    /// with flash.
-    backdrops: Vec<Option<Film>>,
-    /// Memory for the next photograph: fetching it anew costs more than filling it.
-    film: Film,
+    /// Cached background of each state of the lights: dark, then each lamp; without and with flash.
+    backgrounds: Vec<Option<YcbcrImage>>,
+    /// Reused memory of the next photograph: allocation costs more than filling it.
+    film: YcbcrImage,
 }
 
 impl Renderer {
-    /// A camera in front of the tent that `seed` furnishes: the folds of its cloth, and the sensor's noise.
+    /// The front camera of a tent; `seed` selects the folds of its cloth and the sensor noise.
     ///
     /// The scene must have passed [`Scene::check`].
     #[must_use]
@@ -53,19 +53,19 @@ impl Renderer {
         Self::at(View::Front, scene, seed)
     }
 
-    /// [`Self::new`] with the camera in another place. The tent and the plant in it are the same.
+    /// [`Self::new`] for the camera of `view` in the same tent.
     #[must_use]
     pub fn at(view: View, scene: &Scene, seed: u64) -> Self {
-        // Another camera has another sensor, and another cloth before it.
+        // Each camera has its own sensor noise and sees another cloth.
         let seed = seed ^ ((view as u64) << 63);
         Self {
             view,
-            tent: Tent::new(scene, &Layout::default(), seed, view),
-            tone: Tone::new(),
+            background: Background::new(scene, &Layout::default(), seed, view),
+            tone: ToneCurve::new(),
             blur: Blur::new(scene.blur * scene.frame().px_per_cm),
             noise: Noise::new(seed, scene.noise, scene.width as usize),
-            backdrops: Vec::new(),
-            film: Film::default(),
+            backgrounds: Vec::new(),
+            film: YcbcrImage::default(),
             scene: scene.clone(),
             layout: Layout::default(),
         }
@@ -73,16 +73,16 @@ impl Renderer {
 
     /// The same camera in a tent with the lamps of `layout`; without this, with the paper's two.
     ///
-    /// A lamp behind the back wall stands in an opening of the cloth; a lamp before the plant hides what it stands before.
+    /// A lamp behind the back wall stands in an opening of the cloth. A lamp in front of the plant occludes it.
     #[must_use]
     pub fn under(mut self, layout: &Layout) -> Self {
-        self.tent.set_lamps(layout);
-        self.backdrops.clear();
+        self.background.set_lamps(layout);
+        self.backgrounds.clear();
         self.layout = layout.clone();
         self
     }
 
-    /// From where the camera sees the plant.
+    /// The view of the camera.
     #[must_use]
     pub const fn view(&self) -> View {
         self.view
@@ -94,7 +94,7 @@ impl Renderer {
         self.scene.frame()
     }
 
-    /// What is true of a photograph of `pose`.
+    /// Ground truth of a photograph of `pose`.
     #[must_use]
     pub fn truth(&self, pose: &Pose) -> Truth {
         truth(&pose.seen_from(self.view), self.frame())
@@ -102,7 +102,7 @@ impl Renderer {
 
     /// The picture of `pose` with one lamp `lit` or none, taken with or without the flash.
     ///
-    /// The same picture for the same arguments, whatever was drawn before; `frame_index` picks the noise.
+    /// The picture depends on the arguments alone; `frame_index` selects the noise.
     #[must_use]
     pub fn draw(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) -> Image {
         self.expose(pose, lit, flash, frame_index);
@@ -119,14 +119,14 @@ impl Renderer {
     fn expose(&mut self, pose: &Pose, lit: Option<Light>, flash: bool, frame_index: u64) {
         let lighting = Lighting::new(&self.scene, &self.layout, lit, flash, self.view);
         let mut film = std::mem::take(&mut self.film);
-        film.clone_from(self.backdrop(&lighting, flash));
+        film.clone_from(self.background(&lighting, flash));
         let margin = self.blur.reach() as i64 + 1;
         if let Some(mut canvas) =
             Canvas::paint(&Body::new(&pose.seen_from(self.view)), self.frame(), margin, &lighting, &self.tone)
         {
             let columns = canvas.pixmap.width() as usize;
             self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
-            self.tent.mask(&mut canvas);
+            self.background.mask(&mut canvas);
             film.lay_over(&canvas);
         }
         self.noise.add(&mut film.luma, film.width, frame_index);
@@ -139,24 +139,24 @@ impl Renderer {
     /// # Panics
     /// If the picture has a side of 0 or above 65 535.
     #[must_use]
-    pub fn develop(&self, image: &Image) -> Vec<u8> {
-        jpeg::encode(&Film::of(image), self.scene.jpeg_quality)
+    pub fn encode(&self, image: &Image) -> Vec<u8> {
+        jpeg::encode(&YcbcrImage::of(image), self.scene.jpeg_quality)
     }
 
-    fn backdrop(&mut self, lighting: &Lighting, flash: bool) -> &Film {
+    fn background(&mut self, lighting: &Lighting, flash: bool) -> &YcbcrImage {
         let state = 2 * lighting.lit().map_or(0, |light| 1 + light.index()) + usize::from(flash);
-        let Self { scene, tent, tone, blur, backdrops, layout, .. } = self;
-        backdrops.resize(2 * (1 + layout.len()), None);
-        backdrops[state].get_or_insert_with(|| {
+        let Self { scene, background, tone, blur, backgrounds, layout, .. } = self;
+        backgrounds.resize(2 * (1 + layout.len()), None);
+        backgrounds[state].get_or_insert_with(|| {
             let (width, height) = (scene.width as usize, scene.height as usize);
-            let mut rgb = tent.photograph(scene, lighting, tone);
+            let mut rgb = background.photograph(scene, lighting, tone);
             blur.apply(&mut rgb, width, 3);
-            Film::of(&Image { width, height, rgb })
+            YcbcrImage::of(&Image { width, height, rgb })
         })
     }
 }
 
-/// A picture blurred by `sigma` pixels. A wide blur is done on a smaller picture: nobody can tell.
+/// Gaussian blur by `sigma` pixels. A wide blur works on a downsampled picture.
 pub(super) fn blurred(image: &Image, sigma: f64) -> Image {
     let step = ((0.5 * sigma) as usize).max(1);
     let (width, height) = (image.width.div_ceil(step), image.height.div_ceil(step));
@@ -330,7 +330,7 @@ mod tests {
     fn a_plant_outside_the_picture_leaves_the_tent_as_it_is() {
         let mut renderer = Renderer::new(&Scene::default(), 4);
         let mut away = bean(10.0, 0.0, 0.0);
-        let shift = |at: &mut crate::greenhouse::view::Place| at[0] += 500.0;
+        let shift = |at: &mut crate::math::vector::Vec3| at[0] += 500.0;
         away.stem.iter_mut().for_each(|node| shift(&mut node.at));
         away.leaves.iter_mut().for_each(|leaf| shift(&mut leaf.base));
         let mut further = away.clone();

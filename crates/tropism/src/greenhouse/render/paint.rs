@@ -6,12 +6,12 @@ use tiny_skia::{
 };
 
 use super::body::{Blade, Body, Oval, nearness, ribbon};
-use super::tone::Tone;
+use super::tone::ToneCurve;
 use crate::geometry;
 use crate::greenhouse::pose::Node;
 use crate::greenhouse::scene::{Lighting, Rgb};
-use crate::greenhouse::view::{CAMERA, Frame, Place, project};
-use crate::math::vector::{add, dot, normalize_or, scale, sub};
+use crate::greenhouse::view::{CAMERA, Frame, project};
+use crate::math::vector::{Vec3, add, dot, normalize_or, scale, sub};
 
 /// A stem is pale where it left the soil, green where the cotyledons were, and yellowish where it is young.
 const STEM: Rgb = [0.74, 0.90, 0.19];
@@ -34,7 +34,7 @@ pub(super) struct Canvas<'a> {
     pub(super) corner: [i64; 2],
     pub(super) frame: Frame,
     lighting: &'a Lighting,
-    tone: &'a Tone,
+    tone: &'a ToneCurve,
 }
 
 impl<'a> Canvas<'a> {
@@ -44,7 +44,7 @@ impl<'a> Canvas<'a> {
         frame: Frame,
         margin: i64,
         lighting: &'a Lighting,
-        tone: &'a Tone,
+        tone: &'a ToneCurve,
     ) -> Option<Self> {
         let ([left, top], [right, bottom]) = bounds(body, frame)?;
         let low = |value: f64, size: u32| (value.floor() as i64 - margin).clamp(0, i64::from(size));
@@ -133,7 +133,7 @@ impl<'a> Canvas<'a> {
     fn oval(&mut self, oval: &Oval, colour: Rgb) {
         let outline: Vec<[f64; 2]> = oval.outline(24).into_iter().map(|point| self.pixel(point)).collect();
         let Some(path) = self.path(&outline) else { return };
-        let lit = |normal: Place| {
+        let lit = |normal: Vec3| {
             let light = self.lighting.at(oval.centre, normal, 0.8);
             self.colour(core::array::from_fn(|band| light[band] * colour[band]), 255)
         };
@@ -153,16 +153,16 @@ impl<'a> Canvas<'a> {
         self.veins(leaf);
     }
 
-    fn blade_light(&self, at: Place, normal: Place, colour: Rgb, through: Rgb) -> Rgb {
+    fn blade_light(&self, at: Vec3, normal: Vec3, colour: Rgb, through: Rgb) -> Rgb {
         let above = dot(sub(CAMERA, at), normal) > 0.0;
         let light = self.lighting.at(at, normal, 0.25);
         let shade = if above { colour } else { through };
         core::array::from_fn(|band| light[band] * shade[band])
     }
 
-    fn blade_shader(&self, leaf: &Blade, normal: Place) -> Shader<'static> {
+    fn blade_shader(&self, leaf: &Blade, normal: Vec3) -> Shader<'static> {
         let ahead = sub(leaf.midrib[1], leaf.midrib[0]);
-        let end = |place: Place, bend: f64| {
+        let end = |place: Vec3, bend: f64| {
             // A blade bends down towards its end.
             let bent = normalize_or(add(normal, scale(ahead, bend)), normal);
             self.colour(self.blade_light(place, bent, LEAF, THROUGH_LEAF), 255)

@@ -1,4 +1,4 @@
-//! What lens and sensor add: blur and noise, in integers, for they touch every pixel of every photograph.
+//! Lens blur and sensor noise, in integer arithmetic: they touch every pixel of every photograph.
 
 use rand::Rng;
 
@@ -82,10 +82,9 @@ impl Blur {
     }
 }
 
-/// The sensor's noise: a tape of it, of which every row of every photograph takes another stretch.
+/// Sensor noise: each row takes a random section of a precomputed sequence.
 ///
-/// It is noise of brightness: that of colour, which is a third of the variance of a sensor's pixels, is lost where a file
-/// keeps colour at half resolution.
+/// Noise affects luma alone: chroma subsampling removes that of colour.
 #[derive(Clone, Debug)]
 pub(super) struct Noise {
     seed: u64,

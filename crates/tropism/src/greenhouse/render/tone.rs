@@ -1,4 +1,4 @@
-//! The camera's curve from light to grey levels.
+//! Tone curve of the camera: linear light to grey levels (IEC 61966-2-1, sRGB).
 
 use crate::greenhouse::scene::Rgb;
 use crate::math;
@@ -7,11 +7,11 @@ const STEPS: usize = 4096;
 
 /// The curve as a table: linear light to a grey level of 0 to 255, as sRGB has it, above a little stray light.
 #[derive(Clone, Debug)]
-pub(super) struct Tone {
+pub(super) struct ToneCurve {
     table: Vec<u8>,
 }
 
-impl Tone {
+impl ToneCurve {
     pub(super) fn new() -> Self {
         let curve = |step: usize| {
             let light = 0.0012 + step as f64 / (STEPS - 1) as f64;

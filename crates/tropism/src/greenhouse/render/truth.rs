@@ -1,4 +1,4 @@
-//! What is true of a photograph: written beside it for tests, never read by vision.
+//! Ground truth of a photograph, for the evaluation of vision. Never read by vision.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::geometry::{Point, Polyline};
 use crate::greenhouse::pose::Pose;
 use crate::greenhouse::view::{Frame, project};
 
-/// What is true of the plant in a photograph, in cm of the plane of the pot's axis, to the micrometre.
+/// Ground truth of the plant in a photograph, in cm of the plane of the pot's axis, to the micrometre.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
@@ -23,7 +23,7 @@ pub struct Truth {
     pub px_per_cm: f64,
 }
 
-/// What is true of the photograph of `pose` that `frame` maps to pixels.
+/// Ground truth of the photograph of `pose`.
 ///
 /// # Panics
 /// If the stem has no nodes.

@@ -1,4 +1,7 @@
-//! Where the root is in a picture, and how many pixels make a centimetre.
+//! Calibration of a camera: the position of the root and the scale, or the lens.
+//!
+//! In: a root, and a scale or a fitted lens. Out: the map between pixels and centimetres. The one idea: all lengths
+//! hold in the plane of the stem alone.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +9,10 @@ use crate::geometry::{Pixel, Point};
 use crate::vision::camera::lens::Lens;
 use crate::vision::error::VisionError;
 
-/// How the pictures of one camera map to the plane of the stem ("stored in cm and scaled to the dimensions of the
-/// experiment setup", section 2.2.2).
+/// Map from the pictures of one camera to the plane of the stem, in cm ("stored in cm and scaled to the dimensions of
+/// the experiment setup", section 2.2.2).
 ///
-/// By one scale for the whole picture, or, where the camera was shown a checkerboard, through its [`Lens`].
+/// It is one scale for the whole picture, or a [`Lens`] that was fitted to a checkerboard.
 ///
 /// ```
 /// use tropism::geometry::{Pixel, Point};
@@ -20,72 +23,75 @@ use crate::vision::error::VisionError;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    /// The root: where the stem leaves the soil. It is (0, 0) cm.
+    /// The root: the pixel where the stem leaves the soil, which is (0, 0) cm.
     pub base: Pixel,
-    /// Pixels per cm in the plane of the stem; with a lens, around the root.
+    /// Scale in the plane of the stem, in pixels per cm; with a lens, around the root.
     pub px_per_cm: f64,
-    /// Columns of the pictures that it holds for.
+    /// Columns of the calibrated pictures.
     pub width: usize,
-    /// Rows of the pictures that it holds for.
+    /// Rows of the calibrated pictures.
     pub height: usize,
-    /// How far the marks it was made from lie from where it places them, as a root mean square in mm; `None` where
-    /// nothing was left over to judge it by.
+    /// Root mean square residual of the marks or corners that it was fitted to, in mm; `None` where they determine it
+    /// exactly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_mm: Option<f64>,
-    /// Distortion of the lens and perspective of a tilted camera; `None` is a camera without either.
+    /// Lens distortion and perspective; `None` is a camera without either.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lens: Option<Lens>,
 }
 
 impl Calibration {
-    /// One scale for the whole picture.
+    /// A calibration by one scale for the whole picture.
     #[must_use]
     pub const fn from_scale(base: Pixel, px_per_cm: f64, width: usize, height: usize) -> Self {
         Self { base, px_per_cm, width, height, residual_mm: None, lens: None }
     }
 
-    /// The scale of marks of known length, as ends in pixels and cm between them, by least squares; and how far the
-    /// lengths are off, as a root mean square in mm, `None` for a single mark. `None` without a mark that has a length.
+    /// Fits the scale, in pixels per cm, to marks of known length by least squares.
+    ///
+    /// A mark is its two ends in pixels and its length in cm. The second value is the root mean square residual of
+    /// the lengths in mm, `None` for a single mark. `None` without a mark that has a length.
     #[must_use]
     pub fn fit_scale(marks: &[([Pixel; 2], f64)]) -> Option<(f64, Option<f64>)> {
-        let long = |[a, b]: [Pixel; 2]| a.distance(b);
+        let length_px = |[a, b]: [Pixel; 2]| a.distance(b);
         let squares: f64 = marks.iter().map(|(_, cm)| cm * cm).sum();
-        let scale = marks.iter().map(|&(ends, cm)| long(ends) * cm).sum::<f64>() / squares;
-        let off: f64 =
-            marks.iter().map(|&(ends, cm)| (long(ends) / scale - cm) * (long(ends) / scale - cm)).sum();
-        let residual = (marks.len() > 1).then(|| 10.0 * (off / marks.len() as f64).sqrt());
+        let scale = marks.iter().map(|&(ends, cm)| length_px(ends) * cm).sum::<f64>() / squares;
+        let error_cm = |&(ends, cm): &([Pixel; 2], f64)| length_px(ends) / scale - cm;
+        let squared_errors: f64 = marks.iter().map(|mark| error_cm(mark) * error_cm(mark)).sum();
+        let residual = (marks.len() > 1).then(|| 10.0 * (squared_errors / marks.len() as f64).sqrt());
         (scale.is_finite() && scale > 0.0).then_some((scale, residual))
     }
 
-    /// Checks that every value can be one.
+    /// Checks that every value is in its range.
     ///
     /// # Errors
     /// [`VisionError::Value`] names the key. The root may lie outside the picture.
     pub fn check(&self) -> Result<(), VisionError> {
-        let value = |key, found: String, wanted| Err(VisionError::Value { key, found, wanted });
-        if !(self.px_per_cm.is_finite() && self.px_per_cm > 0.0) {
-            return value("px_per_cm", self.px_per_cm.to_string(), "a number above 0");
-        }
-        if !(self.base.x.is_finite() && self.base.y.is_finite()) {
-            return value("base", format!("({}, {})", self.base.x, self.base.y), "finite pixels");
-        }
-        if self.width == 0 || self.height == 0 {
-            return value("width, height", format!("{} x {}", self.width, self.height), "at least 1 x 1");
-        }
-        self.lens.map_or(Ok(()), |lens| lens.check(self.width, self.height))
+        let Self { base, px_per_cm, width, height, .. } = *self;
+        let check = VisionError::check_value;
+        check(
+            "px_per_cm",
+            px_per_cm.to_string(),
+            px_per_cm.is_finite() && px_per_cm > 0.0,
+            "a number above 0",
+        )?;
+        let is_finite = base.x.is_finite() && base.y.is_finite();
+        check("base", format!("({}, {})", base.x, base.y), is_finite, "finite pixels")?;
+        check("width, height", format!("{width} x {height}"), width > 0 && height > 0, "at least 1 x 1")?;
+        self.lens.map_or(Ok(()), |lens| lens.check(width, height))
     }
 
-    /// The point of the plane of the stem that a pixel shows, in cm.
+    /// Maps a pixel to the plane of the stem, in cm.
     #[must_use]
     pub fn point(&self, pixel: Pixel) -> Point {
         if let Some(lens) = &self.lens {
-            let [place, root] = [pixel, self.base].map(|pixel| lens.point(pixel, self.width, self.height));
-            return Point::new(place.x - root.x, place.y - root.y);
+            let [point, root] = [pixel, self.base].map(|pixel| lens.point(pixel, self.width, self.height));
+            return Point::new(point.x - root.x, point.y - root.y);
         }
         Point::new((pixel.x - self.base.x) / self.px_per_cm, (self.base.y - pixel.y) / self.px_per_cm)
     }
 
-    /// The pixel that shows a point of the plane of the stem.
+    /// Maps a point of the plane of the stem, in cm, to a pixel.
     #[must_use]
     pub fn pixel(&self, point: Point) -> Pixel {
         if let Some(lens) = &self.lens {
@@ -95,7 +101,7 @@ impl Calibration {
         Pixel::new(self.base.x + point.x * self.px_per_cm, self.base.y - point.y * self.px_per_cm)
     }
 
-    /// Checks that it holds for a picture of `width` x `height`.
+    /// Checks that a picture of `width` x `height` has the calibrated size.
     ///
     /// # Errors
     /// [`VisionError::Size`] with both sizes.

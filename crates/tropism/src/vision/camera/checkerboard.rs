@@ -1,10 +1,14 @@
-//! The inner corners of a checkerboard in a photograph, between pixels.
+//! Detection of the inner corners of a checkerboard, to a fraction of a pixel.
 //!
-//! In: a picture, and how many corners the board has. Out: where they are, in the board's order. The one idea: around a
-//! corner, opposite places are alike and places at a right angle differ; corners that continue each other are a board.
+//! In: a picture, and the number of corners of the board. Out: the corners' pixels, each with its position on the
+//! board. The one idea: on a ring around a corner opposite samples are alike and samples a quarter turn apart differ.
+//! Corners with such a response are grown into a grid from one of them, and refined by the gradients around them.
 //!
 //! # References
-//! Bennett and Lasenby 2014, *ChESS: quick and robust detection of chess-board features*, doi:10.1016/j.cviu.2013.10.008.
+//! - Bennett and Lasenby 2014, *ChESS: quick and robust detection of chess-board features*,
+//!   doi:10.1016/j.cviu.2013.10.008: the corner response.
+//! - Förstner and Gülch 1987, *A fast operator for detection and precise location of distinct points, corners and
+//!   centres of circular features*: the refinement, as in OpenCV's `cornerSubPix`.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -14,147 +18,146 @@ use crate::photo::Image;
 use crate::vision::raster::filter;
 use crate::vision::raster::plane::LUMA;
 
-/// A board by its inner corners, where four squares meet: one fewer each way than squares.
+/// A checkerboard, by its inner corners, where four squares meet: one fewer each way than squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checkerboard {
-    /// Inner corners along one side, at least 3.
+    /// Number of inner corners along one side, at least 3.
     pub columns: usize,
-    /// Inner corners along the other, at least 3.
+    /// Number of inner corners along the other side, at least 3.
     pub rows: usize,
-    /// Side of a square, in cm.
+    /// Side length of a square, in cm.
     pub square_cm: f64,
 }
 
-/// Why no board is found.
+/// The picture does not show the whole board.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "found {found} inner corners of a checkerboard, wanted {columns} x {rows}: the whole board in view, sharp, without glare"
 )]
 pub struct BoardNotFound {
-    /// The most that belong together.
+    /// Number of corners of the largest grid found.
     pub found: usize,
-    /// Wanted along one side.
+    /// Number of corners wanted along one side.
     pub columns: usize,
-    /// Wanted along the other.
+    /// Number of corners wanted along the other side.
     pub rows: usize,
 }
 
-/// Corners are looked for in a picture of at most so many columns.
-const COLUMNS: usize = 1_000;
+/// Most columns of the picture in which corners are searched; larger ones are downscaled. Chosen by hand.
+const SEARCH_COLUMNS: usize = 1_000;
 
-/// Radius of the ring of sixteen places around a corner, in pixels of that picture.
-const RADIUS: f64 = 5.0;
+/// Radius of the ring of sixteen samples around a corner, in pixels of the searched picture: that of Bennett and
+/// Lasenby.
+const RING_RADIUS: f64 = 5.0;
 
-/// A corner must response with this share of the strongest.
-const FAINT: f32 = 0.15;
+/// Least response of a corner, as a share of the strongest. Chosen by hand.
+const MIN_RESPONSE: f32 = 0.15;
 
-/// How far from where the grid would go on a corner may be, as a share of a square.
-const ASTRAY: f64 = 0.3;
+/// Greatest distance of a corner from its predicted position, as a share of a square. Chosen by hand.
+const MAX_DEVIATION: f64 = 0.3;
 
-/// Corners from which a grid is tried to be grown.
+/// Number of the strongest corners from which growing a grid is tried. Chosen by hand.
 const SEEDS: usize = 40;
 
 impl Checkerboard {
-    /// Its corners in a picture, each with its place on the board in cm.
+    /// Finds the board's corners in a picture, each with its position on the board in cm.
     ///
     /// # Errors
     /// [`BoardNotFound`] if not all of them are found.
     pub fn find(&self, image: &Image) -> Result<Vec<(Pixel, Point)>, BoardNotFound> {
-        let nothing = |found| BoardNotFound { found, columns: self.columns, rows: self.rows };
-        let factor = image.width.div_ceil(COLUMNS).max(1).min(image.height.max(1));
+        let not_found = |found| BoardNotFound { found, columns: self.columns, rows: self.rows };
+        let factor = image.width.div_ceil(SEARCH_COLUMNS).max(1).min(image.height.max(1));
         if image.width < 4 * factor || image.height < 4 * factor {
-            return Err(nothing(0));
+            return Err(not_found(0));
         }
         let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-        let corners = candidates(&Grey::of(&filter::downscale(image, whole, factor)));
-        let full = Grey::of(image);
+        let corners = find_candidates(&LumaImage::of(&filter::downscale(image, whole, factor)));
+        let full = LumaImage::of(image);
         let middle = (factor as f64 - 1.0) / 2.0;
         let mut most = 0;
         for seed in 0..corners.len().min(SEEDS) {
-            let grid = grow(&corners, seed);
+            let grid = grow_grid(&corners, seed);
             most = most.max(grid.len());
-            let Some(ordered) = self.ordered(&grid) else { continue };
+            let Some(ordered) = self.match_grid(&grid) else { continue };
             let spacing =
                 factor as f64 * hypot(ordered[1].1.0 - ordered[0].1.0, ordered[1].1.1 - ordered[0].1.1);
-            let place = |((i, j), (x, y)): (Cell, Place)| {
+            let refine = |((i, j), (x, y)): (Cell, Position)| {
                 let rough = (x * factor as f64 + middle, y * factor as f64 + middle);
-                let (x, y) = full.saddle(rough, (0.3 * spacing).clamp(3.0, 20.0));
+                let (x, y) = full.refine_corner(rough, (0.3 * spacing).clamp(3.0, 20.0));
                 (Pixel::new(x, y), Point::new(i as f64 * self.square_cm, j as f64 * self.square_cm))
             };
-            return Ok(ordered.into_iter().map(place).collect());
+            return Ok(ordered.into_iter().map(refine).collect());
         }
-        Err(nothing(most))
+        Err(not_found(most))
     }
 
-    /// The corners of a grid row by row, if it is this board, whichever way round.
-    fn ordered(&self, grid: &Grid) -> Option<Vec<(Cell, Place)>> {
-        let ends = |axis: fn(&(i32, i32)) -> i32| {
+    /// The corners of a complete grid with the board's columns and rows, in either orientation; `None` for another
+    /// grid.
+    fn match_grid(&self, grid: &Grid) -> Option<Vec<(Cell, Position)>> {
+        let extent = |axis: fn(&(i32, i32)) -> i32| {
             let (low, high) = (grid.keys().map(axis).min()?, grid.keys().map(axis).max()?);
             Some((low, (high - low) as usize + 1))
         };
-        let ((left, width), (top, height)) = (ends(|at| at.0)?, ends(|at| at.1)?);
-        let is_this =
+        let ((left, width), (top, height)) = (extent(|at| at.0)?, extent(|at| at.1)?);
+        let has_size =
             (width, height) == (self.columns, self.rows) || (height, width) == (self.columns, self.rows);
-        if !is_this || grid.len() != width * height {
+        if !has_size || grid.len() != width * height {
             return None;
         }
-        Some(
-            grid.iter()
-                .map(|(at, place)| (((at.0 - left) as usize, (at.1 - top) as usize), *place))
-                .collect(),
-        )
+        let cell = |at: &(i32, i32)| ((at.0 - left) as usize, (at.1 - top) as usize);
+        Some(grid.iter().map(|(at, position)| (cell(at), *position)).collect())
     }
 }
 
-/// Corners by where on a board they are, which is counted from the one that was found first.
-type Grid = BTreeMap<(i32, i32), Place>;
+/// Corners by column and row on the board, counted from the seed.
+type Grid = BTreeMap<(i32, i32), Position>;
 
-/// Column and row, in pixels of the picture that is searched.
-type Place = (f64, f64);
+/// Column and row in the searched picture, in pixels.
+type Position = (f64, f64);
 
 /// Column and row of a corner on its board, from 0.
 type Cell = (usize, usize);
 
-/// The grid that goes on from one corner in all directions.
-fn grow(corners: &[Place], seed: usize) -> Grid {
+/// Grows a grid from one corner: each corner predicts its four neighbours, breadth first.
+fn grow_grid(corners: &[Position], seed: usize) -> Grid {
     let mut grid = Grid::new();
     let start = corners[seed];
-    let Some(((first_x, first_y), (second_x, second_y))) = axes(corners, seed) else { return grid };
-    // Each corner with the steps to its neighbours, as they are around there.
+    let Some(((first_x, first_y), (second_x, second_y))) = grid_axes(corners, seed) else { return grid };
+    // The steps to the neighbours of each corner, which perspective changes over the board.
     let mut steps = BTreeMap::new();
     grid.insert((0, 0), start);
     steps.insert((0, 0), [(first_x, first_y), (second_x, second_y)]);
-    let mut waiting = VecDeque::from([(0, 0)]);
-    while let Some(at) = waiting.pop_front() {
-        let (here, around): (Place, [Place; 2]) = (grid[&at], steps[&at]);
+    let mut queue = VecDeque::from([(0, 0)]);
+    while let Some(at) = queue.pop_front() {
+        let (here, around): (Position, [Position; 2]) = (grid[&at], steps[&at]);
         for (axis, sign) in [(0, 1), (0, -1), (1, 1), (1, -1)] {
             let next = if axis == 0 { (at.0 + sign, at.1) } else { (at.0, at.1 + sign) };
             if grid.contains_key(&next) {
                 continue;
             }
             let (dx, dy) = (f64::from(sign) * around[axis].0, f64::from(sign) * around[axis].1);
-            let expected = (here.0 + dx, here.1 + dy);
-            let reach = ASTRAY * hypot(dx, dy);
-            let distance = |corner: &Place| hypot(corner.0 - expected.0, corner.1 - expected.1);
+            let predicted = (here.0 + dx, here.1 + dy);
+            let max_distance = MAX_DEVIATION * hypot(dx, dy);
+            let distance = |corner: &Position| hypot(corner.0 - predicted.0, corner.1 - predicted.1);
             let nearest = corners.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            let Some(&found) = nearest.filter(|corner| distance(corner) < reach) else { continue };
+            let Some(&found) = nearest.filter(|corner| distance(corner) < max_distance) else { continue };
             if grid.values().any(|taken| *taken == found) {
                 continue;
             }
-            let mut known = around;
-            known[axis] = (f64::from(sign) * (found.0 - here.0), f64::from(sign) * (found.1 - here.1));
+            let mut updated = around;
+            updated[axis] = (f64::from(sign) * (found.0 - here.0), f64::from(sign) * (found.1 - here.1));
             grid.insert(next, found);
-            steps.insert(next, known);
-            waiting.push_back(next);
+            steps.insert(next, updated);
+            queue.push_back(next);
         }
     }
     grid
 }
 
-/// The steps from a corner to its nearest and to the nearest that stands across from there.
-fn axes(corners: &[Place], seed: usize) -> Option<(Place, Place)> {
+/// The steps from a corner to its nearest neighbour, and to the nearest one across that direction.
+fn grid_axes(corners: &[Position], seed: usize) -> Option<(Position, Position)> {
     let here = corners[seed];
-    let mut steps: Vec<Place> = corners
+    let mut steps: Vec<Position> = corners
         .iter()
         .enumerate()
         .filter(|&(index, _)| index != seed)
@@ -162,58 +165,60 @@ fn axes(corners: &[Place], seed: usize) -> Option<(Place, Place)> {
         .collect();
     steps.sort_by(|a, b| hypot(a.0, a.1).total_cmp(&hypot(b.0, b.1)));
     let first = *steps.first()?;
-    let across = |step: &&Place| {
+    // More than 53 degrees from the first axis.
+    let is_across = |step: &&Position| {
         let sine = (first.0 * step.1 - first.1 * step.0) / (hypot(first.0, first.1) * hypot(step.0, step.1));
         sine.abs() > 0.8
     };
-    Some((first, *steps.iter().find(across)?))
+    Some((first, *steps.iter().find(is_across)?))
 }
 
-/// Places that response as corners do, the strongest first.
-fn candidates(grey: &Grey) -> Vec<Place> {
-    let responses = grey.corner_response();
+/// Local maxima of the corner response (non-maximum suppression), the strongest first.
+fn find_candidates(luma: &LumaImage) -> Vec<Position> {
+    let responses = luma.corner_response();
     let strongest = responses.iter().copied().fold(0.0, f32::max);
-    let reach = RADIUS as usize;
-    let mut found: Vec<(f32, Place)> = Vec::new();
-    for y in reach..grey.height.saturating_sub(reach) {
-        for x in reach..grey.width.saturating_sub(reach) {
-            let response = responses[y * grey.width + x];
-            if response <= FAINT * strongest {
+    let radius = RING_RADIUS as usize;
+    let mut found: Vec<(f32, Position)> = Vec::new();
+    for y in radius..luma.height.saturating_sub(radius) {
+        for x in radius..luma.width.saturating_sub(radius) {
+            let response = responses[y * luma.width + x];
+            if response <= MIN_RESPONSE * strongest {
                 continue;
             }
-            let around = (y - reach..=y + reach).flat_map(|v| (x - reach..=x + reach).map(move |u| (u, v)));
-            let is_top = around.clone().all(|(u, v)| {
-                let other = responses[v * grey.width + u];
-                // Of two that are alike, the first.
+            let mut window =
+                (y - radius..=y + radius).flat_map(|v| (x - radius..=x + radius).map(move |u| (u, v)));
+            let is_maximum = window.all(|(u, v)| {
+                let other = responses[v * luma.width + u];
+                // The first of equals.
                 other < response || other == response && (v, u) >= (y, x)
             });
-            if is_top {
+            if is_maximum {
                 found.push((response, (x as f64, y as f64)));
             }
         }
     }
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    found.into_iter().map(|(_, place)| place).collect()
+    found.into_iter().map(|(_, position)| position).collect()
 }
 
-/// Brightness of a picture.
-struct Grey {
+/// The luma of a picture.
+struct LumaImage {
     width: usize,
     height: usize,
     values: Vec<f32>,
 }
 
-impl Grey {
+impl LumaImage {
     fn of(image: &Image) -> Self {
-        let grey = |rgb: &[u8]| LUMA.iter().zip(rgb).map(|(weight, &value)| weight * f32::from(value)).sum();
+        let luma = |rgb: &[u8]| LUMA.iter().zip(rgb).map(|(weight, &value)| weight * f32::from(value)).sum();
         Self {
             width: image.width,
             height: image.height,
-            values: image.rgb.chunks_exact(3).map(grey).collect(),
+            values: image.rgb.chunks_exact(3).map(luma).collect(),
         }
     }
 
-    /// Between pixels, by its four neighbours; beyond the edge, as at the edge.
+    /// Bilinear interpolation, in single precision; beyond the edge the outermost pixels are repeated.
     fn at(&self, x: f64, y: f64) -> f32 {
         let x = x.clamp(0.0, self.width as f64 - 1.001);
         let y = y.clamp(0.0, self.height as f64 - 1.001);
@@ -226,74 +231,76 @@ impl Grey {
         crate::math::interpolate::bilinear_blend(corners, right, down)
     }
 
-    /// How much each pixel responses as a corner does: opposite places of the ring alike, those at right angles different,
-    /// and the middle neither darker nor lighter than the ring.
+    /// The ChESS response of each pixel (Bennett and Lasenby 2014): the sum response over the ring, less the
+    /// difference response and 16 times the mean response.
     fn corner_response(&self) -> Vec<f32> {
-        let reach = RADIUS as usize;
-        let turn = |i: usize| f64::from(i as u32) * std::f64::consts::TAU / 16.0;
+        let radius = RING_RADIUS as usize;
+        let angle = |i: usize| f64::from(i as u32) * std::f64::consts::TAU / 16.0;
         let ring: Vec<(f64, f64)> = (0..16)
-            .map(|i| (RADIUS * crate::math::cos(turn(i)), RADIUS * crate::math::sin(turn(i))))
+            .map(|i| (RING_RADIUS * crate::math::cos(angle(i)), RING_RADIUS * crate::math::sin(angle(i))))
             .collect();
         let offsets: Vec<isize> = ring
             .iter()
             .map(|(dx, dy)| dy.round() as isize * self.width as isize + dx.round() as isize)
             .collect();
         let mut responses = vec![0.0; self.values.len()];
-        for y in reach..self.height.saturating_sub(reach) {
-            for x in reach..self.width.saturating_sub(reach) {
+        for y in radius..self.height.saturating_sub(radius) {
+            for x in radius..self.width.saturating_sub(radius) {
                 let at = y * self.width + x;
-                let around = |i: usize| self.values[(at as isize + offsets[i]) as usize];
-                let (mut crossed, mut opposed, mut sum) = (0.0_f32, 0.0_f32, 0.0_f32);
+                let ring = |i: usize| self.values[(at as isize + offsets[i]) as usize];
+                let (mut sum_response, mut difference_response, mut sum) = (0.0_f32, 0.0_f32, 0.0_f32);
                 for i in 0..4 {
-                    let [a, b, c, d] = [around(i), around(i + 4), around(i + 8), around(i + 12)];
-                    crossed += (a + c - b - d).abs();
-                    opposed += (a - c).abs() + (b - d).abs();
+                    let [a, b, c, d] = [ring(i), ring(i + 4), ring(i + 8), ring(i + 12)];
+                    sum_response += (a + c - b - d).abs();
+                    difference_response += (a - c).abs() + (b - d).abs();
                     sum += a + b + c + d;
                 }
-                let near = self.values[at] + self.values[at - 1] + self.values[at + 1];
-                let near = near + self.values[at - self.width] + self.values[at + self.width];
-                responses[at] = (crossed - opposed - (near / 5.0 - sum / 16.0).abs() * 16.0).max(0.0);
+                let centre = self.values[at] + self.values[at - 1] + self.values[at + 1];
+                let centre = centre + self.values[at - self.width] + self.values[at + self.width];
+                let mean_response = (centre / 5.0 - sum / 16.0).abs();
+                responses[at] = (sum_response - difference_response - mean_response * 16.0).max(0.0);
             }
         }
         responses
     }
 
-    /// The corner near `rough`: the place from which all edges within `reach` point away, or `rough` itself where the walk
-    /// there leads off.
-    fn saddle(&self, rough: Place, reach: f64) -> Place {
-        let mut place = rough;
-        let half = reach.ceil() as i32;
+    /// Refines a corner by Förstner's operator: at the corner, each gradient within `radius` is perpendicular to the
+    /// line from there. Returns `rough` where the iteration leaves the window.
+    fn refine_corner(&self, rough: Position, radius: f64) -> Position {
+        let mut corner = rough;
+        let half = radius.ceil() as i32;
         for _ in 0..20 {
-            let (mut xx, mut xy, mut yy, mut along, mut down) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            let (mut xx, mut xy, mut yy, mut right_x, mut right_y) = (0.0, 0.0, 0.0, 0.0, 0.0);
             for v in -half..=half {
                 for u in -half..=half {
                     let (u, v) = (f64::from(u), f64::from(v));
-                    let weight = crate::math::exp(-2.0 * (u * u + v * v) / (reach * reach));
-                    let (x, y) = (place.0 + u, place.1 + v);
+                    let weight = crate::math::exp(-2.0 * (u * u + v * v) / (radius * radius));
+                    let (x, y) = (corner.0 + u, corner.1 + v);
                     let slope_x = f64::from(self.at(x + 1.0, y) - self.at(x - 1.0, y));
                     let slope_y = f64::from(self.at(x, y + 1.0) - self.at(x, y - 1.0));
                     xx += weight * slope_x * slope_x;
                     xy += weight * slope_x * slope_y;
                     yy += weight * slope_y * slope_y;
-                    let across = slope_x * u + slope_y * v;
-                    along += weight * slope_x * across;
-                    down += weight * slope_y * across;
+                    let projection = slope_x * u + slope_y * v;
+                    right_x += weight * slope_x * projection;
+                    right_y += weight * slope_y * projection;
                 }
             }
             let determinant = xx * yy - xy * xy;
             if determinant <= 1e-9 * (xx + yy) * (xx + yy) {
                 return rough;
             }
-            let (dx, dy) = ((yy * along - xy * down) / determinant, (xx * down - xy * along) / determinant);
-            place = (place.0 + dx, place.1 + dy);
-            if hypot(place.0 - rough.0, place.1 - rough.1) > reach {
+            let dx = (yy * right_x - xy * right_y) / determinant;
+            let dy = (xx * right_y - xy * right_x) / determinant;
+            corner = (corner.0 + dx, corner.1 + dy);
+            if hypot(corner.0 - rough.0, corner.1 - rough.1) > radius {
                 return rough;
             }
             if hypot(dx, dy) < 1e-3 {
                 break;
             }
         }
-        place
+        corner
     }
 }
 
@@ -305,7 +312,7 @@ mod tests {
 
     const BOARD: Checkerboard = Checkerboard { columns: 9, rows: 6, square_cm: 1.5 };
 
-    /// A photograph of the board through a lens: 10 x 7 squares on a white sheet, on a grey ground, with noise.
+    /// A photograph of the board through a lens: 10 x 7 squares on a white sheet before grey, with noise.
     fn photograph(lens: &Lens, width: usize, height: usize, noise: f64) -> Image {
         let mut rng = random::stream(7, Purpose::Camera, 0);
         let level = |x: f64, y: f64| {
@@ -340,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn a_board_tells_lens_and_perspective() {
+    fn a_board_gives_lens_and_perspective() {
         let (width, height) = (900, 675);
         for (distortion, pitch, turn, roll) in [
             (0.0, 0.0, 0.0, 0.0),
@@ -354,7 +361,7 @@ mod tests {
             assert_eq!(corners.len(), 54);
             let fit = Lens::fit(&corners, width, height).unwrap();
             assert!(fit.residual_px < 0.15 && fit.residual_mm < 0.1, "{fit:?}");
-            // Lengths all over the board, and beyond it, are what they are.
+            // Lengths on the board and beyond it are right.
             let cm = |lens: &Lens, (a, b): (Pixel, Pixel)| {
                 lens.point(a, width, height).distance(lens.point(b, width, height))
             };
@@ -371,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_photograph_is_searched_small_and_measured_large() {
+    fn a_large_photograph_is_searched_downscaled_and_refined_at_full_size() {
         let truth = lens(-0.1, 0.05, 0.02, 0.0);
         let (width, height) = (1_800, 1_350);
         let corners = BOARD.find(&photograph(&truth, width, height, 0.0)).unwrap();
@@ -385,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn no_board_is_an_error_that_counts() {
+    fn a_missing_board_is_an_error_that_counts_corners() {
         let truth = lens(0.0, 0.0, 0.0, 0.0);
         let image = photograph(&truth, 600, 450, 2.0);
         let error = Checkerboard { columns: 8, rows: 6, ..BOARD }.find(&image).unwrap_err();

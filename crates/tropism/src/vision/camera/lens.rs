@@ -1,12 +1,19 @@
-//! How a lens and a tilted camera map the plane of the stem, learned from a checkerboard held there.
+//! Lens distortion and perspective, calibrated from a checkerboard in the plane of the stem.
 //!
-//! In: corners of a board in a photograph, and where on the board they are. Out: a [`Lens`], and how well it fits. The
-//! one idea: a distorted radius becomes a straight one by division, r / (1 + distortion r²), which can be undone exactly;
-//! what is straight maps to the plane by a homography.
+//! In: corners of a checkerboard in one photograph, and their positions on the board. Out: a [`Lens`] and its
+//! residuals. The one idea: the division model r / (1 + k r²) removes radial distortion and can be inverted exactly;
+//! a homography then maps the undistorted picture to the plane. It starts from a linear least-squares solution and is
+//! refined to the least reprojection error, as in Zhang's calibration, but of one plane and without the camera's
+//! intrinsic parameters.
 //!
 //! # References
-//! Fitzgibbon 2001, *Simultaneous linear estimation of multiple view geometry and lens distortion*,
-//! doi:10.1109/CVPR.2001.990465 (the division model).
+//! - Fitzgibbon 2001, *Simultaneous linear estimation of multiple view geometry and lens distortion*,
+//!   doi:10.1109/CVPR.2001.990465: the division model.
+//! - Hartley and Zisserman 2003, *Multiple View Geometry in Computer Vision*, section 4.1: homography by least
+//!   squares.
+//! - Zhang 2000, *A flexible new technique for camera calibration*, doi:10.1109/34.888718: refinement of the
+//!   reprojection error.
+//! - Levenberg 1944, doi:10.1090/qam/10666; Marquardt 1963, doi:10.1137/0111030: the refinement's algorithm.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,173 +24,180 @@ use crate::math::matrix::{
 use crate::math::vector::{Vec2, Vec3, dot, sub};
 use crate::vision::error::VisionError;
 
-/// The map from a picture to the plane of the stem. Its cm count from somewhere in the plane; [`Calibration`] counts them
-/// from the root.
+/// Map from a picture to the plane of the stem. Its origin is anywhere in the plane; [`Calibration`] moves it to the
+/// root.
 ///
 /// [`Calibration`]: crate::vision::Calibration
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lens {
-    /// Distortion for radii in halves of the picture's diagonal: negative for a barrel, 0 for none, above -1 and below 1.
+    /// Distortion k of the division model, for radii in halves of the picture's diagonal: negative for barrel
+    /// distortion, 0 for none, above -1 and below 1.
     pub distortion: f64,
-    /// From undistorted places, in halves of the diagonal from the picture's centre with y down, to cm in the plane with y
-    /// up: rows of a homography.
+    /// Homography by rows: from undistorted points, in halves of the diagonal from the picture's centre with y down,
+    /// to cm in the plane with y up.
     pub homography: [[f64; 3]; 3],
 }
 
-/// A lens and how far the corners it was fitted to are from where it places them, as root mean squares.
+/// A fitted lens and the root mean square of its residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensFit {
-    /// The lens.
+    /// Fitted lens.
     pub lens: Lens,
-    /// In the plane, in mm.
+    /// Residual in the plane, in mm.
     pub residual_mm: f64,
-    /// In the picture, in pixels.
+    /// Residual in the picture, in pixels.
     pub residual_px: f64,
 }
 
-/// Where a corner is in the picture, in halves of its diagonal from its centre, and in the plane, in cm.
-type Pair = ((f64, f64), (f64, f64));
+/// A corner in the picture, in normalised coordinates, and in the plane, in cm.
+type Correspondence = ((f64, f64), (f64, f64));
 
-/// Nine numbers to fit: the homography from plane to picture but for its last element, which is 1, and the distortion.
+/// The nine parameters of the fit: the homography from plane to picture without its last element, which is 1, and the
+/// distortion.
 type Parameters = [f64; 9];
 
 impl Lens {
-    /// Checks that it is a map of pictures of `width` x `height`: whole, one to one, and of a plane before the camera.
+    /// Checks that the lens maps pictures of `width` x `height` to a plane in front of the camera, finitely and one
+    /// to one.
     ///
     /// # Errors
     /// [`VisionError::Value`] names the key.
     pub fn check(&self, width: usize, height: usize) -> Result<(), VisionError> {
-        if !(self.distortion > -1.0 && self.distortion < 1.0) {
-            let found = self.distortion.to_string();
-            return Err(VisionError::Value {
-                key: "lens.distortion",
-                found,
-                wanted: "more than -1 and less than 1",
-            });
-        }
+        VisionError::check_value(
+            "lens.distortion",
+            self.distortion,
+            self.distortion > -1.0 && self.distortion < 1.0,
+            "more than -1 and less than 1",
+        )?;
         let corners = [(0, 0), (width - 1, 0), (0, height - 1), (width - 1, height - 1)];
         let depth = |(x, y): (usize, usize)| {
-            let place = straight(normal(Pixel::new(x as f64, y as f64), width, height), self.distortion);
-            transform(&self.homography, place)[2]
+            let undistorted =
+                undistort(normalise(Pixel::new(x as f64, y as f64), width, height), self.distortion);
+            transform(&self.homography, undistorted)[2]
         };
         let depths = corners.map(depth);
-        let is_before = depths.iter().all(|depth| *depth > 0.0) || depths.iter().all(|depth| *depth < 0.0);
+        let is_in_front = depths.iter().all(|depth| *depth > 0.0) || depths.iter().all(|depth| *depth < 0.0);
         let is_finite = self.homography.iter().flatten().all(|value| value.is_finite());
-        let is_whole = is_finite && determinant(&self.homography) != 0.0;
-        if is_whole && is_before {
-            return Ok(());
-        }
-        let found = format!("{:?}", self.homography);
-        let wanted = "a homography of a plane that the whole picture shows";
-        Err(VisionError::Value { key: "lens.homography", found, wanted })
+        let is_invertible = is_finite && determinant(&self.homography) != 0.0;
+        VisionError::check_value(
+            "lens.homography",
+            format!("{:?}", self.homography),
+            is_invertible && is_in_front,
+            "a homography of a plane that the whole picture shows",
+        )
     }
 
-    /// The place in the plane, in cm, that a pixel of a picture of `width` x `height` shows.
+    /// Maps a pixel of a picture of `width` x `height` to the plane, in cm.
     #[must_use]
     pub fn point(&self, pixel: Pixel, width: usize, height: usize) -> Point {
-        let [x, y, z] = transform(&self.homography, straight(normal(pixel, width, height), self.distortion));
+        let undistorted = undistort(normalise(pixel, width, height), self.distortion);
+        let [x, y, z] = transform(&self.homography, undistorted);
         Point::new(x / z, y / z)
     }
 
-    /// The pixel that shows a place in the plane.
+    /// Maps a point of the plane, in cm, to a pixel of a picture of `width` x `height`.
     #[must_use]
     pub fn pixel(&self, point: Point, width: usize, height: usize) -> Pixel {
         let inverse = inverse(&self.homography).unwrap_or_else(identity);
         let [x, y, z] = transform(&inverse, [point.x, point.y, 1.0]);
-        let (x, y) = bent(x / z, y / z, self.distortion);
-        let unit = unit(width, height);
+        let (x, y) = distort(x / z, y / z, self.distortion);
+        let unit = half_diagonal(width, height);
         Pixel::new(x * unit + (width as f64 - 1.0) / 2.0, y * unit + (height as f64 - 1.0) / 2.0)
     }
 
-    /// Pixels per cm around a pixel: the square root of how much larger areas are.
+    /// Local scale around a pixel, in pixels per cm: the square root of the ratio of areas.
     #[must_use]
     pub fn px_per_cm(&self, pixel: Pixel, width: usize, height: usize) -> f64 {
-        let near = |dx, dy| self.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
-        let (left, right, up, down) = (near(-0.5, 0.0), near(0.5, 0.0), near(0.0, -0.5), near(0.0, 0.5));
-        let area = (right.x - left.x) * (up.y - down.y) - (up.x - down.x) * (right.y - left.y);
+        let at = |dx, dy| self.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
+        let (left, right, above, below) = (at(-0.5, 0.0), at(0.5, 0.0), at(0.0, -0.5), at(0.0, 0.5));
+        let area = (right.x - left.x) * (above.y - below.y) - (above.x - below.x) * (right.y - left.y);
         1.0 / area.abs().sqrt()
     }
 
-    /// The lens that shows `corners`, places in the plane in cm, at their pixels in a picture of `width` x `height`: least
-    /// squares of pixels. Up in the plane is what is up in the picture at the middle of the corners.
+    /// Fits a lens to corners, given as pixels of a picture of `width` x `height` and points of the plane in cm, by
+    /// least squares of the reprojection error. Up in the plane is up in the picture at the centroid of the corners.
     ///
-    /// `None` for fewer than twelve corners, or corners that lie on a line.
+    /// `None` for fewer than twelve corners, or for collinear ones.
     #[must_use]
     pub fn fit(corners: &[(Pixel, Point)], width: usize, height: usize) -> Option<LensFit> {
         if corners.len() < 12 {
             return None;
         }
         let count = corners.len() as f64;
-        let middle =
+        let centroid =
             corners.iter().fold((0.0, 0.0), |sum, (_, at)| (sum.0 + at.x / count, sum.1 + at.y / count));
-        let pairs: Vec<Pair> = corners
+        let correspondences: Vec<Correspondence> = corners
             .iter()
-            .map(|&(pixel, at)| (normal(pixel, width, height), (at.x - middle.0, at.y - middle.1)))
+            .map(|&(pixel, at)| (normalise(pixel, width, height), (at.x - centroid.0, at.y - centroid.1)))
             .collect();
-        let parameters = refined(linear(&pairs)?, &pairs)?;
+        let parameters = refine(linear_homography(&correspondences)?, &correspondences)?;
         let matrix = inverse(&plane_to_picture(&parameters))?;
         let homography = matrix.map(|row| row.map(|value| value / matrix[2][2]));
         let mut lens = Self { distortion: parameters[8], homography };
         let centre = lens.pixel(Point::default(), width, height);
         lens.homography = multiply(&upright(&lens, centre, width, height), &lens.homography);
         lens.check(width, height).ok()?;
-        let off = squares(&parameters, &pairs);
-        let place = |&(pixel, at): &(Pixel, Point)| {
-            let [x, y, z] = transform(&matrix, straight(normal(pixel, width, height), lens.distortion));
-            Point::new(x / z + middle.0, y / z + middle.1).distance(at)
+        let squares = sum_of_squares(&parameters, &correspondences);
+        let error_cm = |&(pixel, at): &(Pixel, Point)| {
+            let undistorted = undistort(normalise(pixel, width, height), lens.distortion);
+            let [x, y, z] = transform(&matrix, undistorted);
+            Point::new(x / z + centroid.0, y / z + centroid.1).distance(at)
         };
-        let off_cm: f64 = corners.iter().map(|corner| place(corner) * place(corner)).sum();
+        let squares_cm: f64 = corners.iter().map(|corner| error_cm(corner) * error_cm(corner)).sum();
         Some(LensFit {
             lens,
-            residual_mm: 10.0 * (off_cm / count).sqrt(),
-            residual_px: unit(width, height) * (off / count).sqrt(),
+            residual_mm: 10.0 * (squares_cm / count).sqrt(),
+            residual_px: half_diagonal(width, height) * (squares / count).sqrt(),
         })
     }
 }
 
-/// Half of the picture's diagonal, in pixels.
-fn unit(width: usize, height: usize) -> f64 {
+/// Half of a picture's diagonal, in pixels: the unit of normalised coordinates.
+fn half_diagonal(width: usize, height: usize) -> f64 {
     crate::math::hypot(width as f64, height as f64) / 2.0
 }
 
-/// A pixel in halves of the diagonal from the picture's centre.
-fn normal(pixel: Pixel, width: usize, height: usize) -> (f64, f64) {
-    let unit = unit(width, height);
+/// Normalised coordinates of a pixel: halves of the diagonal from the picture's centre.
+fn normalise(pixel: Pixel, width: usize, height: usize) -> (f64, f64) {
+    let unit = half_diagonal(width, height);
     ((pixel.x - (width as f64 - 1.0) / 2.0) / unit, (pixel.y - (height as f64 - 1.0) / 2.0) / unit)
 }
 
-/// Where a place of the picture would be without distortion.
-fn straight((x, y): (f64, f64), distortion: f64) -> Vec3 {
+/// Removes distortion by the division model; homogeneous coordinates.
+fn undistort((x, y): (f64, f64), distortion: f64) -> Vec3 {
     [x, y, 1.0 + distortion * (x * x + y * y)]
 }
 
-/// Where an undistorted place is in the picture: the smaller root of r = bent / (1 + distortion bent²).
-fn bent(x: f64, y: f64, distortion: f64) -> (f64, f64) {
+/// Applies distortion: inverts the division model, r = d / (1 + k d²), by its smaller root d.
+fn distort(x: f64, y: f64, distortion: f64) -> (f64, f64) {
     let root = (1.0 - 4.0 * distortion * (x * x + y * y)).max(0.0).sqrt();
     (2.0 * x / (1.0 + root), 2.0 * y / (1.0 + root))
 }
 
+/// The homography from plane to picture.
 fn plane_to_picture(p: &Parameters) -> Matrix3 {
     [[p[0], p[1], p[2]], [p[3], p[4], p[5]], [p[6], p[7], 1.0]]
 }
 
-/// How far a corner is from where the parameters place it, in the picture.
-fn error(parameters: &Parameters, &((x, y), (u, v)): &Pair) -> Vec2 {
-    let [place_x, place_y, place_z] = transform(&plane_to_picture(parameters), [u, v, 1.0]);
-    let (seen_x, seen_y) = bent(place_x / place_z, place_y / place_z, parameters[8]);
-    [seen_x - x, seen_y - y]
+/// Reprojection error of one corner, in normalised coordinates.
+fn reprojection_error(parameters: &Parameters, &((x, y), (u, v)): &Correspondence) -> Vec2 {
+    let [projected_x, projected_y, projected_z] = transform(&plane_to_picture(parameters), [u, v, 1.0]);
+    let (found_x, found_y) = distort(projected_x / projected_z, projected_y / projected_z, parameters[8]);
+    [found_x - x, found_y - y]
 }
 
-/// The sum of the squares of all corners' errors.
-fn squares(parameters: &Parameters, pairs: &[Pair]) -> f64 {
-    pairs.iter().map(|pair| error(parameters, pair)).map(|error| dot(error, error)).sum()
+/// Sum of the squares of all corners' reprojection errors.
+fn sum_of_squares(parameters: &Parameters, correspondences: &[Correspondence]) -> f64 {
+    correspondences.iter().map(|one| reprojection_error(parameters, one)).map(|error| dot(error, error)).sum()
 }
 
-/// The homography without distortion, by linear least squares.
-fn linear(pairs: &[Pair]) -> Option<Parameters> {
-    let (mut rows, mut right) = (Vec::with_capacity(2 * pairs.len()), Vec::with_capacity(2 * pairs.len()));
-    for &((x, y), (u, v)) in pairs {
+/// The homography without distortion, by linear least squares (direct linear transform with its last element set to
+/// 1). `None` for collinear corners, which leave a direction of the homography undetermined.
+fn linear_homography(correspondences: &[Correspondence]) -> Option<Parameters> {
+    let count = 2 * correspondences.len();
+    let (mut rows, mut right) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for &((x, y), (u, v)) in correspondences {
         rows.push([u, v, 1.0, 0.0, 0.0, 0.0, -x * u, -x * v]);
         rows.push([0.0, 0.0, 0.0, u, v, 1.0, -y * u, -y * v]);
         right.extend([x, y]);
@@ -192,34 +206,35 @@ fn linear(pairs: &[Pair]) -> Option<Parameters> {
     Some([a, b, c, d, e, f, g, h, 0.0])
 }
 
-/// Levenberg's and Marquardt's descent to the least squares of [`error`].
-fn refined(start: Parameters, pairs: &[Pair]) -> Option<Parameters> {
-    let (mut best, mut least, mut damping) = (start, squares(&start, pairs), 1e-3);
+/// Minimises the squares of [`reprojection_error`] by the Levenberg-Marquardt algorithm with numerical derivatives.
+fn refine(start: Parameters, correspondences: &[Correspondence]) -> Option<Parameters> {
+    let (mut best, mut least, mut damping) = (start, sum_of_squares(&start, correspondences), 1e-3);
     for _ in 0..100 {
         let mut normal = [[0.0; 9]; 9];
-        let mut slope = [0.0; 9];
-        for pair in pairs {
-            let here = error(&best, pair);
-            let change: [Vec2; 9] = std::array::from_fn(|i| {
+        let mut gradient = [0.0; 9];
+        for correspondence in correspondences {
+            let error = reprojection_error(&best, correspondence);
+            // Columns of the Jacobian.
+            let jacobian: [Vec2; 9] = std::array::from_fn(|i| {
                 let step = 1e-6 * best[i].abs().max(1e-2);
-                let mut there = best;
-                there[i] += step;
-                sub(error(&there, pair), here).map(|change| change / step)
+                let mut moved = best;
+                moved[i] += step;
+                sub(reprojection_error(&moved, correspondence), error).map(|change| change / step)
             });
-            for (i, &own) in change.iter().enumerate() {
-                normal[i].iter_mut().zip(change).for_each(|(sum, other)| *sum += dot(own, other));
-                slope[i] += dot(own, here);
+            for (i, &column) in jacobian.iter().enumerate() {
+                normal[i].iter_mut().zip(jacobian).for_each(|(sum, other)| *sum += dot(column, other));
+                gradient[i] += dot(column, error);
             }
         }
         for (i, row) in normal.iter_mut().enumerate() {
             row[i] += row[i] * damping;
         }
-        let next = sub(best, solve(normal, slope)?);
-        let squares = squares(&next, pairs);
+        let next = sub(best, solve(normal, gradient)?);
+        let squares = sum_of_squares(&next, correspondences);
         if squares < least {
-            let is_done = least - squares < 1e-12 * least;
+            let is_converged = least - squares < 1e-12 * least;
             (best, least, damping) = (next, squares, damping * 0.1);
-            if is_done {
+            if is_converged {
                 break;
             }
         } else if damping > 1e9 {
@@ -231,15 +246,15 @@ fn refined(start: Parameters, pairs: &[Pair]) -> Option<Parameters> {
     least.is_finite().then_some(best)
 }
 
-/// The turn, and mirroring if the corners were counted the other way round, that lets up in the picture be up in the
-/// plane around `pixel`.
+/// The rotation that makes up in the picture up in the plane around `pixel`, with a reflection where the corners were
+/// counted the other way round.
 fn upright(lens: &Lens, pixel: Pixel, width: usize, height: usize) -> Matrix3 {
-    let near = |dx, dy| lens.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
-    let (left, right, above, below) = (near(-0.5, 0.0), near(0.5, 0.0), near(0.0, -0.5), near(0.0, 0.5));
+    let at = |dx, dy| lens.point(Pixel::new(pixel.x + dx, pixel.y + dy), width, height);
+    let (left, right, above, below) = (at(-0.5, 0.0), at(0.5, 0.0), at(0.0, -0.5), at(0.0, 0.5));
     let (x, y) = (above.x - below.x, above.y - below.y);
     let length = crate::math::hypot(x, y);
     let (sin, cos) = (x / length, y / length);
-    // The direction at a right angle to up that the picture's right points to.
+    // The side of "up" on which the picture's right lies: -1 where the corners were counted in a mirror.
     let side = ((right.x - left.x) * cos - (right.y - left.y) * sin).signum();
     [[side * cos, -side * sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]
 }
@@ -251,7 +266,7 @@ mod tests {
 
     const SIZE: (usize, usize) = (1296, 972);
 
-    /// A camera that looks at the plane from 60 cm, pitched, turned and with a barrel of a lens.
+    /// A camera 60 cm from the plane, pitched and turned, with barrel distortion.
     fn lens(distortion: f64, pitch: f64, turn: f64) -> Lens {
         let homography = [[40.0, 2.0 * turn, 1.0], [0.0, -40.0, 12.0], [turn, pitch, 1.0]];
         Lens { distortion, homography }

@@ -1,68 +1,68 @@
-//! Two cameras at a right angle: tips and midlines in space.
+//! Stereo of two cameras at a right angle: tips and midlines in space.
 //!
-//! In: what a camera in front and one at the side see of the same moment, each in cm of the plane through the root that
-//! its photographs are scaled to. Out: places in space. The one idea: what a camera sees lies on a ray through its lens;
-//! two rays meet where the thing is, and a ray of one camera is a line in the other's picture, on which the stem's
-//! midline crosses it.
+//! In: points that a front and a side camera see at the same moment, each in cm of the calibrated plane through the
+//! root. Out: points in space. The one idea: a point lies on the ray from the camera's centre through its image; two
+//! rays are triangulated by their common perpendicular, and a ray of one camera is an epipolar line in the other's
+//! picture, which the stem's midline crosses.
 //!
 //! # References
-//! Hartley and Zisserman 2003, *Multiple View Geometry in Computer Vision*, chapters 9 and 12 (epipolar lines,
-//! triangulation).
+//! Hartley and Zisserman 2003, *Multiple View Geometry in Computer Vision*, chapters 9 (epipolar geometry) and 12
+//! (triangulation).
 
 use crate::geometry::{Pixel, Point, Polyline};
 use crate::math::vector::{Vec3, along, distance, dot, sub};
 use crate::vision::camera::calibration::Calibration;
 
-/// A place in space, in cm: x to the right of the root as the front camera sees it, y up, z towards the front camera.
+/// A point in space, in cm: x to the right of the root as the front camera sees it, y up, z towards the front camera.
 pub type SpacePoint = Vec3;
 
-/// Where a camera stands that looks straight at the plane its photographs are scaled to.
+/// Pose of a camera whose optical axis is perpendicular to its calibrated plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraPose {
-    /// Where it looks at: what the middle of its pictures shows, in cm of its plane.
+    /// Point of the plane that the centre of its pictures shows, in cm.
     pub principal_point: Point,
-    /// From there to the lens, in cm.
+    /// Distance from that point to the centre of projection, in cm.
     pub distance_cm: f64,
 }
 
 impl CameraPose {
-    /// The stand of a calibrated camera, `distance_cm` from the plane.
+    /// The pose of a calibrated camera at a distance of `distance_cm` from its plane.
     #[must_use]
     pub fn new(calibration: &Calibration, distance_cm: f64) -> Self {
-        let middle =
+        let centre =
             Pixel::new((calibration.width as f64 - 1.0) / 2.0, (calibration.height as f64 - 1.0) / 2.0);
-        Self { principal_point: calibration.point(middle), distance_cm }
+        Self { principal_point: calibration.point(centre), distance_cm }
     }
 
-    /// Where in its plane it sees a place of its own coordinates.
+    /// Projects a point of camera coordinates onto the plane, in cm.
     fn project(&self, [x, y, z]: SpacePoint) -> Point {
-        let nearer = self.distance_cm / (self.distance_cm - z);
+        let magnification = self.distance_cm / (self.distance_cm - z);
         Point::new(
-            self.principal_point.x + (x - self.principal_point.x) * nearer,
-            self.principal_point.y + (y - self.principal_point.y) * nearer,
+            self.principal_point.x + (x - self.principal_point.x) * magnification,
+            self.principal_point.y + (y - self.principal_point.y) * magnification,
         )
     }
 
-    /// The place of its lens, in its own coordinates.
+    /// The centre of projection, in camera coordinates.
     const fn centre(&self) -> SpacePoint {
         [self.principal_point.x, self.principal_point.y, self.distance_cm]
     }
 }
 
-/// Two rays that pass each other by more than this, in cm, show different things.
+/// Greatest distance between two rays that may show the same point, in cm. Chosen by hand.
 pub const MAX_RAY_GAP_CM: f64 = 0.3;
 
-/// On which side of the front camera's view the second one stands.
+/// Side of the plant on which the second camera stands, as the front camera sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// It sees the plant from the left: what is nearer to the front camera is further to its right.
+    /// Left: what is nearer to the front camera lies further to the right in its picture.
     Left,
-    /// It sees the plant from the right: what is nearer to the front camera is further to its left.
+    /// Right: what is nearer to the front camera lies further to the left in its picture.
     Right,
 }
 
 impl Side {
-    /// A place in the side camera's own coordinates: x to its right, z towards it.
+    /// Converts a point in space to the side camera's coordinates: x to its right, z towards it.
     const fn to_camera(self, [x, y, z]: SpacePoint) -> SpacePoint {
         match self {
             Self::Left => [z, y, -x],
@@ -70,7 +70,7 @@ impl Side {
         }
     }
 
-    /// A place of the side camera's own coordinates in those of space.
+    /// Converts a point of the side camera's coordinates to space.
     const fn to_space(self, [x, y, z]: SpacePoint) -> SpacePoint {
         match self {
             Self::Left => [-z, y, x],
@@ -79,57 +79,57 @@ impl Side {
     }
 }
 
-/// Two cameras that see one plant.
+/// Two cameras that see one plant at a right angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StereoPair {
-    /// The camera in front.
+    /// Pose of the camera in front.
     pub front: CameraPose,
-    /// The camera at the side.
+    /// Pose of the camera at the side.
     pub side: CameraPose,
-    /// Where that is.
+    /// Side on which it stands.
     pub side_from: Side,
 }
 
-/// A place in space, and how far the two rays to it pass each other by.
+/// A point triangulated from two rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangulation {
-    /// In the middle between both rays where they are nearest.
+    /// Midpoint of the rays' common perpendicular, in cm.
     pub point: SpacePoint,
-    /// Their distance there, in cm: 0 for perfect cameras that see the same thing.
+    /// Length of the common perpendicular, in cm: 0 for perfect cameras that see the same point.
     pub gap_cm: f64,
 }
 
 impl StereoPair {
-    /// Where both cameras see a place of space, each in cm of its plane.
+    /// Projects a point in space into both cameras, in cm of their planes: front, then side.
     #[must_use]
-    pub fn project(&self, place: SpacePoint) -> [Point; 2] {
-        [self.front.project(place), self.side.project(self.side_from.to_camera(place))]
+    pub fn project(&self, point: SpacePoint) -> [Point; 2] {
+        [self.front.project(point), self.side.project(self.side_from.to_camera(point))]
     }
 
-    /// The place that the front camera sees at `front` and the side camera at `side`.
+    /// Triangulates the point that the front camera sees at `front` and the side camera at `side`.
     #[must_use]
     pub fn triangulate(&self, front: Point, side: Point) -> Triangulation {
-        let from = self.front.centre();
-        let other_from = self.side_from.to_space(self.side.centre());
-        let ray = sub([front.x, front.y, 0.0], from);
-        let other_ray = sub(self.side_from.to_space([side.x, side.y, 0.0]), other_from);
-        // Where on both rays the way between them is at a right angle to both; rays at about a right angle never run
-        // side by side.
-        let between = sub(from, other_from);
-        let (a, b, c) = (dot(ray, ray), dot(ray, other_ray), dot(other_ray, other_ray));
-        let (d, e) = (dot(ray, between), dot(other_ray, between));
-        let across = a * c - b * b;
-        let one = along(from, ray, (b * e - c * d) / across);
-        let other = along(other_from, other_ray, (a * e - b * d) / across);
+        let front_centre = self.front.centre();
+        let side_centre = self.side_from.to_space(self.side.centre());
+        let front_ray = sub([front.x, front.y, 0.0], front_centre);
+        let side_ray = sub(self.side_from.to_space([side.x, side.y, 0.0]), side_centre);
+        // The ends of the common perpendicular. The determinant is not 0: rays at about a right angle are not
+        // parallel.
+        let between = sub(front_centre, side_centre);
+        let (a, b, c) = (dot(front_ray, front_ray), dot(front_ray, side_ray), dot(side_ray, side_ray));
+        let (d, e) = (dot(front_ray, between), dot(side_ray, between));
+        let determinant = a * c - b * b;
+        let one = along(front_centre, front_ray, (b * e - c * d) / determinant);
+        let other = along(side_centre, side_ray, (a * e - b * d) / determinant);
         let gap = sub(one, other);
         Triangulation { point: along(other, gap, 0.5), gap_cm: dot(gap, gap).sqrt() }
     }
 
-    /// The stem in space whose midline both cameras see: a place for each vertex of `front` whose ray crosses `side`,
-    /// from the base up, and both ends as far as their rays meet within [`MAX_RAY_GAP_CM`]: an end that a leaf hides from one
-    /// camera is none.
+    /// Triangulates the stem whose midline both cameras see, from the base up.
     ///
-    /// Empty if either has fewer than two vertices.
+    /// Each inner vertex of `front` whose epipolar line crosses `side` gives a point. The ends are kept where their
+    /// rays pass within [`MAX_RAY_GAP_CM`]: an end that a leaf hides from one camera is left out. Empty if either
+    /// line has fewer than two vertices.
     #[must_use]
     pub fn triangulate_midline(&self, front: &Polyline, side: &Polyline) -> Vec<SpacePoint> {
         let ([first, inner @ .., last], [side_first, .., side_last]) =
@@ -137,58 +137,62 @@ impl StereoPair {
         else {
             return Vec::new();
         };
-        let ends = |met: Triangulation| Some(met.point).filter(|_| met.gap_cm <= MAX_RAY_GAP_CM);
-        let mut stem: Vec<SpacePoint> = ends(self.triangulate(*first, *side_first)).into_iter().collect();
-        let mut reached = 0.0;
+        let end = |found: Triangulation| Some(found.point).filter(|_| found.gap_cm <= MAX_RAY_GAP_CM);
+        let mut stem: Vec<SpacePoint> = end(self.triangulate(*first, *side_first)).into_iter().collect();
+        let mut previous = 0.0;
         for &vertex in inner {
-            // Of several crossings the one nearest to the last: a bent stem may cross a ray twice.
-            let off = |(at, _): &(f64, Point)| (at - reached).abs();
+            // A bent stem may cross an epipolar line twice: take the crossing nearest to the previous one.
+            let distance = |(position, _): &(f64, Point)| (position - previous).abs();
             let crossings = self.crossings(vertex, side).into_iter();
-            let Some((at, point)) = crossings.min_by(|a, b| off(a).total_cmp(&off(b))) else { continue };
-            reached = at;
+            let Some((position, point)) = crossings.min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
+                continue;
+            };
+            previous = position;
             stem.push(self.triangulate(vertex, point).point);
         }
-        stem.extend(ends(self.triangulate(*last, *side_last)));
+        stem.extend(end(self.triangulate(*last, *side_last)));
         stem
     }
 
-    /// Where the ray through `front` crosses the side camera's midline: vertex and share to the next, and the point.
+    /// Crossings of the epipolar line of `front` with the side camera's midline: position (vertex number plus the
+    /// fraction to the next vertex), and point.
     fn crossings(&self, front: Point, side: &Polyline) -> Vec<(f64, Point)> {
         let ray = sub([front.x, front.y, 0.0], self.front.centre());
-        // Two places of the ray, before and behind the plane, are a line in the side camera's picture.
+        // The epipolar line goes through the images of two points of the ray, before and behind the plane.
         let [a, b] = [0.5, 1.5]
             .map(|share| self.side.project(self.side_from.to_camera(along(self.front.centre(), ray, share))));
-        let height = |point: Point| (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
+        // Twice the signed area of a triangle: its sign is the side of the line on which a point lies.
+        let side_of_line = |point: Point| (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
         let mut found = Vec::new();
         for (vertex, pair) in side.0.windows(2).enumerate() {
-            let (low, high) = (height(pair[0]), height(pair[1]));
-            if low == high || low.min(high) > 0.0 || low.max(high) < 0.0 {
+            let (start, end) = (side_of_line(pair[0]), side_of_line(pair[1]));
+            if start == end || start.min(end) > 0.0 || start.max(end) < 0.0 {
                 continue;
             }
-            let share = low / (low - high);
-            found.push((vertex as f64 + share, pair[0].lerp(pair[1], share)));
+            let fraction = start / (start - end);
+            found.push((vertex as f64 + fraction, pair[0].lerp(pair[1], fraction)));
         }
         found
     }
 }
 
-/// Length along places, in cm.
+/// Length of a polyline in space, in cm.
 #[must_use]
-pub fn length(places: &[SpacePoint]) -> f64 {
-    places.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
+pub fn length(points: &[SpacePoint]) -> f64 {
+    points.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
 }
 
-/// `count` places at equal distances along the line through `places`, both ends kept; fewer than two are returned as they
-/// are.
+/// Resamples a polyline in space to `count` points at equal distances along it; both ends are kept. Fewer than two
+/// points are returned as they are.
 #[must_use]
-pub fn resampled(places: &[SpacePoint], count: usize) -> Vec<SpacePoint> {
-    let total = length(places);
-    if places.len() < 2 || count < 2 || total == 0.0 {
-        return places.to_vec();
+pub fn resampled(points: &[SpacePoint], count: usize) -> Vec<SpacePoint> {
+    let total = length(points);
+    if points.len() < 2 || count < 2 || total == 0.0 {
+        return points.to_vec();
     }
     let mut walked = 0.0;
-    let mut found = vec![places[0]];
-    for pair in places.windows(2) {
+    let mut found = vec![points[0]];
+    for pair in points.windows(2) {
         let step = distance(pair[0], pair[1]);
         while found.len() + 1 < count && step > 0.0 {
             let wanted = total * found.len() as f64 / (count - 1) as f64;
@@ -199,7 +203,7 @@ pub fn resampled(places: &[SpacePoint], count: usize) -> Vec<SpacePoint> {
         }
         walked += step;
     }
-    found.push(places[places.len() - 1]);
+    found.push(points[points.len() - 1]);
     found
 }
 
@@ -225,17 +229,17 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn rays_meet_where_the_thing_is(
-            x in -12.0..12.0, y in 0.0..30.0, z in -12.0..12.0, from in sides(), off in -0.3..0.3
+        fn rays_meet_at_the_point(
+            x in -12.0..12.0, y in 0.0..30.0, z in -12.0..12.0, from in sides(), error in -0.3..0.3
         ) {
             let views = views(from);
             let [front, side] = views.project([x, y, z]);
-            let met = views.triangulate(front, side);
-            prop_assert!(distance(met.point, [x, y, z]) < 1e-9 && met.gap_cm < 1e-9, "{met:?}");
-            // A height that is read wrong by one of them is a gap of about that, and half of it in the place.
-            let off_met = views.triangulate(front, Point::new(side.x, side.y + off));
-            let magnified = 1.35 * f64::abs(off) + 1e-9;
-            prop_assert!(off_met.gap_cm <= magnified && distance(off_met.point, [x, y, z]) <= magnified);
+            let exact = views.triangulate(front, side);
+            prop_assert!(distance(exact.point, [x, y, z]) < 1e-9 && exact.gap_cm < 1e-9, "{exact:?}");
+            // An error in one camera's height is a gap of about its size, and an error of half of it in the point.
+            let erroneous = views.triangulate(front, Point::new(side.x, side.y + error));
+            let most = 1.35 * f64::abs(error) + 1e-9;
+            prop_assert!(erroneous.gap_cm <= most && distance(erroneous.point, [x, y, z]) <= most);
         }
 
         #[test]
@@ -251,13 +255,13 @@ mod tests {
                     [wide * cos(angle) + 15.0 * lean_x * share, 15.0 * share, wide * sin(angle) + 15.0 * lean_z * share]
                 })
                 .collect();
-            let seen = |which: usize| Polyline(stem.iter().map(|place| views.project(*place)[which]).collect());
-            // The cameras' midlines do not share vertices.
+            let seen = |which: usize| Polyline(stem.iter().map(|point| views.project(*point)[which]).collect());
+            // The cameras' midlines do not have the same vertices.
             let found = views.triangulate_midline(&seen(0).resampled(90), &seen(1).resampled(70));
             prop_assert!((length(&found) - length(&stem)).abs() < 0.03 * length(&stem));
-            for place in &found {
-                let nearest = stem.iter().map(|truth| distance(*truth, *place)).fold(f64::INFINITY, f64::min);
-                prop_assert!(nearest < 0.2, "{place:?} is {nearest} cm off");
+            for point in &found {
+                let nearest = stem.iter().map(|truth| distance(*truth, *point)).fold(f64::INFINITY, f64::min);
+                prop_assert!(nearest < 0.2, "{point:?} is {nearest} cm off");
             }
             let ten = resampled(&found, 10);
             prop_assert_eq!(ten.len(), 10);
@@ -270,7 +274,7 @@ mod tests {
         let views = views(Side::Right);
         let stem: Vec<SpacePoint> = (0..=20).map(|i| [0.1 * f64::from(i), 0.5 * f64::from(i), 1.0]).collect();
         let seen = |which: usize, count: usize| {
-            Polyline(stem[..count].iter().map(|place| views.project(*place)[which]).collect())
+            Polyline(stem[..count].iter().map(|point| views.project(*point)[which]).collect())
         };
         let whole = views.triangulate_midline(&seen(0, 21), &seen(1, 21));
         let hidden = views.triangulate_midline(&seen(0, 21), &seen(1, 15));
@@ -279,10 +283,10 @@ mod tests {
     }
 
     #[test]
-    fn a_stand_looks_at_the_middle_of_its_pictures() {
+    fn a_camera_looks_at_the_centre_of_its_pictures() {
         let calibration = Calibration::from_scale(Pixel::new(320.5, 400.5), 10.0, 640, 480);
-        let stand = CameraPose::new(&calibration, 74.0);
-        assert_eq!(stand, CameraPose { principal_point: Point::new(-0.1, 16.1), distance_cm: 74.0 });
+        let pose = CameraPose::new(&calibration, 74.0);
+        assert_eq!(pose, CameraPose { principal_point: Point::new(-0.1, 16.1), distance_cm: 74.0 });
     }
 
     #[test]

@@ -1,15 +1,19 @@
-//! The plant's colour, learned from each picture.
+//! Colour of plant and background, learned from each picture.
 //!
-//! In: pixels that are surely plant and pixels that are surely not. Out: weights of red, green and blue that tell the two
-//! apart best. The one idea: Fisher's linear discriminant (R. A. Fisher 1936, doi:10.1111/j.1469-1809.1936.tb02137.x)
-//! finds by itself what a gate would have to be told: yellow-green before brown cloth, pale before black at night.
+//! In: pixels that are certainly plant and pixels that are certainly background. Out: weights of red, green and blue
+//! that separate them best. The one idea: Fisher's linear discriminant adapts to each picture, where fixed thresholds
+//! would have to be set by hand: yellow-green before brown cloth, pale before black at night.
+//!
+//! # References
+//! Fisher 1936, *The use of multiple measurements in taxonomic problems*, doi:10.1111/j.1469-1809.1936.tb02137.x.
 
 use crate::math::matrix::solve_symmetric;
 
-/// What a colour must vary by, in grey values: the camera's rounding, so that a background of one colour has a spread.
-const ROUNDING: f64 = 1.0;
+/// Variance that is added to each channel, in squared grey values: the order of the camera's rounding. It keeps the
+/// covariance of a uniform background invertible.
+const ROUNDING_VARIANCE: f64 = 1.0;
 
-/// Sums over pixels from which mean and covariance of their colour follow.
+/// Sums over pixels that give the mean and the covariance of their colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ColourStatistics {
     count: u64,
@@ -19,7 +23,7 @@ pub struct ColourStatistics {
 }
 
 impl ColourStatistics {
-    /// Takes a pixel in.
+    /// Adds a pixel.
     pub fn add(&mut self, rgb: [u8; 3]) {
         let [r, g, b] = rgb.map(u64::from);
         self.count += 1;
@@ -35,46 +39,46 @@ impl ColourStatistics {
         self.sum.map(|sum| sum as f64 / self.count as f64)
     }
 
-    /// The covariance matrix, in the order of `products`.
+    /// The regularised covariance matrix, in the order of `products`.
     fn covariance(&self) -> [f64; 6] {
         let [r, g, b] = self.mean();
-        let squares = [r * r, g * g, b * b, r * g, r * b, g * b];
+        let mean_products = [r * r, g * g, b * b, r * g, r * b, g * b];
         std::array::from_fn(|i| {
-            let rounding = if i < 3 { ROUNDING } else { 0.0 };
-            self.products[i] as f64 / self.count as f64 - squares[i] + rounding
+            let rounding = if i < 3 { ROUNDING_VARIANCE } else { 0.0 };
+            self.products[i] as f64 / self.count as f64 - mean_products[i] + rounding
         })
     }
 }
 
-/// A score of colours that is 0 for the mean background and 1 for the mean plant.
+/// Linear score of a colour: 0 for the mean background, 1 for the mean plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearDiscriminant {
     /// Weights of red, green and blue.
     pub weights: [f64; 3],
-    /// What is added to the weighted sum.
+    /// Offset that is added to the weighted sum.
     pub offset: f64,
-    /// How many deviations of the background's score lie between 0 and 1 (the Mahalanobis distance of the means).
+    /// Mahalanobis distance of the means: standard deviations of the background's score between 0 and 1.
     pub separation: f64,
 }
 
 impl LinearDiscriminant {
-    /// Learns to tell `plant` from `background`, whose spread of colour is what counts; `None` where either is empty or
-    /// both have the same mean.
+    /// Fisher's discriminant of `plant` and `background`, with the covariance of the background alone; `None` where
+    /// either is empty or both have the same mean.
     #[must_use]
     pub fn learn(plant: &ColourStatistics, background: &ColourStatistics) -> Option<Self> {
         if plant.count == 0 || background.count == 0 {
             return None;
         }
-        let (from, to) = (background.mean(), plant.mean());
-        let way: [f64; 3] = std::array::from_fn(|i| to[i] - from[i]);
-        let direction = solve_symmetric(background.covariance(), way);
-        let square: f64 = direction.iter().zip(way).map(|(d, w)| d * w).sum();
-        if !square.is_finite() || square <= 0.0 {
+        let (origin, target) = (background.mean(), plant.mean());
+        let difference: [f64; 3] = std::array::from_fn(|i| target[i] - origin[i]);
+        let direction = solve_symmetric(background.covariance(), difference);
+        let squared_distance: f64 = direction.iter().zip(difference).map(|(d, w)| d * w).sum();
+        if !squared_distance.is_finite() || squared_distance <= 0.0 {
             return None;
         }
-        let weights = direction.map(|d| d / square);
-        let offset = -weights.iter().zip(from).map(|(w, mean)| w * mean).sum::<f64>();
-        Some(Self { weights, offset, separation: square.sqrt() })
+        let weights = direction.map(|d| d / squared_distance);
+        let offset = -weights.iter().zip(origin).map(|(w, mean)| w * mean).sum::<f64>();
+        Some(Self { weights, offset, separation: squared_distance.sqrt() })
     }
 }
 
@@ -104,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn grey_pictures_are_told_by_brightness() {
+    fn grey_pictures_are_separated_by_brightness() {
         let found = LinearDiscriminant::learn(&colours(&[[200; 3], [220; 3]]), &colours(&[[20; 3], [24; 3]]))
             .unwrap();
         assert!(found.weights.iter().all(|weight| (weight - 1.0 / (3.0 * 188.0)).abs() < 1e-9), "{found:?}");

@@ -1,19 +1,19 @@
-//! What one photograph shows of a plant.
+//! Detection of a plant in one photograph.
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pixel;
 use crate::vision::detect::occupancy::OccupancyGrid;
 
-/// An edge of a crop that a plant can grow out of.
+/// An edge of the crop that a plant can grow across.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Edge {
-    /// The upper one.
+    /// The upper edge.
     Top,
-    /// The left one.
+    /// The left edge.
     Left,
-    /// The right one.
+    /// The right edge.
     Right,
 }
 
@@ -29,32 +29,32 @@ impl Edge {
     }
 }
 
-/// What one photograph shows of a plant.
+/// A plant detected in one photograph, in pixels.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Detection {
-    /// The highest point of the plant: the paper's tip.
+    /// Highest point of the plant: the paper's tip (section 2.2.2).
     pub tip: Pixel,
-    /// The end of the stem, where leaves begin or a second limb parts from it: the last point of the midline, in mode
-    /// `robust`.
+    /// End of the stem, where leaves begin or branch off: the last point of the midline. In mode `robust` only.
     pub apex: Option<Pixel>,
-    /// The stem from the base up, where it was asked for and is in view: one point a row in mode `paper`, the midline
-    /// in `robust`.
+    /// Stem from the base up, where it is configured and found: one point a row in mode `paper`, the midline in
+    /// `robust`.
     pub stem: Option<Vec<Pixel>>,
-    /// How many deviations of the background the brightest of the plant exceeds it by.
+    /// Contrast between plant and background, in standard deviations of the background.
     pub contrast: f64,
-    /// Where there is tissue, in mode `robust`.
+    /// Cells that the plant's component occupies. In mode `robust` only.
     #[serde(rename = "shape")]
     pub tissue: OccupancyGrid,
-    /// The edge of the crop that the plant reaches, if it does: its tip may lie beyond.
+    /// Edge of the crop that the plant touches: its tip may lie beyond.
     #[serde(rename = "cut")]
     pub clipped_at: Option<Edge>,
-    /// Whether glare, a shadow or mist lies on the tip, or the backdrop is not found again: the tip may be elsewhere.
+    /// Whether glare, a shadow or mist lies on the tip, or the picture is not registered: the true tip may be
+    /// elsewhere.
     #[serde(rename = "is_veiled")]
     pub is_occluded: bool,
-    /// Whether there is a backdrop and it is not found again: the camera may look elsewhere.
+    /// Whether registration failed although the reference has enough features: the camera may have been turned away.
     #[serde(rename = "is_lost")]
     pub is_unregistered: bool,
-    /// How far the camera's picture has moved since the first one, in pixels to the right and down, as a `TipTracker` finds.
+    /// Shift of the camera's picture since the reference, to the right and down; set by a tracker.
     #[serde(rename = "shift")]
     pub camera_shift: Pixel,
 }

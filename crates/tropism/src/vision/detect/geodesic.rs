@@ -1,48 +1,59 @@
-//! The cheapest ways through one plant, and where its limbs leave them.
+//! Shortest paths through one component, and the branches that leave them.
 //!
-//! In: the samples of one part of a plane. Out: ways along the middle of what is bright, and the fork where a leaf parts
-//! from the stem. The one idea: a step costs more at the edge, on dim tissue, and most across a gap.
+//! In: one component of a plane. Out: paths along the middle of what is bright, the component's branches, and the
+//! fork where a leaf branches off a path. The one idea: a step costs more near the edge, on dim tissue, and most
+//! across a gap, so the cheapest path keeps to the middle of the stem.
+//!
+//! # References
+//! - Dijkstra 1959, doi:10.1007/BF01386390: shortest paths.
+//! - Bitter, Kaufman and Sato 2001, doi:10.1109/2945.942688: centre lines as shortest paths that are penalised near
+//!   the edge.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::vision::detect::connected_components::BoundingBox;
-use crate::vision::detect::curve::Place;
+use crate::vision::detect::curve::{PlanePoint, offset_by};
 use crate::vision::detect::distance_transform::distance_transform;
 use crate::vision::raster::plane::Plane;
 
-/// A limb touches the stem below its fork when its two ways meet the stem this many stem widths apart.
-const TOUCHING: f64 = 3.0;
+/// Distance between the two places where a branch meets a path, in stem widths, from which on the branch touches the
+/// stem below its fork. Chosen by hand.
+const TOUCHING_WIDTHS: f64 = 3.0;
 
-/// The cost of a step on a gap in the plant, where one in the middle of a thick stem costs 8.
-const GAP: u32 = 800;
+/// Cost of a step across a gap, where a step in the middle of a thick stem costs 8. Chosen by hand.
+const GAP_COST: u32 = 800;
 
-/// The least value that counts: a step costs as much more as the square of the value is less, so that the way keeps to
-/// the bright stem where a dim leaf hangs across.
-const FAINT: f64 = 0.25;
+/// Least value that is used: the cost grows with the inverse square of the value, so that a path keeps to the bright
+/// stem where a dim leaf hangs across it. Chosen by hand.
+const MIN_VALUE: f64 = 0.25;
 
-/// What stands for "none" in the tables below.
+/// "None" in tables of `u32`.
 const NONE: u32 = u32::MAX;
 
-/// The smallest rectangle around one part of a plane, with a margin, and a border of samples that no way enters, so that
-/// each sample within has neighbours on all sides.
-pub(super) struct GeodesicMask {
-    /// Column and row in the plane of the first sample within the border.
+/// One component with the cost of a step onto each of its samples.
+///
+/// It is the component's bounding box with a margin for gaps, and a border of samples that no path enters, so that
+/// each sample inside has neighbours on all sides.
+pub(super) struct GeodesicGrid {
+    /// Column and row in the plane of the first sample inside the border.
     origin: (usize, usize),
-    /// Columns, the border's two included.
+    /// Columns, including the border's two.
     width: usize,
-    is_part: Vec<bool>,
-    /// Three times the way from each sample to the plant's edge.
-    depth: Vec<u32>,
-    /// What a step onto each sample costs; [`NONE`] where there is no way.
-    step: Vec<u32>,
+    is_plant: Vec<bool>,
+    /// Chamfer distance to the edge of the component: about three times the distance in samples.
+    edge_distance: Vec<u32>,
+    /// Cost of a step onto each sample; [`NONE`] where no path leads.
+    step_cost: Vec<u32>,
 }
 
-impl GeodesicMask {
-    pub(super) fn of_component(
+impl GeodesicGrid {
+    /// The grid of a component: the samples within `bounds` that `is_plant`. Gaps of up to `reach` - 1 samples are
+    /// bridged.
+    pub(super) fn new(
         plane: &Plane,
         bounds: BoundingBox,
-        is_part: impl Fn(usize) -> bool,
+        is_plant: impl Fn(usize) -> bool,
         reach: usize,
     ) -> Self {
         let origin = (bounds.left.saturating_sub(reach), bounds.top.saturating_sub(reach));
@@ -50,47 +61,52 @@ impl GeodesicMask {
         let height = (bounds.bottom + reach).min(plane.height - 1) - origin.1 + 1;
         let rows =
             || (origin.1..).take(height).map(|row| row * plane.width + origin.0..).map(|row| row.take(inner));
-        let inside: Vec<bool> = rows().flatten().map(is_part).collect();
-        let depth = distance_transform(&inside, inner);
+        let mask: Vec<bool> = rows().flatten().map(is_plant).collect();
+        let distance = distance_transform(&mask, inner);
         let width = inner + 2;
-        let mut window = Self {
+        let mut grid = Self {
             origin,
             width,
-            is_part: vec![false; width * (height + 2)],
-            depth: vec![0; width * (height + 2)],
-            step: vec![NONE; width * (height + 2)],
+            is_plant: vec![false; width * (height + 2)],
+            edge_distance: vec![0; width * (height + 2)],
+            step_cost: vec![NONE; width * (height + 2)],
         };
-        for (row, from) in rows().enumerate() {
-            for (column, from) in from.enumerate() {
-                let (at, to) = (row * inner + column, (row + 1) * width + column + 1);
-                (window.is_part[to], window.depth[to]) = (inside[at], depth[at]);
-                if inside[at] {
-                    let value = f64::from(plane.values[from]).clamp(FAINT, 1.0);
-                    window.step[to] = ((8 + 288 / (depth[at] * depth[at])) as f64 / (value * value)) as u32;
-                } else if depth[at] < 3 * reach as u32 {
-                    window.step[to] = GAP;
+        for (row, samples) in rows().enumerate() {
+            for (column, sample) in samples.enumerate() {
+                let (from, to) = (row * inner + column, (row + 1) * width + column + 1);
+                (grid.is_plant[to], grid.edge_distance[to]) = (mask[from], distance[from]);
+                if mask[from] {
+                    let value = f64::from(plane.values[sample]).clamp(MIN_VALUE, 1.0);
+                    let cost = (8 + 288 / (distance[from] * distance[from])) as f64 / (value * value);
+                    grid.step_cost[to] = cost as u32;
+                } else if distance[from] < 3 * reach as u32 {
+                    grid.step_cost[to] = GAP_COST;
                 }
             }
         }
-        window
+        grid
     }
 
-    pub(super) fn place(&self, at: usize) -> Place {
+    /// Column and row in the plane of a sample of the grid.
+    pub(super) fn point(&self, at: usize) -> PlanePoint {
         let (column, row) = (self.origin.0 + at % self.width, self.origin.1 + at / self.width);
         (column as f64 - 1.0, row as f64 - 1.0)
     }
 
-    /// The sample of the part that is nearest to a place.
-    pub(super) fn nearest_sample(&self, place: Place) -> Option<usize> {
-        let square = |at: usize| {
-            let (x, y) = self.place(at);
-            (x - place.0) * (x - place.0) + (y - place.1) * (y - place.1)
+    /// The plant sample nearest to a point.
+    pub(super) fn nearest_sample(&self, point: PlanePoint) -> Option<usize> {
+        let squared_distance = |at: usize| {
+            let (x, y) = self.point(at);
+            (x - point.0) * (x - point.0) + (y - point.1) * (y - point.1)
         };
-        let part = (0..self.is_part.len()).filter(|&at| self.is_part[at]);
-        part.map(|at| (at, square(at))).min_by(|one, other| one.1.total_cmp(&other.1)).map(|(at, _)| at)
+        let samples = (0..self.is_plant.len()).filter(|&at| self.is_plant[at]);
+        samples
+            .map(|at| (at, squared_distance(at)))
+            .min_by(|one, other| one.1.total_cmp(&other.1))
+            .map(|(at, _)| at)
     }
 
-    /// The samples around one within the border, and whether they lie across a corner.
+    /// The eight neighbours of a sample inside the border, and whether each is diagonal.
     fn neighbours(&self, at: usize) -> [(usize, bool); 8] {
         let (above, below) = (at - self.width, at + self.width);
         [
@@ -105,186 +121,193 @@ impl GeodesicMask {
         ]
     }
 
+    /// The shortest paths from one sample to all others, by Dijkstra's algorithm.
     pub(super) fn shortest_paths(&self, start: usize) -> ShortestPaths {
-        let mut costs = vec![u32::MAX; self.is_part.len()];
-        let mut predecessor = vec![NONE; self.is_part.len()];
-        // Cost above, sample below: the cheapest first, and of equals the first.
+        let mut costs = vec![u32::MAX; self.is_plant.len()];
+        let mut predecessor = vec![NONE; self.is_plant.len()];
+        // Cost in the upper half and sample in the lower: the cheapest first, and of equals the first sample.
         let key = |cost: u32, at: usize| Reverse(u64::from(cost) << 32 | at as u64);
-        let mut open = BinaryHeap::from([key(0, start)]);
+        let mut queue = BinaryHeap::from([key(0, start)]);
         costs[start] = 0;
         predecessor[start] = start as u32;
-        while let Some(Reverse(key_of)) = open.pop() {
-            let (cost, at) = ((key_of >> 32) as u32, key_of as u32 as usize);
+        while let Some(Reverse(entry)) = queue.pop() {
+            let (cost, at) = ((entry >> 32) as u32, entry as u32 as usize);
             if cost > costs[at] {
                 continue;
             }
             for (next, is_diagonal) in self.neighbours(at) {
-                let step = self.step[next];
+                let step = self.step_cost[next];
                 if step == NONE {
                     continue;
                 }
-                let reached = cost + step * if is_diagonal { 7 } else { 5 };
-                if reached < costs[next] {
-                    costs[next] = reached;
+                // A diagonal step is 7/5 as long as a straight one.
+                let path_cost = cost + step * if is_diagonal { 7 } else { 5 };
+                if path_cost < costs[next] {
+                    costs[next] = path_cost;
                     predecessor[next] = at as u32;
-                    open.push(key(reached, next));
+                    queue.push(key(path_cost, next));
                 }
             }
         }
         ShortestPaths { predecessor }
     }
 
-    /// The place along the way at which the first limb leaves it that reaches at least `least` samples from it.
+    /// The position along `path` of the first fork: where a branch leaves it that reaches at least `min_length`
+    /// samples from it. `stem` is the stem's width.
     ///
-    /// `up` and `down` are the ways from the way's two ends. Going back from a limb's end, the one meets the stem a
-    /// little below the fork, the other a little above. Where they meet it far from each other the limb hangs down and
-    /// touches the stem below: the upper place is the fork.
+    /// `up` and `down` are the shortest paths from the path's two ends. Traced back from a branch's end, the first
+    /// meets the stem a little below the fork and the second a little above. Where they meet it far apart, the branch
+    /// hangs down and touches the stem below: the upper place is the fork.
     pub(super) fn fork(
         &self,
-        way: &[usize],
+        path: &[usize],
         up: &ShortestPaths,
         down: &ShortestPaths,
         stem: f64,
-        least: f64,
+        min_length: f64,
     ) -> Option<usize> {
-        let (nearest, distance) = self.distance_from_path(way);
-        let mut ends = vec![None; way.len()];
-        for at in
-            (0..self.is_part.len()).filter(|&at| distance[at] != NONE && f64::from(distance[at]) >= least)
-        {
+        let (nearest, distance) = self.distance_from_path(path);
+        // The end of the longest branch at each position of the path.
+        let mut ends = vec![None; path.len()];
+        let is_far = |at: &usize| distance[*at] != NONE && f64::from(distance[*at]) >= min_length;
+        for at in (0..self.is_plant.len()).filter(is_far) {
             let end = &mut ends[nearest[at] as usize];
             if end.is_none_or(|farthest: usize| distance[at] > distance[farthest]) {
                 *end = Some(at);
             }
         }
-        let is_near = |at: usize, far: f64| distance[at] != NONE && f64::from(distance[at]) <= far;
+        let is_within = |at: usize, radius: f64| distance[at] != NONE && f64::from(distance[at]) <= radius;
         let fork = |end: usize| {
-            // Where a limb's middle is half a stem's width away from the stem's, the two meet about as far on.
-            let below =
-                nearest[up.trace_back(end, |at| is_near(at, 0.5 * stem))?] as usize + (0.75 * stem) as usize;
-            // The way down cuts the corner by up to a stem's width.
-            let above = nearest[down.trace_back(end, |at| is_near(at, stem))?] as usize;
-            let fork = if above as f64 - below as f64 > TOUCHING * stem { above } else { below };
-            // What lies beyond the way's end is the end's own.
-            Some(fork).filter(|&fork| fork as f64 + stem < way.len() as f64)
+            // A branch whose middle is half a stem's width from the stem's joins it about 0.75 stem widths further
+            // up.
+            let below = nearest[up.trace_back(end, |at| is_within(at, 0.5 * stem))?] as usize
+                + (0.75 * stem) as usize;
+            // The path from above cuts the corner by up to a stem's width.
+            let above = nearest[down.trace_back(end, |at| is_within(at, stem))?] as usize;
+            let fork = if above as f64 - below as f64 > TOUCHING_WIDTHS * stem { above } else { below };
+            // What lies beyond the end of the path belongs to that end.
+            Some(fork).filter(|&fork| fork as f64 + stem < path.len() as f64)
         };
         ends.into_iter().flatten().filter_map(fork).min()
     }
 
-    /// Where the plant is deepest on a straight line from a place in it, along a unit vector, before the line leaves it or
-    /// after `far` samples at most; `None` where it gets deeper to the last.
-    pub(super) fn deepest(&self, from: Place, along: Place, far: f64) -> Option<Place> {
-        let place = |i: usize| (from.0 + 0.5 * i as f64 * along.0, from.1 + 0.5 * i as f64 * along.1);
-        let depths: Vec<u32> = (0..(2.0 * far) as usize).map_while(|i| self.depth_at(place(i))).collect();
+    /// The point farthest from the edge on a ray within the component, at most `max_distance` samples long; `None`
+    /// where the edge recedes to the end of the ray.
+    pub(super) fn deepest(
+        &self,
+        start: PlanePoint,
+        direction: PlanePoint,
+        max_distance: f64,
+    ) -> Option<PlanePoint> {
+        let point = |i: usize| offset_by(start, 0.5 * i as f64, direction);
+        let steps = (2.0 * max_distance) as usize;
+        let depths: Vec<u32> = (0..steps).map_while(|i| self.edge_distance_at(point(i))).collect();
         let most = depths.iter().max()?;
         let is_most = |depth: &u32| depth == most;
         let (first, last) = (depths.iter().position(is_most)?, depths.iter().rposition(is_most)?);
-        (last + 1 < (2.0 * far) as usize).then(|| place((first + last) / 2))
+        (last + 1 < steps).then(|| point((first + last) / 2))
     }
 
-    /// The depth of the sample of the part that is nearest to a place; `None` outside.
-    fn depth_at(&self, place: Place) -> Option<u32> {
+    /// The distance to the edge at the plant sample nearest to a point; `None` outside the component.
+    fn edge_distance_at(&self, point: PlanePoint) -> Option<u32> {
         let (x, y) =
-            (place.0.round() - self.origin.0 as f64 + 1.0, place.1.round() - self.origin.1 as f64 + 1.0);
+            (point.0.round() - self.origin.0 as f64 + 1.0, point.1.round() - self.origin.1 as f64 + 1.0);
         let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f64;
         let at = is_inside.then_some(y as usize * self.width + x as usize)?;
-        self.is_part.get(at)?.then(|| self.depth[at])
+        self.is_plant.get(at)?.then(|| self.edge_distance[at])
     }
 
-    /// The ways to the ends of the part, the longest limb first: each reaches at least `least` samples from those before
-    /// it, and there are at most `most`.
+    /// Paths to the ends of the component's branches, the longest first: at most `count`, each ending at least
+    /// `min_length` samples from those before it.
     pub(super) fn branches(
         &self,
         start: usize,
         up: &ShortestPaths,
-        least: f64,
-        most: usize,
+        min_length: f64,
+        count: usize,
     ) -> Vec<Vec<usize>> {
-        let mut distance = vec![NONE; self.is_part.len()];
-        let mut limbs = Vec::new();
-        self.relax_outwards(&mut distance, vec![start], |_, _| {});
-        while limbs.len() < most {
-            // What cannot be walked to from the start is no limb.
-            let walked = (0..self.is_part.len()).filter(|&at| distance[at] != NONE);
-            let farthest = walked.max_by_key(|&at| distance[at]);
-            let Some(way) =
-                farthest.filter(|&at| f64::from(distance[at]) >= least).and_then(|at| up.path_to(at))
+        let mut distance = vec![NONE; self.is_plant.len()];
+        let mut branches = Vec::new();
+        self.spread(&mut distance, vec![start], |_, _| {});
+        while branches.len() < count {
+            // Tissue that is not connected to the start without a gap is no branch.
+            let connected = (0..self.is_plant.len()).filter(|&at| distance[at] != NONE);
+            let farthest = connected.max_by_key(|&at| distance[at]);
+            let Some(path) =
+                farthest.filter(|&at| f64::from(distance[at]) >= min_length).and_then(|at| up.path_to(at))
             else {
                 break;
             };
-            self.relax_outwards(&mut distance, way.clone(), |_, _| {});
-            limbs.push(way);
+            self.spread(&mut distance, path.clone(), |_, _| {});
+            branches.push(path);
         }
-        limbs
+        branches
     }
 
-    /// For each sample of the part that can be walked to on the part, the place along the way that is nearest, and how
-    /// far it is; [`NONE`] elsewhere.
-    fn distance_from_path(&self, way: &[usize]) -> (Vec<u32>, Vec<u32>) {
-        let mut nearest = vec![NONE; self.is_part.len()];
-        let mut distance = vec![NONE; self.is_part.len()];
-        for (i, &at) in (0..).zip(way) {
+    /// For each plant sample that is connected to the path, the position along the path that is nearest, and its
+    /// distance in steps; [`NONE`] elsewhere.
+    fn distance_from_path(&self, path: &[usize]) -> (Vec<u32>, Vec<u32>) {
+        let mut nearest = vec![NONE; self.is_plant.len()];
+        let mut distance = vec![NONE; self.is_plant.len()];
+        for (i, &at) in (0..).zip(path) {
             nearest[at] = i;
         }
-        self.relax_outwards(&mut distance, way.to_vec(), |next, at| nearest[next] = nearest[at]);
+        self.spread(&mut distance, path.to_vec(), |next, at| nearest[next] = nearest[at]);
         (nearest, distance)
     }
 
-    /// Makes of distances those to what is nearer: `ring` or what they were measured to; `tell` hears of each sample that
-    /// is now nearer, and by which it was reached.
-    fn relax_outwards(&self, distance: &mut [u32], mut ring: Vec<usize>, mut tell: impl FnMut(usize, usize)) {
-        ring.iter().for_each(|&at| distance[at] = 0);
-        let mut next_ring = Vec::new();
-        for far in 1.. {
-            if ring.is_empty() {
+    /// Lowers distances in steps to those from the samples of `front`, breadth first. `reached` hears of each sample
+    /// that is now nearer, and from which neighbour.
+    fn spread(&self, distance: &mut [u32], mut front: Vec<usize>, mut reached: impl FnMut(usize, usize)) {
+        front.iter().for_each(|&at| distance[at] = 0);
+        let mut next_front = Vec::new();
+        for steps in 1.. {
+            if front.is_empty() {
                 return;
             }
-            for at in ring.drain(..) {
+            for at in front.drain(..) {
                 for (next, _) in self.neighbours(at) {
-                    if self.is_part[next] && far < distance[next] {
-                        distance[next] = far;
-                        tell(next, at);
-                        next_ring.push(next);
+                    if self.is_plant[next] && steps < distance[next] {
+                        distance[next] = steps;
+                        reached(next, at);
+                        next_front.push(next);
                     }
                 }
             }
-            std::mem::swap(&mut ring, &mut next_ring);
+            std::mem::swap(&mut front, &mut next_front);
         }
     }
 }
 
-/// The cheapest ways from one sample to all others.
+/// The shortest paths from one sample to all others.
 pub(super) struct ShortestPaths {
-    /// For each sample the one before it, and the start for itself; [`NONE`] where no way leads.
+    /// The sample before each one on its path, and the start for itself; [`NONE`] where no path leads.
     predecessor: Vec<u32>,
 }
 
 impl ShortestPaths {
-    /// The sample before one on the way to it; `None` where no way leads.
     fn predecessor(&self, at: usize) -> Option<usize> {
-        Some(self.predecessor[at])
-            .filter(|&predecessor| predecessor != NONE)
-            .map(|predecessor| predecessor as usize)
+        Some(self.predecessor[at]).filter(|&before| before != NONE).map(|before| before as usize)
     }
 
-    /// The way to `goal`, from the start; `None` where no way leads.
+    /// The path from the start to `goal`; `None` where no path leads.
     pub(super) fn path_to(&self, goal: usize) -> Option<Vec<usize>> {
-        let mut way = vec![goal];
+        let mut path = vec![goal];
         loop {
-            let at = way[way.len() - 1];
-            let predecessor = self.predecessor(at)?;
-            if predecessor == at {
-                way.reverse();
-                return Some(way);
+            let at = path[path.len() - 1];
+            let before = self.predecessor(at)?;
+            if before == at {
+                path.reverse();
+                return Some(path);
             }
-            way.push(predecessor);
+            path.push(before);
         }
     }
 
-    /// The first sample on the way back from `at` that is `wanted`; `None` where none is.
+    /// The first sample on the path from `at` back to the start that is `wanted`; `None` where none is.
     fn trace_back(&self, mut at: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
         while !wanted(at) {
-            at = self.predecessor(at).filter(|&predecessor| predecessor != at)?;
+            at = self.predecessor(at).filter(|&before| before != at)?;
         }
         Some(at)
     }
@@ -295,7 +318,7 @@ mod tests {
     use super::*;
 
     /// A plane of dots (background), digits (tenths of plant) and `#` (plant).
-    fn window(rows: &[&str], reach: usize) -> GeodesicMask {
+    fn grid(rows: &[&str], reach: usize) -> GeodesicGrid {
         let value = |byte: u8| match byte {
             b'#' => 1.0,
             b'1'..=b'9' => f32::from(byte - b'0') / 10.0,
@@ -305,28 +328,28 @@ mod tests {
         let (width, height) = (rows[0].len(), rows.len());
         let plane = Plane { width, height, values, origin: (0.0, 0.0), step: 1 };
         let bounds = BoundingBox { left: 0, right: width - 1, top: 0, bottom: height - 1 };
-        GeodesicMask::of_component(&plane, bounds, |at| plane.values[at] > 0.0, reach)
+        GeodesicGrid::new(&plane, bounds, |at| plane.values[at] > 0.0, reach)
     }
 
-    fn way(window: &GeodesicMask, from: Place, to: Place) -> Option<Vec<Place>> {
-        let way = window.shortest_paths(window.nearest_sample(from)?).path_to(window.nearest_sample(to)?)?;
-        Some(way.into_iter().map(|at| window.place(at)).collect())
+    fn path(grid: &GeodesicGrid, from: PlanePoint, to: PlanePoint) -> Option<Vec<PlanePoint>> {
+        let path = grid.shortest_paths(grid.nearest_sample(from)?).path_to(grid.nearest_sample(to)?)?;
+        Some(path.into_iter().map(|at| grid.point(at)).collect())
     }
 
     #[test]
-    fn the_way_keeps_to_the_bright_side_of_a_loop() {
-        let loop_ = window(
+    fn the_path_keeps_to_the_bright_side_of_a_loop() {
+        let loop_ = grid(
             &["..#####..", "..#...3..", "..#...3..", "..#...3..", "..#####..", "....#....", "....#...."],
             1,
         );
-        let found = way(&loop_, (4.0, 6.0), (5.0, 0.0)).unwrap();
+        let found = path(&loop_, (4.0, 6.0), (5.0, 0.0)).unwrap();
         assert!(found.contains(&(2.0, 2.0)) && !found.contains(&(6.0, 2.0)), "{found:?}");
     }
 
     #[test]
     fn a_gap_is_crossed_within_reach_only() {
         let rows = ["#", "#", ".", ".", "#", "#"];
-        assert_eq!(way(&window(&rows, 3), (0.0, 5.0), (0.0, 0.0)).map(|way| way.len()), Some(6));
-        assert_eq!(way(&window(&rows, 1), (0.0, 5.0), (0.0, 0.0)), None);
+        assert_eq!(path(&grid(&rows, 3), (0.0, 5.0), (0.0, 0.0)).map(|path| path.len()), Some(6));
+        assert_eq!(path(&grid(&rows, 1), (0.0, 5.0), (0.0, 0.0)), None);
     }
 }

@@ -1,44 +1,47 @@
-//! Which lamp is lit, read from a photograph.
+//! The lamp that is lit, read from a photograph.
+//!
+//! In: a picture, and where it shows the lamps. Out: the lit one. The one idea: the lit lamp saturates, so the mean
+//! square of the luma above the picture's median tells its side.
 
 use crate::geometry::Region;
 use crate::lamps::Light;
 use crate::math::statistics::upper_median;
 use crate::vision::raster::source::{PixelSource, full_region};
 
-/// How much brighter one side must be: the difference of both sides' glow over their sum.
-const CLEAR: f64 = 0.25;
+/// Least difference of both sides' glow, as a share of their sum. Chosen by hand.
+const MIN_DIFFERENCE: f64 = 0.25;
 
-/// Columns that a picture is read at, at least, and the most pixels that make one.
-const COLUMNS: usize = 80;
-const COARSEST: usize = 8;
+/// Least number of columns to which a picture is downscaled, and the greatest factor. Chosen by hand; a JPEG is
+/// downscaled by 8 without decoding its pixels.
+const MIN_COLUMNS: usize = 80;
+const MAX_FACTOR: usize = 8;
 
-/// The lamp that is lit in a picture; `None` where no side is clearly brighter: both dark, both lit, or no lamps in view.
+/// The lamp that is lit; `None` where no side is clearly brighter: both dark, both lit, or no lamp in view.
 ///
-/// `lamps` are the places of all lamps in the order of their layout, and the brightest is compared with the second; without
-/// them the outer thirds of the picture stand for [`Light::LEFT`] and [`Light::RIGHT`].
-/// A side's glow is the mean square of what its squares of up to eight pixels exceed the picture's median by, so that a saturated lamp
-/// outweighs the fitting of the unlit one, which a flash lights up, and things that stand on both sides cancel out.
-///
-/// A lamp's place that does not lie in the picture glows as little as darkness.
+/// `lamps` are the regions of all lamps in the order of their layout, and the brightest is compared with the second;
+/// without them the outer thirds of the picture stand for [`Light::LEFT`] and [`Light::RIGHT`].
+/// The glow of a region is the mean square of its luma above the picture's median. A saturated lamp thus outweighs
+/// the fitting of the unlit one, which a flash lights up, and what stands on both sides cancels out. A region outside
+/// the picture has no glow.
 #[must_use]
 pub fn lamp_state(image: &impl PixelSource, lamps: Option<&[Region]>) -> Option<Light> {
     let (width, height) = image.size();
     let third = Region { x: 0, y: 0, width: (width / 3).max(1), height };
     let thirds = [third, Region { x: width - third.width, ..third }];
     let sides = lamps.unwrap_or(&thirds);
-    let step = (width / COLUMNS).clamp(1, COARSEST);
-    let greys = image.downscale_luma(full_region((width, height)), step);
-    let median = upper_median(&greys, f32::total_cmp)?;
+    let factor = (width / MIN_COLUMNS).clamp(1, MAX_FACTOR);
+    let luma = image.downscale_luma(full_region((width, height)), factor);
+    let median = upper_median(&luma, f32::total_cmp)?;
     let glow = |side: &Region| {
         if !side.fits(width, height) {
             return 0.0;
         }
-        let columns = side.x / step..(side.x + side.width).div_ceil(step).min(width / step);
-        let rows = side.y / step..(side.y + side.height).div_ceil(step).min(height / step);
+        let columns = side.x / factor..(side.x + side.width).div_ceil(factor).min(width / factor);
+        let rows = side.y / factor..(side.y + side.height).div_ceil(factor).min(height / factor);
         let (mut glow, mut count) = (0.0, 0.0);
         for row in rows {
-            for grey in &greys[row * (width / step)..][columns.clone()] {
-                let excess = f64::from((grey - median).max(0.0));
+            for value in &luma[row * (width / factor)..][columns.clone()] {
+                let excess = f64::from((value - median).max(0.0));
                 glow += excess * excess;
                 count += 1.0;
             }
@@ -54,9 +57,9 @@ pub fn lamp_state(image: &impl PixelSource, lamps: Option<&[Region]>) -> Option<
             second = glow;
         }
     }
-    // Less than one grey value of glow is the camera's noise.
+    // Less than one grey value of glow is noise of the camera.
     let difference = (best - second) / (best + second).max(1.0);
-    if difference >= CLEAR { Light::new(brightest) } else { None }
+    if difference >= MIN_DIFFERENCE { Light::new(brightest) } else { None }
 }
 
 #[cfg(test)]
@@ -90,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn places_of_lamps_are_believed() {
+    fn given_regions_of_lamps_are_compared() {
         let image = tent(&[(50, 255), (8, 120)]);
         let at = |x| Region { x, y: 0, width: 20, height: 20 };
         assert_eq!(lamp_state(&image, Some(&[at(0), at(45)])), Some(Light::RIGHT));

@@ -1,4 +1,12 @@
-//! A plant in one picture.
+//! Detection of a plant in one picture.
+//!
+//! In: a picture, a crop, and where the stem leaves the soil. Out: a [`Detection`], or `None`. The one
+//! idea: detection is a pure function of one picture; what is known of other pictures belongs to tracking.
+//!
+//! Mode `robust` finds the plant by its [colour] and [connectivity](connected_components), its tip by the [highest
+//! edge](tip) and its stem by [shortest paths](midline). Where the crop does not exclude a bright pot, the
+//! stem is found by its form, as a ridge. Mode `paper` is the paper's method ([`tip::highest_sample`],
+//! [`stem::row_medians`]).
 
 pub mod occupancy;
 pub mod detection;
@@ -24,7 +32,7 @@ use crate::vision::config::{Mode, VisionConfig};
 use crate::vision::raster::source::PixelSource;
 use detection::Detection;
 
-/// What a picture shows of a plant; `None` where it shows none, or where the crop does not lie in it.
+/// Detects a plant in a picture; `None` where there is none, or where the crop does not lie in the picture.
 ///
 /// ```
 /// use tropism::photo::Image;
@@ -41,8 +49,8 @@ pub fn detect(image: &impl PixelSource, config: &VisionConfig) -> Option<Detecti
     detect_from_base(image, None, config)
 }
 
-/// [`detect`], for a plant whose stem leaves the soil at `base`; without one it is taken to stand at the middle of the
-/// crop's lower edge.
+/// Detects a plant whose stem leaves the soil at `base`. Without a base the largest plant is detected, and its stem is
+/// taken to begin at the middle of the crop's lower edge.
 #[must_use]
 pub fn detect_from_base(
     image: &impl PixelSource,
@@ -52,12 +60,14 @@ pub fn detect_from_base(
     let (width, height) = image.size();
     config.check(width, height).ok()?;
     let crop = config.region(width, height);
-    if config.mode == Mode::Robust {
-        let seen = robust::detect(image, crop, base, config);
-        return match base.filter(|_| config.stem) {
-            Some(base) => ridge::detect(image, crop, base, config, seen),
-            None => seen,
-        };
+    match config.mode {
+        Mode::Paper => paper::detect(image, crop, config),
+        Mode::Robust => {
+            let by_colour = robust::detect(image, crop, base, config);
+            match base.filter(|_| config.stem) {
+                Some(base) => ridge::detect(image, crop, base, config, by_colour),
+                None => by_colour,
+            }
+        }
     }
-    paper::detect(image, crop, config)
 }

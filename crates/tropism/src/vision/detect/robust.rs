@@ -1,18 +1,22 @@
-//! The plant that stands at the base, told from what is around it by a colour learned from the picture itself.
+//! Detection in mode `robust`: the component at the stem base, by a colour that is learned from the picture itself.
 //!
-//! In: a picture, a crop, and where the stem leaves the soil. Out: the plant's highest point, between samples, and its
-//! midline. The one idea: what is bright and nearest to the base is plant; its colour tells the rest of the plant from
-//! pot, cloth and glare; and only what hangs together with the base counts.
+//! In: a picture, a crop, and where the stem leaves the soil. Out: the plant's highest point, to a fraction of a
+//! sample, its midline, and whether its tip may be occluded. The one idea: what is bright and nearest to the base is
+//! plant; its colour separates the rest of the plant from pot, cloth and glare; and only the component that is
+//! connected to the base counts.
+//!
+//! The chain: [`Levels`] and a seed component, Fisher's [`LinearDiscriminant`], double threshold and [connected
+//! components](ConnectedComponents), [highest edge](tip::highest_edge), [midline], tests for occlusion.
 
 use crate::geometry::{Pixel, Region};
 use crate::math;
 use crate::photo::Image;
-use crate::simd::dispatch;
 use crate::vision::config::VisionConfig;
 use crate::vision::detect::colour::{ColourStatistics, LinearDiscriminant};
-use crate::vision::detect::connected_components::{BoundingBox, ConnectedComponents};
+use crate::vision::detect::connected_components::{BoundingBox, ConnectedComponents, REACH};
+use crate::vision::detect::curve::PlanePoint;
 use crate::vision::detect::detection::{Detection, Edge};
-use crate::vision::detect::hysteresis::{DoubleThreshold, Evidence};
+use crate::vision::detect::hysteresis::{Evidence, double_threshold};
 use crate::vision::detect::occlusion::{fades_towards_tip, has_glare_above, is_in_shadow, stem_exceeds_tip};
 use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::detect::{midline, tip};
@@ -21,33 +25,32 @@ use crate::vision::raster::levels::Levels;
 use crate::vision::raster::plane::{LUMA, Plane};
 use crate::vision::raster::source::{PixelSource, aligned_region};
 
-/// Samples that may be missing between two components of one plant, plus one: a shadow, or a saturated rim that has lost its
-/// colour.
-pub(super) const REACH: usize = 3;
+/// Stride, in columns and rows, at which background pixels are taken to learn their colour. Chosen by hand, for
+/// speed.
+const BACKGROUND_STRIDE: usize = 3;
 
-/// Background is learned from every so many samples, both ways.
-const THIN: usize = 3;
+/// Low threshold, in standard deviations of the background's score. Chosen by hand.
+const LOW_THRESHOLD: f64 = 4.0;
 
-/// Deviations of the background's score above which a sample is plant if it hangs together with what surely is.
-const PERHAPS: f64 = 4.0;
+/// Greatest distance from the base at which the plant may begin, as a share of the crop's height: its foot may lie in
+/// the shade. Chosen by hand.
+const BASE_RADIUS: f64 = 0.15;
 
-/// How far above the crop's lower edge the plant may begin, as a share of the crop's height: a shaded foot.
-const FOOT: f64 = 0.15;
+/// Radius around the base within which the plant's colour is learned, as a share of the crop's height: the stem must
+/// be there. Chosen by hand.
+const LEARNING_RADIUS: f64 = 0.12;
 
-/// Samples across a cell of the plant's shape.
-const CELL: usize = 2;
+/// Side length of a cell of the occupancy grid, in samples. Chosen by hand.
+const CELL_SAMPLES: usize = 2;
 
-/// The plant's colour is learned within this share of the crop's height of its foot: where the stem must be.
-const LEARNED: f64 = 0.12;
-
-/// What a picture shows of the plant at `base`; without one, of the largest plant.
+/// Detects the plant at `base`; without one, the largest plant.
 pub(super) fn detect(
     image: &impl PixelSource,
     crop: Region,
     base: Option<Pixel>,
     config: &VisionConfig,
 ) -> Option<Detection> {
-    // A crop without a whole square of the picture's grid is read as it is.
+    // A crop that is smaller than a square of the picture's grid is read at full resolution.
     let step = config.step(image.size().0);
     let (crop, step) = aligned_region(crop, step).map_or((crop, 1), |crop| (crop, step));
     let small = image.downscale(crop, step);
@@ -57,133 +60,141 @@ pub(super) fn detect(
     let plane =
         |channels| Plane { origin, step, ..sample_gaussian(&small, whole, channels, config.sigma, 1) };
 
-    let grey = plane(LUMA);
-    let levels = Levels::from_plane(&grey, config.bright_samples);
-    let foot = Foot::new(&grey, base);
-    let found = |levels: &Levels| {
-        let colour = learn(&small, &grey, levels, &foot, config)?;
+    let luma = plane(LUMA);
+    let levels = Levels::from_plane(&luma, config.bright_samples);
+    let base = StemBase::new(&luma, base);
+    let segment = |levels: &Levels| {
+        let colour = learn_colour(&small, &luma, levels, &base, config)?;
         let score = plane(colour.weights.map(|weight| weight as f32));
-        let (plant, belief) = judge(score, &colour, config);
-        let components = ConnectedComponents::label(&belief, plant.width, REACH, foot.place);
-        let chosen = foot.choose(&components, config.bright_samples)?;
-        let is_near = components.components[chosen as usize - 1].distance <= foot.reach;
-        is_near.then_some((colour, plant, components, chosen))
+        let (score, evidence) = classify(score, &colour, config);
+        let components = ConnectedComponents::label(&evidence, score.width, REACH, base.anchor);
+        let label = base.choose(&components, config.bright_samples)?;
+        let is_at_base = components.component(label).distance <= base.max_distance;
+        is_at_base.then_some((colour, score, components, label))
     };
-    // Behind mist a lamp's light on the cloth may outshine the plant: then what is about its foot tells what is bright,
-    // and in a photograph that missed its flash what is lit from aside, of which a part may be seen.
-    let at_once = found(&levels);
-    let is_outshone = at_once.is_none();
-    let (colour, plant, components, chosen) =
-        at_once.or_else(|| found(&foot.levels(&grey, config.bright_samples)?))?;
-    let part = &components.components[chosen as usize - 1];
-    let is_part = |at: usize| components.labels[at] == chosen;
-    let tip = tip::highest_edge(&plant, part.bounds, is_part, config.threshold as f32)?;
-    let stem = if config.stem { stem(&plant, part.bounds, is_part, &foot, tip) } else { None };
-    let apex = stem.as_ref().and_then(|stem| stem.last().copied());
-    let BoundingBox { left, right, top, bottom } = part.bounds;
-    let columns = |y: usize| (left..=right).map(move |x| (x, y));
-    let tissue = (top..=bottom).flat_map(columns).filter(|&(x, y)| is_part(y * plant.width + x));
-    let shape = OccupancyGrid::from_pixels(
-        tissue.map(|(x, y)| plant.to_pixel(x as f64, y as f64)),
-        (CELL * step) as f64,
-    );
-    // A foot may stand at the crop's lower edge, or be cut off by it.
-    let reached = [(Edge::Top, top == 0), (Edge::Left, left == 0), (Edge::Right, right + 1 == plant.width)];
-    let cut = reached.into_iter().find_map(|(edge, is_reached)| is_reached.then_some(edge));
+    // Behind mist the lit cloth may outshine the plant; then the levels around the base decide what is bright. The
+    // same happens without a flash, where only the side towards the lamp may be found: the tip counts as occluded.
+    let at_first = segment(&levels);
+    let is_outshone = at_first.is_none();
+    let (colour, score, components, label) =
+        at_first.or_else(|| segment(&base.local_levels(&luma, config.bright_samples)?))?;
+    let bounds = components.component(label).bounds;
+    let is_plant = |at: usize| components.labels[at] == label;
+    let tip = tip::highest_edge(&score, bounds, is_plant, config.threshold as f32)?;
+    let stem = if config.stem { trace_stem(&score, bounds, is_plant, &base, tip) } else { None };
     let is_occluded = is_outshone
-        || has_glare_above(&grey, &levels, tip)
-        || is_in_shadow(&grey, tip)
-        || fades_towards_tip(&plant, stem.as_deref(), tip)
+        || has_glare_above(&luma, &levels, tip)
+        || is_in_shadow(&luma, tip)
+        || fades_towards_tip(&score, stem.as_deref(), tip)
         || stem_exceeds_tip(stem.as_deref(), tip, step);
-    let contrast = colour.separation;
     Some(Detection {
         tip,
-        apex,
+        apex: stem.as_ref().and_then(|stem| stem.last().copied()),
         stem,
-        contrast,
-        tissue: shape,
-        clipped_at: cut,
+        contrast: colour.separation,
+        tissue: occupancy(&score, bounds, is_plant),
+        clipped_at: clipped_edge(bounds, score.width),
         is_occluded,
         ..Detection::default()
     })
 }
 
-/// The midline in the photograph, and straight down to the base where the crop cuts the foot off.
-fn stem(
-    plant: &Plane,
+/// The midline in the photograph, extended straight down to the base where the crop clips the stem's foot.
+fn trace_stem(
+    plane: &Plane,
     bounds: BoundingBox,
-    is_part: impl Fn(usize) -> bool,
-    foot: &Foot,
+    is_plant: impl Fn(usize) -> bool,
+    base: &StemBase,
     tip: Pixel,
 ) -> Option<Vec<Pixel>> {
-    let line = midline::trace_stem(plant, bounds, is_part, foot.place, plant.to_sample(tip), REACH)?;
-    let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plant.to_pixel(x, y)).collect();
-    stem.splice(0..0, foot.base.filter(|base| base.y > stem[0].y + plant.step as f64));
+    let line = midline::trace_stem(plane, bounds, is_plant, base.anchor, plane.to_sample(tip), REACH)?;
+    let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plane.to_pixel(x, y)).collect();
+    stem.splice(0..0, base.pixel.filter(|base| base.y > stem[0].y + plane.step as f64));
     Some(stem)
 }
 
-/// Where the plant should begin within the crop.
-struct Foot {
-    /// Where the stem leaves the soil, if that is known.
-    base: Option<Pixel>,
-    /// Column and row of the plane nearest to there; the middle of its lower edge where it is not known.
-    place: (f64, f64),
-    /// How far from there the plant may begin, in samples.
-    reach: f64,
+/// The cells that a component occupies.
+fn occupancy(plane: &Plane, bounds: BoundingBox, is_plant: impl Fn(usize) -> bool) -> OccupancyGrid {
+    let BoundingBox { left, right, top, bottom } = bounds;
+    let columns = |y: usize| (left..=right).map(move |x| (x, y));
+    let samples = (top..=bottom).flat_map(columns).filter(|&(x, y)| is_plant(y * plane.width + x));
+    let pixels = samples.map(|(x, y)| plane.to_pixel(x as f64, y as f64));
+    OccupancyGrid::from_pixels(pixels, (CELL_SAMPLES * plane.step) as f64)
 }
 
-impl Foot {
+/// The edge of the plane that a component touches. The lower edge does not count: a foot may stand on it.
+fn clipped_edge(bounds: BoundingBox, width: usize) -> Option<Edge> {
+    let touched = [
+        (Edge::Top, bounds.top == 0),
+        (Edge::Left, bounds.left == 0),
+        (Edge::Right, bounds.right + 1 == width),
+    ];
+    touched.into_iter().find_map(|(edge, is_touched)| is_touched.then_some(edge))
+}
+
+/// Where the plant begins within the crop.
+struct StemBase {
+    /// Where the stem leaves the soil, if known.
+    pixel: Option<Pixel>,
+    /// The sample nearest to there; the middle of the lower edge where it is not known.
+    anchor: PlanePoint,
+    /// Greatest distance of the plant from the anchor, in samples.
+    max_distance: f64,
+}
+
+impl StemBase {
     fn new(plane: &Plane, base: Option<Pixel>) -> Self {
         let (right, bottom) = (plane.width as f64 - 1.0, plane.height as f64 - 1.0);
         let Some(base) = base else {
-            return Self { base, place: (right / 2.0, bottom), reach: f64::INFINITY };
+            return Self { pixel: None, anchor: (right / 2.0, bottom), max_distance: f64::INFINITY };
         };
         let (x, y) = plane.to_sample(base);
-        let place = (x.clamp(0.0, right), y.clamp(0.0, bottom));
-        // Where the crop cuts the foot off, the stem may have leaned as far aside as it has risen.
-        let cut = (x - place.0).abs().max((y - place.1).abs());
-        Self { base: Some(base), place, reach: cut + (FOOT * plane.height as f64).max(REACH as f64) }
+        let anchor = (x.clamp(0.0, right), y.clamp(0.0, bottom));
+        // Above a base outside the crop the stem may lean by as much as it has risen.
+        let clipped = (x - anchor.0).abs().max((y - anchor.1).abs());
+        let max_distance = clipped + (BASE_RADIUS * plane.height as f64).max(REACH as f64);
+        Self { pixel: Some(base), anchor, max_distance }
     }
 
-    /// The levels where the plant begins, if that is known.
-    fn levels(&self, plane: &Plane, count: usize) -> Option<Levels> {
-        self.base?;
-        let reach = self.reach + LEARNED * plane.height as f64;
-        let within =
-            |at: f64, most: usize| (at - reach).max(0.0) as usize..((at + reach) as usize + 1).min(most);
-        let (columns, rows) = (within(self.place.0, plane.width), within(self.place.1, plane.height));
-        let (width, height) = (columns.len(), rows.len());
-        let values = rows.flat_map(|y| &plane.row(y)[columns.clone()]).copied().collect();
-        Some(Levels::from_plane(&Plane { width, height, values, ..*plane }, count))
+    /// The levels around a known base.
+    fn local_levels(&self, plane: &Plane, count: usize) -> Option<Levels> {
+        self.pixel?;
+        let radius = self.max_distance + LEARNING_RADIUS * plane.height as f64;
+        let window =
+            |at: f64, size: usize| (at - radius).max(0.0) as usize..((at + radius) as usize + 1).min(size);
+        let (columns, rows) = (window(self.anchor.0, plane.width), window(self.anchor.1, plane.height));
+        let values: Vec<f32> = rows.flat_map(|y| &plane.row(y)[columns.clone()]).copied().collect();
+        Some(Levels::from_values(&values, count))
     }
 
-    /// The number of the part that is the plant: the nearest, or the largest where the base is not known.
-    fn choose(&self, components: &ConnectedComponents, sure: usize) -> Option<u32> {
-        if self.base.is_some() { components.nearest(sure) } else { components.largest(sure) }
+    /// The label of the plant: the nearest component, or the largest where the base is not known.
+    fn choose(&self, components: &ConnectedComponents, min_strong: usize) -> Option<u32> {
+        if self.pixel.is_some() { components.nearest(min_strong) } else { components.largest(min_strong) }
     }
 }
 
-/// Learns the plant's colour from what is bright at its foot and from all that is dark; `None` where nothing stands out.
-fn learn(
+/// Learns the discriminant of the bright component at the base and of all dark samples; `None` where the contrast of
+/// either is too low.
+fn learn_colour(
     small: &Image,
-    grey: &Plane,
+    luma: &Plane,
     levels: &Levels,
-    foot: &Foot,
+    base: &StemBase,
     config: &VisionConfig,
 ) -> Option<LinearDiscriminant> {
     if levels.contrast() <= config.contrast {
         return None;
     }
-    let strong = levels.threshold(config.threshold);
-    let bright = dispatch(DoubleThreshold { values: &grey.values, low: strong, high: strong });
-    let components = ConnectedComponents::label(&bright, grey.width, REACH, foot.place);
-    let seed = foot.choose(&components, config.bright_samples)?;
-    let BoundingBox { left, right, top, bottom } = components.components[seed as usize - 1].bounds;
-    let learned = |most: f64| {
+    let threshold = levels.threshold(config.threshold);
+    let bright = double_threshold(&luma.values, threshold, threshold);
+    let components = ConnectedComponents::label(&bright, luma.width, REACH, base.anchor);
+    let seed = base.choose(&components, config.bright_samples)?;
+    let BoundingBox { left, right, top, bottom } = components.component(seed).bounds;
+    let within = |radius: f64| {
         let (mut plant, mut count) = (ColourStatistics::default(), 0);
         for y in top..=bottom {
-            for x in (left..=right).filter(|&x| components.labels[y * grey.width + x] == seed) {
-                if math::hypot(x as f64 - foot.place.0, y as f64 - foot.place.1) <= most {
+            for x in (left..=right).filter(|&x| components.labels[y * luma.width + x] == seed) {
+                if math::hypot(x as f64 - base.anchor.0, y as f64 - base.anchor.1) <= radius {
                     plant.add(small.at(x, y));
                     count += 1;
                 }
@@ -192,29 +203,31 @@ fn learn(
         (plant, count)
     };
     let (mut plant, count) =
-        learned(components.components[seed as usize - 1].distance + LEARNED * grey.height as f64);
+        within(components.component(seed).distance + LEARNING_RADIUS * luma.height as f64);
     if count < config.bright_samples {
-        plant = learned(f64::INFINITY).0;
+        plant = within(f64::INFINITY).0;
     }
     let dark = levels.threshold(config.threshold / 2.0);
     let mut background = ColourStatistics::default();
-    for y in (0..grey.height).step_by(THIN) {
-        let pixels = small.rgb[3 * y * small.width..].as_chunks::<3>().0.iter().step_by(THIN);
-        for (&pixel, _) in pixels.zip(grey.row(y).iter().step_by(THIN)).filter(|&(_, &level)| level < dark) {
+    for y in (0..luma.height).step_by(BACKGROUND_STRIDE) {
+        let pixels = small.rgb[3 * y * small.width..].as_chunks::<3>().0.iter().step_by(BACKGROUND_STRIDE);
+        let values = luma.row(y).iter().step_by(BACKGROUND_STRIDE);
+        for (&pixel, _) in pixels.zip(values).filter(|&(_, &value)| value < dark) {
             background.add(pixel);
         }
     }
     LinearDiscriminant::learn(&plant, &background).filter(|colour| colour.separation > config.contrast)
 }
 
-/// How much each sample is plant by its colour, 0 for background and 1 for plant, and what is believed of it.
+/// Adds the discriminant's offset, so that the score is 0 on background and 1 on plant, and classifies it by two
+/// thresholds.
 ///
-/// Brightness alone says nothing here: what is bright and of another colour is a lamp, its glare, or the pot.
-fn judge(mut score: Plane, colour: &LinearDiscriminant, config: &VisionConfig) -> (Plane, Vec<Evidence>) {
+/// Brightness alone does not count here: what is bright and of another colour is a lamp, its glare, or the pot.
+fn classify(mut score: Plane, colour: &LinearDiscriminant, config: &VisionConfig) -> (Plane, Vec<Evidence>) {
     let offset = colour.offset as f32;
-    let sure = config.threshold as f32;
-    let perhaps = (PERHAPS / colour.separation).max(config.threshold / 2.0) as f32;
+    let high = config.threshold as f32;
+    let low = (LOW_THRESHOLD / colour.separation).max(config.threshold / 2.0) as f32;
     score.values.iter_mut().for_each(|value| *value += offset);
-    let belief = dispatch(DoubleThreshold { values: &score.values, low: perhaps, high: sure });
-    (score, belief)
+    let evidence = double_threshold(&score.values, low, high);
+    (score, evidence)
 }

@@ -1,4 +1,6 @@
-//! The stem as ten points (section 4): the pixels of eq. (10), the median of each row, a polyline of ten vertices.
+//! The paper's stem (section 4): plant pixels by the colour thresholds of eq. (10), and the median x of each row.
+//!
+//! In: the pixels of a crop. Out: one point a row, from the lowest row up; a tracker resamples them to ten vertices.
 
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
@@ -24,8 +26,8 @@ impl StemConfig {
     }
 }
 
-/// The stem of eq. (10): the median x of the plant pixels of each row of `crop`, from the lowest row up; empty where no
-/// pixel is plant.
+/// The median x of the plant pixels (eq. 10) of each row of `crop`, from the lowest row up; rows without plant are
+/// left out.
 ///
 /// # Panics
 /// If `crop` does not lie inside the picture.
@@ -47,19 +49,19 @@ pub fn row_medians(image: &Image, crop: Region, config: &StemConfig) -> Vec<Pixe
         let range = f64::from(greatest.saturating_sub(least).max(1));
         std::array::from_fn(|level| (level as f64 - f64::from(least)) / range)
     });
-    // A pixel with no channel as bright as this is not plant, whatever the others are: almost all of a dark tent.
-    let least = config.excess.min(config.green).min(config.brightness);
-    let is_bright: [[bool; 256]; 3] = tables.map(|table| table.map(|value| value >= least));
+    // A pixel without a channel of at least this value cannot be plant: almost all of a dark tent is skipped.
+    let threshold = config.excess.min(config.green).min(config.brightness);
+    let is_bright: [[bool; 256]; 3] = tables.map(|table| table.map(|value| value >= threshold));
     let mut stem = Vec::new();
     let mut columns = Vec::new();
     for y in (crop.y..crop.y + crop.height).rev() {
         columns.clear();
         columns.extend(row(y).enumerate().filter_map(|(x, pixel)| {
-            let is_any_bright = is_bright[0][usize::from(pixel[0])]
+            let may_be_plant = is_bright[0][usize::from(pixel[0])]
                 | is_bright[1][usize::from(pixel[1])]
                 | is_bright[2][usize::from(pixel[2])];
             let [r, g, b] = std::array::from_fn(|channel| tables[channel][usize::from(pixel[channel])]);
-            (is_any_bright && config.is_plant(r, g, b)).then_some(x)
+            (may_be_plant && config.is_plant(r, g, b)).then_some(x)
         }));
         if let (Some(low), Some(high)) =
             (columns.get(columns.len().saturating_sub(1) / 2), columns.get(columns.len() / 2))
@@ -97,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn v_means_what_it_is_told() {
+    fn v_follows_its_definition() {
         let pixel = (0.8, 0.6, 0.1);
         let with = |value| StemConfig { value, ..StemConfig::default() }.is_plant(pixel.0, pixel.1, pixel.2);
         assert_eq!(
@@ -120,7 +122,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_plant_is_rejected_for_being_dark(
+        fn skipping_dark_pixels_changes_nothing(
             pixel in any::<[u8; 3]>(), gates in (0.0..1.0, 0.0..1.0, 0.0..1.0), value in 0..3_usize,
         ) {
             let config = StemConfig {

@@ -1,12 +1,14 @@
-//! The highest point of the plant: "the highest sampled position on the plant is assumed to be the plant tip"
-//! (section 2.2.2).
+//! Tip of the plant: "the highest sampled position on the plant is assumed to be the plant tip" (section 2.2.2).
+//!
+//! In: a plane, and in mode `robust` the component that is the plant. Out: its highest point. The one idea of mode
+//! `robust`: the upper edge crosses the threshold between samples, and a round tip is the vertex of a parabola
+//! through the edge.
 
 use crate::geometry::Pixel;
 use crate::vision::detect::connected_components::BoundingBox;
 use crate::vision::raster::plane::Plane;
 
-/// The highest sample above `threshold`, word for word: the middle of the longest run of such samples in the topmost
-/// row that has one.
+/// The paper's tip: the middle of the longest run of samples above `threshold` in the topmost row that has one.
 #[must_use]
 pub fn highest_sample(plane: &Plane, threshold: f32) -> Option<Pixel> {
     (0..plane.height).find_map(|y| {
@@ -15,10 +17,10 @@ pub fn highest_sample(plane: &Plane, threshold: f32) -> Option<Pixel> {
     })
 }
 
-/// The longest run of `true`, first and last place; the first of equals.
-fn longest_run(places: impl Iterator<Item = bool>) -> Option<(usize, usize)> {
+/// First and last index of the longest run of `true`; the first of equals.
+fn longest_run(flags: impl Iterator<Item = bool>) -> Option<(usize, usize)> {
     let (mut best, mut start) = (None, None);
-    for (x, is_plant) in places.enumerate() {
+    for (x, is_plant) in flags.enumerate() {
         start = if is_plant { start.or(Some(x)) } else { None };
         if let Some(left) = start
             && best.is_none_or(|(first, last)| x - left > last - first)
@@ -29,49 +31,60 @@ fn longest_run(places: impl Iterator<Item = bool>) -> Option<(usize, usize)> {
     best
 }
 
-/// Samples around the highest that tell how bright the plant is there: a mist's halo is narrower.
-const ABOUT: usize = 16;
+/// Samples around the topmost run that give the plant's local brightness. Chosen by hand: the halo of mist is
+/// narrower.
+const LOCAL_RADIUS: usize = 16;
 
-/// The highest point of one connected part of a plane that is 0 on background and 1 on plant, between samples: where the
-/// upper edge of its topmost row crosses `threshold`, or the same share of what it is about there, where it is fainter.
+/// Rows below the topmost one in which a column's edge is searched. Chosen by hand.
+const EDGE_ROWS: usize = 3;
+
+/// Least curvature of the parabola through a round tip, in rows per squared column. Chosen by hand.
+const MIN_CURVATURE: f64 = 0.02;
+
+/// The highest point, to a fraction of a sample, of one component of a plane that is 0 on background and 1 on plant.
 ///
-/// `part` says which samples within `bounds` belong to the part. In each column around the topmost row's run the edge is
-/// interpolated between samples; the tip is the top of the parabola through these edges. Where they are no parabola it is
-/// the highest of them, above the run's middle, weighted by what its samples exceed the threshold by.
+/// `is_component` says which samples within `bounds` belong to the component. The upper edge of the columns around
+/// the topmost run is interpolated where it crosses `threshold`; the tip is the vertex of the parabola through these
+/// edges, or else the highest of them above the centroid of the run. Where the plant is locally fainter than its
+/// mean, the threshold is lowered in proportion.
 #[must_use]
 pub fn highest_edge(
     plane: &Plane,
     bounds: BoundingBox,
-    part: impl Fn(usize) -> bool,
+    is_component: impl Fn(usize) -> bool,
     threshold: f32,
 ) -> Option<Pixel> {
-    let topmost = |threshold: f32| {
-        let is_plant = |at: usize| plane.values[at] > threshold && part(at);
+    let topmost_run = |threshold: f32| {
+        let is_plant = |at: usize| plane.values[at] > threshold && is_component(at);
         (bounds.top..=bounds.bottom).find_map(|y| {
             let row = y * plane.width;
             let (left, right) = longest_run((bounds.left..=bounds.right).map(|x| is_plant(row + x)))?;
             Some((y, (bounds.left + left, bounds.left + right)))
         })
     };
-    // Where the plant is fainter there than its mean, as behind mist, what is its edge is fainter as well.
-    let (y, (left, right)) = topmost(threshold)?;
-    let rows = y..(y + ABOUT).min(bounds.bottom + 1);
-    let columns = left.saturating_sub(ABOUT).max(bounds.left)..(right + ABOUT).min(bounds.right + 1);
-    let about = rows.flat_map(|y| columns.clone().map(move |x| y * plane.width + x)).filter(|&at| part(at));
-    let threshold = threshold * about.map(|at| plane.values[at]).fold(0.0, f32::max).min(1.0);
-    let (y, (left, right)) = topmost(threshold)?;
+    // A plant that is locally fainter than its mean, as behind mist, has a fainter edge as well.
+    let (y, (left, right)) = topmost_run(threshold)?;
+    let rows = y..(y + LOCAL_RADIUS).min(bounds.bottom + 1);
+    let columns =
+        left.saturating_sub(LOCAL_RADIUS).max(bounds.left)..(right + LOCAL_RADIUS).min(bounds.right + 1);
+    let local = rows
+        .flat_map(|y| columns.clone().map(move |x| y * plane.width + x))
+        .filter(|&at| is_component(at))
+        .map(|at| plane.values[at]);
+    let threshold = threshold * local.fold(0.0, f32::max).min(1.0);
+    let (y, (left, right)) = topmost_run(threshold)?;
     let is_plant = |x: usize, y: usize| {
         let at = y * plane.width + x;
-        plane.values[at] > threshold && part(at)
+        plane.values[at] > threshold && is_component(at)
     };
-    // Where the plant is brighter than its mean, half of that is its edge.
-    let below = (y..(y + 3).min(plane.height)).flat_map(|y| &plane.row(y)[left..=right]);
+    // A plant that is brighter than its mean has its edge at half of its height.
+    let below = (y..(y + EDGE_ROWS).min(plane.height)).flat_map(|y| &plane.row(y)[left..=right]);
     let threshold = threshold.max(0.5 * below.copied().fold(0.0, f32::max));
-    let crossings: Vec<(f64, f64)> = (left.saturating_sub(1)..=(right + 1).min(plane.width - 1))
+    let edges: Vec<(f64, f64)> = (left.saturating_sub(1)..=(right + 1).min(plane.width - 1))
         .filter_map(|x| Some((x as f64, upper_edge(plane, is_plant, x, y, threshold)?)))
         .collect();
-    let top = crossings.iter().map(|crossing| crossing.1).reduce(f64::min)?;
-    if let Some((x, height)) = vertex(&crossings) {
+    let top = edges.iter().map(|edge| edge.1).reduce(f64::min)?;
+    if let Some((x, height)) = parabola_vertex(&edges) {
         let (x, height) =
             (x.clamp(left as f64 - 0.5, right as f64 + 0.5), height.clamp(top - 0.5, top + 0.5));
         return Some(plane.to_pixel(x, height));
@@ -81,8 +94,8 @@ pub fn highest_edge(
     Some(plane.to_pixel(moment / weight, top))
 }
 
-/// How far below row `row` - 1 the part's upper edge is in column `x`, as a row with fractions; `None` where it is more
-/// than three rows down.
+/// The component's upper edge in column `x`, from row `row` down, as a row with a fraction; `None` where it lies more
+/// than [`EDGE_ROWS`] rows down.
 fn upper_edge(
     plane: &Plane,
     is_plant: impl Fn(usize, usize) -> bool,
@@ -90,36 +103,37 @@ fn upper_edge(
     row: usize,
     threshold: f32,
 ) -> Option<f64> {
-    let is_edge = |y: usize| is_plant(x, y) && plane.row(y)[x] > threshold;
-    let y = (row..(row + 3).min(plane.height)).find(|&y| is_edge(y))?;
+    let is_inside = |y: usize| is_plant(x, y) && plane.row(y)[x] > threshold;
+    let y = (row..(row + EDGE_ROWS).min(plane.height)).find(|&y| is_inside(y))?;
     let inside = plane.row(y)[x];
-    // Half of the sample at the crossing is plant: the crossing is the edge.
+    // Half of a sample on the edge is plant, so the edge is where the value crosses the threshold.
     let outside = if y == 0 { inside } else { plane.row(y - 1)[x] };
     let rise = if outside < threshold { f64::from((inside - threshold) / (inside - outside)) } else { 0.0 };
     Some(y as f64 - rise)
 }
 
-/// The top (the least second coordinate) of the parabola that fits the points best: the tip of something round lies
-/// between samples. `None` where they are too few or do not bend like one.
-fn vertex(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+/// The vertex (least second coordinate) of the parabola through points by least squares; `None` where they are fewer
+/// than three or curve too little.
+fn parabola_vertex(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     if points.len() < 3 {
         return None;
     }
     let count = points.len() as f64;
-    let middle = points.iter().map(|point| point.0).sum::<f64>() / count;
+    let mean = points.iter().map(|point| point.0).sum::<f64>() / count;
     let mut sums = [0.0; 6];
     for &(x, y) in points {
-        let x = x - middle;
+        let x = x - mean;
         for (sum, value) in sums.iter_mut().zip([x * x, x * x * x, x * x * x * x, y, x * y, x * x * y]) {
             *sum += value;
         }
     }
-    let [squares, cubes, fourths, t0, t1, t2] = sums;
-    let bend = fourths - cubes * cubes / squares - squares * squares / count;
-    let a = (t2 - cubes * t1 / squares - squares * t0 / count) / bend;
-    let b = (t1 - cubes * a) / squares;
-    let c = (t0 - squares * a) / count;
-    (a > 0.02).then(|| (middle - b / (2.0 * a), c - b * b / (4.0 * a)))
+    // Normal equations of y = a x^2 + b x + c with centred x, by elimination.
+    let [squares, cubes, fourths, y0, y1, y2] = sums;
+    let determinant = fourths - cubes * cubes / squares - squares * squares / count;
+    let a = (y2 - cubes * y1 / squares - squares * y0 / count) / determinant;
+    let b = (y1 - cubes * a) / squares;
+    let c = (y0 - squares * a) / count;
+    (a > MIN_CURVATURE).then(|| (mean - b / (2.0 * a), c - b * b / (4.0 * a)))
 }
 
 #[cfg(test)]
@@ -139,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_top_of_something_round_lies_between_samples() {
+    fn the_vertex_of_a_round_tip_lies_between_samples() {
         let top = |x: f64| 3.3 + 0.1 * (x - 6.4) * (x - 6.4);
         let values = (0..13 * 12).map(|at| {
             let (x, y) = ((at % 13) as f64, (at / 13) as f64);
@@ -152,8 +166,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_faint_at_its_top_is_seen_to_its_end() {
-        // A stem that is fainter above than below, and is blurred: where half of what it was is left, it ends.
+    fn a_plant_that_fades_upwards_is_found_to_its_end() {
+        // A blurred stem that is fainter above than below ends where half of its local brightness is left.
         let brightness = [vec![0.0, 0.1, 0.32, 0.5], vec![0.6; 18], vec![0.8, 1.0]].concat();
         let values: Vec<f32> = brightness.iter().flat_map(|&value| [0.0, value, value, 0.0]).collect();
         let plane = Plane { width: 4, height: brightness.len(), values, origin: (0.0, 0.0), step: 1 };

@@ -1,15 +1,15 @@
-//! From a photograph to the pixels that show plant (section 2.2.2).
+//! Gaussian filter, subsampling and downscaling (section 2.2.2).
 //!
-//! In: a picture and a crop. Out: its values, smoothed and sampled, and the levels of background and plant in them. The
-//! one idea: a plant is bright before dark cloth, so what counts as bright is read from each picture, never fixed.
+//! In: a picture and a crop. Out: a plane of smoothed samples, or a smaller picture. The one idea: all steps are
+//! linear, so their order is free, and the cheapest one filters only where a sample is taken.
 
 use crate::geometry::Region;
 use crate::photo::Image;
 use crate::simd::{Kernel, dispatch};
 use crate::vision::raster::plane::Plane;
 
-/// The crop at one `factor`-th of its size, each pixel the mean of those that it stands for; rows and columns that do not
-/// fill a last one are left off.
+/// Downscales a crop by `factor` with a box filter: each pixel is the mean of a square of `factor` x `factor` pixels.
+/// Incomplete squares at the right and lower edge are dropped.
 ///
 /// # Panics
 /// If `crop` does not lie inside the picture or `factor` is 0.
@@ -42,31 +42,31 @@ pub fn downscale(image: &Image, crop: Region, factor: usize) -> Image {
     Image { width, height, rgb }
 }
 
-/// The rows of `values` that a Gaussian of deviation `sigma` weighs, to three deviations; the weights sum to 1.
-fn gaussian(sigma: f64) -> Vec<f32> {
+/// Weights of a Gaussian kernel of standard deviation `sigma`, truncated at three deviations; they sum to 1.
+fn gaussian_kernel(sigma: f64) -> Vec<f32> {
     let radius = (3.0 * sigma).ceil() as i32;
-    let bell = |i: i32| crate::math::exp(-0.5 * (f64::from(i) / sigma) * (f64::from(i) / sigma));
-    let weights: Vec<f64> = (-radius..=radius).map(|i| if sigma > 0.0 { bell(i) } else { 1.0 }).collect();
+    let density = |i: i32| crate::math::exp(-0.5 * (f64::from(i) / sigma) * (f64::from(i) / sigma));
+    let weights: Vec<f64> = (-radius..=radius).map(|i| if sigma > 0.0 { density(i) } else { 1.0 }).collect();
     let sum: f64 = weights.iter().sum();
     weights.iter().map(|weight| (weight / sum) as f32).collect()
 }
 
-/// Smooths the picture with a Gaussian of deviation `sigma` pixels, samples every `step`-th pixel of `crop` and takes
-/// the sum of red, green and blue with these weights: [`LUMA`](super::plane::LUMA) desaturates.
+/// Filters a picture with a Gaussian of standard deviation `sigma` pixels and takes every `step`-th pixel of `crop`.
 ///
-/// The paper filters the whole picture in colour and crops last; all of these steps are linear, so the cheap order used
-/// here (weigh, crop, filter where a sample is taken) gives the same values. Beyond the picture's edge its outermost
-/// pixels are repeated.
+/// `channels` are the weights of red, green and blue: [`LUMA`](super::plane::LUMA) desaturates. The paper filters the
+/// whole picture in colour and crops last. All of these steps are linear, so the cheaper order used here (weigh the
+/// channels, crop, filter at the samples) gives the same values. Beyond the picture's edge its outermost pixels are
+/// repeated.
 ///
 /// # Panics
 /// If `crop` does not lie inside the picture or `step` is 0.
 #[must_use]
 pub fn sample_gaussian(image: &Image, crop: Region, channels: [f32; 3], sigma: f64, step: usize) -> Plane {
-    dispatch(Sampling { image, crop, channels, sigma, step })
+    dispatch(GaussianSampling { image, crop, channels, sigma, step })
 }
 
-/// [`sample_gaussian`].
-struct Sampling<'a> {
+/// [`sample_gaussian`], compiled for several processors.
+struct GaussianSampling<'a> {
     image: &'a Image,
     crop: Region,
     channels: [f32; 3],
@@ -74,107 +74,109 @@ struct Sampling<'a> {
     step: usize,
 }
 
-impl Kernel for Sampling<'_> {
+impl Kernel for GaussianSampling<'_> {
     type Result = Plane;
 
     #[inline(always)]
     fn run(self) -> Plane {
-        let Sampling { image, crop, channels, sigma, step } = self;
+        let GaussianSampling { image, crop, channels, sigma, step } = self;
         assert!(
             crop.fits(image.width, image.height) && step > 0,
             "{crop:?} in {} x {}",
             image.width,
             image.height
         );
-        let weights = gaussian(sigma);
+        let weights = gaussian_kernel(sigma);
         let radius = weights.len() / 2;
-        // Samples stand in the middle of the squares that they stand for.
+        // A sample lies in the middle of the square of pixels that it represents.
         let (across, down) = ((step / 2).min(crop.width - 1), (step / 2).min(crop.height - 1));
         let width = (crop.width - 1 - across) / step + 1;
         let height = (crop.height - 1 - down) / step + 1;
-        let line = |j: usize| crop.y + down + j * step;
+        let sampled_row = |j: usize| crop.y + down + j * step;
 
-        // The rows that a sample needs, weighed, from `radius` columns left of the crop to as many right of it; row y stands
-        // where it drives out the one that is no longer needed.
+        // A ring buffer of the weighted rows that the kernel covers, each padded by `radius` columns on both sides.
         let (top, bottom) =
-            (line(0).saturating_sub(radius), (line(height - 1) + radius).min(image.height - 1));
+            (sampled_row(0).saturating_sub(radius), (sampled_row(height - 1) + radius).min(image.height - 1));
         let (left, right) = (crop.x.saturating_sub(radius), (crop.x + crop.width + radius).min(image.width));
         let lead = left + radius - crop.x;
         let padded = crop.width + 2 * radius;
         let tables: [[f32; 256]; 3] =
             channels.map(|weight| std::array::from_fn(|level| weight * f32::from(level as u8)));
-        let mut weighed = vec![0.0; padded * weights.len()];
+        let mut ring = vec![0.0; padded * weights.len()];
         let mut next = top;
 
-        // Down the columns first, where neighbours lie side by side in memory, then along the one row that is left.
+        // The kernel is separable: down the columns first, where neighbours lie side by side in memory, then along
+        // the row.
         let mut values = Vec::with_capacity(width * height);
-        let mut smooth = vec![0.0; padded];
+        let mut filtered = vec![0.0; padded];
         let mut out = vec![0.0; width];
         for j in 0..height {
-            let place = |y: usize| y % weights.len() * padded;
-            next = next.max(line(j).saturating_sub(radius));
-            while next <= (line(j) + radius).min(bottom) {
-                let row = &mut weighed[place(next)..][..padded];
+            let slot = |y: usize| y % weights.len() * padded;
+            next = next.max(sampled_row(j).saturating_sub(radius));
+            while next <= (sampled_row(j) + radius).min(bottom) {
+                let row = &mut ring[slot(next)..][..padded];
                 let start = 3 * next * image.width;
                 let end = lead + right - left;
-                weigh(&image.rgb[start + 3 * left..start + 3 * right], &tables, &mut row[lead..end]);
+                weigh_channels(&image.rgb[start + 3 * left..start + 3 * right], &tables, &mut row[lead..end]);
                 let (first, last) = (row[lead], row[end - 1]);
                 row[..lead].fill(first);
                 row[end..].fill(last);
                 next += 1;
             }
             let row = |k: usize| {
-                let y = (line(j) + k).saturating_sub(radius).clamp(top, bottom);
-                &weighed[place(y)..][..padded]
+                let y = (sampled_row(j) + k).saturating_sub(radius).clamp(top, bottom);
+                &ring[slot(y)..][..padded]
             };
-            mix(&mut smooth, row, &weights);
+            weigh_rows(&mut filtered, row, &weights);
             if step == 1 {
-                mix(&mut out, |k| &smooth[k..k + width], &weights);
+                weigh_rows(&mut out, |k| &filtered[k..k + width], &weights);
             } else {
                 for (i, sum) in out.iter_mut().enumerate() {
-                    let from = &smooth[across + i * step..][..weights.len()];
+                    let from = &filtered[across + i * step..][..weights.len()];
                     *sum = from.iter().zip(&weights).map(|(value, weight)| value * weight).sum();
                 }
             }
             values.extend_from_slice(&out);
         }
-        Plane { width, height, values, origin: ((crop.x + across) as f64, line(0) as f64), step }
+        Plane { width, height, values, origin: ((crop.x + across) as f64, sampled_row(0) as f64), step }
     }
 }
 
-/// Writes the sum of red, green and blue of each pixel, of which each level is weighed by a table. Not inlined: wide
-/// vectors would gather from the tables, which takes longer.
+/// Writes the weighted sum of red, green and blue of each pixel; `tables` hold each channel's weighted levels.
+///
+/// Not inlined: with wide vectors it would gather from the tables, which takes longer.
 #[inline(never)]
-fn weigh(rgb: &[u8], tables: &[[f32; 256]; 3], out: &mut [f32]) {
+fn weigh_channels(rgb: &[u8], tables: &[[f32; 256]; 3], out: &mut [f32]) {
     for (value, pixel) in out.iter_mut().zip(rgb.as_chunks::<3>().0) {
         let level = |channel: usize| tables[channel][usize::from(pixel[channel])];
         *value = level(0) + level(1) + level(2);
     }
 }
 
-/// A plane smoothed by a Gaussian of deviation `sigma` samples; beyond its edges the outermost samples are repeated.
+/// Filters a plane with a Gaussian of standard deviation `sigma` samples; beyond its edges the outermost samples are
+/// repeated.
 #[must_use]
 pub fn smooth_gaussian(plane: Plane, sigma: f64) -> Plane {
-    let weights = gaussian(sigma);
+    let weights = gaussian_kernel(sigma);
     let radius = weights.len() / 2;
     let (width, height) = (plane.width, plane.height);
     let mut values = vec![0.0; width * height];
     let mut line = vec![0.0; width + 2 * radius];
     for (y, out) in values.chunks_exact_mut(width).enumerate() {
         let middle = &mut line[radius..radius + width];
-        mix(middle, |k| plane.row((y + k).saturating_sub(radius).min(height - 1)), &weights);
+        weigh_rows(middle, |k| plane.row((y + k).saturating_sub(radius).min(height - 1)), &weights);
         let (first, last) = (middle[0], middle[width - 1]);
         line[..radius].fill(first);
         line[radius + width..].fill(last);
-        mix(out, |k| &line[k..k + width], &weights);
+        weigh_rows(out, |k| &line[k..k + width], &weights);
     }
     Plane { values, ..plane }
 }
 
-/// Writes the weighed sum of rows, row `k` by weight `k`, added up in this order.
+/// Writes the weighted sum of rows, added up in the order of the weights.
 #[inline(always)]
-fn mix<'a>(out: &mut [f32], row: impl Fn(usize) -> &'a [f32], weights: &[f32]) {
-    // The filter of mode `robust` is five wide: one pass over rows instead of five.
+fn weigh_rows<'a>(out: &mut [f32], row: impl Fn(usize) -> &'a [f32], weights: &[f32]) {
+    // The kernel of mode `robust` has five weights: one pass over the rows instead of five.
     if let Ok([a, b, c, d, e]) = <[f32; 5]>::try_from(weights) {
         let [one, two, three, four, five] = std::array::from_fn(|k| &row(k)[..out.len()]);
         for (i, sum) in out.iter_mut().enumerate() {
@@ -199,14 +201,14 @@ mod tests {
         Image { width, height, rgb }
     }
 
-    /// The paper's order, in the plainest way: desaturate and filter the whole picture, then sample, then crop.
-    fn literal(image: &Image, crop: Region, sigma: f64, step: usize) -> Vec<f64> {
+    /// The paper's order of steps: desaturate and filter the whole picture, then sample, then crop.
+    fn in_paper_order(image: &Image, crop: Region, sigma: f64, step: usize) -> Vec<f64> {
         let grey = |x: i64, y: i64| {
             let at = |v: i64, size: usize| v.clamp(0, size as i64 - 1) as usize;
             let [r, g, b] = image.at(at(x, image.width), at(y, image.height)).map(f64::from);
             0.299 * r + 0.587 * g + 0.114 * b
         };
-        let weights: Vec<f64> = gaussian(sigma).into_iter().map(f64::from).collect();
+        let weights: Vec<f64> = gaussian_kernel(sigma).into_iter().map(f64::from).collect();
         let radius = (weights.len() / 2) as i64;
         let mut values = Vec::new();
         let offset = |size: usize| (step / 2).min(size - 1);
@@ -239,15 +241,15 @@ mod tests {
                 height: 1 + (far.1 * (height - y) as f64) as usize % (height - y),
             };
             let plane = sample_gaussian(&image, crop, LUMA, sigma, step);
-            prop_assert_eq!(plane.values.len(), literal(&image, crop, sigma, step).len());
-            for (found, wanted) in plane.values.iter().zip(literal(&image, crop, sigma, step)) {
+            prop_assert_eq!(plane.values.len(), in_paper_order(&image, crop, sigma, step).len());
+            for (found, wanted) in plane.values.iter().zip(in_paper_order(&image, crop, sigma, step)) {
                 prop_assert!((f64::from(*found) - wanted).abs() < 1e-2, "{found} {wanted}");
             }
         }
     }
 
     #[test]
-    fn shrinking_takes_means() {
+    fn downscaling_takes_means() {
         let image =
             Image { width: 3, height: 2, rgb: [[0; 3], [40; 3], [9; 3], [80; 3], [120; 3], [9; 3]].concat() };
         let all = Region { x: 0, y: 0, width: 3, height: 2 };

@@ -1,6 +1,8 @@
-//! What can be looked at: a picture of which any part can be had, and the means of squares of it.
+//! Pictures of which any region can be read, at full size or downscaled.
 //!
-//! The one idea: seeing needs few of a photograph's pixels. It asks for those, and how they are had is the picture's own.
+//! In: a decoded [`Image`], or an opened [`LazyImage`] that decodes on demand. Out: pixels of regions, and planes
+//! sampled from them. The one idea: detection needs few of a photograph's pixels, so it asks for regions and the
+//! picture decodes those.
 
 use std::borrow::Cow;
 
@@ -10,7 +12,7 @@ use crate::photo::{Image, LazyImage};
 use crate::vision::raster::filter;
 use crate::vision::raster::plane::{LUMA, Plane};
 
-/// A picture, whole or to be decoded where it is looked at.
+/// A picture of which regions can be read.
 pub trait PixelSource {
     /// Columns and rows.
     fn size(&self) -> (usize, usize);
@@ -18,10 +20,10 @@ pub trait PixelSource {
     /// The pixels of a region.
     ///
     /// # Panics
-    /// If it does not lie in the picture.
+    /// If the region does not lie in the picture.
     fn crop(&self, region: Region) -> Cow<'_, Image>;
 
-    /// A region at one `factor`-th of its size, each pixel the mean of a square; squares that are not whole are left off.
+    /// A region downscaled by `factor`: each pixel is the mean of a square. Incomplete squares are dropped.
     ///
     /// # Panics
     /// If the region does not lie in the picture or `factor` is 0.
@@ -29,18 +31,20 @@ pub trait PixelSource {
         filter::downscale(&self.crop(region), full_region((region.width, region.height)), factor)
     }
 
-    /// The mean brightness of each square of a region, row by row, 0 to 255; squares that are not whole are left off.
+    /// The luma of a region downscaled by `factor`: the mean of each square, row by row, 0 to 255. Incomplete squares
+    /// are dropped.
     ///
     /// # Panics
     /// If the region does not lie in the picture or `factor` is 0.
-    fn downscale_luma(&self, region: Region, factor: usize) -> Vec<f32> {
-        let part = self.crop(region);
+    fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
+        let pixels = self.crop(region);
         let (width, height) = (region.width / factor, region.height / factor);
         let mut sums = vec![0.0; width * height];
         for (row, line) in sums.chunks_exact_mut(width.max(1)).enumerate() {
             for y in row * factor..(row + 1) * factor {
-                let pixels = part.rgb[3 * y * part.width..][..3 * width * factor].chunks_exact(3 * factor);
-                for (sum, square) in line.iter_mut().zip(pixels) {
+                let squares =
+                    pixels.rgb[3 * y * pixels.width..][..3 * width * factor].chunks_exact(3 * factor);
+                for (sum, square) in line.iter_mut().zip(squares) {
                     for pixel in square.chunks_exact(3) {
                         *sum += LUMA
                             .iter()
@@ -51,78 +55,78 @@ pub trait PixelSource {
                 }
             }
         }
-        let pixels = (factor * factor) as f32;
-        sums.iter_mut().for_each(|sum| *sum /= pixels);
-        sums
+        let area = (factor * factor) as f32;
+        sums.iter_mut().for_each(|sum| *sum /= area);
+        Cow::Owned(sums)
     }
 }
 
-/// All of a picture of this size.
+/// The region that covers a picture of `width` x `height`.
 pub(in crate::vision) const fn full_region((width, height): (usize, usize)) -> Region {
     Region { x: 0, y: 0, width, height }
 }
 
-/// The samples of a crop in grey, smoothed by a filter of deviation `sigma` pixels, one of every `step` pixels.
+/// Samples the luma of a crop at every `step`-th pixel, filtered with standard deviation `sigma` pixels.
 ///
-/// Where the mean of the square that a sample stands for is part of so broad a filter, it is taken first, and a Gaussian
-/// makes up the rest of the deviation: that needs no pixels of a file that knows its means. Otherwise this is
-/// [`filter::sample_gaussian`]. Squares lie on the picture's own grid; those that the crop cuts are left off.
+/// Where the filter is broader than the square of `step` x `step` pixels, the mean of each square is taken first and
+/// a Gaussian adds the rest of the variance: a JPEG gives these means without decoding its pixels. Otherwise this is
+/// [`filter::sample_gaussian`]. Squares lie on the picture's own grid; those that the crop cuts are dropped.
 ///
 /// # Panics
 /// If `crop` does not lie inside the picture or `step` is 0.
 #[must_use]
 pub fn sample_luma(picture: &impl PixelSource, crop: Region, sigma: f64, step: usize) -> Plane {
-    // The variance of the mean of so many pixels.
-    let square = ((step * step) as f64 - 1.0) / 12.0;
+    // Variance of a box filter of `step` pixels.
+    let box_variance = ((step * step) as f64 - 1.0) / 12.0;
     match aligned_region(crop, step) {
-        Some(crop) if step > 1 && sigma * sigma > square => {
+        Some(crop) if step > 1 && sigma * sigma > box_variance => {
             let (width, height) = (crop.width / step, crop.height / step);
             let middle = (step - 1) as f64 / 2.0;
             let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
-            let values = picture.downscale_luma(crop, step);
-            let rest = (sigma * sigma - square).sqrt() / step as f64;
+            let values = picture.downscale_luma(crop, step).into_owned();
+            let rest = (sigma * sigma - box_variance).sqrt() / step as f64;
             filter::smooth_gaussian(Plane { width, height, values, origin, step }, rest)
         }
         _ => PaddedCrop::of(picture, crop, sigma).sample_luma(sigma, step),
     }
 }
 
-/// The pixels of a crop and those around it that a filter weighs.
+/// A crop and the margin around it that a filter needs.
 pub(in crate::vision) struct PaddedCrop<'a> {
-    pub(in crate::vision) part: Cow<'a, Image>,
-    /// The crop within the part.
+    pub(in crate::vision) pixels: Cow<'a, Image>,
+    /// The crop, within `pixels`.
     pub(in crate::vision) crop: Region,
-    /// Where in the picture the part begins.
+    /// Upper left corner of `pixels` in the picture.
     pub(in crate::vision) origin: Pixel,
 }
 
 impl<'a> PaddedCrop<'a> {
-    /// Those of a filter of deviation `sigma` pixels.
+    /// A crop with the margin of a Gaussian of standard deviation `sigma` pixels, as far as the picture reaches.
     pub(in crate::vision) fn of(picture: &'a impl PixelSource, crop: Region, sigma: f64) -> Self {
         let margin = (3.0 * sigma).ceil() as usize;
         let (width, height) = picture.size();
         let (x, y) = (crop.x.saturating_sub(margin), crop.y.saturating_sub(margin));
-        let reach = |from: usize, length: usize, most: usize| (from + length + margin).min(most);
-        let (right, bottom) = (reach(crop.x, crop.width, width), reach(crop.y, crop.height, height));
-        let part = picture.crop(Region { x, y, width: right - x, height: bottom - y });
+        let end = |start: usize, length: usize, size: usize| (start + length + margin).min(size);
+        let (right, bottom) = (end(crop.x, crop.width, width), end(crop.y, crop.height, height));
+        let pixels = picture.crop(Region { x, y, width: right - x, height: bottom - y });
         let crop = Region { x: crop.x - x, y: crop.y - y, ..crop };
-        Self { part, crop, origin: Pixel::new(x as f64, y as f64) }
+        Self { pixels, crop, origin: Pixel::new(x as f64, y as f64) }
     }
 
-    /// [`filter::sample_gaussian`] of the crop in grey.
+    /// [`filter::sample_gaussian`] of the crop's luma.
     pub(in crate::vision) fn sample_luma(&self, sigma: f64, step: usize) -> Plane {
-        let plane = filter::sample_gaussian(&self.part, self.crop, LUMA, sigma, step);
+        let plane = filter::sample_gaussian(&self.pixels, self.crop, LUMA, sigma, step);
         Plane { origin: (plane.origin.0 + self.origin.x, plane.origin.1 + self.origin.y), ..plane }
     }
 }
 
-/// The part of a region that is made of whole squares of the picture's grid; `None` where there is none.
+/// The largest part of a region that consists of whole squares of the picture's grid; `None` if there is none.
 pub(in crate::vision) fn aligned_region(region: Region, step: usize) -> Option<Region> {
-    let side = |from: usize, length: usize| {
-        let first = from.next_multiple_of(step);
-        (first, (from + length).saturating_sub(first) / step * step)
+    let align = |start: usize, length: usize| {
+        let first = start.next_multiple_of(step);
+        (first, (start + length).saturating_sub(first) / step * step)
     };
-    let ((x, width), (y, height)) = (side(region.x, region.width), side(region.y, region.height));
+    let ((x, width), (y, height)) = (align(region.x, region.width), align(region.y, region.height));
     (width > 0 && height > 0).then_some(Region { x, y, width, height })
 }
 
@@ -168,13 +172,15 @@ impl PixelSource for LazyImage {
         }
     }
 
-    fn downscale_luma(&self, region: Region, factor: usize) -> Vec<f32> {
+    fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
         match self {
             Self::Jpeg(jpeg) if Jpeg::can_decode_scaled(region, factor) => {
-                jpeg.decode_scaled_luma(region, factor)
+                Cow::Owned(jpeg.decode_scaled_luma(region, factor))
             }
             Self::Jpeg(jpeg) => {
-                jpeg.decode_region(region).downscale_luma(full_region((region.width, region.height)), factor)
+                let pixels = jpeg.decode_region(region);
+                let luma = pixels.downscale_luma(full_region((region.width, region.height)), factor);
+                Cow::Owned(luma.into_owned())
             }
             Self::Decoded(image) => image.downscale_luma(region, factor),
         }

@@ -1,34 +1,82 @@
-//! What is remembered of a camera's first picture.
+//! Reference picture of a camera: what later pictures are compared with.
+//!
+//! In: the first pictures of a camera, then others. Out: the camera's shift, and whether a picture is much darker or
+//! flatter than the reference.
 
+use crate::geometry::{Pixel, Region};
 use crate::vision::camera::registration::ReferenceFeatures;
 use crate::vision::raster::levels::Levels;
-use crate::vision::raster::plane::Plane;
 use crate::vision::raster::source::{PixelSource, full_region, sample_luma};
 
-/// What is remembered of a camera's first picture.
+/// Ratio of brightness or contrast from which on a picture is the better reference. Chosen by hand.
+const BETTER_RATIO: f64 = 1.6;
+
+/// Contrast, as a share of the reference's, below which a picture is misty. Chosen by hand on rendered frames:
+/// higher, one clean tent in sixteen was called misty when the other lamp was lit.
+const MISTY_CONTRAST: f64 = 0.43;
+
+/// Brightness, as a share of the reference's, below which a picture is dark. Chosen by hand.
+const DARK_BRIGHTNESS: f64 = 0.5;
+
+/// Contrast of a black picture's brightest parts, in standard deviations of its noise, at most. Chosen by hand.
+const BLACK_CONTRAST: f64 = 5.0;
+
+/// Columns at which a picture is searched for bright parts. Chosen by hand.
+const COARSE_COLUMNS: usize = 256;
+
+/// Reference picture of a camera.
 #[derive(Clone, Debug)]
 pub(in crate::vision) struct Background {
-    pub(in crate::vision) features: ReferenceFeatures,
-    pub(in crate::vision) brightness: f64,
+    features: ReferenceFeatures,
+    brightness: f64,
 }
 
-/// The median brightness of a picture, by means of squares that a JPEG tells without its pixels.
-pub(in crate::vision) fn brightness(image: &impl PixelSource) -> f64 {
-    let (width, height) = image.size();
-    let step = if width.min(height) < 8 { 1 } else { 8 };
-    let values = image.downscale_luma(full_region((width, height)), step);
-    let (width, height) = (width / step, height / step);
-    f64::from(Levels::from_plane(&Plane { width, height, values, origin: (0.0, 0.0), step }, 1).background)
+impl Background {
+    /// A picture as the reference; its features are taken outside the inner part of `crop`.
+    pub(in crate::vision) fn of(image: &impl PixelSource, crop: Option<Region>) -> Self {
+        Self { features: ReferenceFeatures::extract(image, crop), brightness: brightness(image) }
+    }
+
+    /// Whether another picture is the better reference: this one was dark or misty.
+    pub(in crate::vision) fn is_exceeded_by(&self, image: &impl PixelSource) -> bool {
+        brightness(image) > BETTER_RATIO * self.brightness.max(1.0)
+            || self.features.relative_contrast(image, Pixel::default()) > BETTER_RATIO
+    }
+
+    /// Estimates the shift of a picture, in pixels to the right and down; `None` where it cannot be registered.
+    pub(in crate::vision) fn estimate_shift(&self, image: &impl PixelSource) -> Option<Pixel> {
+        self.features.estimate_shift(image)
+    }
+
+    /// Whether the reference has enough features for a registration that fails to mean something.
+    pub(in crate::vision) fn has_enough_features(&self) -> bool {
+        self.features.has_enough()
+    }
+
+    /// Whether mist took the contrast of a picture that has shifted by `shift`.
+    pub(in crate::vision) fn is_misty(&self, image: &impl PixelSource, shift: Pixel) -> bool {
+        self.features.relative_contrast(image, shift) < MISTY_CONTRAST
+    }
+
+    /// Whether a picture is much darker.
+    pub(in crate::vision) fn is_darkened(&self, image: &impl PixelSource) -> bool {
+        brightness(image) < DARK_BRIGHTNESS * self.brightness
+    }
 }
 
-/// Whether a picture is black but for noise: its brightest parts exceed its median by fewer than five deviations.
+/// Whether a picture is black but for noise.
 pub(in crate::vision) fn is_black(image: &impl PixelSource) -> bool {
-    let plane = coarse(image, 256);
+    let size = image.size();
+    let plane = sample_luma(image, full_region(size), 0.0, (size.0 / COARSE_COLUMNS).max(1));
     let levels = Levels::from_plane(&plane, plane.values.len() / 1_000);
-    levels.contrast() < 5.0
+    levels.contrast() < BLACK_CONTRAST
 }
 
-/// A picture in grey, unfiltered, at so many columns.
-fn coarse(image: &impl PixelSource, columns: usize) -> Plane {
-    sample_luma(image, full_region(image.size()), 0.0, (image.size().0 / columns).max(1))
+/// Median luma of a picture, 0 to 255. Read from means of 8 x 8 pixels, which a JPEG gives without decoding its
+/// pixels.
+fn brightness(image: &impl PixelSource) -> f64 {
+    let (width, height) = image.size();
+    let factor = if width.min(height) < 8 { 1 } else { 8 };
+    let values = image.downscale_luma(full_region((width, height)), factor);
+    f64::from(Levels::from_values(&values, 1).background)
 }

@@ -1,10 +1,13 @@
-//! The history rule, eq. (11): a stem that jumps is replaced by the one before.
+//! Holding the last stem, eq. (11), and the limit for held tips.
+//!
+//! In: the stem detected at each step. Out: that stem, or "a duplicate of timestep t - 1" where it is an error
+//! (section 4).
 
 use crate::geometry::Polyline;
 use crate::vision::config::HoldConfig;
 
 impl HoldConfig {
-    /// Whether eq. (11) calls `now` an error after `before`.
+    /// Whether `now` is an error after `before`, by eq. (11).
     ///
     /// ```
     /// use tropism::geometry::{Point, Polyline};
@@ -16,15 +19,17 @@ impl HoldConfig {
     #[must_use]
     pub fn is_error(&self, now: &Polyline, before: &Polyline) -> bool {
         let (Some(start), Some(end)) = (now.0.first(), now.0.last()) else { return true };
-        let (Some(old_start), Some(old_end)) = (before.0.first(), before.0.last()) else { return false };
+        let (Some(start_before), Some(end_before)) = (before.0.first(), before.0.last()) else {
+            return false;
+        };
         let length = now.length();
         (length - before.length()).abs() >= self.length * length
-            || start.distance(*old_start) >= self.start * length
-            || end.distance(*old_end) >= self.end * length
+            || start.distance(*start_before) >= self.start * length
+            || end.distance(*end_before) >= self.end * length
     }
 }
 
-/// The stem of the step before, and how long it has been held.
+/// The stem of the step before, and the number of steps for which it has been held.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StemHold {
     last: Option<Polyline>,
@@ -32,31 +37,36 @@ pub struct StemHold {
 }
 
 impl StemHold {
-    /// The stem of this step: the one seen, or "a duplicate of timestep t - 1" where eq. (11) says so or none was seen;
-    /// and whether it is a duplicate. Without a `rule` every stem that is seen is believed.
-    pub fn update(&mut self, seen: Option<Polyline>, rule: Option<&HoldConfig>) -> (Option<Polyline>, bool) {
+    /// The stem of this step, and whether it is held: the detected stem, or the one before where none is detected or
+    /// eq. (11) calls it an error. Without a `rule` every detected stem is accepted.
+    pub fn update(
+        &mut self,
+        detected: Option<Polyline>,
+        rule: Option<&HoldConfig>,
+    ) -> (Option<Polyline>, bool) {
         let is_released = rule.and_then(|rule| rule.release).is_some_and(|steps| self.held >= steps);
         let is_error =
             |now: &Polyline, before: &Polyline| rule.is_some_and(|rule| rule.is_error(now, before));
-        let believed =
-            seen.filter(|now| is_released || self.last.as_ref().is_none_or(|before| !is_error(now, before)));
-        let is_duplicate = believed.is_none();
-        self.held = if is_duplicate { self.held.saturating_add(1) } else { 0 };
-        self.last = believed.or_else(|| self.last.take());
-        (self.last.clone(), is_duplicate)
+        let is_plausible = |now: &Polyline| self.last.as_ref().is_none_or(|before| !is_error(now, before));
+        let accepted = detected.filter(|now| is_released || is_plausible(now));
+        let is_held = accepted.is_none();
+        self.held = if is_held { self.held.saturating_add(1) } else { 0 };
+        self.last = accepted.or_else(|| self.last.take());
+        (self.last.clone(), is_held)
     }
 
     /// Takes the stem of a step from before an interruption: one that repeats the step before was held.
     pub fn resume(&mut self, stem: Option<&Polyline>) {
-        let is_duplicate = stem.is_none() || self.last.as_ref() == stem;
-        self.held = if is_duplicate { self.held.saturating_add(1) } else { 0 };
+        let is_held = stem.is_none() || self.last.as_ref() == stem;
+        self.held = if is_held { self.held.saturating_add(1) } else { 0 };
         self.last = stem.cloned();
     }
 }
 
-/// Photographs in a row in which a held tip may steer; after that nobody knows where the plant is.
+/// Greatest number of photographs in a row in which a held tip may steer the lamps.
 ///
-/// In three periods of five minutes a bean's tip moves by some millimetres, and rarely by more than a centimetre.
+/// Chosen: 3. In three periods of five minutes a bean's tip moves some millimetres, and rarely more than a
+/// centimetre.
 pub const MAX_HELD_FRAMES: u32 = 3;
 
 #[cfg(test)]
@@ -69,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn each_clause_of_eq_11_holds_on_its_own() {
+    fn each_clause_of_eq_11_applies_on_its_own() {
         let rule = HoldConfig::default();
         let before = stem(&[(0.0, 0.0), (0.0, 10.0)]);
         assert!(!rule.is_error(&stem(&[(0.0, 0.0), (4.0, 9.0)]), &before));
@@ -81,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_is_replaced_and_released_only_where_told() {
+    fn an_error_is_replaced_and_released_only_where_configured() {
         let (good, jump) = (stem(&[(0.0, 0.0), (0.0, 10.0)]), stem(&[(0.0, 0.0), (0.0, 20.0)]));
         let (mut paper, mut released) = (StemHold::default(), StemHold::default());
         let (never, twice) =

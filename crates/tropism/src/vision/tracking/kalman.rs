@@ -1,97 +1,126 @@
-//! How a tip moves, and where it was all along.
+//! Kalman filter of a tip with nearly constant velocity, and one step of its smoother.
 //!
-//! In: tips and their times. Out: where the next is to be expected; and, when all is over, where the tip was at each time,
-//! seen or not. The one idea: a tip keeps its velocity but for chance, so what came before and what comes after tell
-//! together where it was.
+//! In: measured tips and the intervals between them. Out: the state (position, velocity and their covariance),
+//! predicted, updated, or smoothed backwards in time. The one idea: a tip keeps its velocity but for random
+//! accelerations, which are the same for both axes.
 //!
 //! # References
-//! Kalman 1960, doi:10.1115/1.3662552: the filter. Rauch, Tung and Striebel 1965, doi:10.2514/3.3166: the way back.
+//! - Kalman 1960, *A new approach to linear filtering and prediction problems*, doi:10.1115/1.3662552.
+//! - Rauch, Tung and Striebel 1965, *Maximum likelihood estimates of linear dynamic systems*, doi:10.2514/3.3166.
+//! - Bar-Shalom, Li and Kirubarajan 2001, *Estimation with Applications to Tracking and Navigation*, section 6.2: the
+//!   covariance of continuous white-noise acceleration.
 
 use crate::geometry::Point;
 
-/// A tip farther than this from where it was expected has jumped, in cm a period.
-pub(super) const STEADY: f64 = 0.8;
+/// Standard deviation of a measured coordinate, in cm. Chosen by hand.
+const MEASUREMENT_DEVIATION: f64 = 0.05;
 
-/// Deviation of a measured tip, in cm, and of what its velocity gains in a period, in cm per period.
-const NOISE: (f64, f64) = (0.05, 0.06);
+/// Standard deviation of the velocity's change over one period, in cm per period. Chosen by hand.
+const VELOCITY_DEVIATION: f64 = 0.06;
 
-/// One of a point's coordinates.
+/// Initial variance of the velocity, in squared centimetres per squared period. Chosen by hand.
+const INITIAL_VELOCITY_VARIANCE: f64 = 0.1;
+
+/// Longest extrapolation for gating, in periods: far ahead the velocity says nothing. Chosen by hand.
+const MAX_EXTRAPOLATION: f64 = 2.0;
+
+/// Distance from the extrapolated tip, in cm per period, above which a tip has jumped. Chosen by hand.
+pub(super) const MAX_STEADY_MOTION: f64 = 0.8;
+
+/// One coordinate of a point.
 type Axis = fn(&Point) -> f64;
 
-/// A tip that moves at a constant velocity but for chance, the same for both axes.
+/// State of a tip: position and velocity, whose covariance is the same for both axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct KalmanState {
+    /// Position, in cm.
     pub(super) tip: Point,
-    /// cm per period.
+    /// Velocity, in cm per period.
     velocity: Point,
-    /// Covariances: place, place with velocity, velocity.
-    pub(super) covariance: [f64; 3],
+    /// Variance of the position, covariance of position and velocity, variance of the velocity.
+    covariance: [f64; 3],
 }
 
 impl KalmanState {
+    /// The state after a first measurement.
     pub(super) fn initial(tip: Point) -> Self {
-        Self { tip, velocity: Point::default(), covariance: [NOISE.0 * NOISE.0, 0.0, 0.1] }
+        let variance = MEASUREMENT_DEVIATION * MEASUREMENT_DEVIATION;
+        Self { tip, velocity: Point::default(), covariance: [variance, 0.0, INITIAL_VELOCITY_VARIANCE] }
     }
 
-    pub(super) const fn tip(&self) -> Point {
-        self.tip
+    /// Standard deviation of each coordinate of the position, in cm.
+    pub(super) fn deviation(&self) -> f64 {
+        self.covariance[0].max(0.0).sqrt()
     }
 
-    /// Where the tip is to be expected after so many periods. Far ahead the velocity says nothing any more.
+    /// The position that a gate expects after an interval, in periods: extrapolated by at most [`MAX_EXTRAPOLATION`].
     pub(super) fn extrapolate(&self, periods: f64) -> Point {
-        let ahead = periods.min(2.0);
-        Point::new(self.tip.x + ahead * self.velocity.x, self.tip.y + ahead * self.velocity.y)
+        let periods = periods.min(MAX_EXTRAPOLATION);
+        Point::new(self.tip.x + periods * self.velocity.x, self.tip.y + periods * self.velocity.y)
     }
 
-    /// What is known of it after so many periods without a look.
+    /// Prediction after an interval without a measurement, in periods.
     pub(super) fn predict(&self, periods: f64) -> Self {
         let [pp, pv, vv] = self.covariance;
-        let gain = NOISE.1 * NOISE.1 * periods;
-        let pp = pp + 2.0 * periods * pv + periods * periods * vv + gain * periods * periods / 3.0;
-        let (pv, vv) = (pv + periods * vv + gain * periods / 2.0, vv + gain);
+        let noise = VELOCITY_DEVIATION * VELOCITY_DEVIATION * periods;
+        let pp = pp + 2.0 * periods * pv + periods * periods * vv + noise * periods * periods / 3.0;
+        let (pv, vv) = (pv + periods * vv + noise * periods / 2.0, vv + noise);
         let tip = Point::new(self.tip.x + periods * self.velocity.x, self.tip.y + periods * self.velocity.y);
         Self { tip, velocity: self.velocity, covariance: [pp, pv, vv] }
     }
 
-    /// What is known of it once it is seen at `tip`.
-    fn update(&self, tip: Point) -> Self {
+    /// Update by a measured tip.
+    pub(super) fn update(&self, tip: Point) -> Self {
         let [pp, pv, vv] = self.covariance;
-        let sum = pp + NOISE.0 * NOISE.0;
-        let (place, speed) = (pp / sum, pv / sum);
+        let innovation_variance = pp + MEASUREMENT_DEVIATION * MEASUREMENT_DEVIATION;
+        let (position_gain, velocity_gain) = (pp / innovation_variance, pv / innovation_variance);
         let (dx, dy) = (tip.x - self.tip.x, tip.y - self.tip.y);
         Self {
-            tip: Point::new(self.tip.x + place * dx, self.tip.y + place * dy),
-            velocity: Point::new(self.velocity.x + speed * dx, self.velocity.y + speed * dy),
-            covariance: [pp * (1.0 - place), pv * (1.0 - place), vv - speed * pv],
+            tip: Point::new(self.tip.x + position_gain * dx, self.tip.y + position_gain * dy),
+            velocity: Point::new(self.velocity.x + velocity_gain * dx, self.velocity.y + velocity_gain * dy),
+            covariance: [pp * (1.0 - position_gain), pv * (1.0 - position_gain), vv - velocity_gain * pv],
         }
     }
 
-    pub(super) fn predict_and_update(&self, tip: Point, periods: f64) -> Self {
-        self.predict(periods).update(tip)
-    }
-
-    /// What is known of it now that it is known what became of it: `expected` was what followed from this, `became` is
-    /// what was.
-    pub(super) fn rts_smooth(&self, periods: f64, expected: &Self, became: &Self) -> Self {
-        let ([pp, pv, vv], [ep, epv, ev]) = (self.covariance, expected.covariance);
-        let (along, across) = (pp + periods * pv, pv + periods * vv);
-        let determinant = ep * ev - epv * epv;
-        // The gain: this covariance, moved on, over the covariance that was expected.
-        let place = [(along * ev - pv * epv) / determinant, (pv * ep - along * epv) / determinant];
-        let speed = [(across * ev - vv * epv) / determinant, (vv * ep - across * epv) / determinant];
-        let moved = |[from_place, from_speed]: [f64; 2], axis: Axis| {
-            from_place * (axis(&became.tip) - axis(&expected.tip))
-                + from_speed * (axis(&became.velocity) - axis(&expected.velocity))
+    /// One backward step of the Rauch-Tung-Striebel smoother. `predicted` is this state's prediction of the next one,
+    /// after `periods`; `smoothed` is the smoothed next state.
+    pub(super) fn rts_smooth(&self, periods: f64, predicted: &Self, smoothed: &Self) -> Self {
+        let ([pp, pv, vv], [next_pp, next_pv, next_vv]) = (self.covariance, predicted.covariance);
+        // The smoother gain: covariance of this state with the next one, times the inverse of the predicted
+        // covariance.
+        let (cross_p, cross_v) = (pp + periods * pv, pv + periods * vv);
+        let determinant = next_pp * next_vv - next_pv * next_pv;
+        let position_gain = [
+            (cross_p * next_vv - pv * next_pv) / determinant,
+            (pv * next_pp - cross_p * next_pv) / determinant,
+        ];
+        let velocity_gain = [
+            (cross_v * next_vv - vv * next_pv) / determinant,
+            (vv * next_pp - cross_v * next_pv) / determinant,
+        ];
+        let correction = |[of_position, of_velocity]: [f64; 2], axis: Axis| {
+            of_position * (axis(&smoothed.tip) - axis(&predicted.tip))
+                + of_velocity * (axis(&smoothed.velocity) - axis(&predicted.velocity))
         };
-        let change: [f64; 3] = std::array::from_fn(|i| became.covariance[i] - expected.covariance[i]);
-        let carried = |[a, b]: [f64; 2], [c, d]: [f64; 2]| {
+        let change: [f64; 3] = std::array::from_fn(|i| smoothed.covariance[i] - predicted.covariance[i]);
+        let covariance_change = |[a, b]: [f64; 2], [c, d]: [f64; 2]| {
             a * c * change[0] + (a * d + b * c) * change[1] + b * d * change[2]
         };
         let (x, y): (Axis, Axis) = (|at| at.x, |at| at.y);
         Self {
-            tip: Point::new(self.tip.x + moved(place, x), self.tip.y + moved(place, y)),
-            velocity: Point::new(self.velocity.x + moved(speed, x), self.velocity.y + moved(speed, y)),
-            covariance: [pp + carried(place, place), pv + carried(place, speed), vv + carried(speed, speed)],
+            tip: Point::new(
+                self.tip.x + correction(position_gain, x),
+                self.tip.y + correction(position_gain, y),
+            ),
+            velocity: Point::new(
+                self.velocity.x + correction(velocity_gain, x),
+                self.velocity.y + correction(velocity_gain, y),
+            ),
+            covariance: [
+                pp + covariance_change(position_gain, position_gain),
+                pv + covariance_change(position_gain, velocity_gain),
+                vv + covariance_change(velocity_gain, velocity_gain),
+            ],
         }
     }
 }

@@ -1,4 +1,8 @@
-//! A plant from one photograph to the next.
+//! Tracking of one plant from photograph to photograph.
+//!
+//! In: detections in the order of their times. Out: which of them are accepted, what is held in place of the others,
+//! and the smoothed path of the tip. The one idea: a plant moves steadily and little, so what a leaf, a fly or glare
+//! does to a picture is implausible as soon as the pictures before it are known.
 
 pub mod hold;
 mod kalman;

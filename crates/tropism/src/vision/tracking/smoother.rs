@@ -1,42 +1,45 @@
-//! Where a tip was all along.
+//! Smoothed path of a tip: a Kalman filter forwards and the Rauch-Tung-Striebel smoother backwards.
+//!
+//! In: the measured tips of a whole series. Out: the tip at each time with its standard deviation, also where it was
+//! not measured. The one idea: past and future together tell where a tip was, so short outliers between two jumps are
+//! left out and rejected measurements that prove right are used.
 
 use crate::geometry::Point;
-use crate::vision::tracking::kalman::{KalmanState, STEADY};
+use crate::vision::tracking::kalman::{KalmanState, MAX_STEADY_MOTION};
 
-/// Tips that lie together between two jumps are believed if they are as many.
-const ISLAND: usize = 3;
+/// Least number of measurements between two jumps that are not an outlier. Chosen by hand.
+const MIN_RUN: usize = 3;
 
-/// Periods after which it counts no more how long ago the tip was seen.
-const FORGETS: f64 = 3.0;
+/// Longest interval over which the distance to the tip before may grow, in periods. Chosen by hand.
+const MAX_INTERVAL: f64 = 3.0;
 
-/// How far from where it was a tip that was doubted is believed after all, in cm.
-const NEAR: f64 = 0.3;
+/// Distance from the smoothed tip, in cm, within which a rejected measurement is used after all. Chosen by hand.
+const RECOVERY_RADIUS: f64 = 0.3;
 
-/// What one photograph says of the tip.
+/// Measurement of a tip in one photograph.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TipMeasurement {
-    /// When, in periods since whenever; each later than the one before.
+    /// Time, in periods from any origin; times must rise.
     pub time: f64,
-    /// Where the tip is in it, in cm; `None` where none is found.
+    /// Measured tip, in cm; `None` where none is detected.
     pub tip: Option<Point>,
-    /// Whether it was believed when it was taken.
+    /// Whether it passed the gate when it was measured.
     pub is_accepted: bool,
 }
 
-/// Where a tip was, as all photographs together say.
+/// Smoothed tip at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothedTip {
-    /// In cm.
+    /// Position, in cm.
     pub tip: Point,
-    /// One deviation of each coordinate, in cm.
+    /// Standard deviation of each coordinate, in cm.
     pub deviation: f64,
 }
 
-/// Where the tip was at each measurement, in rts_smooth; `None` before the first tip that can be believed and after the last,
-/// and across a jump.
-///
-/// A few tips on their own between two jumps are left out: past and future both speak against them. A tip that was doubted
-/// counts where it turns out to have been right.
+/// A tip, and the number of the run between two jumps that it belongs to.
+type RunTip = (Point, usize);
+
+/// Smooths the tips of a series; `None` before the first used measurement, after the last, and across a jump.
 ///
 /// # Panics
 /// If the times do not rise.
@@ -44,35 +47,40 @@ pub struct SmoothedTip {
 pub fn smooth(measurements: &[TipMeasurement]) -> Vec<Option<SmoothedTip>> {
     assert!(measurements.windows(2).all(|pair| pair[0].time < pair[1].time), "times must rise");
     let tips = consistent_runs(measurements);
-    let first = smooth_runs(measurements, &tips);
-    let is_right = |measurement: &TipMeasurement, first: &Option<SmoothedTip>| {
-        measurement.tip.zip(*first).is_some_and(|(tip, first)| tip.distance(first.tip) <= NEAR)
+    let first_pass = smooth_runs(measurements, &tips);
+    let is_right = |measurement: &TipMeasurement, smoothed: &Option<SmoothedTip>| {
+        measurement
+            .tip
+            .zip(*smoothed)
+            .is_some_and(|(tip, smoothed)| tip.distance(smoothed.tip) <= RECOVERY_RADIUS)
     };
-    let found: Vec<Option<(Point, usize)>> = measurements
+    let with_recovered: Vec<Option<RunTip>> = measurements
         .iter()
         .zip(&tips)
-        .zip(&first)
-        .scan(0, |run, ((measurement, tip), first)| {
+        .zip(&first_pass)
+        .scan(0, |run, ((measurement, tip), smoothed)| {
             *run = tip.map_or(*run, |(_, run)| run);
-            let late = measurement.tip.filter(|_| is_right(measurement, first) && !measurement.is_accepted);
-            Some(tip.or(late.map(|tip| (tip, *run))))
+            let recovered =
+                measurement.tip.filter(|_| is_right(measurement, smoothed) && !measurement.is_accepted);
+            Some(tip.or(recovered.map(|tip| (tip, *run))))
         })
         .collect();
-    smooth_runs(measurements, &found)
+    smooth_runs(measurements, &with_recovered)
 }
 
-/// The tips that were believed and still are, and the number of the run between two jumps that each belongs to.
-fn consistent_runs(measurements: &[TipMeasurement]) -> Vec<Option<(Point, usize)>> {
+/// The accepted tips in runs of at least [`MIN_RUN`]. A jump begins a new run; a tip that returns to the run before
+/// continues that one.
+fn consistent_runs(measurements: &[TipMeasurement]) -> Vec<Option<RunTip>> {
     let mut runs: Vec<Vec<usize>> = Vec::new();
-    let believed = (0..measurements.len()).filter(|&i| measurements[i].is_accepted);
-    for (i, tip) in believed.filter_map(|i| Some((i, measurements[i].tip?))) {
-        let goes_on = |run: &Vec<usize>| {
+    let accepted = (0..measurements.len()).filter(|&i| measurements[i].is_accepted);
+    for (i, tip) in accepted.filter_map(|i| Some((i, measurements[i].tip?))) {
+        let continues = |run: &Vec<usize>| {
             let last = &measurements[run[run.len() - 1]];
-            let periods = (measurements[i].time - last.time).clamp(1.0, FORGETS);
-            last.tip.is_some_and(|before| tip.distance(before) <= STEADY * periods)
+            let periods = (measurements[i].time - last.time).clamp(1.0, MAX_INTERVAL);
+            last.tip.is_some_and(|before| tip.distance(before) <= MAX_STEADY_MOTION * periods)
         };
-        // Back from an island, what went on before it goes on; the run with the latest tip stands last.
-        match (0..runs.len()).rev().take(2).find(|&run| goes_on(&runs[run])) {
+        // The run with the latest tip stands last.
+        match (0..runs.len()).rev().take(2).find(|&run| continues(&runs[run])) {
             Some(run) => {
                 runs[run].push(i);
                 let last = runs.len() - 1;
@@ -82,50 +90,49 @@ fn consistent_runs(measurements: &[TipMeasurement]) -> Vec<Option<(Point, usize)
         }
     }
     let mut tips = vec![None; measurements.len()];
-    let most = runs.iter().map(Vec::len).max().unwrap_or(0);
-    for (number, run) in runs.iter().enumerate().filter(|(_, run)| run.len() >= ISLAND.min(most)) {
+    let longest = runs.iter().map(Vec::len).max().unwrap_or(0);
+    for (number, run) in runs.iter().enumerate().filter(|(_, run)| run.len() >= MIN_RUN.min(longest)) {
         run.iter().for_each(|&i| tips[i] = measurements[i].tip.map(|tip| (tip, number)));
     }
     tips
 }
 
-/// Each run of tips smoothed both ways by itself.
-fn smooth_runs(measurements: &[TipMeasurement], tips: &[Option<(Point, usize)>]) -> Vec<Option<SmoothedTip>> {
+/// Smooths each run by itself.
+fn smooth_runs(measurements: &[TipMeasurement], tips: &[Option<RunTip>]) -> Vec<Option<SmoothedTip>> {
     let mut smoothed = vec![None; measurements.len()];
     let mut start = 0;
     while let Some(first) = (start..tips.len()).find(|&i| tips[i].is_some()) {
         let number = tips[first].map(|(_, number)| number);
-        let is_same = |&i: &usize| tips[i].map(|(_, number)| number) == number;
-        let end = (first..tips.len()).find(|&i| tips[i].is_some() && !is_same(&i)).unwrap_or(tips.len());
-        let last = (first..end).rev().find(is_same).unwrap_or(first);
+        let is_same_run = |&i: &usize| tips[i].map(|(_, number)| number) == number;
+        let end = (first..tips.len()).find(|&i| tips[i].is_some() && !is_same_run(&i)).unwrap_or(tips.len());
+        let last = (first..end).rev().find(is_same_run).unwrap_or(first);
         let states = filter_and_smooth(&measurements[first..=last], &tips[first..=last]);
         for (i, state) in (first..=last).zip(states) {
-            smoothed[i] =
-                Some(SmoothedTip { tip: state.tip, deviation: state.covariance[0].max(0.0).sqrt() });
+            smoothed[i] = Some(SmoothedTip { tip: state.tip, deviation: state.deviation() });
         }
         start = last + 1;
     }
     smoothed
 }
 
-/// The states of one run, which begins and ends with a tip.
-fn filter_and_smooth(measurements: &[TipMeasurement], tips: &[Option<(Point, usize)>]) -> Vec<KalmanState> {
+/// The smoothed states of one run, which begins and ends with a tip.
+fn filter_and_smooth(measurements: &[TipMeasurement], tips: &[Option<RunTip>]) -> Vec<KalmanState> {
     let mut states: Vec<KalmanState> = Vec::with_capacity(measurements.len());
     for (i, tip) in tips.iter().enumerate() {
-        let seen = tip.map(|(tip, _)| tip);
-        let state = match (states.last(), seen) {
-            (None, seen) => KalmanState::initial(seen.unwrap_or_default()),
-            (Some(before), Some(tip)) => {
-                before.predict_and_update(tip, measurements[i].time - measurements[i - 1].time)
+        let tip = tip.map(|(tip, _)| tip);
+        let state = match states.last() {
+            None => KalmanState::initial(tip.unwrap_or_default()),
+            Some(before) => {
+                let predicted = before.predict(measurements[i].time - measurements[i - 1].time);
+                tip.map_or(predicted, |tip| predicted.update(tip))
             }
-            (Some(before), None) => before.predict(measurements[i].time - measurements[i - 1].time),
         };
         states.push(state);
     }
     for i in (0..states.len().saturating_sub(1)).rev() {
         let periods = measurements[i + 1].time - measurements[i].time;
-        let expected = states[i].predict(periods);
-        states[i] = states[i].rts_smooth(periods, &expected, &states[i + 1]);
+        let predicted = states[i].predict(periods);
+        states[i] = states[i].rts_smooth(periods, &predicted, &states[i + 1]);
     }
     states
 }
@@ -138,13 +145,13 @@ mod tests {
     use crate::math;
     use crate::random::{self, Purpose};
 
-    /// A tip that circles, seen with noise.
+    /// A tip that circles.
     fn truth(step: usize) -> Point {
         let turn = step as f64 / 12.0;
         Point::new(2.0 * math::sin(turn), 10.0 + 0.05 * step as f64 + 0.5 * math::cos(turn))
     }
 
-    fn seen(seed: u64) -> Vec<TipMeasurement> {
+    fn measured(seed: u64) -> Vec<TipMeasurement> {
         let mut rng = random::stream(seed, Purpose::Trial, 0);
         let mut noise = || 0.12 * (random::uniform(&mut rng) - 0.5);
         let measurement = |step: usize| {
@@ -157,8 +164,8 @@ mod tests {
 
     fn error(found: &[Option<SmoothedTip>]) -> f64 {
         let squares = found.iter().enumerate().filter_map(|(step, found)| {
-            let away = found.as_ref()?.tip.distance(truth(step));
-            Some(away * away)
+            let error = found.as_ref()?.tip.distance(truth(step));
+            Some(error * error)
         });
         (squares.sum::<f64>() / found.iter().flatten().count() as f64).sqrt()
     }
@@ -167,18 +174,18 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn hindsight_is_better_than_sight(seed in any::<u64>()) {
-            let measurements = seen(seed);
-            let sight: Vec<Option<SmoothedTip>> =
+        fn smoothing_reduces_the_error(seed in any::<u64>()) {
+            let measurements = measured(seed);
+            let unsmoothed: Vec<Option<SmoothedTip>> =
                 measurements.iter().map(|measurement| Some(SmoothedTip { tip: measurement.tip?, deviation: 0.0 })).collect();
             let found = smooth(&measurements);
-            prop_assert!(error(&found) < 0.9 * error(&sight), "{} {}", error(&found), error(&sight));
+            prop_assert!(error(&found) < 0.9 * error(&unsmoothed), "{} {}", error(&found), error(&unsmoothed));
             prop_assert!(found.iter().flatten().all(|one| one.deviation > 0.0 && one.deviation < 0.05));
         }
 
         #[test]
-        fn a_gap_is_bridged_and_less_sure(seed in any::<u64>(), from in 10..60_usize, long in 1..8_usize) {
-            let mut measurements = seen(seed);
+        fn a_gap_is_bridged_with_a_larger_deviation(seed in any::<u64>(), from in 10..60_usize, long in 1..8_usize) {
+            let mut measurements = measured(seed);
             measurements[from..from + long].iter_mut().for_each(|measurement| measurement.tip = None);
             let found = smooth(&measurements);
             let middle = found[from + long / 2].unwrap();
@@ -188,8 +195,8 @@ mod tests {
     }
 
     #[test]
-    fn an_island_is_left_out_and_a_doubted_tip_that_was_right_counts() {
-        let mut measurements = seen(1);
+    fn an_outlier_is_left_out_and_a_rejected_tip_that_was_right_is_used() {
+        let mut measurements = measured(1);
         for measurement in &mut measurements[30..32] {
             measurement.tip = measurement.tip.map(|tip| Point::new(tip.x, tip.y - 3.0));
         }
@@ -203,8 +210,8 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_across_a_jump_and_outside_of_what_was_seen() {
-        let mut measurements = seen(2);
+    fn nothing_is_smoothed_across_a_jump_or_outside_the_measurements() {
+        let mut measurements = measured(2);
         measurements[..3].iter_mut().for_each(|measurement| measurement.is_accepted = false);
         measurements[78..].iter_mut().for_each(|measurement| measurement.tip = None);
         measurements[40].tip = None;

@@ -1,64 +1,31 @@
-//! Bars across a stem: colours of a picture between pixels.
+//! Contrast of a bar: how much its colour differs from what lies on both of its sides.
+//!
+//! In: a picture, and a bar's position, heading and width. Out: its contrast. The one idea: the differences to the
+//! two sides are combined by their inner product, so an edge, which has a difference on one side only, has no
+//! contrast (after Koller, Gerig, Székely and Dettwiler 1995, *Multiscale detection of curvilinear structures in 2-D
+//! and 3-D image data*, ICCV).
 
 use crate::geometry::Region;
 use crate::math;
 use crate::photo::Image;
-use crate::vision::detect::curve::Place;
+use crate::vision::detect::curve::PlanePoint;
+use crate::vision::detect::ridge::rgb::{self, Rgb};
 use crate::vision::raster::filter::sample_gaussian;
+use crate::vision::raster::plane::Neighbours;
 
-/// A colour: red, green and blue from 0 to 255, between pixels and on the mean.
-pub(super) type Colour = [f64; 3];
-
-/// How far apart two colours are.
-pub(super) fn colour_distance(one: Colour, other: Colour) -> f64 {
-    math::vector::distance(one, other)
-}
-
-/// The mean of some colours.
-pub(super) fn mean_colour(colours: impl Iterator<Item = Colour>) -> Colour {
-    let (mut sum, mut count) = ([0.0; 3], 0.0);
-    for colour in colours {
-        sum.iter_mut().zip(colour).for_each(|(sum, value)| *sum += value);
-        count += 1.0;
-    }
-    sum.map(|sum| sum / f64::max(count, 1.0))
-}
-
-/// The colour whose red, green and blue are the medians.
-pub(super) fn median_colour(colours: &[Colour]) -> Colour {
-    std::array::from_fn(|i| {
-        math::statistics::quantile_nearest(&colours.iter().map(|colour| colour[i]).collect::<Vec<_>>(), 0.5)
-    })
-}
-
-/// The deviation of a picture's noise, as a distance of colours (J. Immerkær 1996, doi:10.1006/cviu.1996.0060): what a
-/// mask leaves that is blind to edges and slopes.
-pub(super) fn noise_deviation(image: &Image) -> f64 {
-    let at = |x: usize, y: usize| f64::from(image.at(x, y)[1]);
-    let (mut sum, mut count) = (0.0, 0.0);
-    for y in (1..image.height - 1).step_by(2) {
-        for x in (1..image.width - 1).step_by(2) {
-            let row = |y: usize| at(x - 1, y) - 2.0 * at(x, y) + at(x + 1, y);
-            sum += (row(y - 1) - 2.0 * row(y) + row(y + 1)).abs();
-            count += 1.0;
-        }
-    }
-    (std::f64::consts::PI / 2.0).sqrt() / 6.0 * sum / f64::max(count, 1.0) * 3_f64.sqrt()
-}
-
-/// Deviation of the Gaussian filter before anything else, in pixels.
+/// Standard deviation of the Gaussian filter before all else, in pixels.
 const SIGMA: f64 = 1.0;
 
-/// The thinnest stem in pixels, the broadest as a share of the picture's shorter side, and the ratio from one width that
-/// is tried to the next.
-pub(super) const THINNEST: f64 = 5.0;
+/// Width of the thinnest stem that is found, in pixels.
+pub(super) const MIN_WIDTH: f64 = 5.0;
 
-/// Where across a bar its inside is sampled, and where, on both sides, what lies beside it; in its widths.
+/// Offsets across a bar at which its colour is sampled, in widths.
 const INSIDE: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
 
+/// Offsets to each side at which the colour beside it is sampled, in widths.
 const BESIDE: [f64; 3] = [0.6, 0.75, 0.9];
 
-/// A picture, a little smoothed.
+/// A picture after a Gaussian filter.
 pub(super) struct SmoothedImage {
     pub(super) width: usize,
     pub(super) height: usize,
@@ -66,10 +33,10 @@ pub(super) struct SmoothedImage {
 }
 
 impl SmoothedImage {
-    /// `None` where the picture is too small for a stem and what lies beside it.
+    /// Filters a picture; `None` where it is too small for a stem and what lies beside it.
     pub(super) fn of(image: &Image) -> Option<Self> {
         let whole = Region { x: 0, y: 0, width: image.width, height: image.height };
-        if (image.width.min(image.height) as f64) < 4.0 * THINNEST {
+        if (image.width.min(image.height) as f64) < 4.0 * MIN_WIDTH {
             return None;
         }
         let channel = |i: usize| {
@@ -82,41 +49,37 @@ impl SmoothedImage {
         Some(Self { width: image.width, height: image.height, colours })
     }
 
-    /// The colour between pixels; the outermost pixels reach on for ever.
-    pub(super) fn at(&self, (x, y): Place) -> Colour {
-        let (x, y) = (x.clamp(0.0, self.width as f64 - 1.0), y.clamp(0.0, self.height as f64 - 1.0));
-        let (left, top) = (x as usize, y as usize);
-        let (right, bottom) = ((left + 1).min(self.width - 1), (top + 1).min(self.height - 1));
-        let (across, down) = (x - left as f64, y - top as f64);
-        let at = |x: usize, y: usize| self.colours[y * self.width + x];
-        let corners = [at(left, top), at(right, top), at(left, bottom), at(right, bottom)];
-        std::array::from_fn(|i| {
-            math::interpolate::bilinear(corners.map(|colour| f64::from(colour[i])), across, down)
-        })
+    /// The colour at a point, by bilinear interpolation; beyond the edge the outermost pixels are repeated.
+    pub(super) fn at(&self, point: PlanePoint) -> Rgb {
+        let neighbours = Neighbours::of(point, self.width, self.height);
+        let colours = neighbours.indices.map(|index| self.colours[index]);
+        std::array::from_fn(|i| neighbours.interpolate(colours.map(|colour| f64::from(colour[i]))))
     }
 
-    pub(super) fn holds(&self, (x, y): Place) -> bool {
+    /// Whether a point lies in the picture, at least a pixel from its edge.
+    pub(super) fn contains(&self, (x, y): PlanePoint) -> bool {
         x >= 1.0 && y >= 1.0 && x < self.width as f64 - 1.0 && y < self.height as f64 - 1.0
     }
 
-    /// How much a bar stands out on both sides in the same way: the distance of colours, or less than 0 where its colour
-    /// lies between those of its sides.
-    pub(super) fn bar_contrast(&self, at: Place, heading: f64, width: f64) -> f64 {
+    /// Contrast of a bar at a point, in grey values. `heading` is in radians from upright to the right.
+    ///
+    /// It is negative where the bar's colour lies between those of its sides.
+    pub(super) fn bar_contrast(&self, at: PlanePoint, heading: f64, width: f64) -> f64 {
         let (sin, cos) = (math::sin(heading), math::cos(heading));
-        let place = |across: f64, along: f64| {
+        let point = |across: f64, along: f64| {
             let (across, along) = (across * width, along * width);
             (at.0 + across * cos + along * sin, at.1 + across * sin - along * cos)
         };
         let colour = |offsets: &[f64], side: f64| {
-            mean_colour(
+            rgb::mean(
                 offsets
                     .iter()
-                    .flat_map(|&across| [-0.25, 0.25].map(|along| self.at(place(side * across, along)))),
+                    .flat_map(|&across| [-0.25, 0.25].map(|along| self.at(point(side * across, along)))),
             )
         };
         let inside = colour(&INSIDE, 1.0);
         let (left, right) = (colour(&BESIDE, -1.0), colour(&BESIDE, 1.0));
-        let dot: f64 = (0..3).map(|i| (inside[i] - left[i]) * (inside[i] - right[i])).sum();
-        dot.abs().sqrt().copysign(dot)
+        let product: f64 = (0..3).map(|i| (inside[i] - left[i]) * (inside[i] - right[i])).sum();
+        product.abs().sqrt().copysign(product)
     }
 }

@@ -1,210 +1,229 @@
-//! What lies beside a stem.
+//! Flanks of a stem: where what lies beside it stays the same, it is stem; where it changes for good, leaves begin.
+//!
+//! In: a line along a stem, and its width. Out: the stretch of it that is stem, how clearly it stands out there, and
+//! the line moved to the middle between the stem's edges.
 
 use crate::math;
-use crate::vision::detect::curve::{Place, smoothed};
-use crate::vision::detect::ridge::bar::{Colour, SmoothedImage, colour_distance, mean_colour, median_colour};
+use crate::vision::detect::curve::{PlanePoint, offset_by, smooth};
+use crate::vision::detect::ridge::bar::SmoothedImage;
+use crate::vision::detect::ridge::rgb::{self, Rgb};
 
-/// Samples along a stem's width, once its way is known.
-pub(super) const FINE: usize = 8;
+/// Points of the line along one width of the stem.
+pub(super) const POINTS_PER_WIDTH: usize = 8;
 
-/// Bands on each side, where what lies beside the stem is compared: from how far to how far from its middle, in widths.
+/// Number of bands on each side, and the range of their distances from the middle, in widths.
 const BANDS: usize = 4;
+const BANDS_START: f64 = 0.75;
+const BANDS_END: f64 = 2.25;
 
-const SIDE: (f64, f64) = (0.75, 2.25);
+/// Colour difference from which on a band has changed, as a share of the stem's contrast.
+const BAND_CHANGE: f64 = 0.2;
 
-/// A band has changed when its colour differs by more than this share of the stem's contrast, and what lies beside the
-/// stem when so many of all bands have.
-const CHANGED: f64 = 0.2;
+/// Number of changed bands from which on a point's flanks have changed.
+const CHANGED_BANDS: usize = 2;
 
-const CHANGES: usize = 2;
+/// Number of points over which a change may pass: a mark painted on the stem, a leaf's tip.
+const PASSING_POINTS: usize = 12;
 
-/// Samples over which a change may last without being the end: a mark that is painted on the stem, a leaf's tip.
-const PASSING: usize = 12;
+/// Number of points at the beginning of a stretch that its flanks are first learned from.
+const SEED_POINTS: usize = 12;
 
-/// Samples that a stretch begins with.
-const WINDOW: usize = 12;
+/// Least length of a stretch, as a share of the longest; the first such stretch is the stem.
+const MIN_STRETCH_SHARE: f64 = 0.4;
 
-/// A stretch of the stem is at least this share of the longest; the first such is believed.
-const SHARE: f64 = 0.4;
+/// Colour difference to the flank below which a sample lies outside the stem, as a share of the contrast.
+const EDGE_CONTRAST: f64 = 0.2;
 
-/// The stem's edge is where its colour comes within this share of the contrast of what lies beside it.
-const EDGE: f64 = 0.2;
+/// Colours of the bands at one point: those on the left first, each side from the stem outwards.
+type Bands = [Rgb; 2 * BANDS];
 
-/// What lies along a line: the stem's colour and what is beside it.
+/// A line along a stem, with the colours of the stem and of its flanks.
 pub(super) struct StemFlanks {
-    /// Points, a stem's width by [`FINE`] apart.
-    pub(super) line: Vec<Place>,
+    /// Points, [`POINTS_PER_WIDTH`] to a width of the stem.
+    pub(super) line: Vec<PlanePoint>,
+    /// Width of the stem.
     width: f64,
-    /// The stem's colour at each point.
-    stem: Vec<Colour>,
-    /// The colours of the bands beside it, those on the left first.
-    bands: Vec<[Colour; 2 * BANDS]>,
-    /// How far the stem's colour is from that of the bands, on the lower half.
+    /// Colour of the stem at each point.
+    stem: Vec<Rgb>,
+    /// Colours of the bands at each point.
+    bands: Vec<Bands>,
+    /// Median distance between the colours of stem and bands, on the lower half of the line.
     pub(super) contrast: f64,
 }
 
 impl StemFlanks {
-    pub(super) fn along(picture: &SmoothedImage, line: Vec<Place>, width: f64) -> Self {
-        let normals: Vec<Place> = (0..line.len()).map(|i| normal(&line, i)).collect();
-        let colour = |i: usize, across: f64| {
-            picture.at((line[i].0 + across * width * normals[i].0, line[i].1 + across * width * normals[i].1))
-        };
-        let breadth = (SIDE.1 - SIDE.0) / BANDS as f64;
-        let band = |i: usize, band: usize| {
+    /// Samples the colours along a line.
+    pub(super) fn sample(image: &SmoothedImage, line: Vec<PlanePoint>, width: f64) -> Self {
+        let normals: Vec<PlanePoint> = (0..line.len()).map(|i| normal(&line, i)).collect();
+        let colour = |i: usize, across: f64| image.at(offset_by(line[i], across * width, normals[i]));
+        let band_width = (BANDS_END - BANDS_START) / BANDS as f64;
+        let band_colour = |i: usize, band: usize| {
             let (side, band) = if band < BANDS { (-1.0, band) } else { (1.0, band - BANDS) };
-            let from = SIDE.0 + breadth * band as f64;
-            mean_colour([0.17, 0.5, 0.83].into_iter().map(|share| colour(i, side * (from + share * breadth))))
+            let start = BANDS_START + band_width * band as f64;
+            let offsets = [0.17, 0.5, 0.83].map(|share| side * (start + share * band_width));
+            rgb::mean(offsets.into_iter().map(|across| colour(i, across)))
         };
-        let stem: Vec<Colour> = (0..line.len())
-            .map(|i| mean_colour([-0.3, -0.15, 0.0, 0.15, 0.3].into_iter().map(|across| colour(i, across))))
+        let stem: Vec<Rgb> = (0..line.len())
+            .map(|i| rgb::mean([-0.3, -0.15, 0.0, 0.15, 0.3].into_iter().map(|across| colour(i, across))))
             .collect();
-        let bands: Vec<[Colour; 2 * BANDS]> =
-            (0..line.len()).map(|i| std::array::from_fn(|j| band(i, j))).collect();
-        // Half a width along the line, on the mean.
-        let near = |i: usize| i.saturating_sub(FINE / 4)..(i + FINE / 4 + 1).min(line.len());
-        let stem: Vec<Colour> = (0..line.len()).map(|i| mean_colour(stem[near(i)].iter().copied())).collect();
-        let bands: Vec<[Colour; 2 * BANDS]> = (0..line.len())
-            .map(|i| std::array::from_fn(|j| mean_colour(bands[near(i)].iter().map(|bands| bands[j]))))
+        let bands: Vec<Bands> =
+            (0..line.len()).map(|i| std::array::from_fn(|band| band_colour(i, band))).collect();
+        // Both are averaged over half a width along the line.
+        let window =
+            |i: usize| i.saturating_sub(POINTS_PER_WIDTH / 4)..(i + POINTS_PER_WIDTH / 4 + 1).min(line.len());
+        let stem: Vec<Rgb> = (0..line.len()).map(|i| rgb::mean(stem[window(i)].iter().copied())).collect();
+        let bands: Vec<Bands> = (0..line.len())
+            .map(|i| std::array::from_fn(|band| rgb::mean(bands[window(i)].iter().map(|bands| bands[band]))))
             .collect();
-        let clear = |i: usize| {
-            bands[i].iter().map(|&band| colour_distance(stem[i], band)).sum::<f64>() / (2 * BANDS) as f64
+        let contrast = |i: usize| {
+            bands[i].iter().map(|&band| rgb::distance(stem[i], band)).sum::<f64>() / (2 * BANDS) as f64
         };
-        let contrast = math::statistics::quantile_nearest(
-            &(0..line.len().div_ceil(2)).map(clear).collect::<Vec<_>>(),
-            0.5,
-        )
-        .max(1e-6);
+        let lower_half = (0..line.len().div_ceil(2)).map(contrast).collect::<Vec<_>>();
+        let contrast = math::statistics::quantile_nearest(&lower_half, 0.5).max(1e-6);
         Self { line, width, stem, bands, contrast }
     }
 
-    /// What lies beside the points that `is_in`, on the median.
-    fn beside(&self, from: usize, to: usize, is_in: impl Fn(usize) -> bool) -> [Colour; 2 * BANDS] {
-        let points: Vec<usize> = (from..=to).filter(|&i| is_in(i)).collect();
-        std::array::from_fn(|j| median_colour(&points.iter().map(|&i| self.bands[i][j]).collect::<Vec<_>>()))
+    /// Median bands of the points between two that `counts` admits.
+    fn median_bands(&self, first: usize, last: usize, counts: impl Fn(usize) -> bool) -> Bands {
+        let points: Vec<usize> = (first..=last).filter(|&i| counts(i)).collect();
+        std::array::from_fn(|band| {
+            rgb::median(&points.iter().map(|&i| self.bands[i][band]).collect::<Vec<_>>())
+        })
     }
 
-    /// For each point whether what lies beside it differs from `reference`.
-    fn changes(&self, reference: &[Colour; 2 * BANDS]) -> Vec<bool> {
+    /// Whether the flanks of each point differ from `reference`.
+    fn changes(&self, reference: &Bands) -> Vec<bool> {
         let is_changed =
-            |(band, wanted): &(&Colour, &Colour)| colour_distance(**band, **wanted) > CHANGED * self.contrast;
+            |(band, wanted): &(&Rgb, &Rgb)| rgb::distance(**band, **wanted) > BAND_CHANGE * self.contrast;
         self.bands
             .iter()
-            .map(|bands| bands.iter().zip(reference).filter(is_changed).count() >= CHANGES)
+            .map(|bands| bands.iter().zip(reference).filter(is_changed).count() >= CHANGED_BANDS)
             .collect()
     }
 
-    /// The first and the last point of the stretch along which what lies beside the stem stays the same; `None` without.
-    pub(super) fn stretch(&self) -> Option<(usize, usize)> {
+    /// First and last point of the first long stretch with unchanged flanks; `None` where there is none.
+    pub(super) fn stem_stretch(&self) -> Option<(usize, usize)> {
         let mut stretches: Vec<(usize, usize)> = Vec::new();
         let mut start = 0;
-        while start + WINDOW <= self.line.len() {
-            let mut changes = self.changes(&self.beside(start, start + WINDOW - 1, |_| true));
-            if changes[start..start + WINDOW].iter().filter(|&&is_changed| is_changed).count() > WINDOW / 5 {
-                start += FINE / 4;
+        while start + SEED_POINTS <= self.line.len() {
+            let seed = start..start + SEED_POINTS;
+            let mut changes = self.changes(&self.median_bands(start, seed.end - 1, |_| true));
+            if changes[seed].iter().filter(|&&is_changed| is_changed).count() > SEED_POINTS / 5 {
+                start += POINTS_PER_WIDTH / 4;
                 continue;
             }
-            let mut last = reach(start..self.line.len(), &changes);
-            // What lies beside all of it tells better than what lies beside its beginning.
+            let mut last = last_unchanged(start..self.line.len(), &changes);
+            // The flanks of the whole stretch are a better reference than those of its beginning.
             for _ in 0..6 {
-                let again = self.changes(&self.beside(start, last, |i| !changes[i]));
+                let again = self.changes(&self.median_bands(start, last, |i| !changes[i]));
                 if again == changes {
                     break;
                 }
                 changes = again;
-                last = reach(start..self.line.len(), &changes);
+                last = last_unchanged(start..self.line.len(), &changes);
             }
-            let first = reach((0..=start).rev(), &changes);
+            let first = last_unchanged((0..=start).rev(), &changes);
             stretches.push((first, last));
-            start = last.max(start + FINE / 4);
+            start = last.max(start + POINTS_PER_WIDTH / 4);
         }
-        let long = |&(first, last): &(usize, usize)| last - first;
-        let longest = stretches.iter().map(long).max()?;
-        stretches.into_iter().find(|stretch| long(stretch) as f64 >= SHARE * longest as f64)
+        let length = |&(first, last): &(usize, usize)| last - first;
+        let longest = stretches.iter().map(length).max()?;
+        stretches.into_iter().find(|stretch| length(stretch) as f64 >= MIN_STRETCH_SHARE * longest as f64)
     }
 
-    /// How much the stem stands out on its less clear side, where it does least: at a fifth of the points from `first` to
-    /// `last` by less.
-    pub(super) fn least(&self, first: usize, last: usize) -> f64 {
-        let clear = |i: usize| {
-            self.bands[i]
-                .iter()
-                .map(|&band| colour_distance(self.stem[i], band))
-                .fold(f64::INFINITY, f64::min)
+    /// The 20 % quantile, over the points from `first` to `last`, of the least contrast to a band.
+    pub(super) fn least_contrast(&self, first: usize, last: usize) -> f64 {
+        let least = |i: usize| {
+            let distances = self.bands[i].iter().map(|&band| rgb::distance(self.stem[i], band));
+            distances.fold(f64::INFINITY, f64::min)
         };
-        math::statistics::quantile_nearest(&(first..=last).map(clear).collect::<Vec<_>>(), 0.2)
+        math::statistics::quantile_nearest(&(first..=last).map(least).collect::<Vec<_>>(), 0.2)
     }
 
-    /// Moves the line to the middle between the stem's edges, where half of a stem may lie in its own shadow.
-    pub(super) fn centre(&mut self, picture: &SmoothedImage, first: usize, last: usize) {
-        let normals: Vec<Place> = (0..self.line.len()).map(|i| normal(&self.line, i)).collect();
-        let colour = |i: usize, across: f64| {
-            let near = i.saturating_sub(FINE / 4)..(i + FINE / 4 + 1).min(self.line.len());
-            mean_colour(near.map(|i| {
-                picture.at((self.line[i].0 + across * normals[i].0, self.line[i].1 + across * normals[i].1))
-            }))
+    /// Moves the line to the middle between the stem's edges: half of a stem may lie in its own shadow.
+    pub(super) fn centre(&mut self, image: &SmoothedImage, first: usize, last: usize) {
+        let normals: Vec<PlanePoint> = (0..self.line.len()).map(|i| normal(&self.line, i)).collect();
+        let (Some(left), Some(right)) =
+            (self.edges(image, &normals, first, last, 0), self.edges(image, &normals, first, last, 1))
+        else {
+            return;
         };
-        // The edge of each side at each point, as far as it is seen.
-        let edges = |side: usize| -> Option<Vec<f64>> {
-            let sign = if side == 0 { -1.0 } else { 1.0 };
-            let far =
-                |i: usize| mean_colour(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied());
-            let seen: Vec<Option<f64>> = (first..=last)
-                .map(|i| {
-                    let around = i.saturating_sub(3 * FINE).max(first)..=(i + 3 * FINE).min(last);
-                    let wall = median_colour(&around.map(far).collect::<Vec<_>>());
-                    let mut is_inside = false;
-                    (0..(2.5 * self.width) as u32).map(|half| 0.5 * f64::from(half)).find(|&across| {
-                        let is_wall = colour_distance(colour(i, sign * across), wall) < EDGE * self.contrast;
-                        is_inside |= !is_wall;
-                        is_inside && is_wall && across > 0.2 * self.width
-                    })
-                })
-                .collect();
-            let middle = |i: usize, reach: usize| i.saturating_sub(reach)..(i + reach + 1).min(seen.len());
-            let medians: Vec<Option<f64>> = (0..seen.len())
-                .map(|i| {
-                    let near: Vec<f64> = seen[middle(i, 5 * FINE / 4)].iter().copied().flatten().collect();
-                    (!near.is_empty()).then(|| math::statistics::quantile_nearest(&near, 0.5))
-                })
-                .collect();
-            let all: Vec<f64> = seen.iter().copied().flatten().collect();
-            let usual = math::statistics::quantile_nearest(&all, 0.5);
-            (all.len() > 2).then(|| medians.into_iter().map(|edge| edge.unwrap_or(usual)).collect())
-        };
-        let (Some(left), Some(right)) = (edges(0), edges(1)) else { return };
         let shifts: Vec<f64> = left.iter().zip(&right).map(|(left, right)| (right - left) / 2.0).collect();
-        let shift = |i: usize| {
+        let mean_shift = |i: usize| {
             let i = i.clamp(first, last) - first;
-            let near = &shifts[i.saturating_sub(3 * FINE / 4)..(i + 3 * FINE / 4 + 1).min(shifts.len())];
-            near.iter().sum::<f64>() / near.len() as f64
+            let radius = 3 * POINTS_PER_WIDTH / 4;
+            let window = &shifts[i.saturating_sub(radius)..(i + radius + 1).min(shifts.len())];
+            window.iter().sum::<f64>() / window.len() as f64
         };
-        let moved: Vec<Place> = (0..self.line.len())
+        let moved: Vec<PlanePoint> =
+            (0..self.line.len()).map(|i| offset_by(self.line[i], mean_shift(i), normals[i])).collect();
+        self.line = smooth(&moved, POINTS_PER_WIDTH / 4);
+    }
+
+    /// Distance of the stem's edge on one side (0 is left) from the line, for each point from `first` to `last`;
+    /// `None` where too few edges are found.
+    fn edges(
+        &self,
+        image: &SmoothedImage,
+        normals: &[PlanePoint],
+        first: usize,
+        last: usize,
+        side: usize,
+    ) -> Option<Vec<f64>> {
+        let sign = if side == 0 { -1.0 } else { 1.0 };
+        let colour = |i: usize, across: f64| {
+            let window =
+                i.saturating_sub(POINTS_PER_WIDTH / 4)..(i + POINTS_PER_WIDTH / 4 + 1).min(self.line.len());
+            rgb::mean(window.map(|i| image.at(offset_by(self.line[i], across, normals[i]))))
+        };
+        let outer = |i: usize| rgb::mean(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied());
+        let found: Vec<Option<f64>> = (first..=last)
             .map(|i| {
-                let by = shift(i);
-                (self.line[i].0 + by * normals[i].0, self.line[i].1 + by * normals[i].1)
+                let radius = 3 * POINTS_PER_WIDTH;
+                let around = i.saturating_sub(radius).max(first)..=(i + radius).min(last);
+                let flank = rgb::median(&around.map(outer).collect::<Vec<_>>());
+                let mut was_inside = false;
+                let offsets = (0..(2.5 * self.width) as u32).map(|half| 0.5 * f64::from(half));
+                offsets.into_iter().find(|&across| {
+                    let is_outside =
+                        rgb::distance(colour(i, sign * across), flank) < EDGE_CONTRAST * self.contrast;
+                    was_inside |= !is_outside;
+                    was_inside && is_outside && across > 0.2 * self.width
+                })
             })
             .collect();
-        self.line = smoothed(&moved, FINE / 4);
+        let radius = 5 * POINTS_PER_WIDTH / 4;
+        let medians: Vec<Option<f64>> = (0..found.len())
+            .map(|i| {
+                let window = &found[i.saturating_sub(radius)..(i + radius + 1).min(found.len())];
+                let edges: Vec<f64> = window.iter().copied().flatten().collect();
+                (!edges.is_empty()).then(|| math::statistics::quantile_nearest(&edges, 0.5))
+            })
+            .collect();
+        let all: Vec<f64> = found.iter().copied().flatten().collect();
+        let overall = math::statistics::quantile_nearest(&all, 0.5);
+        (all.len() > 2).then(|| medians.into_iter().map(|edge| edge.unwrap_or(overall)).collect())
     }
 }
 
-/// The last of `points` before a change that is no passing one; the first one if there is none.
-fn reach(points: impl Iterator<Item = usize>, changes: &[bool]) -> usize {
+/// The last of `points` before a change that does not pass; the first one where all have changed.
+fn last_unchanged(points: impl Iterator<Item = usize>, changes: &[bool]) -> usize {
     let mut last = None;
     for i in points {
         let since = last.map_or(0, |last: usize| last.abs_diff(i));
         if !changes[i] || last.is_none() {
             last = Some(i);
-        } else if since > PASSING {
+        } else if since > PASSING_POINTS {
             break;
         }
     }
     last.unwrap_or(0)
 }
 
-/// The unit vector across a line at one of its points, to the right of where it goes.
-fn normal(line: &[Place], i: usize) -> Place {
-    let (from, to) = (line[i.saturating_sub(FINE / 2)], line[(i + FINE / 2).min(line.len() - 1)]);
+/// Unit vector across a line at one of its points, to the right of its direction.
+fn normal(line: &[PlanePoint], i: usize) -> PlanePoint {
+    let half = POINTS_PER_WIDTH / 2;
+    let (from, to) = (line[i.saturating_sub(half)], line[(i + half).min(line.len() - 1)]);
     let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);
     ((from.1 - to.1) / length, (to.0 - from.0) / length)
 }

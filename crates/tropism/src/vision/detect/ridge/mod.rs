@@ -1,12 +1,15 @@
-//! A stem known by its form, where its colour does not tell it from what is around it.
+//! Stem by its form, as a ridge, where its colour does not separate it from its surroundings.
 //!
-//! In: a picture and the place where a stem leaves the soil. Out: the line through the middle of the stem, or nothing. The
-//! one idea: across a stem lies a bar that differs from what is on both of its sides in the same way, be it brighter,
-//! darker or of another colour; the way from the base along which such a bar goes on best is the stem.
+//! In: a picture and the point where the stem leaves the soil. Out: the midline of the stem, or nothing. The one
+//! idea: across a stem lies a bar that differs from both of its sides in the same way, be it brighter, darker or of
+//! another colour; the path from the base with the greatest contrast of such bars is the stem. What lies beside a
+//! stem is the wall behind it and stays the same; where it changes for good, leaves begin and the stem ends. Where
+//! there is no long clear stretch of this kind, no stem is given.
 //!
-//! What lies beside a stem is the wall behind it, and stays the same along it. Where it changes for good, leaves begin:
-//! that is the stem's end. Where there is no such stretch of some length, nothing is said.
+//! All constants of this module and its children were chosen by hand on the odd-numbered pictures of the marked
+//! sunflower seedlings (the row `real/sunflower-centerlines` of `examples/accuracy`).
 
+mod rgb;
 mod bar;
 mod search;
 mod flanks;
@@ -14,115 +17,116 @@ mod flanks;
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
 use crate::vision::config::VisionConfig;
-use crate::vision::detect::curve::{Place, resampled};
+use crate::vision::detect::curve::{PlanePoint, resample};
 use crate::vision::detect::detection::Detection;
 use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::raster::filter::sample_gaussian;
 use crate::vision::raster::levels::Levels;
 use crate::vision::raster::plane::LUMA;
 use crate::vision::raster::source::PixelSource;
-use bar::{SmoothedImage, noise_deviation};
-use flanks::{FINE, StemFlanks};
-use search::BROADEST;
+use bar::SmoothedImage;
+use flanks::{POINTS_PER_WIDTH, StemFlanks};
+use search::MAX_WIDTH_SHARE;
 
-/// How deep below the base is looked for a pot, as a share of the picture's height, and the share of the way from the
-/// background to the brightest that stands out there.
-const BELOW: f64 = 0.06;
+/// Depth below the base in which a pot is searched, as a share of the picture's height.
+const POT_DEPTH: f64 = 0.06;
 
-const STANDS_BELOW: f64 = 0.15;
+/// Level of a pot, as a share of the way from the background to the brightest samples.
+const POT_LEVEL: f64 = 0.15;
 
-/// What is believed: a stretch longer than so many widths, a fifth of which at most stands out on its less clear side by
-/// less than this share of the contrast.
-const LONG: f64 = 5.5;
+/// Least length of a stem, in stem widths.
+const MIN_LENGTH: f64 = 5.5;
 
-const FAINT: f64 = 0.4;
+/// Least contrast to the nearer flank over four fifths of the stem, as a share of the mean contrast.
+const MIN_FLANK_CONTRAST: f64 = 0.4;
 
-/// The stem that was found.
+/// A stem found by its form.
 #[derive(Clone, Debug)]
 pub(super) struct StemRidge {
-    /// The line through its middle, from the base up, in the picture's pixels.
-    pub(super) line: Vec<Place>,
-    /// How broad it is about.
+    /// Its midline from the base up, in pixels of the picture.
+    pub(super) line: Vec<PlanePoint>,
+    /// Its width, in pixels.
     pub(super) width: f64,
-    /// By how many deviations of the picture's noise it differs from what lies beside it.
+    /// Contrast to its flanks, in standard deviations of the picture's noise.
     pub(super) contrast: f64,
 }
 
-/// The stem that leaves the soil at `base` in this picture; `None` where none is seen clearly, or it stands out by fewer than `contrast`
-/// deviations of the picture's noise.
-pub(super) fn find_stem(image: &Image, base: Place, contrast: f64) -> Option<StemRidge> {
-    let picture = SmoothedImage::of(image)?;
-    let (line, width) = picture.trace_ridge(base)?;
-    let mut strip = StemFlanks::along(&picture, resampled(&line, width / FINE as f64), width);
-    let (first, last) = strip.stretch()?;
-    let long = (last - first) as f64 / FINE as f64;
-    let clear = strip.contrast / noise_deviation(image).max(0.5);
-    let is_stem = long > LONG && strip.least(first, last) >= FAINT * strip.contrast && clear > contrast;
+/// Finds the stem that leaves the soil at `base`; `None` where none is clear, or its contrast is at most
+/// `min_contrast` standard deviations of the picture's noise.
+pub(super) fn find_stem(image: &Image, base: PlanePoint, min_contrast: f64) -> Option<StemRidge> {
+    let smoothed = SmoothedImage::of(image)?;
+    let (line, width) = smoothed.trace_ridge(base)?;
+    let line = resample(&line, width / POINTS_PER_WIDTH as f64);
+    let mut flanks = StemFlanks::sample(&smoothed, line, width);
+    let (first, last) = flanks.stem_stretch()?;
+    let length = (last - first) as f64 / POINTS_PER_WIDTH as f64;
+    let contrast = flanks.contrast / rgb::noise_deviation(image).max(0.5);
+    let is_stem = length > MIN_LENGTH
+        && flanks.least_contrast(first, last) >= MIN_FLANK_CONTRAST * flanks.contrast
+        && contrast > min_contrast;
     if !is_stem {
         return None;
     }
-    strip.centre(&picture, first, last);
-    strip.line.truncate(last + 1);
-    Some(StemRidge { line: strip.line, width, contrast: clear })
+    flanks.centre(&smoothed, first, last);
+    flanks.line.truncate(last + 1);
+    Some(StemRidge { line: flanks.line, width, contrast })
 }
 
-/// What is believed of a plant that was seen by its colour, or was not.
+/// Corrects a detection by colour where the crop contains a pot, or detects the stem where colour found no plant.
 ///
-/// Where the crop does not "exclude the pot" (section 2.2.2) and what lies below the base stands out from the background,
-/// too, colour does not tell where the stem begins and what is beside it. Then its form must, or no stem is seen.
+/// Where the crop does not "exclude the pot" (section 2.2.2) and what lies below the base is bright, colour cannot
+/// tell where the stem begins and what lies beside it. Then the stem is found by its form, or none is given.
 pub(super) fn detect(
     image: &impl PixelSource,
     crop: Region,
     base: Pixel,
     config: &VisionConfig,
-    seen: Option<Detection>,
+    by_colour: Option<Detection>,
 ) -> Option<Detection> {
     let step = config.step(image.size().0).min(crop.width).min(crop.height);
-    let far = step as f64;
-    let middle = (far - 1.0) / 2.0;
+    let scale = step as f64;
+    let middle = (scale - 1.0) / 2.0;
     let origin = Pixel::new(crop.x as f64 + middle, crop.y as f64 + middle);
-    let foot = ((base.x - origin.x) / far, (base.y - origin.y) / far);
-    if foot.1 + 1.0 >= (crop.height / step) as f64 {
-        return seen;
+    let base = ((base.x - origin.x) / scale, (base.y - origin.y) / scale);
+    if base.1 + 1.0 >= (crop.height / step) as f64 {
+        return by_colour;
     }
     let small = image.downscale(crop, step);
-    if seen.is_some() && !is_potted(&small, foot, config) {
-        return seen;
+    if by_colour.is_some() && !shows_pot(&small, base, config) {
+        return by_colour;
     }
-    let Some(ridge) = find_stem(&small, foot, config.contrast) else {
-        return seen.map(|seen| Detection { stem: None, apex: None, ..seen });
+    let Some(ridge) = find_stem(&small, base, config.contrast) else {
+        return by_colour.map(|found| Detection { stem: None, apex: None, ..found });
     };
     let stem: Vec<Pixel> =
-        ridge.line.iter().map(|at| Pixel::new(origin.x + far * at.0, origin.y + far * at.1)).collect();
+        ridge.line.iter().map(|at| Pixel::new(origin.x + scale * at.0, origin.y + scale * at.1)).collect();
     let top = stem.iter().copied().min_by(|one, other| one.y.total_cmp(&other.y))?;
     let apex = stem.last().copied();
-    // What was seen lower than the stem is not the plant's top.
-    let seen = seen.filter(|seen| seen.tip.y <= top.y + ridge.width * far).unwrap_or_else(|| {
-        let shape = OccupancyGrid::from_pixels(stem.iter().copied(), 2.0 * far);
-        Detection {
-            tip: top,
-            contrast: ridge.contrast,
-            tissue: shape,
-            is_occluded: true,
-            ..Detection::default()
-        }
+    // A tip by colour that lies below the stem's top is not the plant's.
+    let is_plausible = |found: &Detection| found.tip.y <= top.y + ridge.width * scale;
+    let found = by_colour.filter(is_plausible).unwrap_or_else(|| Detection {
+        tip: top,
+        contrast: ridge.contrast,
+        tissue: OccupancyGrid::from_pixels(stem.iter().copied(), 2.0 * scale),
+        is_occluded: true,
+        ..Detection::default()
     });
-    Some(Detection { apex, stem: Some(stem), ..seen })
+    Some(Detection { apex, stem: Some(stem), ..found })
 }
 
-/// Whether most of what lies just below the foot stands out from the background: a pot, not dark soil.
-fn is_potted(small: &Image, foot: Place, config: &VisionConfig) -> bool {
+/// Whether most of what lies just below the base is bright: a pot, not dark soil.
+fn shows_pot(small: &Image, base: PlanePoint, config: &VisionConfig) -> bool {
     let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
-    let grey = sample_gaussian(small, whole, LUMA, config.sigma, 1);
-    let level = Levels::from_plane(&grey, config.bright_samples).threshold(STANDS_BELOW);
-    let aside = BROADEST * small.width.min(small.height) as f64;
-    let deep = BELOW * small.height as f64;
+    let luma = sample_gaussian(small, whole, LUMA, config.sigma, 1);
+    let level = Levels::from_plane(&luma, config.bright_samples).threshold(POT_LEVEL);
+    let half_width = MAX_WIDTH_SHARE * small.width.min(small.height) as f64;
+    let depth = POT_DEPTH * small.height as f64;
     let is_below = |x: usize, y: usize| {
-        (x as f64 - foot.0).abs() <= aside && (2.0..deep + 3.0).contains(&(y as f64 - foot.1))
+        (x as f64 - base.0).abs() <= half_width && (2.0..depth + 3.0).contains(&(y as f64 - base.1))
     };
     let (mut all, mut bright) = (0, 0);
-    for (i, &value) in grey.values.iter().enumerate() {
-        if is_below(i % grey.width, i / grey.width) {
+    for (i, &value) in luma.values.iter().enumerate() {
+        if is_below(i % luma.width, i / luma.width) {
             all += 1;
             bright += usize::from(value > level);
         }
@@ -136,13 +140,13 @@ mod tests {
 
     const SIZE: (usize, usize) = (160, 200);
 
-    /// The middle of a drawn stem, so far above the base.
-    fn middle(rise: f64) -> Place {
+    /// The middle of a drawn stem at a height above the base.
+    fn middle(rise: f64) -> PlanePoint {
         (70.0 + 0.002 * rise * rise, 170.0 - rise)
     }
 
-    /// A stem nine pixels wide that leans over before a wall that brightens to the right, with a mark painted on it, out of
-    /// a pot that is as bright, under a leaf of its own colour that begins where it has risen by 100 pixels.
+    /// A leaning stem nine pixels wide with a painted mark, before a wall that brightens to the right. It grows out
+    /// of a pot of its own colour; a leaf of that colour begins at a height of 100 pixels.
     fn picture(stem: [f64; 3]) -> Image {
         let mut rgb = Vec::new();
         for i in 0..SIZE.0 * SIZE.1 {
@@ -165,7 +169,7 @@ mod tests {
     fn a_stem_is_followed_from_a_bright_pot_to_where_its_leaf_begins() {
         for colour in [[40.0, 60.0, 240.0], [160.0, 170.0, 90.0], [0.0, 0.0, 5.0]] {
             let found = find_stem(&picture(colour), (70.0, 170.0), 6.0).unwrap();
-            for &(x, y) in &found.line[FINE..found.line.len() - FINE] {
+            for &(x, y) in &found.line[POINTS_PER_WIDTH..found.line.len() - POINTS_PER_WIDTH] {
                 assert!((x - middle(170.0 - y).0).abs() < 1.5, "{colour:?}: {x}, {y}");
             }
             let last = found.line[found.line.len() - 1];
@@ -175,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_where_no_stem_stands_out() {
+    fn no_stem_is_given_where_none_is_clear() {
         let stem = picture([40.0, 60.0, 240.0]);
         assert!(find_stem(&stem, (20.0, 80.0), 6.0).is_none(), "the wall");
         let short =

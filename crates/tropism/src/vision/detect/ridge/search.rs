@@ -1,174 +1,188 @@
-//! The best way along a bar.
+//! Beam search for the path of a bar from the stem base.
+//!
+//! In: a picture and the base. Out: the path with the highest score, and the stem's width. The one idea: a path is
+//! extended by half a width at a time in several directions and widths; its score is the bar's contrast along it,
+//! less the cost of turning and tapering; the best few paths are kept at each step (beam search, Lowerre 1976).
 
 use crate::math;
-use crate::vision::detect::curve::Place;
-use crate::vision::detect::ridge::bar::{SmoothedImage, THINNEST};
+use crate::vision::detect::curve::PlanePoint;
+use crate::vision::detect::ridge::bar::{MIN_WIDTH, SmoothedImage};
 
-pub(super) const BROADEST: f64 = 0.08;
+/// Width of the widest stem that is found, as a share of the picture's shorter side.
+pub(super) const MAX_WIDTH_SHARE: f64 = 0.08;
 
-const RATIO: f64 = 1.15;
+/// Ratio of two successive widths that are tried.
+const WIDTH_RATIO: f64 = 1.15;
 
-/// A stem leaves the soil at up to so many degrees from upright, and a first piece of so many half widths is looked at,
-/// of which the better ones count: the foot may stand in the pot's rim.
-const LEAN: i32 = 60;
-
+/// Greatest lean of a stem at its base, and the difference of two leans that are tried, in degrees from upright.
+const MAX_LEAN: i32 = 60;
 const LEAN_STEP: i32 = 6;
 
-const FIRST: usize = 9;
+/// Number of bars of a first piece, half a width apart, and of the best among them that count: the lowest may lie in
+/// the pot's rim.
+const PIECE_BARS: usize = 9;
+const COUNTED_BARS: usize = 6;
 
-const BETTER: usize = 6;
+/// Least contrast of a first piece, as a share of the greatest. The thinnest such piece is the stem's: a wider one
+/// belongs to a leaf above it.
+const MIN_CONTRAST_SHARE: f64 = 0.6;
 
-/// The thinnest bar that stands out by this share of the most that any does is the stem: a broader one is a leaf above it.
-const STANDS_OUT: f64 = 0.6;
+/// Greatest width of a first piece, as a multiple of the thinnest one's.
+const MAX_WIDTH_RATIO: f64 = 1.4;
 
-/// First pieces that are less than so many times as broad as the thinnest may be the stem's, too.
-const SIMILAR: f64 = 1.4;
+/// Number of paths that are kept at each step.
+const BEAM_WIDTH: usize = 32;
 
-/// ShortestPaths that are followed at a time, and half widths that any goes on for at most.
-const BEAM: usize = 32;
+/// Most steps of a path, of half a width each.
+const MAX_STEPS: usize = 400;
 
-const STEPS: usize = 400;
-
-/// Degrees that a stem turns by in half a width, and factors that its width changes by.
+/// Turns in one step, in degrees, and factors of the width.
 const TURNS: [f64; 7] = [-15.0, -9.0, -4.0, 0.0, 4.0, 9.0, 15.0];
-
 const TAPERS: [f64; 3] = [1.0 / 1.06, 1.0, 1.06];
 
-/// How far a stem's width may get from its first, as a factor.
-const TAPERED: (f64, f64) = (0.7, 1.35);
+/// Range of the width along a path, as a factor of its first.
+const MIN_TAPER: f64 = 0.7;
+const MAX_TAPER: f64 = 1.35;
 
-/// What half a width of a way must stand out by to be worth it, as a share of the first piece, and what a turn of one
-/// radian, squared, and a change of width cost.
-const WORTH: f64 = 0.4;
+/// Contrast, as a share of the first piece's, from which on a step raises the score.
+const STEP_COST: f64 = 0.4;
 
+/// Cost of a turn, per squared radian, and of a change of width, per unit of its logarithm.
 const TURN_COST: f64 = 3.0;
-
 const TAPER_COST: f64 = 0.5;
 
-/// What stands out by more than this many times as much as the first piece is something else: a lamp.
-const GLARING: f64 = 1.25;
+/// Contrast, as a multiple of the first piece's, above which a bar is something else, such as a lamp.
+const MAX_CONTRAST: f64 = 1.25;
 
-/// One place on a way along a stem.
+/// The end of a path.
 #[derive(Clone, Copy, Debug)]
-struct SearchNode {
-    at: Place,
-    /// Where it goes: radians from upright to the right.
+struct Node {
+    at: PlanePoint,
+    /// Direction, in radians from upright to the right.
     heading: f64,
     width: f64,
-    /// What the way is worth up to here.
-    worth: f64,
-    /// The width that the way began with.
-    first: f64,
-    /// The step before, but for the first.
-    before: Option<usize>,
+    /// Score of the path.
+    score: f64,
+    /// Width at the beginning of the path.
+    first_width: f64,
+    /// The node before; `None` at the beginning.
+    predecessor: Option<usize>,
 }
 
-impl SearchNode {
-    /// Whether two ways are about to go on alike.
-    fn is_like(&self, other: &Self) -> bool {
-        let cell = |at: f64| (at / (0.3 * self.first)).floor();
-        let turn = |heading: f64| (heading / 0.17).floor();
+impl Node {
+    /// Whether two paths end at nearly the same place and heading, so that only the better is kept.
+    fn is_duplicate(&self, other: &Self) -> bool {
+        let cell = |at: f64| (at / (0.3 * self.first_width)).floor();
+        let sector = |heading: f64| (heading / 0.17).floor();
         cell(self.at.0) == cell(other.at.0)
             && cell(self.at.1) == cell(other.at.1)
-            && turn(self.heading) == turn(other.heading)
+            && sector(self.heading) == sector(other.heading)
     }
 }
 
 impl SmoothedImage {
-    /// First steps that a stem may leave `base` with, and how much they stand out.
-    fn seed_nodes(&self, base: Place) -> (Vec<SearchNode>, f64) {
-        let broadest = BROADEST * self.width.min(self.height) as f64;
-        let widths =
-            std::iter::successors(Some(THINNEST), |width| Some(width * RATIO)).take_while(|&w| w <= broadest);
-        let mut found: Vec<(f64, SearchNode)> = Vec::new();
-        for width in widths {
-            for degrees in (-LEAN..=LEAN).step_by(LEAN_STEP as usize) {
-                let heading = f64::from(degrees).to_radians();
-                let (sin, cos) = (math::sin(heading), math::cos(heading));
-                for aside in [-0.5, -0.25, 0.0, 0.25, 0.5] {
-                    let at = (base.0 + aside * width, base.1);
-                    let mut bars: [f64; FIRST] = std::array::from_fn(|i| {
-                        let far = 0.5 * i as f64 * width;
-                        self.bar_contrast((at.0 + far * sin, at.1 - far * cos), heading, width)
-                    });
-                    bars.sort_by(f64::total_cmp);
-                    let stands_out = bars[FIRST - BETTER..].iter().sum::<f64>() / BETTER as f64;
-                    let step = SearchNode { at, heading, width, worth: 0.0, first: width, before: None };
-                    found.push((stands_out, step));
-                }
-            }
-        }
-        let most = found.iter().map(|one| one.0).fold(0.0, f64::max);
-        let thinnest =
-            found.iter().filter(|one| one.0 > STANDS_OUT * most).map(|one| one.1.width).fold(1e9, f64::min);
-        found.retain(|one| (thinnest..SIMILAR * thinnest).contains(&one.1.width));
-        found.sort_by(|one, other| other.0.total_cmp(&one.0));
-        found.truncate(BEAM);
-        let best = found.first().map_or(0.0, |one| one.0);
-        let steps = found.into_iter().filter(|one| one.0 > STANDS_OUT * best).map(|one| one.1).collect();
-        (steps, best)
-    }
-
-    /// The way from `base` that is worth most, and the stem's width along it.
-    pub(super) fn trace_ridge(&self, base: Place) -> Option<(Vec<Place>, f64)> {
-        let (mut steps, clear) = self.seed_nodes(base);
-        if clear <= 0.0 {
+    /// The path from `base` with the highest score, and its median width.
+    pub(super) fn trace_ridge(&self, base: PlanePoint) -> Option<(Vec<PlanePoint>, f64)> {
+        let (mut nodes, contrast) = self.first_nodes(base);
+        if contrast <= 0.0 {
             return None;
         }
-        let mut open: Vec<usize> = (0..steps.len()).collect();
+        let mut beam: Vec<usize> = (0..nodes.len()).collect();
         let mut best = 0;
-        for _ in 0..STEPS {
-            let mut next: Vec<SearchNode> =
-                open.iter().flat_map(|&from| self.successors(&steps, from, clear)).collect();
-            next.sort_by(|one, other| other.worth.total_cmp(&one.worth));
-            open.clear();
-            for step in next {
-                if open.len() < BEAM && !open.iter().any(|&other: &usize| steps[other].is_like(&step)) {
-                    open.push(steps.len());
-                    steps.push(step);
+        for _ in 0..MAX_STEPS {
+            let mut candidates: Vec<Node> =
+                beam.iter().flat_map(|&from| self.successors(&nodes, from, contrast)).collect();
+            candidates.sort_by(|one, other| other.score.total_cmp(&one.score));
+            beam.clear();
+            for node in candidates {
+                if beam.len() < BEAM_WIDTH
+                    && !beam.iter().any(|&kept: &usize| nodes[kept].is_duplicate(&node))
+                {
+                    beam.push(nodes.len());
+                    nodes.push(node);
                 }
             }
-            let Some(&first) = open.first() else { break };
-            if steps[first].worth > steps[best].worth {
-                best = first;
-            } else if steps[first].worth < steps[best].worth - 3.0 * steps[first].first - 8.0 {
+            let Some(&leader) = beam.first() else { break };
+            if nodes[leader].score > nodes[best].score {
+                best = leader;
+            } else if nodes[leader].score < nodes[best].score - 3.0 * nodes[leader].first_width - 8.0 {
                 break;
             }
         }
-        let mut way = vec![steps[best]];
-        while let Some(before) = way[way.len() - 1].before {
-            way.push(steps[before]);
+        let mut path = vec![nodes[best]];
+        while let Some(predecessor) = path[path.len() - 1].predecessor {
+            path.push(nodes[predecessor]);
         }
-        way.reverse();
-        let widths: Vec<f64> = way.iter().map(|step| step.width).collect();
-        let line: Vec<Place> = way.iter().map(|step| step.at).collect();
+        path.reverse();
+        let widths: Vec<f64> = path.iter().map(|node| node.width).collect();
+        let line: Vec<PlanePoint> = path.iter().map(|node| node.at).collect();
         (line.len() > 2).then(|| (line, math::statistics::quantile_nearest(&widths, 0.5)))
     }
 
-    /// The steps that may follow one.
-    fn successors(&self, steps: &[SearchNode], from: usize, clear: f64) -> Vec<SearchNode> {
-        let step = steps[from];
-        let far = 0.5 * step.first;
-        let mut next = Vec::new();
+    /// The first nodes at `base`, the best first, and the contrast of the best first piece.
+    fn first_nodes(&self, base: PlanePoint) -> (Vec<Node>, f64) {
+        let max_width = MAX_WIDTH_SHARE * self.width.min(self.height) as f64;
+        let widths = std::iter::successors(Some(MIN_WIDTH), |width| Some(width * WIDTH_RATIO))
+            .take_while(|&width| width <= max_width);
+        let mut pieces: Vec<(f64, Node)> = Vec::new();
+        for width in widths {
+            for degrees in (-MAX_LEAN..=MAX_LEAN).step_by(LEAN_STEP as usize) {
+                let heading = f64::from(degrees).to_radians();
+                for aside in [-0.5, -0.25, 0.0, 0.25, 0.5] {
+                    let at = (base.0 + aside * width, base.1);
+                    let node = Node { at, heading, width, score: 0.0, first_width: width, predecessor: None };
+                    pieces.push((self.piece_contrast(&node), node));
+                }
+            }
+        }
+        let greatest = pieces.iter().map(|piece| piece.0).fold(0.0, f64::max);
+        let clear = pieces.iter().filter(|piece| piece.0 > MIN_CONTRAST_SHARE * greatest);
+        let thinnest = clear.map(|piece| piece.1.width).fold(1e9, f64::min);
+        pieces.retain(|piece| (thinnest..MAX_WIDTH_RATIO * thinnest).contains(&piece.1.width));
+        pieces.sort_by(|one, other| other.0.total_cmp(&one.0));
+        pieces.truncate(BEAM_WIDTH);
+        let best = pieces.first().map_or(0.0, |piece| piece.0);
+        let nodes = pieces.into_iter().filter(|piece| piece.0 > MIN_CONTRAST_SHARE * best);
+        (nodes.map(|piece| piece.1).collect(), best)
+    }
+
+    /// Contrast of a first piece: the mean of the best of its bars.
+    fn piece_contrast(&self, node: &Node) -> f64 {
+        let (sin, cos) = (math::sin(node.heading), math::cos(node.heading));
+        let mut bars: [f64; PIECE_BARS] = std::array::from_fn(|i| {
+            let distance = 0.5 * i as f64 * node.width;
+            let at = (node.at.0 + distance * sin, node.at.1 - distance * cos);
+            self.bar_contrast(at, node.heading, node.width)
+        });
+        bars.sort_by(f64::total_cmp);
+        bars[PIECE_BARS - COUNTED_BARS..].iter().sum::<f64>() / COUNTED_BARS as f64
+    }
+
+    /// The nodes that may follow one. `contrast` is that of the first piece.
+    fn successors(&self, nodes: &[Node], from: usize, contrast: f64) -> Vec<Node> {
+        let node = nodes[from];
+        let length = 0.5 * node.first_width;
+        let mut successors = Vec::new();
         for turn in TURNS.map(f64::to_radians) {
-            let (heading, middle) = (step.heading + turn, step.heading + turn / 2.0);
-            let at = (step.at.0 + far * math::sin(middle), step.at.1 - far * math::cos(middle));
-            if !self.holds(at) || heading.abs() > std::f64::consts::PI {
+            // An arc: its chord has the mean heading.
+            let (heading, chord) = (node.heading + turn, node.heading + turn / 2.0);
+            let at = (node.at.0 + length * math::sin(chord), node.at.1 - length * math::cos(chord));
+            if !self.contains(at) || heading.abs() > std::f64::consts::PI {
                 continue;
             }
             for taper in TAPERS {
-                let width = step.width * taper;
-                if width < TAPERED.0 * step.first || width > TAPERED.1 * step.first {
+                let width = node.width * taper;
+                if width < MIN_TAPER * node.first_width || width > MAX_TAPER * node.first_width {
                     continue;
                 }
-                let clearness = self.bar_contrast(at, heading, width) / clear;
-                let clearness =
-                    if clearness > GLARING { GLARING / clearness } else { clearness.clamp(-0.5, 1.0) };
-                let cost = WORTH + TURN_COST * turn * turn + TAPER_COST * math::ln(taper).abs();
-                let worth = step.worth + far * (clearness - cost);
-                next.push(SearchNode { at, heading, width, worth, before: Some(from), ..step });
+                let relative = self.bar_contrast(at, heading, width) / contrast;
+                let gain =
+                    if relative > MAX_CONTRAST { MAX_CONTRAST / relative } else { relative.clamp(-0.5, 1.0) };
+                let cost = STEP_COST + TURN_COST * turn * turn + TAPER_COST * math::ln(taper).abs();
+                let score = node.score + length * (gain - cost);
+                successors.push(Node { at, heading, width, score, predecessor: Some(from), ..node });
             }
         }
-        next
+        successors
     }
 }

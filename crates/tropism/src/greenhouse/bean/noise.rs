@@ -1,6 +1,10 @@
-//! What a bean leaves to chance: fluctuating gains, pauses, noise of curvature.
+//! Random processes of one bean: Ornstein-Uhlenbeck gains, pauses, and noise of curvature.
 //!
-//! Each has a random stream of its own, so that one seed is one plant whatever else changes.
+//! In: the parameters of a plant, a seed, and time. Out: gains and increments. Each process has a random stream of its own, so
+//! that a seed means one plant whatever else changes.
+//!
+//! # References
+//! Uhlenbeck and Ornstein 1930, doi:10.1103/PhysRev.36.823.
 
 use rand_chacha::ChaCha8Rng;
 
@@ -8,32 +12,32 @@ use super::{FILE_RATES_PER_H, Fluctuation, Individual};
 use crate::math;
 use crate::random::{self, Purpose};
 
-/// Ramps at the beginning and the end of a pause, in h.
+/// Duration of the linear ramps at both ends of a pause, in h. Chosen by hand.
 const RAMP_H: f64 = 0.5;
-/// Elongation while the primary leaves, and while the trifoliate leaf unfold, as a share.
+/// Elongation while the primary leaves unfold, and while the trifoliate leaf unfolds, as a share. Chosen by hand.
 const UNFOLDING_GROWTH: [f64; 2] = [0.5, 0.6];
-/// Duration of the trifoliate leaf's unfolding over the primary leaves'.
+/// Duration of the unfolding of the trifoliate leaf over that of the primary leaves. Chosen by hand.
 const TRIFOLIATE_TIME: f64 = 0.8;
-/// Median duration of an episode of no response, in h, and the standard deviation of its logarithm.
+/// Non-response episodes: median duration, in h, and standard deviation of its logarithm. Tuned by hand.
 const EPISODE_H: (f64, f64) = (1.5, 0.6);
-/// Least and most motility in such an episode, as a share.
+/// Range of motility in such an episode, as a share. Tuned by hand.
 const EPISODE_MOTILITY: (f64, f64) = (0.05, 0.35);
 
-/// A time in which the plant bends or grows less.
+/// A period of reduced bending or growth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pause {
-    /// Its beginning, in h of age.
+    /// Age at its start, in h.
     pub start_h: f64,
-    /// Its end, in h of age.
+    /// Age at its end, in h.
     pub end_h: f64,
-    /// Motility in it, as a share.
+    /// Motility during the pause, as a share.
     pub motility: f64,
-    /// Elongation in it, as a share.
+    /// Elongation during the pause, as a share.
     pub growth: f64,
 }
 
 impl Pause {
-    /// How much of it is in force: 0 outside, 1 inside, with ramps whose middles are its beginning and end.
+    /// Strength of the pause at an age: 0 outside, 1 inside, with ramps centred on start and end.
     fn level(&self, age_h: f64) -> f64 {
         let rise = (age_h - self.start_h) / RAMP_H + 0.5;
         let fall = (self.end_h - age_h) / RAMP_H + 0.5;
@@ -41,19 +45,19 @@ impl Pause {
     }
 }
 
-/// Factors upon motility and elongation at one moment.
+/// Gains upon motility and elongation at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Factors {
+pub(super) struct Gains {
     pub(super) motility: f64,
     pub(super) growth: f64,
 }
 
-/// The chance in one plant's life.
+/// The random processes of one plant.
 #[derive(Clone, Debug)]
-pub(super) struct Chance {
+pub(super) struct PlantNoise {
     events: ChaCha8Rng,
     slow: ChaCha8Rng,
-    /// Logarithms of the gains, Ornstein-Uhlenbeck.
+    /// Logarithms of the gains: Ornstein-Uhlenbeck processes.
     motility: f64,
     growth: f64,
     segments: ChaCha8Rng,
@@ -61,7 +65,7 @@ pub(super) struct Chance {
     next_episode_h: f64,
 }
 
-impl Chance {
+impl PlantNoise {
     pub(super) fn new(plant: &Individual, seed: u64) -> Self {
         let mut slow = random::stream(seed, Purpose::Fluctuation, 0);
         let mut events = random::stream(seed, Purpose::Events, 0);
@@ -78,18 +82,18 @@ impl Chance {
         ];
         let motility = plant.fluctuation.motility * random::normal(&mut slow);
         let growth = plant.fluctuation.growth * random::normal(&mut slow);
-        let next_episode_h = waiting(&mut events, plant.pauses.episodes_per_h);
+        let next_episode_h = waiting_time(&mut events, plant.pauses.episodes_per_h);
         let segments = random::stream(seed, Purpose::SegmentNoise, 0);
         Self { events, slow, motility, growth, segments, pauses, next_episode_h }
     }
 
-    /// Phase of nutation at the start, in rad.
+    /// Draws the initial phase of circumnutation, in rad.
     pub(super) fn phase(&mut self) -> f64 {
         core::f64::consts::TAU * random::uniform(&mut self.slow)
     }
 
-    /// The factors at `age_h`, once their fluctuation has gone on for `tick_h`.
-    pub(super) fn factors(&mut self, plant: &Individual, age_h: f64, tick_h: f64) -> Factors {
+    /// The gains at `age_h`; then advances their processes by `tick_h` (exact discretisation).
+    pub(super) fn gains(&mut self, plant: &Individual, age_h: f64, tick_h: f64) -> Gains {
         while self.next_episode_h <= age_h + RAMP_H {
             let start_h = self.next_episode_h;
             let (median, sigma) = EPISODE_H;
@@ -97,17 +101,17 @@ impl Chance {
             let (least, most) = EPISODE_MOTILITY;
             let motility = least + (most - least) * random::uniform(&mut self.events);
             self.pauses.push(Pause { start_h, end_h: start_h + duration_h, motility, growth: 1.0 });
-            self.next_episode_h = start_h + waiting(&mut self.events, plant.pauses.episodes_per_h);
+            self.next_episode_h = start_h + waiting_time(&mut self.events, plant.pauses.episodes_per_h);
         }
         let Fluctuation { motility, motility_h, growth, growth_h, .. } = plant.fluctuation;
-        let mut factors = Factors {
+        let mut gains = Gains {
             motility: math::exp(self.motility - 0.5 * motility * motility),
             growth: math::exp(self.growth - 0.5 * growth * growth),
         };
         for pause in &self.pauses {
             let level = pause.level(age_h);
-            factors.motility *= 1.0 - level * (1.0 - pause.motility);
-            factors.growth *= 1.0 - level * (1.0 - pause.growth);
+            gains.motility *= 1.0 - level * (1.0 - pause.motility);
+            gains.growth *= 1.0 - level * (1.0 - pause.growth);
         }
         for (value, sigma, time_h) in
             [(&mut self.motility, motility, motility_h), (&mut self.growth, growth, growth_h)]
@@ -115,27 +119,27 @@ impl Chance {
             let kept = math::exp(-tick_h / time_h);
             *value = kept * *value + sigma * (1.0 - kept * kept).sqrt() * random::normal(&mut self.slow);
         }
-        factors
+        gains
     }
 
-    /// How far nutation's phase wanders in a tick, in rad.
-    pub(super) fn wander(&mut self, plant: &Individual, tick_h: f64) -> f64 {
+    /// Random-walk increment of the phase of circumnutation over a tick, in rad.
+    pub(super) fn phase_step(&mut self, plant: &Individual, tick_h: f64) -> f64 {
         plant.fluctuation.phase * (FILE_RATES_PER_H * tick_h).sqrt() * random::normal(&mut self.slow)
     }
 
-    /// One draw of a segment's curvature noise over a tick, in 1/cm.
-    pub(super) fn curvature(&mut self, plant: &Individual, tick_h: f64) -> f64 {
+    /// Random-walk increment of the curvature of a segment over a tick, in 1/cm.
+    pub(super) fn curvature_step(&mut self, plant: &Individual, tick_h: f64) -> f64 {
         plant.fluctuation.curvature * tick_h.sqrt() * random::normal(&mut self.segments)
     }
 
-    /// The pauses known so far.
+    /// Pauses drawn so far.
     pub(super) fn pauses(&self) -> &[Pause] {
         &self.pauses
     }
 }
 
-/// Time to the next event of a Poisson process, in h; for ever at rate 0.
-fn waiting(rng: &mut ChaCha8Rng, per_h: f64) -> f64 {
+/// Waiting time of a Poisson process, in h; infinite at rate 0.
+fn waiting_time(rng: &mut ChaCha8Rng, per_h: f64) -> f64 {
     let drawn = -math::ln(1.0 - random::uniform(rng));
     if per_h > 0.0 { drawn / per_h } else { f64::INFINITY }
 }
@@ -157,12 +161,12 @@ mod tests {
         let plant = Individual::default();
         let (mut motility, mut episodes) = (0.0, 0);
         for seed in 0..200 {
-            let mut chance = Chance::new(&plant, seed);
+            let mut noise = PlantNoise::new(&plant, seed);
             for step in 0..1000 {
-                motility += math::exp(chance.motility - 0.5 * 0.38 * 0.38) / 200_000.0;
-                chance.factors(&plant, f64::from(step) / 12.0, 1.0 / 12.0);
+                motility += math::exp(noise.motility - 0.5 * 0.38 * 0.38) / 200_000.0;
+                noise.gains(&plant, f64::from(step) / 12.0, 1.0 / 12.0);
             }
-            episodes += chance.pauses().len() - 2;
+            episodes += noise.pauses().len() - 2;
         }
         assert!((motility - 1.0).abs() < 0.03, "{motility}");
         let expected = 200.0 * 1000.0 / 12.0 / 18.0;

@@ -1,7 +1,7 @@
-//! What a photograph is exposed on: brightness at each pixel and colour at half resolution, as a JPEG file keeps them.
+//! A picture as luma and chroma with 4:2:0 subsampling, the layout of JPEG files.
 //!
-//! Red, green and blue would be half as much again to copy and to add noise to, and would have to be turned into this for
-//! every photograph. The tent is turned once, and a plant is laid over it by the same sums, for they are linear.
+//! The background is converted once. A plant is composited by the same linear sums, so a photograph needs no conversion from
+//! red, green and blue.
 //!
 //! # References
 //! ITU-T T.871 (2011), section 7: the colours of JPEG files.
@@ -11,7 +11,7 @@ use crate::photo::Image;
 
 /// A picture as brightness and two differences of colour.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Film {
+pub(super) struct YcbcrImage {
     /// Columns and rows of the picture.
     pub(super) width: usize,
     pub(super) height: usize,
@@ -43,7 +43,7 @@ const GREY: i32 = 128 << 16;
 /// A 255th in 65 536ths.
 const OF_255: i32 = 257;
 
-impl Film {
+impl YcbcrImage {
     /// Columns of the colour, half as many as of the brightness.
     const fn half_width(&self) -> usize {
         self.width.div_ceil(2)
@@ -150,7 +150,7 @@ mod tests {
         ) {
             let rgb = (0..width * height).flat_map(|at| colours[at / width / 2 * 5 + at % width / 2]).collect();
             let image = Image { width, height, rgb };
-            let back = Film::of(&image).picture();
+            let back = YcbcrImage::of(&image).picture();
             prop_assert_eq!((back.width, back.height), (width, height));
             for (&one, &other) in image.rgb.iter().zip(&back.rgb) {
                 prop_assert!(one.abs_diff(other) <= 2, "{image:?} {back:?}");

@@ -1,19 +1,20 @@
-//! The tent without its plant: one ray a pixel from the camera to the cloth, the pot or a lamp.
+//! The background of a photograph, by ray casting: cloth, pot and lamps.
 //!
-//! Drawn once for each state of the lights and kept: while a plant grows, nothing here moves.
+//! It is rendered once for each state of the lights and cached, because only the plant moves. Colours and strengths are chosen
+//! by hand on photographs of a real tent unless stated otherwise.
 
 use super::body::nearness;
 use super::cloth::{Cloth, Texture};
 use super::paint::Canvas;
-use super::tone::Tone;
+use super::tone::ToneCurve;
 use crate::geometry::{Pixel, Point};
 use crate::greenhouse::scene::{LAMP_HEIGHT, LAMP_RADIUS, Lighting, POT_DEPTH, POT_RADIUS, Rgb, Scene};
-use crate::greenhouse::view::{CAMERA, Place, View, WALL, project};
+use crate::greenhouse::view::{CAMERA, View, WALL, project};
 use crate::lamps::{Lamp, Layout, Light};
 use crate::math;
-use crate::math::vector::{add, norm, normalize_or, scale, sub};
+use crate::math::vector::{Vec3, add, norm, normalize_or, scale, sub};
 
-/// Black cloth is a dull brown to a sensor: its dye lets the longest waves go, here more, there less.
+/// Albedo of black cloth: two dull browns, because its dye reflects near infrared.
 const CLOTH: [Rgb; 2] = [[0.068, 0.040, 0.044], [0.055, 0.047, 0.030]];
 
 /// How much more of the diodes' narrow light the dye gives back than of a bulb's.
@@ -32,9 +33,9 @@ const BETWEEN: f64 = 0.27;
 /// How far the pot's cloth liner hangs over its rim, in cm.
 const HEM: f64 = 1.0;
 
-/// What stands in the tent whether or not a plant does.
+/// The tent without its plant.
 #[derive(Clone, Debug)]
-pub(super) struct Tent {
+pub(super) struct Background {
     cloth: Cloth,
     texture: Texture,
     view: View,
@@ -46,20 +47,20 @@ pub(super) struct Tent {
 struct Coil {
     light: Light,
     /// Centre in the camera's coordinates, in cm.
-    centre: Place,
+    centre: Vec3,
     /// Whether it stands at the tent's back wall, as the paper's do.
     is_on_wall: bool,
 }
 
-/// Where a ray meets something: the place, the way it faces, and its colour.
+/// Intersection of a ray with a surface: place, normal, albedo and material.
 struct Hit {
-    at: Place,
-    normal: Place,
+    at: Vec3,
+    normal: Vec3,
     colour: Rgb,
     what: Thing,
 }
 
-/// What a ray meets, as far as its light differs.
+/// Material of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Thing {
     Wall,
@@ -88,12 +89,12 @@ impl Coil {
     }
 }
 
-impl Tent {
+impl Background {
     pub(super) fn new(scene: &Scene, layout: &Layout, seed: u64, view: View) -> Self {
         let cloth = Cloth::new(scene, seed, view);
-        let mut tent = Self { cloth, texture: Texture { seed }, view, lamps: Vec::new() };
-        tent.set_lamps(layout);
-        tent
+        let mut background = Self { cloth, texture: Texture { seed }, view, lamps: Vec::new() };
+        background.set_lamps(layout);
+        background
     }
 
     /// Exchanges the lamps for those of `layout`.
@@ -101,13 +102,13 @@ impl Tent {
         let view = self.view;
         let coil = |(light, lamp): (Light, &Lamp)| Coil {
             light,
-            centre: view.of(lamp.at),
+            centre: view.to_camera(lamp.at),
             is_on_wall: (lamp.at[2] - WALL).abs() <= LAMP_RADIUS,
         };
         self.lamps = layout.lights().zip(layout.lamps()).map(coil).collect();
     }
 
-    /// Erases what the camera cannot see of a painted plant because a lamp stands before it.
+    /// Erases the parts of a painted plant that a lamp occludes.
     pub(super) fn mask(&self, canvas: &mut Canvas<'_>) {
         let (columns, rows) = (canvas.pixmap.width() as usize, canvas.pixmap.height() as usize);
         let ([left, top], frame) = (canvas.corner, canvas.frame);
@@ -133,7 +134,7 @@ impl Tent {
     }
 
     /// Red, green and blue of each pixel, sharp.
-    pub(super) fn photograph(&self, scene: &Scene, lighting: &Lighting, tone: &Tone) -> Vec<u8> {
+    pub(super) fn photograph(&self, scene: &Scene, lighting: &Lighting, tone: &ToneCurve) -> Vec<u8> {
         let frame = scene.frame();
         let mut rgb = Vec::with_capacity(3 * scene.width as usize * scene.height as usize);
         for row in 0..scene.height {
@@ -195,9 +196,8 @@ impl Tent {
         add(add(scale(lighting.bounced(), BETWEEN), flash), lamp)
     }
 
-    /// How much of its light a lamp sends along the cloth in some direction: its collar keeps the light from what hangs
-    /// straight below it, and a coil that was wound by hand shines in broad rays.
-    fn beam(&self, [x, y, z]: Place, light: Light) -> f64 {
+    /// Relative emission of a lamp along the cloth: its collar shades the cloth below it, and an uneven coil emits broad rays.
+    fn beam(&self, [x, y, z]: Vec3, light: Light) -> f64 {
         // The cloth behind the lamps runs along the side camera's view.
         let turn = math::atan2(if self.view == View::Front { x } else { z }, -y);
         let below = ((0.55 - turn.abs()) / 0.25).clamp(0.0, 1.0);
@@ -207,14 +207,14 @@ impl Tent {
         (1.0 + rays) * (1.0 - 0.7 * below * below * (3.0 - 2.0 * below))
     }
 
-    /// The nearest thing along a ray from the camera.
-    fn meet(&self, along: Place) -> Hit {
+    /// The nearest intersection along a ray from the camera.
+    fn meet(&self, along: Vec3) -> Hit {
         let lamps = self.lamps.iter().filter_map(|coil| self.meet_lamp(along, coil));
         let things = self.meet_pot(along).into_iter().chain(lamps);
         things.max_by(|a, b| a.at[2].total_cmp(&b.at[2])).unwrap_or_else(|| self.meet_wall(along))
     }
 
-    fn meet_wall(&self, along: Place) -> Hit {
+    fn meet_wall(&self, along: Vec3) -> Hit {
         let far = (self.view.wall() - CAMERA[2]) / along[2];
         if self.view == View::Side {
             // The tent's back wall runs along the view, to the right of the plant.
@@ -243,7 +243,7 @@ impl Tent {
     }
 
     /// The tent's back wall as the side camera sees it.
-    fn back_wall(&self, at: Place) -> Hit {
+    fn back_wall(&self, at: Vec3) -> Hit {
         let [slope_x, slope_y, brightness] = self.cloth.at(at[2], at[1]);
         let normal = normalize_or([-1.0, -slope_y, -slope_x], [-1.0, 0.0, 0.0]);
         Hit { at, normal, colour: self.cloth_colour(at[2], at[1], brightness), what: Thing::Wall }
@@ -254,11 +254,11 @@ impl Tent {
         self.lamps.get(lighting.lit()?.index())
     }
 
-    fn meet_pot(&self, along: Place) -> Option<Hit> {
-        let hem = |at: Place| HEM + 0.25 * self.texture.noise(20, 0.9 * at[0], 0.0);
-        let lip = |at: Place| 0.25 + 0.2 * self.texture.noise(21, 0.5 * at[0], 0.3 * at[2]);
+    fn meet_pot(&self, along: Vec3) -> Option<Hit> {
+        let hem = |at: Vec3| HEM + 0.25 * self.texture.noise(20, 0.9 * at[0], 0.0);
+        let lip = |at: Vec3| 0.25 + 0.2 * self.texture.noise(21, 0.5 * at[0], 0.3 * at[2]);
         let cone = |radius, narrowing, side| meet_cone(along, radius, narrowing, side);
-        let crumpled = |(at, normal): (Place, Place)| {
+        let crumpled = |(at, normal): (Vec3, Vec3)| {
             let crumple = self.texture.noise(22, 1.3 * at[0], 0.8 * at[1] + at[2]);
             Hit {
                 at,
@@ -298,7 +298,7 @@ impl Tent {
     }
 
     /// The cloth that covers the soil, in folds that run to the stem, and rises to the rim.
-    fn liner(&self, at: Place, far: f64) -> Hit {
+    fn liner(&self, at: Vec3, far: f64) -> Hit {
         let turn = math::atan2(at[2], at[0]);
         let height = |turn: f64, far: f64| {
             let (x, z) = (far * math::cos(turn), far * math::sin(turn));
@@ -327,7 +327,7 @@ impl Tent {
         }
     }
 
-    fn meet_lamp(&self, along: Place, coil: &Coil) -> Option<Hit> {
+    fn meet_lamp(&self, along: Vec3, coil: &Coil) -> Option<Hit> {
         let centre = coil.centre;
         let [ox, _, oz] = sub(CAMERA, centre);
         let [dx, _, dz] = along;
@@ -379,13 +379,13 @@ impl Tent {
 }
 
 /// A place on the ray from the camera along `along`.
-fn on_ray(along: Place, far: f64) -> Place {
+fn on_ray(along: Vec3, far: f64) -> Vec3 {
     add(CAMERA, scale(along, far))
 }
 
 /// An upright cone around the pot's axis, met from the front (`side` -1) or from within at the back (1): its radius at
 /// y = 0, and what it narrows by per cm downwards. The normal points outwards.
-fn meet_cone(along: Place, radius: f64, narrowing: f64, side: f64) -> Option<(Place, Place)> {
+fn meet_cone(along: Vec3, radius: f64, narrowing: f64, side: f64) -> Option<(Vec3, Vec3)> {
     let [ox, oy, oz] = CAMERA;
     let [dx, dy, dz] = along;
     let wide = radius + narrowing * oy;
@@ -398,7 +398,7 @@ fn meet_cone(along: Place, radius: f64, narrowing: f64, side: f64) -> Option<(Pl
 }
 
 /// How far across a lamp's cable a place of the wall lies, from -1 to 1, if it lies on it: up from the lamp, in a bow.
-fn on_cable(at: Place, coil: &Coil) -> Option<f64> {
+fn on_cable(at: Vec3, coil: &Coil) -> Option<f64> {
     if !coil.is_on_wall {
         return None;
     }

@@ -1,0 +1,98 @@
+//! The runs of an evolution at work: from their checkpoints to their last generation.
+
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use tropism::evolve::{Evolution, EvolutionRun};
+use tropism::plant::tip::TipModel;
+use tropism::task::TaskSpec;
+use tropism_neat::Genome;
+
+use super::EvolvePlan;
+use super::record::checkpoint_path;
+use super::status::EvolutionStatus;
+use crate::{Checkpoint, Error, Monitor};
+
+impl EvolvePlan {
+    /// Evolves all runs to their last generation.
+    pub(super) fn evolve(&self, model: &TipModel, monitor: &dyn Monitor) -> Result<Vec<EvolutionRun>, Error> {
+        let status = Mutex::new(EvolutionStatus::new(self.evolution.runs as usize));
+        let runs: Vec<Option<EvolutionRun>> = (0..self.evolution.runs)
+            .into_par_iter()
+            .map(|index| self.evolve_run(index, model, monitor, &status))
+            .collect::<Result<_, _>>()?;
+        let runs: Option<Vec<EvolutionRun>> = runs.into_iter().collect();
+        runs.ok_or_else(|| Error::Interrupted { folder: self.out.clone() })
+    }
+
+    /// Evolves run `index` to its last generation, from its checkpoint if there is one; `None` if it was interrupted.
+    fn evolve_run(
+        &self,
+        index: u32,
+        model: &TipModel,
+        monitor: &dyn Monitor,
+        status: &Mutex<EvolutionStatus>,
+    ) -> Result<Option<EvolutionRun>, Error> {
+        let checkpoint = Checkpoint::new(checkpoint_path(&self.out, index));
+        let interval = Duration::from_secs(self.checkpoint_s);
+        let evolution = Evolution::new(model, &self.task, self.evolution.clone(), self.seed)
+            .map_err(Error::in_plan("evolution"))?;
+        let mut run = self.begin(&evolution, index, &checkpoint, monitor)?;
+        if let Some(last) = run.history.last() {
+            monitor.skip(run.history.len() as u64);
+            if let Ok(mut status) = status.lock() {
+                status.resume(index, last);
+            }
+        }
+        let (mut saved, mut saved_generations) = (Instant::now(), run.history.len());
+        while (run.history.len() as u32) < self.evolution.generations && monitor.may_go_on() {
+            let generation = evolution.advance(&mut run);
+            monitor.generation(index, generation);
+            monitor.advance(1);
+            if let Ok(mut status) = status.lock() {
+                status.update(index, generation, monitor);
+            }
+            if saved.elapsed() >= interval {
+                checkpoint.save(run.to_json().as_bytes())?;
+                (saved, saved_generations) = (Instant::now(), run.history.len());
+            }
+        }
+        if run.history.len() > saved_generations {
+            checkpoint.save(run.to_json().as_bytes())?;
+        }
+        Ok((run.history.len() as u32 == self.evolution.generations).then_some(run))
+    }
+
+    /// Run `index` as its checkpoint has it, or before its first generation.
+    fn begin(
+        &self,
+        evolution: &Evolution<'_, TipModel, TaskSpec>,
+        index: u32,
+        checkpoint: &Checkpoint,
+        monitor: &dyn Monitor,
+    ) -> Result<EvolutionRun, Error> {
+        let parse = |text: &str| evolution.resume(index, text);
+        let Some(loaded) = checkpoint.load(parse)? else {
+            return evolution.begin(index).map_err(Error::at(format!("run {index}")));
+        };
+        if let Some(refused) = loaded.refused {
+            monitor.note(&format!(
+                "{refused}; run {index} goes on from {}, generation {}",
+                checkpoint.previous().display(),
+                loaded.value.neat.generation()
+            ));
+        }
+        Ok(loaded.value)
+    }
+}
+
+/// The best genome of a run.
+pub(super) fn champion_of(run: &EvolutionRun) -> Result<&Genome, Error> {
+    let (champion, _) = run.champion().ok_or_else(|| {
+        Error::at(format!("run with seed {}", run.seed))(
+            "found no champion, wanted one after its first generation",
+        )
+    })?;
+    Ok(champion)
+}

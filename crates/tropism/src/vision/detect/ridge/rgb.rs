@@ -1,0 +1,46 @@
+//! Arithmetic of colours: distance, mean, median, and the noise of a picture.
+
+use crate::math;
+use crate::photo::Image;
+
+/// A colour between pixels or averaged over them: red, green and blue from 0 to 255.
+pub(super) type Rgb = [f64; 3];
+
+/// Euclidean distance of two colours, in grey values.
+pub(super) fn distance(one: Rgb, other: Rgb) -> f64 {
+    math::vector::distance(one, other)
+}
+
+/// Mean colour.
+pub(super) fn mean(colours: impl Iterator<Item = Rgb>) -> Rgb {
+    let (mut sum, mut count) = ([0.0; 3], 0.0);
+    for colour in colours {
+        sum.iter_mut().zip(colour).for_each(|(sum, value)| *sum += value);
+        count += 1.0;
+    }
+    sum.map(|sum| sum / f64::max(count, 1.0))
+}
+
+/// Median of each channel.
+pub(super) fn median(colours: &[Rgb]) -> Rgb {
+    std::array::from_fn(|i| {
+        math::statistics::quantile_nearest(&colours.iter().map(|colour| colour[i]).collect::<Vec<_>>(), 0.5)
+    })
+}
+
+/// Standard deviation of a picture's noise, as a distance of colours.
+///
+/// Immerkær's estimate from the green channel: the mean absolute response to a mask that ignores edges and slopes
+/// (J. Immerkær 1996, *Fast noise variance estimation*, doi:10.1006/cviu.1996.0060).
+pub(super) fn noise_deviation(image: &Image) -> f64 {
+    let at = |x: usize, y: usize| f64::from(image.at(x, y)[1]);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for y in (1..image.height - 1).step_by(2) {
+        for x in (1..image.width - 1).step_by(2) {
+            let row = |y: usize| at(x - 1, y) - 2.0 * at(x, y) + at(x + 1, y);
+            sum += (row(y - 1) - 2.0 * row(y) + row(y + 1)).abs();
+            count += 1.0;
+        }
+    }
+    (std::f64::consts::PI / 2.0).sqrt() / 6.0 * sum / f64::max(count, 1.0) * 3_f64.sqrt()
+}

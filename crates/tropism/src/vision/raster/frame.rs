@@ -1,0 +1,141 @@
+//! A photograph on its way through a step: opened once, decoded where it is read.
+//!
+//! In: the bytes of a photograph. Out: a picture whose regions can be read by all who ask: whether it is dark, where the tip
+//! is, which lamp is lit. The one idea: opening a file is most of the work of reading it, so the opened picture is kept.
+
+use std::borrow::Cow;
+use std::sync::OnceLock;
+
+use crate::geometry::Region;
+use crate::photo::{Image, LazyImage, Photo, PhotoError};
+use crate::vision::raster::source::{PixelSource, full_region};
+
+/// A photograph that is opened when it is first read, and only once. A clone is opened anew.
+///
+/// ```
+/// use tropism::photo::{Image, Photo};
+/// use tropism::vision::Frame;
+/// use tropism::vision::raster::source::PixelSource;
+/// let bytes = Image { width: 64, height: 48, rgb: vec![90; 3 * 64 * 48] }.to_jpeg(90)?;
+/// let frame = Frame::new(Photo { name: "000000.jpg".to_owned(), bytes, time_s: 0.0 });
+/// assert_eq!(frame.picture().map(|picture| picture.size()).ok(), Some((64, 48)));
+/// # Ok::<(), tropism::photo::PhotoError>(())
+/// ```
+#[derive(Debug)]
+pub struct Frame {
+    photo: Photo,
+    picture: OnceLock<Result<OpenPicture, PhotoError>>,
+}
+
+/// The opened picture of a [`Frame`]. Its eighth-size luma is computed once: brightness and the lit lamp are read from it.
+#[derive(Debug)]
+pub struct OpenPicture {
+    picture: LazyImage,
+    eighth_luma: OnceLock<Vec<f32>>,
+}
+
+impl Clone for Frame {
+    fn clone(&self) -> Self {
+        Self::new(self.photo.clone())
+    }
+}
+
+impl From<Photo> for Frame {
+    fn from(photo: Photo) -> Self {
+        Self::new(photo)
+    }
+}
+
+impl Frame {
+    /// A photograph that is not opened yet.
+    #[must_use]
+    pub const fn new(photo: Photo) -> Self {
+        Self { photo, picture: OnceLock::new() }
+    }
+
+    /// The photograph.
+    #[must_use]
+    pub const fn photo(&self) -> &Photo {
+        &self.photo
+    }
+
+    /// Its picture, opened by the first call.
+    ///
+    /// # Errors
+    /// Those of [`Photo::open`].
+    pub fn picture(&self) -> Result<&OpenPicture, &PhotoError> {
+        let open = || Ok(OpenPicture { picture: self.photo.open()?, eighth_luma: OnceLock::new() });
+        self.picture.get_or_init(open).as_ref()
+    }
+
+    /// All pixels of its picture.
+    ///
+    /// # Errors
+    /// Those of [`Photo::open`].
+    pub fn into_image(self) -> Result<Image, PhotoError> {
+        match self.picture.into_inner() {
+            Some(opened) => Ok(opened?.picture.into_image()),
+            None => self.photo.open().map(LazyImage::into_image),
+        }
+    }
+}
+
+impl PixelSource for OpenPicture {
+    fn size(&self) -> (usize, usize) {
+        self.picture.size()
+    }
+
+    fn crop(&self, region: Region) -> Cow<'_, Image> {
+        self.picture.crop(region)
+    }
+
+    fn downscale(&self, region: Region, factor: usize) -> Image {
+        self.picture.downscale(region, factor)
+    }
+
+    fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
+        if factor == 8 && region == full_region(self.size()) {
+            let luma = || self.picture.downscale_luma(region, factor).into_owned();
+            return Cow::Borrowed(self.eighth_luma.get_or_init(luma));
+        }
+        self.picture.downscale_luma(region, factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(bytes: Vec<u8>) -> Frame {
+        Frame::new(Photo { name: "test.jpg".to_owned(), bytes, time_s: 0.0 })
+    }
+
+    #[test]
+    fn a_frame_reads_as_its_picture_does() {
+        let rgb = (0..3 * 80 * 64).map(|i| (i * 7919 % 256) as u8).collect();
+        let frame = frame(Image { width: 80, height: 64, rgb }.to_jpeg(90).unwrap());
+        let (picture, opened) = (frame.photo().open().unwrap(), frame.picture().unwrap());
+        let part = Region { x: 8, y: 16, width: 40, height: 32 };
+        for region in [full_region((80, 64)), part] {
+            assert_eq!(opened.crop(region), picture.crop(region));
+            for factor in [1, 2, 8] {
+                assert_eq!(opened.downscale(region, factor), picture.downscale(region, factor));
+                let luma = picture.downscale_luma(region, factor);
+                // The second time from what was kept.
+                assert_eq!(opened.downscale_luma(region, factor), luma);
+                assert_eq!(opened.downscale_luma(region, factor), luma);
+            }
+        }
+        assert!(std::ptr::eq(opened, frame.picture().unwrap()));
+        assert_eq!(frame.clone().into_image().unwrap(), frame.photo().decode().unwrap());
+        assert_eq!(frame.into_image().unwrap(), picture.into_image());
+    }
+
+    #[test]
+    fn a_damaged_photograph_is_an_error_each_time() {
+        let frame = frame(b"not a picture".to_vec());
+        let errors = [frame.picture().unwrap_err().to_string(), frame.picture().unwrap_err().to_string()];
+        assert_eq!(errors[0], errors[1]);
+        assert_eq!(frame.into_image().unwrap_err().to_string(), errors[0]);
+    }
+}
