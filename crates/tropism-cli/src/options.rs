@@ -8,6 +8,7 @@ use tropism::geometry::{Pixel, Region};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::lamps::Layout;
 use tropism::task::TaskSpec;
 use tropism::vision::Calibration;
 use tropism_lab::calibrate_camera::{Mark, ScaleSource};
@@ -68,6 +69,10 @@ pub(crate) struct TentOptions {
     #[arg(long, value_name = "SCENE.toml")]
     scene: Option<PathBuf>,
 
+    /// Lamps: 2 at the left and the right, 4 with one in front and one behind
+    #[arg(long, value_name = "N", value_parser = parse_lamps)]
+    lamps: Option<Layout>,
+
     /// Individual variation of virtual plants: 0 for the average, 1 as between real plants (the default), up to 2
     #[arg(long, value_name = "X")]
     scale: Option<f64>,
@@ -92,6 +97,9 @@ impl TentOptions {
             greenhouse.scene = files::read_toml(path)?;
             greenhouse.scene.check().with_context(|| path.display().to_string())?;
         }
+        if let Some(layout) = &self.lamps {
+            greenhouse.layout = layout.clone();
+        }
         if let Some(scale) = self.scale {
             ensure!((0.0..=2.0).contains(&scale), "found --scale {scale}, wanted 0 to 2");
             greenhouse.scale = scale;
@@ -99,6 +107,15 @@ impl TentOptions {
         greenhouse.scene.cameras = self.cameras.unwrap_or(greenhouse.scene.cameras);
         greenhouse.faults = self.faults.clone().unwrap_or_default();
         Ok((greenhouse != Greenhouse::default()).then_some(greenhouse))
+    }
+}
+
+/// The layout of so many lamps.
+fn parse_lamps(text: &str) -> Result<Layout, String> {
+    match text {
+        "2" => Ok(Layout::default()),
+        "4" => Ok(Layout::four_sides()),
+        _ => Err("wanted 2 or 4; other layouts stand in a rig file".to_owned()),
     }
 }
 

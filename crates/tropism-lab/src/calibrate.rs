@@ -232,7 +232,7 @@ impl Workflow for RecoveryPlan {
         let recover = |plant: u32| {
             let seed = random::derive(self.seed, Purpose::Plant, plant.into());
             let track = acceptance::open_loop_experiment(&self.species, seed);
-            let calibration = calibrate(&track, PAPER_PERIOD_MIN, &self.species)
+            let calibration = calibrate(&track, track.period_min, &self.species)
                 .map_err(Error::at(format!("virtual plant {}", plant + 1)))?;
             monitor.advance(1);
             let truth = parameters(&self.species.draw(seed, 1.0));

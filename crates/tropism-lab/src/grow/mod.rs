@@ -14,9 +14,8 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::bean::grow;
+use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::lamps::Layout;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
@@ -39,8 +38,10 @@ pub struct GrowPlan {
     pub controller: ControllerSpec,
     /// Task of the controller.
     pub task: TaskSpec,
-    /// Species and tent. Its scene and faults only change photographs.
+    /// Species, lamps and tent. Its scene and faults only change photographs.
     pub greenhouse: Greenhouse,
+    /// Time from one step to the next, in min. Paper: 5 (section 2.1).
+    pub period_min: f64,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Folder for the tracks, or for the run folders of the plants.
@@ -59,6 +60,7 @@ impl Default for GrowPlan {
             task: controller.default_task(),
             controller,
             greenhouse: Greenhouse::default(),
+            period_min: PAPER_PERIOD_MIN,
             seed: 1,
             out: "beans".into(),
             photographs: false,
@@ -97,8 +99,8 @@ impl Workflow for GrowPlan {
     fn check(&self) -> Result<(), Error> {
         Error::check_range("plants", self.plants, 1_000_000)?;
         self.config(0).check()?;
-        let Greenhouse { scale, bean, .. } = self.greenhouse.clone();
-        let without_camera = Greenhouse { scale, bean, ..Greenhouse::default() };
+        let Greenhouse { scale, bean, layout, .. } = self.greenhouse.clone();
+        let without_camera = Greenhouse { scale, bean, layout, ..Greenhouse::default() };
         if !self.photographs && self.greenhouse != without_camera {
             return Err(Error::Plan(
                 "found `greenhouse.scene`, `greenhouse.scene.cameras` or `greenhouse.faults`, wanted `photographs` with \
@@ -143,7 +145,10 @@ impl GrowPlan {
 
     /// The run that would grow and photograph the plant of `seed`.
     fn config(&self, seed: u64) -> RunConfig {
-        let rig = RigFile::greenhouse(self.greenhouse.clone(), VisionConfig::default());
+        let rig = RigFile {
+            period_min: self.period_min,
+            ..RigFile::greenhouse(self.greenhouse.clone(), VisionConfig::default())
+        };
         RunConfig::new(rig, self.controller.clone(), self.task.clone(), seed)
     }
 
@@ -156,9 +161,11 @@ impl GrowPlan {
                 is_whole = monitor.may_go_on();
                 if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
             };
-            let Greenhouse { bean, scale, .. } = &self.greenhouse;
-            let mut controller = self.controller.build(&self.task, &Layout::default(), PAPER_PERIOD_MIN);
-            let track = grow(bean, self.seed_of(plant), *scale, &mut *controller, &self.task, &mut watch);
+            let Greenhouse { bean, scale, layout, .. } = &self.greenhouse;
+            let trial =
+                Trial { species: bean, scale: *scale, layout: layout.clone(), period_min: self.period_min };
+            let mut controller = self.controller.build(&self.task, layout, self.period_min);
+            let track = trial.grow(self.seed_of(plant), &mut *controller, &self.task, &mut watch);
             monitor.advance(1);
             if !is_whole {
                 return Ok(None);

@@ -5,8 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use tropism::greenhouse::tent::TentHandle;
-use tropism::lamps::Layout;
-use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
+use tropism::track::{Sample, Track};
 
 use super::{GrowPlan, GrownPlant};
 use crate::{Error, Monitor, files, lock};
@@ -121,8 +120,9 @@ impl GrowPlan {
                 ControlFlow::Break(())
             }
         };
-        let mut controller = self.controller.build(&self.task, &Layout::default(), PAPER_PERIOD_MIN);
-        let track = self.greenhouse.grow(seed, PAPER_PERIOD_MIN, &mut *controller, &self.task, &mut watch);
+        let (tent, period_min) = (&self.greenhouse, self.period_min);
+        let mut controller = self.controller.build(&self.task, &tent.layout, period_min);
+        let track = tent.grow(seed, period_min, &mut *controller, &self.task, &mut watch);
         written?;
         let Some((csv, jsonl)) = truth else { return Ok(None) };
         files::write(&folder.join("truth.csv"), &csv)?;

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use tropism::evolve::Champion;
 use tropism::task::Task;
-use tropism::track::PAPER_PERIOD_MIN;
 use tropism_report::{self as report, Figure, Page, Plants, Table};
 
 use super::results::{RealityNumbers, StudyFolder, StudyResults};
@@ -49,8 +48,9 @@ impl StudyFolder {
     }
 
     fn intro(&self, results: &StudyResults) -> String {
+        let period_min = self.config.rig().period_min;
         format!(
-            "{} virtual beans were photographed every five minutes while the lamp to their left and the lamp to their \
+            "{} virtual beans were photographed every {period_min} minutes while the lamp to their left and the lamp to their \
              right were switched every {:.1} hours. Vision measured their tips in the photographs. The tracks gave a model \
              of the motion of a tip, and NEAT evolved neural networks on this model that decide which lamp is lit. The \
              champion was chosen before it steered a bean: it has the highest mean fitness over models of single plants, \
@@ -58,7 +58,7 @@ impl StudyFolder {
              nor the evolution had data, by their photographs.\n\nIn the model its mean fitness is {:.2} cm of {:.2} \
              possible. For unseen beans {:.2} cm were predicted, and {:.2} cm were measured.",
             self.open_loop.len(),
-            f64::from(self.config.switch_steps) * PAPER_PERIOD_MIN / 60.0,
+            f64::from(self.config.switch_steps) * period_min / 60.0,
             results.reality_champion.plants,
             results.champion_mean_in_model,
             results.best_possible,

@@ -8,7 +8,6 @@ use tropism::evolve::Champion;
 use tropism::evolve::Trial;
 use tropism::plant::tip::TipModel;
 use tropism::task::Task;
-use tropism::track::PAPER_PERIOD_MIN;
 use tropism_report::NumberRow;
 
 use super::config::{CONTROLLERS, StudyConfig};
@@ -193,7 +192,7 @@ impl StudyFolder {
     fn hours_to_end(&self) -> f64 {
         let runs = &self.reality["champion"];
         let steps: usize = runs.iter().map(|run| run.track.samples.len() - 1).sum();
-        steps as f64 / runs.len() as f64 * PAPER_PERIOD_MIN / 60.0
+        steps as f64 / runs.len() as f64 * self.config.rig().period_min / 60.0
     }
 }
 

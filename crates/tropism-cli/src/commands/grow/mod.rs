@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::grow::{GrowPlan, GrowResults};
 
 use crate::controller::{ControllerName, task_for};
@@ -32,9 +33,13 @@ pub(crate) struct Grow {
     #[arg(long, default_value_t = 6, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     plants: u32,
 
-    /// Largest number of steps of five minutes; 1000 (83.3 hours) by default for a periodic controller
+    /// Largest number of steps; 1000 (83.3 hours at the default period) by default for a periodic controller
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: Option<u32>,
+
+    /// Time from one step to the next, in minutes
+    #[arg(long, default_value_t = PAPER_PERIOD_MIN, value_name = "MIN")]
+    period: f64,
 
     /// periodic[:6h], chase, or the file of an evolved network
     #[arg(long, default_value = "periodic:6h", value_name = "CONTROLLER")]
@@ -53,11 +58,11 @@ pub(crate) struct Grow {
     resume: bool,
 
     /// Compare open-loop and steered beans with published values instead: each statistic with its range
-    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "scale", "scene", "cameras", "faults"])]
+    #[arg(long, conflicts_with_all = ["plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "scale", "scene", "cameras", "faults"])]
     check: bool,
 
     /// Draw the typical plant in the experiments of plant physiology instead, into DIR
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "scale", "scene", "cameras", "faults"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["check", "plants", "steps", "controller", "out", "photographs", "task", "period", "lamps", "scale", "scene", "cameras", "faults"])]
     kinematics: Option<PathBuf>,
 
     #[command(flatten)]
@@ -88,6 +93,7 @@ impl Grow {
             task: task_for(&controller, &self.task, self.steps)?,
             controller,
             greenhouse,
+            period_min: self.period,
             seed: self.seed.seed,
             out,
             photographs: self.photographs,
