@@ -76,13 +76,9 @@ pub fn trial<M: PlantModel, C: Controller>(
     seed: u64,
     plants: u32,
 ) -> Trial {
-    assert!(plants > 0 && !models.is_empty(), "at least one plant of one model");
-    let scores: Vec<f64> = (0..)
-        .zip(models)
-        .flat_map(|(number, model)| (0..plants).map(move |plant| (number, model, plant)))
-        .map(|(number, model, plant)| fitness_of(model, &mut build(), task, noise(seed, plant, number)))
-        .collect();
-    Trial::of(&scores)
+    trial_by(models, seed, plants, |model, noises| {
+        noises.map(|noise| fitness_of(model, &mut build(), task, noise)).collect()
+    })
 }
 
 /// [`trial`] of the controller that `genome` describes, by the models' batched path: the same figures, to the bit.
@@ -98,19 +94,27 @@ pub fn trial_of_genome<M: BatchModel>(
     seed: u64,
     plants: u32,
 ) -> Trial {
+    trial_by(models, seed, plants, |model, noises| {
+        model.score(task, sensors, noises.map(|noise| Episode { controller: genome, noise }))
+    })
+}
+
+/// [`trial`] by `score`, the fitness of a plant of a model for each stream of noise.
+fn trial_by<M>(
+    models: &[M],
+    seed: u64,
+    plants: u32,
+    score: impl Fn(&M, &mut dyn Iterator<Item = NoiseStream>) -> Vec<f64>,
+) -> Trial {
     assert!(plants > 0 && !models.is_empty(), "at least one plant of one model");
     let scores: Vec<f64> = (0..)
         .zip(models)
         .flat_map(|(number, model)| {
-            let episode = |plant| Episode { controller: genome, noise: noise(seed, plant, number) };
-            model.score(task, sensors, (0..plants).map(episode))
+            let noise = |plant| NoiseStream::new(seed, Purpose::Trial, [plant, number, 0]);
+            score(model, &mut (0..plants).map(noise))
         })
         .collect();
     Trial::of(&scores)
-}
-
-fn noise(seed: u64, plant: u32, model: u32) -> NoiseStream {
-    NoiseStream::new(seed, Purpose::Trial, [plant, model, 0])
 }
 
 /// What a champion file calls itself.
