@@ -1,5 +1,6 @@
 //! Evolution in its folder: the same bits whatever happens to the program or to its checkpoints.
 
+#[path = "../../tropism-lab/tests/common/mod.rs"]
 mod common;
 
 use std::collections::BTreeMap;

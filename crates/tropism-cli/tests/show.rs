@@ -1,5 +1,6 @@
 //! What `tropism show` says of champions, wherever they lie.
 
+#[path = "../../tropism-lab/tests/common/mod.rs"]
 mod common;
 
 use std::fs;

@@ -1,5 +1,7 @@
 //! From a track to a champion without a shell: the library alone, and the same results after an interruption.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
@@ -19,14 +21,7 @@ use tropism_neat::Generation;
 
 /// Fits a model to one plant that leans after the lamp, and plans an evolution on it.
 fn plan(folder: &Path, out: &str) -> EvolvePlan {
-    let rows: String = (0..120)
-        .map(|step: i32| {
-            let light = if step / 20 % 2 == 0 { "right" } else { "left" };
-            let x = 0.2 * f64::from(20 - (step % 40 - 20).abs());
-            format!("{x},{},{light}\n", 4.0 + 0.04 * f64::from(step))
-        })
-        .collect();
-    fs::write(folder.join("track.csv"), format!("tip_x_cm,tip_y_cm,light\n{rows}")).unwrap();
+    common::leaning_plant(folder);
     let fit = FitPlan {
         tracks: vec![folder.join("track.csv")],
         out: folder.join("model.json"),

@@ -169,7 +169,7 @@ impl Clock for Hand {
         self.0.borrow().wrong.is_real.then_some(boot)
     }
 
-    fn relive(&mut self, light: Option<Light>, until: Duration) {
+    fn replay(&mut self, light: Option<Light>, until: Duration) {
         let mut tent = self.0.borrow_mut();
         tent.lit = light;
         tent.advance_to(until.as_secs_f64() / 60.0);
@@ -274,14 +274,10 @@ fn lamps_stay_lit_if_that_is_wanted_however_the_run_ends() {
         let left = |ends_at: Option<u32>, has_panicked: bool| {
             let folder = tempfile::tempdir().unwrap();
             let wrong = Wrong { on_exit, is_real: true, ..Wrong::default() };
-            let watcher = Box::new(Ears { ends_at, ..Ears::default() });
-            let (mut world, hand) = open_with(
-                folder.path(),
-                true,
-                wrong,
-                Supervision { monitor: watcher, ..Supervision::default() },
-            )
-            .unwrap();
+            let monitor = Box::new(EventLog { ends_at, ..EventLog::default() });
+            let (mut world, hand) =
+                open_with(folder.path(), true, wrong, Supervision { monitor, ..Supervision::default() })
+                    .unwrap();
             let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
                 let mut watch = |sample: &Sample| match sample.step {
                     5 if has_panicked => panic!("as a test"),
@@ -415,7 +411,7 @@ fn a_first_photograph_without_a_plant_is_an_error() {
 
 /// Hears all, and asks for an end at a beat.
 #[derive(Clone, Default)]
-struct Ears {
+struct EventLog {
     heard: Rc<RefCell<Vec<Event>>>,
     beats: Rc<Cell<u32>>,
     ends_at: Option<u32>,
@@ -424,7 +420,7 @@ struct Ears {
     hot: Range<u32>,
 }
 
-impl RunMonitor for Ears {
+impl RunMonitor for EventLog {
     fn event(&mut self, event: &Event) {
         self.heard.borrow_mut().push(event.clone());
     }
@@ -457,16 +453,16 @@ struct Outcome {
 
 /// A run of 60 steps in a real tent, in which much is `wrong`.
 fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) -> Outcome {
-    let ears = Ears { ends_at, ..Ears::default() };
+    let log = EventLog { ends_at, ..EventLog::default() };
     let supervision = Supervision {
         policy: FaultPolicy { ballast_mb: 0, ..policy },
         lamps_in_view: Some(LampsInView::default()),
-        monitor: Box::new(ears.clone()),
+        monitor: Box::new(log.clone()),
     };
     let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, supervision).unwrap();
     let track = run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched);
     let rows = world.folder().steps().unwrap();
-    let heard = ears.heard.borrow();
+    let heard = log.heard.borrow();
     let written = world.folder().journal().events().unwrap();
     assert_eq!(written[written.len() - heard.len()..], heard[..], "all that is told is written down");
     let events =
@@ -574,7 +570,7 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
         let go_on = |path: &Path, ends_at: Option<u32>| {
             let supervision = Supervision {
                 policy: FaultPolicy { hold_steps: 3, on_fault, ..FaultPolicy::unlimited() },
-                monitor: Box::new(Ears { ends_at, ..Ears::default() }),
+                monitor: Box::new(EventLog { ends_at, ..EventLog::default() }),
                 lamps_in_view: None,
             };
             let wrong = Wrong { dark_at: dark_at.clone(), ..Wrong::default() };
@@ -641,11 +637,11 @@ fn a_camera_that_is_moved_is_told_and_far_enough_pauses_the_run() {
 #[test]
 fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
     let folder = tempfile::tempdir().unwrap();
-    let ears = Ears { hot: 10..13, ..Ears::default() };
-    let supervision = Supervision { monitor: Box::new(ears.clone()), ..Supervision::default() };
+    let log = EventLog { hot: 10..13, ..EventLog::default() };
+    let supervision = Supervision { monitor: Box::new(log.clone()), ..Supervision::default() };
     let (mut world, _) = open_with(folder.path(), true, Wrong::default(), supervision).unwrap();
     run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut unwatched).unwrap();
-    let heard = ears.heard.borrow();
+    let heard = log.heard.borrow();
     let told: Vec<_> = heard[1..].iter().map(|event| (event.step, event.kind, event.text.as_str())).collect();
     use EventKind::{Computer, Recovered};
     assert_eq!(told, [(9, Computer, "90 degrees"), (12, Recovered, "temperature: right again")]);

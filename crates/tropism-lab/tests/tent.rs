@@ -23,10 +23,10 @@ use tropism::vision::VisionConfig;
 use tropism_lab::{Recorder, RunFolder, Supervision};
 
 /// What is seen of a run: its track, where the top truly is at each step, and its photographs from the side.
-type Told = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
+type Recorded = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
 
 /// Goes on with the run in `path` for at most `samples`.
-fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told {
+fn record(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Recorded {
     let (device, tracker) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
     let hand = || device.clone();
     let rig = Rig::new(hand(), hand(), hand(), hand(), tracker, Duration::from_secs(300));
@@ -52,7 +52,7 @@ fn go(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> Told 
 #[test]
 fn tips_in_photographs_are_where_they_are() {
     let folder = tempfile::tempdir().unwrap();
-    let (track, truth, side) = go(&Greenhouse::default(), folder.path(), 150, usize::MAX);
+    let (track, truth, side) = record(&Greenhouse::default(), folder.path(), 150, usize::MAX);
     assert_eq!((track.samples.len(), truth.len(), side.len()), (151, 151, 0));
     let mut off: Vec<f64> =
         track.samples.iter().zip(&truth).map(|(sample, top)| sample.tip.distance(*top)).collect();
@@ -117,16 +117,16 @@ fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
     let scene = Scene { cameras: 2, width: 324, height: 243, ..Scene::default() };
     let greenhouse = Greenhouse { faults, scene, ..Greenhouse::default() };
     let [whole, broken] = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    let (track, truth, side) = go(&greenhouse, whole.path(), 60, usize::MAX);
+    let (track, truth, side) = record(&greenhouse, whole.path(), 60, usize::MAX);
     assert!(side.len() == 61 && side.values().any(Vec::is_empty), "a photograph from the side is dropped");
     let repeated = |step: &u64| step > &0 && side[step] == side[&(step - 1)] && !side[step].is_empty();
     assert!(side.keys().any(repeated), "a photograph from the side is repeated");
     assert!(track.samples.iter().any(|sample| sample.quality == Quality::Held), "something is not seen");
     for samples in [1, 4, 5, 17, 18, 40] {
-        go(&greenhouse, broken.path(), 60, samples);
+        record(&greenhouse, broken.path(), 60, samples);
     }
     // Photographs from the side of steps that are lived through again are drawn again, and are the same.
-    assert!(go(&greenhouse, broken.path(), 60, usize::MAX) == (track, truth, side));
+    assert!(record(&greenhouse, broken.path(), 60, usize::MAX) == (track, truth, side));
     for step in 0..=60 {
         let name = format!("photographs/{step:06}.jpg");
         let [one, other] = [&whole, &broken].map(|folder| std::fs::read(folder.path().join(&name)).unwrap());
