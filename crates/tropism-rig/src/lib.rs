@@ -28,11 +28,10 @@
 //! use std::time::Duration;
 //!
 //! use tropism::photo::Photo;
-//! use tropism::rig::{Camera, Rig, RigError};
+//! use tropism::rig::{Camera, NoFlash, Rig, RigError};
 //! use tropism::vision::{Calibration, TipTracker};
 //! use tropism_rig::clock::TentClock;
 //! use tropism_rig::file::LampsTable;
-//! use tropism_rig::switch::NoFlash;
 //!
 //! /// A camera whose latest picture lies in a file.
 //! struct FileCamera;

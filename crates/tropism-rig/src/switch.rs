@@ -189,16 +189,6 @@ impl Drop for BoundedFlash {
     }
 }
 
-/// No flash: the tent is bright enough, or the camera has a flash of its own.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NoFlash;
-
-impl Flash for NoFlash {
-    fn flash(&mut self, _is_on: bool) -> Result<(), RigError> {
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -7,13 +7,12 @@
 
 use std::cell::RefCell;
 use std::error::Error;
-use std::ops::ControlFlow;
 use std::rc::Rc;
 use std::time::Duration;
 
 use tropism::photo::Image;
 use tropism::prelude::*;
-use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
+use tropism::rig::{Camera, InstantClock, Lamps, NoFlash, Rig, RigError};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 
 const WIDTH: usize = 320;
@@ -65,33 +64,12 @@ impl Lamps for DrawnLamps {
     }
 }
 
-struct NoFlash;
-
-impl Flash for NoFlash {
-    fn flash(&mut self, _is_on: bool) -> Result<(), RigError> {
-        Ok(())
-    }
-}
-
-/// A clock that jumps: five minutes pass at once.
-struct JumpingClock;
-
-impl Clock for JumpingClock {
-    fn wait_until(
-        &mut self,
-        _since_start: Duration,
-        _meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let plant = Rc::new(RefCell::new(Plant { length_cm: 5.0, ..Plant::default() }));
     let calibration = Calibration::from_scale(BASE, PX_PER_CM, WIDTH, HEIGHT);
     let tracker = TipTracker::new(calibration, VisionConfig::default())?;
     let (camera, lamps) = (DrawingCamera(Rc::clone(&plant)), DrawnLamps(Rc::clone(&plant)));
-    let mut rig = Rig::new(camera, lamps, NoFlash, JumpingClock, tracker, Duration::from_secs(300));
+    let mut rig = Rig::new(camera, lamps, NoFlash, InstantClock, tracker, Duration::from_secs(300));
 
     let task = Targets {
         targets: vec![Point::new(2.0, 8.0)],

@@ -6,11 +6,10 @@ use std::time::{Duration, Instant};
 
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{Layout, Light};
-use tropism::rig::{Camera, Clock, Flash, Lamps};
+use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash};
 use tropism::vision::{Calibration, TipTracker};
 use tropism_rig::driver::CameraDriver;
 use tropism_rig::file::RigFile;
-use tropism_rig::switch::NoFlash;
 
 use super::judgement::{judge_camera, judge_flash, judge_lamp, judge_plant, judge_sides};
 use super::shot::Shot;

@@ -79,11 +79,11 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         let shot = self.recorded_shot(index)?;
         let Some(next) = self.replay.next().map(|next| next.step) else {
             // Whether or not its lamp was lit: what happened to the lamps since is unknown, so they are told again.
-            self.rig.recall(step, &shot);
+            self.rig.restore(step, &shot);
             return Ok(false);
         };
         self.command = Some(Command { step, light });
-        self.rig.relive(step, &shot, Some(light), next);
+        self.rig.replay(step, &shot, Some(light), next);
         Ok(true)
     }
 
@@ -92,13 +92,13 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         let Some((index, &StepRecord { step, .. })) = self.replay.latest() else { return Ok(()) };
         let shot = self.recorded_shot(index)?;
         let Some(next) = self.replay.next().map(|next| next.step) else {
-            self.rig.recall(step, &shot);
+            self.rig.restore(step, &shot);
             return self.rest();
         };
         if self.supervision.policy.on_fault == OnFault::Dark {
             self.command = None;
         }
-        self.rig.relive(step, &shot, self.command.map(|command| command.light), next);
+        self.rig.replay(step, &shot, self.command.map(|command| command.light), next);
         Ok(())
     }
 

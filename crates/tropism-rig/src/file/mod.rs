@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::{Greenhouse, TentHandle};
 use tropism::lamps::Layout;
-use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
+use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
@@ -16,7 +16,6 @@ use crate::alert::Alerts;
 use crate::clock::TentClock;
 use crate::driver::{AlertDriver, CameraDriver, FlashDriver};
 use crate::mqtt::Broker;
-use crate::switch::NoFlash;
 
 pub(crate) use lamps::device_name;
 pub use lamps::{LampControl, LampsTable, NamedLamp};

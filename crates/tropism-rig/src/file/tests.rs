@@ -214,8 +214,8 @@ fn a_recorded_run_is_seen_again_through_a_rig_of_drivers() {
     );
 
     let mut resumed = rig.open(0, start).unwrap().rig;
-    resumed.relive(0, &shots[0], Some(Light::LEFT), 1);
-    resumed.relive(1, &shots[1], Some(Light::RIGHT), 2);
+    resumed.replay(0, &shots[0], Some(Light::LEFT), 1);
+    resumed.replay(1, &shots[1], Some(Light::RIGHT), 2);
     assert_eq!(resumed.observe().unwrap(), seen[2]);
 }
 

@@ -409,7 +409,7 @@ impl Clock for TentHandle {
         ControlFlow::Continue(())
     }
 
-    fn relive(&mut self, light: Option<Light>, until: Duration) {
+    fn replay(&mut self, light: Option<Light>, until: Duration) {
         let mut tent = self.0.borrow_mut();
         tent.lit = light;
         tent.advance_to(until.as_secs_f64() / 60.0);

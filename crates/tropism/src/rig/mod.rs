@@ -68,6 +68,16 @@ pub trait Flash {
     fn flash(&mut self, is_on: bool) -> Result<(), RigError>;
 }
 
+/// No flash: the tent is bright enough, or the camera has a flash of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NoFlash;
+
+impl Flash for NoFlash {
+    fn flash(&mut self, _is_on: bool) -> Result<(), RigError> {
+        Ok(())
+    }
+}
+
 /// A moment, as the clocks of a real tent show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
@@ -108,10 +118,24 @@ pub trait Clock {
         None
     }
 
-    /// Lives again through a step that was recorded before an interruption: `light` is lit until `until`, or none.
+    /// Replays a step that was recorded before an interruption: `light` is lit until `until`, or none.
     ///
-    /// In a real tent that time has passed by itself.
-    fn relive(&mut self, _light: Option<Light>, _until: Duration) {}
+    /// Only a simulated plant needs it: a real one has lived through that time.
+    fn replay(&mut self, _light: Option<Light>, _until: Duration) {}
+}
+
+/// A clock on which no waiting takes time, for plants that are simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InstantClock;
+
+impl Clock for InstantClock {
+    fn wait_until(
+        &mut self,
+        _since_start: Duration,
+        _meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 }
 
 impl<T: Camera + ?Sized> Camera for Box<T> {
@@ -157,8 +181,8 @@ impl<T: Clock + ?Sized> Clock for Box<T> {
         (**self).boot()
     }
 
-    fn relive(&mut self, light: Option<Light>, until: Duration) {
-        (**self).relive(light, until);
+    fn replay(&mut self, light: Option<Light>, until: Duration) {
+        (**self).replay(light, until);
     }
 }
 
@@ -342,15 +366,15 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
         self.lamps.light(light)
     }
 
-    /// Lives again through a recorded step: what was seen at its beginning, and the light that was lit until the step
-    /// `until`, if one was.
-    pub fn relive(&mut self, step: u32, shot: &Shot, light: Option<Light>, until: u32) {
-        self.recall(step, shot);
-        self.clock.relive(light, self.due(until));
+    /// Replays a recorded step: what was seen at its beginning, and the light that was lit until the step `until`, if
+    /// one was.
+    pub fn replay(&mut self, step: u32, shot: &Shot, light: Option<Light>, until: u32) {
+        self.restore(step, shot);
+        self.clock.replay(light, self.due(until));
     }
 
-    /// Takes up what was seen at the latest step, which is not over: its photograph need not be taken again.
-    pub fn recall(&mut self, step: u32, shot: &Shot) {
+    /// Restores what was seen at the latest step, which is not over: its photograph need not be taken again.
+    pub fn restore(&mut self, step: u32, shot: &Shot) {
         self.tracker.resume(&shot.photo, &shot.seen);
         self.camera.skip();
         self.step = step + 1;
