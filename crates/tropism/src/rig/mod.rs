@@ -188,6 +188,7 @@ impl<T: Clock + ?Sized> Clock for Box<T> {
 
 /// Why a rig cannot go on.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RigError {
     /// A device failed.
     #[error("{device}: {problem}")]

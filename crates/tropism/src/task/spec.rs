@@ -1,6 +1,6 @@
 //! Tasks as data: what stands in a task file, a run folder or a champion.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::{OpenLoop, Targets, Task};
 use crate::check::OutOfRange;
@@ -55,10 +55,15 @@ struct Keys {
     start: Option<Point>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     targets: Option<Vec<Point>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "height")]
     end_height_cm: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     max_steps: Option<u32>,
+}
+
+/// A height, which may be infinite: `inf` in TOML, and `null` in JSON, which has no infinity.
+fn height<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
+    Ok(Some(Option::deserialize(value)?.unwrap_or(f64::INFINITY)))
 }
 
 impl TryFrom<Keys> for TaskSpec {
@@ -218,9 +223,13 @@ mod tests {
 
     #[test]
     fn every_kind_comes_back() {
-        for spec in [TaskSpec::default(), OpenLoop { steps: 7, ..OpenLoop::default() }.into()] {
+        let endless = Targets { end_height_cm: f64::INFINITY, ..Targets::default() };
+        for spec in [TaskSpec::default(), endless.into(), OpenLoop { steps: 7, ..OpenLoop::default() }.into()]
+        {
             let text = toml::to_string(&spec).unwrap();
             assert_eq!(toml::from_str::<TaskSpec>(&text).unwrap(), spec, "{text}");
+            let text = serde_json::to_string(&spec).unwrap();
+            assert_eq!(serde_json::from_str::<TaskSpec>(&text).unwrap(), spec, "{text}");
             spec.check().unwrap();
         }
     }
