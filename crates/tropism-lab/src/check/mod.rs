@@ -4,11 +4,11 @@
 //! the other and judged by photographs, and a short run may be rehearsed with a kill in the middle. Out come findings, each
 //! with a verdict and what to do.
 
-mod devices;
+mod shot;
 mod judgement;
+mod devices;
 mod rehearsal;
 mod settings;
-mod shot;
 mod system;
 
 use std::path::PathBuf;

@@ -4,9 +4,9 @@
 //! Each photograph is compared with the journal, and all that was written is read back and compared again. The run may go
 //! on meanwhile: it is exported up to its latest step.
 
+mod tables;
 mod manifest;
 mod sink;
-mod tables;
 
 use std::path::{Path, PathBuf};
 

@@ -8,8 +8,8 @@
 //! Faults are tolerated as far as [`FaultPolicy`] goes, recorded as events, and passed to a [`RunMonitor`]. If the plant was
 //! detected too many steps ago, or the time of a step has passed, nothing is decided: the track has a gap there.
 
-mod health;
 mod lamps;
+mod health;
 mod photographs;
 mod replay;
 
