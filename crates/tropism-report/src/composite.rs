@@ -1,7 +1,5 @@
 //! Figure 2: all photographs of an experiment in one composite picture.
 
-use jpeg_encoder::{ColorType, Encoder};
-
 use super::{Body, Figure, Plants};
 use tropism::photo::Image;
 
@@ -55,7 +53,10 @@ impl FromIterator<Image> for Composite {
 /// Figure 2: the composites of all experiments side by side, at most 400 x 480 pixels each.
 #[must_use]
 pub fn composite(experiments: &[Composite], plants: Plants) -> Figure {
-    let jpegs = experiments.iter().filter_map(Composite::image).filter_map(|image| jpeg(&reduced(image)));
+    let jpegs = experiments
+        .iter()
+        .filter_map(Composite::image)
+        .filter_map(|image| reduced(image).to_jpeg(JPEG_QUALITY).ok());
     Figure {
         number: "2",
         title: "All photographs of each experiment".to_owned(),
@@ -84,14 +85,6 @@ fn reduced(image: &Image) -> Image {
         rgb.extend(sums.map(|sum| (sum / (rows * columns)) as u8));
     }
     Image { width, height, rgb }
-}
-
-/// The picture as JPEG; `None` if it has no pixels.
-fn jpeg(image: &Image) -> Option<Vec<u8>> {
-    let (width, height) = (u16::try_from(image.width).ok()?, u16::try_from(image.height).ok()?);
-    let mut bytes = Vec::new();
-    Encoder::new(&mut bytes, JPEG_QUALITY).encode(&image.rgb, width, height, ColorType::Rgb).ok()?;
-    Some(bytes)
 }
 
 #[cfg(test)]

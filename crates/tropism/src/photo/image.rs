@@ -1,5 +1,7 @@
 //! Decoded images.
 
+use jpeg_encoder::{Encoder, ImageBuffer, JpegColorType, rgb_to_ycbcr};
+
 use super::PhotoError;
 
 /// A decoded image.
@@ -33,10 +35,47 @@ impl Image {
         let (Ok(width), Ok(height)) = (u16::try_from(self.width), u16::try_from(self.height)) else {
             return Err(too_large);
         };
+        let (found, wanted) = (self.rgb.len(), 3 * self.width * self.height);
+        if found != wanted {
+            let problem = format!("found {found} bytes of pixels, wanted {wanted}");
+            return Err(PhotoError::Damaged { problem, source: None });
+        }
         let mut bytes = Vec::new();
-        jpeg_encoder::Encoder::new(&mut bytes, quality.clamp(1, 100))
-            .encode(&self.rgb, width, height, jpeg_encoder::ColorType::Rgb)
+        Encoder::new(&mut bytes, quality.clamp(1, 100))
+            .encode_image(RgbBuffer { image: self, width, height })
             .map_err(PhotoError::damaged_by)?;
         Ok(bytes)
+    }
+}
+
+/// An image as the encoder reads it. `Encoder::encode` would compile the encoder once more for each of nine colour types.
+struct RgbBuffer<'i> {
+    image: &'i Image,
+    width: u16,
+    height: u16,
+}
+
+impl ImageBuffer for RgbBuffer<'_> {
+    fn get_jpeg_color_type(&self) -> JpegColorType {
+        JpegColorType::Ycbcr
+    }
+
+    fn width(&self) -> u16 {
+        self.width
+    }
+
+    fn height(&self) -> u16 {
+        self.height
+    }
+
+    fn fill_buffers(&self, y: u16, buffers: &mut [Vec<u8>; 4]) {
+        let row = 3 * self.image.width;
+        let start = usize::from(y) * row;
+        for pixel in self.image.rgb[start..start + row].chunks_exact(3) {
+            let (luma, blue, red) = rgb_to_ycbcr(pixel[0], pixel[1], pixel[2]);
+            buffers[0].push(luma);
+            buffers[1].push(blue);
+            buffers[2].push(red);
+        }
     }
 }

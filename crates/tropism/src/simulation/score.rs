@@ -71,7 +71,7 @@ impl BatchModel for TipModel {
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
         match task.as_targets().filter(|_| sensors.is_tip() && self.layout().len() == 2) {
-            Some(targets) => batch::fitness_of_networks(self, targets, episodes),
+            Some(targets) => batch::fitness_of_networks(self, targets, &mut { episodes }),
             None => one_by_one(self, task, sensors, episodes),
         }
     }
@@ -82,7 +82,7 @@ impl BatchModel for TipModel {
         episodes: impl Iterator<Item = Episode<LinearController>>,
     ) -> Vec<f64> {
         match task.as_targets().filter(|_| self.layout().len() == 2) {
-            Some(targets) => batch::fitness_of_linear(self, targets, episodes),
+            Some(targets) => batch::fitness_of_linear(self, targets, &mut { episodes }),
             None => episodes
                 .map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise))
                 .collect(),

@@ -4,6 +4,9 @@
 //! Here one plant per lane takes the same step side by side, and the compiler vectorises the controllers' decisions, the
 //! growth and the fitness. A lane whose plant is done is refilled with the next episode, every few steps.
 //!
+//! Episodes come from a `dyn` iterator, which is asked once an episode: so the hot loop is compiled here, and not in each
+//! crate that evolves.
+//!
 //! Grown networks, whose state transitions are scalar, do best in few lanes; minimal networks, a few operations each, in
 //! many.
 
@@ -48,7 +51,7 @@ const STRIDE: u32 = 16;
 pub(super) fn fitness_of_networks<'g>(
     model: &TipModel,
     task: &Targets,
-    episodes: impl IntoIterator<Item = Episode<&'g Genome>>,
+    episodes: &mut dyn Iterator<Item = Episode<&'g Genome>>,
 ) -> Vec<f64> {
     let mut batch = KEPT.take().unwrap_or_else(|| Box::new(Batch::new(Networks::default())));
     let plain = |genome: &&Genome, noise| {
@@ -66,7 +69,7 @@ pub(super) fn fitness_of_networks<'g>(
 pub(super) fn fitness_of_linear(
     model: &TipModel,
     task: &Targets,
-    episodes: impl IntoIterator<Item = Episode<LinearController>>,
+    episodes: &mut dyn Iterator<Item = Episode<LinearController>>,
 ) -> Vec<f64> {
     let plain = |controller: &LinearController, noise| fitness_of(model, &mut { *controller }, task, noise);
     Batch::<_, LINEAR_LANES>::new(LinearControllers::empty()).run_with_room(model, task, episodes, plain)
@@ -110,13 +113,12 @@ impl<C, const LANES: usize> Batch<C, LANES> {
         &mut self,
         model: &TipModel,
         task: &Targets,
-        episodes: impl IntoIterator<Item = Episode<One>>,
+        episodes: &mut dyn Iterator<Item = Episode<One>>,
         plain: impl Fn(&One, NoiseStream) -> f64,
     ) -> Vec<f64>
     where
         C: Controllers<One, LANES>,
     {
-        let episodes = episodes.into_iter();
         if let Some(task) = BatchTask::<3>::new(model, task) {
             self.run(&task, episodes, plain)
         } else if let Some(task) = BatchTask::<36>::new(model, task) {
@@ -130,7 +132,7 @@ impl<C, const LANES: usize> Batch<C, LANES> {
     fn run<One, const TARGETS: usize>(
         &mut self,
         task: &BatchTask<'_, TARGETS>,
-        mut episodes: impl Iterator<Item = Episode<One>>,
+        episodes: &mut dyn Iterator<Item = Episode<One>>,
         plain: impl Fn(&One, NoiseStream) -> f64,
     ) -> Vec<f64>
     where
@@ -147,7 +149,7 @@ impl<C, const LANES: usize> Batch<C, LANES> {
                     running -= 1;
                 }
                 self.plants.empty_lane(lane);
-                for Episode { controller, noise } in episodes.by_ref() {
+                for Episode { controller, noise } in &mut *episodes {
                     let number = fitness.len();
                     if self.controllers.assign(lane, &controller, task) {
                         fitness.push(0.0);
@@ -255,7 +257,7 @@ mod tests {
             (many_targets(50), &genomes[8100..8140]),
         ] {
             let episode = |(number, genome)| Episode { controller: genome, noise: noise(number) };
-            let fast = fitness_of_networks(&model, &task, part.iter().enumerate().map(episode));
+            let fast = fitness_of_networks(&model, &task, &mut part.iter().enumerate().map(episode));
             for (number, genome) in part.iter().enumerate() {
                 let mut plain = NetworkController::of_tip(genome).unwrap();
                 let exact = fitness_of(&model, &mut plain, &task, noise(number));
@@ -296,7 +298,7 @@ mod tests {
                 let output = tropism_neat::LinearThreshold { weights: [of_x, of_y], threshold: 0.5 };
                 Episode { controller: LinearController { output, bias }, noise: noise(index) }
             });
-            let fast = fitness_of_linear(&model, &task, controllers);
+            let fast = fitness_of_linear(&model, &task, &mut { controllers });
             for (index, fast) in (0..).zip(fast) {
                 let mut plain = NetworkController::of_tip(&genome(index)).unwrap();
                 let exact = fitness_of(&model, &mut plain, &task, noise(index));
@@ -307,6 +309,6 @@ mod tests {
 
     #[test]
     fn no_episodes_are_no_work() {
-        assert!(fitness_of_networks(&model(), &Targets::default(), []).is_empty());
+        assert!(fitness_of_networks(&model(), &Targets::default(), &mut std::iter::empty()).is_empty());
     }
 }
