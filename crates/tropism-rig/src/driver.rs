@@ -1,4 +1,7 @@
 //! The list of drivers: a table of a rig file names one of them with `driver`.
+//!
+//! A new driver is a module of its own and, here, its word in `drivers!` and an arm in each `match`, which the compiler
+//! asks for.
 
 use std::fmt;
 
@@ -128,6 +131,25 @@ impl CameraDriver {
             Self::Replay(camera) => Box::new(camera.open()?),
         })
     }
+
+    /// Seconds that one try may take, and the largest number of tries.
+    #[must_use]
+    pub fn longest_s(&self) -> (f64, u32) {
+        match self {
+            Self::Command(camera) => (camera.timeout_s.into(), 1 + camera.retries),
+            Self::Http(camera) => (camera.timeout_s.into(), 1 + camera.retries),
+            Self::Rpicam(camera) => (camera.timeout_s.into(), 1 + camera.retries),
+            Self::V4l2(camera) => (camera.timeout_s.into(), 1 + camera.retries),
+            Self::Folder(camera) => (camera.timeout_s.into(), 1),
+            Self::Replay(_) => (0.0, 1),
+        }
+    }
+
+    /// Whether it can discard old frames, by its key `discard_frames`.
+    #[must_use]
+    pub const fn discards_frames(&self) -> bool {
+        matches!(self, Self::Http(_) | Self::V4l2(_))
+    }
 }
 
 drivers! {
@@ -196,6 +218,17 @@ impl LampDriver {
             Self::Leds(lamp) => lamp.open(device)?,
             Self::Ws2812(lamp) => lamp.open(device)?,
         })
+    }
+
+    /// Seconds that one command may take; 0 for hardware of this computer.
+    #[must_use]
+    pub fn longest_s(&self) -> f64 {
+        match self {
+            Self::Command(lamp) => lamp.timeout_s.into(),
+            Self::Wled(lamp) => lamp.timeout_s.into(),
+            Self::Mqtt(lamp) => lamp.plug.timeout_s.into(),
+            Self::Gpio(_) | Self::Leds(_) | Self::Ws2812(_) => 0.0,
+        }
     }
 }
 

@@ -14,7 +14,8 @@
 //! | `[flash]` | [`Switch`](switch::Switch) | [`mqtt`], [`gpio`], [`command`] |
 //! | `[[alert]]` | channel of [`alert`] | ntfy, webhook, MQTT, command, heartbeat |
 //!
-//! All lamps stand behind one [`Interlock`](switch::Interlock), which lights at most one of them, and the flash behind a
+//! Lamps with drivers stand behind one [`Interlock`](switch::Interlock), which lights at most one of them. Where a program
+//! switches all lamps, that program keeps two from being lit. The flash stands behind a
 //! [`BoundedFlash`](switch::BoundedFlash), which limits its time. [`command`] runs programs of the user, which reach any
 //! hardware that a command line reaches. [`clock`] keeps the period of the steps, [`host`] watches the computer, [`probe`]
 //! checks a broker, and [`shutdown`] switches off what a killed program left lit.
@@ -63,7 +64,8 @@
 //! # }
 //! ```
 //!
-//! To name the camera in rig files, add its settings to [`driver::CameraDriver`].
+//! To name the camera in rig files: a module above [`driver`] with its settings, a table with serde, and `impl Camera`;
+//! then its word in [`driver::CameraDriver`] and an arm in each `match` there, which the compiler asks for.
 //!
 //! Not tested on a physical camera, lamp or relay.
 

@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flash_that_nobody_puts_off_goes_off_by_itself() {
+    fn a_forgotten_flash_goes_off_by_itself() {
         let (is_on, _, mut flash) = bulb(Duration::from_millis(20));
         assert!(!*is_on.lock().unwrap(), "off at the beginning");
         flash.flash(true).unwrap();

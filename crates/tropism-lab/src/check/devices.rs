@@ -8,7 +8,6 @@ use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{Layout, Light};
 use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash};
 use tropism::vision::{Calibration, TipTracker};
-use tropism_rig::driver::CameraDriver;
 use tropism_rig::file::RigFile;
 
 use super::judgement::{judge_camera, judge_flash, judge_lamp, judge_plant, judge_sides};
@@ -119,10 +118,7 @@ impl<'m> Devices<'m> {
         let lamps = rig.lamps.as_ref()?.open(broker).map_err(|error| fail(Group::Lamps, error.to_string()));
         let driver = rig.camera.as_ref()?;
         let camera = driver.open().map_err(|error| fail(Group::Camera, error.to_string()));
-        let discard_key = match driver {
-            CameraDriver::Http(_) | CameraDriver::V4l2(_) => Some("camera.discard_frames"),
-            _ => None,
-        };
+        let discard_key = driver.discards_frames().then_some("camera.discard_frames");
         Some(Self {
             monitor,
             camera: camera.ok()?,

@@ -40,7 +40,7 @@ pub(super) fn examine(rig: &RigFile, findings: &mut Findings) {
     if rig.alert.is_empty() {
         findings.warn(
             Group::Settings,
-            "nobody is told when a run stops",
+            "no alert is sent when a run stops",
             "[[alert]] with driver = \"ntfy\", and one with \"heartbeat\", which also notices a dead computer",
         );
     }
@@ -100,32 +100,10 @@ fn is_open_to_all(_path: &Path) -> bool {
     false
 }
 
-/// Seconds that one try of the camera may take, and the number of tries.
-fn camera_times(camera: &CameraDriver) -> (f64, u32) {
-    match camera {
-        CameraDriver::Command(camera) => (camera.timeout_s.into(), 1 + camera.retries),
-        CameraDriver::Http(camera) => (camera.timeout_s.into(), 1 + camera.retries),
-        CameraDriver::Rpicam(camera) => (camera.timeout_s.into(), 1 + camera.retries),
-        CameraDriver::V4l2(camera) => (camera.timeout_s.into(), 1 + camera.retries),
-        CameraDriver::Folder(camera) => (camera.timeout_s.into(), 1),
-        CameraDriver::Replay(_) => (0.0, 1),
-    }
-}
-
-/// Seconds that one order to a lamp may take.
-fn lamp_time(lamp: &LampDriver) -> f64 {
-    match lamp {
-        LampDriver::Command(lamp) => lamp.timeout_s.into(),
-        LampDriver::Wled(lamp) => lamp.timeout_s.into(),
-        LampDriver::Mqtt(lamp) => lamp.plug.timeout_s.into(),
-        LampDriver::Gpio(_) | LampDriver::Leds(_) | LampDriver::Ws2812(_) => 0.0,
-    }
-}
-
 /// Examines whether a step fits into its period if everything takes as long as it may, and whether the flash outlasts a
 /// photograph.
 fn examine_times(rig: &RigFile, findings: &mut Findings) {
-    let (try_s, tries) = rig.camera.as_ref().map_or((0.0, 1), camera_times);
+    let (try_s, tries) = rig.camera.as_ref().map_or((0.0, 1), CameraDriver::longest_s);
     let (settle_s, max_on_s, order_s) = match &rig.flash {
         None => (0.0, f64::INFINITY, 0.0),
         Some(FlashDriver::Command(flash)) => {
@@ -137,7 +115,7 @@ fn examine_times(rig: &RigFile, findings: &mut Findings) {
         }
     };
     let pair_s = rig.lamps.as_ref().and_then(|lamps| lamps.timeout_s).map_or(20.0, f64::from);
-    let drivers: Vec<f64> = lamps(rig).map(|(_, lamp)| lamp_time(lamp)).collect();
+    let drivers: Vec<f64> = lamps(rig).map(|(_, lamp)| lamp.longest_s()).collect();
     let lamps_s = if drivers.is_empty() { pair_s } else { drivers.iter().sum() };
     let worst_s = f64::from(tries) * try_s + 2.0 * order_s + settle_s + lamps_s;
     let period_s = 60.0 * rig.period_min;

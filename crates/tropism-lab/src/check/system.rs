@@ -171,7 +171,7 @@ fn examine_clock(findings: &mut Findings) {
         ),
         _ => findings.warn(
             Group::System,
-            "nobody says whether the clock is right",
+            "the system does not say whether the clock is right",
             "a clock that jumps moves the steps: systemd-timesyncd or chrony",
         ),
     }
@@ -202,7 +202,7 @@ fn examine_watchdog(findings: &mut Findings) {
         Some("active") => findings.pass(Group::System, "a watchdog restarts it when it hangs"),
         _ if Path::new("/dev/watchdog0").exists() => findings.warn(
             Group::System,
-            "there is a watchdog, and nobody uses it: a system that hangs stays so",
+            "found a watchdog that is not in use: a system that hangs stays hung",
             "RuntimeWatchdogSec=15s in /etc/systemd/system.conf",
         ),
         _ => findings.warn(
@@ -224,7 +224,7 @@ fn examine_gpio(findings: &mut Findings) {
         Some(_) => findings.warn(Group::System, "GPIO lines stay driven when their program dies", remedy),
         None => findings.warn(
             Group::System,
-            "nobody says whether GPIO lines stay driven when their program dies",
+            "the system does not say whether GPIO lines stay driven when their program dies",
             remedy,
         ),
     }

@@ -144,7 +144,7 @@ fn what_could_not_be_delivered_is_delivered_later_together_and_once() {
 }
 
 #[test]
-fn many_messages_at_once_are_few_and_a_network_that_hangs_delays_nobody() {
+fn many_messages_at_once_are_few_and_a_network_that_hangs_delays_nothing() {
     let messages = Arc::new(Mutex::new(Vec::new()));
     let log = Arc::clone(&messages);
     let (enter, entered) = std::sync::mpsc::channel::<()>();
