@@ -17,7 +17,7 @@ fn run(folder: &Path, controller: &str) -> Output {
     socket.set_read_timeout(Some(std::time::Duration::from_millis(200))).unwrap();
     let is_over = Arc::new(AtomicBool::new(false));
     let ended = Arc::clone(&is_over);
-    // While it runs, as systemd does: a socket holds ten messages that nobody reads, and then whoever writes waits.
+    // While it runs, as systemd does: a socket holds ten unread messages, and then the writer waits.
     let listener = std::thread::spawn(move || {
         let (mut said, mut bytes) = (String::new(), [0; 4096]);
         loop {
@@ -62,7 +62,7 @@ fn people_hear_how_a_run_begins_and_ends_and_systemd_that_it_lives() {
 }
 
 #[test]
-fn nobody_hears_of_a_run_that_another_program_has() {
+fn a_run_of_another_program_is_not_announced() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("bean")).unwrap();
     let held = tropism_lab::lock(&folder.path().join("bean")).unwrap();

@@ -112,7 +112,7 @@ fn a_terminated_evolution_saves_and_says_how_to_go_on() {
     let mut child = evolve(folder.path(), "ended", &[&many[..], &["--json-lines"]].concat()).spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     assert!(lines.nth(4).is_some(), "five generations");
-    // Nobody else may go on with it meanwhile.
+    // No other program may resume it meanwhile.
     let other = evolve(folder.path(), "ended", &[&many[..], &["--resume"]].concat()).output().unwrap();
     let message = String::from_utf8_lossy(&other.stderr).into_owned();
     assert!(message.contains("ended: found the run in use by another program"), "{message}");

@@ -252,7 +252,7 @@ fn a_run_ends_in_order_while_it_waits_for_its_next_step_and_goes_on_by_itself() 
 }
 
 #[test]
-fn a_run_that_nobody_looked_after_for_long_asks_before_it_goes_on() {
+fn a_run_that_was_down_for_long_asks_before_it_goes_on() {
     let real = Real::new("gap_min = 0");
     let mut child = real.until(3);
     child.kill().unwrap();
@@ -261,13 +261,13 @@ fn a_run_that_nobody_looked_after_for_long_asks_before_it_goes_on() {
         let paused = real.command(&[]).output().unwrap();
         let error = String::from_utf8_lossy(&paused.stderr);
         assert_eq!(paused.status.code(), Some(3), "{error}");
-        assert!(error.contains("nobody looked after the plant for") && error.contains("--resume"), "{error}");
+        assert!(error.contains("the run was down for") && error.contains("--resume"), "{error}");
     }
     assert_eq!(count(&real.run(), EventKind::Paused), 1);
     let status = command(real.folder.path(), &["status", "run"]).output().unwrap();
     let status = String::from_utf8_lossy(&status.stdout);
     assert!(status.starts_with("run: paused, "), "{status}");
-    assert!(status.contains(": paused: nobody looked after the plant for"), "{status}");
+    assert!(status.contains(": paused: the run was down for"), "{status}");
     done(&real.command(&["--resume"]).output().unwrap());
     assert_eq!(rows(&real.run()).len(), 41);
     let again = real.command(&[]).output().unwrap();

@@ -97,7 +97,7 @@ fn a_folder_of_photographs_does_and_damaged_ones_are_left_out() {
     fs::remove_file(photographs.join("000000.jpg")).unwrap();
     let made = json(folder.path(), &["timelapse", "run/photographs", "--width", "100", "--out", "a.gif"]);
     assert_eq!((&made["photographs"], &made["pictures"]), (&6.into(), &5.into()));
-    // They lie in the folder of a run, which says that they are of a virtual plant; elsewhere nobody knows.
+    // They lie in the folder of a run, which says that they are of a virtual plant; elsewhere it is not known.
     assert_eq!((&made["left_out"], &made["is_virtual"]), (&1.into(), &true.into()));
     fs::create_dir(folder.path().join("elsewhere")).unwrap();
     fs::copy(photographs.join("000001.jpg"), folder.path().join("elsewhere/1.jpg")).unwrap();

@@ -1,4 +1,4 @@
-//! `tropism track` on folders that nobody prepared.
+//! `tropism track` on folders as users have them.
 
 use std::fs;
 use std::path::Path;

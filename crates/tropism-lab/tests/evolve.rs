@@ -40,7 +40,7 @@ fn plan(folder: &Path, out: &str) -> EvolvePlan {
     }
 }
 
-/// Counts what it is told, and asks for an end after `limit` generations.
+/// Counts the monitor's calls, and asks for an end after `limit` generations.
 struct Counter {
     limit: u32,
     generations: AtomicU32,

@@ -523,7 +523,7 @@ fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
     let wrong = Wrong { camera_fails: 50..10_000, ..Wrong::default() };
     let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
     let error = outcome.track.unwrap_err();
-    assert!(matches!(&error, RecordError::Paused(why) if why == "no believed plant for 12 steps"), "{error}");
+    assert!(matches!(&error, RecordError::Paused(why) if why == "no plant detected for 12 steps"), "{error}");
     assert_eq!(outcome.rows.len(), 13);
     assert_eq!(outcome.events.last(), Some(&(105, EventKind::Paused)));
     let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
@@ -537,7 +537,7 @@ fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided(
     let policy = FaultPolicy { flash_tries: 1, ..FaultPolicy::default() };
     let outcome = real(folder.path(), Wrong { dark_at, ..Wrong::default() }, policy, None);
     // As for a camera that fails: held at 10, 11 and 12; from 13 on nothing is decided, until the plant, which has grown
-    // in the dark, is believed again. What was seen is written down.
+    // in the dark, is accepted again. The detections are recorded.
     let track = outcome.track.unwrap();
     let back = outcome.rows[13..].iter().find(|row| row.seen.is_measured()).unwrap().step;
     assert!(back >= 15);
@@ -628,7 +628,7 @@ fn a_camera_that_is_moved_is_told_and_far_enough_pauses_the_run() {
     assert_eq!(outcome.events, [(55, Moved), (55, Paused)], "{:?}", outcome.texts);
     let error = outcome.track.unwrap_err().to_string();
     assert!(error.starts_with("paused: the camera was moved: its picture stands +"), "{error}");
-    // Whoever goes on has seen where it stands now.
+    // Resuming accepts the camera's new place.
     let outcome = real(folder.path(), wrong(4), FaultPolicy::default(), None);
     assert_eq!(outcome.events, [(105, Clock)], "{:?}", outcome.texts);
     assert!(outcome.track.is_ok());
@@ -731,7 +731,7 @@ fn a_run_goes_on_with_the_photographs_that_it_needs_and_says_which_are_damaged()
     let folder = tempfile::tempdir().unwrap();
     go(folder.path(), false, &dark, 27);
     let photo = |step: u32| folder.path().join(format!("photographs/{step:06}.jpg"));
-    // Only the first few, the last dozen that were believed and those after them are needed.
+    // Only the first few, the last dozen accepted ones and those after them are needed.
     (6..12).for_each(|step| std::fs::remove_file(photo(step)).unwrap());
     let (resumed, _) = go(folder.path(), true, &dark, 36);
     assert_eq!(resumed.samples[..], track.samples[..36]);

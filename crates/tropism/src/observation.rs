@@ -13,7 +13,7 @@ use crate::geometry::{Point, Polyline};
 pub enum Quality {
     /// Measured in a photograph.
     Measured,
-    /// The last sighting, held because this photograph shows no plant that could be believed. Never enters a model.
+    /// The last detected tip, held because no plant was accepted in this photograph. Never enters a model.
     Held,
     /// Computed by a model, or by the virtual bean without a photograph.
     Simulated,

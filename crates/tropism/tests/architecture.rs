@@ -2,7 +2,7 @@
 //!
 //! A module may use the modules that stand above it in the file that declares both, its own children, and its parents.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -192,4 +192,37 @@ fn paths_in_the_architecture_exist() {
         }
     }
     assert!(named > 10, "{named}");
+}
+
+/// All identifiers of the Rust files below `folder`.
+fn identifiers(folder: &Path, found: &mut BTreeSet<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() && path.file_name().is_some_and(|name| name != "target") {
+            identifiers(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = fs::read_to_string(&path).unwrap();
+            found.extend(text.split(|c: char| !c.is_alphanumeric() && c != '_').map(str::to_owned));
+        }
+    }
+}
+
+#[test]
+fn items_that_the_page_of_the_paper_names_exist() {
+    let mut known = BTreeSet::new();
+    identifiers(&workspace().join("crates"), &mut known);
+    let text = fs::read_to_string(workspace().join("docs/paper.md")).unwrap();
+    let mut named = 0;
+    for item in text.split('`').skip(1).step_by(2) {
+        let is_name =
+            |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        // Paths of items and names of tests; other code is files, commands and values.
+        let is_item = item.split("::").all(is_name) && (item.contains("::") || item.contains('_'));
+        if is_item {
+            let missing = item.split("::").find(|word| !known.contains(*word));
+            assert!(missing.is_none(), "docs/paper.md names {item}: no {missing:?}");
+            named += 1;
+        }
+    }
+    assert!(named > 30, "{named}");
 }

@@ -53,7 +53,7 @@ pub(crate) struct Run {
     #[arg(long, value_name = "max|N", default_value = "max", value_parser = parse_speed)]
     speed: Speed,
 
-    /// Go on with the run in DIR even if it paused or nobody looked after it for long
+    /// Go on with the run in DIR even if it paused or was down for long
     #[arg(long)]
     resume: bool,
 

@@ -21,10 +21,10 @@ pub(super) const TRACK_COLUMNS: [(&str, &str); 17] = [
     ("tip_y_px", "tip in the photograph, from its top; empty where held"),
     ("class", "ok, or why the tip is held"),
     ("confidence", "0 to 1"),
-    ("done", "1 if the lamp confirmed, 0 if nobody knows"),
+    ("done", "1 if the lamp confirmed, 0 if it is not known"),
     (
         "moved_x_px",
-        "how far the camera's picture has moved to the right since the first one; empty where nobody knows",
+        "how far the camera's picture has moved to the right since the first one; empty where it is not known",
     ),
     ("moved_y_px", "the same, down"),
     ("begun_unix_s", "when the step was really begun, in seconds since 1970; empty in a virtual tent"),

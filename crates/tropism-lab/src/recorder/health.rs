@@ -131,10 +131,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     pub(super) fn check_held(&mut self) -> Result<(), RecordError> {
         let held = self.health.streaks.held;
         if held == self.supervision.policy.alert_steps {
-            self.report(EventKind::Lost, format!("no believed plant for {held} steps"))?;
+            self.report(EventKind::Lost, format!("no plant detected for {held} steps"))?;
         }
         if held >= self.supervision.policy.pause_steps {
-            return Err(self.pause(format!("no believed plant for {held} steps")));
+            return Err(self.pause(format!("no plant detected for {held} steps")));
         }
         Ok(())
     }

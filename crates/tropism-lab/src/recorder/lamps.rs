@@ -50,7 +50,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         let Some(error) = failure else { return Ok(()) };
         self.health.streaks.lamp += 1;
         let steps = self.health.streaks.lamp;
-        self.report(EventKind::Lamp, format!("{error}; it is told again, {steps} steps in a row so far"))?;
+        self.report(
+            EventKind::Lamp,
+            format!("{error}; the command is repeated, {steps} steps in a row so far"),
+        )?;
         if steps >= self.supervision.policy.pause_steps {
             return Err(self.pause(format!("no lamp for {steps} steps: {error}")));
         }

@@ -284,7 +284,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
             let steps = step - self.last_measured.unwrap_or_default();
             self.report(
                 EventKind::Missed,
-                format!("1 without a decision: the plant was last believed {steps} steps ago"),
+                format!("1 without a decision: the plant was last detected {steps} steps ago"),
             )?;
             self.rest()?;
         }

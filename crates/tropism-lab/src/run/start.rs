@@ -47,7 +47,7 @@ pub(super) fn since_start(
             return Ok(Duration::from_secs_f64(period_s * ((last.as_secs_f64() / period_s).floor() + 1.0)));
         }
         Downtime::Known { length, .. } => format!(
-            "nobody looked after the plant for {:.0} minutes, more than patience.gap_min = {}",
+            "the run was down for {:.0} minutes, more than patience.gap_min = {}",
             length.as_secs_f64() / 60.0,
             policy.gap_min
         ),

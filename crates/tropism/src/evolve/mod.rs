@@ -40,7 +40,7 @@ pub use saved::SavedRunError;
 /// let config = EvolutionConfig { runs: 2, generations: 3, ..EvolutionConfig::default() };
 /// let evolution = Evolution::new(&model, &task, config, 1)?;
 /// let runs = evolution.evolve(&|_run, _generation| std::ops::ControlFlow::Continue(()))?;
-/// let choice = evolution.choose(&runs.expect("nobody broke off"), std::slice::from_ref(&model), 10);
+/// let choice = evolution.choose(&runs.expect("no interruption"), std::slice::from_ref(&model), 10);
 /// assert!(choice.run < 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

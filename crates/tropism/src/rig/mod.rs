@@ -390,7 +390,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
     type Error = RigError;
 
     fn observe(&mut self) -> Result<Observation, RigError> {
-        // Nobody can break this off.
+        // This wait cannot be interrupted.
         let _ = self.wait_until(self.due(self.step), &mut go_on);
         let frame = self.photograph()?;
         self.see(&frame)
@@ -412,7 +412,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
 impl<C, L: Lamps, F, K> Drop for Rig<C, L, F, K> {
     fn drop(&mut self) {
         if self.on_exit == OnExit::Dark {
-            // Nobody is left to be told of a failure here; drivers keep their own last resort.
+            // A failure cannot be reported here; drivers keep their own last resort.
             let _ = self.lamps.light(None);
         }
     }
