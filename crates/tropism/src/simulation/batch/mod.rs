@@ -48,10 +48,10 @@ const STRIDE: u32 = 16;
 /// # Panics
 /// If a genome has not two inputs and one output.
 #[must_use]
-pub(super) fn fitness_of_networks<'g>(
+pub(super) fn fitness_of_networks(
     model: &TipModel,
     task: &Targets,
-    episodes: &mut dyn Iterator<Item = Episode<&'g Genome>>,
+    episodes: &mut dyn Iterator<Item = Episode<&Genome>>,
 ) -> Vec<f64> {
     let mut batch = KEPT.take().unwrap_or_else(|| Box::new(Batch::new(Networks::default())));
     let plain = |genome: &&Genome, noise| {
