@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use tropism_lab::check::{CheckPlan, CheckResults, Finding, Group, Rehearsal, Verdict};
 
 use crate::progress::execute;
@@ -29,8 +30,8 @@ pub(crate) struct Check {
     dry: bool,
 
     /// Check these alone
-    #[arg(long, value_name = "GROUP,...", value_enum, value_delimiter = ',')]
-    only: Vec<GroupName>,
+    #[arg(long, value_name = "GROUP,...", value_parser = group_parser(), value_delimiter = ',')]
+    only: Vec<Group>,
 
     /// Then run this many steps in a scratch folder, kill the run in the middle, and let it go on
     #[arg(long, value_name = "STEPS", num_args = 0..=1, default_missing_value = "4", value_parser = clap::value_parser!(u32).range(3..=100))]
@@ -45,43 +46,25 @@ pub(crate) struct Check {
     photographs: Option<PathBuf>,
 }
 
-/// The groups of a check, as the command line names them.
-#[derive(Clone, Copy, ValueEnum)]
-enum GroupName {
-    /// The rig file.
-    Settings,
-    /// The computer and its disk.
-    System,
-    /// The camera.
-    Camera,
-    /// The flash.
-    Flash,
-    /// The lamps.
-    Lamps,
-    /// The plant in the photographs.
-    Plant,
-    /// The MQTT broker.
-    Broker,
-    /// How people are told.
-    Alerts,
-    /// A short run with a kill.
-    Rehearsal,
-}
+/// The groups of a check: word, group and help.
+const GROUPS: [(&str, Group, &str); 9] = [
+    ("settings", Group::Settings, "The rig file"),
+    ("system", Group::System, "The computer and its disk"),
+    ("camera", Group::Camera, "The camera"),
+    ("flash", Group::Flash, "The flash"),
+    ("lamps", Group::Lamps, "The lamps"),
+    ("plant", Group::Plant, "The plant in the photographs"),
+    ("broker", Group::Broker, "The MQTT broker"),
+    ("alerts", Group::Alerts, "How people are told"),
+    ("rehearsal", Group::Rehearsal, "A short run with a kill"),
+];
 
-impl From<GroupName> for Group {
-    fn from(name: GroupName) -> Self {
-        match name {
-            GroupName::Settings => Self::Settings,
-            GroupName::System => Self::System,
-            GroupName::Camera => Self::Camera,
-            GroupName::Flash => Self::Flash,
-            GroupName::Lamps => Self::Lamps,
-            GroupName::Plant => Self::Plant,
-            GroupName::Broker => Self::Broker,
-            GroupName::Alerts => Self::Alerts,
-            GroupName::Rehearsal => Self::Rehearsal,
-        }
-    }
+/// Parses the word of a group.
+fn group_parser() -> impl TypedValueParser<Value = Group> {
+    let values = GROUPS.map(|(word, _, help)| PossibleValue::new(word).help(help));
+    PossibleValuesParser::new(values).try_map(|word| {
+        GROUPS.iter().find(|(known, ..)| *known == word).map(|(_, group, _)| *group).ok_or("unknown group")
+    })
 }
 
 impl Check {
@@ -96,7 +79,7 @@ impl Check {
         let plan = CheckPlan {
             rig: self.rig,
             dry: self.dry,
-            only: self.only.into_iter().map(Group::from).collect(),
+            only: self.only,
             rehearsal,
             data: self.data,
             photographs: self.photographs,
