@@ -82,7 +82,8 @@ impl TomlError {
     }
 }
 
-fn disk(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> FileError {
+/// Wraps what the system says to an `action` on the file `path`.
+pub(crate) fn disk(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> FileError {
     move |source| FileError::Disk { action, path: path.to_owned(), source }
 }
 

@@ -4,9 +4,8 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use tropism::observation::Quality;
 use tropism::photo::Photo;
-use tropism::rig::{Durability, EventKind};
+use tropism::rig::{Durability, Event, EventKind};
 use tropism::track::{Column, Track};
 
 use crate::files::{self, FileError};
@@ -149,16 +148,12 @@ impl RunFolder {
             .map_err(|source| FolderError::Journal { path: self.path.join("journal.sqlite"), source })
     }
 
-    fn photo_path(&self, name: &str) -> PathBuf {
-        self.path.join("photographs").join(name)
-    }
-
     /// Writes a photograph: it is whole in its place, or not there at all.
     ///
     /// # Errors
     /// [`FileError::Disk`].
     pub fn write_photo(&self, name: &str, bytes: &[u8]) -> Result<(), FileError> {
-        files::write_with(&self.photo_path(name), bytes, self.durability == Durability::Full)
+        files::write_with(&photo_path(&self.path, name), bytes, self.durability == Durability::Full)
     }
 
     /// Reads the photograph of a recorded step.
@@ -166,19 +161,7 @@ impl RunFolder {
     /// # Errors
     /// [`FileError`] if it is missing, or its SHA-256 is not the recorded one.
     pub fn read_photo(&self, step: &StepRecord) -> Result<Photo, FileError> {
-        let path = self.photo_path(&step.photo);
-        let photo = files::read_photo(&path, step.time_s)?;
-        let found = files::sha256(&photo.bytes);
-        if found != step.photo_sha256 {
-            let problem = format!(
-                "found {} bytes with SHA-256 {found}, wanted {} with {}",
-                photo.bytes.len(),
-                step.photo_bytes,
-                step.photo_sha256
-            );
-            return Err(FileError::content(&path, problem));
-        }
-        Ok(photo)
+        read_photo(&self.path, step)
     }
 
     fn ballast_path(&self) -> PathBuf {
@@ -241,10 +224,38 @@ impl RunFolder {
     }
 }
 
+fn photo_path(folder: &Path, name: &str) -> PathBuf {
+    folder.join("photographs").join(name)
+}
+
+/// Reads the photograph of a recorded step of the run in `folder`: [`RunFolder::read_photo`] without opening the folder.
+pub(crate) fn read_photo(folder: &Path, step: &StepRecord) -> Result<Photo, FileError> {
+    let path = photo_path(folder, &step.photo);
+    let photo = files::read_photo(&path, step.time_s)?;
+    let found = files::sha256(&photo.bytes);
+    if found == step.photo_sha256 {
+        return Ok(photo);
+    }
+    let problem = format!(
+        "found {} bytes with SHA-256 {found}, wanted {} with {}, as the journal says",
+        photo.bytes.len(),
+        step.photo_bytes,
+        step.photo_sha256
+    );
+    Err(FileError::content(&path, problem))
+}
+
+/// Reads the steps and events of the run in `folder`, also while a program works in it.
+pub(crate) fn read_journal(folder: &Path) -> Result<(Vec<StepRecord>, Vec<Event>), FolderError> {
+    let path = folder.join("journal.sqlite");
+    Journal::open_to_read(&path)
+        .and_then(|journal| Ok((journal.steps()?, journal.events()?)))
+        .map_err(|source| FolderError::Journal { path, source })
+}
+
 /// Pixel of the tip as text; empty if it was not measured in this photograph, as a held tip is not in it.
 pub(crate) fn tip_px(step: &StepRecord) -> [String; 2] {
-    let is_measured = step.seen.observation.as_ref().is_some_and(|seen| seen.quality == Quality::Measured);
-    match step.seen.tip_px.filter(|_| is_measured) {
+    match step.seen.tip_px.filter(|_| step.seen.is_measured()) {
         Some(pixel) => [pixel.x, pixel.y].map(|value| format!("{value:.2}")),
         None => Default::default(),
     }

@@ -12,7 +12,8 @@ use tropism_rig::alert::Kind;
 
 use crate::error::Error;
 use crate::files;
-use crate::journal::{Journal, StepRecord};
+use crate::folder::read_journal;
+use crate::journal::StepRecord;
 use crate::lock::holder;
 use crate::monitor::Monitor;
 use crate::run::RunConfig;
@@ -118,10 +119,7 @@ impl Workflow for StatusPlan {
     fn execute(&self, _monitor: &dyn Monitor) -> Result<StatusResults, Error> {
         let config = RunConfig::read(&self.folder)?;
         config.rig.check().map_err(Error::at(self.folder.display()))?;
-        let file = self.folder.join("journal.sqlite");
-        let (steps, events) = Journal::open_to_read(&file)
-            .and_then(|journal| Ok((journal.steps()?, journal.events()?)))
-            .map_err(Error::at(file.display()))?;
+        let (steps, events) = read_journal(&self.folder)?;
         let process = holder(&self.folder)?;
         Ok(status(&self.folder, &config, &steps, &events, process))
     }

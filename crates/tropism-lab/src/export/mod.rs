@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::files::{self, FileError};
-use crate::journal::{Journal, StepRecord};
+use crate::files;
+use crate::folder::{read_journal, read_photo};
 use crate::lock::holder;
 use crate::monitor::Monitor;
 use crate::run::RunConfig;
@@ -85,10 +85,7 @@ impl Workflow for ExportPlan {
     fn execute(&self, monitor: &dyn Monitor) -> Result<ExportResults, Error> {
         let config = RunConfig::read(&self.folder)?;
         self.check()?;
-        let journal = self.folder.join("journal.sqlite");
-        let (steps, events) = Journal::open_to_read(&journal)
-            .and_then(|journal| Ok((journal.steps()?, journal.events()?)))
-            .map_err(Error::at(journal.display()))?;
+        let (steps, events) = read_journal(&self.folder)?;
         let is_over = self.folder.join("track.csv").exists() && holder(&self.folder)?.is_none();
         let contents = Contents { config: &config, steps: &steps, events: &events, is_over };
         let mut writer = Writer { sink: Sink::create(&self.out)?, out: &self.out, written: Vec::new() };
@@ -126,8 +123,8 @@ impl ExportPlan {
         let mut left_out = Vec::new();
         for step in contents.steps {
             let path = format!("photographs/{}", step.photo);
-            match read_photograph(&self.folder, step) {
-                Ok(bytes) => writer.add(path, &bytes)?,
+            match read_photo(&self.folder, step) {
+                Ok(photo) => writer.add(path, &photo.bytes)?,
                 Err(error) if self.keep_going => left_out.push(LeftOut { path, problem: error.to_string() }),
                 Err(error) => {
                     let place = "nothing was written (`keep_going` leaves it out)".to_owned();
@@ -191,23 +188,6 @@ impl Writer<'_> {
         sink::rename(&sink::part_of(out), out).map_err(cannot())?;
         Ok(written)
     }
-}
-
-/// Reads the photograph of a step and compares it with the journal.
-fn read_photograph(folder: &Path, step: &StepRecord) -> Result<Vec<u8>, FileError> {
-    let path = folder.join("photographs").join(&step.photo);
-    let bytes = files::read(&path)?;
-    let found = files::sha256(&bytes);
-    if found == step.photo_sha256 {
-        return Ok(bytes);
-    }
-    let problem = format!(
-        "found {} bytes with the SHA-256 {found}, wanted {} bytes with {}, as the journal says",
-        bytes.len(),
-        step.photo_bytes,
-        step.photo_sha256
-    );
-    Err(FileError::content(&path, problem))
 }
 
 /// Whether `path`, which need not exist, is in `folder`.

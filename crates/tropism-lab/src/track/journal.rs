@@ -13,7 +13,7 @@ use tropism::lamps::Light;
 use tropism::vision::{Detection, FrameStatus};
 
 use crate::Error;
-use crate::files::FileError;
+use crate::files::disk;
 
 const SCHEMA: &str = "tropism.frames/1";
 
@@ -158,10 +158,6 @@ impl FrameJournal {
     fn write(&mut self, text: &str) -> Result<(), Error> {
         Ok(self.file.write_all(text.as_bytes()).map_err(disk("write", &self.path))?)
     }
-}
-
-fn disk(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> FileError {
-    move |source| FileError::Disk { action, path: path.to_owned(), source }
 }
 
 #[cfg(test)]
