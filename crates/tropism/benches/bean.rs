@@ -1,14 +1,31 @@
-//! What a bean costs: 1000 steps of five minutes without photographs.
+//! What beans cost without photographs: one plant, and plants side by side in vector lanes, in steps of five minutes.
 
-use criterion::{Criterion, criterion_group, criterion_main};
-use tropism::greenhouse::bean::{Bean, Species, acceptance, lamp_powers};
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use cpu_time::ThreadTime;
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use tropism::control::Periodic;
+use tropism::environment::unwatched;
+use tropism::greenhouse::bean::{Bean, Population, Species, Trial, acceptance, lamp_powers};
+use tropism::lamps::Light;
+use tropism::task::OpenLoop;
+use tropism::track::Sample;
+
+// As in the program `tropism`.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
+/// Steps of a whole experiment, and plants.
+const STEPS: u32 = 1000;
+const PLANTS: u64 = 32;
 
 fn bean(criterion: &mut Criterion) {
     let species = Species::default();
     criterion.bench_function("bean, 1000 steps", |bencher| {
         bencher.iter(|| {
             let mut bean = Bean::new(species.draw(1, 1.0), 1);
-            for step in 0..1000 {
+            for step in 0..STEPS {
                 bean.advance(&lamp_powers(Some(acceptance::alternating(step))), 5.0);
             }
             bean.apex()
@@ -19,9 +36,63 @@ fn bean(criterion: &mut Criterion) {
     });
 }
 
+/// Processor time of this thread, which other programs do not change.
+fn time<R>(rounds: u64, mut work: impl FnMut() -> R) -> Duration {
+    let start = ThreadTime::now();
+    for _ in 0..rounds {
+        std::hint::black_box(work());
+    }
+    start.elapsed()
+}
+
+fn population(criterion: &mut Criterion) {
+    let species = Species::default();
+    let seeds: Vec<u64> = (0..PLANTS).collect();
+    let seedling = |&seed: &u64| Bean::new(species.draw(seed, 1.0), seed);
+    let powers = |step| lamp_powers(Some(acceptance::alternating(step)));
+    let mut group = criterion.benchmark_group("32 beans, 1000 steps");
+    group.throughput(Throughput::Elements(PLANTS * u64::from(STEPS))).sample_size(10);
+    group.bench_function("plain", |bencher| {
+        bencher.iter_custom(|rounds| {
+            time(rounds, || {
+                let mut beans: Vec<Bean> = seeds.iter().map(seedling).collect();
+                for bean in &mut beans {
+                    (0..STEPS).for_each(|step| bean.advance(&powers(step), 5.0));
+                }
+                beans
+            })
+        });
+    });
+    group.bench_function("lanes", |bencher| {
+        bencher.iter_custom(|rounds| {
+            time(rounds, || {
+                let mut population = Population::new(seeds.iter().map(seedling).collect());
+                (0..STEPS).for_each(|step| population.advance(&[powers(step); PLANTS as usize], 5.0));
+                population.beans
+            })
+        });
+    });
+    let trial = Trial::new(&species);
+    let task = OpenLoop { steps: STEPS, ..OpenLoop::default() };
+    let periodic =
+        || Periodic::new(acceptance::SWITCH_STEPS, &trial.layout).starting_with(Light::RIGHT);
+    group.bench_function("tracked, plain", |bencher| {
+        bencher.iter_custom(|rounds| {
+            let grow = |&seed: &u64| trial.grow(seed, &mut periodic(), &task, &mut unwatched);
+            time(rounds, || seeds.iter().map(grow).collect::<Vec<_>>())
+        });
+    });
+    group.bench_function("tracked, lanes", |bencher| {
+        bencher.iter_custom(|rounds| {
+            let watch = &mut |_: usize, _: &Sample| ControlFlow::Continue(());
+            time(rounds, || trial.grow_all(&seeds, |_| periodic(), &task, watch))
+        });
+    });
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = bean
+    targets = bean, population
 }
 criterion_main!(benches);

@@ -56,29 +56,54 @@ pub fn run<W: Environment>(
     task: &(impl Task + ?Sized),
     watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Result<Track, W::Error> {
-    let mut track =
-        Track { layout: world.layout().clone(), period_min: world.period_min(), ..Track::default() };
-    for taken in 0.. {
+    let mut recording = Recording::new(world.layout().clone(), world.period_min());
+    loop {
         let seen = world.observe()?;
-        let step = taken + world.missed();
+        match recording.decide(seen, world.missed(), controller, task, watch) {
+            Some(light) => world.step(light)?,
+            None => return Ok(recording.track),
+        }
+    }
+}
+
+/// A run in progress: everything that [`run`] does but observing and stepping the world.
+pub(crate) struct Recording {
+    /// The track so far.
+    pub(crate) track: Track,
+    /// Steps taken.
+    taken: u32,
+}
+
+impl Recording {
+    pub(crate) fn new(layout: Layout, period_min: f64) -> Self {
+        Self { track: Track { layout, period_min, ..Track::default() }, taken: 0 }
+    }
+
+    /// Records what is `seen` and the light decided for it; `None` if the task is over or `watch` breaks off.
+    pub(crate) fn decide(
+        &mut self,
+        seen: Observation,
+        missed: u32,
+        controller: &mut (impl Controller + ?Sized),
+        task: &(impl Task + ?Sized),
+        watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
+    ) -> Option<Light> {
+        let step = self.taken + missed;
         let is_over = task.is_over(step, &seen);
         let light = (!is_over).then(|| controller.decide(&seen));
         let sample = Sample {
             step,
-            time_s: f64::from(step) * world.period_min() * 60.0,
+            time_s: f64::from(step) * self.track.period_min * 60.0,
             tip: seen.tip,
             stem: seen.stem,
             light,
             quality: seen.quality,
         };
         let flow = watch(&sample);
-        track.samples.push(sample);
-        match light {
-            Some(light) if flow.is_continue() => world.step(light)?,
-            _ => break,
-        }
+        self.track.samples.push(sample);
+        self.taken += 1;
+        light.filter(|_| flow.is_continue())
     }
-    Ok(track)
 }
 
 /// A `watch` for [`run`] that never breaks off.

@@ -3,14 +3,19 @@
 #[path = "bean/rk4.rs"]
 mod rk4;
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use proptest::prelude::*;
-use tropism::control::Periodic;
+use tropism::geometry::Point;
+use tropism::control::{Greedy, Periodic};
 use tropism::environment::unwatched;
-use tropism::greenhouse::bean::{Bean, Individual, Species, Trial, acceptance, grow, lamp_powers};
-use tropism::lamps::{Layout, Light};
-use tropism::task::OpenLoop;
+use tropism::greenhouse::bean::{
+    Bean, Individual, Population, Species, Trial, acceptance, grow, lamp_powers,
+};
+use tropism::lamps::{Layout, Light, MAX_LAMPS};
+use tropism::task::{OpenLoop, Targets};
+use tropism::track::{Sample, Track};
 
 /// The lamps of an open-loop experiment: they change every six hours, right first.
 fn alternating(step: u32) -> [f64; 2] {
@@ -214,6 +219,141 @@ fn a_period_decides_when_a_plant_is_observed_and_nothing_else() {
     let mut controller = Periodic::new(3, &trial.layout);
     let track = trial.grow(1, &mut controller, &task, &mut unwatched);
     assert_eq!((track.period_min, track.samples[6].time_s), (20.0, 7200.0));
+}
+
+fn species_files() -> [Species; 2] {
+    [include_str!("../../../beans/common-bean.toml"), include_str!("../../../beans/sunflower.toml")]
+        .map(|text| toml::from_str(text).unwrap())
+}
+
+/// Every number of a pose, as bits.
+fn bits(bean: &Bean) -> Vec<u64> {
+    let pose = bean.pose();
+    let stem = pose.stem.iter().flat_map(|node| node.at.into_iter().chain([node.radius]));
+    let leaves = pose.leaves.iter().flat_map(|leaf| leaf.base.into_iter().chain(leaf.along).chain(leaf.across));
+    stem.chain(leaves).chain([bean.length(), bean.peak_curvature(), bean.age_h()]).map(f64::to_bits).collect()
+}
+
+#[test]
+fn beans_side_by_side_are_beans_alone_to_the_bit() {
+    // Ages, sub-steps, lamps and their powers differ from plant to plant; the last group has fewer plants than lanes.
+    let [common, sunflower] = species_files();
+    let mut alone: Vec<Bean> = (0..29_u32)
+        .map(|seed| {
+            let species = if seed % 3 == 0 { &sunflower } else { &common };
+            let individual = species.draw(seed.into(), f64::from(seed % 4) * 0.6);
+            let bean = if seed % 7 == 6 {
+                Bean::noise_free(individual)
+            } else {
+                Bean::new(individual, seed.into())
+            };
+            let mut bean = bean.under(&Layout::four_sides());
+            if seed == 5 || seed == 8 {
+                bean = bean.with_substep(11.0);
+            }
+            bean.advance(&[0.0, 1.0, 0.0, 0.2], f64::from(seed % 5) * 700.0);
+            bean
+        })
+        .collect();
+    let mut together = Population::new(alone.clone());
+    for step in 0..90_u32 {
+        let powers = |plant: u32| -> [f64; MAX_LAMPS] {
+            let mut powers = [0.0; MAX_LAMPS];
+            match (plant + step / 12) % 5 {
+                0 => {}
+                1 => powers[0] = 1.0,
+                2 => powers[1] = 0.7,
+                3 => powers[3] = 1.0,
+                _ => (powers[0], powers[2], powers[3]) = (0.3, 1.0, 0.1),
+            }
+            powers
+        };
+        let powers: Vec<_> = (0..29).map(powers).collect();
+        let minutes = [5.0, 10.0, 1.0, 7.0][step as usize % 4];
+        together.advance(&powers, minutes);
+        for (number, (bean, powers)) in alone.iter_mut().zip(&powers).enumerate() {
+            bean.advance(powers, minutes);
+            assert!(bits(bean) == bits(&together.beans[number]), "bean {number} at step {step}");
+        }
+    }
+}
+
+/// Whether two tracks are equal to the bit.
+fn assert_same(together: &Track, alone: &Track, what: &str) {
+    assert_eq!(together, alone, "{what}");
+    for (one, other) in together.samples.iter().zip(&alone.samples) {
+        let bits = |tip: Point| [tip.x.to_bits(), tip.y.to_bits()];
+        assert_eq!(bits(one.tip), bits(other.tip), "{what}, step {}", one.step);
+    }
+}
+
+#[test]
+fn tracks_grown_side_by_side_are_those_of_single_plants_to_the_bit() {
+    let seeds: Vec<u64> = (0..37).map(|seed| 1000 * seed).collect();
+    let [common, sunflower] = species_files();
+    for (species, scale, layout, period_min) in [
+        (&common, 0.0, Layout::default(), 5.0),
+        (&common, 1.0, Layout::four_sides(), 10.0),
+        (&common, 2.0, Layout::default(), 10.0),
+        (&sunflower, 1.0, Layout::default(), 5.0),
+        (&sunflower, 2.0, Layout::four_sides(), 10.0),
+        (&sunflower, 0.0, Layout::four_sides(), 5.0),
+    ] {
+        let trial = Trial { species, scale, layout, period_min };
+        // Plants end at different steps, so that others take their lanes.
+        let task = Targets { max_steps: 160, end_height_cm: 7.0, ..Targets::default() };
+        let greedy = || Greedy::new(&task, &trial.layout);
+        let go_on = &mut |_: usize, _: &Sample| ControlFlow::Continue(());
+        let tracks = trial.grow_all(&seeds, |_| greedy(), &task, go_on);
+        for (track, &seed) in tracks.iter().zip(&seeds) {
+            let alone = trial.grow(seed, &mut greedy(), &task, &mut unwatched);
+            assert_same(track, &alone, &format!("{trial:?}, seed {seed}"));
+        }
+    }
+}
+
+#[test]
+fn whole_experiments_side_by_side_are_those_of_single_plants_to_the_bit() {
+    let seeds: Vec<u64> = (0..11).collect();
+    let task = OpenLoop { steps: 1000, ..OpenLoop::default() };
+    for (species, layout, first) in
+        species_files().iter().zip([Layout::default(), Layout::four_sides()]).map(|(species, layout)| {
+            let first = layout.lights().last().unwrap();
+            (species, layout, first)
+        })
+    {
+        let trial = Trial { layout, ..Trial::new(species) };
+        let periodic = |place: usize| Periodic::new(72 + place as u32, &trial.layout).starting_with(first);
+        let go_on = &mut |_: usize, _: &Sample| ControlFlow::Continue(());
+        let tracks = trial.grow_all(&seeds, periodic, &task, go_on);
+        for (place, (track, &seed)) in tracks.iter().zip(&seeds).enumerate() {
+            let alone = trial.grow(seed, &mut periodic(place), &task, &mut unwatched);
+            assert_same(track, &alone, &format!("{first:?}, seed {seed}"));
+        }
+    }
+}
+
+#[test]
+fn a_plant_that_is_broken_off_leaves_the_others_alone() {
+    let species = Species::default();
+    let trial = Trial::new(&species);
+    let task = OpenLoop { steps: 30, ..OpenLoop::default() };
+    let periodic = |_| Periodic::new(10, &trial.layout);
+    let seeds: Vec<u64> = (0..40).collect();
+    let watch = &mut |place: usize, sample: &Sample| {
+        if place == 3 && sample.step == 12 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let tracks = trial.grow_all(&seeds, periodic, &task, watch);
+    for (place, track) in tracks.iter().enumerate() {
+        let alone = trial.grow(place as u64, &mut periodic(0), &task, &mut unwatched);
+        let wanted = if place == 3 { 13 } else { 31 };
+        assert_eq!(track.samples, alone.samples[..wanted], "{place}");
+        assert_eq!(track.columns.len(), 5);
+    }
 }
 
 #[test]

@@ -28,6 +28,10 @@ use crate::controller::ControllerSpec;
 use crate::run::RunConfig;
 use crate::{Error, Monitor, Workflow, files};
 
+/// Least and greatest number of plants that a thread grows side by side. Chosen: a vector of plants; and few enough that an
+/// interruption loses little, for tracks are written when all of them have grown.
+const PLANTS_AT_ONCE: [usize; 2] = [8, 64];
+
 /// Grows virtual beans under a controller, and writes their tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -155,18 +159,37 @@ impl GrowPlan {
     /// Grows all plants without photographs.
     fn grow(&self, monitor: &dyn Monitor) -> Result<Vec<GrownPlant>, Error> {
         monitor.stage("grow", self.plants.into());
-        let grow = |plant: u32| {
-            let mut is_whole = true;
-            let mut watch = |_: &Sample| {
-                is_whole = monitor.may_go_on();
-                if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-            };
-            let Greenhouse { bean, scale, layout, .. } = &self.greenhouse;
-            let trial =
-                Trial { species: bean, scale: *scale, layout: layout.clone(), period_min: self.period_min };
-            let mut controller = self.controller.build(&self.task, layout, self.period_min);
-            let track = trial.grow(self.seed_of(plant), &mut *controller, &self.task, &mut watch);
-            monitor.advance(1);
+        let plants: Vec<u32> = (0..self.plants).collect();
+        let at_once = (plants.len() / rayon::current_num_threads()).clamp(PLANTS_AT_ONCE[0], PLANTS_AT_ONCE[1]);
+        let plants: Vec<Vec<Option<GrownPlant>>> = plants
+            .par_chunks(at_once)
+            .map(|plants| self.grow_side_by_side(plants, monitor))
+            .collect::<Result<_, Error>>()?;
+        let plants: Option<Vec<GrownPlant>> = plants.into_iter().flatten().collect();
+        plants.ok_or_else(|| Error::Cancelled("some tracks were not written".to_owned()))
+    }
+
+    /// Grows some plants in one thread, and writes the tracks of those that were not interrupted.
+    fn grow_side_by_side(
+        &self,
+        plants: &[u32],
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Option<GrownPlant>>, Error> {
+        let Greenhouse { bean, scale, layout, .. } = &self.greenhouse;
+        let trial =
+            Trial { species: bean, scale: *scale, layout: layout.clone(), period_min: self.period_min };
+        let seeds: Vec<u64> = plants.iter().map(|&plant| self.seed_of(plant)).collect();
+        let make_controller = |_| self.controller.build(&self.task, layout, self.period_min);
+        let mut is_whole = vec![true; plants.len()];
+        let mut watch = |place: usize, sample: &Sample| {
+            is_whole[place] = monitor.may_go_on();
+            if !is_whole[place] || sample.light.is_none() {
+                monitor.advance(1);
+            }
+            if is_whole[place] { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let tracks = trial.grow_all(&seeds, make_controller, &self.task, &mut watch);
+        let write = |((&plant, track), is_whole): ((&u32, Track), bool)| {
             if !is_whole {
                 return Ok(None);
             }
@@ -174,9 +197,6 @@ impl GrowPlan {
             files::write_track(&path, &track)?;
             Ok(Some((path, track)))
         };
-        let plants: Vec<Option<GrownPlant>> =
-            (0..self.plants).into_par_iter().map(grow).collect::<Result<_, Error>>()?;
-        let plants: Option<Vec<GrownPlant>> = plants.into_iter().collect();
-        plants.ok_or_else(|| Error::Cancelled("some tracks were not written".to_owned()))
+        plants.iter().zip(tracks).zip(is_whole).map(write).collect()
     }
 }

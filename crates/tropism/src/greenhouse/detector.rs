@@ -4,9 +4,11 @@
 //! bright pixel of a coarse grid. Leaves count when they rise above the apex, and on a nodding stem the top of the arch counts.
 //! Both make the measured tip jump.
 
+use std::sync::LazyLock;
+
 use rand::Rng;
 
-use super::pose::Pose;
+use super::pose::{Leaf, Pose};
 use super::view::{self};
 use crate::geometry::Point;
 use crate::math::interpolate::lerp;
@@ -24,6 +26,9 @@ const POINTS_PER_SEGMENT: usize = 12;
 
 /// Points along half the edge of a leaf. Chosen by hand.
 const POINTS_PER_LEAF_EDGE: usize = 24;
+
+/// The outline of a leaf of length 1.
+static LEAF_OUTLINE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| Leaf::unit_outline(POINTS_PER_LEAF_EDGE));
 
 /// The highest point of the plant on the detector's grid, plus two normal draws of `rng` as noise.
 pub fn detect(pose: &Pose, rng: &mut impl Rng) -> Point {
@@ -61,7 +66,7 @@ pub fn highest_point(pose: &Pose) -> Point {
         // The blade ends at the leaf's length and is no wider than half of it on either side.
         let reach = leaf.length * (leaf.along[1].max(0.0) + 0.5 * leaf.across[1].abs() + 0.1);
         if view::project(leaf.base).y + 1.3 * reach > top.height() {
-            leaf.outline(POINTS_PER_LEAF_EDGE).into_iter().for_each(|place| top.add(place, 0.0));
+            leaf.outline_of(&LEAF_OUTLINE).for_each(|place| top.add(place, 0.0));
         }
     }
     top.middle()
@@ -115,7 +120,7 @@ fn spline([a, b, c, d]: [Vec3; 4], share: f64) -> Vec3 {
 mod tests {
     use super::*;
     use crate::greenhouse::bean::{Bean, Species};
-    use crate::greenhouse::pose::{Leaf, Node};
+    use crate::greenhouse::pose::Node;
 
     /// A stem of radius 0.1 cm through `places`, and leaves of `length` that point up from `base`.
     fn pose(places: &[Vec3], base: Vec3, length: f64) -> Pose {

@@ -92,6 +92,16 @@ impl Leaf {
     /// The outline of the cordate blade, in cm, from where the petiole meets it, around, and back: 2 x `half` places.
     #[must_use]
     pub fn outline(&self, half: usize) -> Vec<Vec3> {
+        self.outline_of(&Self::unit_outline(half)).collect()
+    }
+
+    /// The outline of this leaf from that of a leaf of length 1.
+    pub(super) fn outline_of(&self, unit: &[[f64; 2]]) -> impl Iterator<Item = Vec3> {
+        unit.iter().map(|&[u, v]| self.place(u, v * self.length))
+    }
+
+    /// The outline of a leaf of length 1: `u` and `v` of [`Self::place`] for each of 2 x `half` places.
+    pub(super) fn unit_outline(half: usize) -> Vec<[f64; 2]> {
         let blade = 1.0 - Self::PETIOLE;
         let edge = |side: f64, step: usize| {
             let turn = core::f64::consts::PI * step as f64 / half as f64;
@@ -99,7 +109,7 @@ impl Leaf {
             let reach = 0.5 - 0.5 * math::cos(turn);
             let lobe = -0.08 * math::sin(turn) * (1.0 - reach) * (1.0 - reach) * 4.0;
             let width = 0.5 * Self::WIDTH * math::sin(turn) * (1.25 - 0.5 * reach);
-            self.place(Self::PETIOLE + blade * (reach + lobe), side * width * blade * self.length)
+            [Self::PETIOLE + blade * (reach + lobe), side * width * blade]
         };
         (0..half).map(|step| edge(1.0, step)).chain((1..=half).rev().map(|step| edge(-1.0, step))).collect()
     }

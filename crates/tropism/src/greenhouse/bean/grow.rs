@@ -5,9 +5,9 @@ use std::ops::ControlFlow;
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{Bean, Species};
+use super::{Bean, Population, Species};
 use crate::control::Controller;
-use crate::environment::{Environment, run, unwatched};
+use crate::environment::{Environment, Recording, run, unwatched};
 use crate::greenhouse::detector;
 use crate::lamps::{Layout, Light, MAX_LAMPS};
 use crate::observation::Observation;
@@ -23,6 +23,11 @@ pub fn lamp_powers(light: Option<Light>) -> [f64; MAX_LAMPS] {
         powers[light.index()] = 1.0;
     }
     powers
+}
+
+/// The powers of the lamps of `layout` for a light; all dark where it has no such lamp.
+fn powers_in(layout: &Layout, light: Light) -> [f64; MAX_LAMPS] {
+    lamp_powers(Some(light).filter(|light| layout.contains(*light)))
 }
 
 /// Observes a bean without photographs, and records its ground truth.
@@ -45,12 +50,12 @@ impl Observer {
 
     /// The tip as the detector places it.
     pub(in crate::greenhouse) fn observe(&mut self, bean: &Bean) -> Observation {
-        let [x, y, z] = bean.apex();
+        let pose = bean.pose();
+        let [x, y, z] = pose.apex();
         let truth = [x, y, z, bean.length(), bean.peak_curvature()];
         for (column, value) in self.truth.iter_mut().zip(truth) {
             column.push(value);
         }
-        let pose = bean.pose();
         Observation::simulated(match &mut self.noise {
             Some(noise) => detector::detect(&pose, noise),
             None => detector::highest_point(&pose),
@@ -82,8 +87,7 @@ impl Environment for Specimen {
     }
 
     fn step(&mut self, light: Light) -> Result<(), Infallible> {
-        let lit = Some(light).filter(|light| self.layout.contains(*light));
-        self.bean.advance(&lamp_powers(lit), self.period_min);
+        self.bean.advance(&powers_in(&self.layout, light), self.period_min);
         Ok(())
     }
 
@@ -106,6 +110,19 @@ impl Specimen {
         let Ok(track) = run(&mut self, controller, task, watch);
         self.observer.complete(track)
     }
+}
+
+/// Plants of [`Trial::grow_all`] that grow at once; a place that becomes free is taken by the next seed. Chosen by measurement:
+/// enough to find plants of about as many segments, few enough for the processor's cache.
+const SIDE_BY_SIDE: usize = 32;
+
+/// A plant of [`Trial::grow_all`].
+struct Growing<C> {
+    /// Its place among the seeds.
+    place: usize,
+    controller: C,
+    observer: Observer,
+    recording: Recording,
 }
 
 /// An experiment on virtual plants of one species: their lamps, the period, and how much the plants vary.
@@ -153,8 +170,73 @@ impl<'s> Trial<'s> {
         task: &(impl Task + ?Sized),
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Track {
-        let bean = Bean::new(self.species.draw(seed, self.scale), seed);
-        self.specimen(bean, Observer::of(seed)).run(controller, task, watch)
+        self.specimen(self.seedling(seed), Observer::of(seed)).run(controller, task, watch)
+    }
+
+    /// Grows the plants of `seeds` side by side in vector lanes: the tracks of [`Self::grow`], in order and to the bit.
+    ///
+    /// Each plant has a controller of its own, from `make_controller` of its place among the seeds, and ends when `task` is
+    /// over for it. `watch` sees each sample with the place of its plant, and may break off this plant.
+    ///
+    /// ```
+    /// use tropism::control::Greedy;
+    /// use tropism::environment::unwatched;
+    /// use tropism::greenhouse::bean::{Species, Trial};
+    /// use tropism::task::Targets;
+    /// use std::ops::ControlFlow;
+    /// let species = Species::default();
+    /// let trial = Trial::new(&species);
+    /// let task = Targets { max_steps: 24, ..Targets::default() };
+    /// let greedy = || Greedy::new(&task, &trial.layout);
+    /// let seeds: Vec<u64> = (0..20).collect();
+    /// let tracks = trial.grow_all(&seeds, |_| greedy(), &task, &mut |_, _| ControlFlow::Continue(()));
+    /// assert_eq!(tracks[7], trial.grow(7, &mut greedy(), &task, &mut unwatched));
+    /// ```
+    pub fn grow_all<C: Controller>(
+        &self,
+        seeds: &[u64],
+        mut make_controller: impl FnMut(usize) -> C,
+        task: &(impl Task + ?Sized),
+        watch: &mut dyn FnMut(usize, &Sample) -> ControlFlow<()>,
+    ) -> Vec<Track> {
+        let mut tracks = vec![Track::default(); seeds.len()];
+        let mut waiting = seeds.iter().copied().enumerate();
+        let mut population = Population::new(Vec::new());
+        let (mut growing, mut powers) = (Vec::new(), Vec::new());
+        loop {
+            let free = SIDE_BY_SIDE - growing.len();
+            for (place, seed) in waiting.by_ref().take(free) {
+                population.beans.push(self.seedling(seed).under(&self.layout));
+                growing.push(Growing {
+                    place,
+                    controller: make_controller(place),
+                    observer: Observer::of(seed),
+                    recording: Recording::new(self.layout.clone(), self.period_min),
+                });
+            }
+            if growing.is_empty() {
+                return tracks;
+            }
+            powers.clear();
+            while let Some(plant) = growing.get_mut(powers.len()) {
+                let seen = plant.observer.observe(&population.beans[powers.len()]);
+                let watch = &mut |sample: &Sample| watch(plant.place, sample);
+                match plant.recording.decide(seen, 0, &mut plant.controller, task, watch) {
+                    Some(light) => powers.push(powers_in(&self.layout, light)),
+                    None => {
+                        let plant = growing.swap_remove(powers.len());
+                        population.beans.swap_remove(powers.len());
+                        tracks[plant.place] = plant.observer.complete(plant.recording.track);
+                    }
+                }
+            }
+            population.advance(&powers, self.period_min);
+        }
+    }
+
+    /// The seedling of `seed`.
+    fn seedling(&self, seed: u64) -> Bean {
+        Bean::new(self.species.draw(seed, self.scale), seed)
     }
 
     fn specimen(&self, bean: Bean, observer: Observer) -> Specimen {

@@ -23,6 +23,7 @@ mod check;
 mod individual;
 mod rod;
 mod species;
+mod population;
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -30,6 +31,7 @@ pub(super) use grow::Observer;
 pub use grow::{Trial, grow, grow_noise_free, lamp_powers};
 pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
 pub use noise::Pause;
+pub use population::Population;
 pub use species::{Species, Spread};
 
 use super::pose::{Leaf, Node, Pose};
@@ -146,6 +148,23 @@ impl Bean {
     /// # Panics
     /// If a power is not between 0 and 1 or belongs to no lamp, or if the time is negative or not finite.
     pub fn advance(&mut self, lamp_powers: &[f64], minutes: f64) {
+        let powers = self.checked_powers(lamp_powers);
+        let (ticks, tick_h) = ticks_of(minutes);
+        for _ in 0..ticks {
+            let mut tick = self.begin_tick(powers, tick_h);
+            for _ in 0..tick.substeps {
+                let nutation = tick.nutation.next_rate();
+                self.rod.step(&self.plant, &tick.forcing, nutation);
+            }
+            self.end_tick(tick_h);
+        }
+    }
+
+    /// The powers of all lamps.
+    ///
+    /// # Panics
+    /// If a power is not between 0 and 1 or belongs to no lamp.
+    fn checked_powers(&self, lamp_powers: &[f64]) -> [f64; MAX_LAMPS] {
         let has_lamp = |number: usize| number < self.lamp_count;
         assert!(
             lamp_powers.iter().enumerate().all(|(number, power)| {
@@ -158,23 +177,20 @@ impl Bean {
         for (power, wanted) in powers.iter_mut().zip(lamp_powers) {
             *power = *wanted;
         }
-        assert!(minutes >= 0.0 && minutes.is_finite(), "found {minutes} min, wanted 0 or more");
-        let ticks = (minutes / MAX_TICK_MIN).ceil().max(1.0);
-        for _ in 0..ticks as u32 {
-            self.tick(powers, minutes / ticks / 60.0);
-        }
+        powers
     }
 
-    fn tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) {
+    /// Draws the random processes of a tick, and computes what is held constant over it.
+    fn begin_tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) -> Tick {
         let plant = &self.plant;
         let substeps = (tick_h * 3600.0 / self.substep_s - 1e-9).ceil().max(1.0);
         let gains = match &mut self.noise {
             Some(noise) => noise.gains(plant, self.age_h, tick_h),
             None => Gains { motility: 1.0, growth: 1.0 },
         };
-        let zone = self.zone();
+        let (zone, dt) = (self.zone(), tick_h / substeps);
         let forcing = Forcing {
-            dt: tick_h / substeps,
+            dt,
             lamps: self.lamps,
             powers,
             growth: self.elongation() * gains.growth,
@@ -182,21 +198,19 @@ impl Bean {
             zone,
             straightening: (plant.tropism.light + plant.tropism.gravity) * zone / plant.tropism.balance,
             leaf_mass: self.leaf_mass(),
+            relaxed_share: 1.0 - math::exp(-dt / plant.stem.lag_h),
         };
         self.rod.refresh(plant, &forcing);
         if let Some(noise) = &mut self.noise {
             self.rod.disturb(|| noise.curvature_step(plant, tick_h));
             self.phase += noise.phase_step(plant, tick_h);
         }
-        let (speed, ellipse) = (TAU / plant.nutation.period_h, nutation_ellipse(plant));
-        let [mut cos, mut sin] = [math::cos(self.phase), math::sin(self.phase)];
-        let [cos_step, sin_step] = [math::cos(speed * forcing.dt), math::sin(speed * forcing.dt)];
-        for _ in 0..substeps as u32 {
-            let nutation = ellipse.map(|[major, minor]| major * cos + minor * sin);
-            self.rod.step(plant, &forcing, nutation);
-            [cos, sin] = [cos * cos_step - sin * sin_step, sin * cos_step + cos * sin_step];
-        }
-        self.phase += speed * tick_h;
+        Tick { nutation: RotatingNutation::new(plant, self.phase, dt), forcing, substeps: substeps as u32 }
+    }
+
+    /// Ends a tick: time has passed.
+    fn end_tick(&mut self, tick_h: f64) {
+        self.phase += TAU / self.plant.nutation.period_h * tick_h;
         self.phase %= TAU;
         self.age_h += tick_h;
     }
@@ -251,7 +265,8 @@ impl Bean {
         self.rod.for_each_section(|section| sections.push(section));
         let [lower, upper] = [&sections[self.rod.leaf()], &sections[self.rod.leaf() + 1]];
         let base = core::array::from_fn(|axis| 0.5 * (lower.at[axis] + upper.at[axis]));
-        let heading = sections.last().expect("a rod has sections").along;
+        let along = upper.along();
+        let heading = sections.last().expect("a rod has sections").along();
         let spread = math::logistic((self.age_h - self.unfold_h - SPREADING.0) / SPREADING.1);
         let azimuth = self.plant.leaves.azimuth;
         let stem = sections
@@ -262,7 +277,7 @@ impl Bean {
             age_h: self.age_h,
             stem,
             heading,
-            leaves: [azimuth, azimuth + PI].map(|azimuth| self.leaf(base, upper.along, azimuth, spread)),
+            leaves: [azimuth, azimuth + PI].map(|azimuth| self.leaf(base, along, azimuth, spread)),
             spread,
             withered: self.withered(),
         }
@@ -324,6 +339,52 @@ impl Bean {
         let motility = &self.plant.motility;
         let grown = math::logistic((self.age_h - motility.zone_h) / ZONE_GROWTH_H);
         motility.zone_young + (motility.zone - motility.zone_young) * grown
+    }
+}
+
+/// Number of ticks in which `minutes` pass, and the duration of each, in h.
+///
+/// # Panics
+/// If the time is negative or not finite.
+fn ticks_of(minutes: f64) -> (u32, f64) {
+    assert!(minutes >= 0.0 && minutes.is_finite(), "found {minutes} min, wanted 0 or more");
+    let ticks = (minutes / MAX_TICK_MIN).ceil().max(1.0);
+    (ticks as u32, minutes / ticks / 60.0)
+}
+
+/// What is held constant over a tick, but for circumnutation.
+struct Tick {
+    forcing: Forcing,
+    substeps: u32,
+    nutation: RotatingNutation,
+}
+
+/// The rate of curvature by circumnutation, sub-step after sub-step: the phase turns by the addition theorem.
+struct RotatingNutation {
+    ellipse: [[f64; 2]; 2],
+    cos: f64,
+    sin: f64,
+    /// Cosine and sine of the angle of a sub-step.
+    turn: [f64; 2],
+}
+
+impl RotatingNutation {
+    fn new(plant: &Individual, phase: f64, dt: f64) -> Self {
+        let angle = TAU / plant.nutation.period_h * dt;
+        Self {
+            ellipse: nutation_ellipse(plant),
+            cos: math::cos(phase),
+            sin: math::sin(phase),
+            turn: [math::cos(angle), math::sin(angle)],
+        }
+    }
+
+    /// The rate towards d1 and d2, in 1/cm/h; then the phase advances by a sub-step.
+    fn next_rate(&mut self) -> [f64; 2] {
+        let (cos, sin, [cos_step, sin_step]) = (self.cos, self.sin, self.turn);
+        let rate = self.ellipse.map(|[major, minor]| major * cos + minor * sin);
+        [self.cos, self.sin] = [cos * cos_step - sin * sin_step, sin * cos_step + cos * sin_step];
+        rate
     }
 }
 

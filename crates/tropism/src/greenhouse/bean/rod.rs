@@ -16,7 +16,11 @@
 //! doi:10.1073/pnas.1214301109: gravitropism balanced by proprioception. Bastien, Douady, Moulia 2015,
 //! doi:10.1371/journal.pcbi.1004037: phototropism and its power law of irradiance.
 
+mod lanes;
+
 use core::f64::consts::PI;
+
+pub(super) use lanes::{LANES, RodLanes};
 
 use super::Individual;
 use crate::greenhouse::view::WALL;
@@ -75,6 +79,8 @@ pub(super) struct Forcing {
     pub(super) straightening: f64,
     /// Mass of the leaf pair, in g.
     pub(super) leaf_mass: f64,
+    /// Share of the way to elastic equilibrium that the stem goes in a sub-step.
+    pub(super) relaxed_share: f64,
 }
 
 /// The stem as a chain of segments, base first.
@@ -190,8 +196,14 @@ pub(super) struct Section {
     pub(super) at: Vec3,
     /// Distance from the apex, in cm.
     pub(super) from_apex: f64,
+    rotation: Rotation,
+}
+
+impl Section {
     /// Direction of the stem there.
-    pub(super) along: Vec3,
+    pub(super) fn along(&self) -> Vec3 {
+        self.rotation.frame()[2]
+    }
 }
 
 /// Radius of the stem at a distance from the apex, in cm.
@@ -228,7 +240,7 @@ impl Rod {
         let mut rotation = self.base;
         let mut at = [0.0; 3];
         let mut from_apex = self.length();
-        visit(Section { at, from_apex, along: rotation.frame()[2] });
+        visit(Section { at, from_apex, rotation });
         for i in 0..self.count {
             let length = self.segments.length[i];
             let [x, y] = half_rotation(self.segments.k1[i], self.segments.k2[i], length);
@@ -237,7 +249,7 @@ impl Rod {
             at = core::array::from_fn(|axis| at[axis] + length * along[axis]);
             rotation = rotation.then(1.0, x, y);
             from_apex -= length;
-            visit(Section { at, from_apex: from_apex.max(0.0), along: rotation.frame()[2] });
+            visit(Section { at, from_apex: from_apex.max(0.0), rotation });
         }
     }
 
@@ -290,9 +302,19 @@ impl Rod {
         segments.relax_elastically(n, plant, forcing);
         segments.elongate(n, plant, forcing);
         self.is_stale = false;
-        if n + 1 < MAX_NODES && self.split() {
+        self.split_overlong(plant, forcing);
+    }
+
+    /// Splits segments that have become too long, and then computes the exponentials anew.
+    pub(super) fn split_overlong(&mut self, plant: &Individual, forcing: &Forcing) {
+        if self.count + 1 < MAX_NODES && self.split() {
             self.refresh(plant, forcing);
         }
+    }
+
+    /// Number of segments.
+    pub(super) fn count(&self) -> usize {
+        self.count
     }
 
     /// Halves segments longer than [`MAX_SEGMENT_CM`]; returns whether there were any. Leaves stay with the lower half.
@@ -572,7 +594,7 @@ impl Segments {
 
     /// Elastic rod: the curvature relaxes to the rest curvature plus moment over flexural rigidity (overdamped).
     fn relax_elastically(&mut self, n: usize, plant: &Individual, forcing: &Forcing) {
-        let relaxed_share = 1.0 - math::exp(-forcing.dt / plant.stem.lag_h);
+        let relaxed_share = forcing.relaxed_share;
         let mature = plant.stem.modulus_mature_mpa * MEGAPASCAL * PI / 4.0;
         for i in 0..n {
             let radius = radius(plant, self.from_apex[i]);

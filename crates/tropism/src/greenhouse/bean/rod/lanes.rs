@@ -1,0 +1,566 @@
+//! Rods side by side, one plant a vector lane: the fast twin of [`Rod::step`], with the same bits.
+//!
+//! In: the rods of some plants, and what is held constant over a tick for each. Out: the rods after the tick. The idea: a rod is
+//! a chain, and the processor waits for one segment before it computes the next. Here the same segment of [`LANES`] plants is
+//! one row of vectors. Each lane takes the operations of [`Rod::step`] in the same order, and nothing is fused.
+//!
+//! Plants have different numbers of segments. Rows beyond the apex of a plant have length 0, so they lie at its apex, weigh
+//! nothing and need no mask. A plant whose segment has become too long is stored, split as a plain rod, and loaded again.
+
+use core::f64::consts::PI;
+
+use super::{
+    DENSITY, Forcing, GRAVITY, GROWTH_EDGE_CM, LAMP_DISTANCE, LAMP_RADIUS, MAX_NODES, MAX_SEGMENT_CM,
+    MEGAPASCAL, Rod, Rotation, SATURATION, SERIES_LIMIT, TAPER_CM, TOUCH_CM, WALL_STIFFNESS, half_rotation,
+    small_exp,
+};
+use crate::greenhouse::bean::Individual;
+use crate::greenhouse::view::WALL;
+use crate::lamps::MAX_LAMPS;
+use crate::math;
+use crate::simd::{Kernel, dispatch};
+
+/// Plants side by side. Chosen by measurement: two vectors of AVX2, one of AVX-512.
+pub(in crate::greenhouse::bean) const LANES: usize = 8;
+
+/// One value for each plant.
+type PerPlant = [f64; LANES];
+
+/// The same segment of all plants; the arrays are those of [`Segments`](super::Segments).
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Row {
+    length: PerPlant,
+    k1: PerPlant,
+    k2: PerPlant,
+    rest1: PerPlant,
+    rest2: PerPlant,
+    light_stage1: PerPlant,
+    light_stage2: PerPlant,
+    light_memory1: PerPlant,
+    light_memory2: PerPlant,
+    gravity_memory1: PerPlant,
+    gravity_memory2: PerPlant,
+    from_apex: PerPlant,
+    growth_exp: PerPlant,
+    motility_exp: PerPlant,
+    modulus_ratio: PerPlant,
+    growing: PerPlant,
+    d1: [PerPlant; 3],
+    d2: [PerPlant; 3],
+    middle: [PerPlant; 3],
+    light: [PerPlant; 3],
+    /// Squared irradiance, which the next sub-step compares with its own, and its relative change.
+    intensity2: PerPlant,
+    change: PerPlant,
+    response: PerPlant,
+}
+
+impl Row {
+    /// A row beyond the apex.
+    const BEYOND: Self = Self {
+        length: [0.0; LANES],
+        k1: [0.0; LANES],
+        k2: [0.0; LANES],
+        rest1: [0.0; LANES],
+        rest2: [0.0; LANES],
+        light_stage1: [0.0; LANES],
+        light_stage2: [0.0; LANES],
+        light_memory1: [0.0; LANES],
+        light_memory2: [0.0; LANES],
+        gravity_memory1: [0.0; LANES],
+        gravity_memory2: [0.0; LANES],
+        from_apex: [0.0; LANES],
+        growth_exp: [0.0; LANES],
+        motility_exp: [0.0; LANES],
+        modulus_ratio: [1.0; LANES],
+        growing: [0.0; LANES],
+        d1: [[0.0; LANES]; 3],
+        d2: [[0.0; LANES]; 3],
+        middle: [[0.0; LANES]; 3],
+        light: [[0.0; LANES]; 3],
+        intensity2: [0.0; LANES],
+        change: [0.0; LANES],
+        response: [0.0; LANES],
+    };
+}
+
+/// What is held constant over a tick for each plant.
+#[derive(Clone)]
+#[repr(C, align(64))]
+struct Constants {
+    base: [PerPlant; 4],
+    /// Place and strength of the lit lamps of each plant; a plant with fewer has lamps of strength 0.
+    lamps: [[PerPlant; 4]; MAX_LAMPS],
+    /// Exponent of the squared irradiance, and the factors of its Taylor series.
+    series: [PerPlant; 4],
+    light_share: PerPlant,
+    gravity_share: PerPlant,
+    local: PerPlant,
+    apical: PerPlant,
+    sensitivity: [PerPlant; 2],
+    bias: [PerPlant; 2],
+    growth_step: PerPlant,
+    straightening: PerPlant,
+    tip_mass: PerPlant,
+    leaf_mass: PerPlant,
+    radius_apex: PerPlant,
+    widening: PerPlant,
+    relaxed_share: PerPlant,
+    mature: PerPlant,
+    elongation: PerPlant,
+    per_edge: PerPlant,
+    per_modulus_length: PerPlant,
+}
+
+/// Up to [`LANES`] rods side by side during a tick.
+pub(in crate::greenhouse::bean) struct RodLanes {
+    rows: Box<[Row; MAX_NODES]>,
+    constants: Box<Constants>,
+    /// Number of lamps in [`Constants::lamps`] that are lit for some plant.
+    lit: usize,
+    /// Number of segments of each plant, and the greatest.
+    counts: [usize; LANES],
+    most: usize,
+    /// Index of the segment that bears the leaves of each plant.
+    leaves: [usize; LANES],
+    /// Whether the Taylor series of the response must start from fresh values.
+    is_stale: [bool; LANES],
+    /// Saturation of the response of each plant; infinite where all its segments are far from the lamps.
+    saturation: PerPlant,
+    /// Length of the longest segment of each plant.
+    longest: PerPlant,
+    /// Sum of [`Row::growing`] over the segments of each plant.
+    weight: PerPlant,
+    /// The least z of each plant.
+    nearest: PerPlant,
+}
+
+impl RodLanes {
+    pub(in crate::greenhouse::bean) fn new() -> Self {
+        const NONE: PerPlant = [0.0; LANES];
+        let rows = vec![Row::BEYOND; MAX_NODES].into_boxed_slice();
+        Self {
+            rows: rows.try_into().map_err(drop).expect("as many rows"),
+            constants: Box::new(Constants {
+                base: [NONE; 4],
+                lamps: [[NONE; 4]; MAX_LAMPS],
+                series: [NONE; 4],
+                light_share: NONE,
+                gravity_share: NONE,
+                local: NONE,
+                apical: NONE,
+                sensitivity: [NONE; 2],
+                bias: [NONE; 2],
+                growth_step: NONE,
+                straightening: NONE,
+                tip_mass: NONE,
+                leaf_mass: NONE,
+                radius_apex: NONE,
+                widening: NONE,
+                relaxed_share: NONE,
+                mature: NONE,
+                elongation: NONE,
+                per_edge: NONE,
+                per_modulus_length: NONE,
+            }),
+            lit: 0,
+            counts: [0; LANES],
+            most: 0,
+            leaves: [0; LANES],
+            is_stale: [true; LANES],
+            saturation: NONE,
+            longest: NONE,
+            weight: NONE,
+            nearest: NONE,
+        }
+    }
+
+    /// Forgets the plants of the last tick; `most` is the greatest number of segments of those to come.
+    pub(in crate::greenhouse::bean) fn begin(&mut self, most: usize) {
+        assert!(most < MAX_NODES);
+        self.most = most;
+        self.lit = 0;
+        self.constants.lamps = [[[0.0; LANES]; 4]; MAX_LAMPS];
+    }
+
+    /// Puts a rod into a lane at the begin of a tick.
+    pub(in crate::greenhouse::bean) fn load(
+        &mut self,
+        lane: usize,
+        rod: &Rod,
+        plant: &Individual,
+        forcing: &Forcing,
+    ) {
+        let Individual { motility, tropism, stem, .. } = plant;
+        let of = &mut *self.constants;
+        for (values, value) in of.base.iter_mut().zip(rod.base.0) {
+            values[lane] = value;
+        }
+        let lit = forcing.lamps.iter().zip(forcing.powers).filter(|(_, power)| *power > 0.0);
+        for (number, (&[x, y, z], power)) in lit.enumerate() {
+            let strength = power * LAMP_DISTANCE * LAMP_DISTANCE;
+            for (values, value) in of.lamps[number].iter_mut().zip([x, y, z, strength]) {
+                values[lane] = value;
+            }
+            self.lit = self.lit.max(number + 1);
+        }
+        let exponent = 0.5 * (tropism.light_exponent - 1.0);
+        let series = [exponent, 0.5 * (exponent - 1.0), (exponent - 2.0) / 3.0, (exponent - 3.0) / 4.0];
+        for (values, value) in of.series.iter_mut().zip(series) {
+            values[lane] = value;
+        }
+        of.light_share[lane] = (forcing.dt / tropism.light_memory_h).min(1.0);
+        of.gravity_share[lane] = (forcing.dt / tropism.gravity_memory_h).min(1.0);
+        (of.local[lane], of.apical[lane]) = (1.0 - tropism.apical, tropism.apical);
+        (of.sensitivity[0][lane], of.sensitivity[1][lane]) = (tropism.light, tropism.gravity);
+        (of.bias[0][lane], of.bias[1][lane]) = (tropism.bias_x, tropism.bias_z);
+        of.growth_step[lane] = forcing.dt * forcing.gain;
+        of.straightening[lane] = forcing.straightening;
+        (of.tip_mass[lane], of.leaf_mass[lane]) = (stem.tip_g, forcing.leaf_mass);
+        (of.radius_apex[lane], of.widening[lane]) = (stem.radius_apex, stem.radius_base - stem.radius_apex);
+        of.relaxed_share[lane] = forcing.relaxed_share;
+        of.mature[lane] = stem.modulus_mature_mpa * MEGAPASCAL * PI / 4.0;
+        of.elongation[lane] = forcing.dt * forcing.growth;
+        (of.per_edge[lane], of.per_modulus_length[lane]) = (1.0 / motility.edge, 1.0 / stem.modulus_length);
+        self.load_segments(lane, rod);
+    }
+
+    /// Puts the segments of a rod into a lane, after they were refreshed.
+    pub(in crate::greenhouse::bean) fn load_segments(&mut self, lane: usize, rod: &Rod) {
+        let (count, segments) = (rod.count, &*rod.segments);
+        if count > self.most {
+            // The rows that come to use lie beyond the apex of all plants, as the last one has.
+            let last = self.rows[self.most];
+            self.rows[self.most + 1..=count].fill(last);
+            self.most = count;
+        }
+        for (i, row) in self.rows[..count].iter_mut().enumerate() {
+            row.length[lane] = segments.length[i];
+            row.k1[lane] = segments.k1[i];
+            row.k2[lane] = segments.k2[i];
+            row.rest1[lane] = segments.rest1[i];
+            row.rest2[lane] = segments.rest2[i];
+            row.light_stage1[lane] = segments.light_stage1[i];
+            row.light_stage2[lane] = segments.light_stage2[i];
+            row.light_memory1[lane] = segments.light_memory1[i];
+            row.light_memory2[lane] = segments.light_memory2[i];
+            row.gravity_memory1[lane] = segments.gravity_memory1[i];
+            row.gravity_memory2[lane] = segments.gravity_memory2[i];
+            row.from_apex[lane] = segments.from_apex[i];
+            row.growth_exp[lane] = segments.growth_exp[i];
+            row.motility_exp[lane] = segments.motility_exp[i];
+            row.modulus_ratio[lane] = segments.modulus_ratio[i];
+        }
+        for row in &mut self.rows[count..=self.most] {
+            row.length[lane] = 0.0;
+            row.k1[lane] = 0.0;
+            row.k2[lane] = 0.0;
+            row.rest1[lane] = 0.0;
+            row.rest2[lane] = 0.0;
+            row.light_stage1[lane] = 0.0;
+            row.light_stage2[lane] = 0.0;
+            row.light_memory1[lane] = 0.0;
+            row.light_memory2[lane] = 0.0;
+            row.gravity_memory1[lane] = 0.0;
+            row.gravity_memory2[lane] = 0.0;
+            row.from_apex[lane] = 0.0;
+            row.growth_exp[lane] = 0.0;
+            row.motility_exp[lane] = 0.0;
+            row.modulus_ratio[lane] = 1.0;
+        }
+        self.counts[lane] = count;
+        self.leaves[lane] = rod.leaf;
+        self.is_stale[lane] = true;
+    }
+
+    /// Puts the state of a lane back into its rod.
+    pub(in crate::greenhouse::bean) fn store(&self, lane: usize, rod: &mut Rod) {
+        let segments = &mut *rod.segments;
+        for (i, row) in self.rows[..rod.count].iter().enumerate() {
+            segments.length[i] = row.length[lane];
+            segments.k1[i] = row.k1[lane];
+            segments.k2[i] = row.k2[lane];
+            segments.rest1[i] = row.rest1[lane];
+            segments.rest2[i] = row.rest2[lane];
+            segments.light_stage1[i] = row.light_stage1[lane];
+            segments.light_stage2[i] = row.light_stage2[lane];
+            segments.light_memory1[i] = row.light_memory1[lane];
+            segments.light_memory2[i] = row.light_memory2[lane];
+            segments.gravity_memory1[i] = row.gravity_memory1[lane];
+            segments.gravity_memory2[i] = row.gravity_memory2[lane];
+        }
+    }
+
+    /// Whether a segment of the plant in a lane must split.
+    pub(in crate::greenhouse::bean) fn must_split(&self, lane: usize) -> bool {
+        self.longest[lane] > MAX_SEGMENT_CM && self.counts[lane] + 1 < MAX_NODES
+    }
+
+    /// One sub-step of all plants: [`Rod::step`] without the splitting of segments.
+    ///
+    /// `nutation` is the rate of curvature of circumnutation of each plant towards d1 and d2, in 1/cm/h.
+    pub(in crate::greenhouse::bean) fn step(&mut self, nutation: &[[f64; 2]; LANES]) {
+        dispatch(Substep { rods: self, nutation });
+    }
+
+    /// Integrates curvature along the rods to frames and places.
+    #[inline(always)]
+    fn orient(&mut self) {
+        let mut rotation = self.constants.base;
+        let mut at = [[0.0; LANES]; 3];
+        let (mut weight, mut nearest) = ([0.0; LANES], [f64::INFINITY; LANES]);
+        for row in &mut self.rows[..=self.most] {
+            for lane in 0..LANES {
+                let length = row.length[lane];
+                let [x, y] = half_rotation(row.k1[lane], row.k2[lane], length);
+                let lower = Rotation([
+                    rotation[0][lane],
+                    rotation[1][lane],
+                    rotation[2][lane],
+                    rotation[3][lane],
+                ]);
+                let [d1, d2, along] = lower.then(1.0, x, y).frame();
+                let Rotation(upper) = lower.then(1.0 - x * x - y * y, 2.0 * x, 2.0 * y);
+                for part in 0..4 {
+                    rotation[part][lane] = upper[part];
+                }
+                let half = 0.5 * length;
+                for axis in 0..3 {
+                    row.d1[axis][lane] = d1[axis];
+                    row.d2[axis][lane] = d2[axis];
+                    let way = half * along[axis];
+                    let middle = at[axis][lane] + way;
+                    row.middle[axis][lane] = middle;
+                    at[axis][lane] = middle + way;
+                }
+                let z = row.middle[2][lane];
+                nearest[lane] = if z < nearest[lane] { z } else { nearest[lane] };
+                let growing = length / (1.0 + row.growth_exp[lane]);
+                row.growing[lane] = growing;
+                weight[lane] += growing;
+            }
+        }
+        (self.weight, self.nearest) = (weight, nearest);
+    }
+
+    /// Irradiance at each segment and the apex, and its change since the sub-step before.
+    #[inline(always)]
+    fn illuminate(&mut self) {
+        let lamps = &self.constants.lamps[..self.lit];
+        let mut slow = self.is_stale.map(|is_stale| if is_stale { 0.0 } else { 1.0 });
+        let mut brightest = [0.0; LANES];
+        for row in &mut self.rows[..=self.most] {
+            row.light = [[0.0; LANES]; 3];
+            for [lamp_x, lamp_y, lamp_z, strength] in lamps {
+                for lane in 0..LANES {
+                    let x = lamp_x[lane] - row.middle[0][lane];
+                    let y = lamp_y[lane] - row.middle[1][lane];
+                    let z = lamp_z[lane] - row.middle[2][lane];
+                    let distance2 = (x * x + y * y + z * z).max(LAMP_RADIUS * LAMP_RADIUS);
+                    let share = strength[lane] / (distance2 * distance2.sqrt());
+                    row.light[0][lane] += x * share;
+                    row.light[1][lane] += y * share;
+                    row.light[2][lane] += z * share;
+                }
+            }
+            for lane in 0..LANES {
+                let [x, y, z] = [row.light[0][lane], row.light[1][lane], row.light[2][lane]];
+                let (now, last) = (x * x + y * y + z * z, row.intensity2[lane]);
+                slow[lane] = if (now - last).abs() < SERIES_LIMIT * last { slow[lane] } else { 0.0 };
+                brightest[lane] = if now > brightest[lane] { now } else { brightest[lane] };
+                row.change[lane] = now / last - 1.0;
+                row.intensity2[lane] = now;
+            }
+        }
+        self.is_stale = slow.map(|slow| slow == 0.0);
+        self.saturation = brightest.map(|most| if most > SATURATION { SATURATION } else { f64::INFINITY });
+    }
+
+    /// Computes the response anew for plants whose irradiance has changed too much for the Taylor series.
+    fn respond_anew(&mut self) {
+        for lane in 0..LANES {
+            if !self.is_stale[lane] {
+                continue;
+            }
+            let (exponent, count) = (self.constants.series[0][lane], self.counts[lane]);
+            for i in 0..=self.most {
+                // Rows beyond the apex lie where the apex lies.
+                let response = if i > count {
+                    self.rows[count].response[lane]
+                } else {
+                    let intensity2 = self.rows[i].intensity2[lane];
+                    if intensity2 > 0.0 { math::pow(intensity2, exponent) } else { 0.0 }
+                };
+                let row = &mut self.rows[i];
+                (row.response[lane], row.change[lane]) = (response, 0.0);
+            }
+            self.is_stale[lane] = false;
+        }
+    }
+
+    /// Perception and differential growth. `SATURATES` says whether a plant is near enough to a lamp.
+    #[inline(always)]
+    fn bend<const SATURATES: bool>(&mut self, nutation: &[[f64; 2]; LANES]) {
+        let (of, saturation) = (&*self.constants, &self.saturation);
+        let (segments, apex) = self.rows[..=self.most].split_at_mut(self.most);
+        let mut light = [[0.0; LANES]; 3];
+        let apex = &mut apex[0];
+        for lane in 0..LANES {
+            let apical = of.apical[lane] * of.respond::<SATURATES>(apex, saturation, lane);
+            for (light, at_apex) in light.iter_mut().zip(&apex.light) {
+                light[lane] = apical * at_apex[lane];
+            }
+        }
+        let mut steady = [[0.0; LANES]; 2];
+        for (lane, &[towards1, towards2]) in nutation.iter().enumerate() {
+            steady[0][lane] = towards1 + of.bias[0][lane];
+            steady[1][lane] = towards2 - of.bias[1][lane];
+        }
+        for row in segments {
+            for lane in 0..LANES {
+                let effective = of.local[lane] * of.respond::<SATURATES>(row, saturation, lane);
+                let x = effective * row.light[0][lane] + light[0][lane];
+                let y = effective * row.light[1][lane] + light[1][lane];
+                let z = effective * row.light[2][lane] + light[2][lane];
+                let signal1 = x * row.d1[0][lane] + y * row.d1[1][lane] + z * row.d1[2][lane];
+                let signal2 = x * row.d2[0][lane] + y * row.d2[1][lane] + z * row.d2[2][lane];
+                let (light_share, gravity_share) = (of.light_share[lane], of.gravity_share[lane]);
+                let stage1 = low_pass(row.light_stage1[lane], light_share, signal1);
+                let stage2 = low_pass(row.light_stage2[lane], light_share, signal2);
+                let light1 = low_pass(row.light_memory1[lane], light_share, stage1);
+                let light2 = low_pass(row.light_memory2[lane], light_share, stage2);
+                let gravity1 = low_pass(row.gravity_memory1[lane], gravity_share, row.d1[1][lane]);
+                let gravity2 = low_pass(row.gravity_memory2[lane], gravity_share, row.d2[1][lane]);
+                let motile_step = of.growth_step[lane] / (1.0 + row.motility_exp[lane]);
+                let (to_light, to_gravity) = (of.sensitivity[0][lane], of.sensitivity[1][lane]);
+                let rate1 = to_light * light1 + to_gravity * gravity1 + steady[0][lane];
+                let rate2 = to_light * light2 + to_gravity * gravity2 + steady[1][lane];
+                let straightening = of.straightening[lane];
+                row.rest1[lane] += motile_step * (rate1 - straightening * row.k1[lane]);
+                row.rest2[lane] += motile_step * (rate2 - straightening * row.k2[lane]);
+                (row.light_stage1[lane], row.light_stage2[lane]) = (stage1, stage2);
+                (row.light_memory1[lane], row.light_memory2[lane]) = (light1, light2);
+                (row.gravity_memory1[lane], row.gravity_memory2[lane]) = (gravity1, gravity2);
+            }
+        }
+    }
+
+    /// Loads from the apex down, elastic relaxation, and elongation. `TOUCHES` says whether a plant touches the wall.
+    #[inline(always)]
+    fn relax<const TOUCHES: bool>(&mut self) {
+        let of = &*self.constants;
+        let touch = WALL + TOUCH_CM;
+        let apex = &self.rows[self.most].middle;
+        let (mut mass, mut mass_x, mut mass_z) = (of.tip_mass, [0.0; LANES], [0.0; LANES]);
+        let (mut push, mut push_x, mut push_y) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let (mut rate, mut above, mut longest) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            mass_x[lane] = mass[lane] * apex[0][lane];
+            mass_z[lane] = mass[lane] * apex[2][lane];
+            rate[lane] = of.elongation[lane] / self.weight[lane];
+        }
+        for (i, row) in self.rows[..self.most].iter_mut().enumerate().rev() {
+            if self.leaves.contains(&i) {
+                for lane in 0..LANES {
+                    if self.leaves[lane] == i {
+                        mass[lane] += of.leaf_mass[lane];
+                        mass_x[lane] += of.leaf_mass[lane] * row.middle[0][lane];
+                        mass_z[lane] += of.leaf_mass[lane] * row.middle[2][lane];
+                    }
+                }
+            }
+            for lane in 0..LANES {
+                let [x, y, z] = [row.middle[0][lane], row.middle[1][lane], row.middle[2][lane]];
+                let mut moment_x = GRAVITY * (mass_z[lane] - z * mass[lane]);
+                let mut moment_y = 0.0;
+                let moment_z = GRAVITY * (x * mass[lane] - mass_x[lane]);
+                if TOUCHES && self.nearest[lane] < touch {
+                    moment_x += push_y[lane] - y * push[lane];
+                    moment_y -= push_x[lane] - x * push[lane];
+                    let own = WALL_STIFFNESS * (touch - z).max(0.0);
+                    push[lane] += own;
+                    push_x[lane] += own * x;
+                    push_y[lane] += own * y;
+                }
+                let (length, from_apex) = (row.length[lane], row.from_apex[lane]);
+                let radius = of.radius_apex[lane] + of.widening[lane] * (from_apex / TAPER_CM).min(1.0);
+                let own = DENSITY * PI * radius * radius * length;
+                mass[lane] += own;
+                mass_x[lane] += own * x;
+                mass_z[lane] += own * z;
+
+                let area = radius * radius;
+                let compliance = 1.0 / (of.mature[lane] * row.modulus_ratio[lane].min(1.0) * area * area);
+                let bending_moment1 =
+                    moment_x * row.d2[0][lane] + moment_y * row.d2[1][lane] + moment_z * row.d2[2][lane];
+                let bending_moment2 =
+                    moment_x * row.d1[0][lane] + moment_y * row.d1[1][lane] + moment_z * row.d1[2][lane];
+                let (k1, k2, relaxed_share) = (row.k1[lane], row.k2[lane], of.relaxed_share[lane]);
+                row.k1[lane] = k1 + relaxed_share * (row.rest1[lane] + compliance * bending_moment1 - k1);
+                row.k2[lane] = k2 + relaxed_share * (row.rest2[lane] - compliance * bending_moment2 - k2);
+
+                let length = length + rate[lane] * row.growing[lane];
+                let measured = above[lane] + 0.5 * length;
+                let moved = measured - from_apex;
+                above[lane] += length;
+                longest[lane] = if length > longest[lane] { length } else { longest[lane] };
+                row.growth_exp[lane] *= small_exp(moved * (1.0 / GROWTH_EDGE_CM));
+                row.motility_exp[lane] *= small_exp(moved * of.per_edge[lane]);
+                row.modulus_ratio[lane] *= small_exp(moved * of.per_modulus_length[lane]);
+                (row.length[lane], row.from_apex[lane]) = (length, measured);
+            }
+        }
+        self.longest = longest;
+    }
+}
+
+impl Constants {
+    /// Updates the response per unit of irradiance by its Taylor series; returns it with saturation.
+    #[inline(always)]
+    fn respond<const SATURATES: bool>(&self, row: &mut Row, saturation: &PerPlant, lane: usize) -> f64 {
+        let [exponent, second, third, fourth] = &self.series;
+        let change = row.change[lane];
+        let series =
+            1.0 + second[lane] * change * (1.0 + third[lane] * change * (1.0 + fourth[lane] * change));
+        let response = row.response[lane] * (1.0 + exponent[lane] * change * series);
+        row.response[lane] = response;
+        if SATURATES { response.min(saturation[lane] / row.intensity2[lane].sqrt()) } else { response }
+    }
+}
+
+/// A low-pass filter after a sub-step.
+#[inline(always)]
+fn low_pass(memory: f64, share: f64, signal: f64) -> f64 {
+    memory + share * (signal - memory)
+}
+
+/// [`RodLanes::step`] as a kernel.
+struct Substep<'a> {
+    rods: &'a mut RodLanes,
+    nutation: &'a [[f64; 2]; LANES],
+}
+
+impl Kernel for Substep<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { rods, nutation } = self;
+        rods.orient();
+        rods.illuminate();
+        if rods.is_stale.contains(&true) {
+            rods.respond_anew();
+        }
+        if rods.saturation.iter().any(|saturation| saturation.is_finite()) {
+            rods.bend::<true>(nutation);
+        } else {
+            rods.bend::<false>(nutation);
+        }
+        if rods.nearest.iter().any(|&nearest| nearest < WALL + TOUCH_CM) {
+            rods.relax::<true>();
+        } else {
+            rods.relax::<false>();
+        }
+    }
+}
