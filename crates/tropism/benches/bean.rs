@@ -74,8 +74,7 @@ fn population(criterion: &mut Criterion) {
     });
     let trial = Trial::new(&species);
     let task = OpenLoop { steps: STEPS, ..OpenLoop::default() };
-    let periodic =
-        || Periodic::new(acceptance::SWITCH_STEPS, &trial.layout).starting_with(Light::RIGHT);
+    let periodic = || Periodic::new(acceptance::SWITCH_STEPS, &trial.layout).starting_with(Light::RIGHT);
     group.bench_function("tracked, plain", |bencher| {
         bencher.iter_custom(|rounds| {
             let grow = |&seed: &u64| trial.grow(seed, &mut periodic(), &task, &mut unwatched);

@@ -7,9 +7,9 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use proptest::prelude::*;
-use tropism::geometry::Point;
 use tropism::control::{Greedy, Periodic};
 use tropism::environment::unwatched;
+use tropism::geometry::Point;
 use tropism::greenhouse::bean::{
     Bean, Individual, Population, Species, Trial, acceptance, grow, lamp_powers,
 };
@@ -230,7 +230,8 @@ fn species_files() -> [Species; 2] {
 fn bits(bean: &Bean) -> Vec<u64> {
     let pose = bean.pose();
     let stem = pose.stem.iter().flat_map(|node| node.at.into_iter().chain([node.radius]));
-    let leaves = pose.leaves.iter().flat_map(|leaf| leaf.base.into_iter().chain(leaf.along).chain(leaf.across));
+    let leaves =
+        pose.leaves.iter().flat_map(|leaf| leaf.base.into_iter().chain(leaf.along).chain(leaf.across));
     stem.chain(leaves).chain([bean.length(), bean.peak_curvature(), bean.age_h()]).map(f64::to_bits).collect()
 }
 
@@ -242,11 +243,8 @@ fn beans_side_by_side_are_beans_alone_to_the_bit() {
         .map(|seed| {
             let species = if seed % 3 == 0 { &sunflower } else { &common };
             let individual = species.draw(seed.into(), f64::from(seed % 4) * 0.6);
-            let bean = if seed % 7 == 6 {
-                Bean::noise_free(individual)
-            } else {
-                Bean::new(individual, seed.into())
-            };
+            let bean =
+                if seed % 7 == 6 { Bean::noise_free(individual) } else { Bean::new(individual, seed.into()) };
             let mut bean = bean.under(&Layout::four_sides());
             if seed == 5 || seed == 8 {
                 bean = bean.with_substep(11.0);
@@ -341,11 +339,7 @@ fn a_plant_that_is_broken_off_leaves_the_others_alone() {
     let periodic = |_| Periodic::new(10, &trial.layout);
     let seeds: Vec<u64> = (0..40).collect();
     let watch = &mut |place: usize, sample: &Sample| {
-        if place == 3 && sample.step == 12 {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        if place == 3 && sample.step == 12 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let tracks = trial.grow_all(&seeds, periodic, &task, watch);
     for (place, track) in tracks.iter().enumerate() {

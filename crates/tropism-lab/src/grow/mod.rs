@@ -160,7 +160,8 @@ impl GrowPlan {
     fn grow(&self, monitor: &dyn Monitor) -> Result<Vec<GrownPlant>, Error> {
         monitor.stage("grow", self.plants.into());
         let plants: Vec<u32> = (0..self.plants).collect();
-        let at_once = (plants.len() / rayon::current_num_threads()).clamp(PLANTS_AT_ONCE[0], PLANTS_AT_ONCE[1]);
+        let at_once =
+            (plants.len() / rayon::current_num_threads()).clamp(PLANTS_AT_ONCE[0], PLANTS_AT_ONCE[1]);
         let plants: Vec<Vec<Option<GrownPlant>>> = plants
             .par_chunks(at_once)
             .map(|plants| self.grow_side_by_side(plants, monitor))

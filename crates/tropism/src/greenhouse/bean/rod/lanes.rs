@@ -314,12 +314,8 @@ impl RodLanes {
             for lane in 0..LANES {
                 let length = row.length[lane];
                 let [x, y] = half_rotation(row.k1[lane], row.k2[lane], length);
-                let lower = Rotation([
-                    rotation[0][lane],
-                    rotation[1][lane],
-                    rotation[2][lane],
-                    rotation[3][lane],
-                ]);
+                let lower =
+                    Rotation([rotation[0][lane], rotation[1][lane], rotation[2][lane], rotation[3][lane]]);
                 let [d1, d2, along] = lower.then(1.0, x, y).frame();
                 let Rotation(upper) = lower.then(1.0 - x * x - y * y, 2.0 * x, 2.0 * y);
                 for part in 0..4 {
