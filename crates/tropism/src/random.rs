@@ -33,6 +33,12 @@ pub enum Purpose {
     Run = 9,
     /// Seeds of the plants of an experiment.
     Plant = 10,
+    /// Seeds of the plants on which finished controllers are judged: none of them is a plant of an experiment.
+    Judge = 11,
+    /// Seeds of the plants that stand for a species, with which a single plant is compared.
+    Reference = 12,
+    /// Resamples of the bootstrap.
+    Bootstrap = 13,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

@@ -34,7 +34,7 @@ fn powers_in(layout: &Layout, light: Light) -> [f64; MAX_LAMPS] {
 ///
 /// The tip is placed as the paper's detector places it in a photograph: projected, leaves included, on the detector's grid
 /// and with its noise.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(in crate::greenhouse) struct Observer {
     /// The detector's noise; `None` leaves the rounding to the grid alone.
     noise: Option<ChaCha8Rng>,
@@ -71,8 +71,12 @@ impl Observer {
     }
 }
 
-/// A bean without photographs as an environment.
-struct Specimen {
+/// A bean without photographs as an environment: that of [`Trial::specimen`].
+///
+/// Copies share the past and, under the same lights, the future: all noise is part of the plant. So a search can try what
+/// would become of one plant under other lights.
+#[derive(Clone)]
+pub struct Specimen {
     layout: Layout,
     period_min: f64,
     bean: Bean,
@@ -170,7 +174,7 @@ impl<'s> Trial<'s> {
         task: &(impl Task + ?Sized),
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Track {
-        self.specimen(self.seedling(seed), Observer::of(seed)).run(controller, task, watch)
+        self.specimen(seed).run(controller, task, watch)
     }
 
     /// Grows the plants of `seeds` side by side in vector lanes: the tracks of [`Self::grow`], in order and to the bit.
@@ -239,7 +243,13 @@ impl<'s> Trial<'s> {
         Bean::new(self.species.draw(seed, self.scale), seed)
     }
 
-    fn specimen(&self, bean: Bean, observer: Observer) -> Specimen {
+    /// The plant of `seed` before its first step, as [`grow`](Self::grow) grows it.
+    #[must_use]
+    pub fn specimen(&self, seed: u64) -> Specimen {
+        self.observed(self.seedling(seed), Observer::of(seed))
+    }
+
+    fn observed(&self, bean: Bean, observer: Observer) -> Specimen {
         let bean = bean.under(&self.layout);
         Specimen { layout: self.layout.clone(), period_min: self.period_min, bean, observer }
     }
@@ -280,7 +290,7 @@ pub fn grow_noise_free(
     task: &(impl Task + ?Sized),
 ) -> Track {
     let bean = Bean { phase, ..Bean::noise_free(species.average()) };
-    Trial::new(species).specimen(bean, Observer::default()).run(controller, task, &mut unwatched)
+    Trial::new(species).observed(bean, Observer::default()).run(controller, task, &mut unwatched)
 }
 
 /// The columns of a grown track beside the required ones.

@@ -28,9 +28,9 @@ mod population;
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub(super) use grow::Observer;
-pub use grow::{Trial, grow, grow_noise_free, lamp_powers};
+pub use grow::{Specimen, Trial, grow, grow_noise_free, lamp_powers};
 pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
-pub use noise::Pause;
+pub use noise::{Pause, ResponseState, response_history};
 pub use population::Population;
 pub use species::{Species, Spread};
 

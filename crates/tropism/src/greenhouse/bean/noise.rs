@@ -8,7 +8,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{FILE_RATES_PER_H, Fluctuation, Individual};
+use super::{FILE_RATES_PER_H, Fluctuation, Individual, MAX_TICK_MIN};
 use crate::math;
 use crate::random::{self, Purpose};
 
@@ -50,6 +50,46 @@ impl Pause {
 pub(super) struct Gains {
     pub(super) motility: f64,
     pub(super) growth: f64,
+}
+
+/// How strongly the random processes of a plant let it respond at the beginning of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResponseState {
+    /// Slow fluctuation of motility as a factor: 1 on average over plants. Pauses are left out.
+    pub motility: f64,
+    /// Share of motility that pauses leave, 0 to 1: 1 outside of all pauses.
+    pub unpaused: f64,
+}
+
+/// The random processes of the plant with the parameters `plant` that grows from `seed`, at the beginning of each of `steps`
+/// steps of `period_min` minutes. They do not depend on the light, so nothing is grown.
+///
+/// ```
+/// use tropism::greenhouse::bean::{Species, response_history};
+/// let history = response_history(&Species::default().draw(1, 1.0), 1, 300, 5.0);
+/// assert!(history.len() == 300 && history.iter().any(|state| state.unpaused < 0.5));
+/// ```
+#[must_use]
+pub fn response_history(plant: &Individual, seed: u64, steps: u32, period_min: f64) -> Vec<ResponseState> {
+    let mut noise = PlantNoise::new(plant, seed);
+    // A bean draws its first phase, and a step of the phase a tick, from the stream of the gains.
+    noise.phase();
+    let ticks = (period_min / MAX_TICK_MIN).ceil().max(1.0) as u32;
+    let tick_h = period_min / f64::from(ticks) / 60.0;
+    let sigma = plant.fluctuation.motility;
+    let mut age_h = 0.0;
+    let mut step = |_| {
+        let motility = math::exp(noise.motility - 0.5 * sigma * sigma);
+        let mut unpaused = None;
+        for _ in 0..ticks {
+            let gains = noise.gains(plant, age_h, tick_h);
+            unpaused.get_or_insert(gains.motility / motility);
+            noise.phase_step(plant, tick_h);
+            age_h += tick_h;
+        }
+        ResponseState { motility, unpaused: unpaused.expect("a step has a tick") }
+    };
+    (0..steps).map(&mut step).collect()
 }
 
 /// The random processes of one plant.
@@ -147,12 +187,30 @@ fn waiting_time(rng: &mut ChaCha8Rng, per_h: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::greenhouse::bean::{Bean, Species};
 
     #[test]
     fn a_pause_ramps_about_its_ends() {
         let pause = Pause { start_h: 10.0, end_h: 12.0, motility: 0.1, growth: 1.0 };
         for (age_h, level) in [(9.7, 0.0), (10.0, 0.5), (10.3, 1.0), (11.0, 1.0), (12.0, 0.5), (12.3, 0.0)] {
             assert!((pause.level(age_h) - level).abs() < 1e-12, "{age_h}");
+        }
+    }
+
+    #[test]
+    fn the_history_of_the_response_is_that_of_the_growing_bean() {
+        let plant = Species::default().draw(5, 1.0);
+        for period_min in [5.0, 12.0] {
+            let history = response_history(&plant, 5, 41, period_min);
+            let mut bean = Bean::new(plant.clone(), 5);
+            for state in &history {
+                let noise = bean.noise.as_mut().unwrap();
+                let motility = math::exp(noise.motility - 0.5 * plant.fluctuation.motility.powi(2));
+                assert_eq!(state.motility, motility);
+                let paused = noise.clone().gains(&plant, bean.age_h, 0.0).motility;
+                assert!((state.unpaused - paused / motility).abs() < 1e-12);
+                bean.advance(&[0.0, 1.0], period_min);
+            }
         }
     }
 
