@@ -25,6 +25,7 @@ mod page;
 mod shifts;
 mod speed;
 mod stems;
+mod transfer;
 
 pub use animation::{Animation, AnimationError};
 pub use composite::{Composite, composite};
@@ -39,6 +40,7 @@ pub use shifts::shift_maps;
 pub use speed::speed;
 pub use stems::{LitStem, stems};
 pub use trajectories::{directions, steering, trajectories};
+pub use transfer::{ControllerScores, SteeredPlant, score_strips, steering_panels};
 
 /// The kind of plants that results come from. Every caption and every page names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
