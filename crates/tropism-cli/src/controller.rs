@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
+use tropism::lamps::Layout;
 use tropism::task::TaskSpec;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::ControllerSpec;
 use tropism_lab::controller::PAPER_SWITCH_MIN;
+use tropism_lab::transfer::{ControllerSource, NamedController};
 
 use crate::options::{TaskOption, parse_minutes};
 
@@ -43,6 +46,55 @@ impl ControllerName {
             Self::File(path) => ControllerSpec::read_network(path)?,
         })
     }
+
+    /// The controller for a comparison, named as on the command line; a path may be a folder of champions.
+    pub(crate) fn source(&self) -> ControllerSource {
+        let named = |name: String, controller| ControllerSource::Named(NamedController { name, controller });
+        match self {
+            Self::Periodic(minutes) => {
+                let (time, unit) =
+                    if minutes % 60.0 == 0.0 { (minutes / 60.0, 'h') } else { (*minutes, 'm') };
+                named(format!("periodic-{time}{unit}"), ControllerSpec::periodic(*minutes))
+            }
+            Self::Chase => named("chase".to_owned(), ControllerSpec::Greedy),
+            Self::File(path) => ControllerSource::Path(path.clone()),
+        }
+    }
+}
+
+/// Under which conditions several controllers are compared.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Conditions {
+    pub(crate) task: TaskSpec,
+    pub(crate) layout: Layout,
+    pub(crate) period_min: f64,
+}
+
+/// The conditions for `controllers`: the task of the file, else the one that the champions were evolved for, or the paper's;
+/// lamps and period of the champions, or the paper's.
+///
+/// # Errors
+/// If the champions were evolved for different tasks and no file is named, or for different lamps or periods.
+pub(crate) fn conditions_of<'c>(
+    controllers: impl Iterator<Item = &'c ControllerSpec> + Clone,
+    file: &TaskOption,
+) -> Result<Conditions> {
+    let champions = || controllers.clone().filter_map(ControllerSpec::champion);
+    let mut tasks = champions().filter_map(|champion| champion.task.as_ref());
+    let task = match tasks.next().filter(|_| file.task.is_none()) {
+        Some(task) => {
+            let is_one = tasks.all(|other| other == task);
+            ensure!(is_one, "found champions that were evolved for different tasks, wanted --task");
+            task.clone()
+        }
+        None => file.load()?,
+    };
+    let first = champions().next();
+    let layout = first.map_or_else(Layout::default, |champion| champion.layout.clone());
+    let period_min = first.map_or(PAPER_PERIOD_MIN, |champion| champion.period_min);
+    let is_alike = champions().all(|other| other.layout == layout && other.period_min == period_min);
+    ensure!(is_alike, "found champions for different lamps or periods, wanted the same: compare them apart");
+    Ok(Conditions { task, layout, period_min })
 }
 
 /// The task for `controller`: that of the file, or the paper's for such a controller; in `steps` at most.

@@ -132,7 +132,9 @@ fn parse_faults(text: &str) -> Result<Faults, String> {
 /// Keys of plans, and the options that set them.
 const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("base", "--base"),
+    ("bound", "--bound"),
     ("calibration", "--calibration"),
+    ("controllers", "--controllers"),
     ("crop", "--crop"),
     ("distance_cm", "--distance"),
     ("dry", "--dry"),
@@ -147,6 +149,7 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("model", "--model"),
     ("out", "--out"),
     ("period_min", "--period"),
+    ("plant_seeds", "--plant-seeds"),
     ("plants", "--plants"),
     ("photographs", "--photographs"),
     ("px_per_cm", "--scale"),

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 21] = [
     "study",
     "check",
     "run",
@@ -20,6 +20,7 @@ const COMMANDS: [&str; 20] = [
     "score",
     "show",
     "grow",
+    "transfer",
     "calibrate",
     "report",
     "timelapse",
@@ -45,8 +46,8 @@ fn every_command_shows_an_example() {
         for option in ["--json", "--quiet"] {
             assert!(text.contains(option), "{command} lacks {option}");
         }
-        let has_chance =
-            ["study", "run", "evolve", "baseline", "simulate", "grow", "calibrate"].contains(&command);
+        let has_chance = ["study", "run", "evolve", "baseline", "simulate", "grow", "transfer", "calibrate"]
+            .contains(&command);
         assert_eq!(text.contains("--seed"), has_chance, "{command}");
         insta::assert_snapshot!(format!("help-{command}"), text);
     }

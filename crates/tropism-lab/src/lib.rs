@@ -16,6 +16,7 @@
 //! | [`EvolvePlan`](evolve::EvolvePlan), [`BaselinePlan`](baseline::BaselinePlan) | champions, and the fitness of random controllers |
 //! | [`SimulatePlan`](simulate::SimulatePlan), [`ScorePlan`](score::ScorePlan), [`ShowPlan`](show::ShowPlan) | a controller on the model, the fitness of tracks, a network and its decisions |
 //! | [`GrowPlan`](grow::GrowPlan), [`CalibratePlan`](calibrate::CalibratePlan) | virtual beans, and their parameters from tracks |
+//! | [`TransferPlan`](transfer::TransferPlan) | controllers compared on the same unseen virtual plants |
 //! | [`StudyPlan`](study::StudyPlan), [`ReportPlan`](report::ReportPlan) | the whole paper, and pages of figures |
 //!
 //! Below them: [`files`] and [`Checkpoint`] on the disk, the [`Journal`] of a [`RunFolder`], and the [`Recorder`], which
@@ -57,6 +58,7 @@ pub mod grow;
 pub mod calibrate;
 mod finished_run;
 mod figures;
+pub mod transfer;
 pub mod study;
 pub mod report;
 

@@ -10,6 +10,7 @@ use tropism_lab::score::ScorePlan;
 use tropism_lab::show::ShowPlan;
 use tropism_lab::simulate::SimulatePlan;
 use tropism_lab::study::StudyPlan;
+use tropism_lab::transfer::TransferPlan;
 use tropism_lab::{Error, Workflow};
 
 #[track_caller]
@@ -39,6 +40,7 @@ fn plans_come_back_and_refuse_unknown_keys() {
     comes_back::<RecoveryPlan>();
     comes_back::<ReportPlan>();
     comes_back::<StudyPlan>();
+    comes_back::<TransferPlan>();
 }
 
 #[track_caller]

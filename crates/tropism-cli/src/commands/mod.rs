@@ -20,6 +20,7 @@ mod stop;
 mod study;
 mod timelapse;
 mod track;
+mod transfer;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -46,6 +47,7 @@ pub(crate) enum Command {
     Score(score::Score),
     Show(show::Show),
     Grow(grow::Grow),
+    Transfer(transfer::Transfer),
     Calibrate(calibrate::Calibrate),
     Report(report::Report),
     Timelapse(timelapse::Timelapse),
@@ -72,6 +74,7 @@ impl Command {
             Self::Score(score) => score.execute(shell),
             Self::Show(show) => show.execute(shell),
             Self::Grow(grow) => grow.execute(shell),
+            Self::Transfer(transfer) => transfer.execute(shell),
             Self::Calibrate(calibrate) => calibrate.execute(shell),
             Self::Report(report) => report.execute(shell),
             Self::Timelapse(timelapse) => timelapse.execute(shell),

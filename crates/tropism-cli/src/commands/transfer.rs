@@ -1,0 +1,136 @@
+//! `tropism transfer`: controllers compared on the same unseen virtual plants.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_controllers};
+
+use crate::controller::{ControllerName, conditions_of};
+use crate::options::{BeanOption, SeedOption, TaskOption};
+use crate::progress::execute_and_print;
+use crate::shell::Shell;
+
+/// Compare controllers on the same many unseen virtual plants
+///
+/// Each controller steers every plant. Results are fitness with intervals, distance at each target, differences between
+/// controllers on the same plants, and likely causes of missed targets: as text, transfer.json, plants.csv and
+/// report.html. Ctrl-C saves; --resume continues with the same results as without an interruption.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    tropism transfer --controllers chase periodic:6h --out transfer\n  \
+    tropism transfer --controllers evolution chase --model model.json --ceiling --out transfer")]
+pub(crate) struct Transfer {
+    /// periodic[:6h], chase, champion files, or folders of champions such as that of `tropism evolve`
+    #[arg(long, required = true, num_args = 1.., value_name = "FILE|DIR|chase|periodic:6h")]
+    controllers: Vec<ControllerName>,
+
+    /// Number of virtual plants; none of them is a plant of another command, whatever the seed
+    #[arg(long, default_value_t = JUDGING_PLANTS, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    plants: u32,
+
+    /// Seeds of the plants, from A to the one before B, instead of --plants
+    #[arg(long, value_name = "A..B", value_parser = parse_seeds, conflicts_with = "plants")]
+    plant_seeds: Option<Range<u64>>,
+
+    /// Individual variation of the plants: 0 for the average, 1 as between real plants, up to 2
+    #[arg(long, default_value_t = 1.0, value_name = "X")]
+    scale: f64,
+
+    /// Measure the tip in photographs of the virtual camera, instead of placing it with the detector's noise
+    #[arg(long)]
+    photographs: bool,
+
+    /// Search the best schedule of lamps for each plant, all its noise known: a lower bound of what is possible
+    #[arg(long)]
+    ceiling: bool,
+
+    /// Controller that stands for what a rule without knowledge of the future can reach; others are shown as shares of it
+    #[arg(long, value_name = "NAME")]
+    bound: Option<String>,
+
+    /// Model on which the controllers were made, to tell misses where it has no data
+    #[arg(long, value_name = "model.json")]
+    model: Option<PathBuf>,
+
+    /// Folder to write to
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Continue the comparison in DIR
+    #[arg(long)]
+    resume: bool,
+
+    #[command(flatten)]
+    bean: BeanOption,
+
+    #[command(flatten)]
+    task: TaskOption,
+
+    #[command(flatten)]
+    seed: SeedOption,
+}
+
+impl Transfer {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
+        let sources: Vec<_> = self.controllers.iter().map(ControllerName::source).collect();
+        let controllers = read_controllers(&sources)?;
+        let conditions = conditions_of(controllers.iter().map(|one| &one.controller), &self.task)?;
+        let mut plan = TransferPlan {
+            controllers,
+            plants: self.plants,
+            plant_seeds: self.plant_seeds,
+            task: conditions.task,
+            period_min: conditions.period_min,
+            photographs: self.photographs,
+            model: self.model,
+            ceiling: self.ceiling,
+            bound: self.bound,
+            seed: self.seed.seed,
+            resume: self.resume,
+            out: self.out,
+            ..TransferPlan::default()
+        };
+        plan.greenhouse.scale = self.scale;
+        plan.greenhouse.layout = conditions.layout;
+        if let Some(bean) = self.bean.load()? {
+            plan.greenhouse.bean = bean;
+        }
+        execute_and_print(&plan, shell, |results| text(&plan, results))
+    }
+}
+
+/// `A..B`, two whole numbers.
+fn parse_seeds(text: &str) -> Result<Range<u64>, String> {
+    let wanted = || format!("found {text:?}, wanted two whole numbers such as 1000..1090");
+    let (start, end) = text.split_once("..").ok_or_else(wanted)?;
+    let number = |part: &str| part.trim().parse().ok().filter(|&seed: &u64| i64::try_from(seed).is_ok());
+    Ok(number(start).ok_or_else(wanted)?..number(end).ok_or_else(wanted)?)
+}
+
+fn text(plan: &TransferPlan, results: &TransferResults) -> String {
+    let longest = results.controllers.iter().map(|one| one.name.len()).max().unwrap_or(0).max(10);
+    let mut text = format!(
+        "{} virtual plants, fitness in cm of at most {:.2}\n{:<longest$}   mean   95 % interval     sd  under 9  under 6  kept\n",
+        results.plants, results.best_possible, "controller"
+    );
+    for one in &results.controllers {
+        let [low, high] = one.interval;
+        let kept =
+            one.share_of_expected.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+        text += &format!(
+            "{:<longest$}  {:>5.2}  {low:>5.2} to {high:>5.2}  {:>5.2}  {:>5.0} %  {:>5.0} %  {kept}\n",
+            one.name,
+            one.mean,
+            one.sd,
+            100.0 * one.under_9,
+            100.0 * one.under_6,
+        );
+    }
+    if let Some(ceiling) = results.mean_ceiling {
+        text += &format!("best schedules found with all noise known: {ceiling:.2} on average\n");
+    }
+    text + &format!("wrote {0}; report: {0}/report.html", plan.out.display())
+}

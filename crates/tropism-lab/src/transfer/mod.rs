@@ -1,0 +1,305 @@
+//! The transfer of controllers to unseen plants: many controllers on the same many virtual beans.
+//!
+//! In: controllers, a virtual tent, the seeds of its plants and a task. Out: the fitness of each controller on each plant,
+//! how near the tip came to each target, likely causes of missed targets, differences between controllers with intervals,
+//! and a report. Each plant under each controller is a unit of work with a file of its own: neither the number of threads nor
+//! an interruption changes a result. `docs/transfer.md` says how to judge fairly.
+
+mod controllers;
+mod ceiling;
+mod steer;
+mod causes;
+mod results;
+mod page;
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::plant::tip::TipModel;
+use tropism::random::{self, Purpose};
+use tropism::task::{Task, TaskSpec};
+use tropism::track::{PAPER_PERIOD_MIN, Track};
+
+pub use self::causes::{Cause, MISS_CM};
+use self::causes::{Reference, Response};
+pub use self::controllers::{ControllerSource, NamedController, read_controllers};
+pub use self::results::{ControllerPair, ControllerResults, TargetResults, TransferResults};
+use self::results::{Judge, PlantResult, Scores};
+use crate::controller::ControllerSpec;
+use crate::lock::lock;
+pub use crate::statistics::PairedDifference;
+use crate::{Error, Monitor, Workflow, files, model};
+
+/// Number of plants that a claim on a controller takes (`docs/transfer.md`): the standard error of the mean is then 0.3 cm.
+pub const JUDGING_PLANTS: u32 = 90;
+
+/// The most plants; chosen, against mistyped numbers.
+const MAX_PLANTS: u64 = 100_000;
+
+/// Lets each of several controllers steer the same unseen virtual plants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TransferPlan {
+    /// The controllers.
+    pub controllers: Vec<NamedController>,
+    /// Number of plants, 1 to 100000. Their seeds follow from `seed`; none is a plant of an experiment under any seed.
+    pub plants: u32,
+    /// Seeds of the plants, from the first to the one before the last, instead of `plants`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plant_seeds: Option<Range<u64>>,
+    /// Task of the controllers; it has targets.
+    pub task: TaskSpec,
+    /// Species, lamps and tent.
+    pub greenhouse: Greenhouse,
+    /// Time from one step to the next, in min. Paper: 5 (section 2.1).
+    pub period_min: f64,
+    /// Whether the tip is measured in photographs.
+    pub photographs: bool,
+    /// File of the tip-motion model on which the controllers were made: misses where it has no data are then told apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<PathBuf>,
+    /// Whether to search the best schedule of lamps for each plant.
+    pub ceiling: bool,
+    /// Name of the controller that stands for what a rule without knowledge of the future can reach.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<String>,
+    /// Seed of the plants and of the bootstrap.
+    pub seed: u64,
+    /// Whether to continue a comparison in `out`.
+    pub resume: bool,
+    /// Folder for tracks and results.
+    pub out: PathBuf,
+}
+
+impl Default for TransferPlan {
+    fn default() -> Self {
+        let named = |name: &str, controller| NamedController { name: name.to_owned(), controller };
+        Self {
+            controllers: vec![
+                named("chase", ControllerSpec::Greedy),
+                named("periodic", ControllerSpec::default()),
+            ],
+            plants: JUDGING_PLANTS,
+            plant_seeds: None,
+            task: TaskSpec::default(),
+            greenhouse: Greenhouse::default(),
+            period_min: PAPER_PERIOD_MIN,
+            photographs: false,
+            model: None,
+            ceiling: false,
+            bound: None,
+            seed: 1,
+            resume: false,
+            out: "transfer".into(),
+        }
+    }
+}
+
+/// What decides the tracks of a comparison: the content of `transfer.toml`. All else is computed anew from the tracks.
+#[derive(Serialize)]
+struct TransferRecord<'p> {
+    schema: &'static str,
+    version: &'static str,
+    is_virtual: bool,
+    period_min: f64,
+    photographs: bool,
+    plant_seeds: Vec<u64>,
+    task: &'p TaskSpec,
+    greenhouse: &'p Greenhouse,
+    controllers: &'p [NamedController],
+}
+
+impl Workflow for TransferPlan {
+    type Results = TransferResults;
+
+    const SCHEMA: &'static str = "tropism.transfer/1";
+
+    fn check(&self) -> Result<(), Error> {
+        self.task.check().map_err(Error::in_plan("task"))?;
+        if self.task.targets().is_empty() {
+            return Err(Error::Plan(
+                "`task`: found no targets, wanted a task with targets to reach".to_owned(),
+            ));
+        }
+        self.rig().check().map_err(|error| Error::Plan(error.to_string()))?;
+        controllers::check(&self.controllers, &self.greenhouse.layout, self.period_min)?;
+        match &self.plant_seeds {
+            None => Error::check_range("plants", self.plants, MAX_PLANTS)?,
+            Some(Range { start, end }) if start >= end || end - start > MAX_PLANTS => {
+                return Err(Error::Plan(format!(
+                    "found `plant_seeds` {start}..{end}, wanted a first seed below the end and at most {MAX_PLANTS} seeds, \
+                     such as 1000..1090"
+                )));
+            }
+            Some(_) => {}
+        }
+        match &self.bound {
+            Some(bound) if !self.controllers.iter().any(|one| one.name == *bound) => {
+                let names: Vec<&str> = self.controllers.iter().map(|one| one.name.as_str()).collect();
+                Err(Error::Plan(format!("found `bound` {bound}, wanted one of {}", names.join(", "))))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<TransferResults, Error> {
+        self.check()?;
+        let model = self.model.as_deref().map(model::read).transpose()?;
+        let _lock = self.claim()?;
+        monitor.note("virtual plants: nothing here is a measurement of a living plant");
+        let scores = self.scores(model.as_ref(), monitor)?;
+        let results = scores.results(self);
+        let table = scores.csv(self).map_err(Error::at("plants.csv"))?;
+        files::write(&self.out.join("plants.csv"), &table)?;
+        files::write_json(&self.out.join("transfer.json"), &results)?;
+        let page = self.page(&scores, &results)?;
+        files::write(&self.out.join("report.html"), page.html().as_bytes())?;
+        Ok(results)
+    }
+}
+
+impl TransferPlan {
+    /// The seeds of the plants, in order. They fit into TOML, so that `run` with such a seed grows the same plant.
+    #[must_use]
+    pub fn seeds(&self) -> Vec<u64> {
+        match &self.plant_seeds {
+            Some(seeds) => seeds.clone().collect(),
+            None => (0..self.plants)
+                .map(|plant| random::derive(self.seed, Purpose::Judge, plant.into()) >> 1)
+                .collect(),
+        }
+    }
+
+    /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
+    fn claim(&self) -> Result<std::fs::File, Error> {
+        let path = self.out.join("transfer.toml");
+        let record = TransferRecord {
+            schema: Self::SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            is_virtual: true,
+            period_min: self.period_min,
+            photographs: self.photographs,
+            plant_seeds: self.seeds(),
+            task: &self.task,
+            greenhouse: &self.greenhouse,
+            controllers: &self.controllers,
+        };
+        let text = files::toml_of(&path, &record)?;
+        if path.exists() {
+            if !self.resume {
+                return Err(Error::Plan(format!(
+                    "{}: found a comparison here already, wanted a new folder (or `resume`)",
+                    self.out.display()
+                )));
+            }
+            if files::read_text(&path)? != text {
+                return Err(Error::Plan(format!(
+                    "{}: found a comparison of other controllers, plants or settings, wanted the same; use another folder",
+                    path.display()
+                )));
+            }
+        }
+        for NamedController { name, .. } in &self.controllers {
+            files::make_folder(&self.out.join("tracks").join(name))?;
+        }
+        let lock = lock(&self.out)?;
+        files::write(&path, text.as_bytes())?;
+        Ok(lock)
+    }
+
+    /// The track file of a plant, from 0, under controller number `controller`.
+    fn track_path(&self, controller: usize, plant: usize) -> PathBuf {
+        let name = &self.controllers[controller].name;
+        self.out.join("tracks").join(name).join(format!("plant-{:04}.csv", plant + 1))
+    }
+
+    /// Steers all plants with all controllers, and judges the tracks.
+    fn scores(&self, model: Option<&TipModel>, monitor: &dyn Monitor) -> Result<Scores, Error> {
+        let seeds = self.seeds();
+        let ceilings = if self.ceiling { seeds.len() } else { 0 };
+        let units: Vec<(usize, usize)> = (0..self.controllers.len())
+            .flat_map(|controller| (0..seeds.len()).map(move |plant| (controller, plant)))
+            .collect();
+        monitor.stage("steering unseen beans", units.len() as u64);
+        let Greenhouse { bean, scale, .. } = &self.greenhouse;
+        let steps = self.task.max_steps();
+        let reference = Reference::of(bean, *scale, steps, self.period_min);
+        let judge = Judge { plan: self, reference: &reference, model };
+        let unit = |&(controller, plant): &(usize, usize)| {
+            let Some(track) = self.track(controller, plant, seeds[plant], monitor)? else { return Ok(None) };
+            let response = Response::of(bean, *scale, seeds[plant], steps, self.period_min);
+            Ok(Some(judge.judge(&track, &response)))
+        };
+        let judged: Option<Vec<PlantResult>> = all(&units, unit)?;
+        let judged = judged.ok_or_else(|| self.interrupted())?;
+        let plants: Vec<Vec<PlantResult>> = judged.chunks(seeds.len()).map(<[_]>::to_vec).collect();
+        if ceilings == 0 {
+            return Ok(Scores { plants, ceilings: None });
+        }
+        monitor.stage("searching schedules", ceilings as u64);
+        let numbers: Vec<usize> = (0..ceilings).collect();
+        let found = all(&numbers, |&plant| self.ceiling_of(plant, seeds[plant], monitor))?;
+        let mut ceilings: Vec<f64> = found.ok_or_else(|| self.interrupted())?;
+        if !self.photographs {
+            // What a controller reached on the plant is possible, too.
+            for (plant, ceiling) in ceilings.iter_mut().enumerate() {
+                *ceiling = plants.iter().map(|plants| plants[plant].fitness).fold(*ceiling, f64::max);
+            }
+        }
+        Ok(Scores { plants, ceilings: Some(ceilings) })
+    }
+
+    fn interrupted(&self) -> Error {
+        Error::Interrupted { folder: self.out.clone() }
+    }
+
+    /// The track of a plant under a controller: from its file if it is there, else steered; `None` if interrupted.
+    fn track(
+        &self,
+        controller: usize,
+        plant: usize,
+        seed: u64,
+        monitor: &dyn Monitor,
+    ) -> Result<Option<Track>, Error> {
+        let path = self.track_path(controller, plant);
+        if path.exists() {
+            monitor.skip(1);
+            return self.read_track(&path).map(Some);
+        }
+        if !monitor.may_go_on() {
+            return Ok(None);
+        }
+        let track = self.steer(&self.controllers[controller].controller, seed, &path, monitor)?;
+        monitor.advance(u64::from(track.is_some()));
+        Ok(track)
+    }
+
+    /// The ceiling of a plant, from its file if it is there, else searched; `None` if interrupted.
+    fn ceiling_of(&self, plant: usize, seed: u64, monitor: &dyn Monitor) -> Result<Option<f64>, Error> {
+        let folder = self.out.join("ceilings");
+        let path = folder.join(format!("plant-{:04}.json", plant + 1));
+        if path.exists() {
+            monitor.skip(1);
+            return Ok(Some(files::read_as(&path, |text| serde_json::from_str(text))?));
+        }
+        let found = ceiling::search(&self.trial().specimen(seed), &self.task, &|| monitor.may_go_on());
+        if let Some(ceiling) = found {
+            files::make_folder(&folder)?;
+            files::write_json(&path, &ceiling)?;
+            monitor.advance(1);
+        }
+        Ok(found)
+    }
+}
+
+/// Does all `units` in parallel, each as a task of its own; `None` if one was interrupted.
+fn all<U: Sync, T: Send>(
+    units: &[U],
+    unit: impl Fn(&U) -> Result<Option<T>, Error> + Send + Sync,
+) -> Result<Option<Vec<T>>, Error> {
+    let done: Vec<Option<T>> = units.par_iter().with_max_len(1).map(unit).collect::<Result<_, _>>()?;
+    Ok(done.into_iter().collect())
+}

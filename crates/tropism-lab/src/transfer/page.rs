@@ -1,0 +1,230 @@
+//! The report of a comparison of controllers.
+
+use tropism::task::Task;
+use tropism_report::{self as report, ControllerScores, Page, Plants, SteeredPlant, Table};
+
+use super::TransferPlan;
+use super::causes::Cause;
+use super::results::{ControllerResults, Scores, TransferResults};
+use crate::{Error, files};
+
+/// Most pairs of controllers that the page shows; with more, it shows those with the best controller. Chosen: eight
+/// controllers make as many.
+const MAX_PAIRS: usize = 28;
+
+impl TransferPlan {
+    /// The page of the comparison.
+    pub(super) fn page(&self, scores: &Scores, results: &TransferResults) -> Result<Page, Error> {
+        let mut tables = vec![self.controller_table(results), arrival_table(results)];
+        if !results.pairs.is_empty() {
+            tables.push(pair_table(results));
+        }
+        tables.push(cause_table(results));
+        let strips: Vec<ControllerScores> = (results.controllers.iter().enumerate())
+            .map(|(number, controller)| ControllerScores {
+                name: controller.name.clone(),
+                fitness: scores.fitness(number),
+                interval: controller.interval,
+            })
+            .collect();
+        Ok(Page {
+            title: "Transfer to unseen virtual plants".to_owned(),
+            intro: self.intro(results),
+            plants: Plants::Virtual,
+            numbers: Vec::new(),
+            tables,
+            figures: vec![
+                report::score_strips(&strips, results.best_possible, Plants::Virtual),
+                report::steering_panels(&self.examples(scores)?, self.task.targets(), Plants::Virtual),
+            ],
+            command: String::new(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seeds: vec![("plants and bootstrap".to_owned(), self.seed)],
+            stages: Vec::new(),
+            config: files::read_text(&self.out.join("transfer.toml"))?,
+        })
+    }
+
+    fn intro(&self, results: &TransferResults) -> String {
+        let tip = if self.photographs {
+            "The tip was measured in photographs of the virtual camera."
+        } else {
+            "The tip is where the paper's detector would place it, with its noise; there were no photographs."
+        };
+        format!(
+            "Each of {} controllers steered the same {} virtual plants ({}, {} times the variation of the species). {tip} \
+             Fitness is that of eq. (9); at most {:.2} cm are possible without swinging back.\n\nFitness is not arrival: \
+             swings on the way cost fitness, and a plant may score well and pass a target far away. The second table has the \
+             distance of the tip from each target at its height.",
+            results.controllers.len(),
+            results.plants,
+            results.species,
+            results.scale,
+            results.best_possible,
+        )
+    }
+
+    fn controller_table(&self, results: &TransferResults) -> Table {
+        let head = [
+            "Controller",
+            "Mean",
+            "95 % interval",
+            "sd",
+            "5, 25, 50, 75, 95 %",
+            "Under 9",
+            "Under 6",
+            "Expected",
+            "Kept",
+        ];
+        let mut head = head.map(str::to_owned).to_vec();
+        head.extend(results.bound.as_ref().map(|bound| format!("Of {bound}")));
+        head.extend(results.mean_ceiling.map(|_| "Of the ceiling".to_owned()));
+        let row = |controller: &ControllerResults| {
+            let ControllerResults { name, mean, interval, sd, quantiles, under_9, under_6, .. } = controller;
+            let mut row = vec![
+                name.clone(),
+                format!("{mean:.2}"),
+                range(*interval),
+                format!("{sd:.2}"),
+                quantiles.map(|value| format!("{value:.1}")).join(", "),
+                percent(Some(*under_9)),
+                percent(Some(*under_6)),
+                cm(controller.expected),
+                percent(controller.share_of_expected),
+            ];
+            row.extend(results.bound.as_ref().map(|_| percent(controller.share_of_bound)));
+            row.extend(results.mean_ceiling.map(|_| percent(controller.share_of_ceiling)));
+            row
+        };
+        let mut caption = format!(
+            "Virtual plants. Fitness in cm over {} plants; shares of plants under 9 and 6 cm; the fitness that the model \
+             predicted, and the share of it that was kept. Intervals by bootstrap over the plants.",
+            results.plants
+        );
+        if let Some(ceiling) = results.mean_ceiling {
+            caption += &format!(
+                " A search over schedules of each very plant, with all its noise known, reached {ceiling:.2} cm on average: a \
+                 lower bound of what is possible."
+            );
+        }
+        Table {
+            title: "Controllers".to_owned(),
+            caption,
+            head,
+            rows: results.controllers.iter().map(row).collect(),
+        }
+    }
+
+    /// The best, the median and the worst plant of each controller.
+    fn examples(&self, scores: &Scores) -> Result<Vec<(String, Vec<SteeredPlant>)>, Error> {
+        let row = |number: usize| {
+            let fitness = scores.fitness(number);
+            let mut order: Vec<usize> = (0..fitness.len()).collect();
+            order.sort_by(|&a, &b| fitness[b].total_cmp(&fitness[a]));
+            let chosen = [("best", 0), ("median", order.len() / 2), ("worst", order.len() - 1)];
+            let steered = |(word, place): (&str, usize)| {
+                let plant = order[place];
+                Ok(SteeredPlant {
+                    title: format!("{word}: plant {}, {:.2} cm", plant + 1, fitness[plant]),
+                    track: self.read_track(&self.track_path(number, plant))?,
+                })
+            };
+            let steered = chosen.into_iter().map(steered).collect::<Result<_, Error>>()?;
+            Ok((self.controllers[number].name.clone(), steered))
+        };
+        (0..self.controllers.len()).map(row).collect()
+    }
+}
+
+fn arrival_table(results: &TransferResults) -> Table {
+    let rows = results.controllers.iter().flat_map(|controller| {
+        (1..).zip(&controller.targets).map(|(number, target)| {
+            vec![
+                controller.name.clone(),
+                format!("{number} at {:.1}, {:.1}", target.target.x, target.target.y),
+                cm(target.median_cm),
+                cm(target.far_cm),
+                target.missed.to_string(),
+                target.never.to_string(),
+            ]
+        })
+    });
+    let head = ["Controller", "Target", "Median distance", "90 %", "Missed", "Never so high"];
+    Table {
+        title: "Arrival at the targets".to_owned(),
+        caption: format!(
+            "Virtual plants. Distance between tip and target when the tip first reached the target's height, in cm, of the \
+             plants that did. Missed: farther than {} cm, or never so high; of {} plants.",
+            super::MISS_CM,
+            results.plants
+        ),
+        head: head.map(str::to_owned).to_vec(),
+        rows: rows.collect(),
+    }
+}
+
+fn pair_table(results: &TransferResults) -> Table {
+    let best = results.controllers.iter().max_by(|a, b| a.mean.total_cmp(&b.mean));
+    let best = best.map_or("", |controller| controller.name.as_str());
+    let is_shown = |one: &str, other: &str| results.pairs.len() <= MAX_PAIRS || one == best || other == best;
+    let rows = results.pairs.iter().filter(|pair| is_shown(&pair.one, &pair.other)).map(|pair| {
+        vec![
+            format!("{} minus {}", pair.one, pair.other),
+            format!("{:.2}", pair.difference.mean),
+            range(pair.difference.interval),
+            percent(Some(pair.difference.share_above)),
+        ]
+    });
+    let left_out = if results.pairs.len() > MAX_PAIRS {
+        format!(" Shown are pairs with {best}; all stand in transfer.json.")
+    } else {
+        String::new()
+    };
+    let head = ["Controllers", "Mean difference", "95 % interval", "Plants on which the first is better"];
+    Table {
+        title: "Differences on the same plants".to_owned(),
+        caption: format!(
+            "Virtual plants. Fitness in cm, plant by plant; an interval that holds 0 leaves open which is better.{left_out}"
+        ),
+        head: head.map(str::to_owned).to_vec(),
+        rows: rows.collect(),
+    }
+}
+
+fn cause_table(results: &TransferResults) -> Table {
+    let head = std::iter::once("Controller").chain(["Targets"]).chain(Cause::ALL.map(Cause::words));
+    let rows = results.controllers.iter().flat_map(|controller| {
+        [("missed", &controller.missed), ("reached", &controller.reached)].map(|(word, causes)| {
+            let all: u32 = causes.values().sum();
+            let count = |cause| {
+                let found = causes.get(&cause).copied().unwrap_or(0);
+                let share = if all > 0 { 100.0 * f64::from(found) / f64::from(all) } else { 0.0 };
+                if found > 0 { format!("{found} ({share:.0} %)") } else { "0".to_owned() }
+            };
+            let start = [controller.name.clone(), format!("{all} {word}")];
+            start.into_iter().chain(Cause::ALL.map(count)).collect()
+        })
+    });
+    Table {
+        title: "Likely causes of missed targets".to_owned(),
+        caption: "Virtual plants. By the rules of docs/transfer.md, which compare the plant with its species in the hours before \
+                  the target. The same findings before targets that were reached show how common they are: a finding that is \
+                  as frequent there explains nothing. A tip is misread only with photographs, and a model has data only if one \
+                  is named."
+            .to_owned(),
+        head: head.map(str::to_owned).collect(),
+        rows: rows.collect(),
+    }
+}
+
+fn range([low, high]: [f64; 2]) -> String {
+    format!("{low:.2} to {high:.2}")
+}
+
+fn cm(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
+}
+
+fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+}

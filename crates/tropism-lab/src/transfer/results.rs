@@ -1,0 +1,370 @@
+//! The numbers of a comparison of controllers: per plant, per controller, and between controllers.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use tropism::geometry::Point;
+use tropism::math::statistics::{mean, quantile_linear, standard_deviation};
+use tropism::observation::Quality;
+use tropism::plant::tip::TipModel;
+use tropism::task::{Crossing, Task};
+use tropism::track::Track;
+
+use super::TransferPlan;
+use super::causes::{Approach, Cause, Evidence, MISS_CM, Reference, Response};
+use crate::Workflow;
+use crate::statistics::{Bootstrap, PairedDifference};
+
+/// The scores below which plants are counted, in cm: the paper's plants scored 9.96 on average, and chase scores below 6 on
+/// one in eight of the common beans.
+const LOW_CM: [f64; 2] = [9.0, 6.0];
+
+/// The quantiles of the scores, as shares.
+const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
+/// Quantile of the distances to a target beside the median.
+const FAR: f64 = 0.9;
+
+/// The comparison of controllers on the same virtual plants: the content of `transfer.json`. Fitness and distances are in cm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransferResults {
+    /// `tropism.transfer/1`.
+    pub schema: String,
+    /// Version of the software.
+    pub version: String,
+    /// Always true.
+    pub is_virtual: bool,
+    /// Species of the plants.
+    pub species: String,
+    /// Individual variation of the plants as a multiple of that of the species.
+    pub scale: f64,
+    /// Number of plants.
+    pub plants: usize,
+    /// Whether the tip was measured in photographs.
+    pub photographs: bool,
+    /// Seed of the plants, unless their seeds were given, and of the bootstrap.
+    pub seed: u64,
+    /// Greatest possible fitness.
+    pub best_possible: f64,
+    /// One entry a controller, in the order of the plan.
+    pub controllers: Vec<ControllerResults>,
+    /// Differences between each two controllers on the same plants.
+    pub pairs: Vec<ControllerPair>,
+    /// The controller that stands for what a rule without knowledge of the future can reach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bound: Option<String>,
+    /// Mean over the plants of what the search over schedules found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_ceiling: Option<f64>,
+}
+
+/// A controller on all plants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ControllerResults {
+    /// Its name.
+    pub name: String,
+    /// A few words on it.
+    pub description: String,
+    /// Mean fitness.
+    pub mean: f64,
+    /// 95 % interval of the mean, by bootstrap over the plants.
+    pub interval: [f64; 2],
+    /// Standard deviation over the plants.
+    pub sd: f64,
+    /// Quantiles over the plants: 5, 25, 50, 75 and 95 %.
+    pub quantiles: [f64; 5],
+    /// Share of plants with a fitness under 9 cm.
+    pub under_9: f64,
+    /// Share of plants with a fitness under 6 cm.
+    pub under_6: f64,
+    /// Fitness that its model predicts for unseen plants; `None` where the champion does not say.
+    pub expected: Option<f64>,
+    /// Mean over expected fitness.
+    pub share_of_expected: Option<f64>,
+    /// Mean over that of the bound.
+    pub share_of_bound: Option<f64>,
+    /// Mean over the mean ceiling of the plants.
+    pub share_of_ceiling: Option<f64>,
+    /// How near the tip came to each target.
+    pub targets: Vec<TargetResults>,
+    /// Likely causes of missed targets: their numbers.
+    pub missed: BTreeMap<Cause, u32>,
+    /// The same findings before targets that were reached: what is as frequent here is no cause.
+    pub reached: BTreeMap<Cause, u32>,
+}
+
+/// How near the tips of all plants came to a target at its height.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TargetResults {
+    /// The target.
+    pub target: Point,
+    /// Median distance at the crossing of its height, of the plants that reached it; `None` if none did.
+    pub median_cm: Option<f64>,
+    /// 90 % quantile of the same.
+    pub far_cm: Option<f64>,
+    /// Plants that missed it: farther than 1 cm at its height, or never so high.
+    pub missed: u32,
+    /// Plants that never reached its height.
+    pub never: u32,
+}
+
+/// Two controllers on the same plants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ControllerPair {
+    /// The first controller.
+    pub one: String,
+    /// The second controller.
+    pub other: String,
+    /// Fitness of the first minus that of the second.
+    pub difference: PairedDifference,
+}
+
+/// One plant under one controller.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PlantResult {
+    pub(super) fitness: f64,
+    pub(super) steps: u32,
+    /// Steps at which the tip was held.
+    pub(super) held: usize,
+    pub(super) final_height_cm: f64,
+    /// For each target where the tip crossed its height, and what is found in the steps before.
+    pub(super) targets: Vec<(Option<Crossing>, Cause)>,
+}
+
+/// Whether a target counts as missed.
+pub(super) fn is_missed(crossing: Option<Crossing>) -> bool {
+    crossing.is_none_or(|crossing| crossing.distance_cm > MISS_CM)
+}
+
+/// With what plants are compared to find causes.
+pub(super) struct Judge<'j> {
+    pub(super) plan: &'j TransferPlan,
+    pub(super) reference: &'j Reference,
+    pub(super) model: Option<&'j TipModel>,
+}
+
+impl Judge<'_> {
+    /// Judges the track of a plant that responds as `response`.
+    pub(super) fn judge(&self, track: &Track, response: &Response) -> PlantResult {
+        let task = &self.plan.task;
+        let last = track.samples.last();
+        let steps = last.map_or(0, |sample| sample.step);
+        let mut from = 0;
+        let crossings = task.as_targets().map_or_else(Vec::new, |task| task.crossings(track));
+        let targets = crossings.into_iter().map(|crossing| {
+            let approach = Approach { from, to: crossing.map_or(steps, |crossing| crossing.step) };
+            from = crossing.map_or(from, |crossing| crossing.step);
+            let evidence = Evidence::of(track, approach, self.model);
+            (crossing, self.reference.cause(response, approach, evidence))
+        });
+        PlantResult {
+            targets: targets.collect(),
+            fitness: task.fitness(track),
+            steps,
+            held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
+            final_height_cm: last.map_or(0.0, |sample| sample.tip.y),
+        }
+    }
+}
+
+/// All plants under all controllers: one list a controller, one result a plant; and the ceiling of each plant.
+pub(super) struct Scores {
+    pub(super) plants: Vec<Vec<PlantResult>>,
+    pub(super) ceilings: Option<Vec<f64>>,
+}
+
+impl Scores {
+    /// The fitness of controller `number` on each plant.
+    pub(super) fn fitness(&self, number: usize) -> Vec<f64> {
+        self.plants[number].iter().map(|plant| plant.fitness).collect()
+    }
+
+    /// The numbers of a plan.
+    pub(super) fn results(&self, plan: &TransferPlan) -> TransferResults {
+        let seeds = plan.seeds().len();
+        let bootstrap = Bootstrap::new(plan.seed, seeds);
+        let number_of = |name: &String| plan.controllers.iter().position(|one| one.name == *name);
+        let bound = plan.bound.as_ref().and_then(number_of).map(|number| mean(self.fitness(number)));
+        let mean_ceiling = self.ceilings.as_ref().map(|ceilings| mean(ceilings.iter().copied()));
+        let controllers = (0..plan.controllers.len()).map(|number| {
+            let mut results = self.controller(plan, number, &bootstrap);
+            results.share_of_bound = share(results.mean, bound);
+            results.share_of_ceiling = share(results.mean, mean_ceiling);
+            results
+        });
+        TransferResults {
+            schema: TransferPlan::SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            is_virtual: true,
+            species: plan.greenhouse.bean.name.clone(),
+            scale: plan.greenhouse.scale,
+            plants: seeds,
+            photographs: plan.photographs,
+            seed: plan.seed,
+            best_possible: plan.task.best(),
+            controllers: controllers.collect(),
+            pairs: self.pairs(plan, &bootstrap),
+            bound: plan.bound.clone(),
+            mean_ceiling,
+        }
+    }
+
+    fn controller(&self, plan: &TransferPlan, number: usize, bootstrap: &Bootstrap) -> ControllerResults {
+        let (named, fitness) = (&plan.controllers[number], self.fitness(number));
+        let champion = named.controller.champion();
+        let expected = champion.and_then(|champion| champion.expected).map(|trial| trial.mean);
+        let under = |limit| mean(fitness.iter().map(|&score| f64::from(u8::from(score < limit))));
+        let (mut missed, mut reached) = (BTreeMap::new(), BTreeMap::new());
+        for &(crossing, cause) in self.plants[number].iter().flat_map(|plant| &plant.targets) {
+            let counts = if is_missed(crossing) { &mut missed } else { &mut reached };
+            *counts.entry(cause).or_insert(0) += 1;
+        }
+        let mean = mean(fitness.iter().copied());
+        ControllerResults {
+            name: named.name.clone(),
+            description: named.controller.description(plan.period_min),
+            mean,
+            interval: bootstrap.interval_of_mean(&fitness),
+            sd: standard_deviation(&fitness),
+            quantiles: QUANTILES.map(|share| quantile_linear(&fitness, share)),
+            under_9: under(LOW_CM[0]),
+            under_6: under(LOW_CM[1]),
+            expected,
+            share_of_expected: share(mean, expected),
+            share_of_bound: None,
+            share_of_ceiling: None,
+            targets: self.targets(plan, number),
+            missed,
+            reached,
+        }
+    }
+
+    fn targets(&self, plan: &TransferPlan, number: usize) -> Vec<TargetResults> {
+        let of_target = |(place, &target): (usize, &Point)| {
+            let crossings: Vec<Option<Crossing>> =
+                self.plants[number].iter().map(|plant| plant.targets[place].0).collect();
+            let distances: Vec<f64> =
+                crossings.iter().flatten().map(|crossing| crossing.distance_cm).collect();
+            let quantile = |share| (!distances.is_empty()).then(|| quantile_linear(&distances, share));
+            TargetResults {
+                target,
+                median_cm: quantile(0.5),
+                far_cm: quantile(FAR),
+                missed: crossings.iter().filter(|crossing| is_missed(**crossing)).count() as u32,
+                never: crossings.iter().filter(|crossing| crossing.is_none()).count() as u32,
+            }
+        };
+        plan.task.targets().iter().enumerate().map(of_target).collect()
+    }
+
+    fn pairs(&self, plan: &TransferPlan, bootstrap: &Bootstrap) -> Vec<ControllerPair> {
+        let fitness: Vec<Vec<f64>> = (0..plan.controllers.len()).map(|number| self.fitness(number)).collect();
+        let mut pairs = Vec::new();
+        for (other, theirs) in fitness.iter().enumerate() {
+            for (one, ours) in fitness[..other].iter().enumerate() {
+                pairs.push(ControllerPair {
+                    one: plan.controllers[one].name.clone(),
+                    other: plan.controllers[other].name.clone(),
+                    difference: bootstrap.compare(ours, theirs),
+                });
+            }
+        }
+        pairs
+    }
+
+    /// `plants.csv`: one row a plant and controller.
+    pub(super) fn csv(&self, plan: &TransferPlan) -> Result<Vec<u8>, csv::Error> {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        let of_targets = (1..=plan.task.targets().len()).flat_map(|target| {
+            ["step", "distance_cm", "missed", "cause"].map(|what| format!("target_{target}_{what}"))
+        });
+        let head = ["controller", "plant", "seed", "fitness_cm", "ceiling_cm", "share_of_ceiling"];
+        let further = ["steps", "held", "final_height_cm"];
+        table.write_record(head.into_iter().chain(further).map(str::to_owned).chain(of_targets))?;
+        for (named, plants) in plan.controllers.iter().zip(&self.plants) {
+            for (number, (plant, seed)) in plants.iter().zip(plan.seeds()).enumerate() {
+                let ceiling = self.ceilings.as_ref().map(|ceilings| ceilings[number]);
+                let start = [
+                    named.name.clone(),
+                    (number + 1).to_string(),
+                    seed.to_string(),
+                    plant.fitness.to_string(),
+                    or_empty(ceiling),
+                    or_empty(share(plant.fitness, ceiling)),
+                    plant.steps.to_string(),
+                    plant.held.to_string(),
+                    plant.final_height_cm.to_string(),
+                ];
+                let targets = plant.targets.iter().flat_map(|&(crossing, cause)| {
+                    let is_missed = is_missed(crossing);
+                    [
+                        crossing.map_or_else(String::new, |crossing| crossing.step.to_string()),
+                        or_empty(crossing.map(|crossing| crossing.distance_cm)),
+                        is_missed.to_string(),
+                        if is_missed { cause.words().to_owned() } else { String::new() },
+                    ]
+                });
+                table.write_record(start.into_iter().chain(targets))?;
+            }
+        }
+        table.into_inner().map_err(|error| error.into_error().into())
+    }
+}
+
+/// `part` over `whole`; `None` unless the whole is above zero.
+fn share(part: f64, whole: Option<f64>) -> Option<f64> {
+    whole.filter(|&whole| whole > 0.0).map(|whole| part / whole)
+}
+
+/// A number as text, or nothing.
+fn or_empty(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plant(fitness: f64, distances: [Option<f64>; 3]) -> PlantResult {
+        let target = |distance: Option<f64>| {
+            let crossing = distance.map(|distance_cm| Crossing { step: 9, distance_cm });
+            (crossing, Cause::WeakResponse)
+        };
+        PlantResult {
+            fitness,
+            steps: 30,
+            held: 0,
+            final_height_cm: 14.0,
+            targets: distances.map(target).to_vec(),
+        }
+    }
+
+    #[test]
+    fn numbers_follow_from_plants() {
+        let plan = TransferPlan { plants: 2, bound: Some("chase".to_owned()), ..TransferPlan::default() };
+        let near = [Some(0.2), Some(1.5), None];
+        let scores = Scores {
+            plants: vec![vec![plant(10.0, near), plant(8.0, [Some(0.4); 3])], vec![plant(5.0, near); 2]],
+            ceilings: Some(vec![12.0, 12.0]),
+        };
+        let results = scores.results(&plan);
+        let [chase, periodic] = &results.controllers[..] else { panic!() };
+        assert_eq!((chase.mean, chase.under_9, chase.under_6, chase.quantiles[2]), (9.0, 0.5, 0.0, 9.0));
+        assert_eq!((chase.share_of_bound, chase.share_of_ceiling), (Some(1.0), Some(0.75)));
+        assert_eq!((periodic.share_of_bound, periodic.under_6), (Some(5.0 / 9.0), 1.0));
+        assert_eq!(
+            (chase.targets[1].missed, chase.targets[2].never, chase.targets[2].median_cm),
+            (1, 1, Some(0.4))
+        );
+        assert_eq!((chase.missed[&Cause::WeakResponse], chase.reached[&Cause::WeakResponse]), (2, 4));
+        assert_eq!(results.pairs.len(), 1);
+        assert_eq!((results.pairs[0].difference.mean, results.pairs[0].difference.share_above), (4.0, 1.0));
+        let csv = String::from_utf8(scores.csv(&plan).unwrap()).unwrap();
+        let rows: Vec<&str> = csv.lines().collect();
+        assert_eq!(rows.len(), 5);
+        assert!(rows[0].ends_with("target_3_step,target_3_distance_cm,target_3_missed,target_3_cause"));
+        assert!(rows[1].ends_with(",true,weak response"), "{}", rows[1]);
+        let json = serde_json::to_string(&results).unwrap();
+        assert_eq!(serde_json::from_str::<TransferResults>(&json).unwrap(), results);
+    }
+}

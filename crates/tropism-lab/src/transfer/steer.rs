@@ -1,0 +1,108 @@
+//! One plant under one controller: the unit of work, kept as a track file.
+//!
+//! In: a controller and the seed of a plant. Out: the track as its file holds it, so that an interruption changes nothing.
+//! Without photographs the tip is that of `grow`: the detector's grid and noise. With them the tracker sees what the virtual
+//! camera takes, as in `run --rig greenhouse`, and the true highest point stands in further columns.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Duration;
+
+use serde::Serialize;
+use tropism::environment;
+use tropism::greenhouse::bean::Trial;
+use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
+use tropism::track::{Sample, Track};
+use tropism::vision::VisionConfig;
+use tropism_rig::file::RigFile;
+
+use super::TransferPlan;
+use crate::controller::ControllerSpec;
+use crate::files::{self, FileError};
+use crate::{Error, Monitor};
+
+/// Columns of the highest point of the plant as the camera sees it, in cm.
+pub(super) const TOP_COLUMNS: [&str; 2] = ["top_x_cm", "top_y_cm"];
+
+/// The file beside a track of photographs. `fit` and `report` read there that the plant is virtual, which the measured tips
+/// of the track itself do not tell.
+#[derive(Serialize)]
+struct TrackProvenance {
+    is_virtual: bool,
+    seed: u64,
+}
+
+/// Decimals of these columns: those of the tip.
+const DECIMALS: usize = 5;
+
+impl TransferPlan {
+    /// Steers the plant of `seed`, and writes its track to `path`; `None` if the monitor asked for an end before it was over.
+    pub(super) fn steer(
+        &self,
+        controller: &ControllerSpec,
+        seed: u64,
+        path: &Path,
+        monitor: &dyn Monitor,
+    ) -> Result<Option<Track>, Error> {
+        let mut is_whole = true;
+        let mut watch = |sample: &Sample| {
+            is_whole = sample.light.is_none() || monitor.may_go_on();
+            if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let mut controller = controller.build(&self.task, &self.greenhouse.layout, self.period_min);
+        let track = if self.photographs {
+            let mut open = self.rig().open(seed, Duration::ZERO).map_err(Error::at("rig"))?;
+            let track = environment::run(&mut open.rig, &mut *controller, &self.task, &mut watch)
+                .map_err(Error::at(format!("the plant of seed {seed}")))?;
+            let truth = open.truth.map_or_else(Vec::new, |tent| tent.truth_json());
+            with_truth(track, &truth).map_err(Error::at(path.display()))?
+        } else {
+            self.trial().grow(seed, &mut *controller, &self.task, &mut watch)
+        };
+        if !is_whole {
+            return Ok(None);
+        }
+        // Before the track, with which the plant counts as done.
+        if self.photographs {
+            files::write_json(&path.with_extension("json"), &TrackProvenance { is_virtual: true, seed })?;
+        }
+        files::write_track(path, &track)?;
+        self.read_track(path).map(Some)
+    }
+
+    /// The track of a plant that was steered before.
+    pub(super) fn read_track(&self, path: &Path) -> Result<Track, Error> {
+        let bytes = files::read(path)?;
+        let track = Track::read_csv_of(bytes.as_slice(), &self.greenhouse.layout);
+        Ok(track.map_err(|error| FileError::content(path, error.to_string()))?)
+    }
+
+    /// The plants without photographs.
+    pub(super) fn trial(&self) -> Trial<'_> {
+        let Greenhouse { bean, scale, layout, .. } = &self.greenhouse;
+        Trial { species: bean, scale: *scale, layout: layout.clone(), period_min: self.period_min }
+    }
+
+    /// The virtual tent as a rig.
+    pub(super) fn rig(&self) -> RigFile {
+        RigFile {
+            period_min: self.period_min,
+            ..RigFile::greenhouse(self.greenhouse.clone(), VisionConfig::default())
+        }
+    }
+}
+
+/// `track` with the true highest points of `truth`, one [`GroundTruth`] a line, in further columns.
+fn with_truth(mut track: Track, truth: &[u8]) -> Result<Track, serde_json::Error> {
+    let lines: Vec<GroundTruth> =
+        serde_json::Deserializer::from_slice(truth).into_iter().collect::<Result<_, _>>()?;
+    let top = |step: u32| {
+        let found = lines.iter().find(|line| line.step == u64::from(step));
+        found.map_or([f64::NAN; 2], |line| line.front.top.into())
+    };
+    let tops: Vec<[f64; 2]> = track.samples.iter().map(|sample| top(sample.step)).collect();
+    for (axis, name) in TOP_COLUMNS.into_iter().enumerate() {
+        track.add_numbers(name, DECIMALS, tops.iter().map(|top| top[axis]));
+    }
+    Ok(track)
+}

@@ -1,0 +1,173 @@
+//! Controllers on the same unseen plants: the same bits for any number of threads and after an interruption.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use tropism::greenhouse::bean::Trial;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::observation::Quality;
+use tropism::task::{OpenLoop, Targets, Task, TaskSpec};
+use tropism::vision::VisionConfig;
+use tropism_lab::fit::FitPlan;
+use tropism_lab::transfer::{ControllerSource, TransferPlan, read_controllers};
+use tropism_lab::{ControllerSpec, Error, Monitor, RunConfig, RunPlan, Silent, Workflow, files};
+use tropism_rig::file::RigFile;
+
+fn task(steps: u32) -> TaskSpec {
+    Targets { max_steps: steps, ..Targets::default() }.into()
+}
+
+/// Two controllers, three plants, 60 steps.
+fn plan(out: PathBuf) -> TransferPlan {
+    TransferPlan { plants: 3, task: task(60), out, ..TransferPlan::default() }
+}
+
+/// All files of a folder but its lock.
+fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if !path.ends_with("run.lock") {
+                found.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+fn on_threads<T: Send>(count: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap().install(work)
+}
+
+/// Asks for an end after `limit` units.
+struct Until {
+    limit: u64,
+    done: AtomicU64,
+    skipped: AtomicU64,
+}
+
+impl Until {
+    fn new(limit: u64) -> Self {
+        Self { limit, done: AtomicU64::new(0), skipped: AtomicU64::new(0) }
+    }
+}
+
+impl Monitor for Until {
+    fn advance(&self, count: u64) {
+        self.done.fetch_add(count, Ordering::SeqCst);
+    }
+
+    fn skip(&self, count: u64) {
+        self.skipped.fetch_add(count, Ordering::SeqCst);
+    }
+
+    fn may_go_on(&self) -> bool {
+        self.done.load(Ordering::SeqCst) < self.limit
+    }
+}
+
+#[test]
+fn threads_and_interruptions_change_no_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = |name: &str| TransferPlan { ceiling: true, ..plan(folder.path().join(name)) };
+    let (one, two, mut broken_off) = (plan("one"), plan("two"), plan("broken-off"));
+    let results = on_threads(1, || one.execute(&Silent)).unwrap();
+    assert_eq!(on_threads(2, || two.execute(&Silent)).unwrap(), results);
+    let wanted = content(&one.out);
+    assert!(wanted == content(&two.out));
+    let names =
+        ["plants.csv", "transfer.json", "report.html", "transfer.toml", "tracks/chase/plant-0003.csv"];
+    for name in names.into_iter().chain(["ceilings/plant-0001.json"]) {
+        assert!(wanted.contains_key(Path::new(name)), "{name}");
+    }
+    // Once among the tracks, and once among the ceilings.
+    for (limit, skipped) in [(4, 0), (3, 4)] {
+        let monitor = Until::new(limit);
+        let error = on_threads(1, || broken_off.execute(&monitor)).unwrap_err();
+        assert!(matches!(error, Error::Interrupted { folder } if folder == broken_off.out));
+        assert_eq!(monitor.skipped.into_inner(), skipped);
+        let refusal = TransferPlan { resume: false, ..broken_off.clone() }.execute(&Silent).unwrap_err();
+        assert!(refusal.to_string().contains("found a comparison here already"), "{refusal}");
+        broken_off.resume = true;
+    }
+    let rest = Until::new(u64::MAX);
+    assert_eq!(broken_off.execute(&rest).unwrap(), results);
+    assert_eq!((rest.skipped.into_inner(), rest.done.into_inner()), (7, 2));
+    assert!(wanted == content(&broken_off.out));
+    broken_off.task = task(61);
+    let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
+    assert!(refusal.contains("found a comparison of other controllers"), "{refusal}");
+}
+
+#[test]
+fn a_score_is_that_of_the_plant_grown_alone_and_no_ceiling_lies_below_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = TransferPlan { ceiling: true, plant_seeds: Some(40..42), ..plan(folder.path().join("out")) };
+    let results = plan.execute(&Silent).unwrap();
+    let track = files::read_track(&plan.out.join("tracks/chase/plant-0002.csv")).unwrap();
+    let Greenhouse { bean, layout, .. } = &plan.greenhouse;
+    let mut chase = ControllerSpec::Greedy.build(&plan.task, layout, plan.period_min);
+    let grown = Trial::new(bean).grow(41, &mut *chase, &plan.task, &mut tropism::environment::unwatched);
+    assert!((plan.task.fitness(&track) - plan.task.fitness(&grown)).abs() < 1e-3);
+    assert_eq!(track.samples.len(), grown.samples.len());
+    assert!(results.controllers.iter().all(|one| one.share_of_ceiling.unwrap() <= 1.0), "{results:?}");
+    let json = fs::read_to_string(plan.out.join("transfer.json")).unwrap();
+    assert!(json.contains("\"schema\": \"tropism.transfer/1\"") && json.contains("\"is_virtual\": true"));
+    assert!(fs::read_to_string(plan.out.join("report.html")).unwrap().contains("Virtual plants"));
+}
+
+#[test]
+fn photographs_show_the_plant_of_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = TransferPlan {
+        photographs: true,
+        plant_seeds: Some(40..41),
+        task: task(12),
+        ..plan(folder.path().join("out"))
+    };
+    plan.execute(&Silent).unwrap();
+    let path = plan.out.join("tracks/chase/plant-0001.csv");
+    let track = files::read_track(&path).unwrap();
+    let fit = FitPlan { tracks: vec![path], out: folder.path().join("model.json"), ..FitPlan::default() };
+    assert!(fit.execute(&Silent).unwrap().is_virtual, "measured tips of a virtual plant stay virtual");
+    let rig = RigFile::greenhouse(Greenhouse::default(), VisionConfig::default());
+    let config = RunConfig::new(rig, ControllerSpec::Greedy, plan.task.clone(), 40);
+    let run = RunPlan { out: folder.path().join("run"), config, ..RunPlan::default() };
+    run.execute(&Silent).unwrap();
+    let photographed = files::read_track(&run.out.join("track.csv")).unwrap();
+    assert_eq!(track.samples, photographed.samples);
+    assert!(track.samples.iter().all(|sample| sample.quality == Quality::Measured));
+    let top_y = track.numbers("top_y_cm").unwrap();
+    let off = track.samples.iter().zip(&top_y).map(|(sample, y)| (sample.tip.y - y).abs());
+    assert!(off.fold(0.0, f64::max) < 0.3, "the tip is measured where it is");
+}
+
+#[track_caller]
+fn is_refused(plan: &TransferPlan, wanted: &str) {
+    let error = plan.execute(&Silent).unwrap_err().to_string();
+    assert!(error.contains(wanted), "{error}");
+    assert!(!plan.out.exists(), "a refused plan leaves nothing");
+}
+
+#[test]
+fn bad_plans_are_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = || plan(folder.path().join("out"));
+    is_refused(&TransferPlan { plants: 0, ..plan() }, "found plants = 0, wanted 1 to");
+    is_refused(&TransferPlan { plant_seeds: Some(7..7), ..plan() }, "found `plant_seeds` 7..7, wanted");
+    is_refused(&TransferPlan { controllers: Vec::new(), ..plan() }, "found no `controllers`");
+    let mut twice = plan();
+    twice.controllers.push(twice.controllers[0].clone());
+    is_refused(&twice, "found chase twice, wanted each controller once");
+    is_refused(&TransferPlan { bound: Some("rule".to_owned()), ..plan() }, "wanted one of chase, periodic");
+    is_refused(&TransferPlan { task: OpenLoop::default().into(), ..plan() }, "found no targets");
+    is_refused(&TransferPlan { model: Some("absent.json".into()), ..plan() }, "absent.json: cannot read");
+    let absent = read_controllers(&[ControllerSource::Path("absent.json".into())]).unwrap_err().to_string();
+    assert!(absent.contains("absent.json: cannot read"), "{absent}");
+}
