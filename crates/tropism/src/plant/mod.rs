@@ -2,7 +2,8 @@
 //!
 //! Tracks come in; a [`PlantModel`] comes out: given the state of a plant and the lit lamp, what is its state one step
 //! later? [`tip`] is the paper's tip-motion model, eqs. (1)-(8), with a look-up table of constant cost; [`window`] is the
-//! same model written straight from the equations, its reference. [`shifts`] is the data of both.
+//! same model written straight from the equations, its reference. [`shifts`] is the data of both. [`memory`] is a model of
+//! ours that remembers the light and differs from plant to plant.
 //!
 //! A model of one's own implements [`PlantModel`]; evolution, simulation and figures take it as they take these.
 //!
@@ -15,6 +16,8 @@ pub(crate) mod table;
 pub mod window;
 pub mod tip;
 mod tip_file;
+pub mod memory;
+mod memory_file;
 
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};

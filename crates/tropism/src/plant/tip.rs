@@ -76,8 +76,22 @@ pub enum ModelError {
         found: String,
     },
     /// A schema that this version does not know.
-    #[error("found schema {0:?}, wanted {wanted:?}", wanted = SCHEMA)]
-    Schema(String),
+    #[error("found schema {found:?}, wanted {wanted:?}")]
+    Schema {
+        /// The schema of the file.
+        found: String,
+        /// The one that this version writes.
+        wanted: &'static str,
+    },
+    /// Lamps that are not two mirror images.
+    #[error(
+        "found lamps {found}, wanted two at mirrored places, one on each side of the plant: a model with memory knows a lamp \
+         by its side"
+    )]
+    Sides {
+        /// The names of the lamps.
+        found: String,
+    },
     /// Not JSON of a model.
     #[error("found no model: {0}")]
     Json(#[from] serde_json::Error),
@@ -112,24 +126,7 @@ impl TipModel {
         config: TipModelConfig,
     ) -> Result<Self, ModelError> {
         let tracks: Vec<&Track> = tracks.into_iter().collect();
-        let layouts = tracks.iter().map(|track| &track.layout);
-        let layout = layouts.max_by_key(|layout| layout.len()).cloned().unwrap_or_default();
-        let period_min = tracks.first().map_or(PAPER_PERIOD_MIN, |track| track.period_min);
-        for (index, track) in tracks.iter().enumerate() {
-            /// Intervals of photographs that a clock keeps are one within this share.
-            const SAME: f64 = 0.02;
-            if (track.period_min - period_min).abs() > SAME * period_min {
-                let (found, wanted) = (track.period_min, period_min);
-                return Err(ModelError::Period { track: index + 1, found, wanted });
-            }
-            if !layout.lamps().starts_with(track.layout.lamps()) {
-                let names = |layout: &Layout| {
-                    layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>().join(", ")
-                };
-                let (found, wanted) = (names(&track.layout), names(&layout));
-                return Err(ModelError::Lamps { track: index + 1, found, wanted });
-            }
-        }
+        let (layout, period_min) = shared_layout_and_period(&tracks)?;
         let plants: Vec<Vec<Shift>> = tracks.into_iter().map(shifts::of_track).collect();
         let counts: Vec<usize> = plants.iter().map(Vec::len).collect();
         Self::of_shifts(plants.concat(), counts, layout, period_min, config)
@@ -239,6 +236,32 @@ impl TipModel {
             growth: self.config.growth,
         }
     }
+}
+
+/// The lamps and the period, in minutes, that all of `tracks` have.
+///
+/// # Errors
+/// [`ModelError::Period`] or [`ModelError::Lamps`] where they differ.
+pub(super) fn shared_layout_and_period(tracks: &[&Track]) -> Result<(Layout, f64), ModelError> {
+    let layouts = tracks.iter().map(|track| &track.layout);
+    let layout = layouts.max_by_key(|layout| layout.len()).cloned().unwrap_or_default();
+    let period_min = tracks.first().map_or(PAPER_PERIOD_MIN, |track| track.period_min);
+    for (index, track) in tracks.iter().enumerate() {
+        /// Intervals of photographs that a clock keeps are one within this share.
+        const SAME: f64 = 0.02;
+        if (track.period_min - period_min).abs() > SAME * period_min {
+            let (found, wanted) = (track.period_min, period_min);
+            return Err(ModelError::Period { track: index + 1, found, wanted });
+        }
+        if !layout.lamps().starts_with(track.layout.lamps()) {
+            let names = |layout: &Layout| {
+                layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>().join(", ")
+            };
+            let (found, wanted) = (names(&track.layout), names(&layout));
+            return Err(ModelError::Lamps { track: index + 1, found, wanted });
+        }
+    }
+    Ok((layout, period_min))
 }
 
 /// The state of one plant of the model: the system configuration (x, L) of section 2.2.3, in single precision.

@@ -72,7 +72,7 @@ impl TipModel {
         // The schema is read first: a file of another one should be called that, not full of unknown fields.
         let Head { schema } = serde_json::from_str(text)?;
         if schema != SCHEMA && schema != SCHEMA_1 {
-            return Err(ModelError::Schema(schema));
+            return Err(ModelError::Schema { found: schema, wanted: SCHEMA });
         }
         let file: File = serde_json::from_str(text)?;
         let lengths = [file.x.len(), file.y.len(), file.dx.len(), file.dy.len(), file.light.len()];

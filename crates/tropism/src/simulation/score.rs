@@ -6,6 +6,7 @@ use super::batch::{self, LinearController};
 use super::fitness_of;
 use crate::control::{NetworkController, Sensors};
 use crate::plant::PlantModel;
+use crate::plant::memory::MemoryModel;
 use crate::plant::tip::TipModel;
 use crate::plant::window::WindowModel;
 use crate::random::NoiseStream;
@@ -91,3 +92,5 @@ impl BatchModel for TipModel {
 }
 
 impl BatchModel for WindowModel {}
+
+impl BatchModel for MemoryModel {}
