@@ -2,6 +2,7 @@
 //!
 //! An [`Observation`] comes in, a [`Light`] goes out, once a step. [`Periodic`] sees nothing and switches at regular
 //! intervals, as in the paper's open-loop experiments; [`Greedy`] is the rule that a person would write by hand;
+//! [`PredictiveGreedy`] is the same rule with nine numbers that are tuned on a model;
 //! [`NetworkController`] is what evolution makes, and [`Sensors`] say what its network sees. [`network_analysis`] reads
 //! from a network what it can do.
 //!
@@ -11,6 +12,7 @@ mod greedy;
 mod network;
 pub mod network_analysis;
 mod periodic;
+mod rule;
 mod sensors;
 
 use crate::lamps::Light;
@@ -19,6 +21,7 @@ use crate::observation::Observation;
 pub use greedy::Greedy;
 pub use network::{NetworkController, OUTPUTS, ShapeError, outputs};
 pub use periodic::Periodic;
+pub use rule::{PredictiveGreedy, PredictiveRule};
 pub use sensors::{Sensor, SensorState, Sensors, SensorsError, TIP_INPUTS};
 
 /// Decides which lamp is lit until the next observation.
