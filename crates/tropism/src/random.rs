@@ -39,6 +39,8 @@ pub enum Purpose {
     Reference = 12,
     /// Resamples of the bootstrap.
     Bootstrap = 13,
+    /// Mutations of an evolution strategy.
+    Search = 14,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

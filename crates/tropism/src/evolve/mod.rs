@@ -5,13 +5,18 @@
 //! [`Sensors`](crate::control::Sensors). Runs share nothing, and the growth noise of every evaluation is named by run,
 //! generation, individual and episode: neither threads nor interruptions change a result.
 //!
+//! [`RuleSearch`] tunes the nine numbers of a [rule](crate::control::PredictiveRule) instead, by [`CmaEs`].
+//!
 //! # References
 //! Wahby et al. 2016, sections 2.3.2 and 3.1, Table 1. Stanley and Miikkulainen 2002, doi:10.1162/106365602320169811.
 
 mod baseline;
 mod champion;
+mod cma_es;
 mod config;
 mod saved;
+mod rule_search;
+mod tuned_rule;
 
 use std::ops::ControlFlow;
 
@@ -27,8 +32,11 @@ use crate::task::Task;
 
 pub use baseline::{Baseline, baseline};
 pub use champion::{Champion, ChampionError, Choice, Trial, trial, trial_of_genome};
+pub use cma_es::CmaEs;
 pub use config::{EvolutionConfig, EvolutionError};
+pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult};
 pub use saved::SavedRunError;
+pub use tuned_rule::{TunedRule, TunedRuleError};
 
 /// Evolution of controllers for one task on one model.
 ///

@@ -4,7 +4,7 @@
 //!
 //! # References
 //! Golub and Van Loan 2013, *Matrix Computations*, 4th edition: sections 3.4 (pivoting), 5.5 (least squares of
-//! deficient rank) and 8.6 (Jacobi SVD procedures).
+//! deficient rank), 8.5 (Jacobi methods) and 8.6 (Jacobi SVD procedures).
 
 use super::vector::{Vec3, dot};
 
@@ -183,6 +183,50 @@ fn orthogonalize<const N: usize>(u: &mut [Vec<f64>; N], v: &mut [[f64; N]; N]) {
     }
 }
 
+/// The eigenvalues of a symmetric matrix, and its eigenvectors of length 1 as rows in the same order.
+///
+/// Cyclic Jacobi rotations (Golub and Van Loan, section 8.5). Only the symmetric part matters.
+///
+/// ```
+/// use tropism::math::matrix::eigen_symmetric;
+/// let (values, vectors) = eigen_symmetric([[2.0, 1.0], [1.0, 2.0]]);
+/// assert!((values[0] - 1.0).abs() < 1e-12 && (values[1] - 3.0).abs() < 1e-12);
+/// assert!((vectors[1][0] - vectors[1][1]).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn eigen_symmetric<const N: usize>(mut matrix: [[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) {
+    /// Quadratic convergence: ten sweeps suffice for matrices of any practical size (Golub and Van Loan, section 8.5).
+    const SWEEPS: usize = 30;
+    let mut vectors = identity::<N>();
+    for _ in 0..SWEEPS {
+        let pairs = || (0..N).flat_map(|p| (p + 1..N).map(move |q| (p, q)));
+        let off_diagonal: f64 = pairs().map(|(p, q)| matrix[p][q] * matrix[p][q]).sum();
+        let diagonal: f64 = (0..N).map(|at| matrix[at][at] * matrix[at][at]).sum();
+        // Not `>`: NaN ends the sweeps, too.
+        if !(off_diagonal > f64::EPSILON * f64::EPSILON * diagonal) {
+            break;
+        }
+        for (p, q) in pairs() {
+            if matrix[p][q] == 0.0 {
+                continue;
+            }
+            let theta = (matrix[q][q] - matrix[p][p]) / (2.0 * matrix[p][q]);
+            let sign = if theta < 0.0 { -1.0 } else { 1.0 };
+            let tangent = sign / (theta.abs() + (1.0 + theta * theta).sqrt());
+            let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
+            let sine = cosine * tangent;
+            for row in &mut matrix {
+                (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
+            }
+            let (head, tail) = matrix.split_at_mut(q);
+            rotate(&mut head[p], &mut tail[0], cosine, sine);
+            let (head, tail) = vectors.split_at_mut(q);
+            rotate(&mut head[p], &mut tail[0], cosine, sine);
+        }
+    }
+    (core::array::from_fn(|at| matrix[at][at]), vectors)
+}
+
 fn rotate(p: &mut [f64], q: &mut [f64], cosine: f64, sine: f64) {
     for (a, b) in p.iter_mut().zip(q) {
         (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
@@ -260,6 +304,17 @@ mod tests {
             prop_assert!(is_near(&[transform(&matrix, exact)], &[right]));
             let fitted = least_squares(&matrix, &right, 1e-9).unwrap();
             prop_assert!(is_near(&[fitted], &[exact]));
+        }
+
+        #[test]
+        fn eigenvectors_rebuild_the_matrix(matrix in prop::array::uniform5(prop::array::uniform5(-1.0..1.0))) {
+            let symmetric: [[f64; 5]; 5] =
+                core::array::from_fn(|row| core::array::from_fn(|column| matrix[row][column] + matrix[column][row]));
+            let (values, vectors) = eigen_symmetric(symmetric);
+            let transposed = core::array::from_fn(|row| core::array::from_fn(|column| vectors[column][row]));
+            prop_assert!(is_near(&multiply(&vectors, &transposed), &identity()));
+            let scaled: [[f64; 5]; 5] = core::array::from_fn(|at| vectors[at].map(|value| values[at] * value));
+            prop_assert!(is_near(&multiply(&transposed, &scaled), &symmetric));
         }
 
         #[test]

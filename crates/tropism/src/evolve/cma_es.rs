@@ -1,0 +1,333 @@
+//! CMA-ES: an evolution strategy that learns how the variables hang together, for a few real variables.
+//!
+//! A generation is asked for, each point is given a cost, and the costs are told. The strategy moves the mean of a normal
+//! distribution to the better points and adapts its covariance and its step size. Points are named by seed, restart,
+//! generation and place: who computes the costs, and in what order, changes nothing.
+//!
+//! # References
+//! Hansen 2016, *The CMA Evolution Strategy: A Tutorial*, arXiv:1604.00772. Equation numbers are those of this tutorial.
+//! Auger and Hansen 2005, doi:10.1109/CEC.2005.1554902 (when to restart).
+
+use crate::math::{self, matrix};
+use crate::random::{self, Purpose};
+
+/// A search has converged when the greatest standard deviation is below this share of the first one (Auger and Hansen 2005,
+/// `TolX`).
+const TOLERANCE: f64 = 1e-12;
+
+/// A search has gone astray when the covariance has this condition number (Auger and Hansen 2005), or the greatest standard
+/// deviation has grown by the factor below (Hansen's own programs, `TolXUp`).
+const MAX_CONDITION: f64 = 1e14;
+const MAX_GROWTH: f64 = 1e4;
+
+/// The numbers of a strategy that do not change: Table 1 of the tutorial, without negative weights.
+#[derive(Clone, Debug)]
+struct Settings {
+    /// Weights of the better half, the best first; their sum is 1.
+    weights: Vec<f64>,
+    /// Variance-effective selection mass.
+    mu_eff: f64,
+    c_sigma: f64,
+    d_sigma: f64,
+    c_c: f64,
+    c_1: f64,
+    c_mu: f64,
+    /// Expected length of a standard normal vector.
+    chi: f64,
+}
+
+impl Settings {
+    fn new(dimensions: usize, population: usize) -> Self {
+        let (n, lambda) = (dimensions as f64, population as f64);
+        let raw: Vec<f64> =
+            (1..=population / 2).map(|rank| math::ln((lambda + 1.0) / 2.0) - math::ln(rank as f64)).collect();
+        let sum: f64 = raw.iter().sum();
+        let weights: Vec<f64> = raw.iter().map(|weight| weight / sum).collect();
+        let mu_eff = 1.0 / weights.iter().map(|weight| weight * weight).sum::<f64>();
+        let c_sigma = (mu_eff + 2.0) / (n + mu_eff + 5.0);
+        let c_1 = 2.0 / ((n + 1.3) * (n + 1.3) + mu_eff);
+        let c_mu = 2.0 * (0.25 + mu_eff + 1.0 / mu_eff - 2.0) / ((n + 2.0) * (n + 2.0) + mu_eff);
+        Self {
+            mu_eff,
+            c_sigma,
+            d_sigma: 1.0 + 2.0 * f64::max(0.0, ((mu_eff - 1.0) / (n + 1.0)).sqrt() - 1.0) + c_sigma,
+            c_c: (4.0 + mu_eff / n) / (n + 4.0 + 2.0 * mu_eff / n),
+            c_1,
+            c_mu: c_mu.min(1.0 - c_1),
+            chi: n.sqrt() * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n * n)),
+            weights,
+        }
+    }
+}
+
+/// A search for the point of least cost in N dimensions.
+///
+/// ```
+/// use tropism::evolve::CmaEs;
+/// let mut search = CmaEs::new([0.0; 3], 1.0, 12, 1);
+/// for _ in 0..120 {
+///     let points = search.ask();
+///     let cost = |point: &[f64; 3]| point.iter().map(|x| (x - 2.0) * (x - 2.0)).sum();
+///     search.tell(&points, &points.iter().map(cost).collect::<Vec<f64>>());
+/// }
+/// assert!(search.mean().iter().all(|x| (x - 2.0).abs() < 1e-6));
+/// ```
+#[derive(Clone, Debug)]
+pub struct CmaEs<const N: usize> {
+    settings: Settings,
+    population: usize,
+    seed: u64,
+    restart: u32,
+    generation: u32,
+    start: ([f64; N], f64),
+    mean: [f64; N],
+    /// Step size.
+    sigma: f64,
+    covariance: [[f64; N]; N],
+    /// Standard deviations along the axes of the covariance, and these axes as rows.
+    deviations: [f64; N],
+    axes: [[f64; N]; N],
+    /// Evolution paths of covariance and step size.
+    path: [f64; N],
+    sigma_path: [f64; N],
+}
+
+impl<const N: usize> CmaEs<N> {
+    /// A search from `start` with the standard deviation `sd` in each dimension, `population` points a generation.
+    ///
+    /// # Panics
+    /// If `population` is below 4, or `sd` is not above 0.
+    #[must_use]
+    pub fn new(start: [f64; N], sd: f64, population: usize, seed: u64) -> Self {
+        assert!(population >= 4 && sd > 0.0, "four points or more, and room to move");
+        Self {
+            settings: Settings::new(N, population),
+            population,
+            seed,
+            restart: 0,
+            generation: 0,
+            start: (start, sd),
+            mean: start,
+            sigma: sd,
+            covariance: matrix::identity(),
+            deviations: [1.0; N],
+            axes: matrix::identity(),
+            path: [0.0; N],
+            sigma_path: [0.0; N],
+        }
+    }
+
+    /// The same search from the start, with other random numbers.
+    #[must_use]
+    pub fn restarted(&self) -> Self {
+        let (start, sd) = self.start;
+        Self { restart: self.restart + 1, ..Self::new(start, sd, self.population, self.seed) }
+    }
+
+    /// The centre of the search: the best estimate where costs are noisy.
+    #[must_use]
+    pub const fn mean(&self) -> [f64; N] {
+        self.mean
+    }
+
+    /// The greatest standard deviation in any direction.
+    #[must_use]
+    pub fn sd(&self) -> f64 {
+        self.sigma * self.deviations.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The points of the present generation, eqs. (38) to (40).
+    #[must_use]
+    pub fn ask(&self) -> Vec<[f64; N]> {
+        let seed = random::derive(self.seed, Purpose::Search, self.restart.into());
+        let mut rng = random::stream(seed, Purpose::Search, self.generation.into());
+        let mut point = || {
+            let steps = self.deviations.map(|deviation| deviation * random::normal(&mut rng));
+            core::array::from_fn(|at| {
+                let offset: f64 = self.axes.iter().zip(steps).map(|(axis, step)| axis[at] * step).sum();
+                self.mean[at] + self.sigma * offset
+            })
+        };
+        (0..self.population).map(|_| point()).collect()
+    }
+
+    /// Moves on to the next generation. `points` are those of [`Self::ask`], `costs` theirs in order; NaN counts as the worst.
+    ///
+    /// # Panics
+    /// If there are not as many points and costs as the population.
+    pub fn tell(&mut self, points: &[[f64; N]], costs: &[f64]) {
+        assert!(points.len() == self.population && costs.len() == self.population, "a cost for each point");
+        let mut order: Vec<usize> = (0..costs.len()).collect();
+        // In the order of `total_cmp` a NaN may stand first, by its sign.
+        let cost = |at: usize| if costs[at].is_nan() { f64::INFINITY } else { costs[at] };
+        order.sort_by(|&one, &other| cost(one).total_cmp(&cost(other)));
+        let Settings { weights, mu_eff, c_sigma, d_sigma, c_c, c_1, c_mu, chi } = &self.settings;
+        let best: Vec<[f64; N]> = order[..weights.len()]
+            .iter()
+            .map(|&at| core::array::from_fn(|axis| (points[at][axis] - self.mean[axis]) / self.sigma))
+            .collect();
+
+        // Eqs. (41) and (42): the mean moves by the weighted mean of the better steps.
+        let step: [f64; N] = core::array::from_fn(|axis| {
+            weights.iter().zip(&best).map(|(weight, one)| weight * one[axis]).sum()
+        });
+        for (mean, step) in self.mean.iter_mut().zip(step) {
+            *mean += self.sigma * step;
+        }
+
+        // Eqs. (43) and (44): the path of the step size, in coordinates in which the covariance is the identity.
+        let mut whitened = matrix::transform(&self.axes, step);
+        for (value, deviation) in whitened.iter_mut().zip(self.deviations) {
+            *value /= deviation;
+        }
+        let gain = (c_sigma * (2.0 - c_sigma) * mu_eff).sqrt();
+        for (at, path) in self.sigma_path.iter_mut().enumerate() {
+            let rotated: f64 = self.axes.iter().zip(whitened).map(|(axis, value)| axis[at] * value).sum();
+            *path = (1.0 - c_sigma) * *path + gain * rotated;
+        }
+        let length = self.sigma_path.iter().map(|value| value * value).sum::<f64>().sqrt();
+
+        // Eqs. (45) and (47): the covariance by its path and by the better steps. The path stalls while the step size grows.
+        self.generation += 1;
+        let unbiased = (1.0 - math::pow(1.0 - c_sigma, 2.0 * f64::from(self.generation))).sqrt();
+        let is_steady = length / unbiased < (1.4 + 2.0 / (N as f64 + 1.0)) * chi;
+        let gain = if is_steady { (c_c * (2.0 - c_c) * mu_eff).sqrt() } else { 0.0 };
+        for (path, step) in self.path.iter_mut().zip(step) {
+            *path = (1.0 - c_c) * *path + gain * step;
+        }
+        let stalled = if is_steady { 0.0 } else { c_c * (2.0 - c_c) };
+        let kept = 1.0 - c_1 - c_mu + c_1 * stalled;
+        for row in 0..N {
+            for column in 0..N {
+                let of_steps: f64 =
+                    weights.iter().zip(&best).map(|(weight, one)| weight * one[row] * one[column]).sum();
+                let value = &mut self.covariance[row][column];
+                *value = kept * *value + c_1 * self.path[row] * self.path[column] + c_mu * of_steps;
+            }
+        }
+        self.sigma *= math::exp((c_sigma / d_sigma) * (length / chi - 1.0)); // eq. (44)
+        let (values, axes) = matrix::eigen_symmetric(self.covariance);
+        (self.deviations, self.axes) = (values.map(|value| value.max(f64::MIN_POSITIVE).sqrt()), axes);
+    }
+
+    /// Whether the search is over: it has converged, or its distribution is degenerate. [`Self::restarted`] begins anew.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        let least = self.deviations.iter().copied().fold(f64::INFINITY, f64::min);
+        let greatest = self.deviations.iter().copied().fold(0.0, f64::max);
+        let share = self.sd() / self.start.1;
+        let is_sound = greatest * greatest < MAX_CONDITION * least * least;
+        !is_sound || !(TOLERANCE..MAX_GROWTH).contains(&share)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Searches with restarts until the cost is below `wanted`; returns the evaluations.
+    fn evaluations_until<const N: usize>(
+        cost: impl Fn(&[f64; N]) -> f64,
+        mut search: CmaEs<N>,
+        wanted: f64,
+        most: usize,
+    ) -> usize {
+        let mut evaluations = 0;
+        while evaluations < most {
+            let points = search.ask();
+            let costs: Vec<f64> = points.iter().map(&cost).collect();
+            evaluations += points.len();
+            if costs.iter().any(|&cost| cost < wanted) {
+                return evaluations;
+            }
+            search.tell(&points, &costs);
+            if search.is_over() {
+                search = search.restarted();
+            }
+        }
+        panic!("not below {wanted} after {evaluations} evaluations: {search:?}");
+    }
+
+    fn sphere<const N: usize>(point: &[f64; N]) -> f64 {
+        point.iter().map(|x| x * x).sum()
+    }
+
+    /// Axes of lengths 1 to 1000 (Hansen's `felli`).
+    fn ellipsoid<const N: usize>(point: &[f64; N]) -> f64 {
+        let weight = |at: usize| math::pow(1e6, at as f64 / (N - 1) as f64);
+        point.iter().enumerate().map(|(at, x)| weight(at) * x * x).sum()
+    }
+
+    fn rosenbrock<const N: usize>(point: &[f64; N]) -> f64 {
+        let pair = |pair: &[f64]| 100.0 * (pair[0] * pair[0] - pair[1]).powi(2) + (pair[0] - 1.0).powi(2);
+        point.windows(2).map(pair).sum()
+    }
+
+    /// Two basins, of which the shallow one holds the start.
+    fn two_basins(point: &[f64; 4]) -> f64 {
+        let around = |centre: f64| point.iter().map(|x| (x - centre) * (x - centre)).sum::<f64>();
+        f64::min(around(2.0), 1.0 + around(-1.0))
+    }
+
+    #[test]
+    fn smooth_functions_are_solved_within_published_effort() {
+        // Hansen and Ostermeier 2001, Figs. 4 to 6, need some 1e3, 6e3 and 5e3 evaluations for 1e-10 at N = 9 to 10.
+        for seed in 0..5 {
+            let start = |at| CmaEs::<9>::new([at; 9], 0.5, 12, seed);
+            assert!(evaluations_until(sphere, start(1.0), 1e-10, 4000) < 3000);
+            assert!(evaluations_until(ellipsoid, start(1.0), 1e-10, 16_000) < 12_000);
+            // One of several searches ends in the local minimum near (-1, 1, ..., 1).
+            evaluations_until(rosenbrock, start(0.0), 1e-10, 60_000);
+        }
+    }
+
+    #[test]
+    fn a_rotated_ellipsoid_is_as_easy_as_a_straight_one() {
+        let angle: f64 = 0.7;
+        let (sine, cosine) = (math::sin(angle), math::cos(angle));
+        let turned = |point: &[f64; 4]| {
+            let [a, b, c, d] = *point;
+            ellipsoid(&[
+                cosine * a - sine * d,
+                cosine * b - sine * c,
+                sine * b + cosine * c,
+                sine * a + cosine * d,
+            ])
+        };
+        let start = || CmaEs::new([1.0; 4], 0.5, 8, 3);
+        let (plain, turned) = (
+            evaluations_until(ellipsoid, start(), 1e-10, 10_000),
+            evaluations_until(turned, start(), 1e-10, 10_000),
+        );
+        assert!(turned < 2 * plain && plain < 2 * turned, "{turned} against {plain}");
+    }
+
+    #[test]
+    fn a_search_that_is_over_begins_anew_elsewhere() {
+        let search = CmaEs::new([-1.0; 4], 1.5, 8, 1);
+        let first = evaluations_until(two_basins, search.clone(), 1.0 + 1e-6, 20_000);
+        let deep = evaluations_until(two_basins, search.clone(), 1e-6, 200_000);
+        assert!(deep >= first);
+        assert_ne!(search.ask(), search.restarted().ask());
+    }
+
+    #[test]
+    fn costs_decide_and_nothing_else() {
+        let run = |scale: f64| {
+            let mut search = CmaEs::new([1.0; 5], 0.5, 10, 4);
+            for _ in 0..50 {
+                let points = search.ask();
+                assert_eq!(points, search.ask(), "asking changes nothing");
+                // Only the order of the costs matters.
+                search
+                    .tell(&points, &points.iter().map(|point| scale * rosenbrock(point)).collect::<Vec<_>>());
+            }
+            search.mean()
+        };
+        assert_eq!(run(1.0), run(4.0));
+        let mut search = CmaEs::new([0.0; 2], 1.0, 4, 1);
+        let points = search.ask();
+        search.tell(&points, &[f64::NAN, 1.0, 2.0, -f64::NAN]);
+        assert!(search.mean().iter().all(|value| value.is_finite()));
+    }
+}

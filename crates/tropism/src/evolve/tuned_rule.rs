@@ -1,0 +1,168 @@
+//! A tuned rule as a JSON file, schema `tropism.rule/1`: it steers as it did when it was tuned wherever the file goes.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::champion::Trial;
+use crate::check::{OutOfRange, ensure};
+use crate::control::{PredictiveGreedy, PredictiveRule};
+use crate::lamps::Layout;
+use crate::plant::PlantModel;
+use crate::task::{Task, TaskSpec};
+
+/// What a rule file calls itself.
+const SCHEMA: &str = "tropism.rule/1";
+
+/// A rule with all that it was tuned for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TunedRule {
+    /// The numbers.
+    pub rule: PredictiveRule,
+    /// The lamps that it lights.
+    pub layout: Layout,
+    /// Minutes of a step.
+    pub period_min: f64,
+    /// The task that it was tuned for; `None` for tasks outside this library.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task: Option<TaskSpec>,
+    /// SHA-256 of the model's JSON, in hexadecimal.
+    pub model_sha256: String,
+    /// Whether the model was made of virtual plants.
+    pub is_virtual: bool,
+    /// Fitness on unseen plants of the model, in cm.
+    pub expected: Trial,
+}
+
+/// Why bytes are not a rule.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TunedRuleError {
+    /// Not JSON, or not of a rule's form.
+    #[error("found no rule: {0}")]
+    Json(#[from] serde_json::Error),
+    /// Another schema.
+    #[error("found schema {0:?}, wanted {SCHEMA:?}")]
+    Schema(String),
+    /// A value out of its range.
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
+}
+
+impl TunedRule {
+    /// A rule that was tuned on `model`, of which `model_json` is the file, without a task.
+    #[must_use]
+    pub fn of_model<M: PlantModel>(
+        rule: PredictiveRule,
+        model: &M,
+        model_json: &str,
+        is_virtual: bool,
+        expected: Trial,
+    ) -> Self {
+        let digest = Sha256::digest(model_json.as_bytes());
+        Self {
+            rule,
+            layout: model.layout().clone(),
+            period_min: model.period_min(),
+            task: None,
+            model_sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            is_virtual,
+            expected,
+        }
+    }
+
+    /// The controller, at rest, towards the targets of `task`.
+    #[must_use]
+    pub fn controller(&self, task: &(impl Task + ?Sized)) -> PredictiveGreedy {
+        PredictiveGreedy::new(self.rule, task, &self.layout)
+    }
+
+    /// Checks the numbers and the task.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names the key, its value and its range.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        self.rule.check().map_err(|error| error.in_table("rule"))?;
+        let is_period = self.period_min > 0.0 && self.period_min.is_finite();
+        ensure(is_period, "period_min", self.period_min, "minutes above 0")?;
+        self.task.as_ref().map_or(Ok(()), TaskSpec::check).map_err(|error| error.in_table("task"))
+    }
+
+    /// JSON, schema `tropism.rule/1`; see `docs/formats.md`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let mut file = serde_json::to_value(self).expect("numbers and text are JSON");
+        file["schema"] = SCHEMA.into();
+        serde_json::to_string_pretty(&file).expect("numbers and text are JSON") + "\n"
+    }
+
+    /// Whether `text` calls itself a rule, of any version.
+    #[must_use]
+    pub fn is_named_in(text: &str) -> bool {
+        schema_of(text).is_ok_and(|schema| schema.starts_with("tropism.rule/"))
+    }
+
+    /// Reads [`Self::to_json`].
+    ///
+    /// # Errors
+    /// [`TunedRuleError`] says what was found instead.
+    pub fn from_json(text: &str) -> Result<Self, TunedRuleError> {
+        let schema = schema_of(text)?;
+        if schema != SCHEMA {
+            return Err(TunedRuleError::Schema(schema));
+        }
+        let mut file: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text)?;
+        file.remove("schema");
+        let rule: Self = serde_json::from_value(file.into())?;
+        rule.check()?;
+        Ok(rule)
+    }
+}
+
+fn schema_of(text: &str) -> Result<String, serde_json::Error> {
+    #[derive(Deserialize)]
+    struct Head {
+        schema: String,
+    }
+    serde_json::from_str(text).map(|Head { schema }| schema)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::champion::tests::model;
+    use super::*;
+    use crate::task::Targets;
+
+    fn rule() -> TunedRule {
+        let numbers = PredictiveRule { overshoot: 0.45, shift_steps: 6.1, ..PredictiveRule::default() };
+        let expected = Trial { mean: 9.1, sd: 2.5, plants: 1000 };
+        TunedRule {
+            task: Some(Targets::default().into()),
+            ..TunedRule::of_model(numbers, &model(), "{}", true, expected)
+        }
+    }
+
+    #[test]
+    fn a_rule_file_comes_back() {
+        let rule = rule();
+        assert!(TunedRule::is_named_in(&rule.to_json()));
+        assert_eq!(TunedRule::from_json(&rule.to_json()).unwrap(), rule);
+        let outside = TunedRule { task: None, ..rule };
+        assert_eq!(TunedRule::from_json(&outside.to_json()).unwrap(), outside);
+    }
+
+    #[test]
+    fn bad_rules_are_refused() {
+        let text = rule().to_json();
+        let error = |text: &str| TunedRule::from_json(text).unwrap_err().to_string();
+        assert!(error("{").contains("found no rule"));
+        assert!(error(&text.replace("rule/1", "rule/9")).contains("wanted \"tropism.rule/1\""));
+        assert!(error(&text.replace("\"overshoot\"", "\"overshot\"")).contains("unknown field `overshot`"));
+        assert!(
+            error(&text.replace("\"look_ahead_cm\": 1.0", "\"look_ahead_cm\": 0.0"))
+                .contains("rule.look_ahead_cm")
+        );
+        assert!(error(&text.replace("\"period_min\": 5.0", "\"period_min\": -5.0")).contains("period_min"));
+        assert!(error(&text.replace("\"max_steps\": 1000", "\"max_steps\": 0")).contains("task.max_steps"));
+    }
+}
