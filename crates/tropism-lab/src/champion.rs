@@ -4,12 +4,11 @@ use std::path::Path;
 
 use tropism::control::ShapeError;
 use tropism::evolve::Champion;
-use tropism::plant::tip::TipModel;
 use tropism::task::TaskSpec;
 use tropism::track::Track;
 
 use crate::files::{self, FileError};
-use crate::model;
+use crate::model::{self, Model};
 
 /// Reads the champion in `path`, or a network alone.
 ///
@@ -33,7 +32,7 @@ pub(crate) fn write(path: &Path, champion: &Champion) -> Result<(), FileError> {
 /// [`ShapeError`] if the network does not fit its sensors and lamps.
 pub(crate) fn simulate(
     champion: &Champion,
-    model: &TipModel,
+    model: &Model,
     task: &TaskSpec,
     seed: u64,
 ) -> Result<Track, ShapeError> {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tropism::control::{Controller, Greedy, Periodic};
-use tropism::evolve::Champion;
+use tropism::evolve::{Champion, TunedRule};
 use tropism::lamps::{Layout, Light};
 use tropism::task::{OpenLoop, TaskSpec};
 
@@ -36,6 +36,11 @@ pub enum ControllerSpec {
         /// The network with its sensors, lamps and task.
         champion: Box<Champion>,
     },
+    /// Lights what a tuned rule decides.
+    Rule {
+        /// The rule with its lamps, period and task.
+        tuned: Box<TunedRule>,
+    },
 }
 
 const fn left() -> Light {
@@ -65,11 +70,15 @@ impl ControllerSpec {
         Ok(Self::Network { champion: Box::new(champion) })
     }
 
-    /// Reads a champion file, such as `champion.json`, or a network alone.
+    /// Reads a champion file, such as `champion.json`, a network alone, or a rule file, such as `rule.json`.
     ///
     /// # Errors
     /// [`Error`] names the file.
-    pub fn read_network(path: &Path) -> Result<Self, Error> {
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        if TunedRule::is_named_in(&files::read_text(path)?) {
+            let tuned = files::read_as(path, TunedRule::from_json)?;
+            return Ok(Self::Rule { tuned: Box::new(tuned) });
+        }
         let champion = files::read_as(path, Champion::from_json)?;
         Self::network(champion).map_err(Error::at(path.display()))
     }
@@ -79,7 +88,17 @@ impl ControllerSpec {
     pub fn champion(&self) -> Option<&Champion> {
         match self {
             Self::Network { champion } => Some(champion),
+            Self::Periodic { .. } | Self::Greedy | Self::Rule { .. } => None,
+        }
+    }
+
+    /// The task that it was evolved or tuned for; `None` where there is none.
+    #[must_use]
+    pub fn own_task(&self) -> Option<&TaskSpec> {
+        match self {
             Self::Periodic { .. } | Self::Greedy => None,
+            Self::Network { champion } => champion.task.as_ref(),
+            Self::Rule { tuned } => tuned.task.as_ref(),
         }
     }
 
@@ -89,13 +108,12 @@ impl ControllerSpec {
         matches!(self, Self::Periodic { .. })
     }
 
-    /// The task for such a controller where none is named: the one that a champion was evolved for, the 1000 steps of an
+    /// The task for such a controller where none is named: the one that it was evolved or tuned for, the 1000 steps of an
     /// open-loop experiment, or the paper's three targets.
     #[must_use]
     pub fn default_task(&self) -> TaskSpec {
-        let own = self.champion().and_then(|champion| champion.task.clone());
-        match own {
-            Some(task) => task,
+        match self.own_task() {
+            Some(task) => task.clone(),
             None if self.is_open_loop() => OpenLoop::default().into(),
             None => TaskSpec::default(),
         }
@@ -132,6 +150,23 @@ impl ControllerSpec {
                     layout.len()
                 )))
             }
+            Self::Rule { tuned } => {
+                /// Periods that a clock keeps are one within this share, as tracks of a model are.
+                const SAME: f64 = 0.02;
+                tuned.check().map_err(Error::in_plan("controller"))?;
+                let found = (tuned.layout.len(), tuned.period_min);
+                let is_same_period = (found.1 - period_min).abs() <= SAME * period_min;
+                if found.0 == layout.len() && is_same_period {
+                    return Ok(());
+                }
+                Err(Error::Plan(format!(
+                    "controller: found a rule for {} lamps and steps of {} minutes, wanted one for {} lamps and steps of \
+                     {period_min} minutes",
+                    found.0,
+                    found.1,
+                    layout.len()
+                )))
+            }
         }
     }
 
@@ -151,10 +186,11 @@ impl ControllerSpec {
             Self::Network { champion } => {
                 Box::new(champion.controller(task).expect("a controller that was checked"))
             }
+            Self::Rule { tuned } => Box::new(tuned.controller(task)),
         }
     }
 
-    /// A few words for people: `periodic, 72 steps`, `chase`, or the size of the network.
+    /// A few words for people: `periodic, 72 steps`, `chase`, `rule`, or the size of the network.
     #[must_use]
     pub fn description(&self, period_min: f64) -> String {
         match self {
@@ -166,6 +202,7 @@ impl ControllerSpec {
                 let genome = &champion.genome;
                 format!("network, {} neurons, {} links", genome.neurons().len(), genome.links().len())
             }
+            Self::Rule { .. } => "rule".to_owned(),
         }
     }
 }
@@ -177,8 +214,11 @@ fn switch_steps(minutes: f64, period_min: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use tropism::control::PredictiveRule;
+    use tropism::evolve::Trial;
+    use tropism::geometry::Point;
     use tropism::observation::Observation;
-    use tropism::task::Task;
+    use tropism::task::{Targets, Task};
 
     use super::*;
 
@@ -209,7 +249,7 @@ mod tests {
     fn a_controller_comes_back_from_toml_and_json() {
         let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 1, 0);
         let network = ControllerSpec::network(Champion::of_genome(genome)).unwrap();
-        for spec in [ControllerSpec::default(), ControllerSpec::Greedy, network] {
+        for spec in [ControllerSpec::default(), ControllerSpec::Greedy, network, rule()] {
             let toml = toml::to_string(&spec).unwrap();
             assert_eq!(toml::from_str::<ControllerSpec>(&toml).unwrap(), spec, "{toml}");
             let json = serde_json::to_string(&spec).unwrap();
@@ -218,6 +258,45 @@ mod tests {
         let spec: ControllerSpec = toml::from_str("kind = \"periodic\"\nminutes = 60").unwrap();
         assert_eq!(spec, ControllerSpec::periodic(60.0));
         assert!(toml::from_str::<ControllerSpec>("kind = \"periodic\"\nminuts = 60").is_err());
+    }
+
+    fn rule() -> ControllerSpec {
+        let tuned = TunedRule {
+            rule: PredictiveRule { overshoot: 0.45, ..PredictiveRule::default() },
+            layout: Layout::default(),
+            period_min: 5.0,
+            task: Some(Targets { max_steps: 500, ..Targets::default() }.into()),
+            model_sha256: "00".to_owned(),
+            is_virtual: true,
+            expected: Trial { mean: 9.0, sd: 2.0, plants: 1000 },
+        };
+        ControllerSpec::Rule { tuned: Box::new(tuned) }
+    }
+
+    #[test]
+    fn a_rule_brings_its_task_and_is_for_its_lamps_and_period() {
+        let spec = rule();
+        assert_eq!(spec.default_task(), Targets { max_steps: 500, ..Targets::default() }.into());
+        assert!(spec.check(&Layout::default(), 5.0).is_ok());
+        for (layout, period_min) in [(Layout::four_sides(), 5.0), (Layout::default(), 10.0)] {
+            let error = spec.check(&layout, period_min).unwrap_err().to_string();
+            assert!(error.contains("found a rule for 2 lamps and steps of 5 minutes"), "{error}");
+        }
+        // Beyond the target at 3 cm, towards which the greedy rule would light the left lamp.
+        let mut controller = spec.build(&TaskSpec::default(), &Layout::default(), 5.0);
+        assert_eq!(controller.decide(&Observation::simulated(Point::new(4.0, 5.0))), Light::RIGHT);
+    }
+
+    #[test]
+    fn a_file_is_read_by_its_schema() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rule.json");
+        let ControllerSpec::Rule { tuned } = rule() else { panic!("a rule") };
+        files::write(&path, tuned.to_json().as_bytes()).unwrap();
+        assert_eq!(ControllerSpec::read(&path).unwrap(), rule());
+        files::write(&path, tuned.to_json().replace("rule/1", "rule/7").as_bytes()).unwrap();
+        let error = ControllerSpec::read(&path).unwrap_err().to_string();
+        assert!(error.contains("rule.json") && error.contains("wanted \"tropism.rule/1\""), "{error}");
     }
 
     #[test]

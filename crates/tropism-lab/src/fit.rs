@@ -1,10 +1,11 @@
-//! The tip-motion model of tracks, eqs. (1)-(3).
+//! Models of tracks: the tip-motion model, eqs. (1)-(3), and the model with memory.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::geometry::Point;
 use tropism::observation::Quality;
-use tropism::plant::shifts::Shift;
+use tropism::plant::memory::MemoryModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::track::Track;
 
@@ -12,13 +13,26 @@ use crate::run::RunConfig;
 use crate::track::is_virtual;
 use crate::{Error, Monitor, Workflow, files};
 
-/// Fits the tip-motion model to tracks and writes it to a file.
+/// Kinds of models.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ModelKind {
+    /// The paper's tip-motion model.
+    #[default]
+    Tip,
+    /// The model that remembers light and shifts.
+    Memory,
+}
+
+/// Fits a model to tracks and writes it to a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitPlan {
     /// Track files (CSV).
     pub tracks: Vec<PathBuf>,
-    /// Window, growth and grid of the model.
+    /// Which model.
+    pub kind: ModelKind,
+    /// Window, growth and grid of a tip-motion model. A model with memory has no settings.
     pub model: TipModelConfig,
     /// File for the model.
     pub out: PathBuf,
@@ -26,7 +40,12 @@ pub struct FitPlan {
 
 impl Default for FitPlan {
     fn default() -> Self {
-        Self { tracks: Vec::new(), model: TipModelConfig::default(), out: "model.json".into() }
+        Self {
+            tracks: Vec::new(),
+            kind: ModelKind::default(),
+            model: TipModelConfig::default(),
+            out: "model.json".into(),
+        }
     }
 }
 
@@ -39,7 +58,7 @@ pub struct FitResults {
     pub tracks: usize,
     /// Whether any of the plants is virtual.
     pub is_virtual: bool,
-    /// Number of observed shifts, without their mirror images.
+    /// Number of shifts that the model is made of, without their mirror images.
     pub shifts: usize,
     /// Least and greatest x of the tips, in cm.
     pub x_cm: [f64; 2],
@@ -58,6 +77,12 @@ impl Workflow for FitPlan {
         if self.tracks.is_empty() {
             return Err(Error::Plan("found no `tracks`, wanted at least one".to_owned()));
         }
+        if self.kind == ModelKind::Memory && self.model != TipModelConfig::default() {
+            return Err(Error::Plan(
+                "found settings of a tip-motion model, wanted none with `kind` memory, which has no settings"
+                    .to_owned(),
+            ));
+        }
         Ok(())
     }
 
@@ -67,23 +92,33 @@ impl Workflow for FitPlan {
             self.tracks.iter().map(|path| files::read_track(path)).collect::<Result<_, _>>()?;
         let is_virtual =
             self.tracks.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
-        let model = TipModel::fit(&tracks, self.model.clone())?.of_virtual_plants(is_virtual);
-        files::write(&self.out, model.to_json().as_bytes())?;
+        let (json, shifts, tips) = match self.kind {
+            ModelKind::Tip => {
+                let model = TipModel::fit(&tracks, self.model.clone())?.of_virtual_plants(is_virtual);
+                let tips: Vec<Point> = model.observed().iter().map(|shift| shift.tip).collect();
+                (model.to_json(), tips.len(), tips)
+            }
+            ModelKind::Memory => {
+                let model = MemoryModel::fit(&tracks)?.of_virtual_plants(is_virtual);
+                (model.to_json(), model.steps(), model.tips().collect())
+            }
+        };
+        files::write(&self.out, json.as_bytes())?;
         Ok(FitResults {
             model: self.out.clone(),
             tracks: tracks.len(),
             is_virtual,
-            shifts: model.observed().len(),
-            x_cm: range(model.observed(), |shift| shift.tip.x),
-            y_cm: range(model.observed(), |shift| shift.tip.y),
+            shifts,
+            x_cm: range(tips.iter().map(|tip| tip.x)),
+            y_cm: range(tips.iter().map(|tip| tip.y)),
         })
     }
 }
 
-/// The least and the greatest value over `shifts`.
-fn range(shifts: &[Shift], value: impl Fn(&Shift) -> f64) -> [f64; 2] {
+/// The least and the greatest of `values`.
+fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let wider = |[least, most]: [f64; 2], value: f64| [least.min(value), most.max(value)];
-    shifts.iter().map(value).fold([f64::INFINITY, f64::NEG_INFINITY], wider)
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], wider)
 }
 
 /// Whether a track is of a virtual plant: it was simulated, or its run folder or the file beside it says so.

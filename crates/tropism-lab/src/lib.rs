@@ -12,8 +12,9 @@
 //! | [`CheckPlan`](check::CheckPlan) | what is wrong with a rig before a plant depends on it |
 //! | [`CalibrateCameraPlan`](calibrate_camera::CalibrateCameraPlan) | the calibration of a camera |
 //! | [`TrackPlan`](track::TrackPlan), [`DepthPlan`](depth::DepthPlan) | tracks of photographs, in the plane and in space |
-//! | [`FitPlan`](fit::FitPlan) | the tip-motion model of tracks |
+//! | [`FitPlan`](fit::FitPlan) | a model of tracks |
 //! | [`EvolvePlan`](evolve::EvolvePlan), [`BaselinePlan`](baseline::BaselinePlan) | champions, and the fitness of random controllers |
+//! | [`TunePlan`](tune::TunePlan) | a rule of nine numbers for a model |
 //! | [`SimulatePlan`](simulate::SimulatePlan), [`ScorePlan`](score::ScorePlan), [`ShowPlan`](show::ShowPlan) | a controller on the model, the fitness of tracks, a network and its decisions |
 //! | [`GrowPlan`](grow::GrowPlan), [`CalibratePlan`](calibrate::CalibratePlan) | virtual beans, and their parameters from tracks |
 //! | [`TransferPlan`](transfer::TransferPlan) | controllers compared on the same unseen virtual plants |
@@ -51,6 +52,7 @@ mod champion;
 pub mod fit;
 pub mod evolve;
 pub mod baseline;
+pub mod tune;
 pub mod simulate;
 pub mod score;
 pub mod show;

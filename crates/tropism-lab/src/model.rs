@@ -1,15 +1,20 @@
-//! The tip-motion model: from its file, checked against the start of a task, and as the world of simulated plants.
+//! Models of a plant: from their files, checked against the start of a task, and as the world of simulated plants.
 
 use std::path::Path;
 
-use tropism::control::Controller;
+use tropism::control::{Controller, Sensors};
 use tropism::evolve::{self, Trial};
+use tropism::geometry::Point;
+use tropism::lamps::{Layout, Light};
+use tropism::observation::Observation;
 use tropism::plant::PlantModel;
-use tropism::plant::tip::TipModel;
-use tropism::random::{NoiseStream, Purpose};
-use tropism::simulation;
+use tropism::plant::memory::{MemoryModel, MemoryState};
+use tropism::plant::tip::{ModelError, TipModel, TipState};
+use tropism::random::{NoiseStream, Purpose, StepNoise};
+use tropism::simulation::{self, BatchModel, Episode};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::Track;
+use tropism_neat::Genome;
 
 use crate::controller::ControllerSpec;
 use crate::files::{self, FileError};
@@ -19,11 +24,169 @@ use crate::{Error, Monitor};
 /// over such a gap, some 70 steps at 0.03 cm a step, eq. (4).
 const MAX_GAP_CM: f64 = 2.0;
 
+/// Distance within which data count as around a place, in cm: half the height of the paper's window, eq. (1).
+const NEAR_CM: f64 = 1.0;
+
+/// Any model that a file may hold.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Model {
+    /// The paper's tip-motion model.
+    Tip(Box<TipModel>),
+    /// The model with memory.
+    Memory(MemoryModel),
+}
+
+/// The state of one plant of a [`Model`].
+#[derive(Clone, Debug)]
+pub(crate) enum ModelState {
+    Tip(TipState),
+    Memory(MemoryState),
+}
+
+impl From<TipModel> for Model {
+    fn from(model: TipModel) -> Self {
+        Self::Tip(Box::new(model))
+    }
+}
+
+impl Model {
+    /// Reads either kind, told apart by the schema.
+    fn from_json(text: &str) -> Result<Self, ModelError> {
+        if MemoryModel::is_named_in(text) {
+            MemoryModel::from_json(text).map(Self::Memory)
+        } else {
+            TipModel::from_json(text).map(Self::from)
+        }
+    }
+
+    pub(crate) fn to_json(&self) -> String {
+        match self {
+            Self::Tip(model) => model.to_json(),
+            Self::Memory(model) => model.to_json(),
+        }
+    }
+
+    pub(crate) fn is_virtual(&self) -> bool {
+        match self {
+            Self::Tip(model) => model.is_virtual(),
+            Self::Memory(model) => model.is_virtual(),
+        }
+    }
+
+    /// The share of a track's steps, 0 to 1, that begin where the model has no data.
+    pub(crate) fn share_without_data(&self, track: &Track) -> f64 {
+        match self {
+            Self::Tip(model) => model.share_without_data(track),
+            Self::Memory(model) => model.share_without_data(track),
+        }
+    }
+
+    /// One model for each plant, made of its data alone.
+    pub(crate) fn of_each_plant(&self) -> Result<Vec<Self>, ModelError> {
+        Ok(match self {
+            Self::Tip(model) => model.of_each_plant()?.into_iter().map(Self::from).collect(),
+            Self::Memory(model) => model.of_each_plant()?.into_iter().map(Self::Memory).collect(),
+        })
+    }
+
+    /// Whether the model has data around `tip`.
+    fn has_data(&self, tip: Point) -> bool {
+        match self {
+            Self::Tip(model) => model.layout().lights().any(|light| model.mean_shift(tip, light).is_some()),
+            Self::Memory(_) => self.gap_cm(tip) <= NEAR_CM,
+        }
+    }
+
+    /// Distance from `tip` to the nearest data or their mirror image, in cm.
+    fn gap_cm(&self, tip: Point) -> f64 {
+        let nearer =
+            |least: f64, data: Point| least.min(data.distance(tip)).min(data.mirrored().distance(tip));
+        match self {
+            Self::Tip(model) => model.observed().iter().map(|shift| shift.tip).fold(f64::INFINITY, nearer),
+            Self::Memory(model) => model.tips().fold(f64::INFINITY, nearer),
+        }
+    }
+}
+
+impl PlantModel for Model {
+    type Plant = ModelState;
+
+    fn seedling(&self, start: Point, noise: &mut StepNoise) -> ModelState {
+        match self {
+            Self::Tip(model) => ModelState::Tip(model.seedling(start, noise)),
+            Self::Memory(model) => ModelState::Memory(model.seedling(start, noise)),
+        }
+    }
+
+    fn step(&self, plant: &mut ModelState, light: Light, noise: &mut StepNoise) {
+        match (self, plant) {
+            (Self::Tip(model), ModelState::Tip(plant)) => model.step(plant, light, noise),
+            (Self::Memory(model), ModelState::Memory(plant)) => model.step(plant, light, noise),
+            _ => unreachable!("a plant of another model"),
+        }
+    }
+
+    fn observe(&self, plant: &ModelState) -> Observation {
+        match (self, plant) {
+            (Self::Tip(model), ModelState::Tip(plant)) => model.observe(plant),
+            (Self::Memory(model), ModelState::Memory(plant)) => model.observe(plant),
+            _ => unreachable!("a plant of another model"),
+        }
+    }
+
+    fn layout(&self) -> &Layout {
+        match self {
+            Self::Tip(model) => model.layout(),
+            Self::Memory(model) => model.layout(),
+        }
+    }
+
+    fn period_min(&self) -> f64 {
+        match self {
+            Self::Tip(model) => model.period_min(),
+            Self::Memory(model) => model.period_min(),
+        }
+    }
+}
+
+impl BatchModel for Model {
+    fn score<'g, T: Task + ?Sized>(
+        &self,
+        task: &T,
+        sensors: &Sensors,
+        episodes: impl Iterator<Item = Episode<&'g Genome>>,
+    ) -> Vec<f64> {
+        match self {
+            Self::Tip(model) => model.score(task, sensors, episodes),
+            Self::Memory(model) => model.score(task, sensors, episodes),
+        }
+    }
+
+    fn score_linear<T: Task + ?Sized>(
+        &self,
+        task: &T,
+        episodes: impl Iterator<Item = Episode<simulation::LinearController>>,
+    ) -> Vec<f64> {
+        match self {
+            Self::Tip(model) => model.score_linear(task, episodes),
+            Self::Memory(model) => model.score_linear(task, episodes),
+        }
+    }
+}
+
 /// Reads the model in `path`.
 ///
 /// # Errors
 /// [`FileError`] if the file cannot be read or holds no model.
-pub(crate) fn read(path: &Path) -> Result<TipModel, FileError> {
+pub(crate) fn read(path: &Path) -> Result<Model, FileError> {
+    files::read_as(path, Model::from_json)
+}
+
+/// Reads the tip-motion model in `path`.
+///
+/// # Errors
+/// [`FileError`] if the file cannot be read or holds no tip-motion model.
+pub(crate) fn read_tip(path: &Path) -> Result<TipModel, FileError> {
     files::read_as(path, TipModel::from_json)
 }
 
@@ -31,14 +194,13 @@ pub(crate) fn read(path: &Path) -> Result<TipModel, FileError> {
 ///
 /// # Errors
 /// [`Error::File`] as [`read`] does; [`Error::Plan`] if the gap is larger than [`MAX_GAP_CM`].
-pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> Result<TipModel, Error> {
+pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> Result<Model, Error> {
     let model = read(path)?;
     let start = task.start();
-    if model.layout().lights().any(|light| model.mean_shift(start, light).is_some()) {
+    if model.has_data(start) {
         return Ok(model);
     }
-    let tips = model.observed().iter().flat_map(|shift| [shift.tip, shift.tip.mirrored()]);
-    let gap_cm = tips.map(|tip| tip.distance(start)).fold(f64::INFINITY, f64::min);
+    let gap_cm = model.gap_cm(start);
     let found = format!(
         "{}: found no data around the start of the task at {:.1}, {:.1} cm; the nearest data are {gap_cm:.1} cm away",
         path.display(),
@@ -50,13 +212,17 @@ pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> R
             "{found}, wanted at most {MAX_GAP_CM} cm: use a `task` that starts where the model has data"
         )));
     }
-    monitor.note(&format!("{found}; simulated plants grow straight over this gap"));
+    let over_gap = match model {
+        Model::Tip(_) => "simulated plants grow straight over this gap",
+        Model::Memory(_) => "simulated plants move there as at the nearest data",
+    };
+    monitor.note(&format!("{found}; {over_gap}"));
     Ok(model)
 }
 
 /// Simulates one plant of `model` that `controller` steers: plant number `episode` of the trials under `seed`.
 pub(crate) fn simulate(
-    model: &TipModel,
+    model: &impl PlantModel,
     controller: &mut dyn Controller,
     task: &TaskSpec,
     seed: u64,

@@ -114,7 +114,7 @@ fn a_champion_is_simulated_scored_and_shown() {
     let champion = evolve.out.join("champion.json");
     let simulate = SimulatePlan {
         model: evolve.model.clone(),
-        controller: ControllerSpec::read_network(&champion).unwrap(),
+        controller: ControllerSpec::read(&champion).unwrap(),
         task: evolve.task.clone(),
         out: folder.path().join("steered.csv"),
         ..SimulatePlan::default()

@@ -3,7 +3,7 @@
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::calibrate::{CalibratePlan, RecoveryPlan};
 use tropism_lab::evolve::EvolvePlan;
-use tropism_lab::fit::FitPlan;
+use tropism_lab::fit::{FitPlan, ModelKind};
 use tropism_lab::grow::{AcceptancePlan, GrowPlan, KinematicsPlan};
 use tropism_lab::report::ReportPlan;
 use tropism_lab::score::ScorePlan;
@@ -11,6 +11,7 @@ use tropism_lab::show::ShowPlan;
 use tropism_lab::simulate::SimulatePlan;
 use tropism_lab::study::StudyPlan;
 use tropism_lab::transfer::TransferPlan;
+use tropism_lab::tune::TunePlan;
 use tropism_lab::{Error, Workflow};
 
 #[track_caller]
@@ -41,6 +42,7 @@ fn plans_come_back_and_refuse_unknown_keys() {
     comes_back::<ReportPlan>();
     comes_back::<StudyPlan>();
     comes_back::<TransferPlan>();
+    comes_back::<TunePlan>();
 }
 
 #[track_caller]
@@ -64,6 +66,13 @@ fn a_value_out_of_range_is_named() {
     is_refused(&SimulatePlan { episodes: 0, ..SimulatePlan::default() }, "found episodes = 0");
     is_refused(&RecoveryPlan { plants: 1, ..RecoveryPlan::default() }, "found plants = 1, wanted 2 to");
     is_refused(&FitPlan::default(), "found no `tracks`");
+    let mut memory =
+        FitPlan { tracks: vec!["track.csv".into()], kind: ModelKind::Memory, ..FitPlan::default() };
+    memory.model.window.wx = 1.0;
+    is_refused(&memory, "wanted none with `kind` memory");
+    let mut tune = TunePlan::default();
+    tune.search.episodes = 0;
+    is_refused(&tune, "search: found episodes = 0");
     let tracks = vec!["track.csv".into()];
     let minutes = CalibratePlan { tracks, interval_min: f64::NAN, ..CalibratePlan::default() };
     is_refused(&minutes, "found `interval_min` NaN");

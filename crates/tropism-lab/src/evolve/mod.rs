@@ -14,13 +14,13 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
-use tropism::plant::tip::TipModel;
 use tropism::task::TaskSpec;
 
 pub use self::history::EvolutionHistory;
 pub use self::record::EvolutionRecord;
 pub(crate) use self::record::champion_path;
 use self::runs::champion_of;
+use crate::model::Model;
 use crate::statistics::median;
 use crate::stopwatch::Stopwatch;
 use crate::{Error, Monitor, Workflow, champion, files, model};
@@ -170,7 +170,7 @@ impl Workflow for EvolvePlan {
 
 impl EvolvePlan {
     /// The champion of `run` with all that it was evolved for. `json` is the model's file.
-    fn champion(&self, run: &EvolutionRun, model: &TipModel, json: &str) -> Result<Champion, Error> {
+    fn champion(&self, run: &EvolutionRun, model: &Model, json: &str) -> Result<Champion, Error> {
         let genome = champion_of(run)?.clone();
         Ok(Champion {
             task: Some(self.task.clone()),
@@ -180,11 +180,11 @@ impl EvolvePlan {
     }
 
     /// Summarizes the runs: tries each champion on unseen plants of `model`, and on a model of each plant.
-    fn summarize(&self, runs: &[EvolutionRun], model: &TipModel) -> Result<Vec<EvolutionRunSummary>, Error> {
+    fn summarize(&self, runs: &[EvolutionRun], model: &Model) -> Result<Vec<EvolutionRunSummary>, Error> {
         let plants = model.of_each_plant()?;
         let summarize = |run: &EvolutionRun| {
             let genome = champion_of(run)?;
-            let trial = |models: &[TipModel]| {
+            let trial = |models: &[Model]| {
                 let sensors = &self.evolution.sensors;
                 evolve::trial_of_genome(models, &self.task, sensors, genome, self.seed, self.trial_plants)
             };

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use tropism::control::OUTPUTS;
 use tropism::evolve::{Champion, EvolutionConfig, EvolutionRun};
-use tropism::plant::tip::TipModel;
 use tropism::task::TaskSpec;
 use tropism_neat::Genome;
 
 use super::EvolvePlan;
+use crate::model::Model;
 use crate::{Error, files, lock};
 
 /// Everything that decides the results of an evolution: the content of `evolution.toml`.
@@ -30,13 +30,13 @@ pub struct EvolutionRecord {
     evolution: EvolutionConfig,
 }
 
-fn digest(model: &TipModel) -> String {
+fn digest(model: &Model) -> String {
     files::sha256(model.to_json().as_bytes())
 }
 
 impl EvolutionRecord {
     /// The record of `plan` on `model`.
-    pub(super) fn new(plan: &EvolvePlan, model: &TipModel) -> Self {
+    pub(super) fn new(plan: &EvolvePlan, model: &Model) -> Self {
         Self {
             schema: "tropism.evolution/1".to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -74,7 +74,7 @@ impl EvolutionRecord {
     }
 
     /// Whether the controllers evolved on `model`.
-    pub(crate) fn is_on(&self, model: &TipModel) -> bool {
+    pub(crate) fn is_on(&self, model: &Model) -> bool {
         self.model_sha256 == digest(model)
     }
 

@@ -5,18 +5,18 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use tropism::evolve::{Evolution, EvolutionRun};
-use tropism::plant::tip::TipModel;
 use tropism::task::TaskSpec;
 use tropism_neat::Genome;
 
 use super::EvolvePlan;
 use super::record::checkpoint_path;
 use super::status::EvolutionStatus;
+use crate::model::Model;
 use crate::{Checkpoint, Error, Monitor};
 
 impl EvolvePlan {
     /// Evolves all runs to their last generation.
-    pub(super) fn evolve(&self, model: &TipModel, monitor: &dyn Monitor) -> Result<Vec<EvolutionRun>, Error> {
+    pub(super) fn evolve(&self, model: &Model, monitor: &dyn Monitor) -> Result<Vec<EvolutionRun>, Error> {
         let status = Mutex::new(EvolutionStatus::new(self.evolution.runs as usize));
         let runs: Vec<Option<EvolutionRun>> = (0..self.evolution.runs)
             .into_par_iter()
@@ -30,7 +30,7 @@ impl EvolvePlan {
     fn evolve_run(
         &self,
         index: u32,
-        model: &TipModel,
+        model: &Model,
         monitor: &dyn Monitor,
         status: &Mutex<EvolutionStatus>,
     ) -> Result<Option<EvolutionRun>, Error> {
@@ -67,7 +67,7 @@ impl EvolvePlan {
     /// Run `index` as its checkpoint has it, or before its first generation.
     fn begin(
         &self,
-        evolution: &Evolution<'_, TipModel, TaskSpec>,
+        evolution: &Evolution<'_, Model, TaskSpec>,
         index: u32,
         checkpoint: &Checkpoint,
         monitor: &dyn Monitor,

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use tropism::control::ShapeError;
 use tropism::evolve::Champion;
-use tropism::plant::tip::TipModel;
 use tropism::task::TaskSpec;
 use tropism::track::Track;
 use tropism_report::Plants;
 
 use super::ShowPlan;
 use crate::evolve::EvolutionRecord;
+use crate::model::Model;
 use crate::run::RunConfig;
 use crate::{Error, Monitor, champion, files, model};
 
@@ -116,7 +116,7 @@ fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> 
 }
 
 /// The model of the study around an evolution, if it is the one that the network evolved on.
-fn own_model(folder: Option<&Path>, record: Option<&EvolutionRecord>) -> Result<Option<TipModel>, Error> {
+fn own_model(folder: Option<&Path>, record: Option<&EvolutionRecord>) -> Result<Option<Model>, Error> {
     let (Some(study), Some(record)) = (folder.and_then(Path::parent), record) else { return Ok(None) };
     let path = study.join("model.json");
     if !path.exists() {
@@ -128,7 +128,7 @@ fn own_model(folder: Option<&Path>, record: Option<&EvolutionRecord>) -> Result<
 /// The track of one plant of `model` that the network steers, and its label in figures.
 fn simulate(
     champion: &Champion,
-    model: &TipModel,
+    model: &Model,
     task: &TaskSpec,
     seed: u64,
 ) -> Result<(Track, Plants), ShapeError> {

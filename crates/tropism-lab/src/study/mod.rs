@@ -167,6 +167,7 @@ impl StudyStages<'_> {
             tracks: (0..config.experiments).map(track).collect(),
             model: config.model.clone(),
             out: self.file("model.json"),
+            ..FitPlan::default()
         };
         plan.execute(self.monitor).map(drop)
     }
@@ -210,8 +211,8 @@ impl StudyStages<'_> {
         let config = &self.plan.config;
         let [champion, random, periodic, chase] = CONTROLLERS;
         let controllers = [
-            (champion, ControllerSpec::read_network(&self.file("evolution/champion.json"))?),
-            (random, ControllerSpec::read_network(&self.file("random-champion.json"))?),
+            (champion, ControllerSpec::read(&self.file("evolution/champion.json"))?),
+            (random, ControllerSpec::read(&self.file("random-champion.json"))?),
             (periodic, config.periodic()),
             (chase, ControllerSpec::Greedy),
         ];

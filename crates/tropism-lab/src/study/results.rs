@@ -129,7 +129,7 @@ impl StudyFolder {
         Ok(Self {
             path: path.to_owned(),
             config: files::read_toml(&path.join("study.toml"))?,
-            model: model::read(&path.join("model.json"))?,
+            model: model::read_tip(&path.join("model.json"))?,
             open_loop: FinishedRun::read_numbered(&path.join("open-loop"))?,
             history: EvolutionHistory::read(&folder.join("history.csv"))?,
             champions: (0..evolution.runs.len()).map(champion).collect::<Result<_, _>>()?,
