@@ -13,14 +13,14 @@ use tropism_lab::transfer::{ControllerSource, NamedController};
 
 use crate::options::{TaskOption, parse_minutes};
 
-/// A controller by name: `periodic`, `periodic:6h`, `chase`, or the file of an evolved network.
+/// A controller by name: `periodic`, `periodic:6h`, `chase`, or the file of an evolved network or a tuned rule.
 #[derive(Clone, Debug)]
 pub(crate) enum ControllerName {
     /// Each lamp in turn for so many minutes.
     Periodic(f64),
     /// The lamp towards the next target.
     Chase,
-    /// A genome as JSON.
+    /// A champion, a genome or a rule as JSON.
     File(PathBuf),
 }
 
@@ -43,7 +43,7 @@ impl ControllerName {
         Ok(match self {
             Self::Periodic(minutes) => ControllerSpec::periodic(*minutes),
             Self::Chase => ControllerSpec::Greedy,
-            Self::File(path) => ControllerSpec::read_network(path)?,
+            Self::File(path) => ControllerSpec::read(path)?,
         })
     }
 
@@ -110,11 +110,10 @@ pub(crate) fn task_for(
     })
 }
 
-/// The task of the file; else the one that a champion was evolved for, or the paper's three targets.
+/// The task of the file; else the one that a champion was evolved for or a rule was tuned for, or the paper's three targets.
 pub(crate) fn task_of_champion(controller: &ControllerSpec, file: &TaskOption) -> Result<TaskSpec> {
-    let own = controller.champion().and_then(|champion| champion.task.clone());
-    match own.filter(|_| file.task.is_none()) {
-        Some(task) => Ok(task),
+    match controller.own_task().filter(|_| file.task.is_none()) {
+        Some(task) => Ok(task.clone()),
         None => file.load(),
     }
 }

@@ -146,6 +146,7 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("greenhouse.scene.cameras", "--cameras"),
     ("interval_min", "--interval"),
     ("keep_going", "--keep-going"),
+    ("kind", "--model"),
     ("model", "--model"),
     ("out", "--out"),
     ("period_min", "--period"),

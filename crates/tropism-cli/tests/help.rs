@@ -16,6 +16,7 @@ const COMMANDS: [&str; 21] = [
     "fit",
     "evolve",
     "baseline",
+    "tune",
     "simulate",
     "score",
     "show",
@@ -46,7 +47,7 @@ fn every_command_shows_an_example() {
         for option in ["--json", "--quiet"] {
             assert!(text.contains(option), "{command} lacks {option}");
         }
-        let has_chance = ["study", "run", "evolve", "baseline", "simulate", "grow", "transfer", "calibrate"]
+        let has_chance = ["study", "run", "evolve", "baseline", "tune", "simulate", "grow", "transfer", "calibrate"]
             .contains(&command);
         assert_eq!(text.contains("--seed"), has_chance, "{command}");
         insta::assert_snapshot!(format!("help-{command}"), text);

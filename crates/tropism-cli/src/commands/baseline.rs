@@ -16,7 +16,7 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(after_help = "Example:\n  tropism baseline --model model.json --count 200000 --out random.json")]
 pub(crate) struct Baseline {
-    /// Tip-motion model, from `tropism fit`
+    /// Model, from `tropism fit`
     #[arg(long, value_name = "model.json")]
     model: PathBuf,
 

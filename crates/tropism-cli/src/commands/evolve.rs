@@ -25,7 +25,7 @@ use crate::shell::Shell;
     tropism evolve --model model.json --out evolution --runs 4 --generations 500\n  \
     tropism evolve --model model.json --out evolution --json-lines | jq '[.run, .generation, .best]'")]
 pub(crate) struct Evolve {
-    /// Tip-motion model, from `tropism fit`
+    /// Model, from `tropism fit`
     #[arg(long, value_name = "model.json")]
     model: PathBuf,
 

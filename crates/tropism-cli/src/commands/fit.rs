@@ -1,4 +1,4 @@
-//! `tropism fit`: the tip-motion model of tracks.
+//! `tropism fit`: a model of tracks.
 
 use std::path::PathBuf;
 
@@ -6,17 +6,21 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use tropism::plant::shifts::Window;
 use tropism::plant::tip::{Empty, Growth, TipModelConfig};
-use tropism_lab::fit::{FitPlan, FitResults};
+use tropism_lab::fit::{FitPlan, FitResults, ModelKind};
 
 use crate::options::parse_pair;
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Fit the tip-motion model to tracks, eqs. (1)-(3)
+/// Fit a model to tracks: the tip-motion model, eqs. (1)-(3), or one with memory
 ///
-/// The data are all pairs of successive measured tips with a lit lamp between them, and their mirror images.
+/// The data of the tip-motion model are all pairs of successive measured tips with a lit lamp between them, and their mirror
+/// images. The model with memory is not the paper's: each shift depends on the light of the last hour and on the last shifts,
+/// and each plant has a response of its own. It needs two lamps, one on each side.
 #[derive(Args)]
-#[command(after_help = "Example:\n  tropism fit tent/*/track.csv --out model.json")]
+#[command(after_help = "Examples:\n  \
+    tropism fit tent/*/track.csv --out model.json\n  \
+    tropism fit tent/*/track.csv --model memory --out memory.json")]
 pub(crate) struct Fit {
     /// Tracks (CSV with tip_x_cm, tip_y_cm and light)
     #[arg(required = true, value_name = "TRACK.csv")]
@@ -25,6 +29,10 @@ pub(crate) struct Fit {
     /// File to write the model to
     #[arg(long, value_name = "model.json")]
     out: PathBuf,
+
+    /// The paper's tip-motion model, or the model with memory
+    #[arg(long, value_enum, default_value = "tip")]
+    model: ModelName,
 
     /// Half-width and half-height of the sliding window, in cm
     #[arg(long, value_name = "WX,WY", value_parser = parse_pair, allow_hyphen_values = true, default_value = "0.5,1")]
@@ -40,6 +48,12 @@ pub(crate) struct Fit {
 }
 
 type Pair = [f64; 2];
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ModelName {
+    Tip,
+    Memory,
+}
 
 #[derive(Clone, Copy, ValueEnum)]
 enum EmptyName {
@@ -58,16 +72,22 @@ impl Fit {
             },
             ..TipModelConfig::default()
         };
-        execute_and_print(&FitPlan { tracks: self.tracks, model, out: self.out }, shell, text)
+        let (kind, next) = match self.model {
+            ModelName::Tip => (ModelKind::Tip, "evolve --out evolution"),
+            ModelName::Memory => (ModelKind::Memory, "tune --out rule.json"),
+        };
+        let plan = FitPlan { tracks: self.tracks, kind, model, out: self.out };
+        execute_and_print(&plan, shell, |results| text(results, next))
     }
 }
 
-fn text(results: &FitResults) -> String {
+/// `next` is the command that the model is for.
+fn text(results: &FitResults, next: &str) -> String {
     let FitResults { shifts, tracks, x_cm, y_cm, .. } = results;
     let of_plants = if results.is_virtual { " of virtual plants" } else { "" };
     format!(
         "{shifts} shifts of {tracks} tracks{of_plants}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
-         wrote {out}\nnext: tropism evolve --model {out} --out evolution",
+         wrote {out}\nnext: tropism {next} --model {out}",
         x_cm[0],
         x_cm[1],
         y_cm[0],

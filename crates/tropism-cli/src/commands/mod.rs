@@ -21,6 +21,7 @@ mod study;
 mod timelapse;
 mod track;
 mod transfer;
+mod tune;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -43,6 +44,7 @@ pub(crate) enum Command {
     Fit(fit::Fit),
     Evolve(evolve::Evolve),
     Baseline(baseline::Baseline),
+    Tune(tune::Tune),
     Simulate(simulate::Simulate),
     Score(score::Score),
     Show(show::Show),
@@ -70,6 +72,7 @@ impl Command {
             Self::Fit(fit) => fit.execute(shell),
             Self::Evolve(evolve) => evolve.execute(shell),
             Self::Baseline(baseline) => baseline.execute(shell),
+            Self::Tune(tune) => tune.execute(shell),
             Self::Simulate(simulate) => simulate.execute(shell),
             Self::Score(score) => score.execute(shell),
             Self::Show(show) => show.execute(shell),

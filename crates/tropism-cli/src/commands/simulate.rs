@@ -19,11 +19,11 @@ use crate::shell::Shell;
     after_help = "Example:\n  tropism simulate --model model.json --controller evolution/champion.json --out track.csv"
 )]
 pub(crate) struct Simulate {
-    /// Tip-motion model, from `tropism fit`
+    /// Model, from `tropism fit`
     #[arg(long, value_name = "model.json")]
     model: PathBuf,
 
-    /// periodic[:6h], chase, or the file of an evolved network
+    /// periodic[:6h], chase, or the file of an evolved network or a tuned rule
     #[arg(long, value_name = "CONTROLLER")]
     controller: ControllerName,
 

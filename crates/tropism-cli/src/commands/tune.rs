@@ -1,0 +1,90 @@
+//! `tropism tune`: a rule of nine numbers for a model.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use tropism::evolve::RuleSearch;
+use tropism::task::Task;
+use tropism_lab::tune::{TunePlan, TuneResults};
+
+use crate::options::{SeedOption, TaskOption};
+use crate::progress::execute_and_print;
+use crate::shell::Shell;
+
+/// Tune a rule on a model: chase with foresight, nine numbers
+///
+/// The rule lights the lamp towards the next target, as chase does, but by where the tip is expected, and with an aim that
+/// may lie beyond the target or towards the one after it. An evolution strategy (CMA-ES) searches the numbers on simulated
+/// plants. The model with memory, `tropism fit --model memory`, is made for this: its plants answer late, as beans do, and
+/// differ from each other.
+#[derive(Args)]
+#[command(after_help = "Example, from six tracks to a steered plant:\n  \
+    tropism grow --plants 6 --out open-loop\n  \
+    tropism fit open-loop/*.csv --model memory --out memory.json\n  \
+    tropism tune --model memory.json --out rule.json\n  \
+    tropism run --rig greenhouse --controller rule.json --out steered")]
+pub(crate) struct Tune {
+    /// Model of the plant, from `tropism fit`
+    #[arg(long, value_name = "memory.json")]
+    model: PathBuf,
+
+    /// File to write the rule to
+    #[arg(long, value_name = "rule.json")]
+    out: PathBuf,
+
+    #[command(flatten)]
+    task: TaskOption,
+
+    /// Generations of the search
+    #[arg(long, default_value_t = 60, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    generations: u32,
+
+    /// Rules of a generation
+    #[arg(long, default_value_t = 24, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=10_000))]
+    population: u32,
+
+    /// Simulated plants that each rule steers; its fitness is the mean
+    #[arg(long, default_value_t = 96, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    episodes: u32,
+
+    #[command(flatten)]
+    seed: SeedOption,
+}
+
+impl Tune {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let Self { generations, population, episodes, .. } = self;
+        let plan = TunePlan {
+            task: self.task.load()?,
+            model: self.model,
+            search: RuleSearch { generations, population, episodes },
+            seed: self.seed.seed,
+            out: self.out,
+        };
+        execute_and_print(&plan, shell, |results| text(&plan, results))
+    }
+}
+
+fn text(plan: &TunePlan, results: &TuneResults) -> String {
+    let TuneResults { expected, chase, .. } = results;
+    let mut text = String::new();
+    for (name, value) in results.rule.named() {
+        let _ = writeln!(text, "{name:16}{value:8.2}");
+    }
+    let best = plan.task.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));
+    let _ = write!(
+        text,
+        "{:.2} cm{best} (sd {:.2}) on {} unseen plants of the model; chase {:.2} cm (sd {:.2}); {:.1} s of processor time\n\
+         wrote {out}\nnext: tropism run --rig greenhouse --controller {out} --out steered",
+        expected.mean,
+        expected.sd,
+        expected.plants,
+        chase.mean,
+        chase.sd,
+        results.cpu_seconds,
+        out = results.out.display(),
+    );
+    text
+}
