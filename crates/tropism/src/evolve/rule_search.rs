@@ -266,7 +266,7 @@ mod tests {
         let origin = rule_at(&[0.0; NUMBERS]);
         let neutral = PredictiveRule { look_ahead_cm: MIN_LOOK_AHEAD_CM, ..PredictiveRule::default() };
         assert_eq!(origin, neutral);
-        let once = tune(RuleSearch { generations: 1, population: 4, episodes: 1 }, 1);
+        let once = tune(RuleSearch { generations: 1, population: 4, episodes: 25 }, 1);
         assert!(once.expected.mean > once.greedy.mean - 0.5, "{once:?}");
     }
 
