@@ -4,11 +4,12 @@ use std::path::Path;
 
 use tropism::control::ShapeError;
 use tropism::evolve::Champion;
+use tropism::plant::PlantModel;
 use tropism::task::TaskSpec;
 use tropism::track::Track;
 
 use crate::files::{self, FileError};
-use crate::model::{self, Model};
+use crate::model;
 
 /// Reads the champion in `path`, or a network alone.
 ///
@@ -32,7 +33,7 @@ pub(crate) fn write(path: &Path, champion: &Champion) -> Result<(), FileError> {
 /// [`ShapeError`] if the network does not fit its sensors and lamps.
 pub(crate) fn simulate(
     champion: &Champion,
-    model: &Model,
+    model: &impl PlantModel,
     task: &TaskSpec,
     seed: u64,
 ) -> Result<Track, ShapeError> {

@@ -13,7 +13,7 @@ use tropism::plant::tip::{ModelError, TipModel, TipState};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
 use tropism::simulation::{self, BatchModel, Episode};
 use tropism::task::{Task, TaskSpec};
-use tropism::track::Track;
+use tropism::track::{Sample, Track};
 use tropism_neat::Genome;
 
 use crate::controller::ControllerSpec;
@@ -73,11 +73,11 @@ impl Model {
         }
     }
 
-    /// The share of a track's steps, 0 to 1, that begin where the model has no data.
-    pub(crate) fn share_without_data(&self, track: &Track) -> f64 {
+    /// The share of the lit steps of a track, 0 to 1, that begin where the model has no data.
+    pub(crate) fn share_without_data(&self, samples: &[Sample]) -> f64 {
         match self {
-            Self::Tip(model) => model.share_without_data(track),
-            Self::Memory(model) => model.share_without_data(track),
+            Self::Tip(model) => model.share_without_data(samples),
+            Self::Memory(model) => model.share_without_data(samples),
         }
     }
 

@@ -78,7 +78,7 @@ impl Workflow for SimulatePlan {
             let mut controller = self.controller.build(&self.task, model.layout(), model.period_min());
             let track = model::simulate(&model, &mut *controller, &self.task, self.seed, episode);
             fitness.push(self.task.fitness(&track));
-            without_data += model.share_without_data(&track);
+            without_data += model.share_without_data(&track.samples);
             first.get_or_insert(track);
             if !monitor.may_go_on() {
                 return Err(Error::cancelled());

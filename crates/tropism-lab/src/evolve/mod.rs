@@ -200,7 +200,7 @@ impl EvolvePlan {
                     let champion = self.champion(run, model, "")?;
                     let track = champion::simulate(&champion, model, &self.task, self.seed)
                         .map_err(Error::at("champion"))?;
-                    model.share_without_data(&track)
+                    model.share_without_data(&track.samples)
                 },
             })
         };

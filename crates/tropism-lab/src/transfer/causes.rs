@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::{Species, response_history};
 use tropism::math::statistics::quantile_linear;
-use tropism::plant::tip::TipModel;
 use tropism::random::{self, Purpose};
 use tropism::track::Track;
 
 use super::steer::TOP_COLUMNS;
+use crate::model::Model;
 
 /// Distance at the crossing from which a target counts as missed, in cm. Chosen: about three times the median of the greedy
 /// rule (0.4 cm), and the width of a stem with its leaves.
@@ -139,14 +139,10 @@ pub(super) struct Evidence {
 
 impl Evidence {
     /// The evidence in `track`, which has the true tip in columns if it was measured in photographs.
-    pub(super) fn of(track: &Track, approach: Approach, model: Option<&TipModel>) -> Self {
+    pub(super) fn of(track: &Track, approach: Approach, model: Option<&Model>) -> Self {
         let samples = &track.samples[approach.places(track.samples.len())];
-        let share = |count: usize| count as f64 / samples.len().max(1) as f64;
-        let outside = model.map_or(0, |model| {
-            let lit = samples.iter().filter_map(|sample| Some((sample.tip, sample.light?)));
-            lit.filter(|(tip, light)| model.mean_shift(*tip, *light).is_none()).count()
-        });
-        Self { misread: misread(track, approach), outside: share(outside) }
+        let outside = model.map_or(0.0, |model| model.share_without_data(samples));
+        Self { misread: misread(track, approach), outside }
     }
 }
 
@@ -205,6 +201,7 @@ impl Reference {
 #[cfg(test)]
 mod tests {
     use tropism::lamps::Light;
+    use tropism::plant::tip::{TipModel, TipModelConfig};
 
     use super::*;
 
@@ -269,7 +266,7 @@ mod tests {
     fn steps_without_data_are_counted() {
         let text = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,left\n-0.2,4.06,left\n-0.3,4.09,dark\n";
         let track = Track::read_csv(text.as_bytes()).unwrap();
-        let model = TipModel::fit([&track], tropism::plant::tip::TipModelConfig::default()).unwrap();
+        let model = Model::from(TipModel::fit([&track], TipModelConfig::default()).unwrap());
         let mut far = track.clone();
         far.samples[1].tip.y = 20.0;
         far.samples[1].light = Some(Light::LEFT);

@@ -26,7 +26,7 @@ pub struct NamedController {
 pub enum ControllerSource {
     /// A controller without a file, such as `chase`.
     Named(NamedController),
-    /// A champion file, a network alone, or a folder of them.
+    /// A champion file, a network alone, a rule file, or a folder of them.
     Path(PathBuf),
 }
 
@@ -45,7 +45,7 @@ pub fn read_controllers(sources: &[ControllerSource]) -> Result<Vec<NamedControl
             ControllerSource::Path(path) => {
                 for file in champion_files(path)? {
                     places.push(controllers.len());
-                    let controller = ControllerSpec::read_network(&file)?;
+                    let controller = ControllerSpec::read(&file)?;
                     controllers.push(NamedController { name: String::new(), controller });
                     files.push(file);
                 }
@@ -68,13 +68,13 @@ fn champion_files(path: &Path) -> Result<Vec<PathBuf>, Error> {
     let found: Vec<PathBuf> =
         files::list(&folder, "json")?.into_iter().filter(|file| is_champion(file)).collect();
     if found.is_empty() {
-        let problem = "found no champion or network in this folder, wanted files such as champion.json";
+        let problem = "found no champion, network or rule in this folder, wanted files such as champion.json";
         return Err(FileError::content(&folder, problem).into());
     }
     Ok(found)
 }
 
-/// Whether a file says that it is a champion or a network. Checkpoints, models and summaries beside them do not.
+/// Whether a file says that it is a champion, a network or a rule. Checkpoints, models and summaries beside them do not.
 fn is_champion(file: &Path) -> bool {
     #[derive(Deserialize)]
     struct Head {
@@ -82,7 +82,9 @@ fn is_champion(file: &Path) -> bool {
     }
     let head: Result<Head, _> = files::read_as(file, |text| serde_json::from_str(text));
     head.is_ok_and(|head| {
-        ["tropism.champion/", "tropism.genome/"].iter().any(|known| head.schema.starts_with(known))
+        ["tropism.champion/", "tropism.genome/", "tropism.rule/"]
+            .iter()
+            .any(|known| head.schema.starts_with(known))
     })
 }
 

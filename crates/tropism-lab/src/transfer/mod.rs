@@ -18,7 +18,6 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::plant::tip::TipModel;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Track};
@@ -30,8 +29,9 @@ pub use self::results::{ControllerPair, ControllerResults, TargetResults, Transf
 use self::results::{Judge, PlantResult, Scores};
 use crate::controller::ControllerSpec;
 use crate::lock::lock;
+use crate::model::{self, Model};
 pub use crate::statistics::PairedDifference;
-use crate::{Error, Monitor, Workflow, files, model};
+use crate::{Error, Monitor, Workflow, files};
 
 /// Number of plants that a claim on a controller takes (`docs/transfer.md`): the standard error of the mean is then 0.3 cm.
 pub const JUDGING_PLANTS: u32 = 90;
@@ -217,7 +217,7 @@ impl TransferPlan {
     }
 
     /// Steers all plants with all controllers, and judges the tracks.
-    fn scores(&self, model: Option<&TipModel>, monitor: &dyn Monitor) -> Result<Scores, Error> {
+    fn scores(&self, model: Option<&Model>, monitor: &dyn Monitor) -> Result<Scores, Error> {
         let seeds = self.seeds();
         let ceilings = if self.ceiling { seeds.len() } else { 0 };
         let units: Vec<(usize, usize)> = (0..self.controllers.len())

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use tropism::geometry::Point;
 use tropism::math::statistics::{mean, quantile_linear, standard_deviation};
 use tropism::observation::Quality;
-use tropism::plant::tip::TipModel;
 use tropism::task::{Crossing, Task};
 use tropism::track::Track;
 
 use super::TransferPlan;
 use super::causes::{Approach, Cause, Evidence, MISS_CM, Reference, Response};
 use crate::Workflow;
+use crate::model::Model;
 use crate::statistics::{Bootstrap, PairedDifference};
 
 /// The scores below which plants are counted, in cm: the paper's plants scored 9.96 on average, and chase scores below 6 on
@@ -140,7 +140,7 @@ pub(super) fn is_missed(crossing: Option<Crossing>) -> bool {
 pub(super) struct Judge<'j> {
     pub(super) plan: &'j TransferPlan,
     pub(super) reference: &'j Reference,
-    pub(super) model: Option<&'j TipModel>,
+    pub(super) model: Option<&'j Model>,
 }
 
 impl Judge<'_> {

@@ -20,7 +20,7 @@ use crate::lamps::{Layout, Light};
 use crate::math::matrix;
 use crate::observation::{Observation, Quality};
 use crate::random::StepNoise;
-use crate::track::Track;
+use crate::track::{Sample, Track};
 
 /// Terms of the line: five of light, four of light times height, then x, four shifts, height times x and |x| x.
 pub const TERMS: usize = 16;
@@ -394,15 +394,15 @@ impl MemoryModel {
         self.data.iter().filter(|plant| !plant.rows(&self.windows).is_empty()).map(alone).collect()
     }
 
-    /// The share of a track's steps, 0 to 1, that begin farther to a side, higher or lower than all data.
+    /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, higher or lower than all data.
     #[must_use]
-    pub fn share_without_data(&self, track: &Track) -> f64 {
+    pub fn share_without_data(&self, samples: &[Sample]) -> f64 {
         let [lowest, highest] = self.heights_cm;
         let is_outside = |tip: Point| {
             tip.x.abs() > self.widest_cm
                 || !(lowest - BLOCK_REACH_CM..=highest + BLOCK_REACH_CM).contains(&tip.y)
         };
-        let lit = track.samples.iter().filter(|sample| sample.light.is_some());
+        let lit = samples.iter().filter(|sample| sample.light.is_some());
         let (outside, steps) = lit.fold((0, 0), |(outside, steps), sample| {
             (outside + u32::from(is_outside(sample.tip)), steps + 1)
         });
@@ -632,9 +632,9 @@ pub(super) mod tests {
     #[test]
     fn steps_beyond_the_data_are_counted() {
         let model = model();
-        assert_eq!(model.share_without_data(&track(1, 0.05, 5.0)), 0.0);
+        assert_eq!(model.share_without_data(&track(1, 0.05, 5.0).samples), 0.0);
         let mut far = track(1, 0.05, 5.0);
         far.samples.iter_mut().take(399).for_each(|sample| sample.tip.x += 50.0);
-        assert_eq!(model.share_without_data(&far), 1.0);
+        assert_eq!(model.share_without_data(&far.samples), 1.0);
     }
 }

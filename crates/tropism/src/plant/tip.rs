@@ -16,7 +16,7 @@ use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::random::StepNoise;
-use crate::track::{PAPER_PERIOD_MIN, Track};
+use crate::track::{PAPER_PERIOD_MIN, Sample, Track};
 
 pub use super::config::{Empty, Growth, TipModelConfig};
 
@@ -208,10 +208,10 @@ impl TipModel {
         self.table.has_data(node, light).then(|| self.table.at(node, light).into())
     }
 
-    /// The share of a track's steps, 0 to 1, that begin where the model has no data and follows [`Empty`] instead.
+    /// The share of the lit steps of a track, 0 to 1, that begin where the model has no data and follows [`Empty`] instead.
     #[must_use]
-    pub fn share_without_data(&self, track: &Track) -> f64 {
-        let lit = track.samples.iter().filter_map(|sample| Some((sample.tip, sample.light?)));
+    pub fn share_without_data(&self, samples: &[Sample]) -> f64 {
+        let lit = samples.iter().filter_map(|sample| Some((sample.tip, sample.light?)));
         let (without, steps) = lit.fold((0, 0), |(without, steps), (tip, light)| {
             (without + u32::from(self.mean_shift(tip, light).is_none()), steps + 1)
         });
@@ -478,9 +478,9 @@ mod tests {
         let model = model(TipModelConfig::default());
         let text = "tip_x_cm,tip_y_cm,light\n0,4,right\n30,40,right\n30,40,left\n0,4,left\n0,4,dark\n";
         let track = Track::read_csv(text.as_bytes()).unwrap();
-        assert!(model.share_without_data(&track) >= 0.5);
+        assert!(model.share_without_data(&track.samples) >= 0.5);
         let still = Track::read_csv("tip_x_cm,tip_y_cm,light\n0,4,right\n0,4,dark\n".as_bytes()).unwrap();
-        assert_eq!(model.share_without_data(&still), 0.0);
+        assert_eq!(model.share_without_data(&still.samples), 0.0);
     }
 
     #[test]
