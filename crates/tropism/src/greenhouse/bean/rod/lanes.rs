@@ -474,7 +474,9 @@ impl RodLanes {
                 if TOUCHES && self.nearest[lane] < touch {
                     moment_x += push_y[lane] - y * push[lane];
                     moment_y -= push_x[lane] - x * push[lane];
-                    let own = WALL_STIFFNESS * (touch - z).max(0.0);
+                    // Rows beyond the apex are no part of the plant: the wall does not push them.
+                    let is_stem = i < self.counts[lane];
+                    let own = if is_stem { WALL_STIFFNESS * (touch - z).max(0.0) } else { 0.0 };
                     push[lane] += own;
                     push_x[lane] += own * x;
                     push_y[lane] += own * y;
