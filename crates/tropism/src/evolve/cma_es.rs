@@ -6,7 +6,8 @@
 //!
 //! # References
 //! Hansen 2016, *The CMA Evolution Strategy: A Tutorial*, arXiv:1604.00772. Equation numbers are those of this tutorial.
-//! Auger and Hansen 2005, doi:10.1109/CEC.2005.1554902 (when to restart).
+//! Auger and Hansen 2005, doi:10.1109/CEC.2005.1554902 (when to restart, and
+//! a population that doubles with each restart).
 
 use crate::math::{self, matrix};
 use crate::random::{self, Purpose};
@@ -117,11 +118,11 @@ impl<const N: usize> CmaEs<N> {
         }
     }
 
-    /// The same search from the start, with other random numbers.
+    /// The search from the start with other random numbers and twice the population, which looks farther around.
     #[must_use]
     pub fn restarted(&self) -> Self {
         let (start, sd) = self.start;
-        Self { restart: self.restart + 1, ..Self::new(start, sd, self.population, self.seed) }
+        Self { restart: self.restart + 1, ..Self::new(start, sd, 2 * self.population, self.seed) }
     }
 
     /// The centre of the search: the best estimate where costs are noisy.
@@ -304,7 +305,7 @@ mod tests {
 
     #[test]
     fn a_search_that_is_over_begins_anew_elsewhere() {
-        let search = CmaEs::new([-1.0; 4], 1.5, 8, 1);
+        let search = CmaEs::new([-1.0; 4], 3.0, 8, 1);
         let first = evaluations_until(two_basins, search.clone(), 1.0 + 1e-6, 20_000);
         let deep = evaluations_until(two_basins, search.clone(), 1e-6, 200_000);
         assert!(deep >= first);
