@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::geometry::{Point, Polyline};
+use tropism::geometry::{Point, Polyline, STEM_POINTS};
 use tropism::observation::Quality;
 use tropism::track::{Column, Sample, Track};
 use tropism::vision::Calibration;
@@ -16,9 +16,6 @@ use tropism::vision::camera::stereo::{
 
 use crate::track::{point_at, stem_at};
 use crate::{Error, Monitor, Workflow, files};
-
-/// Points of a stem (section 4).
-const STEM_POINTS: usize = 10;
 
 /// Two tracks to triangulate. The default has both cameras at the distance of the paper's (section 2.1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

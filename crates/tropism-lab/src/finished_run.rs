@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use tropism::geometry::STEM_POINTS;
 use tropism::photo::Image;
 use tropism::task::Task;
 use tropism::track::Track;
@@ -13,9 +14,6 @@ use crate::{Error, files};
 
 /// Largest number of photographs of a run in Figures 2 and 9; chosen by hand.
 const MAX_PHOTOGRAPHS: usize = 60;
-
-/// Points of a stem in Figure 9, at equal distances.
-const STEM_POINTS: usize = 10;
 
 /// A finished run.
 pub(crate) struct FinishedRun {

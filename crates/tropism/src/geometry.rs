@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::math;
 use crate::math::interpolate::lerp;
 
+/// Points of a stem where it is described by few, at equal distances from the base to the apex. Paper: 10 (section 4).
+pub const STEM_POINTS: usize = 10;
+
 /// A point in the plane of the stem, in cm: x to the right of the root as the camera sees it, y up from the soil.
 ///
 /// ```

@@ -346,7 +346,7 @@ fn a_plant_that_is_broken_off_leaves_the_others_alone() {
         let alone = trial.grow(place as u64, &mut periodic(0), &task, &mut unwatched);
         let wanted = if place == 3 { 13 } else { 31 };
         assert_eq!(track.samples, alone.samples[..wanted], "{place}");
-        assert_eq!(track.columns.len(), 5);
+        assert_eq!(track.columns.len(), 25);
     }
 }
 

@@ -3,16 +3,13 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use tropism::geometry::{Pixel, Point};
+use tropism::geometry::{Pixel, Point, STEM_POINTS};
 use tropism::lamps::{self, Light};
 use tropism::track::{Column, PAPER_PERIOD_MIN, Sample, Track};
 use tropism::vision::tracking::smoother::{SmoothedTip, TipMeasurement, smooth};
 use tropism::vision::{Calibration, Detection, FrameStatus, TrackedFrame};
 
 use super::series::Frame;
-
-/// Points of a stem (section 4).
-const STEM_POINTS: usize = 10;
 
 /// Unit of time of the smoother, whose noise is given per five minutes, in minutes; whatever the period of the track.
 const SMOOTHER_UNIT_MIN: f64 = PAPER_PERIOD_MIN;

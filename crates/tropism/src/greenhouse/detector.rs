@@ -10,7 +10,7 @@ use rand::Rng;
 
 use super::pose::{Leaf, Pose};
 use super::view::{self};
-use crate::geometry::Point;
+use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::math::interpolate::lerp;
 use crate::math::vector::{Vec3, distance};
 use crate::random;
@@ -20,6 +20,10 @@ pub const GRID_CM: f64 = 0.08;
 
 /// Standard deviation of the detector's noise in x and in y, in cm. Chosen by hand.
 pub const NOISE_SD_CM: f64 = 0.03;
+
+/// Standard deviation of the noise of each point of the stem, in x and in y, in cm. Chosen by hand: the tracker's error at
+/// stems is of this size (`docs/vision.md`).
+pub const STEM_NOISE_SD_CM: f64 = 0.05;
 
 /// Points on the midline between two nodes of the stem. Chosen by hand: less than a pixel apart.
 const POINTS_PER_SEGMENT: usize = 12;
@@ -34,6 +38,22 @@ static LEAF_OUTLINE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| Leaf::unit_outli
 pub fn detect(pose: &Pose, rng: &mut impl Rng) -> Point {
     let tip = highest_point(pose);
     Point::new(tip.x + NOISE_SD_CM * random::normal(rng), tip.y + NOISE_SD_CM * random::normal(rng))
+}
+
+/// The midline of the stem as the camera sees it: ten points at equal distances from the base to the apex, in cm.
+#[must_use]
+pub fn midline(pose: &Pose) -> Polyline {
+    Polyline(pose.stem.iter().map(|node| view::project(node.at)).collect()).resampled(STEM_POINTS)
+}
+
+/// [`midline`], plus normal draws of `rng` as noise. The base is known: it stays.
+pub fn detect_stem(pose: &Pose, rng: &mut impl Rng) -> Polyline {
+    let mut stem = midline(pose);
+    for point in stem.0.iter_mut().skip(1) {
+        point.x += STEM_NOISE_SD_CM * random::normal(rng);
+        point.y += STEM_NOISE_SD_CM * random::normal(rng);
+    }
+    stem
 }
 
 /// The highest point of the plant on the detector's grid: the middle of the highest row that shows some of it.

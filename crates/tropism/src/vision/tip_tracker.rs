@@ -5,7 +5,7 @@
 //! reference, so it can run for many photographs at a time; only the [update](TipTracker::update) of the track needs
 //! their order.
 
-use crate::geometry::{Pixel, Point, Polyline, Region};
+use crate::geometry::{Pixel, Point, Polyline, Region, STEM_POINTS};
 use crate::math;
 use crate::observation::{Observation, Quality};
 use crate::photo::{Photo, PhotoError};
@@ -20,9 +20,6 @@ use crate::vision::raster::source::PixelSource;
 use crate::vision::tracking::background::{Background, is_black};
 use crate::vision::tracking::gating::{self, PERIOD_MIN, PlantMeasurement, TrackGate};
 use crate::vision::tracking::hold::StemHold;
-
-/// Vertices of a stem (section 4).
-const STEM_VERTICES: usize = 10;
 
 /// Intervals shorter or longer than these, in periods, are clock gaps. Chosen by hand.
 const MIN_INTERVAL: f64 = 0.5;
@@ -277,11 +274,11 @@ impl TipTracker {
         TrackedFrame { observation, tip_px, status, confidence: self.confidence, camera_shift }
     }
 
-    /// The stem of a detection, in cm, with [`STEM_VERTICES`] equidistant vertices.
+    /// The stem of a detection, in cm, with [`STEM_POINTS`] equidistant vertices.
     fn stem_of(&self, detection: &Detection) -> Option<Polyline> {
         let stem = detection.stem.as_deref()?;
         let points = stem.iter().map(|&pixel| self.point(pixel, detection.camera_shift));
-        Some(Polyline(points.collect()).resampled(STEM_VERTICES))
+        Some(Polyline(points.collect()).resampled(STEM_POINTS))
     }
 
     /// The camera's shift in a detection, where registration says something: `None` with too few features at rest.

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::{Bean, Population, Species};
 use crate::control::Controller;
 use crate::environment::{Environment, Recording, run, unwatched};
+use crate::geometry::{Point, STEM_POINTS};
 use crate::greenhouse::detector;
 use crate::lamps::{Layout, Light, MAX_LAMPS};
 use crate::observation::Observation;
@@ -33,11 +34,11 @@ fn powers_in(layout: &Layout, light: Light) -> [f64; MAX_LAMPS] {
 /// Observes a bean without photographs, and records its ground truth.
 ///
 /// The tip is placed as the paper's detector places it in a photograph: projected, leaves included, on the detector's grid
-/// and with its noise.
+/// and with its noise. The stem is ten points, as in the paper, with noise of their own.
 #[derive(Clone, Default)]
 pub(in crate::greenhouse) struct Observer {
-    /// The detector's noise; `None` leaves the rounding to the grid alone.
-    noise: Option<ChaCha8Rng>,
+    /// The detector's noise of the tip and that of the stem; `None` leaves the rounding of the tip to the grid alone.
+    noise: Option<[ChaCha8Rng; 2]>,
     /// Ground truth at each observation, in the order of [`TRUTH`].
     truth: [Vec<f64>; 5],
 }
@@ -45,10 +46,11 @@ pub(in crate::greenhouse) struct Observer {
 impl Observer {
     /// An observer with the detector noise of the plant of `seed`.
     pub(in crate::greenhouse) fn of(seed: u64) -> Self {
-        Self { noise: Some(random::stream(seed, Purpose::Camera, 0)), ..Self::default() }
+        let stream = |index| random::stream(seed, Purpose::Camera, index);
+        Self { noise: Some([stream(0), stream(1)]), ..Self::default() }
     }
 
-    /// The tip as the detector places it.
+    /// The tip and the stem as the detector places them.
     pub(in crate::greenhouse) fn observe(&mut self, bean: &Bean) -> Observation {
         let pose = bean.pose();
         let [x, y, z] = pose.apex();
@@ -56,16 +58,27 @@ impl Observer {
         for (column, value) in self.truth.iter_mut().zip(truth) {
             column.push(value);
         }
-        Observation::simulated(match &mut self.noise {
-            Some(noise) => detector::detect(&pose, noise),
-            None => detector::highest_point(&pose),
-        })
+        let (tip, stem) = match &mut self.noise {
+            Some([of_tip, of_stem]) => {
+                (detector::detect(&pose, of_tip), detector::detect_stem(&pose, of_stem))
+            }
+            None => (detector::highest_point(&pose), detector::midline(&pose)),
+        };
+        Observation { stem: Some(stem), ..Observation::simulated(tip) }
     }
 
-    /// Adds the ground truth at each sample to `track`, in further columns.
+    /// Adds the ground truth at each sample and the points of the stems to `track`, in further columns.
     pub(in crate::greenhouse) fn complete(self, mut track: Track) -> Track {
         for (name, values) in TRUTH.into_iter().zip(self.truth) {
             track.add_numbers(name, 5, values);
+        }
+        for vertex in 0..STEM_POINTS {
+            let point = |sample: &Sample| sample.stem.as_ref().and_then(|stem| stem.0.get(vertex).copied());
+            for (axis, of) in [("x", (|point| point.x) as fn(Point) -> f64), ("y", |point| point.y)] {
+                let values: Vec<f64> =
+                    track.samples.iter().map(|sample| point(sample).map_or(f64::NAN, of)).collect();
+                track.add_numbers(&format!("stem_{}_{axis}_cm", vertex + 1), 5, values);
+            }
         }
         track
     }
