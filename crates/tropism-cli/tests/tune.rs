@@ -62,7 +62,7 @@ fn a_rule_steers_wherever_a_controller_does() {
     }
     // The folder of a run reruns from itself alone.
     fs::remove_file(here.join("rule.json")).unwrap();
-    tropism(here, &["run", "--out", "steered"]).unwrap();
+    tropism(here, &["run", "--out", "steered", "--resume"]).unwrap();
     let run = fs::read_to_string(here.join("steered/run.toml")).unwrap();
     assert!(run.contains("kind = \"rule\"") && run.contains("overshoot"), "{run}");
 }

@@ -1,16 +1,17 @@
-//! Models of tracks: the tip-motion model, eqs. (1)-(3), and the model with memory.
+//! Models of tracks: the tip-motion model, eqs. (1)-(3), and the models with memory, of the tip and of the stem.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::geometry::Point;
+use tropism::geometry::{Point, Polyline};
 use tropism::observation::Quality;
 use tropism::plant::memory::MemoryModel;
+use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::track::Track;
 
 use crate::run::RunConfig;
-use crate::track::is_virtual;
+use crate::track::{is_virtual, stem_at};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Kinds of models.
@@ -20,8 +21,10 @@ pub enum ModelKind {
     /// The paper's tip-motion model.
     #[default]
     Tip,
-    /// The model that remembers light and shifts.
+    /// The model of the tip that remembers light and shifts.
     Memory,
+    /// The model of the whole stem. The tracks must have stems.
+    Stem,
 }
 
 /// Fits a model to tracks and writes it to a file.
@@ -32,7 +35,7 @@ pub struct FitPlan {
     pub tracks: Vec<PathBuf>,
     /// Which model.
     pub kind: ModelKind,
-    /// Window, growth and grid of a tip-motion model. A model with memory has no settings.
+    /// Window, growth and grid of a tip-motion model. The others have no settings.
     pub model: TipModelConfig,
     /// File for the model.
     pub out: PathBuf,
@@ -77,18 +80,18 @@ impl Workflow for FitPlan {
         if self.tracks.is_empty() {
             return Err(Error::Plan("found no `tracks`, wanted at least one".to_owned()));
         }
-        if self.kind == ModelKind::Memory && self.model != TipModelConfig::default() {
-            return Err(Error::Plan(
-                "found settings of a tip-motion model, wanted none with `kind` memory, which has no settings"
-                    .to_owned(),
-            ));
+        if self.kind != ModelKind::Tip && self.model != TipModelConfig::default() {
+            let kind = if self.kind == ModelKind::Stem { "stem" } else { "memory" };
+            return Err(Error::Plan(format!(
+                "found settings of a tip-motion model, wanted none with `kind` {kind}, which has no settings"
+            )));
         }
         Ok(())
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<FitResults, Error> {
         self.check()?;
-        let tracks: Vec<Track> =
+        let mut tracks: Vec<Track> =
             self.tracks.iter().map(|path| files::read_track(path)).collect::<Result<_, _>>()?;
         let is_virtual =
             self.tracks.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
@@ -102,6 +105,11 @@ impl Workflow for FitPlan {
                 let model = MemoryModel::fit(&tracks)?.of_virtual_plants(is_virtual);
                 (model.to_json(), model.steps(), model.tips().collect())
             }
+            ModelKind::Stem => {
+                tracks.iter_mut().for_each(take_stems);
+                let model = StemModel::fit(&tracks)?.of_virtual_plants(is_virtual);
+                (model.to_json(), model.steps(), model.tips().collect())
+            }
         };
         files::write(&self.out, json.as_bytes())?;
         Ok(FitResults {
@@ -112,6 +120,14 @@ impl Workflow for FitPlan {
             x_cm: range(tips.iter().map(|tip| tip.x)),
             y_cm: range(tips.iter().map(|tip| tip.y)),
         })
+    }
+}
+
+/// Takes the stems of the samples from the columns of a track.
+fn take_stems(track: &mut Track) {
+    let stems: Vec<Option<Polyline>> = (0..track.samples.len()).map(|row| stem_at(track, row)).collect();
+    for (sample, stem) in track.samples.iter_mut().zip(stems) {
+        sample.stem = stem;
     }
 }
 

@@ -9,6 +9,7 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
 use tropism::plant::PlantModel;
 use tropism::plant::memory::{MemoryModel, MemoryState};
+use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{ModelError, TipModel, TipState};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
 use tropism::simulation::{self, BatchModel, Episode};
@@ -34,6 +35,8 @@ pub(crate) enum Model {
     Tip(Box<TipModel>),
     /// The model with memory.
     Memory(MemoryModel),
+    /// The model of the whole stem.
+    Stem(StemModel),
 }
 
 /// The state of one plant of a [`Model`].
@@ -41,6 +44,7 @@ pub(crate) enum Model {
 pub(crate) enum ModelState {
     Tip(TipState),
     Memory(MemoryState),
+    Stem(StemState),
 }
 
 impl From<TipModel> for Model {
@@ -50,10 +54,12 @@ impl From<TipModel> for Model {
 }
 
 impl Model {
-    /// Reads either kind, told apart by the schema.
+    /// Reads any kind, told apart by the schema.
     fn from_json(text: &str) -> Result<Self, ModelError> {
         if MemoryModel::is_named_in(text) {
             MemoryModel::from_json(text).map(Self::Memory)
+        } else if StemModel::is_named_in(text) {
+            StemModel::from_json(text).map(Self::Stem)
         } else {
             TipModel::from_json(text).map(Self::from)
         }
@@ -63,6 +69,7 @@ impl Model {
         match self {
             Self::Tip(model) => model.to_json(),
             Self::Memory(model) => model.to_json(),
+            Self::Stem(model) => model.to_json(),
         }
     }
 
@@ -70,6 +77,7 @@ impl Model {
         match self {
             Self::Tip(model) => model.is_virtual(),
             Self::Memory(model) => model.is_virtual(),
+            Self::Stem(model) => model.is_virtual(),
         }
     }
 
@@ -78,6 +86,7 @@ impl Model {
         match self {
             Self::Tip(model) => model.share_without_data(samples),
             Self::Memory(model) => model.share_without_data(samples),
+            Self::Stem(model) => model.share_without_data(samples),
         }
     }
 
@@ -86,6 +95,7 @@ impl Model {
         Ok(match self {
             Self::Tip(model) => model.of_each_plant()?.into_iter().map(Self::from).collect(),
             Self::Memory(model) => model.of_each_plant()?.into_iter().map(Self::Memory).collect(),
+            Self::Stem(model) => model.of_each_plant()?.into_iter().map(Self::Stem).collect(),
         })
     }
 
@@ -93,7 +103,7 @@ impl Model {
     fn has_data(&self, tip: Point) -> bool {
         match self {
             Self::Tip(model) => model.layout().lights().any(|light| model.mean_shift(tip, light).is_some()),
-            Self::Memory(_) => self.gap_cm(tip) <= NEAR_CM,
+            Self::Memory(_) | Self::Stem(_) => self.gap_cm(tip) <= NEAR_CM,
         }
     }
 
@@ -104,6 +114,7 @@ impl Model {
         match self {
             Self::Tip(model) => model.observed().iter().map(|shift| shift.tip).fold(f64::INFINITY, nearer),
             Self::Memory(model) => model.tips().fold(f64::INFINITY, nearer),
+            Self::Stem(model) => model.tips().fold(f64::INFINITY, nearer),
         }
     }
 }
@@ -115,6 +126,7 @@ impl PlantModel for Model {
         match self {
             Self::Tip(model) => ModelState::Tip(model.seedling(start, noise)),
             Self::Memory(model) => ModelState::Memory(model.seedling(start, noise)),
+            Self::Stem(model) => ModelState::Stem(model.seedling(start, noise)),
         }
     }
 
@@ -122,6 +134,7 @@ impl PlantModel for Model {
         match (self, plant) {
             (Self::Tip(model), ModelState::Tip(plant)) => model.step(plant, light, noise),
             (Self::Memory(model), ModelState::Memory(plant)) => model.step(plant, light, noise),
+            (Self::Stem(model), ModelState::Stem(plant)) => model.step(plant, light, noise),
             _ => unreachable!("a plant of another model"),
         }
     }
@@ -130,6 +143,7 @@ impl PlantModel for Model {
         match (self, plant) {
             (Self::Tip(model), ModelState::Tip(plant)) => model.observe(plant),
             (Self::Memory(model), ModelState::Memory(plant)) => model.observe(plant),
+            (Self::Stem(model), ModelState::Stem(plant)) => model.observe(plant),
             _ => unreachable!("a plant of another model"),
         }
     }
@@ -138,6 +152,7 @@ impl PlantModel for Model {
         match self {
             Self::Tip(model) => model.layout(),
             Self::Memory(model) => model.layout(),
+            Self::Stem(model) => model.layout(),
         }
     }
 
@@ -145,6 +160,7 @@ impl PlantModel for Model {
         match self {
             Self::Tip(model) => model.period_min(),
             Self::Memory(model) => model.period_min(),
+            Self::Stem(model) => model.period_min(),
         }
     }
 }
@@ -159,6 +175,7 @@ impl BatchModel for Model {
         match self {
             Self::Tip(model) => model.score(task, sensors, episodes),
             Self::Memory(model) => model.score(task, sensors, episodes),
+            Self::Stem(model) => model.score(task, sensors, episodes),
         }
     }
 
@@ -170,6 +187,7 @@ impl BatchModel for Model {
         match self {
             Self::Tip(model) => model.score_linear(task, episodes),
             Self::Memory(model) => model.score_linear(task, episodes),
+            Self::Stem(model) => model.score_linear(task, episodes),
         }
     }
 }
@@ -214,7 +232,7 @@ pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> R
     }
     let over_gap = match model {
         Model::Tip(_) => "simulated plants grow straight over this gap",
-        Model::Memory(_) => "simulated plants move there as at the nearest data",
+        Model::Memory(_) | Model::Stem(_) => "simulated plants move there as at the nearest data",
     };
     monitor.note(&format!("{found}; {over_gap}"));
     Ok(model)

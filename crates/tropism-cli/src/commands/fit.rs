@@ -12,15 +12,16 @@ use crate::options::parse_pair;
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Fit a model to tracks: the tip-motion model, eqs. (1)-(3), or one with memory
+/// Fit a model to tracks: the tip-motion model, eqs. (1)-(3), or one with memory, of the tip or of the stem
 ///
 /// The data of the tip-motion model are all pairs of successive measured tips with a lit lamp between them, and their mirror
-/// images. The model with memory is not the paper's: each shift depends on the light of the last hour and on the last shifts,
-/// and each plant has a response of its own. It needs two lamps, one on each side.
+/// images. The models with memory are not the paper's: each step depends on the light of the last hour and on the last steps,
+/// and each plant has a response of its own. They need two lamps, one on each side. The model of the stem predicts best. It
+/// needs tracks with stems, such as those of `tropism track` and `tropism grow`.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism fit tent/*/track.csv --out model.json\n  \
-    tropism fit tent/*/track.csv --model memory --out memory.json")]
+    tropism fit grown/*.csv --model stem --out stem.json")]
 pub(crate) struct Fit {
     /// Tracks (CSV with tip_x_cm, tip_y_cm and light)
     #[arg(required = true, value_name = "TRACK.csv")]
@@ -30,7 +31,7 @@ pub(crate) struct Fit {
     #[arg(long, value_name = "model.json")]
     out: PathBuf,
 
-    /// The paper's tip-motion model, or the model with memory
+    /// The paper's tip-motion model, the model of the tip with memory, or that of the whole stem
     #[arg(long, value_enum, default_value = "tip")]
     model: ModelName,
 
@@ -53,6 +54,7 @@ type Pair = [f64; 2];
 enum ModelName {
     Tip,
     Memory,
+    Stem,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -75,6 +77,7 @@ impl Fit {
         let (kind, next) = match self.model {
             ModelName::Tip => (ModelKind::Tip, "evolve --out evolution"),
             ModelName::Memory => (ModelKind::Memory, "tune --out rule.json"),
+            ModelName::Stem => (ModelKind::Stem, "tune --out rule.json"),
         };
         let plan = FitPlan { tracks: self.tracks, kind, model, out: self.out };
         execute_and_print(&plan, shell, |results| text(results, next))

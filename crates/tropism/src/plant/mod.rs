@@ -3,7 +3,7 @@
 //! Tracks come in; a [`PlantModel`] comes out: given the state of a plant and the lit lamp, what is its state one step
 //! later? [`tip`] is the paper's tip-motion model, eqs. (1)-(8), with a look-up table of constant cost; [`window`] is the
 //! same model written straight from the equations, its reference. [`shifts`] is the data of both. [`memory`] is a model of
-//! ours that remembers the light and differs from plant to plant.
+//! ours that remembers the light and differs from plant to plant, [`stem`] one of the whole stem.
 //!
 //! A model of one's own implements [`PlantModel`]; evolution, simulation and figures take it as they take these.
 //!
@@ -16,8 +16,12 @@ pub(crate) mod table;
 pub mod window;
 pub mod tip;
 mod tip_file;
+mod history;
+mod measured_plant;
+mod regression;
+mod replay;
 pub mod memory;
-mod memory_file;
+pub mod stem;
 
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};

@@ -35,6 +35,14 @@ pub enum ModelError {
         /// How many tracks were read.
         tracks: usize,
     },
+    /// A track without stems.
+    #[error(
+        "track {track}: found no stem, wanted a track with stems, such as those of `tropism track` and `tropism grow`"
+    )]
+    NoStem {
+        /// Position of the track, from 1.
+        track: usize,
+    },
     /// Tracks of different intervals: a shift of one is no shift of the other.
     #[error("track {track}: found {found} minutes between steps, wanted {wanted} as in the first track")]
     Period {

@@ -7,6 +7,7 @@ use super::fitness_of;
 use crate::control::{NetworkController, Sensors};
 use crate::plant::PlantModel;
 use crate::plant::memory::MemoryModel;
+use crate::plant::stem::StemModel;
 use crate::plant::tip::TipModel;
 use crate::plant::window::WindowModel;
 use crate::random::NoiseStream;
@@ -94,3 +95,5 @@ impl BatchModel for TipModel {
 impl BatchModel for WindowModel {}
 
 impl BatchModel for MemoryModel {}
+
+impl BatchModel for StemModel {}

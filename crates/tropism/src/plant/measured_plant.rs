@@ -1,0 +1,251 @@
+//! What was observed of plants, as the models with memory keep it in their files.
+
+use serde::{Deserialize, Serialize};
+
+use super::tip::ModelError;
+use crate::check::ensure;
+use crate::geometry::{Point, STEM_POINTS};
+use crate::lamps::Layout;
+use crate::observation::Quality;
+use crate::track::{Sample, Track};
+
+/// How much of each track is used, in minutes: 500 steps of five minutes. At 0.03 cm a step, eq. (4), a plant is taller than
+/// the paper's highest target by then.
+const USED_MIN: f64 = 2500.0;
+
+/// Steps that begin at this height or above are left out, in cm. The paper's experiments end at 13.8 cm.
+pub(super) const MAX_HEIGHT_CM: f64 = 16.0;
+
+/// Coordinates beyond this are no plant.
+const FARTHEST_CM: f64 = 1000.0;
+
+/// A stem from the base up, in cm.
+pub(super) type Stem = [Point; STEM_POINTS];
+
+/// What was observed of one plant, step by step from its first observation.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MeasuredPlant {
+    /// The tip at each step, in cm; `None` where it was not measured.
+    pub(super) tips: Vec<Option<Point>>,
+    /// The stem at each step; `None` where none was seen.
+    pub(super) stems: Vec<Option<Stem>>,
+    /// The side of the lamp that was lit from each step to the next: -1, 1, or 0 in the dark; `None` where it is not known.
+    pub(super) sides: Vec<Option<f64>>,
+}
+
+impl MeasuredPlant {
+    /// The steps of `track` that models use.
+    pub(super) fn of_track(track: &Track) -> Self {
+        let steps = (USED_MIN / track.period_min).ceil() as usize;
+        let mut data = Self { tips: Vec::new(), stems: Vec::new(), sides: Vec::new() };
+        let first = track.samples.first().map_or(0, |sample| sample.step);
+        for sample in &track.samples {
+            let step = sample.step.wrapping_sub(first) as usize;
+            if step > steps {
+                break;
+            }
+            data.tips.resize(step + 1, None);
+            data.stems.resize(step + 1, None);
+            data.sides.resize(step + 1, None);
+            let is_measured = sample.quality != Quality::Held;
+            data.tips[step] = is_measured.then_some(sample.tip);
+            data.stems[step] = stem_of(sample).filter(|_| is_measured);
+            data.sides[step] = Some(sample.light.map_or(0.0, |light| track.layout.side(light)));
+        }
+        data
+    }
+
+    /// The same without stems.
+    pub(super) fn without_stems(mut self) -> Self {
+        self.stems.fill(None);
+        self
+    }
+}
+
+fn stem_of(sample: &Sample) -> Option<Stem> {
+    let stem = sample.stem.as_ref().filter(|stem| stem.length() > 0.0)?;
+    stem.resampled(STEM_POINTS).0.try_into().ok()
+}
+
+/// Plants under the same two lamps, observed at the same period.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MeasuredPlants {
+    pub(super) layout: Layout,
+    pub(super) period_min: f64,
+    pub(super) is_virtual: bool,
+    pub(super) plants: Vec<MeasuredPlant>,
+}
+
+impl MeasuredPlants {
+    /// Checks what models with memory need: two lamps that are mirror images of each other, and coordinates of plants.
+    pub(super) fn check(&self) -> Result<(), ModelError> {
+        let Self { layout, period_min, plants, .. } = self;
+        let mut sides: Vec<f64> = layout.lights().map(|light| layout.side(light)).collect();
+        sides.sort_by(f64::total_cmp);
+        if sides != [-1.0, 1.0] || !layout.is_symmetric() {
+            let names: Vec<&str> = layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
+            return Err(ModelError::Sides { found: names.join(", ") });
+        }
+        let is_period = *period_min > 0.0 && period_min.is_finite();
+        ensure(is_period, "period_min", *period_min, "minutes above 0")?;
+        for (index, plant) in plants.iter().enumerate() {
+            let is_far = |point: &&Point| !(point.x.abs() <= FARTHEST_CM && point.y.abs() <= FARTHEST_CM);
+            let mut points = plant.tips.iter().flatten().chain(plant.stems.iter().flatten().flatten());
+            if let Some(point) = points.find(is_far) {
+                return Err(ModelError::Shift { index, found: format!("{point:?}") });
+            }
+        }
+        Ok(())
+    }
+
+    /// The measured tips, in cm.
+    pub(super) fn tips(&self) -> impl Iterator<Item = Point> {
+        self.plants.iter().flat_map(|plant| plant.tips.iter().flatten().copied())
+    }
+
+    /// The same lamps and period with one plant alone.
+    pub(super) fn alone(&self, plant: &MeasuredPlant) -> Self {
+        Self { plants: vec![plant.clone()], layout: self.layout.clone(), ..*self }
+    }
+
+    /// JSON of this `schema`.
+    pub(super) fn to_json(&self, schema: &str) -> String {
+        let file = File {
+            schema: schema.to_owned(),
+            layout: self.layout.clone(),
+            period_min: self.period_min,
+            is_virtual: self.is_virtual,
+            plants: self.plants.iter().map(FilePlant::of).collect(),
+        };
+        serde_json::to_string(&file).expect("numbers and text are JSON")
+    }
+
+    /// Reads [`Self::to_json`] of the same schema.
+    pub(super) fn from_json(text: &str, wanted: &'static str) -> Result<Self, ModelError> {
+        // The schema is read first: a file of another one should be called that, not full of unknown fields.
+        let schema = schema_of(text)?;
+        if schema != wanted {
+            return Err(ModelError::Schema { found: schema, wanted });
+        }
+        let file: File = serde_json::from_str(text)?;
+        let plants = file.plants.iter().enumerate();
+        let plants = plants.map(|(index, plant)| plant.measured(index)).collect::<Result<_, _>>()?;
+        let File { layout, period_min, is_virtual, .. } = file;
+        let measured = Self { layout, period_min, is_virtual, plants };
+        measured.check()?;
+        Ok(measured)
+    }
+}
+
+/// Whether `text` calls itself a file of `schema`, of any version.
+pub(super) fn is_named_in(text: &str, schema: &str) -> bool {
+    let family = |schema: &str| schema.split('/').next().map(str::to_owned);
+    schema_of(text).is_ok_and(|found| family(&found) == family(schema))
+}
+
+fn schema_of(text: &str) -> Result<String, serde_json::Error> {
+    #[derive(Deserialize)]
+    struct Head {
+        schema: String,
+    }
+    serde_json::from_str(text).map(|Head { schema }| schema)
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    schema: String,
+    layout: Layout,
+    period_min: f64,
+    is_virtual: bool,
+    plants: Vec<FilePlant>,
+}
+
+/// One entry a step from the first observation of a plant.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FilePlant {
+    /// Tip, in cm; null where it was not measured.
+    x: Vec<Option<f64>>,
+    y: Vec<Option<f64>>,
+    /// Points of the stem from the base up, x and y in cm; null where none was seen. Absent without stems.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    stem: Vec<Option<[[f64; 2]; STEM_POINTS]>>,
+    /// The lamp that was lit to the next step: `l` or `r` for its side, `d` dark, `?` not known.
+    light: String,
+}
+
+impl FilePlant {
+    fn of(data: &MeasuredPlant) -> Self {
+        let letter = |side: &Option<f64>| match side {
+            None => '?',
+            Some(side) if *side > 0.0 => 'r',
+            Some(side) if *side < 0.0 => 'l',
+            Some(_) => 'd',
+        };
+        let stem = |stem: &Option<Stem>| stem.map(|stem| stem.map(|point| [point.x, point.y]));
+        let has_stems = data.stems.iter().any(Option::is_some);
+        Self {
+            x: data.tips.iter().map(|tip| tip.map(|tip| tip.x)).collect(),
+            y: data.tips.iter().map(|tip| tip.map(|tip| tip.y)).collect(),
+            stem: if has_stems { data.stems.iter().map(stem).collect() } else { Vec::new() },
+            light: data.sides.iter().map(letter).collect(),
+        }
+    }
+
+    fn measured(&self, index: usize) -> Result<MeasuredPlant, ModelError> {
+        let steps = self.x.len();
+        let stems = if self.stem.is_empty() { steps } else { self.stem.len() };
+        let lengths = [steps, self.y.len(), stems, self.light.len()];
+        if lengths.iter().any(|&length| length != steps) {
+            return Err(ModelError::Lengths { found: format!("{lengths:?}") });
+        }
+        let side = |letter| match letter {
+            'r' => Ok(Some(1.0)),
+            'l' => Ok(Some(-1.0)),
+            'd' => Ok(Some(0.0)),
+            '?' => Ok(None),
+            _ => Err(ModelError::Shift { index, found: format!("light {letter:?}") }),
+        };
+        let tips = self.x.iter().zip(&self.y).map(|(x, y)| Some(Point::new((*x)?, (*y)?))).collect();
+        let stem =
+            |stem: &Option<[[f64; 2]; STEM_POINTS]>| stem.map(|stem| stem.map(|[x, y]| Point::new(x, y)));
+        let mut stems: Vec<Option<Stem>> = self.stem.iter().map(stem).collect();
+        stems.resize(steps, None);
+        Ok(MeasuredPlant { tips, stems, sides: self.light.chars().map(side).collect::<Result<_, _>>()? })
+    }
+}
+
+/// Where there are data. Beyond it plants answer as they do at its edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
+    /// Greatest |x|, in cm.
+    pub(super) widest_cm: f64,
+    /// Least and greatest height, in cm.
+    pub(super) heights_cm: [f64; 2],
+}
+
+impl Extent {
+    /// The extent of `tips` and their mirror images.
+    pub(super) fn of(tips: impl Iterator<Item = Point>) -> Self {
+        let nothing = Self { widest_cm: 0.0, heights_cm: [f64::INFINITY, f64::NEG_INFINITY] };
+        tips.fold(nothing, |Self { widest_cm, heights_cm: [least, most] }, tip| Self {
+            widest_cm: widest_cm.max(tip.x.abs()),
+            heights_cm: [least.min(tip.y), most.max(tip.y)],
+        })
+    }
+
+    /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, or by more than `reach_cm` higher or
+    /// lower, than all data.
+    pub(super) fn share_outside(&self, samples: &[Sample], reach_cm: f64) -> f64 {
+        let [lowest, highest] = self.heights_cm;
+        let is_outside = |tip: Point| {
+            tip.x.abs() > self.widest_cm || !(lowest - reach_cm..=highest + reach_cm).contains(&tip.y)
+        };
+        let lit = samples.iter().filter(|sample| sample.light.is_some());
+        let (outside, steps) = lit.fold((0, 0), |(outside, steps), sample| {
+            (outside + u32::from(is_outside(sample.tip)), steps + 1)
+        });
+        f64::from(outside) / f64::from(steps.max(1))
+    }
+}
