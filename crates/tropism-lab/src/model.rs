@@ -34,9 +34,9 @@ pub(crate) enum Model {
     /// The paper's tip-motion model.
     Tip(Box<TipModel>),
     /// The model with memory.
-    Memory(MemoryModel),
+    Memory(Box<MemoryModel>),
     /// The model of the whole stem.
-    Stem(StemModel),
+    Stem(Box<StemModel>),
 }
 
 /// The state of one plant of a [`Model`].
@@ -53,13 +53,25 @@ impl From<TipModel> for Model {
     }
 }
 
+impl From<MemoryModel> for Model {
+    fn from(model: MemoryModel) -> Self {
+        Self::Memory(Box::new(model))
+    }
+}
+
+impl From<StemModel> for Model {
+    fn from(model: StemModel) -> Self {
+        Self::Stem(Box::new(model))
+    }
+}
+
 impl Model {
     /// Reads any kind, told apart by the schema.
     fn from_json(text: &str) -> Result<Self, ModelError> {
         if MemoryModel::is_named_in(text) {
-            MemoryModel::from_json(text).map(Self::Memory)
+            MemoryModel::from_json(text).map(Self::from)
         } else if StemModel::is_named_in(text) {
-            StemModel::from_json(text).map(Self::Stem)
+            StemModel::from_json(text).map(Self::from)
         } else {
             TipModel::from_json(text).map(Self::from)
         }
@@ -94,8 +106,8 @@ impl Model {
     pub(crate) fn of_each_plant(&self) -> Result<Vec<Self>, ModelError> {
         Ok(match self {
             Self::Tip(model) => model.of_each_plant()?.into_iter().map(Self::from).collect(),
-            Self::Memory(model) => model.of_each_plant()?.into_iter().map(Self::Memory).collect(),
-            Self::Stem(model) => model.of_each_plant()?.into_iter().map(Self::Stem).collect(),
+            Self::Memory(model) => model.of_each_plant()?.into_iter().map(Self::from).collect(),
+            Self::Stem(model) => model.of_each_plant()?.into_iter().map(Self::from).collect(),
         })
     }
 

@@ -202,8 +202,7 @@ pub fn eigen_symmetric<const N: usize>(mut matrix: [[f64; N]; N]) -> ([f64; N], 
         let pairs = || (0..N).flat_map(|p| (p + 1..N).map(move |q| (p, q)));
         let off_diagonal: f64 = pairs().map(|(p, q)| matrix[p][q] * matrix[p][q]).sum();
         let diagonal: f64 = (0..N).map(|at| matrix[at][at] * matrix[at][at]).sum();
-        // Not `>`: NaN ends the sweeps, too.
-        if !(off_diagonal > f64::EPSILON * f64::EPSILON * diagonal) {
+        if off_diagonal.is_nan() || off_diagonal <= f64::EPSILON * f64::EPSILON * diagonal {
             break;
         }
         for (p, q) in pairs() {

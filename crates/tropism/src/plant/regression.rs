@@ -42,10 +42,8 @@ mod tests {
 
     #[test]
     fn little_ridge_finds_the_line_and_much_ridge_the_prior() {
-        let rows: Vec<([f64; 2], f64)> = (0..20)
-            .map(|row| f64::from(row))
-            .map(|row| ([row, row * row], 3.0 * row - 0.1 * row * row))
-            .collect();
+        let rows: Vec<([f64; 2], f64)> =
+            (0..20).map(f64::from).map(|row| ([row, row * row], 3.0 * row - 0.1 * row * row)).collect();
         let fit = |ridge: f64| {
             ridge_regression(rows.iter().map(|(terms, value)| (terms, *value)), &[1.0, 2.0], &[ridge; 2])
         };

@@ -93,7 +93,7 @@ mod tests {
         let noise = NoiseStream::new(4, Purpose::Trial, [0; 3]);
         let (mut last, mut begun) = (None, 0_u32);
         for step in 0..10_000 {
-            let size_cm = 9.0 + 4.0 * (f64::from(step) / 100.0).sin();
+            let size_cm = 9.0 + 4.0 * crate::math::sin(f64::from(step) / 100.0);
             let place = replay.next(last, size_cm, 5.0, &mut noise.at(step));
             if last.is_none_or(|last| place != last + 1) {
                 begun += 1;
