@@ -307,70 +307,36 @@ impl RodLanes {
     /// Integrates curvature along the rods to frames and places.
     #[inline(always)]
     fn orient(&mut self) {
-        let mut rotation = self.constants.base;
-        let mut at = [[0.0; LANES]; 3];
-        let (mut weight, mut nearest) = ([0.0; LANES], [f64::INFINITY; LANES]);
+        let mut end = Ends {
+            rotation: self.constants.base,
+            at: [[0.0; LANES]; 3],
+            weight: [0.0; LANES],
+            nearest: [f64::INFINITY; LANES],
+        };
         for row in &mut self.rows[..=self.most] {
-            for lane in 0..LANES {
-                let length = row.length[lane];
-                let [x, y] = half_rotation(row.k1[lane], row.k2[lane], length);
-                let lower =
-                    Rotation([rotation[0][lane], rotation[1][lane], rotation[2][lane], rotation[3][lane]]);
-                let [d1, d2, along] = lower.then(1.0, x, y).frame();
-                let Rotation(upper) = lower.then(1.0 - x * x - y * y, 2.0 * x, 2.0 * y);
-                for part in 0..4 {
-                    rotation[part][lane] = upper[part];
-                }
-                let half = 0.5 * length;
-                for axis in 0..3 {
-                    row.d1[axis][lane] = d1[axis];
-                    row.d2[axis][lane] = d2[axis];
-                    let way = half * along[axis];
-                    let middle = at[axis][lane] + way;
-                    row.middle[axis][lane] = middle;
-                    at[axis][lane] = middle + way;
-                }
-                let z = row.middle[2][lane];
-                nearest[lane] = if z < nearest[lane] { z } else { nearest[lane] };
-                let growing = length / (1.0 + row.growth_exp[lane]);
-                row.growing[lane] = growing;
-                weight[lane] += growing;
-            }
+            row.orient(&mut end);
         }
-        (self.weight, self.nearest) = (weight, nearest);
+        (self.weight, self.nearest) = (end.weight, end.nearest);
     }
 
     /// Irradiance at each segment and the apex, and its change since the sub-step before.
     #[inline(always)]
     fn illuminate(&mut self) {
         let lamps = &self.constants.lamps[..self.lit];
-        let mut slow = self.is_stale.map(|is_stale| if is_stale { 0.0 } else { 1.0 });
-        let mut brightest = [0.0; LANES];
+        let mut seen = Irradiance {
+            slow: self.is_stale.map(|is_stale| if is_stale { 0.0 } else { 1.0 }),
+            brightest: [0.0; LANES],
+        };
         for row in &mut self.rows[..=self.most] {
             row.light = [[0.0; LANES]; 3];
-            for [lamp_x, lamp_y, lamp_z, strength] in lamps {
-                for lane in 0..LANES {
-                    let x = lamp_x[lane] - row.middle[0][lane];
-                    let y = lamp_y[lane] - row.middle[1][lane];
-                    let z = lamp_z[lane] - row.middle[2][lane];
-                    let distance2 = (x * x + y * y + z * z).max(LAMP_RADIUS * LAMP_RADIUS);
-                    let share = strength[lane] / (distance2 * distance2.sqrt());
-                    row.light[0][lane] += x * share;
-                    row.light[1][lane] += y * share;
-                    row.light[2][lane] += z * share;
-                }
+            for lamp in lamps {
+                row.add_light(lamp);
             }
-            for lane in 0..LANES {
-                let [x, y, z] = [row.light[0][lane], row.light[1][lane], row.light[2][lane]];
-                let (now, last) = (x * x + y * y + z * z, row.intensity2[lane]);
-                slow[lane] = if (now - last).abs() < SERIES_LIMIT * last { slow[lane] } else { 0.0 };
-                brightest[lane] = if now > brightest[lane] { now } else { brightest[lane] };
-                row.change[lane] = now / last - 1.0;
-                row.intensity2[lane] = now;
-            }
+            row.compare_light(&mut seen);
         }
-        self.is_stale = slow.map(|slow| slow == 0.0);
-        self.saturation = brightest.map(|most| if most > SATURATION { SATURATION } else { f64::INFINITY });
+        self.is_stale = seen.slow.map(|slow| slow == 0.0);
+        self.saturation =
+            seen.brightest.map(|most| if most > SATURATION { SATURATION } else { f64::INFINITY });
     }
 
     /// Computes the response anew for plants whose irradiance has changed too much for the Taylor series.
@@ -400,130 +366,268 @@ impl RodLanes {
     fn bend<const SATURATES: bool>(&mut self, nutation: &[[f64; 2]; LANES]) {
         let (of, saturation) = (&*self.constants, &self.saturation);
         let (segments, apex) = self.rows[..=self.most].split_at_mut(self.most);
-        let mut light = [[0.0; LANES]; 3];
-        let apex = &mut apex[0];
-        for lane in 0..LANES {
-            let apical = of.apical[lane] * of.respond::<SATURATES>(apex, saturation, lane);
-            for (light, at_apex) in light.iter_mut().zip(&apex.light) {
-                light[lane] = apical * at_apex[lane];
-            }
-        }
-        let mut steady = [[0.0; LANES]; 2];
+        let mut common = Common { light: [[0.0; LANES]; 3], steady: [[0.0; LANES]; 2] };
+        apex[0].perceive_at_apex::<SATURATES>(of, saturation, &mut common.light);
         for (lane, &[towards1, towards2]) in nutation.iter().enumerate() {
-            steady[0][lane] = towards1 + of.bias[0][lane];
-            steady[1][lane] = towards2 - of.bias[1][lane];
+            common.steady[0][lane] = towards1 + of.bias[0][lane];
+            common.steady[1][lane] = towards2 - of.bias[1][lane];
         }
         for row in segments {
-            for lane in 0..LANES {
-                let effective = of.local[lane] * of.respond::<SATURATES>(row, saturation, lane);
-                let x = effective * row.light[0][lane] + light[0][lane];
-                let y = effective * row.light[1][lane] + light[1][lane];
-                let z = effective * row.light[2][lane] + light[2][lane];
-                let signal1 = x * row.d1[0][lane] + y * row.d1[1][lane] + z * row.d1[2][lane];
-                let signal2 = x * row.d2[0][lane] + y * row.d2[1][lane] + z * row.d2[2][lane];
-                let (light_share, gravity_share) = (of.light_share[lane], of.gravity_share[lane]);
-                let stage1 = low_pass(row.light_stage1[lane], light_share, signal1);
-                let stage2 = low_pass(row.light_stage2[lane], light_share, signal2);
-                let light1 = low_pass(row.light_memory1[lane], light_share, stage1);
-                let light2 = low_pass(row.light_memory2[lane], light_share, stage2);
-                let gravity1 = low_pass(row.gravity_memory1[lane], gravity_share, row.d1[1][lane]);
-                let gravity2 = low_pass(row.gravity_memory2[lane], gravity_share, row.d2[1][lane]);
-                let motile_step = of.growth_step[lane] / (1.0 + row.motility_exp[lane]);
-                let (to_light, to_gravity) = (of.sensitivity[0][lane], of.sensitivity[1][lane]);
-                let rate1 = to_light * light1 + to_gravity * gravity1 + steady[0][lane];
-                let rate2 = to_light * light2 + to_gravity * gravity2 + steady[1][lane];
-                let straightening = of.straightening[lane];
-                row.rest1[lane] += motile_step * (rate1 - straightening * row.k1[lane]);
-                row.rest2[lane] += motile_step * (rate2 - straightening * row.k2[lane]);
-                (row.light_stage1[lane], row.light_stage2[lane]) = (stage1, stage2);
-                (row.light_memory1[lane], row.light_memory2[lane]) = (light1, light2);
-                (row.gravity_memory1[lane], row.gravity_memory2[lane]) = (gravity1, gravity2);
-            }
+            row.bend::<SATURATES>(of, saturation, &common);
         }
     }
 
     /// Loads from the apex down, elastic relaxation, and elongation. `TOUCHES` says whether a plant touches the wall.
     #[inline(always)]
     fn relax<const TOUCHES: bool>(&mut self) {
+        const NONE: PerPlant = [0.0; LANES];
         let of = &*self.constants;
-        let touch = WALL + TOUCH_CM;
         let apex = &self.rows[self.most].middle;
-        let (mut mass, mut mass_x, mut mass_z) = (of.tip_mass, [0.0; LANES], [0.0; LANES]);
-        let (mut push, mut push_x, mut push_y) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let (mut rate, mut above, mut longest) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut above = Above {
+            mass: of.tip_mass,
+            mass_x: NONE,
+            mass_z: NONE,
+            push: [NONE; 3],
+            rate: NONE,
+            length: NONE,
+            longest: NONE,
+            touches: self.nearest.map(|nearest| nearest < WALL + TOUCH_CM),
+        };
         for lane in 0..LANES {
-            mass_x[lane] = mass[lane] * apex[0][lane];
-            mass_z[lane] = mass[lane] * apex[2][lane];
-            rate[lane] = of.elongation[lane] / self.weight[lane];
+            above.mass_x[lane] = above.mass[lane] * apex[0][lane];
+            above.mass_z[lane] = above.mass[lane] * apex[2][lane];
+            above.rate[lane] = of.elongation[lane] / self.weight[lane];
         }
         for (i, row) in self.rows[..self.most].iter_mut().enumerate().rev() {
-            if self.leaves.contains(&i) {
-                for lane in 0..LANES {
-                    if self.leaves[lane] == i {
-                        mass[lane] += of.leaf_mass[lane];
-                        mass_x[lane] += of.leaf_mass[lane] * row.middle[0][lane];
-                        mass_z[lane] += of.leaf_mass[lane] * row.middle[2][lane];
-                    }
-                }
+            for lane in (0..LANES).filter(|&lane| self.leaves[lane] == i) {
+                above.mass[lane] += of.leaf_mass[lane];
+                above.mass_x[lane] += of.leaf_mass[lane] * row.middle[0][lane];
+                above.mass_z[lane] += of.leaf_mass[lane] * row.middle[2][lane];
             }
-            for lane in 0..LANES {
-                let [x, y, z] = [row.middle[0][lane], row.middle[1][lane], row.middle[2][lane]];
-                let mut moment_x = GRAVITY * (mass_z[lane] - z * mass[lane]);
-                let mut moment_y = 0.0;
-                let moment_z = GRAVITY * (x * mass[lane] - mass_x[lane]);
-                if TOUCHES && self.nearest[lane] < touch {
-                    moment_x += push_y[lane] - y * push[lane];
-                    moment_y -= push_x[lane] - x * push[lane];
-                    // Rows beyond the apex are no part of the plant: the wall does not push them.
-                    let is_stem = i < self.counts[lane];
-                    let own = if is_stem { WALL_STIFFNESS * (touch - z).max(0.0) } else { 0.0 };
-                    push[lane] += own;
-                    push_x[lane] += own * x;
-                    push_y[lane] += own * y;
-                }
-                let (length, from_apex) = (row.length[lane], row.from_apex[lane]);
-                let radius = of.radius_apex[lane] + of.widening[lane] * (from_apex / TAPER_CM).min(1.0);
-                let own = DENSITY * PI * radius * radius * length;
-                mass[lane] += own;
-                mass_x[lane] += own * x;
-                mass_z[lane] += own * z;
-
-                let area = radius * radius;
-                let compliance = 1.0 / (of.mature[lane] * row.modulus_ratio[lane].min(1.0) * area * area);
-                let bending_moment1 =
-                    moment_x * row.d2[0][lane] + moment_y * row.d2[1][lane] + moment_z * row.d2[2][lane];
-                let bending_moment2 =
-                    moment_x * row.d1[0][lane] + moment_y * row.d1[1][lane] + moment_z * row.d1[2][lane];
-                let (k1, k2, relaxed_share) = (row.k1[lane], row.k2[lane], of.relaxed_share[lane]);
-                row.k1[lane] = k1 + relaxed_share * (row.rest1[lane] + compliance * bending_moment1 - k1);
-                row.k2[lane] = k2 + relaxed_share * (row.rest2[lane] - compliance * bending_moment2 - k2);
-
-                let length = length + rate[lane] * row.growing[lane];
-                let measured = above[lane] + 0.5 * length;
-                let moved = measured - from_apex;
-                above[lane] += length;
-                longest[lane] = if length > longest[lane] { length } else { longest[lane] };
-                row.growth_exp[lane] *= small_exp(moved * (1.0 / GROWTH_EDGE_CM));
-                row.motility_exp[lane] *= small_exp(moved * of.per_edge[lane]);
-                row.modulus_ratio[lane] *= small_exp(moved * of.per_modulus_length[lane]);
-                (row.length[lane], row.from_apex[lane]) = (length, measured);
+            if TOUCHES {
+                // Rows beyond the apex are no part of the plant: the wall does not push them.
+                let is_pushed = core::array::from_fn(|lane| above.touches[lane] && i < self.counts[lane]);
+                row.relax::<true>(of, &mut above, &is_pushed);
+            } else {
+                row.relax::<false>(of, &mut above, &[false; LANES]);
             }
         }
-        self.longest = longest;
+        self.longest = above.longest;
     }
 }
 
-impl Constants {
+/// The end of the rows so far, from the base up.
+struct Ends {
+    rotation: [PerPlant; 4],
+    at: [PerPlant; 3],
+    weight: PerPlant,
+    nearest: PerPlant,
+}
+
+/// What the irradiance of all rows says.
+struct Irradiance {
+    /// 1 where the Taylor series may go on, else 0.
+    slow: PerPlant,
+    brightest: PerPlant,
+}
+
+/// What is the same for all segments of a plant.
+struct Common {
+    light: [PerPlant; 3],
+    steady: [PerPlant; 2],
+}
+
+/// Sums over the rows above, and what is the same for all rows.
+struct Above {
+    mass: PerPlant,
+    mass_x: PerPlant,
+    mass_z: PerPlant,
+    /// Force of the wall, and its moments.
+    push: [PerPlant; 3],
+    rate: PerPlant,
+    length: PerPlant,
+    longest: PerPlant,
+    touches: [bool; LANES],
+}
+
+/// The work on one row. Each loop is a function of its own: what it writes and what it reads are then known to be apart, and
+/// the compiler makes vectors of it.
+impl Row {
+    #[inline(always)]
+    fn orient(&mut self, end: &mut Ends) {
+        for lane in 0..LANES {
+            let length = self.length[lane];
+            let [x, y] = half_rotation(self.k1[lane], self.k2[lane], length);
+            let rotation = &end.rotation;
+            let lower =
+                Rotation([rotation[0][lane], rotation[1][lane], rotation[2][lane], rotation[3][lane]]);
+            let [d1, d2, along] = lower.then(1.0, x, y).frame();
+            let Rotation(upper) = lower.then(1.0 - x * x - y * y, 2.0 * x, 2.0 * y);
+            for part in 0..4 {
+                end.rotation[part][lane] = upper[part];
+            }
+            let half = 0.5 * length;
+            for axis in 0..3 {
+                self.d1[axis][lane] = d1[axis];
+                self.d2[axis][lane] = d2[axis];
+                let way = half * along[axis];
+                let middle = end.at[axis][lane] + way;
+                self.middle[axis][lane] = middle;
+                end.at[axis][lane] = middle + way;
+            }
+            let z = self.middle[2][lane];
+            end.nearest[lane] = if z < end.nearest[lane] { z } else { end.nearest[lane] };
+            let growing = length / (1.0 + self.growth_exp[lane]);
+            self.growing[lane] = growing;
+            end.weight[lane] += growing;
+        }
+    }
+
+    #[inline(always)]
+    fn add_light(&mut self, [lamp_x, lamp_y, lamp_z, strength]: &[PerPlant; 4]) {
+        for lane in 0..LANES {
+            let x = lamp_x[lane] - self.middle[0][lane];
+            let y = lamp_y[lane] - self.middle[1][lane];
+            let z = lamp_z[lane] - self.middle[2][lane];
+            let distance2 = (x * x + y * y + z * z).max(LAMP_RADIUS * LAMP_RADIUS);
+            let share = strength[lane] / (distance2 * distance2.sqrt());
+            self.light[0][lane] += x * share;
+            self.light[1][lane] += y * share;
+            self.light[2][lane] += z * share;
+        }
+    }
+
+    #[inline(always)]
+    fn compare_light(&mut self, seen: &mut Irradiance) {
+        for lane in 0..LANES {
+            let [x, y, z] = [self.light[0][lane], self.light[1][lane], self.light[2][lane]];
+            let (now, last) = (x * x + y * y + z * z, self.intensity2[lane]);
+            seen.slow[lane] = if (now - last).abs() < SERIES_LIMIT * last { seen.slow[lane] } else { 0.0 };
+            seen.brightest[lane] = if now > seen.brightest[lane] { now } else { seen.brightest[lane] };
+            self.change[lane] = now / last - 1.0;
+            self.intensity2[lane] = now;
+        }
+    }
+
     /// Updates the response per unit of irradiance by its Taylor series; returns it with saturation.
     #[inline(always)]
-    fn respond<const SATURATES: bool>(&self, row: &mut Row, saturation: &PerPlant, lane: usize) -> f64 {
-        let [exponent, second, third, fourth] = &self.series;
-        let change = row.change[lane];
-        let series =
-            1.0 + second[lane] * change * (1.0 + third[lane] * change * (1.0 + fourth[lane] * change));
-        let response = row.response[lane] * (1.0 + exponent[lane] * change * series);
-        row.response[lane] = response;
-        if SATURATES { response.min(saturation[lane] / row.intensity2[lane].sqrt()) } else { response }
+    fn respond<const SATURATES: bool>(
+        &mut self,
+        [exponent, second, third, fourth]: &[PerPlant; 4],
+        saturation: &PerPlant,
+    ) -> PerPlant {
+        let mut effective = [0.0; LANES];
+        for lane in 0..LANES {
+            let change = self.change[lane];
+            let series =
+                1.0 + second[lane] * change * (1.0 + third[lane] * change * (1.0 + fourth[lane] * change));
+            let response = self.response[lane] * (1.0 + exponent[lane] * change * series);
+            self.response[lane] = response;
+            effective[lane] = response;
+        }
+        if SATURATES {
+            for lane in 0..LANES {
+                effective[lane] = effective[lane].min(saturation[lane] / self.intensity2[lane].sqrt());
+            }
+        }
+        effective
+    }
+
+    #[inline(always)]
+    fn perceive_at_apex<const SATURATES: bool>(
+        &mut self,
+        of: &Constants,
+        saturation: &PerPlant,
+        light: &mut [PerPlant; 3],
+    ) {
+        let response = self.respond::<SATURATES>(&of.series, saturation);
+        for lane in 0..LANES {
+            let apical = of.apical[lane] * response[lane];
+            for (light, at_apex) in light.iter_mut().zip(&self.light) {
+                light[lane] = apical * at_apex[lane];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn bend<const SATURATES: bool>(&mut self, of: &Constants, saturation: &PerPlant, common: &Common) {
+        let response = self.respond::<SATURATES>(&of.series, saturation);
+        self.bend_by(&response, of, common);
+    }
+
+    #[inline(always)]
+    fn bend_by(&mut self, response: &PerPlant, of: &Constants, Common { light, steady }: &Common) {
+        for lane in 0..LANES {
+            let effective = of.local[lane] * response[lane];
+            let x = effective * self.light[0][lane] + light[0][lane];
+            let y = effective * self.light[1][lane] + light[1][lane];
+            let z = effective * self.light[2][lane] + light[2][lane];
+            let signal1 = x * self.d1[0][lane] + y * self.d1[1][lane] + z * self.d1[2][lane];
+            let signal2 = x * self.d2[0][lane] + y * self.d2[1][lane] + z * self.d2[2][lane];
+            let (light_share, gravity_share) = (of.light_share[lane], of.gravity_share[lane]);
+            let stage1 = low_pass(self.light_stage1[lane], light_share, signal1);
+            let stage2 = low_pass(self.light_stage2[lane], light_share, signal2);
+            let light1 = low_pass(self.light_memory1[lane], light_share, stage1);
+            let light2 = low_pass(self.light_memory2[lane], light_share, stage2);
+            let gravity1 = low_pass(self.gravity_memory1[lane], gravity_share, self.d1[1][lane]);
+            let gravity2 = low_pass(self.gravity_memory2[lane], gravity_share, self.d2[1][lane]);
+            let motile_step = of.growth_step[lane] / (1.0 + self.motility_exp[lane]);
+            let (to_light, to_gravity) = (of.sensitivity[0][lane], of.sensitivity[1][lane]);
+            let rate1 = to_light * light1 + to_gravity * gravity1 + steady[0][lane];
+            let rate2 = to_light * light2 + to_gravity * gravity2 + steady[1][lane];
+            let straightening = of.straightening[lane];
+            self.rest1[lane] += motile_step * (rate1 - straightening * self.k1[lane]);
+            self.rest2[lane] += motile_step * (rate2 - straightening * self.k2[lane]);
+            (self.light_stage1[lane], self.light_stage2[lane]) = (stage1, stage2);
+            (self.light_memory1[lane], self.light_memory2[lane]) = (light1, light2);
+            (self.gravity_memory1[lane], self.gravity_memory2[lane]) = (gravity1, gravity2);
+        }
+    }
+
+    #[inline(always)]
+    fn relax<const TOUCHES: bool>(&mut self, of: &Constants, above: &mut Above, is_pushed: &[bool; LANES]) {
+        let touch = WALL + TOUCH_CM;
+        for lane in 0..LANES {
+            let [x, y, z] = [self.middle[0][lane], self.middle[1][lane], self.middle[2][lane]];
+            let mut moment_x = GRAVITY * (above.mass_z[lane] - z * above.mass[lane]);
+            let mut moment_y = 0.0;
+            let moment_z = GRAVITY * (x * above.mass[lane] - above.mass_x[lane]);
+            if TOUCHES && above.touches[lane] {
+                let [push, push_x, push_y] = &mut above.push;
+                moment_x += push_y[lane] - y * push[lane];
+                moment_y -= push_x[lane] - x * push[lane];
+                let own = if is_pushed[lane] { WALL_STIFFNESS * (touch - z).max(0.0) } else { 0.0 };
+                push[lane] += own;
+                push_x[lane] += own * x;
+                push_y[lane] += own * y;
+            }
+            let (length, from_apex) = (self.length[lane], self.from_apex[lane]);
+            let radius = of.radius_apex[lane] + of.widening[lane] * (from_apex / TAPER_CM).min(1.0);
+            let own = DENSITY * PI * radius * radius * length;
+            above.mass[lane] += own;
+            above.mass_x[lane] += own * x;
+            above.mass_z[lane] += own * z;
+
+            let area = radius * radius;
+            let compliance = 1.0 / (of.mature[lane] * self.modulus_ratio[lane].min(1.0) * area * area);
+            let bending_moment1 =
+                moment_x * self.d2[0][lane] + moment_y * self.d2[1][lane] + moment_z * self.d2[2][lane];
+            let bending_moment2 =
+                moment_x * self.d1[0][lane] + moment_y * self.d1[1][lane] + moment_z * self.d1[2][lane];
+            let (k1, k2, relaxed_share) = (self.k1[lane], self.k2[lane], of.relaxed_share[lane]);
+            self.k1[lane] = k1 + relaxed_share * (self.rest1[lane] + compliance * bending_moment1 - k1);
+            self.k2[lane] = k2 + relaxed_share * (self.rest2[lane] - compliance * bending_moment2 - k2);
+
+            let length = length + above.rate[lane] * self.growing[lane];
+            let measured = above.length[lane] + 0.5 * length;
+            let moved = measured - from_apex;
+            above.length[lane] += length;
+            above.longest[lane] = if length > above.longest[lane] { length } else { above.longest[lane] };
+            self.growth_exp[lane] *= small_exp(moved * (1.0 / GROWTH_EDGE_CM));
+            self.motility_exp[lane] *= small_exp(moved * of.per_edge[lane]);
+            self.modulus_ratio[lane] *= small_exp(moved * of.per_modulus_length[lane]);
+            (self.length[lane], self.from_apex[lane]) = (length, measured);
+        }
     }
 }
 
