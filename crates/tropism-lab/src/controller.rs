@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tropism::control::{Controller, Greedy, Periodic};
-use tropism::evolve::{Champion, TunedRule};
+use tropism::evolve::{Champion, Trial, TunedRule};
 use tropism::lamps::{Layout, Light};
 use tropism::task::{OpenLoop, TaskSpec};
 
@@ -99,6 +99,16 @@ impl ControllerSpec {
             Self::Periodic { .. } | Self::Greedy => None,
             Self::Network { champion } => champion.task.as_ref(),
             Self::Rule { tuned } => tuned.task.as_ref(),
+        }
+    }
+
+    /// What its model predicts for unseen plants; `None` where it does not say.
+    #[must_use]
+    pub fn expected(&self) -> Option<Trial> {
+        match self {
+            Self::Periodic { .. } | Self::Greedy => None,
+            Self::Network { champion } => champion.expected,
+            Self::Rule { tuned } => Some(tuned.expected),
         }
     }
 
@@ -266,7 +276,7 @@ mod tests {
             layout: Layout::default(),
             period_min: 5.0,
             task: Some(Targets { max_steps: 500, ..Targets::default() }.into()),
-            model_sha256: "00".to_owned(),
+            model_sha256: Some("00".to_owned()),
             is_virtual: true,
             expected: Trial { mean: 9.0, sd: 2.0, plants: 1000 },
         };

@@ -61,6 +61,7 @@ pub mod calibrate;
 mod finished_run;
 mod figures;
 pub mod transfer;
+pub mod laboratories;
 pub mod study;
 pub mod report;
 

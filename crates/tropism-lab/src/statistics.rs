@@ -76,6 +76,27 @@ impl Bootstrap {
     }
 }
 
+/// The 95 % interval of the mean of `values` of each laboratory on each plant: laboratories and plants are both drawn anew,
+/// the same plants for all laboratories.
+///
+/// # Panics
+/// Without laboratories or plants, or if the laboratories have not as many plants as each other.
+pub(crate) fn interval_over_laboratories(values: &[Vec<f64>], seed: u64) -> [f64; 2] {
+    let plants = values[0].len();
+    assert!(values.iter().all(|values| values.len() == plants), "the same plants in each laboratory");
+    let (of_laboratories, of_plants) = (Bootstrap::new(seed, values.len()), Bootstrap::new(seed, plants));
+    let means: Vec<f64> = of_laboratories
+        .picks
+        .chunks_exact(values.len())
+        .zip(of_plants.picks.chunks_exact(plants))
+        .map(|(laboratories, plants)| {
+            let laboratories = laboratories.iter().map(|&laboratory| &values[laboratory as usize]);
+            mean(laboratories.map(|values| mean(plants.iter().map(|&plant| values[plant as usize]))))
+        })
+        .collect();
+    INTERVAL.map(|share| quantile_linear(&means, share))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,6 +137,17 @@ mod tests {
         assert!(difference.interval[0] > 0.0 && difference.share_above == 1.0, "{difference:?}");
         let [apart, together] = [&better, &plants].map(|scores| bootstrap.interval_of_mean(scores));
         assert!(apart[0] < together[1], "intervals of the means overlap");
+    }
+
+    #[test]
+    fn laboratories_that_differ_widen_the_interval() {
+        let plants = sample(8, 60);
+        let laboratory = |shift: f64| plants.iter().map(|score| score + shift).collect::<Vec<f64>>();
+        let alike = interval_over_laboratories(&[laboratory(0.0), laboratory(0.0), laboratory(0.0)], 1);
+        let apart = interval_over_laboratories(&[laboratory(-2.0), laboratory(0.0), laboratory(2.0)], 1);
+        let width = |[low, high]: [f64; 2]| high - low;
+        assert_eq!(alike, Bootstrap::new(1, 60).interval_of_mean(&plants));
+        assert!(width(apart) > 3.0 * width(alike), "{apart:?} {alike:?}");
     }
 
     #[test]

@@ -41,6 +41,8 @@ pub enum Purpose {
     Bootstrap = 13,
     /// Mutations of an evolution strategy.
     Search = 14,
+    /// Seeds of the virtual plants on which a rule is tuned: none of them is a plant of an experiment or judges.
+    Tuning = 15,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

@@ -3,13 +3,14 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use tropism::evolve::RuleSearch;
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::Task;
 use tropism_lab::tune::{TunePlan, TuneResults};
 
-use crate::options::{SeedOption, TaskOption};
+use crate::options::{BeanOption, SeedOption, TaskOption};
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
@@ -17,18 +18,29 @@ use crate::shell::Shell;
 ///
 /// The rule lights the lamp towards the next target, as chase does, but by where the tip is expected, and with an aim that
 /// may lie beyond the target or towards the one after it. An evolution strategy (CMA-ES) searches the numbers on simulated
-/// plants. The model with memory, `tropism fit --model memory`, is made for this: its plants answer late, as beans do, and
+/// plants. The model of the stem, `tropism fit --model stem`, is made for this: its plants answer late, as beans do, and
 /// differ from each other.
 #[derive(Args)]
 #[command(after_help = "Example, from six tracks to a steered plant:\n  \
     tropism grow --plants 6 --out open-loop\n  \
-    tropism fit open-loop/*.csv --model memory --out memory.json\n  \
-    tropism tune --model memory.json --out rule.json\n  \
+    tropism fit open-loop/*.csv --model stem --out stem.json\n  \
+    tropism tune --model stem.json --out rule.json\n  \
     tropism run --rig greenhouse --controller rule.json --out steered")]
 pub(crate) struct Tune {
     /// Model of the plant, from `tropism fit`
-    #[arg(long, value_name = "memory.json")]
-    model: PathBuf,
+    #[arg(long, value_name = "stem.json", required_unless_present = "beans")]
+    model: Option<PathBuf>,
+
+    /// Tune on virtual beans themselves instead of a model: what a rule can reach on them at best. Takes minutes
+    #[arg(long, conflicts_with = "model")]
+    beans: bool,
+
+    /// Individual variation of virtual beans: 0 for the average, 1 as between real plants, up to 2
+    #[arg(long, default_value_t = 1.0, value_name = "X", requires = "beans")]
+    scale: f64,
+
+    #[command(flatten)]
+    bean: BeanOption,
 
     /// File to write the rule to
     #[arg(long, value_name = "rule.json")]
@@ -56,12 +68,23 @@ pub(crate) struct Tune {
 impl Tune {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let Self { generations, population, episodes, .. } = self;
+        let bean = self.bean.load()?;
+        ensure!(bean.is_none() || self.beans, "found --bean without --beans, wanted both or none");
+        ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
+        let beans = self.beans.then(|| Greenhouse {
+            bean: bean.unwrap_or_default(),
+            scale: self.scale,
+            ..Greenhouse::default()
+        });
+        let defaults = TunePlan::default();
         let plan = TunePlan {
             task: self.task.load()?,
-            model: self.model,
+            model: self.model.unwrap_or(defaults.model),
+            beans,
             search: RuleSearch { generations, population, episodes },
             seed: self.seed.seed,
             out: self.out,
+            period_min: defaults.period_min,
         };
         execute_and_print(&plan, shell, |results| text(&plan, results))
     }
@@ -76,7 +99,7 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
     let best = plan.task.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));
     let _ = write!(
         text,
-        "{:.2} cm{best} (sd {:.2}) on {} unseen plants of the model; chase {:.2} cm (sd {:.2}); {:.1} s of processor time\n\
+        "{:.2} cm{best} (sd {:.2}) on {} unseen plants{of}; chase {:.2} cm (sd {:.2}); {:.1} s of processor time\n\
          wrote {out}\nnext: tropism run --rig greenhouse --controller {out} --out steered",
         expected.mean,
         expected.sd,
@@ -84,6 +107,7 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
         chase.mean,
         chase.sd,
         results.cpu_seconds,
+        of = if plan.beans.is_some() { "" } else { " of the model" },
         out = results.out.display(),
     );
     text

@@ -12,6 +12,7 @@ use tropism_rig::file::RigFile;
 use crate::Error;
 use crate::controller::ControllerSpec;
 use crate::evolve::TRIAL_PLANTS;
+use crate::transfer::JUDGING_PLANTS;
 
 /// The controllers that steer unseen plants, by the names of their folders in `reality`.
 pub(super) const CONTROLLERS: [&str; 4] = ["champion", "random", "periodic", "chase"];
@@ -34,6 +35,8 @@ pub struct StudyConfig {
     pub trial_plants: u32,
     /// Unseen plants that each controller steers. Paper: 6 (section 3.2).
     pub reality_plants: u32,
+    /// Further unseen plants that the same controllers steer without photographs, 1 to 100000: six say little.
+    pub judging_plants: u32,
     /// Task of the controllers.
     pub task: TaskSpec,
     /// Settings of the tip-motion model.
@@ -56,6 +59,7 @@ impl Default for StudyConfig {
             random_controllers: 2_000_000,
             trial_plants: TRIAL_PLANTS,
             reality_plants: 6,
+            judging_plants: JUDGING_PLANTS,
             task: TaskSpec::default(),
             model: TipModelConfig::default(),
             evolution: EvolutionConfig::default(),
@@ -89,6 +93,7 @@ impl StudyConfig {
         Error::check_range("random_controllers", self.random_controllers, 1_000_000_000)?;
         Error::check_range("trial_plants", self.trial_plants, 1_000_000)?;
         Error::check_range("reality_plants", self.reality_plants, 10_000)?;
+        Error::check_range("judging_plants", self.judging_plants, 100_000)?;
         self.task.check().map_err(Error::in_plan("task"))?;
         self.evolution.check().map_err(Error::in_plan("evolution"))?;
         self.rig().check().map_err(|error| Error::Plan(error.to_string()))

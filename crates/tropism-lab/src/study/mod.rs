@@ -14,13 +14,14 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::{OpenLoop, TaskSpec};
 
 use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;
 pub(crate) use self::page::page;
+pub use self::results::{ManyNumbers, RealityNumbers, StudyResults};
 use self::results::{RandomNumbers, StudyFolder, read_seconds};
-pub use self::results::{RealityNumbers, StudyResults};
 use crate::baseline::BaselinePlan;
 use crate::controller::ControllerSpec;
 use crate::evolve::EvolvePlan;
@@ -28,6 +29,7 @@ use crate::files;
 use crate::fit::FitPlan;
 use crate::monitor::Part;
 use crate::run::{RunConfig, RunPlan};
+use crate::transfer::{NamedController, TransferPlan};
 use crate::{Error, Monitor, Workflow};
 
 /// Repeats the paper on virtual plants.
@@ -67,6 +69,7 @@ impl Workflow for StudyPlan {
         study.time("evolution", StudyStages::evolve)?;
         study.time("random controllers", StudyStages::random)?;
         study.time("reality", StudyStages::reality)?;
+        study.time("many plants", StudyStages::judge)?;
         study.time("report", StudyStages::report)
     }
 }
@@ -206,16 +209,43 @@ impl StudyStages<'_> {
         Ok(files::write_unterminated_json(&file, &numbers)?)
     }
 
-    /// All controllers steer the same unseen plants.
-    fn reality(&self) -> Result<(), Error> {
-        let config = &self.plan.config;
+    /// The controllers that steer unseen plants, by name.
+    fn controllers(&self) -> Result<[(&'static str, ControllerSpec); 4], Error> {
         let [champion, random, periodic, chase] = CONTROLLERS;
-        let controllers = [
+        Ok([
             (champion, ControllerSpec::read(&self.file("evolution/champion.json"))?),
             (random, ControllerSpec::read(&self.file("random-champion.json"))?),
-            (periodic, config.periodic()),
+            (periodic, self.plan.config.periodic()),
             (chase, ControllerSpec::Greedy),
-        ];
+        ])
+    }
+
+    /// All controllers steer many more plants, without photographs.
+    fn judge(&self) -> Result<(), Error> {
+        let config = &self.plan.config;
+        let named = |(name, controller): (&str, _)| NamedController { name: name.to_owned(), controller };
+        let plan = TransferPlan {
+            controllers: self.controllers()?.map(named).into(),
+            plants: config.judging_plants,
+            task: config.task.clone(),
+            greenhouse: Greenhouse {
+                bean: config.greenhouse.bean.clone(),
+                scale: config.greenhouse.scale,
+                layout: config.greenhouse.layout.clone(),
+                ..Greenhouse::default()
+            },
+            seed: config.seed,
+            resume: true,
+            out: self.file("many-plants"),
+            ..TransferPlan::default()
+        };
+        plan.execute(self.monitor).map(drop)
+    }
+
+    /// All controllers steer the same unseen plants, which are photographed.
+    fn reality(&self) -> Result<(), Error> {
+        let config = &self.plan.config;
+        let controllers = self.controllers()?;
         let experiments: Vec<Experiment> = controllers
             .iter()
             .flat_map(|(name, controller)| {
@@ -233,7 +263,7 @@ impl StudyStages<'_> {
     fn report(&self) -> Result<StudyResults, Error> {
         self.monitor.stage("report", 1);
         let folder = StudyFolder::read(&self.plan.out)?;
-        let results = folder.results();
+        let results = folder.results()?;
         files::write(&results.report, folder.page(&results)?.html().as_bytes())?;
         files::write_unterminated_json(&self.file("numbers.json"), &results)?;
         self.monitor.advance(1);

@@ -12,13 +12,13 @@ use crate::finished_run::FinishedRun;
 use crate::{Error, champion, files};
 
 /// The stages of a study, in order, by their keys in `seconds.json`.
-const STAGES: [&str; 6] =
-    ["open-loop experiments", "model", "evolution", "random controllers", "reality", "report"];
+const STAGES: [&str; 7] =
+    ["open-loop experiments", "model", "evolution", "random controllers", "reality", "many plants", "report"];
 
 /// The report of the finished study in `folder`.
 pub(crate) fn page(folder: &Path) -> Result<Page, Error> {
     let folder = StudyFolder::read(folder)?;
-    folder.page(&folder.results())
+    folder.page(&folder.results()?)
 }
 
 impl StudyFolder {

@@ -14,6 +14,8 @@ use super::config::{CONTROLLERS, StudyConfig};
 use crate::controller::ControllerSpec;
 use crate::evolve::{EvolutionHistory, EvolveResults, champion_path};
 use crate::finished_run::FinishedRun;
+use crate::statistics::{Bootstrap, PairedDifference};
+use crate::transfer::{ControllerPair, TransferResults};
 use crate::{Error, champion, files, model};
 
 /// The numbers of a study: the content of `numbers.json`. Fitness is in cm.
@@ -52,6 +54,12 @@ pub struct StudyResults {
     pub reality_periodic: RealityNumbers,
     /// The greedy controller there.
     pub reality_chase: RealityNumbers,
+    /// The champion on many more unseen plants, without photographs.
+    pub many_champion: ManyNumbers,
+    /// The greedy controller on the same plants.
+    pub many_chase: ManyNumbers,
+    /// Fitness of the champion minus that of the greedy controller, plant by plant.
+    pub many_champion_over_chase: PairedDifference,
     /// Mean fitness of the champion on unseen plants, as a share of its mean in the model.
     pub share_kept: f64,
     /// Mean duration of the champion's experiments, in hours.
@@ -65,6 +73,8 @@ pub struct StudyResults {
 pub struct RealityNumbers {
     /// Mean.
     pub mean: f64,
+    /// 95 % interval of the mean, by bootstrap over the plants.
+    pub interval: [f64; 2],
     /// Standard deviation.
     pub sd: f64,
     /// Greatest.
@@ -73,6 +83,27 @@ pub struct RealityNumbers {
     pub worst: f64,
     /// Number of plants.
     pub plants: usize,
+}
+
+/// The fitness of a controller on many unseen plants, in cm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ManyNumbers {
+    /// Mean.
+    pub mean: f64,
+    /// 95 % interval of the mean, by bootstrap over the plants.
+    pub interval: [f64; 2],
+    /// Number of plants.
+    pub plants: usize,
+}
+
+impl ManyNumbers {
+    fn of(many: &TransferResults, name: &str) -> Result<Self, Error> {
+        let one = many.controllers.iter().find(|one| one.name == name);
+        let lacks =
+            || Error::Plan(format!("many-plants/transfer.json: found no {name}, wanted a finished study"));
+        let one = one.ok_or_else(lacks)?;
+        Ok(Self { mean: one.mean, interval: one.interval, plants: many.plants })
+    }
 }
 
 /// The fitness of the random controllers: the content of `random.json`.
@@ -97,6 +128,8 @@ pub(super) struct StudyFolder {
     pub(super) random_champion: Champion,
     /// The runs of each controller with unseen plants, by the names in [`CONTROLLERS`].
     pub(super) reality: BTreeMap<&'static str, Vec<FinishedRun>>,
+    /// All controllers on many unseen plants.
+    many: TransferResults,
     /// Seconds spent in each stage.
     pub(super) seconds: BTreeMap<String, f64>,
 }
@@ -137,17 +170,28 @@ impl StudyFolder {
             random: read_json(&path.join("random.json"))?,
             random_champion: champion::read(&path.join("random-champion.json"))?,
             reality,
+            many: read_json(&path.join("many-plants/transfer.json"))?,
             seconds: read_seconds(path),
         })
     }
 
     /// The numbers of the study.
-    pub(super) fn results(&self) -> StudyResults {
+    ///
+    /// # Errors
+    /// [`Error::Plan`] if the comparison on many plants is another one.
+    pub(super) fn results(&self) -> Result<StudyResults, Error> {
+        let [champion, _, _, chase] = CONTROLLERS;
+        let of_pair = |pair: &&ControllerPair| pair.one == champion && pair.other == chase;
+        let pair = self.many.pairs.iter().find(of_pair);
+        let lacks =
+            || Error::Plan("many-plants/transfer.json: found no pairs, wanted a finished study".to_owned());
+        let many = [ManyNumbers::of(&self.many, champion)?, ManyNumbers::of(&self.many, chase)?];
+        let many_champion_over_chase = pair.ok_or_else(lacks)?.difference;
         let best_of_runs = self.evolution.runs.iter().map(|run| run.best_fitness);
         let champion = self.evolution.chosen();
         let reality = CONTROLLERS.map(|name| self.in_reality(name));
         let random = ControllerSpec::Network { champion: Box::new(self.random_champion.clone()) };
-        StudyResults {
+        Ok(StudyResults {
             seed: self.config.seed,
             is_virtual: true,
             best_possible: self.config.task.best(),
@@ -166,8 +210,11 @@ impl StudyFolder {
             reality_random: reality[1],
             reality_periodic: reality[2],
             reality_chase: reality[3],
+            many_champion: many[0],
+            many_chase: many[1],
+            many_champion_over_chase,
             report: self.path.join("report.html"),
-        }
+        })
     }
 
     fn mean_in_model(&self, controller: &ControllerSpec) -> f64 {
@@ -182,6 +229,7 @@ impl StudyFolder {
         let Trial { mean, sd, .. } = Trial::of(&scores);
         RealityNumbers {
             mean,
+            interval: Bootstrap::new(self.config.seed, scores.len()).interval_of_mean(&scores),
             sd,
             best: scores.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             worst: scores.iter().copied().fold(f64::INFINITY, f64::min),
@@ -208,7 +256,10 @@ impl StudyResults {
     #[must_use]
     pub fn rows(&self) -> Vec<NumberRow> {
         let cm = |value: f64| format!("{value:.2}");
-        let reality = &self.reality_champion;
+        let of_many = |ManyNumbers { mean, interval: [low, high], .. }: &ManyNumbers| {
+            format!("{mean:.2} ({low:.2} to {high:.2})")
+        };
+        let (reality, over) = (&self.reality_champion, &self.many_champion_over_chase);
         let saturation =
             self.saturation_generation.map_or("-".to_owned(), |generation| generation.to_string());
         [
@@ -236,8 +287,26 @@ impl StudyResults {
             (
                 "Mean in reality (cm)",
                 "9.96",
-                format!("{:.2} (sd {:.2})", reality.mean, reality.sd),
-                "The paper's plants are six real ones, these are unseen virtual beans.",
+                format!("{:.2} ({:.2} to {:.2})", reality.mean, reality.interval[0], reality.interval[1]),
+                "The paper's plants are six real ones, these are unseen virtual beans; 95 % interval.",
+            ),
+            (
+                "Mean over many virtual plants (cm)",
+                "",
+                of_many(&self.many_champion),
+                "Without photographs; 95 % interval.",
+            ),
+            (
+                "The same of chase (cm)",
+                "",
+                of_many(&self.many_chase),
+                "The rule that a person would write by hand.",
+            ),
+            (
+                "The champion over chase (cm)",
+                "",
+                format!("{:+.2} ({:+.2} to {:+.2})", over.mean, over.interval[0], over.interval[1]),
+                "Plant by plant on the many plants.",
             ),
             (
                 "Share kept in reality",

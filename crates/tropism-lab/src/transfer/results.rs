@@ -65,6 +65,9 @@ pub struct ControllerResults {
     pub name: String,
     /// A few words on it.
     pub description: String,
+    /// Fitness on each plant, in the order of the plants.
+    #[serde(default)]
+    pub fitness: Vec<f64>,
     /// Mean fitness.
     pub mean: f64,
     /// 95 % interval of the mean, by bootstrap over the plants.
@@ -211,8 +214,7 @@ impl Scores {
 
     fn controller(&self, plan: &TransferPlan, number: usize, bootstrap: &Bootstrap) -> ControllerResults {
         let (named, fitness) = (&plan.controllers[number], self.fitness(number));
-        let champion = named.controller.champion();
-        let expected = champion.and_then(|champion| champion.expected).map(|trial| trial.mean);
+        let expected = named.controller.expected().map(|trial| trial.mean);
         let under = |limit| mean(fitness.iter().map(|&score| f64::from(u8::from(score < limit))));
         let (mut missed, mut reached) = (BTreeMap::new(), BTreeMap::new());
         for &(crossing, cause) in self.plants[number].iter().flat_map(|plant| &plant.targets) {
@@ -236,6 +238,7 @@ impl Scores {
             targets: self.targets(plan, number),
             missed,
             reached,
+            fitness,
         }
     }
 

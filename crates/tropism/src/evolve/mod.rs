@@ -34,7 +34,7 @@ pub use baseline::{Baseline, baseline};
 pub use champion::{Champion, ChampionError, Choice, Trial, trial, trial_of_genome};
 pub use cma_es::CmaEs;
 pub use config::{EvolutionConfig, EvolutionError};
-pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult};
+pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial};
 pub use saved::SavedRunError;
 pub use tuned_rule::{TunedRule, TunedRuleError};
 

@@ -13,14 +13,14 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
-use super::champion::{Choice, Trial, trial};
+use super::champion::{Choice, Trial};
 use super::cma_es::CmaEs;
 use crate::check::{OutOfRange, within};
-use crate::control::{Greedy, PredictiveGreedy, PredictiveRule};
+use crate::control::{PredictiveGreedy, PredictiveRule};
 use crate::math::statistics;
 use crate::parallel;
 use crate::plant::PlantModel;
-use crate::random::{self, NoiseStream, Purpose};
+use crate::random::{NoiseStream, Purpose};
 use crate::simulation::fitness_of;
 use crate::task::Task;
 
@@ -39,6 +39,9 @@ const CHOICE_FACTOR: u32 = 4;
 /// deviation of 3 cm.
 const PREDICTION_PLANTS: u32 = 1000;
 
+/// Trials that a thread takes at once: some milliseconds of work.
+const TRIALS_AT_ONCE: usize = 32;
+
 /// Least look-ahead, in cm.
 const MIN_LOOK_AHEAD_CM: f64 = 0.2;
 
@@ -56,6 +59,17 @@ fn rule_at(point: &[f64; NUMBERS]) -> PredictiveRule {
         shift_steps: 3.0 * point[7],
         persistence_cm: 0.2 * point[8],
     }
+}
+
+/// One rule on one plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RuleTrial {
+    /// The rule.
+    pub rule: PredictiveRule,
+    /// Number of a set of plants. All rules that are compared with each other steer the plants of one set.
+    pub set: u32,
+    /// Number of the plant in its set, from 0.
+    pub plant: u32,
 }
 
 /// How long the numbers of a rule are searched.
@@ -135,16 +149,48 @@ impl RuleSearch {
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
+        let score = |rule: PredictiveRule, set: u32, plant: u32| {
+            let noise = NoiseStream::new(seed, Purpose::Trial, [plant, set, 0]);
+            fitness_of(model, &mut PredictiveGreedy::new(rule, task, model.layout()), task, noise)
+        };
+        let scores = |trials: &[RuleTrial]| {
+            let places: Vec<usize> = (0..trials.len()).step_by(TRIALS_AT_ONCE).collect();
+            let some = parallel::map(places, |from| {
+                let until = (from + TRIALS_AT_ONCE).min(trials.len());
+                let trials = trials[from..until].iter();
+                trials.map(|trial| score(trial.rule, trial.set, trial.plant)).collect::<Vec<f64>>()
+            });
+            some.into_iter().flatten().collect()
+        };
+        self.tune_by(scores, seed, watch)
+    }
+
+    /// Searches the rule with the highest mean of `scores`: the fitness of each of some trials, in order. Plants that `scores`
+    /// knows need no model: a search on virtual beans themselves finds what a rule can reach at best.
+    ///
+    /// # Panics
+    /// If [`Self::check`] refuses the numbers.
+    pub fn tune_by(
+        &self,
+        scores: impl Fn(&[RuleTrial]) -> Vec<f64>,
+        seed: u64,
+        watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
+    ) -> Option<RuleSearchResult> {
+        let trials_of = |points: &[[f64; NUMBERS]], set: u32, plants: u32| -> Vec<Trial> {
+            let trial = |point, plant| RuleTrial { rule: rule_at(point), set, plant };
+            let trials: Vec<RuleTrial> =
+                points.iter().flat_map(|point| (0..plants).map(move |plant| trial(point, plant))).collect();
+            scores(&trials).chunks(plants as usize).map(Trial::of).collect()
+        };
         let origin = [0.0; NUMBERS];
         let mut search = CmaEs::new(origin, 1.0, self.population as usize, seed);
-        // The greedy rule is a candidate: what is chosen is not worse on the model.
+        // The greedy rule is a candidate: what is chosen is not worse on the same plants.
         let mut candidates = vec![origin];
         for generation in 0..self.generations {
             let points = search.ask();
-            let plants = generation / GENERATIONS_OF_PLANTS;
-            let fitness = parallel::map((0..points.len()).collect(), |at| {
-                self.mean_fitness(model, task, rule_at(&points[at]), seed, plants)
-            });
+            let set = generation / GENERATIONS_OF_PLANTS;
+            let fitness: Vec<f64> =
+                trials_of(&points, set, self.episodes).iter().map(|trial| trial.mean).collect();
             let better = |best: usize, at: usize| if fitness[at] > fitness[best] { at } else { best };
             let best = (0..points.len()).fold(0, better);
             search.tell(&points, &fitness.iter().map(|fitness| -fitness).collect::<Vec<f64>>());
@@ -156,51 +202,15 @@ impl RuleSearch {
                 search = search.restarted();
             }
             let mean = statistics::mean(fitness.iter().copied());
-            let flow = watch(&RuleGeneration { generation, best: fitness[best], mean });
-            if flow.is_break() {
+            if watch(&RuleGeneration { generation, best: fitness[best], mean }).is_break() {
                 return None;
             }
         }
-        Some(self.choose(model, task, &candidates, seed))
-    }
-
-    /// Mean fitness of `rule` on one set of plants.
-    fn mean_fitness<M: PlantModel, T: Task + ?Sized>(
-        &self,
-        model: &M,
-        task: &T,
-        rule: PredictiveRule,
-        seed: u64,
-        plants: u32,
-    ) -> f64 {
-        let fitness = |episode| {
-            let noise = NoiseStream::new(seed, Purpose::Growth, [plants, episode, 0]);
-            fitness_of(model, &mut PredictiveGreedy::new(rule, task, model.layout()), task, noise)
-        };
-        statistics::mean((0..self.episodes).map(fitness))
-    }
-
-    /// The best of `candidates` on fresh plants, and what to expect of it on further ones.
-    fn choose<M: PlantModel, T: Task + ?Sized>(
-        &self,
-        model: &M,
-        task: &T,
-        candidates: &[[f64; NUMBERS]],
-        seed: u64,
-    ) -> RuleSearchResult {
-        let models = core::slice::from_ref(model);
-        let seed_of = |stage| random::derive(seed, Purpose::Run, stage);
-        let controller = |rule| PredictiveGreedy::new(rule, task, model.layout());
-        let trials = parallel::map((0..candidates.len()).collect(), |at| {
-            let rule = rule_at(&candidates[at]);
-            trial(models, task, || controller(rule), seed_of(0), CHOICE_FACTOR * self.episodes)
-        });
-        let rule = rule_at(&candidates[Choice::of(trials).run]);
-        RuleSearchResult {
-            rule,
-            expected: trial(models, task, || controller(rule), seed_of(1), PREDICTION_PLANTS),
-            greedy: trial(models, task, || Greedy::new(task, model.layout()), seed_of(1), PREDICTION_PLANTS),
-        }
+        // Plants on which no candidate was tried before, and then further ones for the prediction.
+        let fresh = self.generations / GENERATIONS_OF_PLANTS + 1;
+        let chosen = Choice::of(trials_of(&candidates, fresh, CHOICE_FACTOR * self.episodes)).run;
+        let judged = trials_of(&[candidates[chosen], origin], fresh + 1, PREDICTION_PLANTS);
+        Some(RuleSearchResult { rule: rule_at(&candidates[chosen]), expected: judged[0], greedy: judged[1] })
     }
 }
 

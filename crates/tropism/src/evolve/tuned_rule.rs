@@ -26,8 +26,9 @@ pub struct TunedRule {
     /// The task that it was tuned for; `None` for tasks outside this library.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<TaskSpec>,
-    /// SHA-256 of the model's JSON, in hexadecimal.
-    pub model_sha256: String,
+    /// SHA-256 of the model's JSON, in hexadecimal; `None` if it was tuned on virtual plants themselves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_sha256: Option<String>,
     /// Whether the model was made of virtual plants.
     pub is_virtual: bool,
     /// Fitness on unseen plants of the model, in cm.
@@ -65,7 +66,7 @@ impl TunedRule {
             layout: model.layout().clone(),
             period_min: model.period_min(),
             task: None,
-            model_sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            model_sha256: Some(digest.iter().map(|byte| format!("{byte:02x}")).collect()),
             is_virtual,
             expected,
         }

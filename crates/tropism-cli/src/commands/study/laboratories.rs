@@ -1,0 +1,65 @@
+//! The comparison of recipes as text.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use tropism_lab::laboratories::{LaboratoriesResults, MeanAndInterval, RecipeResults, WorldResults};
+
+pub(super) fn text(results: &LaboratoriesResults, out: &Path) -> String {
+    let best = results.best_possible.map_or_else(String::new, |best| format!(" of at most {best:.2}"));
+    let mut text = format!(
+        "virtual plants, fitness in cm{best}: {} laboratories, {} unseen plants in each world\n",
+        results.laboratories, results.judging_plants
+    );
+    results.worlds.iter().for_each(|world| add_world(&mut text, world));
+    let _ = write!(
+        text,
+        "\nwrote {out}/laboratories.json; reports: {out}/*/judged/report.html",
+        out = out.display()
+    );
+    text
+}
+
+fn add_world(text: &mut String, world: &WorldResults) {
+    let _ = writeln!(text, "\n{} ({}, variation {})", world.name, world.species, world.scale);
+    let _ = writeln!(
+        text,
+        "  {:<12} {:<22} {:<24} {:<24} {:>7}  {:<19} s a laboratory",
+        "", "mean and interval", "over chase", "over the bound", "under 6", "prediction off by"
+    );
+    add_baseline(text, "chase", &world.chase, world.chase_under_6);
+    if let Some((bound, under_6)) = world.bound.as_ref().zip(world.bound_under_6) {
+        add_baseline(text, "bound", bound, under_6);
+    }
+    world.recipes.iter().for_each(|recipe| add_recipe(text, recipe));
+}
+
+fn add_baseline(text: &mut String, name: &str, fitness: &MeanAndInterval, under_6: f64) {
+    let _ =
+        writeln!(text, "  {name:<12} {:<22} {:<24} {:<24} {:>5.0} %", of(fitness), "", "", 100.0 * under_6);
+}
+
+fn add_recipe(text: &mut String, recipe: &RecipeResults) {
+    let prediction = match (recipe.over_expected, recipe.worst_prediction) {
+        (Some(mean), Some(worst)) => format!("{mean:+.2}, at worst {worst:.2}"),
+        _ => "-".to_owned(),
+    };
+    let _ = writeln!(
+        text,
+        "  {:<12} {:<22} {:<24} {:<24} {:>5.0} %  {prediction:<19} {:.0}",
+        recipe.name,
+        of(&recipe.fitness),
+        signed(&recipe.over_chase),
+        recipe.over_bound.as_ref().map_or_else(String::new, signed),
+        100.0 * recipe.under_6,
+        recipe.cpu_seconds,
+    );
+}
+
+fn of(MeanAndInterval { mean, interval: [low, high] }: &MeanAndInterval) -> String {
+    format!("{mean:>5.2}  {low:>5.2} to {high:>5.2}")
+}
+
+fn signed(MeanAndInterval { mean, interval: [low, high] }: &MeanAndInterval) -> String {
+    format!("{mean:+.2}  {low:+.2} to {high:+.2}")
+}

@@ -1,0 +1,441 @@
+//! Recipes for controllers, compared over several laboratories and worlds.
+//!
+//! In: recipes, such as "six tracks, a model of the stem, a tuned rule", and worlds, each a species with its variation. Out:
+//! how well controllers that were made from the tracks of a few plants steer other plants, with intervals over laboratories
+//! and plants. Each laboratory grows plants of its own, and makes everything from their tracks alone. All controllers of a
+//! world steer the same unseen plants. Each stage executes the plan of another workflow; one whose file is there is not
+//! repeated. `docs/transfer.md` has the protocol.
+
+mod results;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use tropism::evolve::{EvolutionConfig, RuleSearch};
+use tropism::greenhouse::bean::Species;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::random::{self, Purpose};
+use tropism::task::{OpenLoop, Task, TaskSpec};
+
+pub use self::results::{
+    LaboratoriesResults, LaboratoryResults, MeanAndInterval, RecipeResults, WorldResults,
+};
+use crate::controller::ControllerSpec;
+use crate::evolve::{EvolvePlan, TRIAL_PLANTS};
+use crate::files::{self, FileError};
+use crate::fit::{FitPlan, ModelKind};
+use crate::grow::GrowPlan;
+use crate::lock::lock;
+use crate::transfer::{JUDGING_PLANTS, NamedController, TransferPlan, TransferResults};
+use crate::tune::TunePlan;
+use crate::{Error, Monitor, Workflow};
+
+/// Name of the greedy rule among the controllers of a world.
+const CHASE: &str = "chase";
+
+/// Name of the rule that was tuned on virtual plants themselves.
+const BOUND: &str = "bound";
+
+/// How a laboratory makes a controller from its tracks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "method", rename_all = "lowercase", deny_unknown_fields)]
+pub enum Method {
+    /// NEAT on the paper's tip-motion model: the champion is the best on models of single plants.
+    Evolve {
+        /// Number of runs, generations and episodes, and NEAT's parameters.
+        #[serde(default)]
+        evolution: EvolutionConfig,
+    },
+    /// A rule of nine numbers, tuned on a model.
+    Tune {
+        /// Which model.
+        model: ModelKind,
+        /// Generations, rules a generation, and plants a rule.
+        #[serde(default)]
+        search: RuleSearch,
+    },
+}
+
+/// A recipe with its name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recipe {
+    /// Its name: letters, digits, `-`, `_` and `.`.
+    pub name: String,
+    /// How it makes a controller.
+    #[serde(flatten)]
+    pub method: Method,
+}
+
+/// Plants of one kind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct World {
+    /// Its name: letters, digits, `-`, `_` and `.`.
+    pub name: String,
+    /// File of the species; the common bean by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bean: Option<PathBuf>,
+    /// Individual variation of the plants as a multiple of that of the species.
+    #[serde(default = "one")]
+    pub scale: f64,
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+/// Everything that decides the results: the content of a study file such as `studies/robust.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LaboratoriesConfig {
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Number of laboratories, 1 to 1000.
+    pub laboratories: u32,
+    /// Plants whose tracks a laboratory has, 1 to 1000. Paper: 6 (section 2.2.1).
+    pub plants: u32,
+    /// Steps of an open-loop experiment. Paper: 1000 (section 2.2.1).
+    pub steps: u32,
+    /// Plants that judge the controllers of a world, 1 to 100000.
+    pub judging_plants: u32,
+    /// Task of the controllers; it has targets.
+    pub task: TaskSpec,
+    /// Whether the judged tip is measured in photographs.
+    pub photographs: bool,
+    /// The search for the bound: a rule that is tuned on virtual plants themselves. Left out, there is no bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<RuleSearch>,
+    /// The recipes.
+    pub recipes: Vec<Recipe>,
+    /// The worlds.
+    pub worlds: Vec<World>,
+}
+
+impl Default for LaboratoriesConfig {
+    fn default() -> Self {
+        let rule = Method::Tune { model: ModelKind::Stem, search: RuleSearch::default() };
+        Self {
+            seed: 1,
+            laboratories: 5,
+            plants: 6,
+            steps: 1000,
+            judging_plants: JUDGING_PLANTS,
+            task: TaskSpec::default(),
+            photographs: false,
+            bound: None,
+            recipes: vec![Recipe { name: "rule".to_owned(), method: rule }],
+            worlds: vec![World { name: "common-bean".to_owned(), bean: None, scale: 1.0 }],
+        }
+    }
+}
+
+/// Compares recipes over laboratories and worlds, in a folder that can be resumed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LaboratoriesPlan {
+    /// Folder for tracks, models, controllers and results.
+    pub out: PathBuf,
+    /// Whether to continue in `out`.
+    pub resume: bool,
+    /// Everything that decides the results.
+    pub config: LaboratoriesConfig,
+}
+
+impl Default for LaboratoriesPlan {
+    fn default() -> Self {
+        Self { out: "laboratories".into(), resume: false, config: LaboratoriesConfig::default() }
+    }
+}
+
+/// What decides the results: the content of `laboratories.toml`.
+#[derive(Serialize)]
+struct LaboratoriesRecord<'p> {
+    schema: &'static str,
+    version: &'static str,
+    is_virtual: bool,
+    config: &'p LaboratoriesConfig,
+    species: Vec<Species>,
+}
+
+impl LaboratoriesConfig {
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] names the key, what was found and what was wanted.
+    pub fn check(&self) -> Result<(), Error> {
+        self.task.check().map_err(Error::in_plan("task"))?;
+        if self.task.targets().is_empty() {
+            return Err(Error::Plan(
+                "`task`: found no targets, wanted a task with targets to reach".to_owned(),
+            ));
+        }
+        Error::check_range("laboratories", self.laboratories, 1000)?;
+        Error::check_range("plants", self.plants, 1000)?;
+        Error::check_range("steps", self.steps, 1_000_000)?;
+        Error::check_range("judging_plants", self.judging_plants, 100_000)?;
+        if let Some(search) = &self.bound {
+            search.check().map_err(Error::in_plan("bound"))?;
+        }
+        check_names("recipes", self.recipes.iter().map(|recipe| recipe.name.as_str()))?;
+        check_names("worlds", self.worlds.iter().map(|world| world.name.as_str()))?;
+        for Recipe { name, method } in &self.recipes {
+            match method {
+                Method::Evolve { evolution } => evolution.check().map_err(Error::in_plan(name))?,
+                Method::Tune { search, .. } => search.check().map_err(Error::in_plan(name))?,
+            }
+        }
+        let is_scale = |world: &&World| !(0.0..=2.0).contains(&world.scale);
+        match self.worlds.iter().find(is_scale) {
+            Some(World { name, scale, .. }) => {
+                Err(Error::Plan(format!("world {name}: found scale = {scale}, wanted 0 to 2")))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Checks that names are parts of file names, and that each comes once.
+fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Error> {
+    let mut known = vec![CHASE, BOUND];
+    for name in names {
+        let is_of_name = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_' | '.');
+        if name.is_empty() || name.starts_with('.') || !name.chars().all(is_of_name) {
+            let wanted = "letters, digits, -, _ and ., no . first";
+            return Err(Error::Plan(format!("`{key}`: found the name {name:?}, wanted {wanted}")));
+        }
+        if known.contains(&name) {
+            return Err(Error::Plan(format!(
+                "`{key}`: found the name {name:?} twice, wanted each name once, and neither {CHASE} nor {BOUND}"
+            )));
+        }
+        known.push(name);
+    }
+    if known.len() == 2 {
+        return Err(Error::Plan(format!("`{key}`: found none, wanted at least one")));
+    }
+    Ok(())
+}
+
+impl Workflow for LaboratoriesPlan {
+    type Results = LaboratoriesResults;
+
+    const SCHEMA: &'static str = "tropism.laboratories/1";
+
+    fn check(&self) -> Result<(), Error> {
+        self.config.check()
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<LaboratoriesResults, Error> {
+        self.check()?;
+        let greenhouses = self.greenhouses()?;
+        let _lock = self.claim(&greenhouses)?;
+        monitor.note("virtual plants: nothing here is a measurement of a living plant");
+        let worlds =
+            self.config.worlds.iter().zip(greenhouses).enumerate().map(|(number, (world, greenhouse))| {
+                let stages = Stages { plan: self, world, number: number as u64, greenhouse, monitor };
+                stages.execute().map_err(|error| match error {
+                    Error::Interrupted { .. } | Error::Cancelled(_) => {
+                        Error::Interrupted { folder: self.out.clone() }
+                    }
+                    other => other,
+                })
+            });
+        let results = LaboratoriesResults::new(&self.config, worlds.collect::<Result<_, _>>()?);
+        files::write_json(&self.out.join("laboratories.json"), &results)?;
+        Ok(results)
+    }
+}
+
+impl LaboratoriesPlan {
+    fn greenhouses(&self) -> Result<Vec<Greenhouse>, Error> {
+        let greenhouse = |world: &World| {
+            let bean: Species = world.bean.as_deref().map(files::read_toml).transpose()?.unwrap_or_default();
+            let greenhouse = Greenhouse { bean, scale: world.scale, ..Greenhouse::default() };
+            let file = world.bean.clone().unwrap_or_default();
+            greenhouse.check().map_err(|error| FileError::content(&file, error.to_string()))?;
+            Ok(greenhouse)
+        };
+        self.config.worlds.iter().map(greenhouse).collect()
+    }
+
+    /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
+    fn claim(&self, greenhouses: &[Greenhouse]) -> Result<std::fs::File, Error> {
+        let path = self.out.join("laboratories.toml");
+        let record = LaboratoriesRecord {
+            schema: Self::SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            is_virtual: true,
+            config: &self.config,
+            species: greenhouses.iter().map(|greenhouse| greenhouse.bean.clone()).collect(),
+        };
+        let text = files::toml_of(&path, &record)?;
+        if !path.exists() {
+            files::make_folder(&self.out)?;
+            files::write(&path, text.as_bytes())?;
+        } else if !self.resume {
+            return Err(Error::Plan(format!(
+                "{}: found a comparison here already, wanted a new folder (or `resume`)",
+                self.out.display()
+            )));
+        } else if files::read_text(&path)? != text {
+            return Err(Error::Plan(format!(
+                "{}: found a comparison with other settings, wanted the same; use another folder",
+                path.display()
+            )));
+        }
+        Ok(lock(&self.out)?)
+    }
+}
+
+/// A world at work.
+struct Stages<'p> {
+    plan: &'p LaboratoriesPlan,
+    world: &'p World,
+    /// Its number, from 0.
+    number: u64,
+    greenhouse: Greenhouse,
+    monitor: &'p dyn Monitor,
+}
+
+impl Stages<'_> {
+    fn execute(&self) -> Result<WorldResults, Error> {
+        let config = &self.plan.config;
+        let mut controllers =
+            vec![NamedController { name: CHASE.to_owned(), controller: ControllerSpec::Greedy }];
+        let mut costs = Vec::new();
+        if let Some(search) = &config.bound {
+            self.monitor.note(&format!("{}: the bound", self.world.name));
+            let file = self.folder().join("bound.json");
+            if !file.exists() {
+                self.tune(&file, None, search, self.seed(u64::from(config.laboratories)))?;
+            }
+            controllers.push(named(BOUND, &file)?);
+        }
+        for laboratory in 0..config.laboratories {
+            self.monitor.note(&format!("{}: laboratory {}", self.world.name, laboratory + 1));
+            for recipe in &config.recipes {
+                let (file, cost) = self.make(laboratory, recipe)?;
+                controllers.push(named(&controller_name(recipe, laboratory), &file)?);
+                costs.push(cost);
+            }
+        }
+        self.monitor.note(&format!("{}: judging", self.world.name));
+        let judged = self.judge(controllers)?;
+        Ok(WorldResults::new(config, self.world, &self.greenhouse, &judged, &costs))
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.plan.out.join(&self.world.name)
+    }
+
+    /// The seed of a laboratory of this world.
+    fn seed(&self, laboratory: u64) -> u64 {
+        // A thousand laboratories at most.
+        random::derive(self.plan.config.seed, Purpose::Run, self.number << 32 | laboratory) >> 1
+    }
+
+    /// The controller of a laboratory by a recipe: its file, and the processor time that it took, in s.
+    fn make(&self, laboratory: u32, recipe: &Recipe) -> Result<(PathBuf, f64), Error> {
+        let folder = self.folder().join(format!("laboratory-{}", laboratory + 1));
+        let file = folder.join(format!("{}.json", recipe.name));
+        let cost = folder.join(format!("{}.seconds", recipe.name));
+        if file.exists() && cost.exists() {
+            return Ok((file, files::read_as(&cost, |text| text.trim().parse::<f64>())?));
+        }
+        let seed = self.seed(laboratory.into());
+        let kind = match &recipe.method {
+            Method::Evolve { .. } => ModelKind::Tip,
+            Method::Tune { model, .. } => *model,
+        };
+        let model = self.model(&folder, kind, seed)?;
+        let seconds = match &recipe.method {
+            Method::Tune { search, .. } => self.tune(&file, Some(&model), search, seed)?,
+            Method::Evolve { evolution } => {
+                let out = folder.join(format!("{}-evolution", recipe.name));
+                let plan = EvolvePlan {
+                    model,
+                    out: out.clone(),
+                    task: self.plan.config.task.clone(),
+                    evolution: evolution.clone(),
+                    trial_plants: TRIAL_PLANTS,
+                    seed,
+                    resume: true,
+                    ..EvolvePlan::default()
+                };
+                let seconds = plan.execute(self.monitor)?.cpu_seconds;
+                files::write(&file, files::read_text(&out.join("champion.json"))?.as_bytes())?;
+                seconds
+            }
+        };
+        files::write(&cost, format!("{seconds:.1}\n").as_bytes())?;
+        Ok((file, seconds))
+    }
+
+    /// The model of a laboratory, which grows its plants first.
+    fn model(&self, folder: &Path, kind: ModelKind, seed: u64) -> Result<PathBuf, Error> {
+        let name = match kind {
+            ModelKind::Tip => "tip-model.json",
+            ModelKind::Memory => "memory-model.json",
+            ModelKind::Stem => "stem-model.json",
+        };
+        let out = folder.join(name);
+        if out.exists() {
+            return Ok(out);
+        }
+        let config = &self.plan.config;
+        let grow = GrowPlan {
+            plants: config.plants,
+            task: OpenLoop { steps: config.steps, ..OpenLoop::default() }.into(),
+            greenhouse: self.greenhouse.clone(),
+            seed,
+            out: folder.join("open-loop"),
+            ..GrowPlan::default()
+        };
+        let tracks = grow.execute(self.monitor)?.tracks;
+        let fit = FitPlan { tracks, kind, out: out.clone(), ..FitPlan::default() };
+        fit.execute(self.monitor)?;
+        Ok(out)
+    }
+
+    /// Tunes a rule on a model, or without one on virtual plants themselves; returns its processor time, in s.
+    fn tune(&self, out: &Path, model: Option<&Path>, search: &RuleSearch, seed: u64) -> Result<f64, Error> {
+        let plan = TunePlan {
+            model: model.unwrap_or(Path::new("")).to_owned(),
+            beans: model.is_none().then(|| self.greenhouse.clone()),
+            task: self.plan.config.task.clone(),
+            search: *search,
+            seed,
+            out: out.to_owned(),
+            ..TunePlan::default()
+        };
+        files::make_folder(&self.folder())?;
+        Ok(plan.execute(self.monitor)?.cpu_seconds)
+    }
+
+    /// All controllers steer the same unseen plants.
+    fn judge(&self, controllers: Vec<NamedController>) -> Result<TransferResults, Error> {
+        let config = &self.plan.config;
+        let plan = TransferPlan {
+            controllers,
+            plants: config.judging_plants,
+            task: config.task.clone(),
+            greenhouse: self.greenhouse.clone(),
+            photographs: config.photographs,
+            bound: config.bound.map(|_| BOUND.to_owned()),
+            seed: self.seed(u64::from(config.laboratories) + 1),
+            resume: true,
+            out: self.folder().join("judged"),
+            ..TransferPlan::default()
+        };
+        plan.execute(self.monitor)
+    }
+}
+
+/// The name of a laboratory's controller among those that are judged.
+fn controller_name(recipe: &Recipe, laboratory: u32) -> String {
+    format!("{}-{}", recipe.name, laboratory + 1)
+}
+
+fn named(name: &str, file: &Path) -> Result<NamedController, Error> {
+    Ok(NamedController { name: name.to_owned(), controller: ControllerSpec::read(file)? })
+}

@@ -1,0 +1,201 @@
+//! What a comparison of recipes found: the content of `laboratories.json`.
+
+use serde::{Deserialize, Serialize};
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::math::statistics::mean;
+use tropism::task::Task;
+
+use super::{BOUND, CHASE, LaboratoriesConfig, LaboratoriesPlan, World, controller_name};
+use crate::Workflow;
+use crate::statistics::interval_over_laboratories;
+use crate::transfer::{ControllerResults, TransferResults};
+
+/// A mean with its 95 % interval, by bootstrap over laboratories and plants.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeanAndInterval {
+    /// Mean, in cm.
+    pub mean: f64,
+    /// Ends of the interval, in cm.
+    pub interval: [f64; 2],
+}
+
+impl MeanAndInterval {
+    /// Of the values of each laboratory on each plant.
+    fn of(values: &[Vec<f64>], seed: u64) -> Self {
+        Self {
+            mean: mean(values.iter().map(|values| mean(values.iter().copied()))),
+            interval: interval_over_laboratories(values, seed),
+        }
+    }
+}
+
+/// The comparison of recipes. Fitness is in cm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LaboratoriesResults {
+    /// `tropism.laboratories/1`.
+    pub schema: String,
+    /// Version of the software.
+    pub version: String,
+    /// Always true.
+    pub is_virtual: bool,
+    /// Number of laboratories.
+    pub laboratories: u32,
+    /// Plants that judge the controllers of a world.
+    pub judging_plants: u32,
+    /// Greatest possible fitness.
+    pub best_possible: Option<f64>,
+    /// One entry a world.
+    pub worlds: Vec<WorldResults>,
+}
+
+/// All controllers of one world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WorldResults {
+    /// Its name.
+    pub name: String,
+    /// Species of the plants.
+    pub species: String,
+    /// Individual variation of the plants as a multiple of that of the species.
+    pub scale: f64,
+    /// The greedy rule.
+    pub chase: MeanAndInterval,
+    /// Share of plants with a fitness under 6 cm under the greedy rule.
+    pub chase_under_6: f64,
+    /// The rule that was tuned on virtual plants themselves.
+    pub bound: Option<MeanAndInterval>,
+    /// Share of plants with a fitness under 6 cm under that rule.
+    pub bound_under_6: Option<f64>,
+    /// One entry a recipe.
+    pub recipes: Vec<RecipeResults>,
+}
+
+/// A recipe in one world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecipeResults {
+    /// Its name.
+    pub name: String,
+    /// Fitness over laboratories and plants.
+    pub fitness: MeanAndInterval,
+    /// Fitness minus that of the greedy rule on the same plants.
+    pub over_chase: MeanAndInterval,
+    /// Fitness minus that of the bound on the same plants.
+    pub over_bound: Option<MeanAndInterval>,
+    /// Share of plants with a fitness under 6 cm.
+    pub under_6: f64,
+    /// Median distance at the crossing of each target's height, in cm, as a mean over laboratories; `None` if no plant of one
+    /// reached it.
+    pub target_medians_cm: Vec<Option<f64>>,
+    /// Fitness minus what the laboratory predicted, as a mean over laboratories; `None` where none is predicted.
+    pub over_expected: Option<f64>,
+    /// The greatest error of a prediction.
+    pub worst_prediction: Option<f64>,
+    /// Processor time of a laboratory after its tracks, in s, as a mean.
+    pub cpu_seconds: f64,
+    /// One entry a laboratory.
+    pub laboratories: Vec<LaboratoryResults>,
+}
+
+/// The controller of one laboratory.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LaboratoryResults {
+    /// Fitness that the laboratory predicted.
+    pub expected: Option<f64>,
+    /// Mean fitness on the judging plants.
+    pub mean: f64,
+    /// 95 % interval of the mean, by bootstrap over the plants.
+    pub interval: [f64; 2],
+    /// Share of plants with a fitness under 6 cm.
+    pub under_6: f64,
+}
+
+impl LaboratoriesResults {
+    pub(super) fn new(config: &LaboratoriesConfig, worlds: Vec<WorldResults>) -> Self {
+        Self {
+            schema: LaboratoriesPlan::SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            is_virtual: true,
+            laboratories: config.laboratories,
+            judging_plants: config.judging_plants,
+            best_possible: config.task.best_fitness(),
+            worlds,
+        }
+    }
+}
+
+impl WorldResults {
+    /// `costs`: processor time of each recipe in each laboratory, recipes within laboratories.
+    pub(super) fn new(
+        config: &LaboratoriesConfig,
+        world: &World,
+        greenhouse: &Greenhouse,
+        judged: &TransferResults,
+        costs: &[f64],
+    ) -> Self {
+        let find = |name: &str| judged.controllers.iter().find(|one| one.name == name);
+        let chase = find(CHASE).expect("the greedy rule is judged");
+        let bound = find(BOUND);
+        let whole = |one: &ControllerResults| MeanAndInterval { mean: one.mean, interval: one.interval };
+        let recipes = config.recipes.iter().enumerate().map(|(number, recipe)| {
+            let names = (0..config.laboratories).map(|laboratory| controller_name(recipe, laboratory));
+            let of_laboratories: Vec<&ControllerResults> =
+                names.map(|name| find(&name).expect("each controller is judged")).collect();
+            let costs = costs.iter().skip(number).step_by(config.recipes.len()).copied();
+            RecipeResults::new(&recipe.name, &of_laboratories, chase, bound, mean(costs), config.seed)
+        });
+        Self {
+            name: world.name.clone(),
+            species: greenhouse.bean.name.clone(),
+            scale: world.scale,
+            chase: whole(chase),
+            chase_under_6: chase.under_6,
+            bound: bound.map(whole),
+            bound_under_6: bound.map(|bound| bound.under_6),
+            recipes: recipes.collect(),
+        }
+    }
+}
+
+impl RecipeResults {
+    fn new(
+        name: &str,
+        of_laboratories: &[&ControllerResults],
+        chase: &ControllerResults,
+        bound: Option<&ControllerResults>,
+        cpu_seconds: f64,
+        seed: u64,
+    ) -> Self {
+        let fitness: Vec<Vec<f64>> = of_laboratories.iter().map(|one| one.fitness.clone()).collect();
+        let over = |other: &ControllerResults| {
+            let minus =
+                |one: &Vec<f64>| one.iter().zip(&other.fitness).map(|(one, other)| one - other).collect();
+            MeanAndInterval::of(&fitness.iter().map(minus).collect::<Vec<_>>(), seed)
+        };
+        let errors: Option<Vec<f64>> =
+            of_laboratories.iter().map(|one| Some(one.mean - one.expected?)).collect();
+        let targets = chase.targets.len();
+        let median = |target: usize| {
+            let medians: Option<Vec<f64>> =
+                of_laboratories.iter().map(|one| one.targets[target].median_cm).collect();
+            medians.map(|medians| mean(medians.into_iter()))
+        };
+        let laboratory = |one: &&ControllerResults| LaboratoryResults {
+            expected: one.expected,
+            mean: one.mean,
+            interval: one.interval,
+            under_6: one.under_6,
+        };
+        Self {
+            name: name.to_owned(),
+            fitness: MeanAndInterval::of(&fitness, seed),
+            over_chase: over(chase),
+            over_bound: bound.map(over),
+            under_6: mean(of_laboratories.iter().map(|one| one.under_6)),
+            target_medians_cm: (0..targets).map(median).collect(),
+            over_expected: errors.as_ref().map(|errors| mean(errors.iter().copied())),
+            worst_prediction: errors
+                .map(|errors| errors.iter().fold(0.0, |worst, error| f64::max(worst, error.abs()))),
+            cpu_seconds,
+            laboratories: of_laboratories.iter().map(laboratory).collect(),
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Recipes over laboratories: the whole chain at small scale, and after an interruption.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use tropism::evolve::{EvolutionConfig, RuleSearch};
+use tropism::task::Targets;
+use tropism_lab::fit::ModelKind;
+use tropism_lab::laboratories::{LaboratoriesConfig, LaboratoriesPlan, Method, Recipe, World};
+use tropism_lab::{Error, Monitor, Silent, Workflow};
+
+/// Asks for an end after some questions.
+struct PatientFor(AtomicU32);
+
+impl Monitor for PatientFor {
+    fn may_go_on(&self) -> bool {
+        self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_ok()
+    }
+}
+
+fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
+    let search = RuleSearch { generations: 2, population: 4, episodes: 2 };
+    let evolution = EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() };
+    let recipe = |name: &str, method| Recipe { name: name.to_owned(), method };
+    let world = |name: &str, scale| World { name: name.to_owned(), bean: None, scale };
+    let config = LaboratoriesConfig {
+        laboratories: 2,
+        plants: 2,
+        steps: 150,
+        judging_plants: 3,
+        task: Targets { max_steps: 60, ..Targets::default() }.into(),
+        bound: Some(search),
+        recipes: vec![
+            recipe("paper", Method::Evolve { evolution }),
+            recipe("rule", Method::Tune { model: ModelKind::Stem, search }),
+        ],
+        worlds: vec![world("alike", 0.5), world("varied", 1.5)],
+        ..LaboratoriesConfig::default()
+    };
+    LaboratoriesPlan { out, resume: false, config }
+}
+
+#[test]
+fn laboratories_make_controllers_that_steer_the_same_plants() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = plan(folder.path().join("whole"));
+    let results = whole.execute(&Silent).unwrap();
+    assert_eq!(results.worlds.len(), 2);
+    for world in &results.worlds {
+        assert_eq!(world.recipes.len(), 2);
+        let [paper, rule] = &world.recipes[..] else { panic!("two recipes") };
+        assert_eq!((paper.laboratories.len(), rule.laboratories.len()), (2, 2));
+        let [low, high] = rule.fitness.interval;
+        assert!(low <= rule.fitness.mean && rule.fitness.mean <= high, "{rule:?}");
+        let difference = rule.fitness.mean - world.chase.mean;
+        assert!((rule.over_chase.mean - difference).abs() < 1e-9, "{rule:?}");
+        assert!(rule.over_bound.is_some() && rule.worst_prediction.is_some());
+    }
+
+    // Interrupted again and again, the same results come out.
+    let mut again = plan(folder.path().join("again"));
+    let mut interruptions = 0;
+    let resumed = loop {
+        match again.execute(&PatientFor(AtomicU32::new(900))) {
+            Ok(results) => break results,
+            Err(Error::Interrupted { .. }) => interruptions += 1,
+            Err(other) => panic!("{other}"),
+        }
+        again.resume = true;
+        assert!(interruptions < 100);
+    };
+    assert!(interruptions > 0);
+    for (one, other) in results.worlds.iter().zip(&resumed.worlds) {
+        for (one, other) in one.recipes.iter().zip(&other.recipes) {
+            assert_eq!(one.fitness, other.fitness);
+            assert_eq!(one.laboratories, other.laboratories);
+        }
+    }
+}
+
+#[test]
+fn names_and_settings_that_cannot_be_are_named() {
+    let error = |config: LaboratoriesConfig| config.check().unwrap_err().to_string();
+    let base = || plan("nowhere".into()).config;
+    let mut twice = base();
+    twice.recipes[1].name = "paper".to_owned();
+    assert!(error(twice).contains("\"paper\" twice"));
+    let mut path = base();
+    path.worlds[0].name = "../up".to_owned();
+    assert!(error(path).contains("`worlds`: found the name \"../up\""));
+    let mut wild = base();
+    wild.worlds[1].scale = 7.0;
+    assert!(error(wild).contains("world varied: found scale = 7"));
+    assert!(error(LaboratoriesConfig { recipes: Vec::new(), ..base() }).contains("`recipes`: found none"));
+    assert!(error(LaboratoriesConfig { laboratories: 0, ..base() }).contains("laboratories"));
+}
