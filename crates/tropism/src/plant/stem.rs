@@ -3,8 +3,9 @@
 //! A stem is ten points; its nine segments have angles. A few modes of the angles hold nearly all of how stems bend. The
 //! model is linear in [`TERMS`] terms: given the scores of the modes, the light and the past, by how much does each score
 //! change in a step? Weights are each plant's own. What the line does not explain, the growth, and where the tip is seen
-//! beside the end of the stem, are replayed from the same plant in blocks. Each simulated plant is one of the measured
-//! plants or its mirror image, and answers the light with a gain of its own.
+//! beside the end of the stem, are replayed in blocks from the same plant or its mirror image, when it was about as long, leant
+//! about as far and had about as much light from either side. Each simulated plant is one of the measured plants, and answers
+//! the light with a gain of its own.
 //!
 //! A model of the tip alone takes for speed what is lean: a lean tip moves on as it grows. Here the lean is part of the
 //! state, so a simulated plant does not run away, and its fitness is nearly that of a plant.
@@ -62,6 +63,12 @@ const PLANT_RIDGE: f64 = 100.0;
 
 /// Minutes to either side over which the length is averaged: a plant does not shrink and grow again within an hour.
 const LENGTH_SMOOTHING_MIN: f64 = 25.0;
+
+/// Minutes of light by which a block is chosen to be like the plant now, and how many units of the first score a whole unit
+/// of mean light counts. Chosen in five laboratories of virtual beans: their plants gave 8.3 cm under the greedy rule on
+/// average, and the model 7.4 without a choice, 7.8 by the score alone, and 8.3 with the light.
+const LIKE_LIGHT_MIN: f64 = 50.0;
+const LIKE_LIGHT_WEIGHT: f64 = 0.5;
 
 /// Gains of simulated plants, all equally likely. Between virtual beans gains differ by some 20 %.
 const GAINS: [f64; 5] = [0.7, 0.85, 1.0, 1.15, 1.3];
@@ -138,11 +145,14 @@ struct Happened {
     growth: f64,
     /// From the highest point of the stem of the model to the tip, after the step, in cm.
     offset: Point,
+    /// First score before the step, and mean light of the last [`LIKE_LIGHT_MIN`] minutes.
+    state: [f64; 2],
 }
 
 /// Windows of the memory, in steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Windows {
+    like: Window,
     light: [Window; 5],
     changes: [Window; 4],
 }
@@ -150,7 +160,11 @@ struct Windows {
 impl Windows {
     fn of(period_min: f64) -> Self {
         let steps = |window| steps_of_window(window, period_min);
-        Self { light: LIGHT_WINDOWS_MIN.map(steps), changes: CHANGE_WINDOWS_MIN.map(steps) }
+        Self {
+            like: steps([0.0, LIKE_LIGHT_MIN]),
+            light: LIGHT_WINDOWS_MIN.map(steps),
+            changes: CHANGE_WINDOWS_MIN.map(steps),
+        }
     }
 }
 
@@ -200,7 +214,12 @@ fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64
                 step,
                 terms: terms(lights, length_cm, scores, past),
                 change,
-                happened: Happened { residual: change, growth: next_length_cm - length_cm, offset },
+                happened: Happened {
+                    residual: change,
+                    growth: next_length_cm - length_cm,
+                    offset,
+                    state: [scores[0], light.mean(windows.like)[0]],
+                },
                 length_cm,
             })
         };
@@ -451,14 +470,12 @@ pub struct StemState {
     length_cm: f64,
     /// Which measured plant it is.
     plant: usize,
-    /// -1 if it is the mirror image of that plant, else 1.
-    mirror: f64,
     /// Factor of the light's terms.
     gain: f64,
     light: History<1>,
     changes: History<MODES>,
-    /// The record that is replayed.
-    record: Option<usize>,
+    /// The record that is replayed, and -1 if its mirror image is, else 1.
+    record: Option<(usize, f64)>,
 }
 
 impl PlantModel for StemModel {
@@ -468,9 +485,8 @@ impl PlantModel for StemModel {
     fn seedling(&self, start: Point, noise: &mut StepNoise) -> StemState {
         let mut among = |count: usize| (noise.uniform() * count as f64) as usize;
         let (plant, gain) = (among(self.plants.len()), GAINS[among(GAINS.len())]);
-        let mirror = [1.0, -1.0][among(2)];
         let Point { x, y } = self.plants[plant].base;
-        let base = Point::new(mirror * x, y);
+        let base = Point::new([x, -x][among(2)], y);
         let lean = math::atan2(start.x - base.x, start.y - base.y);
         StemState {
             tip: start,
@@ -478,7 +494,6 @@ impl PlantModel for StemModel {
             scores: self.modes.scores(&[lean; SEGMENTS]),
             length_cm: base.distance(start),
             plant,
-            mirror,
             gain,
             light: History::new(),
             changes: History::new(),
@@ -488,10 +503,16 @@ impl PlantModel for StemModel {
 
     fn step(&self, plant: &mut StemState, light: Light, noise: &mut StepNoise) {
         let Response { weights, replay, .. } = &self.plants[plant.plant];
-        let place = replay.next(plant.record, plant.length_cm, self.measured.period_min, noise);
-        let Happened { residual, growth, offset } = replay.records[place].what;
-
         plant.light.add([self.measured.layout.side(light)]);
+        let (score, lit) = (plant.scores[0], plant.light.mean(self.windows.like)[0]);
+        let apart = |what: &Happened, mirror: f64| {
+            let [their_score, their_light] = what.state;
+            (mirror * their_score - score).abs() + LIKE_LIGHT_WEIGHT * (mirror * their_light - lit).abs()
+        };
+        let period_min = self.measured.period_min;
+        let (place, mirror) = replay.next_like(plant.record, plant.length_cm, period_min, apart, noise);
+        let Happened { residual, growth, offset, .. } = replay.records[place].what;
+
         let clamped = |mode: usize| plant.scores[mode].clamp(-self.most_scores[mode], self.most_scores[mode]);
         let terms = terms(
             self.windows.light.map(|window| plant.light.mean(window)[0]),
@@ -503,16 +524,16 @@ impl PlantModel for StemModel {
         let change: Scores = core::array::from_fn(|mode| {
             let (light_weights, other_weights) = weights[mode].split_at(LIGHT_TERMS);
             let expected = plant.gain * dot(light_weights, of_light) + dot(other_weights, others);
-            expected + plant.mirror * residual[mode]
+            expected + mirror * residual[mode]
         });
         for (score, change) in plant.scores.iter_mut().zip(change) {
             *score += change;
         }
         plant.changes.add(change);
         plant.length_cm += growth;
-        plant.record = Some(place);
+        plant.record = Some((place, mirror));
         let top = top_of(&self.stem(plant));
-        plant.tip = Point::new(top.x + plant.mirror * offset.x, top.y + offset.y);
+        plant.tip = Point::new(top.x + mirror * offset.x, top.y + offset.y);
     }
 
     /// The tip as it would be measured, and the stem without noise.
@@ -598,7 +619,6 @@ mod tests {
             tip: plant.tip.mirrored(),
             base: plant.base.mirrored(),
             scores: plant.scores.map(|score| -score),
-            mirror: -plant.mirror,
             ..plant.clone()
         };
         for step in 0..300 {
