@@ -68,6 +68,17 @@ pub enum FolderError {
         /// The schema of this version.
         wanted: &'static str,
     },
+    /// Photographs of steps that the journal does not have.
+    #[error(
+        "{path}: found this photograph, but the journal ends before step {next}: it has lost steps; wanted a whole journal. \
+         Nothing was changed; use another folder, or bring back journal.sqlite or journal.jsonl"
+    )]
+    LostSteps {
+        /// The first of them.
+        path: PathBuf,
+        /// The step after the last one of the journal.
+        next: u32,
+    },
     /// Another program works in it.
     #[error(transparent)]
     Lock(#[from] LockError),
@@ -82,6 +93,7 @@ impl FolderError {
             Self::Taken { .. }
                 | Self::OtherRun { .. }
                 | Self::OldSchema { .. }
+                | Self::LostSteps { .. }
                 | Self::Lock(LockError::InUse { .. })
         )
     }
@@ -115,6 +127,10 @@ impl RunFolder {
         let journal_path = path.join("journal.sqlite");
         let at = |source| FolderError::Journal { path: journal_path.clone(), source };
         let journal = Journal::open(&journal_path, durability).map_err(at)?;
+        let next = journal.steps().map_err(at)?.last().map_or(0, |step| step.step + 1);
+        if let Some(photograph) = later_photograph(path, next)? {
+            return Err(FolderError::LostSteps { path: photograph, next });
+        }
         let is_over = journal.state().map_err(at)?.is_some_and(|state| state.kind == EventKind::Finished);
         if is_over && !is_resumed {
             return Err(FolderError::Taken { path: path.to_owned() });
@@ -222,6 +238,21 @@ impl RunFolder {
         ];
         Ok(files::write_track(&self.path.join("track.csv"), &track)?)
     }
+}
+
+/// The first of several photographs of `next` or later steps in the run folder at `path`: the journal has lost their steps.
+/// A single one is what a program leaves that was killed between the photograph and its entry.
+fn later_photograph(path: &Path, next: u32) -> Result<Option<PathBuf>, FileError> {
+    let folder = path.join("photographs");
+    let mut later = Vec::new();
+    for ending in ["jpg", "png"] {
+        later.extend(files::list(&folder, ending)?.into_iter().filter(|file| {
+            let number = file.file_stem().and_then(|stem| stem.to_str()?.parse::<u32>().ok());
+            number.is_some_and(|step| step >= next)
+        }));
+    }
+    later.sort_unstable();
+    Ok(if later.len() > 1 { later.into_iter().next() } else { None })
 }
 
 fn photo_path(folder: &Path, name: &str) -> PathBuf {

@@ -1,8 +1,9 @@
 //! A run folder survives whatever ends the program: the run goes on as if nothing had happened.
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::ops::{ControlFlow, Range};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -371,6 +372,92 @@ fn a_journal_that_is_none_is_named() {
     std::fs::remove_file(folder.path().join("journal.jsonl")).unwrap();
     let error = open(folder.path(), true, &[]).err().unwrap().to_string();
     assert!(error.contains("journal.sqlite"), "{error}");
+}
+
+/// Every file of a folder and below it, with its bytes, but for what SQLite makes anew when a journal is read.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(contents(&path));
+        } else if !path.to_string_lossy().ends_with("-shm") && !path.ends_with("run.lock") {
+            files.insert(path.clone(), std::fs::read(&path).unwrap());
+        }
+    }
+    files
+}
+
+#[test]
+fn a_journal_that_lost_its_latest_steps_takes_them_from_its_copy() {
+    let (_, track) = whole(&[]);
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 20);
+    let [journal, log] = ["journal.sqlite", "journal.sqlite-wal"].map(|name| folder.path().join(name));
+    // What a power cut leaves on an SD card: an empty file.
+    std::fs::write(&journal, b"").unwrap();
+    let _ = std::fs::remove_file(&log);
+    go(folder.path(), true, &[], 30);
+    // A journal of some steps before, whole in itself.
+    let early = std::fs::read(&journal).unwrap();
+    go(folder.path(), true, &[], 40);
+    std::fs::write(&journal, early).unwrap();
+    let _ = std::fs::remove_file(&log);
+    let (resumed, _) = go(folder.path(), true, &[], usize::MAX);
+    assert_eq!(resumed, track);
+    assert!(folder.path().join("journal.broken.sqlite").exists());
+    assert!(folder.path().join("journal.2.broken.sqlite").exists());
+}
+
+#[test]
+fn a_journal_that_contradicts_its_copy_is_refused_and_nothing_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 20);
+    let path = folder.path().join("journal.sqlite");
+    let db = rusqlite::Connection::open(&path).unwrap();
+    db.execute("UPDATE steps SET tip_x_cm = 77.0 WHERE step = 7", []).unwrap();
+    db.execute_batch("PRAGMA wal_checkpoint(TRUNCATE)").unwrap();
+    drop(db);
+    let before = contents(folder.path());
+    let error = open(folder.path(), true, &[]).err().unwrap().to_string();
+    assert!(error.contains("contradicts its copy") && error.contains("77.0"), "{error}");
+    assert_eq!(contents(folder.path()), before);
+}
+
+#[test]
+fn a_copy_with_a_damaged_line_restores_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 20);
+    let copy = folder.path().join("journal.jsonl");
+    let text = std::fs::read_to_string(&copy).unwrap();
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines[9] = "[\"saw\",9,27";
+    let damaged_copy = lines.join("\n") + "\n";
+    std::fs::write(&copy, &damaged_copy).unwrap();
+    let journal = std::fs::read(folder.path().join("journal.sqlite")).unwrap();
+    damage(folder.path(), true);
+    let before = contents(folder.path());
+    let error = open(folder.path(), true, &[]).err().unwrap().to_string();
+    assert!(error.contains("journal.jsonl: line 10 is damaged"), "{error}");
+    assert_eq!(contents(folder.path()), before);
+    // With a whole journal the damaged copy is kept, and a new one is made.
+    std::fs::write(folder.path().join("journal.sqlite"), journal).unwrap();
+    go(folder.path(), true, &[], 22);
+    let kept = std::fs::read_to_string(folder.path().join("journal.broken.jsonl")).unwrap();
+    assert_eq!(kept, damaged_copy);
+}
+
+#[test]
+fn photographs_without_their_journal_are_never_taken_over() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 20);
+    for name in ["journal.sqlite", "journal.sqlite-wal", "journal.jsonl"] {
+        let _ = std::fs::remove_file(folder.path().join(name));
+    }
+    let photographs = contents(&folder.path().join("photographs"));
+    let error = open(folder.path(), true, &[]).err().unwrap().to_string();
+    assert!(error.contains("000000") && error.contains("it has lost steps"), "{error}");
+    assert_eq!(contents(&folder.path().join("photographs")), photographs);
 }
 
 #[test]

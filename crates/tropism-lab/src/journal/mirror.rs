@@ -26,7 +26,7 @@ fn path_of(journal: &Path) -> PathBuf {
     journal.with_extension("jsonl")
 }
 
-fn to_line(name: &str, values: &[Value]) -> String {
+pub(super) fn to_line(name: &str, values: &[Value]) -> String {
     let json = |value: &Value| match value {
         Value::Integer(whole) => Json::from(*whole),
         Value::Real(number) => Json::from(*number),
@@ -84,27 +84,63 @@ pub(super) fn is_orphaned(journal: &Path) -> bool {
     !journal.exists() && path_of(journal).exists()
 }
 
-/// Restores the journal at `journal` from its mirror, after the damaged file was moved aside. Returns how many entries it
-/// has, or `None` if there is no mirror.
-pub(super) fn restore(journal: &Path, durability: Durability) -> Result<Option<usize>, JournalError> {
-    let Ok(text) = fs::read_to_string(path_of(journal)) else { return Ok(None) };
-    // Only the last line can be cut short.
-    let entries: Vec<_> = text.lines().map_while(from_line).collect();
-    if entries.is_empty() {
-        return Ok(None);
+/// What a mirror holds.
+pub(super) struct Copy {
+    /// Its entries in the order in which they were written.
+    pub(super) entries: Vec<Entry>,
+    /// The first line that is no entry although further ones follow, from 1: the disk has damaged it.
+    pub(super) damaged_line: Option<usize>,
+}
+
+/// Reads the mirror of the journal at `journal`; `None` if there is none, or nothing in it.
+pub(super) fn read(journal: &Path) -> Option<Copy> {
+    let bytes = fs::read(path_of(journal)).ok()?;
+    // What is no UTF-8 is no entry either.
+    let text = String::from_utf8_lossy(&bytes);
+    let (mut entries, mut damaged_line, mut bad) = (Vec::new(), None, None);
+    for (number, line) in text.lines().enumerate() {
+        match from_line(line) {
+            Some(entry) => {
+                damaged_line = damaged_line.or(bad);
+                entries.push(entry);
+            }
+            None => bad = bad.or(Some(number + 1)),
+        }
+    }
+    (!entries.is_empty()).then_some(Copy { entries, damaged_line })
+}
+
+/// Restores the journal at `journal` from `copy`, after the files that are there were moved aside.
+pub(super) fn restore(journal: &Path, durability: Durability, copy: &Copy) -> Result<(), JournalError> {
+    if let Some(line) = copy.damaged_line {
+        let path = path_of(journal);
+        return Err(JournalError::Copy { path, line });
     }
     let restored = journal.with_extension("restored.sqlite");
-    let broken = journal.with_extension("broken.sqlite");
     let sibling = |path: &Path, ending: &str| PathBuf::from(format!("{}{ending}", path.display()));
     // SQLite's own files: the database, its log and the index of the log.
     let endings = ["", "-wal", "-shm"];
     for ending in endings {
         let _ = fs::remove_file(sibling(&restored, ending));
     }
-    Journal::create(&restored, durability, &entries)?;
+    Journal::create(&restored, durability, &copy.entries)?;
+    let broken = free_name(journal, "broken.sqlite");
     for ending in endings {
         let _ = fs::rename(sibling(journal, ending), sibling(&broken, ending));
     }
-    fs::rename(&restored, journal).map_err(|source| JournalError::Restore { path: restored, source })?;
-    Ok(Some(entries.len()))
+    fs::rename(&restored, journal).map_err(|source| JournalError::Restore { path: restored, source })
+}
+
+/// Keeps a damaged mirror beside the one that will take its place.
+pub(super) fn set_aside(journal: &Path) {
+    let _ = fs::rename(path_of(journal), free_name(journal, "broken.jsonl"));
+}
+
+/// `journal.ENDING`, or `journal.2.ENDING` and so on: nothing that was kept before is overwritten.
+fn free_name(journal: &Path, ending: &str) -> PathBuf {
+    let name = |number: u32| match number {
+        1 => journal.with_extension(ending),
+        _ => journal.with_extension(format!("{number}.{ending}")),
+    };
+    (1..).map(name).find(|path| !path.exists()).expect("a free name")
 }

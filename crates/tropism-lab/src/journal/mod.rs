@@ -19,7 +19,7 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_
 use tropism::lamps::Light;
 use tropism::rig::{Boot, Durability, Event, Moment};
 
-use mirror::{Entry, Mirror};
+use mirror::{Copy, Entry, Mirror};
 use step::columns;
 
 pub use downtime::Downtime;
@@ -35,6 +35,27 @@ pub enum JournalError {
     /// A damaged file.
     #[error("found a damaged journal ({0}), wanted one that SQLite's quick_check passes")]
     Damaged(String),
+    /// A copy that is damaged itself.
+    #[error(
+        "{path}: line {line} is damaged, and the journal itself is damaged or lacks what stands here; nothing was changed"
+    )]
+    Copy {
+        /// The copy.
+        path: PathBuf,
+        /// Its first damaged line, from 1.
+        line: usize,
+    },
+    /// A journal and a copy each of which has something that the other has otherwise.
+    #[error(
+        "it contradicts its copy journal.jsonl: found {journal}, and in the copy {copy}; nothing was changed: move aside \
+         the one that is wrong"
+    )]
+    Contradiction {
+        /// The first entry that the copy lacks.
+        journal: String,
+        /// The first entry that the journal lacks.
+        copy: String,
+    },
     /// A restored journal that cannot take its place.
     #[error("{path}: cannot rename the restored journal: {source}")]
     Restore {
@@ -153,24 +174,34 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal at `path`, or creates it. One that is damaged or missing is restored from its mirror, a `.jsonl`
-    /// file beside it, if there is one.
+    /// Opens the journal at `path`, or creates it. One that is damaged or missing, or lacks what its mirror has, is restored
+    /// from the mirror, a `.jsonl` file beside it; what was there is kept aside.
     ///
     /// # Errors
-    /// [`JournalError`] if the file is no journal, is damaged without a mirror, or has another schema.
+    /// [`JournalError`] if the file is no journal, is damaged without a whole mirror, contradicts its mirror, or has another
+    /// schema. Nothing was changed then.
     pub fn open(path: &Path, durability: Durability) -> Result<Self, JournalError> {
+        let copy = mirror::read(path);
         let opened = match mirror::is_orphaned(path) {
             true => Err(JournalError::Damaged("no such file".to_owned())),
             false => Self::connect(path, durability),
         };
-        let mut journal = match opened {
-            Err(error) if error.is_damage() => {
-                let Some(entries) = mirror::restore(path, durability)? else { return Err(error) };
+        let opened = match (opened, &copy) {
+            (Ok(journal), Some(copy)) => journal.compared_with(copy).map(|()| journal),
+            (opened, _) => opened,
+        };
+        let mut journal = match (opened, &copy) {
+            (Err(error), Some(copy)) if error.is_damage() => {
+                mirror::restore(path, durability, copy)?;
+                let entries = copy.entries.len();
                 let restored = Some(format!("{error}; made again from its copy, {entries} entries"));
                 Self { restored, ..Self::connect(path, durability)? }
             }
-            other => other?,
+            (opened, _) => opened?,
         };
+        if copy.is_some_and(|copy| copy.damaged_line.is_some()) {
+            mirror::set_aside(path);
+        }
         journal.mirror = Mirror::create(path, &journal.entries()?);
         Ok(journal)
     }
@@ -219,14 +250,55 @@ impl Journal {
         Ok(Self { db, schema: SCHEMA, mirror: Mirror::default(), restored: None })
     }
 
+    /// Compares the journal with its copy. The copy is written after the journal, so it may lack the latest entries.
+    ///
+    /// # Errors
+    /// [`JournalError::Damaged`] if the journal lacks entries that the copy has, and [`JournalError::Contradiction`] if the
+    /// copy lacks others.
+    fn compared_with(&self, copy: &Copy) -> Result<(), JournalError> {
+        // What the copy comes to: later entries of a step take the place of earlier ones.
+        let replayed = Self::of(Connection::open_in_memory()?)?;
+        replayed.write_all(&copy.entries)?;
+        let lines = |journal: &Self| -> Result<Vec<String>, JournalError> {
+            let mut lines: Vec<String> =
+                journal.entries()?.iter().map(|(name, values)| mirror::to_line(name, values)).collect();
+            lines.sort_unstable();
+            Ok(lines)
+        };
+        let (ours, theirs) = (lines(self)?, lines(&replayed)?);
+        let lacking = |these: &[String], those: &[String]| -> Vec<String> {
+            those.iter().filter(|line| these.binary_search(line).is_err()).cloned().collect()
+        };
+        let (lost, more) = (lacking(&ours, &theirs), lacking(&theirs, &ours));
+        match (lost.first(), more.first()) {
+            (None, _) => Ok(()),
+            (Some(_), None) => {
+                Err(JournalError::Damaged(format!("{} entries of its copy are not in it", lost.len())))
+            }
+            (Some(copy), Some(journal)) => Err(JournalError::Contradiction {
+                journal: journal.trim_end().to_owned(),
+                copy: copy.trim_end().to_owned(),
+            }),
+        }
+    }
+
+    /// An empty journal in a database.
+    fn of(db: Connection) -> Result<Self, JournalError> {
+        db.execute_batch(&format!("BEGIN; {TABLES} PRAGMA user_version = {SCHEMA}; COMMIT;"))?;
+        Ok(Self { db, schema: SCHEMA, mirror: Mirror::default(), restored: None })
+    }
+
     /// Creates a journal of `entries` at `path`.
     fn create(path: &Path, durability: Durability, entries: &[Entry]) -> Result<(), JournalError> {
-        let journal = Self::connect(path, durability)?;
-        journal.db.execute_batch("BEGIN")?;
+        Self::connect(path, durability)?.write_all(entries)
+    }
+
+    fn write_all(&self, entries: &[Entry]) -> Result<(), JournalError> {
+        self.db.execute_batch("BEGIN")?;
         for (name, values) in entries {
-            journal.write(name, values)?;
+            self.write(name, values)?;
         }
-        Ok(journal.db.execute_batch("COMMIT")?)
+        Ok(self.db.execute_batch("COMMIT")?)
     }
 
     /// Reads all entries.
