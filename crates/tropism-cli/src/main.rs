@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use crate::commands::Command;
-use crate::shell::{Interrupted, Paused, Shell};
+use crate::shell::{Interrupted, Paused, Shell, tell};
 
 // Each photograph allocates and frees buffers of the same sizes. The system's allocator returns their pages and asks for
 // them again, which takes a quarter of the time of detection; that of musl, in static programs, takes longer still.
@@ -59,11 +59,11 @@ fn main() -> ExitCode {
             ExitCode::from(130)
         }
         Err(error) if error.is::<Paused>() => {
-            eprintln!("{error}");
+            tell(&error.to_string());
             ExitCode::from(3)
         }
         Err(error) => {
-            eprintln!("error: {}", in_one_line(&error));
+            tell(&format!("error: {}", in_one_line(&error)));
             ExitCode::FAILURE
         }
     }

@@ -10,6 +10,9 @@ use serde::Serialize;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// Whether a second request to end is ignored, too: lamps may be lit.
+static ENDS_IN_ORDER: AtomicBool = AtomicBool::new(false);
+
 /// The user asked for an end by Ctrl-C or SIGTERM: exit code 130. The text says what is left of the work.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted: {0}")]
@@ -42,16 +45,24 @@ pub(crate) struct Shell {
 }
 
 impl Shell {
-    /// Opens the terminal and installs the handler of Ctrl-C: the first asks for an orderly end, the second ends at once.
+    /// Opens the terminal and installs the handler of Ctrl-C: the first asks for an orderly end, the second ends at once,
+    /// unless [`end_in_order`](Self::end_in_order) was asked for.
     pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
         let handler = || {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            let is_second = INTERRUPTED.swap(true, Ordering::SeqCst);
+            if is_second && !ENDS_IN_ORDER.load(Ordering::SeqCst) {
                 std::process::exit(130);
             }
         };
         // If no handler can be installed, Ctrl-C ends the program at once, and the files on the disk can still be resumed.
         let _ = ctrlc::set_handler(handler);
         Self { is_json, is_quiet, is_terminal: std::io::stderr().is_terminal() }
+    }
+
+    /// From now on the program ends in order however often it is asked to: a rig is put into its safe state first. Each
+    /// device has a deadline, so this does not last.
+    pub(crate) fn end_in_order() {
+        ENDS_IN_ORDER.store(true, Ordering::SeqCst);
     }
 
     /// Whether the user asked for an end by Ctrl-C or SIGTERM.
@@ -62,7 +73,7 @@ impl Shell {
     /// Prints a line for people on stderr.
     pub(crate) fn note(&self, line: &str) {
         if !self.is_quiet {
-            eprintln!("{line}");
+            tell(line);
         }
     }
 
@@ -88,12 +99,18 @@ impl Shell {
         if is_shown {
             bar.enable_steady_tick(Duration::from_millis(500));
         } else if !self.is_quiet {
-            eprintln!("{name} ...");
+            tell(&format!("{name} ..."));
         }
         let has_lines = !self.is_quiet && !self.is_terminal;
         let is_quiet = self.is_quiet;
         Progress { bar, name: name.to_owned(), started: Instant::now(), has_lines, is_quiet }
     }
+}
+
+/// Prints a line on stderr. A line that nobody can read any more is lost: it must not end a run with a lamp lit, as the panic
+/// of `eprintln!` would.
+pub(crate) fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 fn print(text: &str) -> anyhow::Result<()> {
@@ -128,7 +145,7 @@ impl Progress {
     /// Prints a line for people above the progress line.
     pub(crate) fn note(&self, line: &str) {
         if !self.is_quiet {
-            self.bar.suspend(|| eprintln!("{line}"));
+            self.bar.suspend(|| tell(line));
         }
     }
 
@@ -142,7 +159,7 @@ impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
         if self.has_lines {
-            eprintln!("{} ... {:.1} s", self.name, self.started.elapsed().as_secs_f64());
+            tell(&format!("{} ... {:.1} s", self.name, self.started.elapsed().as_secs_f64()));
         }
     }
 }

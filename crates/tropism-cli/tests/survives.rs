@@ -76,6 +76,27 @@ fn same(one: &Path, other: &Path) {
     assert_eq!(rows(one), rows(other));
 }
 
+#[test]
+fn a_run_goes_on_when_nobody_reads_what_it_says() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("tent.toml"), TENT).unwrap();
+    // As behind `2>&1 | head`, after `head` has ended.
+    let dead_pipe = || {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        writer
+    };
+    let mut run = tent(folder.path(), "unread");
+    let status = run.stdout(dead_pipe()).stderr(dead_pipe()).status().unwrap();
+    assert_eq!(status.code(), Some(0));
+    done(&tent(folder.path(), "read").output().unwrap());
+    let track = |run: &str| fs::read(folder.path().join(run).join("track.csv")).unwrap();
+    assert_eq!(track("unread"), track("read"));
+    // An error that cannot be told is an error still.
+    let status = tent(folder.path(), "unread").stderr(dead_pipe()).status().unwrap();
+    assert_eq!(status.code(), Some(1));
+}
+
 /// Where in a run it is killed: numbers that look random, the same in every test.
 struct Moments(u64);
 

@@ -85,6 +85,9 @@ impl Run {
         if plan.config.is_virtual() {
             shell.note("a virtual plant in a virtual tent");
         }
+        if !plan.config.is_virtual() {
+            Shell::end_in_order();
+        }
         let monitor = RunMonitor::new(shell, !plan.config.is_virtual());
         let results = execute_with(&plan, &monitor)?;
         shell.result(&text(&plan, &results), &results)
