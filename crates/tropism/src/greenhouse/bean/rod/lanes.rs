@@ -7,6 +7,8 @@
 //! Plants have different numbers of segments. Rows beyond the apex of a plant have length 0, so they lie at its apex, weigh
 //! nothing and need no mask. A plant whose segment has become too long is stored, split as a plain rod, and loaded again.
 
+#![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
+
 use core::f64::consts::PI;
 
 use super::{
