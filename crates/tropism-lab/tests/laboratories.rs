@@ -19,7 +19,7 @@ impl Monitor for PatientFor {
 
 fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
     let search = RuleSearch { generations: 2, population: 4, episodes: 2 };
-    let evolution = EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() };
+    let evolution = Box::new(EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() });
     let recipe = |name: &str, method| Recipe { name: name.to_owned(), method };
     let world = |name: &str, scale| World { name: name.to_owned(), bean: None, scale };
     let config = LaboratoriesConfig {

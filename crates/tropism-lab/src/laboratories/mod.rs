@@ -44,7 +44,7 @@ pub enum Method {
     Evolve {
         /// Number of runs, generations and episodes, and NEAT's parameters.
         #[serde(default)]
-        evolution: EvolutionConfig,
+        evolution: Box<EvolutionConfig>,
     },
     /// A rule of nine numbers, tuned on a model.
     Tune {
@@ -356,7 +356,7 @@ impl Stages<'_> {
                     model,
                     out: out.clone(),
                     task: self.plan.config.task.clone(),
-                    evolution: evolution.clone(),
+                    evolution: (**evolution).clone(),
                     trial_plants: TRIAL_PLANTS,
                     seed,
                     resume: true,

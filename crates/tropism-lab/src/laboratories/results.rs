@@ -176,7 +176,7 @@ impl RecipeResults {
         let median = |target: usize| {
             let medians: Option<Vec<f64>> =
                 of_laboratories.iter().map(|one| one.targets[target].median_cm).collect();
-            medians.map(|medians| mean(medians.into_iter()))
+            medians.map(mean)
         };
         let laboratory = |one: &&ControllerResults| LaboratoryResults {
             expected: one.expected,
