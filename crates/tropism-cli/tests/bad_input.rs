@@ -69,7 +69,7 @@ fn tracks() {
         ("truncated.csv", "truncated.csv"),
         ("rows.csv", "no rows"),
         ("photo.jpg", "photo.jpg"),
-        ("photos", "photos: cannot read"),
+        ("photos", "photos: found a folder, wanted a file"),
     ] {
         fails(&folder, &["fit", file, "--out", "out.json"], &[wanted]);
         fails(&folder, &["score", file], &[wanted]);
@@ -329,4 +329,21 @@ fn beans_scenes_and_faults() {
         fails(&folder, &rig[..7], &[wanted]);
     }
     assert!(["g", "r", "s"].iter().all(|made| !folder.path().join(made).exists()));
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_devices_and_folders_are_no_files_and_are_not_waited_for() {
+    let folder = folder();
+    assert!(Command::new("mkfifo").arg(folder.path().join("pipe.csv")).status().unwrap().success());
+    fs::create_dir(folder.path().join("folder.csv")).unwrap();
+    for (file, found) in
+        [("pipe.csv", "found a pipe"), ("folder.csv", "found a folder"), ("/dev/zero", "a device")]
+    {
+        for command in [&["score", file][..], &["fit", file, "--out", "m.json"]] {
+            fails(&folder, command, &[file, found]);
+        }
+    }
+    let rig = ["run", "--rig", "pipe.csv", "--controller", "chase", "--out", "r"];
+    fails(&folder, &rig, &["pipe.csv", "found a pipe"]);
 }

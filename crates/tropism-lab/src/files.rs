@@ -128,7 +128,27 @@ pub fn sync_folder(path: &Path) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError::Disk`].
 pub fn read(path: &Path) -> Result<Vec<u8>, FileError> {
+    check_regular(path)?;
     fs::read(path).map_err(disk("read", path))
+}
+
+/// The most bytes of a file that is read whole: chosen, far above a track of five million rows.
+const MOST_BYTES: u64 = 2 << 30;
+
+/// Checks that `path` is a file of a size that can be read: a pipe would be waited for without end, and a device has none.
+fn check_regular(path: &Path) -> Result<(), FileError> {
+    let about = fs::metadata(path).map_err(disk("read", path))?;
+    if about.is_dir() {
+        return Err(FileError::content(path, "found a folder, wanted a file"));
+    }
+    if !about.is_file() {
+        return Err(FileError::content(path, "found a pipe, a socket or a device, wanted a file"));
+    }
+    if about.len() > MOST_BYTES {
+        let problem = format!("found {} bytes, wanted at most {MOST_BYTES}", about.len());
+        return Err(FileError::content(path, problem));
+    }
+    Ok(())
 }
 
 /// Reads the text of a file.
@@ -181,6 +201,7 @@ pub fn read_photo(path: &Path, time_s: f64) -> Result<Photo, FileError> {
 /// # Errors
 /// [`FileError::Disk`].
 pub fn read_header(path: &Path) -> Result<ExifHeader, FileError> {
+    check_regular(path)?;
     let file = fs::File::open(path).map_err(disk("read", path))?;
     Ok(ExifHeader::read(&mut BufReader::new(file)))
 }

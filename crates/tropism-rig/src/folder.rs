@@ -52,13 +52,18 @@ impl FolderCamera {
         let mut files = Known::new();
         for path in entries.flatten().map(|entry| entry.path()).filter(|path| is_picture(path)) {
             // A file may be renamed between listing and reading.
-            if let Ok(about) = fs::metadata(&path) {
+            // A pipe would be waited for without end, and a file of such a size is no photograph.
+            let about = fs::metadata(&path).ok();
+            if let Some(about) = about.filter(|about| about.is_file() && about.len() <= MOST_BYTES) {
                 files.push((path, about.len(), about.modified().unwrap_or(SystemTime::UNIX_EPOCH)));
             }
         }
         Ok(files)
     }
 }
+
+/// The largest file that is taken for a photograph, in bytes: the bound of `max_bytes` of network cameras.
+const MOST_BYTES: u64 = 100_000_000;
 
 fn is_picture(path: &Path) -> bool {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
