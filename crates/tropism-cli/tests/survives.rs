@@ -272,6 +272,29 @@ fn a_run_ends_in_order_while_it_waits_for_its_next_step_and_goes_on_by_itself() 
     child.wait().unwrap();
 }
 
+#[cfg(unix)]
+#[test]
+fn a_run_that_is_asked_to_end_again_and_again_still_leaves_no_lamp_lit() {
+    let real = Real::with_period(5.0, "");
+    let rig = real.folder.path().join("rig.toml");
+    let slow = fs::read_to_string(&rig).unwrap().replace("echo dark >>", "sleep 0.5; echo dark >>");
+    fs::write(&rig, slow).unwrap();
+    let mut child = real.until(1);
+    while !rows(&real.run())[0].is_confirmed {
+        assert!(child.try_wait().unwrap().is_none(), "it ended: {:?}", child.wait_with_output());
+        sleep(Duration::from_millis(5));
+    }
+    let pid = child.id().to_string();
+    for signal in ["-TERM", "-INT", "-TERM", "-HUP"] {
+        assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
+        sleep(Duration::from_millis(100));
+    }
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
+    assert_eq!(events(&real.run()).last().unwrap().kind, EventKind::Stopped);
+    let lamps = fs::read_to_string(real.folder.path().join("lamps")).unwrap();
+    assert_eq!(lamps.lines().last(), Some("dark"), "{lamps}");
+}
+
 #[test]
 fn a_run_that_was_down_for_long_asks_before_it_goes_on() {
     let real = Real::new("gap_min = 0");
