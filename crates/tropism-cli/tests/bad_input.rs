@@ -205,6 +205,8 @@ fn tasks_rigs_and_studies() {
     fails(&folder, &["score", "track.csv", "--task", "nan.toml"], &["targets[0]"]);
     fails(&folder, &["study", "bad.toml"], &["bad.toml", "targts"]);
     fails(&folder, &["study", "absent.toml"], &["absent.toml: cannot read"]);
+    fs::write(folder.path().join("recipes.toml"), "laboratoris = 2\n[[worlds]]\nname = \"one\"\n").unwrap();
+    fails(&folder, &["study", "recipes.toml"], &["recipes.toml: line 1", "`laboratoris`", "`laboratories`"]);
     fs::write(folder.path().join("zero.toml"), "experiments = 0\n").unwrap();
     fails(&folder, &["study", "zero.toml"], &["experiments = 0"]);
     let run = |rig| ["run", "--rig", rig, "--controller", "chase", "--out", "r"];

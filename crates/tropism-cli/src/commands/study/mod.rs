@@ -100,10 +100,11 @@ impl Study {
     }
 }
 
-/// Whether a study file compares laboratories. What cannot be read is not said to.
+/// Whether a study file compares laboratories: each of these keys says so, that a misspelt one is told as such. What cannot
+/// be read is not said to.
 fn names_laboratories(path: &Path) -> bool {
     let table = files::read_toml::<BTreeMap<String, IgnoredAny>>(path);
-    table.is_ok_and(|table| table.contains_key("laboratories"))
+    table.is_ok_and(|table| ["laboratories", "recipes", "worlds"].iter().any(|key| table.contains_key(*key)))
 }
 
 fn text(results: &StudyResults) -> String {
