@@ -101,13 +101,18 @@ impl TentOptions {
             greenhouse.layout = layout.clone();
         }
         if let Some(scale) = self.scale {
-            ensure!((0.0..=2.0).contains(&scale), "found --scale {scale}, wanted 0 to 2");
-            greenhouse.scale = scale;
+            greenhouse.scale = checked_scale(scale)?;
         }
         greenhouse.scene.cameras = self.cameras.unwrap_or(greenhouse.scene.cameras);
         greenhouse.faults = self.faults.clone().unwrap_or_default();
         Ok((greenhouse != Greenhouse::default()).then_some(greenhouse))
     }
+}
+
+/// The individual variation of virtual plants, checked.
+pub(crate) fn checked_scale(scale: f64) -> Result<f64> {
+    ensure!((0.0..=2.0).contains(&scale), "found --scale {scale}, wanted 0 to 2");
+    Ok(scale)
 }
 
 /// The layout of so many lamps.

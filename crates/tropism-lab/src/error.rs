@@ -1,6 +1,6 @@
 //! Why a workflow ended without results.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use tropism::plant::tip::ModelError;
 
@@ -67,6 +67,14 @@ pub enum Error {
 }
 
 impl Error {
+    /// The error of a part of the work in `folder`: if that was interrupted, the work was, and can be resumed.
+    pub(crate) fn of_part(self, folder: &Path) -> Self {
+        match self {
+            Self::Interrupted { .. } | Self::Cancelled(_) => Self::Interrupted { folder: folder.to_owned() },
+            other => other,
+        }
+    }
+
     /// Wraps the error of a part of a plan, and names its `key`.
     pub(crate) fn in_plan<E: std::fmt::Display>(key: &str) -> impl FnOnce(E) -> Self {
         move |error| Self::Plan(format!("{key}: {error}"))

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::geometry::{Point, Polyline};
+use tropism::math::statistics::range;
 use tropism::observation::Quality;
 use tropism::plant::memory::MemoryModel;
 use tropism::plant::stem::StemModel;
@@ -129,12 +130,6 @@ fn take_stems(track: &mut Track) {
     for (sample, stem) in track.samples.iter_mut().zip(stems) {
         sample.stem = stem;
     }
-}
-
-/// The least and the greatest of `values`.
-fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let wider = |[least, most]: [f64; 2], value: f64| [least.min(value), most.max(value)];
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], wider)
 }
 
 /// Whether a track is of a virtual plant: it was simulated, or its run folder or the file beside it says so.

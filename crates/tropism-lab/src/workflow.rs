@@ -1,9 +1,12 @@
 //! The shape of every workflow: a plan goes in, results come out, a monitor listens.
 
+use std::path::Path;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::Error;
+use crate::files;
 use crate::monitor::Monitor;
 
 /// A plan that can be executed.
@@ -28,4 +31,34 @@ pub trait Workflow: Serialize + DeserializeOwned {
     /// # Errors
     /// [`Error`]; [`Error::Interrupted`] if `monitor` asked for an end, after what was done is saved.
     fn execute(&self, monitor: &dyn Monitor) -> Result<Self::Results, Error>;
+}
+
+/// Checks that the folder of `record` is free for work whose settings are `text`, or that the same work may continue there.
+/// `what` names the work, and `other` says how work that is not the same differs.
+///
+/// # Errors
+/// [`Error::Plan`] if the work is there without `resume`, or is another one.
+pub(crate) fn check_same(
+    record: &Path,
+    text: &str,
+    resume: bool,
+    what: &str,
+    other: &str,
+) -> Result<(), Error> {
+    if !record.exists() {
+        return Ok(());
+    }
+    if !resume {
+        return Err(Error::Plan(format!(
+            "{}: found a {what} here already, wanted a new folder (`out`) or `resume`",
+            record.parent().unwrap_or(record).display()
+        )));
+    }
+    if files::read_text(record)? != text {
+        return Err(Error::Plan(format!(
+            "{}: found a {what} {other}, wanted the same; use another folder",
+            record.display()
+        )));
+    }
+    Ok(())
 }

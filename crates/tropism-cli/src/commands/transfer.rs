@@ -3,12 +3,12 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use clap::Args;
 use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_controllers};
 
 use crate::controller::{ControllerName, conditions_of};
-use crate::options::{BeanOption, SeedOption, TaskOption};
+use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
@@ -74,7 +74,7 @@ pub(crate) struct Transfer {
 
 impl Transfer {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
+        let scale = checked_scale(self.scale)?;
         let sources: Vec<_> = self.controllers.iter().map(ControllerName::source).collect();
         let controllers = read_controllers(&sources)?;
         let conditions = conditions_of(controllers.iter().map(|one| &one.controller), &self.task)?;
@@ -93,7 +93,7 @@ impl Transfer {
             out: self.out,
             ..TransferPlan::default()
         };
-        plan.greenhouse.scale = self.scale;
+        plan.greenhouse.scale = scale;
         plan.greenhouse.layout = conditions.layout;
         if let Some(bean) = self.bean.load()? {
             plan.greenhouse.bean = bean;

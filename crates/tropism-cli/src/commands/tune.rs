@@ -10,7 +10,7 @@ use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::Task;
 use tropism_lab::tune::{TunePlan, TuneResults};
 
-use crate::options::{BeanOption, SeedOption, TaskOption};
+use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
@@ -70,12 +70,9 @@ impl Tune {
         let Self { generations, population, episodes, .. } = self;
         let bean = self.bean.load()?;
         ensure!(bean.is_none() || self.beans, "found --bean without --beans, wanted both or none");
-        ensure!((0.0..=2.0).contains(&self.scale), "found --scale {}, wanted 0 to 2", self.scale);
-        let beans = self.beans.then(|| Greenhouse {
-            bean: bean.unwrap_or_default(),
-            scale: self.scale,
-            ..Greenhouse::default()
-        });
+        let scale = checked_scale(self.scale)?;
+        let beans =
+            self.beans.then(|| Greenhouse { bean: bean.unwrap_or_default(), scale, ..Greenhouse::default() });
         let defaults = TunePlan::default();
         let plan = TunePlan {
             task: self.task.load()?,

@@ -85,7 +85,7 @@ pub(super) fn is_orphaned(journal: &Path) -> bool {
 }
 
 /// What a mirror holds.
-pub(super) struct Copy {
+pub(super) struct Contents {
     /// Its entries in the order in which they were written.
     pub(super) entries: Vec<Entry>,
     /// The first line that is no entry although further ones follow, from 1: the disk has damaged it.
@@ -93,7 +93,7 @@ pub(super) struct Copy {
 }
 
 /// Reads the mirror of the journal at `journal`; `None` if there is none, or nothing in it.
-pub(super) fn read(journal: &Path) -> Option<Copy> {
+pub(super) fn read(journal: &Path) -> Option<Contents> {
     let bytes = fs::read(path_of(journal)).ok()?;
     // What is no UTF-8 is no entry either.
     let text = String::from_utf8_lossy(&bytes);
@@ -107,11 +107,11 @@ pub(super) fn read(journal: &Path) -> Option<Copy> {
             None => bad = bad.or(Some(number + 1)),
         }
     }
-    (!entries.is_empty()).then_some(Copy { entries, damaged_line })
+    (!entries.is_empty()).then_some(Contents { entries, damaged_line })
 }
 
 /// Restores the journal at `journal` from `copy`, after the files that are there were moved aside.
-pub(super) fn restore(journal: &Path, durability: Durability, copy: &Copy) -> Result<(), JournalError> {
+pub(super) fn restore(journal: &Path, durability: Durability, copy: &Contents) -> Result<(), JournalError> {
     if let Some(line) = copy.damaged_line {
         let path = path_of(journal);
         return Err(JournalError::Copy { path, line });

@@ -19,7 +19,7 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_
 use tropism::lamps::Light;
 use tropism::rig::{Boot, Durability, Event, Moment};
 
-use mirror::{Copy, Entry, Mirror};
+use mirror::{Contents, Entry, Mirror};
 use step::columns;
 
 pub use downtime::Downtime;
@@ -255,7 +255,7 @@ impl Journal {
     /// # Errors
     /// [`JournalError::Damaged`] if the journal lacks entries that the copy has, and [`JournalError::Contradiction`] if the
     /// copy lacks others.
-    fn compared_with(&self, copy: &Copy) -> Result<(), JournalError> {
+    fn compared_with(&self, copy: &Contents) -> Result<(), JournalError> {
         // What the copy comes to: later entries of a step take the place of earlier ones.
         let replayed = Self::of(Connection::open_in_memory()?)?;
         replayed.write_all(&copy.entries)?;

@@ -26,8 +26,9 @@ use crate::files::{self, FileError};
 use crate::fit::{FitPlan, ModelKind};
 use crate::grow::GrowPlan;
 use crate::lock::lock;
-use crate::transfer::{JUDGING_PLANTS, NamedController, TransferPlan, TransferResults};
+use crate::transfer::{JUDGING_PLANTS, NamedController, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
+use crate::workflow::check_same;
 use crate::{Error, Monitor, Workflow};
 
 /// Name of the greedy rule among the controllers of a world.
@@ -198,11 +199,7 @@ impl LaboratoriesConfig {
 fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Error> {
     let mut known = vec![CHASE, BOUND];
     for name in names {
-        let is_of_name = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_' | '.');
-        if name.is_empty() || name.starts_with('.') || !name.chars().all(is_of_name) {
-            let wanted = "letters, digits, -, _ and ., no . first";
-            return Err(Error::Plan(format!("`{key}`: found the name {name:?}, wanted {wanted}")));
-        }
+        check_name(key, name)?;
         if known.contains(&name) {
             return Err(Error::Plan(format!(
                 "`{key}`: found the name {name:?} twice, wanted each name once, and neither {CHASE} nor {BOUND}"
@@ -233,12 +230,7 @@ impl Workflow for LaboratoriesPlan {
         let worlds =
             self.config.worlds.iter().zip(greenhouses).enumerate().map(|(number, (world, greenhouse))| {
                 let stages = Stages { plan: self, world, number: number as u64, greenhouse, monitor };
-                stages.execute().map_err(|error| match error {
-                    Error::Interrupted { .. } | Error::Cancelled(_) => {
-                        Error::Interrupted { folder: self.out.clone() }
-                    }
-                    other => other,
-                })
+                stages.execute().map_err(|error| error.of_part(&self.out))
             });
         let results = LaboratoriesResults::new(&self.config, worlds.collect::<Result<_, _>>()?);
         files::write_json(&self.out.join("laboratories.json"), &results)?;
@@ -269,21 +261,11 @@ impl LaboratoriesPlan {
             species: greenhouses.iter().map(|greenhouse| greenhouse.bean.clone()).collect(),
         };
         let text = files::toml_of(&path, &record)?;
-        if !path.exists() {
-            files::make_folder(&self.out)?;
-            files::write(&path, text.as_bytes())?;
-        } else if !self.resume {
-            return Err(Error::Plan(format!(
-                "{}: found a comparison here already, wanted a new folder (or `resume`)",
-                self.out.display()
-            )));
-        } else if files::read_text(&path)? != text {
-            return Err(Error::Plan(format!(
-                "{}: found a comparison with other settings, wanted the same; use another folder",
-                path.display()
-            )));
-        }
-        Ok(lock(&self.out)?)
+        check_same(&path, &text, self.resume, "comparison", "with other settings")?;
+        files::make_folder(&self.out)?;
+        let lock = lock(&self.out)?;
+        files::write(&path, text.as_bytes())?;
+        Ok(lock)
     }
 }
 

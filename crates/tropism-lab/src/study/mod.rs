@@ -30,6 +30,7 @@ use crate::fit::FitPlan;
 use crate::monitor::Part;
 use crate::run::{RunConfig, RunPlan};
 use crate::transfer::{NamedController, TransferPlan};
+use crate::workflow::check_same;
 use crate::{Error, Monitor, Workflow};
 
 /// Repeats the paper on virtual plants.
@@ -79,23 +80,9 @@ impl StudyPlan {
     fn claim(&self) -> Result<(), Error> {
         let file = self.out.join("study.toml");
         let text = files::toml_of(&file, &self.config)?;
-        if !file.exists() {
-            files::make_folder(&self.out)?;
-            return Ok(files::write(&file, text.as_bytes())?);
-        }
-        if !self.resume {
-            return Err(Error::Plan(format!(
-                "{}: found a study here already, wanted a new folder (`out`) or `resume`",
-                self.out.display()
-            )));
-        }
-        if files::read_text(&file)? != text {
-            return Err(Error::Plan(format!(
-                "{}: found a study with other settings, wanted the same; use another folder",
-                file.display()
-            )));
-        }
-        Ok(())
+        check_same(&file, &text, self.resume, "study", "with other settings")?;
+        files::make_folder(&self.out)?;
+        Ok(files::write(&file, text.as_bytes())?)
     }
 }
 
@@ -118,12 +105,7 @@ impl StudyStages<'_> {
     /// Executes a stage and adds its time to `seconds.json`. An interrupted stage is an interrupted study.
     fn time<T>(&mut self, name: &str, stage: impl FnOnce(&Self) -> Result<T, Error>) -> Result<T, Error> {
         let started = Instant::now();
-        let result = stage(self).map_err(|error| match error {
-            Error::Interrupted { .. } | Error::Cancelled(_) => {
-                Error::Interrupted { folder: self.plan.out.clone() }
-            }
-            other => other,
-        });
+        let result = stage(self).map_err(|error| error.of_part(&self.plan.out));
         *self.seconds.entry(name.to_owned()).or_default() += started.elapsed().as_secs_f64();
         files::write_unterminated_json(&self.file("seconds.json"), &self.seconds)?;
         result

@@ -109,6 +109,19 @@ const fn is_of_name(letter: char) -> bool {
     letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_' | '.')
 }
 
+/// Checks a name in the part `key` of a plan.
+///
+/// # Errors
+/// [`Error::Plan`] unless it can be a part of a file name.
+pub(crate) fn check_name(key: &str, name: &str) -> Result<(), Error> {
+    if !name.is_empty() && !name.starts_with('.') && name.chars().all(is_of_name) {
+        return Ok(());
+    }
+    Err(Error::Plan(format!(
+        "`{key}`: found the name {name:?}, wanted letters, digits, -, _ and ., no . first"
+    )))
+}
+
 /// The first name that comes up twice.
 fn repeated(names: &[String]) -> Option<&String> {
     names.iter().enumerate().find(|(place, name)| names[..*place].contains(name)).map(|(_, name)| name)
@@ -124,11 +137,7 @@ pub(super) fn check(controllers: &[NamedController], layout: &Layout, period_min
         return Err(Error::Plan(format!("`controllers`: found {name} twice, wanted each controller once")));
     }
     for (place, NamedController { name, controller }) in controllers.iter().enumerate() {
-        if name.is_empty() || name.starts_with('.') || !name.chars().all(is_of_name) {
-            return Err(Error::Plan(format!(
-                "`controllers`: found the name {name:?}, wanted letters, digits, -, _ and ., no . first"
-            )));
-        }
+        check_name("controllers", name)?;
         controller.check(layout, period_min).map_err(Error::at(name))?;
         if let Some(same) = controllers[..place].iter().find(|other| other.controller == *controller) {
             return Err(Error::Plan(format!(

@@ -24,6 +24,7 @@ use tropism::track::{PAPER_PERIOD_MIN, Track};
 
 pub use self::causes::{Cause, MISS_CM};
 use self::causes::{Reference, Response};
+pub(crate) use self::controllers::check_name;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
 pub use self::results::{ControllerPair, ControllerResults, TargetResults, TransferResults};
 use self::results::{Judge, PlantResult, Scores};
@@ -31,6 +32,7 @@ use crate::controller::ControllerSpec;
 use crate::lock::lock;
 use crate::model::{self, Model};
 pub use crate::statistics::PairedDifference;
+use crate::workflow::check_same;
 use crate::{Error, Monitor, Workflow, files};
 
 /// Number of plants that a claim on a controller takes (`docs/transfer.md`): the standard error of the mean is then 0.3 cm.
@@ -188,20 +190,7 @@ impl TransferPlan {
             controllers: &self.controllers,
         };
         let text = files::toml_of(&path, &record)?;
-        if path.exists() {
-            if !self.resume {
-                return Err(Error::Plan(format!(
-                    "{}: found a comparison here already, wanted a new folder (or `resume`)",
-                    self.out.display()
-                )));
-            }
-            if files::read_text(&path)? != text {
-                return Err(Error::Plan(format!(
-                    "{}: found a comparison of other controllers, plants or settings, wanted the same; use another folder",
-                    path.display()
-                )));
-            }
-        }
+        check_same(&path, &text, self.resume, "comparison", "of other controllers, plants or settings")?;
         for NamedController { name, .. } in &self.controllers {
             files::make_folder(&self.out.join("tracks").join(name))?;
         }

@@ -1,10 +1,10 @@
 //! Where a champion is chosen, and what it carries: network, sensors, task and the digest of its model.
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use tropism_neat::{Genome, GenomeError};
 
 use crate::control::{Controller, NetworkController, Sensors, ShapeError};
+use crate::file::sha256;
 use crate::lamps::Layout;
 use crate::math::statistics;
 use crate::plant::PlantModel;
@@ -193,12 +193,11 @@ impl Champion {
     /// A network that was evolved on `model` with `sensors`. `model_json` is the model's file, of which the digest is kept.
     #[must_use]
     pub fn of_model<M: PlantModel>(genome: Genome, sensors: &Sensors, model: &M, model_json: &str) -> Self {
-        let digest = Sha256::digest(model_json.as_bytes());
         Self {
             sensors: sensors.clone(),
             layout: model.layout().clone(),
             period_min: model.period_min(),
-            model_sha256: Some(digest.iter().map(|byte| format!("{byte:02x}")).collect()),
+            model_sha256: Some(sha256(model_json)),
             ..Self::of_genome(genome)
         }
     }

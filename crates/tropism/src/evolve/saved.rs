@@ -1,9 +1,9 @@
 //! An evolutionary run as a file: its checkpoint, checked when it is read.
 
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
 
 use super::{EvolutionConfig, EvolutionError, EvolutionRun};
+use crate::file::{schema_of, sha256};
 
 /// What a saved run calls itself.
 const SCHEMA: &str = "tropism.evolution-run/1";
@@ -69,7 +69,7 @@ impl EvolutionRun {
 
     fn summed(&self) -> (String, String) {
         let text = serde_json::to_string(self).expect("a run has no maps and no unwritable values");
-        let sum = Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
+        let sum = sha256(&text);
         (text, sum)
     }
 
@@ -84,14 +84,9 @@ impl EvolutionRun {
         seed: u64,
         index: u32,
     ) -> Result<Self, SavedRunError> {
-        #[derive(Deserialize)]
-        struct Head {
-            schema: String,
-        }
-        // The schema is read first: a file of another one should be called that, not full of unknown fields.
-        let head: Head = serde_json::from_str(json)?;
-        if head.schema != SCHEMA {
-            return Err(SavedRunError::Schema { found: head.schema });
+        let schema = schema_of(json)?;
+        if schema != SCHEMA {
+            return Err(SavedRunError::Schema { found: schema });
         }
         let File { sha256, run, .. } = serde_json::from_str(json)?;
         let (_, sum) = run.summed();

@@ -1,11 +1,11 @@
 //! A tuned rule as a JSON file, schema `tropism.rule/1`: it steers as it did when it was tuned wherever the file goes.
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::champion::Trial;
 use crate::check::{OutOfRange, ensure};
 use crate::control::{PredictiveGreedy, PredictiveRule};
+use crate::file::{schema_of, sha256};
 use crate::lamps::Layout;
 use crate::plant::PlantModel;
 use crate::task::{Task, TaskSpec};
@@ -60,13 +60,12 @@ impl TunedRule {
         is_virtual: bool,
         expected: Trial,
     ) -> Self {
-        let digest = Sha256::digest(model_json.as_bytes());
         Self {
             rule,
             layout: model.layout().clone(),
             period_min: model.period_min(),
             task: None,
-            model_sha256: Some(digest.iter().map(|byte| format!("{byte:02x}")).collect()),
+            model_sha256: Some(sha256(model_json)),
             is_virtual,
             expected,
         }
@@ -118,14 +117,6 @@ impl TunedRule {
         rule.check()?;
         Ok(rule)
     }
-}
-
-fn schema_of(text: &str) -> Result<String, serde_json::Error> {
-    #[derive(Deserialize)]
-    struct Head {
-        schema: String,
-    }
-    serde_json::from_str(text).map(|Head { schema }| schema)
 }
 
 #[cfg(test)]

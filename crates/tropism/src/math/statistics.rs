@@ -17,6 +17,18 @@ pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
     sum / f64::from(count)
 }
 
+/// The least and the greatest value; infinite and reversed without values.
+///
+/// ```
+/// use tropism::math::statistics::range;
+/// assert_eq!(range([3.0, 1.0, 2.0]), [1.0, 3.0]);
+/// ```
+#[must_use]
+pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let wider = |[least, most]: [f64; 2], value: f64| [least.min(value), most.max(value)];
+    values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
+}
+
 /// The sample variance (divisor n - 1); 0 for one value, NaN without values.
 #[must_use]
 pub fn variance(values: &[f64]) -> f64 {

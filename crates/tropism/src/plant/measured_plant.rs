@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::tip::ModelError;
+use super::tip::{ModelError, shared_layout_and_period};
 use crate::check::ensure;
+use crate::file::schema_of;
 use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::Layout;
 use crate::observation::Quality;
@@ -15,6 +16,9 @@ const USED_MIN: f64 = 2500.0;
 
 /// Steps that begin at this height or above are left out, in cm. The paper's experiments end at 13.8 cm.
 pub(super) const MAX_HEIGHT_CM: f64 = 16.0;
+
+/// Gains of simulated plants, all equally likely. Between virtual beans gains differ by some 20 %.
+pub(super) const GAINS: [f64; 5] = [0.7, 0.85, 1.0, 1.15, 1.3];
 
 /// Coordinates beyond this are no plant.
 const FARTHEST_CM: f64 = 1000.0;
@@ -35,7 +39,7 @@ pub(super) struct MeasuredPlant {
 
 impl MeasuredPlant {
     /// The steps of `track` that models use.
-    pub(super) fn of_track(track: &Track) -> Self {
+    fn of_track(track: &Track) -> Self {
         let steps = (USED_MIN / track.period_min).ceil() as usize;
         let mut data = Self { tips: Vec::new(), stems: Vec::new(), sides: Vec::new() };
         let first = track.samples.first().map_or(0, |sample| sample.step);
@@ -54,12 +58,6 @@ impl MeasuredPlant {
         }
         data
     }
-
-    /// The same without stems.
-    pub(super) fn without_stems(mut self) -> Self {
-        self.stems.fill(None);
-        self
-    }
 }
 
 fn stem_of(sample: &Sample) -> Option<Stem> {
@@ -77,8 +75,27 @@ pub(super) struct MeasuredPlants {
 }
 
 impl MeasuredPlants {
+    /// The plants of `tracks`.
+    ///
+    /// # Errors
+    /// [`ModelError`] where the tracks differ in lamps or period, or [`check`](Self::check) refuses them.
+    pub(super) fn of_tracks<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
+        let tracks: Vec<&Track> = tracks.into_iter().collect();
+        let (layout, period_min) = shared_layout_and_period(&tracks)?;
+        let plants = tracks.into_iter().map(MeasuredPlant::of_track).collect();
+        let measured = Self { layout, period_min, is_virtual: false, plants };
+        measured.check()?;
+        Ok(measured)
+    }
+
+    /// The same without stems.
+    pub(super) fn without_stems(mut self) -> Self {
+        self.plants.iter_mut().for_each(|plant| plant.stems.fill(None));
+        self
+    }
+
     /// Checks what models with memory need: two lamps that are mirror images of each other, and coordinates of plants.
-    pub(super) fn check(&self) -> Result<(), ModelError> {
+    fn check(&self) -> Result<(), ModelError> {
         let Self { layout, period_min, plants, .. } = self;
         let mut sides: Vec<f64> = layout.lights().map(|light| layout.side(light)).collect();
         sides.sort_by(f64::total_cmp);
@@ -122,7 +139,6 @@ impl MeasuredPlants {
 
     /// Reads [`Self::to_json`] of the same schema.
     pub(super) fn from_json(text: &str, wanted: &'static str) -> Result<Self, ModelError> {
-        // The schema is read first: a file of another one should be called that, not full of unknown fields.
         let schema = schema_of(text)?;
         if schema != wanted {
             return Err(ModelError::Schema { found: schema, wanted });
@@ -141,14 +157,6 @@ impl MeasuredPlants {
 pub(super) fn is_named_in(text: &str, schema: &str) -> bool {
     let family = |schema: &str| schema.split('/').next().map(str::to_owned);
     schema_of(text).is_ok_and(|found| family(&found) == family(schema))
-}
-
-fn schema_of(text: &str) -> Result<String, serde_json::Error> {
-    #[derive(Deserialize)]
-    struct Head {
-        schema: String,
-    }
-    serde_json::from_str(text).map(|Head { schema }| schema)
 }
 
 #[derive(Serialize, Deserialize)]

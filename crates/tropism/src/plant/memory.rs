@@ -12,10 +12,10 @@
 
 use super::PlantModel;
 use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
-use super::measured_plant::{Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, is_named_in};
+use super::measured_plant::{Extent, GAINS, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, is_named_in};
 use super::regression::{dot, ridge_regression};
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
-use super::tip::{ModelError, shared_layout_and_period};
+use super::tip::ModelError;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
@@ -47,9 +47,6 @@ const POOLED_RIDGE: f64 = 1.0;
 
 /// Ridge of the weights of one plant, which are drawn to those of all.
 const PLANT_RIDGE: f64 = 30.0;
-
-/// Gains of simulated plants, all equally likely. Between virtual beans gains differ by some 20 %.
-const GAINS: [f64; 5] = [0.7, 0.85, 1.0, 1.15, 1.3];
 
 /// What a plant remembers: the light so far and its last shifts. Before the first step there was no light and no shift.
 #[derive(Clone, Debug, PartialEq)]
@@ -201,12 +198,7 @@ impl MemoryModel {
     /// [`ModelError`] where no step is usable, where the tracks differ in lamps or period, or where the lamps are not two
     /// mirror images.
     pub fn fit<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
-        let tracks: Vec<&Track> = tracks.into_iter().collect();
-        let (layout, period_min) = shared_layout_and_period(&tracks)?;
-        let plants = tracks.iter().map(|track| MeasuredPlant::of_track(track).without_stems()).collect();
-        let measured = MeasuredPlants { layout, period_min, is_virtual: false, plants };
-        measured.check()?;
-        Self::of_measured(measured)
+        Self::of_measured(MeasuredPlants::of_tracks(tracks)?.without_stems())
     }
 
     fn of_measured(measured: MeasuredPlants) -> Result<Self, ModelError> {

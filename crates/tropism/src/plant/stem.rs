@@ -17,10 +17,10 @@
 
 use super::PlantModel;
 use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
-use super::measured_plant::{Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, Stem, is_named_in};
+use super::measured_plant::{Extent, GAINS, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, Stem, is_named_in};
 use super::regression::{dot, ridge_regression};
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
-use super::tip::{ModelError, shared_layout_and_period};
+use super::tip::ModelError;
 use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::lamps::{Layout, Light};
 use crate::math;
@@ -69,9 +69,6 @@ const LENGTH_SMOOTHING_MIN: f64 = 25.0;
 /// average, and the model 7.4 without a choice, 7.8 by the score alone, and 8.3 with the light.
 const LIKE_LIGHT_MIN: f64 = 50.0;
 const LIKE_LIGHT_WEIGHT: f64 = 0.5;
-
-/// Gains of simulated plants, all equally likely. Between virtual beans gains differ by some 20 %.
-const GAINS: [f64; 5] = [0.7, 0.85, 1.0, 1.15, 1.3];
 
 /// One number for each mode.
 type Scores = [f64; MODES];
@@ -347,14 +344,11 @@ impl StemModel {
     /// [`ModelError`] where no step is usable or no track has stems, where the tracks differ in lamps or period, or where
     /// the lamps are not two mirror images.
     pub fn fit<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
-        let tracks: Vec<&Track> = tracks.into_iter().collect();
-        let (layout, period_min) = shared_layout_and_period(&tracks)?;
-        let plants: Vec<MeasuredPlant> = tracks.iter().map(|track| MeasuredPlant::of_track(track)).collect();
-        if let Some(track) = plants.iter().position(|plant| plant.stems.iter().all(Option::is_none)) {
+        let measured = MeasuredPlants::of_tracks(tracks)?;
+        let has_none = |plant: &MeasuredPlant| plant.stems.iter().all(Option::is_none);
+        if let Some(track) = measured.plants.iter().position(has_none) {
             return Err(ModelError::NoStem { track: track + 1 });
         }
-        let measured = MeasuredPlants { layout, period_min, is_virtual: false, plants };
-        measured.check()?;
         Self::of_measured(measured)
     }
 
@@ -382,12 +376,7 @@ impl StemModel {
             math::statistics::mean(rows().map(|row| row.terms[term] * row.terms[term])).max(f64::MIN_POSITIVE)
         });
         let pooled = weights_of(rows(), &[[0.0; TERMS]; MODES], &scale.map(|scale| POOLED_RIDGE * scale));
-        let extremes = |values: &mut dyn Iterator<Item = f64>| {
-            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
-                [least.min(value), most.max(value)]
-            })
-        };
-        let lengths_cm = extremes(&mut rows().map(|row| row.length_cm));
+        let lengths_cm = math::statistics::range(rows().map(|row| row.length_cm));
         let most_scores = core::array::from_fn(|mode| {
             let sizes = all.iter().map(|angles| modes.scores(angles)[mode].abs());
             sizes.fold(0.0, f64::max)

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::shifts::Shift;
 use super::tip::{ModelError, SCHEMA, TipModel, TipModelConfig};
 use crate::check::ensure;
+use crate::file::schema_of;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::track::PAPER_PERIOD_MIN;
@@ -65,12 +66,7 @@ impl TipModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        #[derive(Deserialize)]
-        struct Head {
-            schema: String,
-        }
-        // The schema is read first: a file of another one should be called that, not full of unknown fields.
-        let Head { schema } = serde_json::from_str(text)?;
+        let schema = schema_of(text)?;
         if schema != SCHEMA && schema != SCHEMA_1 {
             return Err(ModelError::Schema { found: schema, wanted: SCHEMA });
         }
