@@ -648,7 +648,7 @@ fn decoding_on_demand_gives_the_same_detections() {
             assert_eq!(lamp_state(&picture, None), lamp_state(&image, None));
         }
     }
-    for (folder, every) in [("flora-robotica", 6), ("sunflower-timelapse", 12)] {
+    for (folder, every) in [("flora-robotica", 24), ("sunflower-timelapse", 36)] {
         let Some(folder) = real(folder) else { return };
         let mut paths: Vec<PathBuf> =
             std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
