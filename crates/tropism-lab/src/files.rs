@@ -266,6 +266,25 @@ pub(super) fn write_after(
     })
 }
 
+/// `path`, or with a number where something is there already, `name.2.rest`, `name.3.rest` and so on: nothing that was kept
+/// before is overwritten.
+pub(crate) fn free_name(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let (stem, rest) = name.split_once('.').unwrap_or((&name, ""));
+    let numbered = |number: u32| match number {
+        1 => path.to_owned(),
+        _ => path.with_file_name(format!("{stem}.{number}.{rest}")),
+    };
+    (1..).map(numbered).find(|path| !path.exists()).expect("a free name")
+}
+
+/// Renames a file to a [free name](free_name) and returns it.
+pub(crate) fn move_aside(path: &Path, kept: &Path) -> Result<PathBuf, FileError> {
+    let kept = free_name(kept);
+    fs::rename(path, &kept).map_err(disk("rename", path))?;
+    Ok(kept)
+}
+
 /// Checks that a file may be written to `path`: none is there, or a plan says to replace it.
 pub(crate) fn check_free(path: &Path, is_replaced: bool) -> Result<(), crate::Error> {
     if is_replaced || !path.exists() {

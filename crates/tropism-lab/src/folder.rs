@@ -17,6 +17,7 @@ use crate::lock::{LockError, lock};
 pub struct RunFolder {
     path: PathBuf,
     journal: Journal,
+    damages: Vec<String>,
     durability: Durability,
     _lock: File,
 }
@@ -112,25 +113,38 @@ impl RunFolder {
         is_resumed: bool,
     ) -> Result<Self, FolderError> {
         let config_path = path.join("run.toml");
-        let is_there = config_path.exists();
         files::make_folder(&path.join("photographs"))?;
         let lock = lock(path)?;
-        if is_there {
-            let found = files::read_text(&config_path)?;
-            if found != config {
-                let (found, wanted) = first_difference(&found, config);
-                return Err(FolderError::OtherRun { path: config_path, found, wanted });
-            }
-        } else {
-            files::write_with(&config_path, config.as_bytes(), durability == Durability::Full)?;
-        }
         let journal_path = path.join("journal.sqlite");
         let at = |source| FolderError::Journal { path: journal_path.clone(), source };
-        let journal = Journal::open(&journal_path, durability).map_err(at)?;
-        let next = journal.steps().map_err(at)?.last().map_or(0, |step| step.step + 1);
+        let found = config_path.exists().then(|| files::read_text(&config_path));
+        let is_same = matches!(&found, Some(Ok(text)) if text == config);
+        // The journal has the settings with which it began: they decide, whatever became of the file.
+        let (recorded, next) = match Journal::find(&journal_path).map_err(at)? {
+            Some(journal) => (journal.settings().map_err(at)?, journal.next_step().map_err(at)?),
+            None => (None, 0),
+        };
+        let is_recorded = recorded.is_some();
+        let known = match recorded {
+            Some(recorded) => Some(recorded),
+            None => found.transpose()?,
+        };
+        if let Some(found) = known.filter(|known| known != config) {
+            let (found, wanted) = first_difference(&found, config);
+            return Err(FolderError::OtherRun { path: config_path, found, wanted });
+        }
         if let Some(photograph) = later_photograph(path, next)? {
             return Err(FolderError::LostSteps { path: photograph, next });
         }
+        let mut damages = Vec::new();
+        let journal = Journal::open(&journal_path, durability, config).map_err(at)?;
+        if !is_same {
+            if is_recorded {
+                damages.push(set_aside(&config_path)?);
+            }
+            files::write_with(&config_path, config.as_bytes(), durability == Durability::Full)?;
+        }
+        damages.extend(journal.restored().map(|damage| format!("journal.sqlite: {damage}")));
         let is_over = journal.state().map_err(at)?.is_some_and(|state| state.kind == EventKind::Finished);
         if is_over && !is_resumed {
             return Err(FolderError::Taken { path: path.to_owned() });
@@ -139,7 +153,7 @@ impl RunFolder {
             // SQLite syncs the content of its files; the folder holds their names.
             files::sync_folder(path)?;
         }
-        Ok(Self { path: path.to_owned(), journal, durability, _lock: lock })
+        Ok(Self { path: path.to_owned(), journal, damages, durability, _lock: lock })
     }
 
     /// Path of the folder.
@@ -154,6 +168,12 @@ impl RunFolder {
         &self.journal
     }
 
+    /// What was damaged when the folder was opened, and was made again.
+    #[must_use]
+    pub fn damages(&self) -> &[String] {
+        &self.damages
+    }
+
     /// Reads all recorded steps.
     ///
     /// # Errors
@@ -164,12 +184,22 @@ impl RunFolder {
             .map_err(|source| FolderError::Journal { path: self.path.join("journal.sqlite"), source })
     }
 
-    /// Writes a photograph: it is whole in its place, or not there at all.
+    /// Writes a photograph: it is whole in its place, or not there at all. Another one of this name, which a program left
+    /// that was killed before it recorded the step, is moved to `unrecorded/`.
     ///
     /// # Errors
     /// [`FileError::Disk`].
     pub fn write_photo(&self, name: &str, bytes: &[u8]) -> Result<(), FileError> {
-        files::write_with(&photo_path(&self.path, name), bytes, self.durability == Durability::Full)
+        let path = photo_path(&self.path, name);
+        if path.exists() {
+            if files::read(&path).is_ok_and(|found| found == bytes) {
+                return Ok(());
+            }
+            let folder = self.path.join("unrecorded");
+            files::make_folder(&folder)?;
+            files::move_aside(&path, &folder.join(name))?;
+        }
+        files::write_with(&path, bytes, self.durability == Durability::Full)
     }
 
     /// Reads the photograph of a recorded step.
@@ -253,6 +283,16 @@ fn later_photograph(path: &Path, next: u32) -> Result<Option<PathBuf>, FileError
     }
     later.sort_unstable();
     Ok(if later.len() > 1 { later.into_iter().next() } else { None })
+}
+
+/// Keeps a damaged `run.toml` aside, and says so.
+fn set_aside(config_path: &Path) -> Result<String, FileError> {
+    if !config_path.exists() {
+        return Ok("run.toml: no such file; made again from the journal".to_owned());
+    }
+    let kept = files::move_aside(config_path, &config_path.with_extension("broken.toml"))?;
+    let name = kept.file_name().unwrap_or_default().to_string_lossy();
+    Ok(format!("run.toml: it is not what the journal holds; made again, and kept as {name}"))
 }
 
 fn photo_path(folder: &Path, name: &str) -> PathBuf {

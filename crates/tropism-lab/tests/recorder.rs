@@ -385,6 +385,7 @@ fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             files.insert(path.clone(), std::fs::read(&path).unwrap());
         }
     }
+    files.retain(|path, bytes| !(path.to_string_lossy().ends_with("-wal") && bytes.is_empty()));
     files
 }
 
@@ -410,18 +411,70 @@ fn a_journal_that_lost_its_latest_steps_takes_them_from_its_copy() {
 }
 
 #[test]
-fn a_journal_that_contradicts_its_copy_is_refused_and_nothing_changes() {
+fn a_row_that_is_not_what_was_written_is_made_again() {
+    let (_, track) = whole(&[]);
     let folder = tempfile::tempdir().unwrap();
     go(folder.path(), false, &[], 20);
     let path = folder.path().join("journal.sqlite");
-    let db = rusqlite::Connection::open(&path).unwrap();
-    db.execute("UPDATE steps SET tip_x_cm = 77.0 WHERE step = 7", []).unwrap();
-    db.execute_batch("PRAGMA wal_checkpoint(TRUNCATE)").unwrap();
-    drop(db);
+    let change = |sql: &str| rusqlite::Connection::open(&path).unwrap().execute(sql, []).unwrap();
+    change("UPDATE steps SET tip_x_cm = 77.0 WHERE step = 7");
+    go(folder.path(), true, &[], 22);
+    change("UPDATE entry SET text = replace(text, '.jpg', '.png') WHERE id = 9");
+    go(folder.path(), true, &[], 24);
+    let (resumed, _) = go(folder.path(), true, &[], usize::MAX);
+    assert_eq!(resumed, track);
+    let events = Journal::open_to_read(&path).unwrap().events().unwrap();
+    let damaged: Vec<&str> = events
+        .iter()
+        .filter(|event| event.kind == EventKind::Damaged)
+        .map(|event| event.text.as_str())
+        .collect();
+    assert!(damaged[0].contains("row 8 of \"SELECT * FROM steps"), "{damaged:?}");
+    assert!(damaged[1].contains("1 entries of its copy are not in it"), "{damaged:?}");
+}
+
+#[test]
+fn the_copy_of_another_run_is_refused_and_nothing_changes() {
+    let [folder, other] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    go(folder.path(), false, &[], 20);
+    go(other.path(), false, &[], 10);
+    // It has an entry that says so.
+    go(other.path(), true, &[], 20);
+    let copy = |folder: &Path| folder.join("journal.jsonl");
+    std::fs::copy(copy(other.path()), copy(folder.path())).unwrap();
     let before = contents(folder.path());
     let error = open(folder.path(), true, &[]).err().unwrap().to_string();
-    assert!(error.contains("contradicts its copy") && error.contains("77.0"), "{error}");
-    assert_eq!(contents(folder.path()), before);
+    assert!(error.contains("contradicts its copy") && error.contains("found entry"), "{error}");
+    assert!(contents(folder.path()) == before);
+}
+
+#[test]
+fn settings_that_are_lost_or_damaged_come_from_the_journal() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 20);
+    let settings = folder.path().join("run.toml");
+    let text = std::fs::read(&settings).unwrap();
+    std::fs::write(&settings, [0xff, 0xfe]).unwrap();
+    go(folder.path(), true, &[], 22);
+    assert_eq!(std::fs::read(&settings).unwrap(), text);
+    assert_eq!(std::fs::read(folder.path().join("run.broken.toml")).unwrap(), [0xff, 0xfe]);
+    std::fs::remove_file(&settings).unwrap();
+    go(folder.path(), true, &[], 24);
+    assert_eq!(std::fs::read(&settings).unwrap(), text);
+    // Those of another command are not taken, whatever became of the file.
+    std::fs::remove_file(&settings).unwrap();
+    let other = RunFolder::open(folder.path(), "seed = 2\n", Durability::Fast, true).unwrap_err().to_string();
+    assert!(other.contains("found a run that was started with other settings"), "{other}");
+    assert!(!settings.exists());
+}
+
+#[test]
+fn a_photograph_that_was_not_recorded_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    go(folder.path(), false, &[], 20);
+    std::fs::write(folder.path().join("photographs/000020.jpg"), b"not recorded").unwrap();
+    go(folder.path(), true, &[], 22);
+    assert_eq!(std::fs::read(folder.path().join("unrecorded/000020.jpg")).unwrap(), b"not recorded");
 }
 
 #[test]
@@ -438,7 +491,7 @@ fn a_copy_with_a_damaged_line_restores_nothing() {
     damage(folder.path(), true);
     let before = contents(folder.path());
     let error = open(folder.path(), true, &[]).err().unwrap().to_string();
-    assert!(error.contains("journal.jsonl: line 10 is damaged"), "{error}");
+    assert!(error.contains("found 9 whole entries, but 51 more in journal.jsonl"), "{error}");
     assert_eq!(contents(folder.path()), before);
     // With a whole journal the damaged copy is kept, and a new one is made.
     std::fs::write(folder.path().join("journal.sqlite"), journal).unwrap();
@@ -484,7 +537,7 @@ fn a_damaged_journal_is_set_aside_and_made_again_from_its_copy() {
     let events = journal.events().unwrap();
     let damaged: Vec<_> = events.iter().filter(|event| event.kind == EventKind::Damaged).collect();
     assert_eq!(damaged.len(), 3, "{damaged:?}");
-    assert!(damaged[0].text.contains("made again from its copy"), "{}", damaged[0].text);
+    assert!(damaged[0].text.contains("what followed entry 61 is lost"), "{}", damaged[0].text);
 }
 
 #[test]

@@ -71,7 +71,7 @@ mod tests {
     /// An experiment that began at 100 s on the clock of the boot "a", and whose last moment was an hour later.
     fn journal(is_wall_set: bool) -> (tempfile::TempDir, Journal) {
         let folder = tempfile::tempdir().unwrap();
-        let journal = Journal::open(&folder.path().join("journal.sqlite"), Durability::Fast).unwrap();
+        let journal = Journal::open(&folder.path().join("journal.sqlite"), Durability::Fast, "").unwrap();
         assert_eq!(Downtime::of(&journal, "a", 1.0, 1e9, true).unwrap(), Downtime::NotBegun);
         journal.record_boot(&Boot { id: "a".to_owned(), start_s: 100.0, is_wall_set }).unwrap();
         let last = Moment { since_start: Duration::from_secs(3600), unix_s: 1e9 };

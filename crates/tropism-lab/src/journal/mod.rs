@@ -1,5 +1,8 @@
 //! The journal of a run: an SQLite file with a row for each step, for each event, and for each time a program resumed it.
 //!
+//! All that is written is an entry, and each entry is a link of a [hash chain](chain). The tables of steps, events and
+//! boots are what the entries come to, for readers with SQL; this program reads the entries.
+//!
 //! In come steps and events as they happen; out comes what a resumed run, a report or an export needs. With full durability
 //! a write that returns is on the disk: write-ahead logging with `synchronous = FULL`, as with less a power cut may lose the
 //! latest commits. A mirror, the same entries as text, restores a journal that the disk damaged.
@@ -7,102 +10,34 @@
 //! # References
 //! SQLite, "PRAGMA synchronous": <https://www.sqlite.org/pragma.html#pragma_synchronous>. `scripts/power-cuts` tries it.
 
+mod chain;
 mod downtime;
+mod error;
+mod history;
 mod mirror;
 mod step;
 
-use std::path::{Path, PathBuf};
+use std::cell::RefCell;
+use std::path::Path;
 use std::time::Duration;
 
 use rusqlite::types::Value;
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params_from_iter};
+use rusqlite::{Connection, OpenFlags, OptionalExtension, params_from_iter};
 use tropism::lamps::Light;
 use tropism::rig::{Boot, Durability, Event, Moment};
 
-use mirror::{Contents, Entry, Mirror};
+use chain::{Link, last_digest};
+use history::Survey;
+use mirror::Mirror;
 use step::columns;
 
 pub use downtime::Downtime;
+pub use error::JournalError;
 pub use step::StepRecord;
 
-/// Why a journal cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum JournalError {
-    /// SQLite refused.
-    #[error(transparent)]
-    Sqlite(#[from] rusqlite::Error),
-    /// A damaged file.
-    #[error("found a damaged journal ({0}), wanted one that SQLite's quick_check passes")]
-    Damaged(String),
-    /// A copy that is damaged itself.
-    #[error(
-        "{path}: line {line} is damaged, and the journal itself is damaged or lacks what stands here; nothing was changed"
-    )]
-    Copy {
-        /// The copy.
-        path: PathBuf,
-        /// Its first damaged line, from 1.
-        line: usize,
-    },
-    /// A journal and a copy each of which has something that the other has otherwise.
-    #[error(
-        "it contradicts its copy journal.jsonl: found {journal}, and in the copy {copy}; nothing was changed: move aside \
-         the one that is wrong"
-    )]
-    Contradiction {
-        /// The first entry that the copy lacks.
-        journal: String,
-        /// The first entry that the journal lacks.
-        copy: String,
-    },
-    /// A restored journal that cannot take its place.
-    #[error("{path}: cannot rename the restored journal: {source}")]
-    Restore {
-        /// The restored file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// A value that its column cannot hold.
-    #[error("step {step}: found {column} {found:?}, wanted {wanted}")]
-    Value {
-        /// Step of the row.
-        step: u32,
-        /// Column.
-        column: &'static str,
-        /// The value.
-        found: String,
-        /// The values that the column can hold.
-        wanted: &'static str,
-    },
-    /// A schema that this version cannot use.
-    #[error("found journal schema {0}, wanted {SCHEMA}; the version that began the run can resume it")]
-    Schema(i64),
-}
-
-impl JournalError {
-    /// Whether the disk is full.
-    #[must_use]
-    pub fn is_disk_full(&self) -> bool {
-        matches!(self, Self::Sqlite(error) if error.sqlite_error_code() == Some(ErrorCode::DiskFull))
-    }
-
-    /// Whether the file is damaged.
-    fn is_damage(&self) -> bool {
-        match self {
-            Self::Damaged(_) => true,
-            Self::Sqlite(error) => {
-                let code = error.sqlite_error_code();
-                [Some(ErrorCode::DatabaseCorrupt), Some(ErrorCode::NotADatabase)].contains(&code)
-            }
-            _ => false,
-        }
-    }
-}
-
-/// The schema that is written. 5 added the stem of each step, 4 the shift of the camera, 3 events, boots and wall times.
-const SCHEMA: i64 = 5;
+/// The schema that is written. 6 added the chain of entries and the settings, 5 the stem of each step, 4 the shift of the
+/// camera, 3 events, boots and wall times.
+const SCHEMA: i64 = 6;
 
 /// The oldest schema that can be read. Only a journal of [`SCHEMA`] can be resumed.
 const OLDEST_READABLE: i64 = 2;
@@ -119,49 +54,33 @@ const TABLES: &str = "
         id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
         since_start_s REAL, unix_s REAL);
     CREATE TABLE boot (
-        id INTEGER PRIMARY KEY, boot TEXT NOT NULL, start_s REAL NOT NULL, wall_set INTEGER NOT NULL);";
+        id INTEGER PRIMARY KEY, boot TEXT NOT NULL, start_s REAL NOT NULL, wall_set INTEGER NOT NULL);
+    CREATE TABLE settings (text TEXT NOT NULL);
+    CREATE TABLE entry (id INTEGER PRIMARY KEY, text TEXT NOT NULL, digest TEXT NOT NULL);";
 
-/// A kind of entry.
-struct EntryKind {
-    /// Its name in the mirror.
-    name: &'static str,
-    /// The statement that writes it.
-    write: &'static str,
-    /// The query that reads the values of all such entries, in the order of `write`.
-    read: &'static str,
-}
+/// What the entries come to, in an order that does not depend on the file.
+const CONTENTS: [&str; 4] = [
+    "SELECT * FROM steps ORDER BY step",
+    "SELECT * FROM event ORDER BY id",
+    "SELECT * FROM boot ORDER BY id",
+    "SELECT * FROM settings ORDER BY rowid",
+];
 
-/// All kinds of entries, each after those that it changes.
-const ENTRY_KINDS: [EntryKind; 5] = [
-    EntryKind {
-        name: "boot",
-        write: "INSERT INTO boot (boot, start_s, wall_set) VALUES (?, ?, ?)",
-        read: "SELECT boot, start_s, wall_set FROM boot ORDER BY id",
-    },
-    EntryKind {
-        name: "saw",
-        write: concat!(
+/// The statement that writes an entry of each kind into its table.
+const STATEMENTS: [(&str, &str); 6] = [
+    ("settings", "INSERT INTO settings (text) VALUES (?)"),
+    ("boot", "INSERT INTO boot (boot, start_s, wall_set) VALUES (?, ?, ?)"),
+    (
+        "saw",
+        concat!(
             "INSERT OR REPLACE INTO steps (",
             columns!(),
             ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
         ),
-        read: concat!("SELECT ", columns!(), " FROM steps ORDER BY step"),
-    },
-    EntryKind {
-        name: "decided",
-        write: "UPDATE steps SET decided = ? WHERE step = ?",
-        read: "SELECT decided, step FROM steps WHERE decided IS NOT NULL ORDER BY step",
-    },
-    EntryKind {
-        name: "done",
-        write: "UPDATE steps SET done = 1 WHERE step = ?",
-        read: "SELECT step FROM steps WHERE done = 1 ORDER BY step",
-    },
-    EntryKind {
-        name: "event",
-        write: "INSERT INTO event (step, kind, text, since_start_s, unix_s) VALUES (?, ?, ?, ?, ?)",
-        read: "SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id",
-    },
+    ),
+    ("decided", "UPDATE steps SET decided = ? WHERE step = ?"),
+    ("done", "UPDATE steps SET done = 1 WHERE step = ?"),
+    ("event", "INSERT INTO event (step, kind, text, since_start_s, unix_s) VALUES (?, ?, ?, ?, ?)"),
 ];
 
 /// An open journal.
@@ -169,58 +88,73 @@ const ENTRY_KINDS: [EntryKind; 5] = [
 pub struct Journal {
     db: Connection,
     schema: i64,
+    /// Digest of the last entry.
+    digest: RefCell<String>,
     mirror: Mirror,
     restored: Option<String>,
 }
 
 impl Journal {
-    /// Opens the journal at `path`, or creates it. One that is damaged or missing, or lacks what its mirror has, is restored
-    /// from the mirror, a `.jsonl` file beside it; what was there is kept aside.
+    /// Opens the journal at `path`, or creates it with `settings`, the text of the `run.toml` of the run. One that is damaged
+    /// or missing, or lacks what its mirror has, is restored; what was there is kept aside.
     ///
     /// # Errors
-    /// [`JournalError`] if the file is no journal, is damaged without a whole mirror, contradicts its mirror, or has another
-    /// schema. Nothing was changed then.
-    pub fn open(path: &Path, durability: Durability) -> Result<Self, JournalError> {
-        let copy = mirror::read(path);
-        let opened = match mirror::is_orphaned(path) {
-            true => Err(JournalError::Damaged("no such file".to_owned())),
-            false => Self::connect(path, durability),
-        };
-        let opened = match (opened, &copy) {
-            (Ok(journal), Some(copy)) => journal.compared_with(copy).map(|()| journal),
-            (opened, _) => opened,
-        };
-        let mut journal = match (opened, &copy) {
-            (Err(error), Some(copy)) if error.is_damage() => {
-                mirror::restore(path, durability, copy)?;
-                let entries = copy.entries.len();
-                let restored = Some(format!("{error}; made again from its copy, {entries} entries"));
-                Self { restored, ..Self::connect(path, durability)? }
-            }
-            (opened, _) => opened?,
-        };
-        if copy.is_some_and(|copy| copy.damaged_line.is_some()) {
-            mirror::set_aside(path);
+    /// [`JournalError`] if the file is no journal, if entries are whole neither in it nor in its mirror, if the two contradict
+    /// each other, or if it is of another schema. Nothing was changed then.
+    pub fn open(path: &Path, durability: Durability, settings: &str) -> Result<Self, JournalError> {
+        let survey = Survey::of(path)?;
+        let replayed = Self::replayed(&survey.history)?;
+        let mut damage = survey.damage.clone();
+        if damage.is_none() && path.exists() && !survey.history.is_empty() {
+            damage = Self::connect(path, durability)?.difference(&replayed)?;
         }
-        journal.mirror = Mirror::create(path, &journal.entries()?);
+        // Before the journal is moved: at no moment is the history in neither.
+        let mirror = Mirror::open(path, survey.copy.as_ref(), &survey.history);
+        if damage.is_some() {
+            survey.restore(path, durability)?;
+        }
+        let entries = survey.history.len();
+        let journal = Self {
+            digest: RefCell::new(last_digest(&survey.history).to_owned()),
+            mirror,
+            restored: damage.map(|damage| format!("{damage}; made again, {entries} entries")),
+            ..Self::connect(path, durability)?
+        };
+        if entries == 0 {
+            journal.write("settings", &[settings.to_owned().into()])?;
+        }
         Ok(journal)
     }
 
-    /// Opens the journal at `path` to read it, also while a run writes it.
+    /// Opens the journal at `path` to read it, also while a run writes it. Where it is damaged its mirror stands in.
     ///
     /// # Errors
-    /// [`JournalError`] if there is no journal, or its schema cannot be read.
+    /// [`JournalError`] if there is no journal, if entries are whole neither in it nor in its mirror, or if its schema cannot
+    /// be read.
     pub fn open_to_read(path: &Path) -> Result<Self, JournalError> {
-        let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
-        match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
-            schema @ OLDEST_READABLE..=SCHEMA => {
-                Ok(Self { db, schema, mirror: Mirror::default(), restored: None })
+        match Survey::of(path) {
+            // Before schema 6 there was no chain.
+            Err(JournalError::Schema(schema @ OLDEST_READABLE..SCHEMA)) => {
+                let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+                Ok(Self::with_schema(db, schema))
             }
-            other => Err(JournalError::Schema(other)),
+            Ok(survey) if survey.history.is_empty() && !path.exists() => {
+                Err(JournalError::Damaged("no such file".to_owned()))
+            }
+            survey => Self::replayed(&survey?.history),
         }
     }
 
-    /// What was wrong with the journal and how it was restored; `None` if it was whole.
+    /// [`Self::open_to_read`], or `None` if there is neither a journal at `path` nor its mirror.
+    ///
+    /// # Errors
+    /// As [`Self::open_to_read`].
+    pub fn find(path: &Path) -> Result<Option<Self>, JournalError> {
+        let is_there = path.exists() || mirror::path_of(path).exists();
+        is_there.then(|| Self::open_to_read(path)).transpose()
+    }
+
+    /// What was wrong with the journal that was restored; `None` if it was whole.
     #[must_use]
     pub fn restored(&self) -> Option<&str> {
         self.restored.as_deref()
@@ -232,96 +166,94 @@ impl Journal {
         self.schema >= 5
     }
 
+    fn with_schema(db: Connection, schema: i64) -> Self {
+        Self { db, schema, digest: RefCell::default(), mirror: Mirror::default(), restored: None }
+    }
+
     fn connect(path: &Path, durability: Durability) -> Result<Self, JournalError> {
         let db = Connection::open(path)?;
         db.pragma_update(None, "journal_mode", "WAL")?;
         // FULL syncs the log at every commit. OFF leaves that to the system, which outlives a killed program.
         db.pragma_update(None, "synchronous", if durability == Durability::Full { "FULL" } else { "OFF" })?;
-        let check: String = db.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
-        if check != "ok" {
-            return Err(JournalError::Damaged(check));
-        }
-        let schema: i64 = db.query_row("PRAGMA user_version", [], |row| row.get(0))?;
-        match schema {
-            SCHEMA => {}
-            0 => db.execute_batch(&format!("BEGIN; {TABLES} PRAGMA user_version = {SCHEMA}; COMMIT;"))?,
-            other => return Err(JournalError::Schema(other)),
-        }
-        Ok(Self { db, schema: SCHEMA, mirror: Mirror::default(), restored: None })
-    }
-
-    /// Compares the journal with its copy. The copy is written after the journal, so it may lack the latest entries.
-    ///
-    /// # Errors
-    /// [`JournalError::Damaged`] if the journal lacks entries that the copy has, and [`JournalError::Contradiction`] if the
-    /// copy lacks others.
-    fn compared_with(&self, copy: &Contents) -> Result<(), JournalError> {
-        // What the copy comes to: later entries of a step take the place of earlier ones.
-        let replayed = Self::of(Connection::open_in_memory()?)?;
-        replayed.write_all(&copy.entries)?;
-        let lines = |journal: &Self| -> Result<Vec<String>, JournalError> {
-            let mut lines: Vec<String> =
-                journal.entries()?.iter().map(|(name, values)| mirror::to_line(name, values)).collect();
-            lines.sort_unstable();
-            Ok(lines)
-        };
-        let (ours, theirs) = (lines(self)?, lines(&replayed)?);
-        let lacking = |these: &[String], those: &[String]| -> Vec<String> {
-            those.iter().filter(|line| these.binary_search(line).is_err()).cloned().collect()
-        };
-        let (lost, more) = (lacking(&ours, &theirs), lacking(&theirs, &ours));
-        match (lost.first(), more.first()) {
-            (None, _) => Ok(()),
-            (Some(_), None) => {
-                Err(JournalError::Damaged(format!("{} entries of its copy are not in it", lost.len())))
-            }
-            (Some(copy), Some(journal)) => Err(JournalError::Contradiction {
-                journal: journal.trim_end().to_owned(),
-                copy: copy.trim_end().to_owned(),
-            }),
+        match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
+            SCHEMA => Ok(Self::with_schema(db, SCHEMA)),
+            0 => Self::of(db),
+            other => Err(JournalError::Schema(other)),
         }
     }
 
     /// An empty journal in a database.
     fn of(db: Connection) -> Result<Self, JournalError> {
         db.execute_batch(&format!("BEGIN; {TABLES} PRAGMA user_version = {SCHEMA}; COMMIT;"))?;
-        Ok(Self { db, schema: SCHEMA, mirror: Mirror::default(), restored: None })
+        Ok(Self::with_schema(db, SCHEMA))
     }
 
-    /// Creates a journal of `entries` at `path`.
-    fn create(path: &Path, durability: Durability, entries: &[Entry]) -> Result<(), JournalError> {
-        Self::connect(path, durability)?.write_all(entries)
+    /// A journal of `history` in memory.
+    fn replayed(history: &[Link]) -> Result<Self, JournalError> {
+        let journal = Self::of(Connection::open_in_memory()?)?;
+        journal.write_all(history)?;
+        Ok(journal)
     }
 
-    fn write_all(&self, entries: &[Entry]) -> Result<(), JournalError> {
+    /// The first difference between the tables of this journal and of the one that its entries come to.
+    fn difference(&self, replayed: &Self) -> Result<Option<String>, JournalError> {
+        for query in CONTENTS {
+            let (ours, theirs) = (self.rows(query), replayed.rows(query)?);
+            let ours = match ours {
+                Err(error) if error.is_damage() => return Ok(Some(error.to_string())),
+                ours => ours?,
+            };
+            if ours != theirs {
+                let row = ours.iter().zip(&theirs).position(|(one, other)| one != other);
+                let row = row.unwrap_or(ours.len().min(theirs.len())) + 1;
+                return Ok(Some(format!("row {row} of \"{query}\" is not what was written")));
+            }
+        }
+        Ok(None)
+    }
+
+    fn rows(&self, query: &str) -> Result<Vec<Vec<Value>>, JournalError> {
+        let mut statement = self.db.prepare(query)?;
+        let columns = statement.column_count();
+        let mut found = statement.query([])?;
+        let mut rows = Vec::new();
+        while let Some(row) = found.next()? {
+            rows.push((0..columns).map(|column| row.get(column)).collect::<Result<_, _>>()?);
+        }
+        Ok(rows)
+    }
+
+    fn write_all(&self, history: &[Link]) -> Result<(), JournalError> {
         self.db.execute_batch("BEGIN")?;
-        for (name, values) in entries {
-            self.write(name, values)?;
+        for link in history {
+            let Some((name, values)) = link.entry() else {
+                return Err(JournalError::Damaged(format!("entry {}", link.text)));
+            };
+            self.execute(link, &name, &values)?;
         }
         Ok(self.db.execute_batch("COMMIT")?)
     }
 
-    /// Reads all entries.
-    fn entries(&self) -> Result<Vec<(&'static str, Vec<Value>)>, JournalError> {
-        let mut entries = Vec::new();
-        for EntryKind { name, read, .. } in ENTRY_KINDS {
-            let mut statement = self.db.prepare(read)?;
-            let columns = statement.column_count();
-            let mut found = statement.query([])?;
-            while let Some(row) = found.next()? {
-                entries.push((name, (0..columns).map(|column| row.get(column)).collect::<Result<_, _>>()?));
-            }
-        }
-        Ok(entries)
-    }
-
     /// Writes an entry, and its copy into the mirror.
     fn write(&self, name: &str, values: &[Value]) -> Result<(), JournalError> {
-        let Some(EntryKind { write, .. }) = ENTRY_KINDS.iter().find(|kind| kind.name == name) else {
-            return Err(JournalError::Damaged(format!("an entry {name:?} in its copy")));
+        let link = Link::after(&self.digest.borrow(), name, values);
+        let transaction = self.db.unchecked_transaction()?;
+        self.execute(&link, name, values)?;
+        transaction.commit()?;
+        self.mirror.add(&link);
+        self.digest.replace(link.digest);
+        Ok(())
+    }
+
+    /// Writes an entry into its table and among the entries.
+    fn execute(&self, link: &Link, name: &str, values: &[Value]) -> Result<(), JournalError> {
+        let Some((_, statement)) = STATEMENTS.iter().find(|(kind, _)| *kind == name) else {
+            return Err(JournalError::Damaged(format!("entry {}", link.text)));
         };
-        self.db.prepare_cached(write)?.execute(params_from_iter(values))?;
-        self.mirror.add(name, values);
+        self.db.prepare_cached(statement)?.execute(params_from_iter(values))?;
+        self.db
+            .prepare_cached("INSERT INTO entry (text, digest) VALUES (?, ?)")?
+            .execute([&link.text, &link.digest])?;
         Ok(())
     }
 }
@@ -393,12 +325,31 @@ impl Journal {
         Ok(steps)
     }
 
+    /// The text of the `run.toml` of the run; `None` in a new journal and before schema 6.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn settings(&self) -> Result<Option<String>, JournalError> {
+        if self.schema < 6 {
+            return Ok(None);
+        }
+        Ok(self.db.query_row("SELECT text FROM settings", [], |row| row.get(0)).optional()?)
+    }
+
     /// How many steps are recorded.
     ///
     /// # Errors
     /// [`JournalError::Sqlite`].
     pub fn step_count(&self) -> Result<u32, JournalError> {
         Ok(self.db.query_row("SELECT count(*) FROM steps", [], |row| row.get(0))?)
+    }
+
+    /// The step after the last recorded one.
+    ///
+    /// # Errors
+    /// [`JournalError::Sqlite`].
+    pub fn next_step(&self) -> Result<u32, JournalError> {
+        Ok(self.db.query_row("SELECT coalesce(max(step) + 1, 0) FROM steps", [], |row| row.get(0))?)
     }
 
     /// Reads all events in order; none in a journal before schema 3.

@@ -150,8 +150,8 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
                 self.report(EventKind::Resumed, text)?;
             }
         }
-        if let Some(damage) = self.folder.journal().restored().map(str::to_owned) {
-            self.report(EventKind::Damaged, format!("journal.sqlite: {damage}"))?;
+        for damage in self.folder.damages().to_vec() {
+            self.report(EventKind::Damaged, damage)?;
         }
         self.reserve_ballast()?;
         // In the virtual tent, whose clock jumps, the replay lights the lamps of the recorded steps.
