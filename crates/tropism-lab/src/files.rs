@@ -175,8 +175,15 @@ pub fn read_as<T, E: Error + Send + Sync + 'static>(
 /// # Errors
 /// [`FileError`] in one line, as [`TomlError`] has it.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
-    let text = read_text(path)?;
-    toml::from_str(&text).map_err(|error| parse(path)(TomlError::new(&text, error)))
+    parse_toml(path, &read_text(path)?)
+}
+
+/// Parses the text of the TOML file at `path`.
+///
+/// # Errors
+/// As [`read_toml`].
+pub(crate) fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, FileError> {
+    toml::from_str(text).map_err(|error| parse(path)(TomlError::new(text, error)))
 }
 
 /// Reads a track.

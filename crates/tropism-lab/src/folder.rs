@@ -10,7 +10,7 @@ use tropism::track::{Column, Track};
 
 use crate::files::{self, FileError};
 use crate::journal::{Journal, JournalError, StepRecord};
-use crate::lock::{LockError, lock};
+use crate::lock::{FolderLock, LockError, lock};
 
 /// An open run folder, locked against other programs.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub struct RunFolder {
     journal: Journal,
     damages: Vec<String>,
     durability: Durability,
-    _lock: File,
+    _lock: FolderLock,
 }
 
 /// Why a run folder cannot be used.
@@ -191,7 +191,7 @@ impl RunFolder {
     /// [`FileError::Disk`].
     pub fn write_photo(&self, name: &str, bytes: &[u8]) -> Result<(), FileError> {
         let path = photo_path(&self.path, name);
-        if path.exists() {
+        if path.is_file() {
             if files::read(&path).is_ok_and(|found| found == bytes) {
                 return Ok(());
             }

@@ -3,7 +3,7 @@
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::files::FileError;
 
@@ -34,22 +34,62 @@ const TRIES: u32 = 10;
 /// Pause between two tries; chosen, far longer than reading the holder takes.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Keeps other programs out of the folder at `path` until it is dropped, or until the process dies. The file `run.lock`
-/// there then holds the number of this process.
+/// A locked folder: free again when it is dropped, or when the process dies.
+#[derive(Debug)]
+pub struct FolderLock(File);
+
+impl Drop for FolderLock {
+    fn drop(&mut self) {
+        // An old number is of nobody, or of somebody else by now. A process that dies leaves it: it is not believed without
+        // the lock.
+        let _ = self.0.set_len(0);
+    }
+}
+
+/// Keeps other programs out of the folder at `path`. The file `run.lock` there then holds the number of this process and,
+/// on Linux, when it began.
 ///
 /// # Errors
 /// [`LockError::InUse`] if another program holds the lock.
-pub fn lock(path: &Path) -> Result<File, LockError> {
+pub fn lock(path: &Path) -> Result<FolderLock, LockError> {
+    lock_as(path, "")
+}
+
+/// [`lock`] for the guard of a dead run, which other programs wait for.
+pub(crate) fn lock_as_guard(path: &Path) -> Result<FolderLock, LockError> {
+    lock_as(path, GUARD)
+}
+
+/// What a guard writes beside its number.
+const GUARD: &str = "guard";
+
+/// How long a guard is waited for that puts the light off: chosen, longer than it tries a device.
+const GUARD_WAIT: Duration = Duration::from_secs(120);
+
+fn lock_as(path: &Path, role: &str) -> Result<FolderLock, LockError> {
     let name = path.join("run.lock");
     let disk = |source| FileError::Disk { action: "lock", path: name.clone(), source };
+    let mut options = File::options();
     // Not truncated: until the lock is ours it holds the number of the program that has it.
-    let options = File::options().read(true).write(true).create(true).truncate(false).open(&name);
-    let mut file = options.map_err(disk)?;
-    for _ in 0..TRIES {
+    options.read(true).write(true).create(true).truncate(false);
+    let mut file = options.open(&name).map_err(disk)?;
+    make_private(&file).map_err(disk)?;
+    let began_to_wait = Instant::now();
+    let is_guarded = || std::fs::read_to_string(&name).is_ok_and(|text| text.trim_end().ends_with(GUARD));
+    let mut tries = 0;
+    while tries < TRIES {
+        tries += 1;
+        // It empties the file just before it lets go.
+        if is_guarded() && began_to_wait.elapsed() < GUARD_WAIT {
+            tries = 0;
+        }
         match file.try_lock() {
             Ok(()) => {
-                file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id())).map_err(disk)?;
-                return Ok(file);
+                let process = std::process::id();
+                let began = began(process).map_or_else(|| "-".to_owned(), |began| began.to_string());
+                let line = format!("{process} {began} {role}\n");
+                file.set_len(0).and_then(|()| file.write_all(line.as_bytes())).map_err(disk)?;
+                return Ok(FolderLock(file));
             }
             Err(TryLockError::WouldBlock) => std::thread::sleep(PAUSE),
             Err(TryLockError::Error(source)) => return Err(disk(source).into()),
@@ -58,10 +98,32 @@ pub fn lock(path: &Path) -> Result<File, LockError> {
     Err(LockError::InUse { path: path.to_owned(), process: read_process(&name) })
 }
 
+/// Lets only the owner read a file: who can read a lock can hold it and keep its owner out.
+fn make_private(file: &File) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let private = std::fs::Permissions::from_mode(0o600);
+        if file.metadata()?.permissions().mode() & 0o777 != 0o600 {
+            return file.set_permissions(private);
+        }
+    }
+    let _ = file;
+    Ok(())
+}
+
+/// When a process began, in ticks since the boot: field 22 of `/proc/PID/stat` (`man 5 proc_pid_stat`). `None` if there is no
+/// such process or no such file.
+fn began(process: u32) -> Option<u64> {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name, field 2, stands in brackets and may hold any character.
+    stat.rsplit_once(')')?.1.split_whitespace().nth(19)?.parse().ok()
+}
+
 /// The number of the process that holds the lock of the folder at `path`; `None` if none does.
 ///
 /// # Errors
-/// [`FileError`] if the lock cannot be read, or is held without a number.
+/// [`FileError`] if the lock cannot be read, or is held without the number of a living process.
 pub fn holder(path: &Path) -> Result<Option<u32>, FileError> {
     let name = path.join("run.lock");
     let disk = |source| FileError::Disk { action: "read", path: name.clone(), source };
@@ -82,12 +144,20 @@ pub fn holder(path: &Path) -> Result<Option<u32>, FileError> {
         // The holder has the lock but has not yet written its number.
         std::thread::sleep(PAUSE);
     }
-    let problem = "found it locked without the number of a process, wanted one".to_owned();
+    let problem = "found it locked without the number of a living process, wanted one".to_owned();
     Err(FileError::content(&name, problem))
 }
 
+/// The process in a lock file; `None` if another process has its number by now.
 fn read_process(lock: &Path) -> Option<u32> {
-    std::fs::read_to_string(lock).ok()?.trim().parse().ok()
+    let text = std::fs::read_to_string(lock).ok()?;
+    let mut words = text.split_whitespace();
+    let process: u32 = words.next()?.parse().ok()?;
+    match words.next() {
+        // A system that does not tell.
+        None | Some("-") => Some(process),
+        Some(then) => (began(process) == then.parse().ok()).then_some(process),
+    }
 }
 
 #[cfg(test)]
@@ -106,6 +176,41 @@ mod tests {
         drop(held);
         assert_eq!(holder(folder.path()).unwrap(), None);
         drop(lock(folder.path()).unwrap());
+    }
+
+    #[test]
+    fn a_guard_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let guard = lock_as_guard(folder.path()).unwrap();
+        std::thread::scope(|scope| {
+            let run = scope.spawn(|| lock(folder.path()).map(drop));
+            std::thread::sleep(3 * TRIES * PAUSE);
+            drop(guard);
+            run.join().unwrap().unwrap();
+        });
+    }
+
+    #[test]
+    fn a_number_that_another_process_has_by_now_is_not_believed() {
+        let folder = tempfile::tempdir().unwrap();
+        let held = lock(folder.path()).unwrap();
+        let name = folder.path().join("run.lock");
+        // The first process of the system began before this one.
+        std::fs::write(&name, format!("1 {}\n", u64::MAX)).unwrap();
+        let error = holder(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("without the number of a living process"), "{error}");
+        drop(held);
+        assert_eq!(std::fs::read_to_string(&name).unwrap(), "", "a lock that is free names nobody");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn only_the_owner_can_read_a_lock() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let _held = lock(folder.path()).unwrap();
+        let mode = folder.path().join("run.lock").metadata().unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
     }
 
     #[test]

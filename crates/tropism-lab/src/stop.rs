@@ -69,7 +69,8 @@ impl Workflow for StopPlan {
         };
         let Some(process) = holder(&self.folder)? else { return Ok(results(None)) };
         let folder = self.folder.display();
-        terminate(process).map_err(Error::at(format!("{folder}: process {process}")))?;
+        let is_holder = || holder(&self.folder).is_ok_and(|now| now == Some(process));
+        terminate(process, is_holder).map_err(Error::at(format!("{folder}: process {process}")))?;
         monitor.note(&format!("process {process} was asked to end"));
         let wait = Duration::from_secs_f64(60.0 * self.wait_min);
         // It releases the lock when all is written. Another process may have taken the lock since.
@@ -89,13 +90,27 @@ impl Workflow for StopPlan {
     }
 }
 
-/// Sends a process SIGTERM.
+/// Sends a process SIGTERM if it still is the one that is meant.
 #[cfg(unix)]
-fn terminate(process: u32) -> std::io::Result<()> {
+fn terminate(process: u32, is_meant: impl Fn() -> bool) -> std::io::Result<()> {
     use rustix::process::{Pid, Signal, kill_process};
 
     let id = i32::try_from(process).ok().and_then(Pid::from_raw);
     let id = id.ok_or_else(|| std::io::Error::other("found no number of a process"))?;
+    // A descriptor is of this process for good, while its number may be another one's by the time it is used.
+    #[cfg(target_os = "linux")]
+    if let Ok(descriptor) = rustix::process::pidfd_open(id, rustix::process::PidfdFlags::empty()) {
+        if is_meant() {
+            match rustix::process::pidfd_send_signal(&descriptor, Signal::TERM) {
+                Err(rustix::io::Errno::SRCH) => {}
+                done => done?,
+            }
+        }
+        return Ok(());
+    }
+    if !is_meant() {
+        return Ok(());
+    }
     match kill_process(id, Signal::TERM) {
         // It ended by itself in between.
         Err(rustix::io::Errno::SRCH) => Ok(()),
@@ -105,6 +120,6 @@ fn terminate(process: u32) -> std::io::Result<()> {
 
 /// Fails: there are no signals.
 #[cfg(not(unix))]
-fn terminate(_process: u32) -> std::io::Result<()> {
+fn terminate(_process: u32, _is_meant: impl Fn() -> bool) -> std::io::Result<()> {
     Err(std::io::Error::other("wanted a system with signals; press Ctrl-C where it runs"))
 }

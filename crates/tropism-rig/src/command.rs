@@ -105,13 +105,16 @@ pub struct CommandSwitch {
     pub on: Vec<String>,
     /// Switches it off.
     pub off: Vec<String>,
-    /// Time limit of each program.
+    /// Time limit of the program that switches it off.
     pub timeout: Duration,
+    /// Time limit of the program that switches it on.
+    pub on_timeout: Duration,
 }
 
 impl Switch for CommandSwitch {
     fn switch(&mut self, is_on: bool) -> Result<(), RigError> {
-        run(&self.device, if is_on { &self.on } else { &self.off }, self.timeout).map(drop)
+        let (words, timeout) = if is_on { (&self.on, self.on_timeout) } else { (&self.off, self.timeout) };
+        run(&self.device, words, timeout).map(drop)
     }
 }
 
@@ -144,6 +147,30 @@ mod tests {
             retries: 2,
         };
         assert_eq!(camera.photograph().unwrap().bytes, b"photo\n");
+    }
+
+    #[test]
+    fn a_flash_whose_program_hangs_while_it_lights_is_off_again_in_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("log");
+        let say = |what: &str| {
+            format!("[\"sh\", \"-c\", \"echo {what} $(date +%s%N) >> {}; sleep 0\"]", log.display())
+        };
+        let hang = say("on").replace("sleep 0", "sleep 60");
+        let off = say("off");
+        let text =
+            format!("driver = \"command\"\non = {hang}\noff = {off}\nmax_on_s = 0.3\ntimeout_s = 20.0");
+        let driver: crate::driver::FlashDriver = toml::from_str(&text).unwrap();
+        let mut flash = driver.open(None).unwrap();
+        assert!(flash.flash(true).unwrap_err().to_string().contains("still running"));
+        drop(flash);
+        let text = std::fs::read_to_string(log).unwrap();
+        let times = |word: &str| -> Vec<u64> {
+            let lines = text.lines().filter_map(|line| line.strip_prefix(word));
+            lines.map(|time| time.trim().parse().unwrap()).collect()
+        };
+        let lit_ns = times("off").last().unwrap() - times("on")[0];
+        assert!(lit_ns < 5_000_000_000, "lit for {lit_ns} ns: {text}");
     }
 
     #[test]

@@ -12,6 +12,7 @@ use tropism::rig::{Camera, Flash, RigError};
 
 use crate::alert::{CommandAlert, Heartbeat, MqttAlert, Post, Settings};
 use crate::command::{CommandCamera, CommandFlash, CommandLamp, CommandSwitch};
+use crate::device;
 use crate::folder::FolderCamera;
 use crate::gpio::{GpioFlash, GpioLamp};
 use crate::http::HttpCamera;
@@ -190,13 +191,27 @@ impl LampDriver {
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Wled(a), Self::Wled(b)) => {
-                a.url == b.url && (a.segment == b.segment || a.strip.overlaps(&b.strip))
+                device::address(&a.url) == device::address(&b.url)
+                    && (a.segment == b.segment || a.strip.overlaps(&b.strip))
             }
             (Self::Leds(a), Self::Leds(b)) => a.device == b.device && a.strip.overlaps(&b.strip),
             (Self::Ws2812(a), Self::Ws2812(b)) => a.device == b.device && a.strip.overlaps(&b.strip),
-            (Self::Gpio(a), Self::Gpio(b)) => (&a.line.chip, &a.line.name) == (&b.line.chip, &b.line.name),
-            (Self::Mqtt(a), Self::Mqtt(b)) => a.plug == b.plug,
+            (Self::Gpio(a), Self::Gpio(b)) => a.line.is_same(&b.line),
+            (Self::Mqtt(a), Self::Mqtt(b)) => a.plug.is_same(&b.plug),
+            (Self::Command(a), Self::Command(b)) => a.on == b.on && a.off == b.off && !a.on.is_empty(),
             _ => false,
+        }
+    }
+
+    /// What it drives, in one spelling, for its lock.
+    pub(crate) fn identity(&self, broker: Option<&Broker>) -> String {
+        match self {
+            Self::Command(lamp) => device::command(&lamp.on),
+            Self::Wled(lamp) => format!("wled {} segment {}", device::address(&lamp.url), lamp.segment),
+            Self::Mqtt(lamp) => lamp.plug.identity(broker),
+            Self::Gpio(lamp) => format!("gpio {}", lamp.line.name),
+            Self::Leds(lamp) => format!("leds {} pixel {}", lamp.device.display(), lamp.strip.first),
+            Self::Ws2812(lamp) => format!("spi {} pixel {}", lamp.device.display(), lamp.strip.first),
         }
     }
 
@@ -211,6 +226,7 @@ impl LampDriver {
                 on: on.clone(),
                 off: off.clone(),
                 timeout: timeout_s.duration(),
+                on_timeout: timeout_s.duration(),
             }),
             Self::Wled(lamp) => Box::new(lamp.open(device)),
             Self::Mqtt(lamp) => Box::new(lamp.plug.open(device, broker)?),
@@ -245,6 +261,27 @@ drivers! {
 }
 
 impl FlashDriver {
+    /// Whether it drives the line, plug or programs of `lamp`.
+    pub(crate) fn overlaps(&self, lamp: &LampDriver) -> bool {
+        match (self, lamp) {
+            (Self::Gpio(flash), LampDriver::Gpio(lamp)) => flash.line.is_same(&lamp.line),
+            (Self::Mqtt(flash), LampDriver::Mqtt(lamp)) => flash.plug.is_same(&lamp.plug),
+            (Self::Command(flash), LampDriver::Command(lamp)) => {
+                flash.on == lamp.on && flash.off == lamp.off && !flash.on.is_empty()
+            }
+            _ => false,
+        }
+    }
+
+    /// What it drives, in one spelling, for its lock.
+    pub(crate) fn identity(&self, broker: Option<&Broker>) -> String {
+        match self {
+            Self::Command(flash) => device::command(&flash.on),
+            Self::Mqtt(flash) => flash.plug.identity(broker),
+            Self::Gpio(flash) => format!("gpio {}", flash.line.name),
+        }
+    }
+
     /// Checks the settings.
     ///
     /// # Errors
@@ -254,6 +291,16 @@ impl FlashDriver {
             Self::Command(_) => Ok(()),
             Self::Mqtt(flash) => flash.plug.check(),
             Self::Gpio(flash) => flash.line.check(),
+        }
+    }
+
+    /// Seconds that one command may take, and for which it settles.
+    #[must_use]
+    pub fn longest_s(&self) -> f64 {
+        match self {
+            Self::Command(flash) => f64::from(flash.timeout_s) + f64::from(flash.settle_s),
+            Self::Mqtt(flash) => f64::from(flash.plug.timeout_s) + f64::from(flash.settle_s),
+            Self::Gpio(flash) => flash.settle_s.into(),
         }
     }
 
@@ -269,12 +316,15 @@ impl FlashDriver {
                     on: on.clone(),
                     off: off.clone(),
                     timeout: timeout_s.duration(),
+                    // A program that hangs while the light is on already is killed, and the light switched off.
+                    on_timeout: timeout_s.duration().min(max_on_s.duration()),
                 };
                 (Box::new(switch), settle_s, max_on_s)
             }
             Self::Gpio(GpioFlash { line, settle_s, max_on_s }) => (line.open("flash")?, settle_s, max_on_s),
             Self::Mqtt(MqttFlash { plug, settle_s, max_on_s }) => {
-                (Box::new(plug.open("flash", broker)?), settle_s, max_on_s)
+                let switch = plug.open("flash", broker)?.lit_within(max_on_s.duration());
+                (Box::new(switch), settle_s, max_on_s)
             }
         };
         Ok(Box::new(BoundedFlash::new(switch, settle_s.duration(), max_on_s.duration())?))

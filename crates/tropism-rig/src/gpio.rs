@@ -25,6 +25,14 @@ pub struct Line {
     pub active_low: bool,
 }
 
+impl Line {
+    /// Whether both may be one line: the same name, and not on two chips.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let differ = self.chip.as_ref().zip(other.chip.as_ref()).is_some_and(|(one, other)| one != other);
+        self.name == other.name && !differ
+    }
+}
+
 /// A lamp on a relay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -89,6 +89,7 @@ pub mod rpicam;
 pub mod v4l2;
 pub mod wled;
 pub mod ws2812;
+mod device;
 pub mod driver;
 pub mod file;
 pub mod host;

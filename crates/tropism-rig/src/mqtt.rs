@@ -18,10 +18,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tropism::rig::RigError;
 
-use crate::failed;
 use crate::http::read_secret;
 use crate::seconds::{Seconds, one, ten};
 use crate::switch::Switch;
+use crate::{device, failed};
 
 /// The MQTT broker of a tent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -162,6 +162,18 @@ impl Plug {
         Ok((set, availability))
     }
 
+    /// Whether both listen to the same topic, whatever else differs.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        matches!((self.topics(), other.topics()), (Ok(one), Ok(other)) if one.set == other.set)
+    }
+
+    /// Broker and topic, for the lock of the device.
+    pub(crate) fn identity(&self, broker: Option<&Broker>) -> String {
+        let topic = self.topics().map_or_else(|_| String::new(), |topics| topics.set);
+        let (host, port) = broker.map_or(("", 0), |broker| (&broker.host, broker.port));
+        format!("mqtt {}:{port} {topic}", device::host(host))
+    }
+
     fn payload(&self, is_on: bool) -> String {
         let state = if is_on { "ON" } else { "OFF" };
         match (self.dialect, self.on_time_s) {
@@ -185,6 +197,7 @@ impl Plug {
             broker: broker.clone(),
             password,
             topics,
+            on_timeout: self.timeout_s.duration(),
         })
     }
 }
@@ -223,6 +236,8 @@ pub(crate) struct OpenPlug {
     broker: Broker,
     password: Option<String>,
     topics: Topics,
+    /// Time limit of the command that switches it on.
+    on_timeout: Duration,
 }
 
 /// Number of the next connection: a broker closes a connection when another one has the same client identifier.
@@ -232,6 +247,12 @@ static CONNECTIONS: AtomicU32 = AtomicU32::new(0);
 const MAX_BYTES: usize = 256 << 10;
 
 impl OpenPlug {
+    /// The same plug, of which a command to light fails after `limit` at most: it may be lit without an answer.
+    pub(crate) fn lit_within(mut self, limit: Duration) -> Self {
+        self.on_timeout = self.on_timeout.min(limit);
+        self
+    }
+
     fn error(&self, problem: String) -> RigError {
         failed(self.device.as_str(), problem)
     }
@@ -272,7 +293,8 @@ impl OpenPlug {
     }
 
     fn command(&self, client: &Client, connection: &mut Connection, is_on: bool) -> Result<(), RigError> {
-        let deadline = Instant::now() + self.plug.timeout_s.duration();
+        let timeout = if is_on { self.on_timeout } else { self.plug.timeout_s.duration() };
+        let deadline = Instant::now() + timeout;
         let offline = || self.error("found it offline, wanted it reachable".to_owned());
         let refused = |error: rumqttc::ClientError| self.error(error.to_string());
         loop {

@@ -50,6 +50,9 @@ const MAX_BYTES: u64 = 1 << 20;
 /// Pause after switching the timer off: chosen longer than the 100 ms loop in which the controller notices it.
 const TIMER_PAUSE: Duration = Duration::from_millis(250);
 
+/// Pause before the state is read once more: chosen longer than the 100 ms loop of the controller.
+const REVERT_PAUSE: Duration = Duration::from_millis(250);
+
 impl WledLamp {
     pub(crate) fn check(&self, period_min: f64) -> Result<(), String> {
         check_url(&self.url)?;
@@ -267,6 +270,15 @@ impl OpenWledLamp {
         Ok(())
     }
 
+    /// Reads the state once more: a preset, a button or another program may have reverted what was answered.
+    fn confirm_later(&self, is_on: bool, deadline: Instant) -> Result<(), RigError> {
+        thread::sleep(REVERT_PAUSE);
+        let state = self.send("json/state", None, deadline)?;
+        WledState::parse(&state)
+            .and_then(|state| self.settings.confirm(&state, is_on))
+            .map_err(|problem| self.error(format!("after its answer, {problem}")))
+    }
+
     /// Restarts the timer: the controller starts it only on a change from off to on.
     fn restart_timer(&self, deadline: Instant) -> Result<(), RigError> {
         let minutes = self.settings.dead_man_min;
@@ -298,7 +310,7 @@ impl Switch for OpenWledLamp {
             }
             // A restart meanwhile has deleted the segments.
             if after.uptime >= before.uptime {
-                return Ok(());
+                return self.confirm_later(is_on, deadline);
             }
             before = after;
         }
@@ -329,6 +341,8 @@ mod tests {
         timer: Option<i64>,
         /// When the timer was last switched off, which the controller notices 100 ms later.
         timer_off: Instant,
+        /// Switches over by itself before this many further requests about its state.
+        reverts_in: Option<usize>,
         /// Restarts after this many further requests.
         restarts_in: Option<usize>,
         /// Which pixels were lit after each request.
@@ -403,6 +417,16 @@ mod tests {
                 return json!({"ver": "16.0", "leds": {"count": 288, "pwr": 1000, "maxpwr": 5000},
                               "uptime": self.uptime, "live": self.live, "wifi": {"signal": 80}});
             }
+            if let Some(left) = &mut self.reverts_in {
+                *left -= 1;
+                if *left == 0 {
+                    self.reverts_in = None;
+                    self.on = !self.on;
+                }
+            }
+            if line.starts_with("GET /json/state ") {
+                return self.state();
+            }
             assert!(line.starts_with("POST /json/state "), "{line}");
             if !self.is_deaf {
                 self.apply(&serde_json::from_str(body).unwrap());
@@ -423,6 +447,7 @@ mod tests {
             is_deaf: false,
             timer: None,
             timer_off: Instant::now() - Duration::from_secs(1),
+            reverts_in: None,
             restarts_in: None,
             lit: Vec::new(),
         };
@@ -453,6 +478,17 @@ mod tests {
             assert!(lit[first..first + 144].iter().all(|&is_lit| is_lit == lit[first]));
             lit[first]
         })
+    }
+
+    #[test]
+    fn a_controller_that_reverts_after_its_answer_is_noticed() {
+        let (url, controller) = controller();
+        let mut left = lamp(&url, 0, "dead_man_min = 0");
+        left.switch(true).unwrap();
+        // The first request about its state is the command, the second one reads it again.
+        controller.lock().unwrap().reverts_in = Some(2);
+        let error = left.switch(true).unwrap_err().to_string();
+        assert!(error.contains("after its answer, found it off, wanted it on"), "{error}");
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod evolve;
 mod export;
 mod fit;
 mod grow;
+mod guard;
 mod report;
 mod run;
 mod safe_state;
@@ -37,6 +38,8 @@ pub(crate) enum Command {
     Status(status::Status),
     Stop(stop::Stop),
     SafeState(safe_state::SafeState),
+    #[command(hide = true)]
+    Guard(guard::Guard),
     Export(export::Export),
     CalibrateCamera(calibrate_camera::CalibrateCamera),
     Track(track::Track),
@@ -65,6 +68,7 @@ impl Command {
             Self::Status(status) => status.execute(shell),
             Self::Stop(stop) => stop.execute(shell),
             Self::SafeState(safe_state) => safe_state.execute(shell),
+            Self::Guard(guard) => guard.execute(shell),
             Self::Export(export) => export.execute(shell),
             Self::CalibrateCamera(calibrate) => calibrate.execute(shell),
             Self::Track(track) => track.execute(shell),

@@ -81,7 +81,9 @@ fn parse_speed(text: &str) -> Result<Speed, String> {
 impl Run {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let config = self.config(shell)?;
-        let plan = RunPlan { out: self.out, resume: self.resume, speed: self.speed.0, config };
+        // This program again, as it was when the run began.
+        let guard = std::env::current_exe().ok();
+        let plan = RunPlan { out: self.out, resume: self.resume, speed: self.speed.0, guard, config };
         if plan.config.is_virtual() {
             shell.note("a virtual plant in a virtual tent");
         }
@@ -96,10 +98,8 @@ impl Run {
     /// What decides the outcome: as the options say, and where they say nothing, as the run in the folder does.
     fn config(&self, shell: &Shell) -> Result<RunConfig> {
         let tent = self.tent.load()?;
-        let found = match self.out.join("run.toml").exists() {
-            true => Some(RunConfig::read(&self.out)?),
-            false => None,
-        };
+        let is_there = ["run.toml", "journal.sqlite"].iter().any(|name| self.out.join(name).exists());
+        let found = is_there.then(|| RunConfig::read(&self.out)).transpose()?;
         let rig = match (&self.rig, &found) {
             (None, None) => missing("--rig", &self.out),
             (None, Some(found)) => {

@@ -1,6 +1,5 @@
 //! `evolution.toml`: everything that decides the results of an evolution, kept in its folder.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -11,7 +10,7 @@ use tropism_neat::Genome;
 
 use super::EvolvePlan;
 use crate::model::Model;
-use crate::{Error, files, lock};
+use crate::{Error, FolderLock, files, lock};
 
 /// Everything that decides the results of an evolution: the content of `evolution.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,7 +78,7 @@ impl EvolutionRecord {
     }
 
     /// Makes `folder`, or checks that the evolution in it is this one, and locks it until the result is dropped.
-    pub(super) fn claim(&self, folder: &Path, is_resumed: bool) -> Result<File, Error> {
+    pub(super) fn claim(&self, folder: &Path, is_resumed: bool) -> Result<FolderLock, Error> {
         let path = Self::path(folder);
         let text = files::toml_of(&path, self)?;
         if path.exists() {

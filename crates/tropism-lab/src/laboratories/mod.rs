@@ -25,7 +25,7 @@ use crate::evolve::{EvolvePlan, TRIAL_PLANTS};
 use crate::files::{self, FileError};
 use crate::fit::{FitPlan, ModelKind};
 use crate::grow::GrowPlan;
-use crate::lock::lock;
+use crate::lock::{FolderLock, lock};
 use crate::transfer::{JUDGING_PLANTS, NamedController, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
 use crate::workflow::check_same;
@@ -251,7 +251,7 @@ impl LaboratoriesPlan {
     }
 
     /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
-    fn claim(&self, greenhouses: &[Greenhouse]) -> Result<std::fs::File, Error> {
+    fn claim(&self, greenhouses: &[Greenhouse]) -> Result<FolderLock, Error> {
         let path = self.out.join("laboratories.toml");
         let record = LaboratoriesRecord {
             schema: Self::SCHEMA,

@@ -10,6 +10,7 @@ use tropism_rig::file::RigFile;
 use tropism_rig::host::Host;
 
 use crate::error::Error;
+use crate::guard::Guard;
 use crate::monitor::Monitor;
 
 /// The open alert channels of a run. Telling them never delays a step.
@@ -62,6 +63,20 @@ impl RunMonitor for WorkflowMonitor<'_> {
     fn heartbeat(&mut self) -> ControlFlow<()> {
         self.0.heartbeat();
         if self.0.may_go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+}
+
+/// Tells the guard of a run that it lives.
+pub(super) struct GuardMonitor(pub(super) Guard);
+
+impl RunMonitor for GuardMonitor {
+    fn event(&mut self, _event: &Event) {
+        self.0.beat();
+    }
+
+    fn heartbeat(&mut self) -> ControlFlow<()> {
+        self.0.beat();
+        ControlFlow::Continue(())
     }
 }
 

@@ -15,6 +15,7 @@ use crate::controller::ControllerSpec;
 use crate::error::Error;
 use crate::files::{self, FileError};
 use crate::folder::{FolderError, RunFolder};
+use crate::journal::Journal;
 
 /// The schema that is written.
 const SCHEMA: &str = "tropism.run/2";
@@ -64,16 +65,25 @@ impl RunConfig {
         }
     }
 
-    /// Reads `run.toml` in `folder`, also of `tropism.run/1`.
+    /// Reads `run.toml` in `folder`, also of `tropism.run/1`. Where the journal has the settings of the run they decide: the
+    /// file may be lost or damaged.
     ///
     /// # Errors
-    /// [`Error::File`] names the file, the line and the key, or the schema that is not known.
+    /// [`Error::File`] names the file, the line and the key, or the schema that is not known; [`Error::Folder`] a damaged
+    /// journal.
     pub fn read(folder: &Path) -> Result<Self, Error> {
-        let path = folder.join("run.toml");
-        match read_schema(&path)?.as_str() {
-            SCHEMA => Ok(files::read_toml(&path)?),
+        let (path, journal) = (folder.join("run.toml"), folder.join("journal.sqlite"));
+        let recorded = Journal::find(&journal)
+            .and_then(|journal| journal.map_or(Ok(None), |journal| journal.settings()))
+            .map_err(|source| FolderError::Journal { path: journal, source })?;
+        let text = match recorded {
+            Some(text) => text,
+            None => files::read_text(&path)?,
+        };
+        match schema_of(&path, &text)?.as_str() {
+            SCHEMA => Ok(files::parse_toml(&path, &text)?),
             SCHEMA_1 => {
-                let config = files::read_toml::<Config1>(&path)?.upgraded();
+                let config = files::parse_toml::<Config1>(&path, &text)?.upgraded();
                 Ok(config.map_err(|problem| FileError::content(&path, problem))?)
             }
             other => {
@@ -142,7 +152,7 @@ impl RunConfig {
     /// [`Error::Folder`]; a [refusal](FolderError::is_refusal) leaves the folder as it was.
     pub fn open_folder(&self, path: &Path, is_resumed: bool) -> Result<RunFolder, Error> {
         let file = path.join("run.toml");
-        if file.exists() && read_schema(&file)? == SCHEMA_1 {
+        if file.exists() && schema_of(&file, &files::read_text(&file)?)? == SCHEMA_1 {
             return Err(FolderError::OldSchema { path: file, found: SCHEMA_1, wanted: SCHEMA }.into());
         }
         Ok(RunFolder::open(path, &self.to_toml()?, self.rig.durability(), is_resumed)?)
@@ -167,12 +177,12 @@ pub fn read_rig(path: &Path) -> Result<RigFile, Error> {
     Ok(rig)
 }
 
-fn read_schema(path: &Path) -> Result<String, FileError> {
+fn schema_of(path: &Path, text: &str) -> Result<String, FileError> {
     #[derive(Deserialize)]
     struct Head {
         schema: String,
     }
-    Ok(files::read_toml::<Head>(path)?.schema)
+    Ok(files::parse_toml::<Head>(path, text)?.schema)
 }
 
 /// `tropism.run/1`: the controller in words, and the JSON of its network if it has one.

@@ -23,11 +23,12 @@ use tropism::track::{Sample, Track};
 use crate::error::Error;
 use crate::files::{self, FileError};
 use crate::folder::RunFolder;
+use crate::guard::{self, Guard};
 use crate::journal::Journal;
 use crate::monitor::Monitor;
 use crate::recorder::{RecordError, Recorder, Supervision};
 use crate::workflow::Workflow;
-use alerts::{AlertMonitor, Alerts, HostMonitor, WorkflowMonitor};
+use alerts::{AlertMonitor, Alerts, GuardMonitor, HostMonitor, WorkflowMonitor};
 
 pub use config::{RunConfig, read_rig};
 
@@ -43,6 +44,9 @@ pub struct RunPlan {
     /// out. The results do not depend on it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
+    /// The program `tropism`, which is started as the [guard](crate::guard) of a real run; without one there is none.
+    #[serde(skip)]
+    pub guard: Option<PathBuf>,
     /// Everything that decides the outcome.
     pub config: RunConfig,
 }
@@ -50,7 +54,7 @@ pub struct RunPlan {
 impl Default for RunPlan {
     /// The paper's open-loop experiment in the virtual tent, recorded in the folder `run`.
     fn default() -> Self {
-        Self { out: "run".into(), resume: false, speed: None, config: RunConfig::default() }
+        Self { out: "run".into(), resume: false, speed: None, guard: None, config: RunConfig::default() }
     }
 }
 
@@ -81,7 +85,7 @@ impl RunPlan {
     /// # Errors
     /// Those of [`RunConfig::read`].
     pub fn of_folder(out: &Path, resume: bool) -> Result<Self, Error> {
-        Ok(Self { out: out.to_owned(), resume, speed: None, config: RunConfig::read(out)? })
+        Ok(Self { out: out.to_owned(), resume, config: RunConfig::read(out)?, ..Self::default() })
     }
 
     /// Runs in `folder`, or resumes the run there, and writes the files of a run that is over.
@@ -94,6 +98,9 @@ impl RunPlan {
         if !rig.is_virtual() {
             monitors.push(Box::new(HostMonitor::new(rig.patience().hot_c)));
             since_start = start::since_start(rig, &folder, self.resume, &mut monitors)?;
+            if let Some(program) = &self.guard {
+                monitors.push(Box::new(GuardMonitor(Guard::start(program, out, guard::silence(rig))?)));
+            }
         }
         let open = rig.open(self.config.seed, since_start).map_err(Error::at("rig"))?;
         let supervision = Supervision {

@@ -29,7 +29,7 @@ pub use self::controllers::{ControllerSource, NamedController, read_controllers}
 pub use self::results::{ControllerPair, ControllerResults, TargetResults, TransferResults};
 use self::results::{Judge, PlantResult, Scores};
 use crate::controller::ControllerSpec;
-use crate::lock::lock;
+use crate::lock::{FolderLock, lock};
 use crate::model::{self, Model};
 pub use crate::statistics::PairedDifference;
 use crate::workflow::check_same;
@@ -176,7 +176,7 @@ impl TransferPlan {
     }
 
     /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
-    fn claim(&self) -> Result<std::fs::File, Error> {
+    fn claim(&self) -> Result<FolderLock, Error> {
         let path = self.out.join("transfer.toml");
         let record = TransferRecord {
             schema: Self::SCHEMA,

@@ -14,6 +14,7 @@ use tropism::lamps::{self, Layout};
 use tropism::rig::{Lamps, OnExit, RigError};
 
 use crate::command::CommandLamps;
+use crate::device;
 use crate::driver::LampDriver;
 use crate::mqtt::Broker;
 use crate::seconds::{Seconds, twenty};
@@ -245,6 +246,13 @@ impl LampsTable {
         drivers.iter().try_for_each(|(name, driver)| {
             driver.check(period_min).map_err(|problem| format!("lamps.{name}: {problem}"))
         })
+    }
+
+    /// Each lamp that a run drives, as errors name it, and what it is.
+    pub(super) fn identities(&self, broker: Option<&Broker>) -> Vec<(String, String)> {
+        let programs = self.commands().map(|(name, words)| (device_name(name), device::command(words)));
+        let drivers = self.drivers().map(|(name, driver)| (device_name(name), driver.identity(broker)));
+        programs.chain(drivers).collect()
     }
 
     /// Opens all lamps. `broker` is the rig's, if it has one.

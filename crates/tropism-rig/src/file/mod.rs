@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::{Greenhouse, TentHandle};
-use tropism::lamps::Layout;
+use tropism::lamps::{Layout, Light};
 use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
@@ -14,6 +14,7 @@ use tropism::vision::{Calibration, TipTracker, VisionConfig};
 
 use crate::alert::Alerts;
 use crate::clock::TentClock;
+use crate::device::{self, DeviceLocks};
 use crate::driver::{AlertDriver, CameraDriver, FlashDriver};
 use crate::mqtt::Broker;
 
@@ -193,6 +194,11 @@ impl RigFile {
         lamps.check(self.period_min).map_err(RigFileError)?;
         if let Some(flash) = &self.flash {
             flash.check().map_err(|problem| RigFileError(format!("flash: {problem}")))?;
+            if let Some((name, _)) = lamps.drivers().find(|(_, lamp)| flash.overlaps(lamp)) {
+                return error(format!(
+                    "flash: found it on the line, plug or programs of {name}, wanted its own"
+                ));
+            }
         }
         let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
         calibration.check().map_err(found)?;
@@ -228,6 +234,7 @@ impl RigFile {
         let layout = self.layout()?;
         let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;
         let device = |error: RigError| RigFileError(error.to_string());
+        let locks = self.lock_devices().map_err(device)?;
         let flash = match &self.flash {
             Some(flash) => flash.open(self.mqtt.as_ref()).map_err(device)?,
             None => Box::new(NoFlash),
@@ -235,9 +242,32 @@ impl RigFile {
         let (clock, on_exit) = (Box::new(TentClock::new(since_start)) as Box<dyn Clock>, lamps.on_exit);
         let (camera, lamps) =
             (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
+        let lamps = Box::new(LockedLamps { lamps, _locks: locks }) as Box<dyn Lamps>;
         let rig =
             Rig::new(camera, lamps, flash, clock, tracker, period).with_layout(layout).with_on_exit(on_exit);
         Ok(OpenRig { rig, truth: None })
+    }
+}
+
+impl RigFile {
+    /// Locks the lamps and the flash, so that no other run drives them.
+    fn lock_devices(&self) -> Result<DeviceLocks, RigError> {
+        let broker = self.mqtt.as_ref();
+        let mut identities = self.lamps.iter().flat_map(|lamps| lamps.identities(broker)).collect::<Vec<_>>();
+        identities.extend(self.flash.iter().map(|flash| ("flash".to_owned(), flash.identity(broker))));
+        device::lock_all(identities)
+    }
+}
+
+/// Lamps that no other run drives as long as these are open.
+struct LockedLamps {
+    lamps: Box<dyn Lamps>,
+    _locks: DeviceLocks,
+}
+
+impl Lamps for LockedLamps {
+    fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
+        self.lamps.light(light)
     }
 }
 

@@ -1,0 +1,268 @@
+//! The guard of a real run: a process of its own that puts the light off when the run no longer says that it lives.
+//!
+//! The run writes a byte into a pipe about once a second. The pipe closes when the run dies, whatever ends it; a run that
+//! hangs falls silent. In both cases the guard puts the flash and the lamps off as [`shut_down`] does, again and again
+//! until each device confirms. A run that ends in order says so and has put its own light off: then the guard just ends.
+
+use std::fs::OpenOptions;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+use tropism_rig::file::RigFile;
+use tropism_rig::shutdown::{DeviceShutdown, shut_down};
+
+use crate::error::Error;
+use crate::files::FileError;
+use crate::lock::{LockError, holder, lock_as_guard};
+use crate::monitor::Monitor;
+use crate::run::read_rig;
+use crate::workflow::Workflow;
+
+/// What a run says while it lives.
+const ALIVE: u8 = b'.';
+
+/// What a run says that has ended in order.
+const ENDED: u8 = b'!';
+
+/// How often a run says that it lives.
+const BEAT: Duration = Duration::from_secs(1);
+
+/// Pause between two attempts on devices that do not confirm.
+const RETRY_PAUSE: Duration = Duration::from_secs(5);
+
+/// How long devices are tried that do not confirm: chosen, longer than a broker or an access point takes to come back.
+const PATIENCE: Duration = Duration::from_secs(3600);
+
+/// A running guard, from the side of the run.
+#[derive(Debug)]
+pub(crate) struct Guard {
+    child: Child,
+    last: Instant,
+}
+
+impl Guard {
+    /// Starts `program guard RUN --silence S`, for the run in the folder `run`. What it does is written into `guard.log`
+    /// there.
+    ///
+    /// # Errors
+    /// [`FileError::Disk`] if it cannot be started.
+    pub(crate) fn start(program: &Path, run: &Path, silence: Duration) -> Result<Self, FileError> {
+        let disk = |source| FileError::Disk { action: "start the guard", path: program.to_owned(), source };
+        let log = OpenOptions::new().create(true).append(true).open(run.join("guard.log")).map_err(disk)?;
+        let mut command = Command::new(program);
+        command.arg("guard").arg(run).args(["--silence", &silence.as_secs().to_string()]);
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(log);
+        // A process group of its own: Ctrl-C and a closed terminal end the run, and not its guard.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let child = command.spawn().map_err(disk)?;
+        // A guard that is stopped lets the pipe fill up: a full one must not hold the run.
+        #[cfg(unix)]
+        if let Some(pipe) = &child.stdin {
+            let _ = rustix::fs::fcntl_setfl(pipe, rustix::fs::OFlags::NONBLOCK);
+        }
+        Ok(Self { child, last: Instant::now() })
+    }
+
+    /// Says that the run lives.
+    pub(crate) fn beat(&mut self) {
+        if self.last.elapsed() >= BEAT {
+            self.last = Instant::now();
+            self.say(ALIVE);
+        }
+    }
+
+    fn say(&mut self, word: u8) {
+        // A guard that has died is missed at the end of the run only; the devices' own timers remain.
+        let _ = self.child.stdin.as_mut().map(|pipe| pipe.write_all(&[word]));
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        self.say(ENDED);
+        drop(self.child.stdin.take());
+        let _ = self.child.wait();
+    }
+}
+
+/// How long a run may be silent: its longest step, several times over. `rig` says how long each device may take.
+pub(crate) fn silence(rig: &RigFile) -> Duration {
+    let camera = rig.camera.as_ref().map_or(0.0, |camera| {
+        let (try_s, tries) = camera.longest_s();
+        try_s * f64::from(tries)
+    });
+    let lamps: f64 =
+        rig.lamps.iter().flat_map(|lamps| lamps.drivers()).map(|(_, lamp)| lamp.longest_s()).sum();
+    let programs = rig.lamps.as_ref().and_then(|lamps| lamps.timeout_s).map_or(20.0, f64::from);
+    let flash: f64 = rig.flash.as_ref().map_or(0.0, |flash| flash.longest_s());
+    Duration::from_secs_f64(60.0 + 3.0 * (camera + lamps + programs + flash))
+}
+
+/// The run to guard. The program that executes the plan is its guard: it reads what the run says from stdin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GuardPlan {
+    /// Run folder.
+    pub run: PathBuf,
+    /// Seconds for which the run may be silent.
+    pub silence_s: f64,
+}
+
+/// What a guard did.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GuardResults {
+    /// How the run ended: `ended` in order, `died`, or `silent`, after which it was killed.
+    pub run: RunEnd,
+    /// Whether each device of the rig confirmed that it is off; true without an attempt if the run ended in order.
+    pub is_dark: bool,
+}
+
+/// How a guarded run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RunEnd {
+    /// It said that it ended in order.
+    Ended,
+    /// It died.
+    Died,
+    /// It was silent for too long, and was killed.
+    Silent,
+}
+
+impl Workflow for GuardPlan {
+    type Results = GuardResults;
+    const SCHEMA: &'static str = "tropism.guard/1";
+
+    fn check(&self) -> Result<(), Error> {
+        match Duration::try_from_secs_f64(self.silence_s) {
+            Ok(silence) if silence >= BEAT => Ok(()),
+            _ => Err(Error::Plan(format!("`silence_s` {}: wanted 1 second or more", self.silence_s))),
+        }
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<GuardResults, Error> {
+        self.check()?;
+        let rig = read_rig(&self.run)?;
+        let run = listen(std::io::stdin(), Duration::from_secs_f64(self.silence_s));
+        match run {
+            RunEnd::Ended => return Ok(GuardResults { run, is_dark: true }),
+            RunEnd::Died => monitor.note("the run has died"),
+            RunEnd::Silent => {
+                monitor.note(&format!("the run was silent for {} s, and is killed", self.silence_s));
+                // Only a run that still has the folder is the one that fell silent.
+                if let Ok(Some(process)) = holder(&self.run) {
+                    kill(process);
+                }
+            }
+        }
+        Ok(GuardResults { run, is_dark: put_off(&rig, &self.run, monitor) })
+    }
+}
+
+/// Hears what a run says until it ends.
+fn listen(mut pipe: impl Read + Send + 'static, silence: Duration) -> RunEnd {
+    let (heard, hear) = mpsc::channel();
+    thread::spawn(move || {
+        let mut words = [0; 64];
+        while let Ok(count @ 1..) = pipe.read(&mut words) {
+            if heard.send(words[count - 1]).is_err() {
+                return;
+            }
+        }
+    });
+    loop {
+        match hear.recv_timeout(silence) {
+            Ok(ENDED) => return RunEnd::Ended,
+            Ok(_) => {}
+            Err(RecvTimeoutError::Timeout) => return RunEnd::Silent,
+            Err(RecvTimeoutError::Disconnected) => return RunEnd::Died,
+        }
+    }
+}
+
+/// Puts the devices off until each has confirmed, or a program that resumed the run looks after them.
+fn put_off(rig: &RigFile, run: &Path, monitor: &dyn Monitor) -> bool {
+    let began = Instant::now();
+    loop {
+        // A program that resumes the run waits for the lock, and then sets the lamps itself.
+        let lock = match lock_as_guard(run) {
+            Ok(lock) => lock,
+            Err(LockError::InUse { .. }) => {
+                monitor.note("another program has resumed the run");
+                return true;
+            }
+            Err(LockError::File(error)) => {
+                monitor.note(&error.to_string());
+                return false;
+            }
+        };
+        let mut is_dark = true;
+        for DeviceShutdown { device, result } in shut_down(rig, false) {
+            is_dark &= result.is_ok();
+            match result {
+                Ok(()) => monitor.note(&format!("{device}: off")),
+                Err(error) => monitor.note(&format!("{device}: {error}")),
+            }
+        }
+        if is_dark || began.elapsed() > PATIENCE {
+            return is_dark;
+        }
+        drop(lock);
+        thread::sleep(RETRY_PAUSE);
+    }
+}
+
+/// Kills a process that no longer answers, so that the system frees its devices, and waits until it is gone.
+#[cfg(unix)]
+fn kill(process: u32) {
+    use rustix::process::{Pid, Signal, kill_process, test_kill_process};
+
+    let Some(id) = i32::try_from(process).ok().and_then(Pid::from_raw) else { return };
+    let _ = kill_process(id, Signal::KILL);
+    let began = Instant::now();
+    while test_kill_process(id).is_ok() && began.elapsed() < RETRY_PAUSE {
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Does nothing: there are no signals.
+#[cfg(not(unix))]
+fn kill(_process: u32) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a run says: words, and then silence or its end.
+    struct Pipe(Vec<u8>, bool);
+
+    impl Read for Pipe {
+        fn read(&mut self, words: &mut [u8]) -> std::io::Result<usize> {
+            match (self.0.is_empty(), self.1) {
+                (true, true) => loop {
+                    thread::park();
+                },
+                (true, false) => Ok(0),
+                (false, _) => {
+                    words[0] = self.0.remove(0);
+                    Ok(1)
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_dies_or_falls_silent_is_told_from_one_that_ends() {
+        let silence = Duration::from_millis(200);
+        assert_eq!(listen(Pipe(b"...!".to_vec(), false), silence), RunEnd::Ended);
+        assert_eq!(listen(Pipe(b"...".to_vec(), false), silence), RunEnd::Died);
+        assert_eq!(listen(Pipe(b"".to_vec(), false), silence), RunEnd::Died);
+        assert_eq!(listen(Pipe(b"..".to_vec(), true), silence), RunEnd::Silent);
+    }
+}
