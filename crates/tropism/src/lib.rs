@@ -50,6 +50,7 @@
 //! and Motion*, doi:10.1109/SASO.2016.8. `docs/paper.md` maps its equations, table and figures to this code.
 
 pub mod check;
+pub mod text;
 mod file;
 pub mod math;
 pub mod random;

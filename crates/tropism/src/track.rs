@@ -8,6 +8,7 @@ use std::io::{Read, Write};
 use crate::geometry::{Point, Polyline};
 use crate::lamps::{Layout, Light, UnknownLight};
 use crate::observation::{Observation, Quality};
+use crate::text::{csv_cell, of_csv_cell};
 
 /// Minutes between two steps in the paper (section 2.2.1): the default of a track, a rig and a model.
 pub const PAPER_PERIOD_MIN: f64 = 5.0;
@@ -92,7 +93,7 @@ impl Values {
         }
     }
 
-    /// The text of a row, as it stands in a file.
+    /// The text of a row, as it stands in a file but for the apostrophe of [`csv_cell`].
     #[must_use]
     pub fn text(&self, row: usize) -> String {
         match self {
@@ -253,14 +254,17 @@ impl Track {
     }
 
     /// Writes CSV: `step,time_s,tip_x_cm,tip_y_cm,light,quality`, then the further columns. Lengths have five places
-    /// (a tenth of a micrometre).
+    /// (a tenth of a micrometre). In columns of text, an apostrophe stands before what a spreadsheet would execute.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn write_csv(&self, out: impl Write) -> Result<(), csv::Error> {
         let mut table = csv::Writer::from_writer(out);
         table.write_record(
-            REQUIRED.into_iter().chain(self.columns.iter().map(|column| column.name.as_str())),
+            REQUIRED
+                .into_iter()
+                .map(str::to_owned)
+                .chain(self.columns.iter().map(|column| csv_cell(&column.name).into_owned())),
         )?;
         for (row, sample) in self.samples.iter().enumerate() {
             let required = [
@@ -271,7 +275,10 @@ impl Track {
                 self.layout.name(sample.light).to_owned(),
                 sample.quality.to_string(),
             ];
-            let further = self.columns.iter().map(|column| column.values.text(row));
+            let further = self.columns.iter().map(|column| match &column.values {
+                numbers @ Values::Numbers { .. } => numbers.text(row),
+                Values::Text(texts) => csv_cell(&texts[row]).into_owned(),
+            });
             table.write_record(required.into_iter().chain(further))?;
         }
         table.flush()?;
@@ -362,14 +369,14 @@ impl Track {
                 },
             });
             for (column, &at) in texts.iter_mut().zip(&further) {
-                column.push(record[at].to_owned());
+                column.push(of_csv_cell(&record[at]).to_owned());
             }
         }
         if track.samples.is_empty() {
             return Err(TrackError::Empty);
         }
         let columns = further.iter().zip(texts);
-        track.columns = columns.map(|(&at, texts)| Column::parsed(&header[at], texts)).collect();
+        track.columns = columns.map(|(&at, texts)| Column::parsed(of_csv_cell(&header[at]), texts)).collect();
         track.period_min = period_of(&track.samples).unwrap_or(PAPER_PERIOD_MIN);
         Ok(track)
     }
@@ -449,6 +456,28 @@ mod tests {
         assert!(
             error("step,tip_x_cm,tip_y_cm,light\n3,0,4,left\n3,0,4,left\n").contains("after the row above")
         );
+    }
+
+    #[test]
+    fn formulas_in_text_are_quoted_and_come_back() {
+        let rows = [0.0, -1.0, 2.0].into_iter().enumerate().map(|(step, x)| Sample {
+            step: step as u32,
+            time_s: 300.0 * step as f64,
+            tip: Point::new(x, 4.0),
+            stem: None,
+            light: None,
+            quality: Quality::Measured,
+        });
+        let mut track = Track::of(rows.collect());
+        track.add_numbers("dx_cm", 1, [0.0, -1.0, 3.0]);
+        let names = ["=HYPERLINK(1).jpg", "'=2.jpg", "-3"].map(str::to_owned);
+        track.columns.push(Column::text("frame", names.to_vec()));
+        let mut bytes = Vec::new();
+        track.write_csv(&mut bytes).unwrap();
+        let text = String::from_utf8(bytes.clone()).unwrap();
+        assert!(text.contains(",-1.0,''=2.jpg\n") && text.contains(",'=HYPERLINK(1).jpg\n"), "{text}");
+        assert!(text.contains(",3.0,-3\n"), "{text}");
+        assert_eq!(Track::read_csv(bytes.as_slice()).unwrap(), track);
     }
 
     #[test]
