@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use tropism::photo::Photo;
 use tropism::rig::{Camera, RigError};
 
+use crate::secret::redacted;
 use crate::seconds::{Seconds, ten};
 use crate::{failed, picture, retry};
 
@@ -25,7 +26,7 @@ pub(crate) struct Request<'a> {
 
 impl Request<'_> {
     fn error(&self, problem: String) -> RigError {
-        failed(format!("{} ({})", self.device, self.url), problem)
+        failed(format!("{} ({})", self.device, redacted(self.url)), problem.replace(self.url, &redacted(self.url)))
     }
 
     /// Sends a GET, or with `json` a POST, and returns the body of the answer.
@@ -73,13 +74,22 @@ impl Request<'_> {
 /// # Errors
 /// What was found, and what was wanted; without the feature `tls`, `https://` is refused.
 pub(crate) fn check_url(url: &str) -> Result<(), String> {
+    check_url_shown(url, redacted)
+}
+
+/// [`check_url()`] whose error shows the address as `shown` does.
+pub(crate) fn check_url_shown(url: &str, shown: impl Fn(&str) -> String) -> Result<(), String> {
+    let found = || format!("found url = {:?}", shown(url));
     if !cfg!(feature = "tls") && url.starts_with("https://") {
-        return Err(format!("found url = {url:?}, wanted http://: https addresses need the feature `tls`"));
+        return Err(format!("{}, wanted http://: https addresses need the feature `tls`", found()));
     }
     let host = url.strip_prefix("http://").or_else(|| url.strip_prefix("https://"));
+    if url.contains(|letter: char| letter.is_whitespace() || letter.is_control()) {
+        return Err(format!("{}, wanted it without blanks and controls", found()));
+    }
     match host {
         Some(host) if !host.is_empty() && !host.starts_with('/') => Ok(()),
-        _ => Err(format!("found url = {url:?}, wanted http:// or https:// and a host")),
+        _ => Err(format!("{}, wanted http:// or https:// and a host", found())),
     }
 }
 
@@ -323,6 +333,24 @@ pub(crate) mod tests {
         let settings: HttpCamera = toml::from_str(&text).unwrap();
         assert_eq!(settings.open().unwrap().photograph().unwrap().bytes, jpeg(1));
         assert!(!toml::to_string(&settings).unwrap().contains("abc"));
+    }
+
+    #[test]
+    fn no_error_of_a_camera_shows_the_secrets_of_its_address() {
+        let url = device(|_, _, socket| reply(socket, b"no picture \x1b[2J"));
+        let secret = url.replace("http://", "http://admin:s3cret@") + "/shot?token=abc123";
+        let shown = url.replace("http://", "http://***@") + "/shot?token=***";
+        let error = camera(&secret, "discard_frames = 0").photograph().unwrap_err().to_string();
+        assert!(error.starts_with(&format!("camera ({shown})")), "{error}");
+        assert!(!error.contains("s3cret") && !error.contains("abc123") && !error.contains('\x1b'), "{error}");
+        // Addresses that cannot be asked, and one where nothing answers.
+        for url in ["ftp://admin:s3cret@c/", "admin:s3cret@c/?t=abc123", "http:///?t=abc123", "http://a:s3 cret@c/"] {
+            let error = check_url(url).unwrap_err();
+            assert!(!error.contains("cret") && !error.contains("abc123"), "{error}");
+        }
+        let url = "http://admin:s3cret@127.0.0.1:1/?t=abc123";
+        let error = camera(url, "discard_frames = 0").photograph().unwrap_err().to_string();
+        assert!(!error.contains("s3cret") && !error.contains("abc123"), "{error}");
     }
 
     #[test]

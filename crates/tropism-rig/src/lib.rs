@@ -69,6 +69,7 @@
 //!
 //! Not tested on a physical camera, lamp or relay.
 
+pub mod secret;
 pub mod clock;
 pub mod seconds;
 mod picture;
@@ -100,8 +101,10 @@ pub mod shutdown;
 mod testing;
 
 use tropism::rig::RigError;
+use tropism::text::plain;
 
-/// The error `problem` of `device`.
+/// The error `problem` of `device`, without the secrets of addresses and the controls of what programs and devices said.
 fn failed(device: impl Into<String>, problem: impl Into<String>) -> RigError {
-    RigError::Device { device: device.into(), problem: problem.into() }
+    let shown = |text: String| plain(&secret::redacted_text(&text)).into_owned();
+    RigError::Device { device: shown(device.into()), problem: shown(problem.into()) }
 }

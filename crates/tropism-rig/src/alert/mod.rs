@@ -18,12 +18,14 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use tropism::rig::EventKind;
 use tropism::rig::RigError;
+use tropism::text::plain;
 
 use crate::child::run;
 use crate::clock::{SystemTimes, Time};
 use crate::failed;
-use crate::http::{check_url, read_secret};
+use crate::http::{check_url, check_url_shown, read_secret};
 use crate::mqtt::Broker;
+use crate::secret::{host_alone, hosts_alone, redacted_text};
 use crate::seconds::{Seconds, ten, twenty};
 use channel::{Channel, Pace};
 
@@ -123,6 +125,11 @@ impl AlertEvent {
         Self { kind: kind.into(), step, text: text.into(), unix_s: SystemTimes.unix_s() }
     }
 
+    /// The description as others may read it: without secrets of addresses and controls of terminals.
+    fn shown(&self) -> String {
+        plain(&redacted_text(&self.text)).into_owned()
+    }
+
     /// A line of text that is read `late_s` seconds after the event.
     fn line(&self, late_s: f64) -> String {
         let step = self.step.map_or_else(String::new, |step| format!(", step {step}"));
@@ -130,14 +137,14 @@ impl AlertEvent {
             60.0.. => format!(" ({:.0} min ago)", late_s / 60.0),
             _ => String::new(),
         };
-        format!("{}{step}: {}{late}", self.kind.name(), self.text)
+        format!("{}{step}: {}{late}", self.kind.name(), self.shown())
     }
 
     /// A JSON object.
     fn json(&self, run: &str) -> serde_json::Value {
         serde_json::json!({
             "schema": "tropism.alert/1", "run": run, "kind": self.kind, "step": self.step,
-            "text": self.text, "unix_s": self.unix_s,
+            "text": self.shown(), "unix_s": self.unix_s,
         })
     }
 }
@@ -210,7 +217,7 @@ fn default_kinds() -> Vec<Kind> {
 
 fn check_address(url: Option<&str>, file: Option<&Path>) -> Result<(), String> {
     match (url, file) {
-        (Some(url), None) => check_url(url),
+        (Some(url), None) => check_url_shown(url, host_alone),
         (None, Some(_)) => Ok(()),
         _ => Err("found both or neither of url and url_file, wanted one of them".to_owned()),
     }
@@ -372,7 +379,7 @@ fn post(
 }
 
 fn check_answer(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>) -> Result<(), String> {
-    answer.map(drop).map_err(|error| error.to_string())
+    answer.map(drop).map_err(|error| plain(&hosts_alone(&error.to_string())).into_owned())
 }
 
 /// The alert channels of a run.
