@@ -9,7 +9,7 @@ use tropism::task::TaskSpec;
 use tropism_neat::Config;
 
 use crate::stopwatch::Stopwatch;
-use crate::{Error, Monitor, Workflow, champion, model};
+use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,7 +66,8 @@ impl Workflow for BaselinePlan {
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
         self.neat.check().map_err(Error::in_plan("neat"))?;
-        Error::check_range("count", self.count, MAX_COUNT)
+        Error::check_range("count", self.count, MAX_COUNT)?;
+        files::check_outputs(self.out.as_slice(), std::slice::from_ref(&self.model))
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<BaselineResults, Error> {

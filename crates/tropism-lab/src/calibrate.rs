@@ -88,7 +88,7 @@ impl Workflow for CalibratePlan {
             let found = self.interval_min;
             return Err(Error::Plan(format!("found `interval_min` {found}, wanted 0.1 to 120 minutes")));
         }
-        Ok(())
+        files::check_outputs(self.out.as_slice(), &self.tracks)
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<Vec<PlantEstimates>, Error> {

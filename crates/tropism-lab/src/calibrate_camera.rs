@@ -133,7 +133,8 @@ impl Workflow for CalibrateCameraPlan {
                 check(!marks.is_empty() && marks.iter().all(is_long), wanted)?;
             }
         }
-        files::check_free(&self.out, self.replace)
+        files::check_free(&self.out, self.replace)?;
+        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.photograph))
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<CalibrateCameraResults, Error> {

@@ -81,6 +81,15 @@ impl Workflow for DepthPlan {
 
     fn check(&self) -> Result<(), Error> {
         files::check_free(&self.out, self.replace)?;
+        let beside = self.out.with_extension("json");
+        if beside == self.out {
+            return Err(Error::Plan(format!(
+                "`out` {}: found the name of the file beside the track, wanted one that ends in .csv",
+                self.out.display()
+            )));
+        }
+        let inputs = [&self.front, &self.side].map(|track| [track.clone(), track.with_extension("json")]);
+        files::check_outputs(&[self.out.clone(), beside], inputs.as_flattened())?;
         let [front_cm, side_cm] = self.distance_cm;
         if front_cm > 0.0 && side_cm > 0.0 {
             return Ok(());

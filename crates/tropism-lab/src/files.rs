@@ -1,6 +1,7 @@
 //! Files in and out, with errors that name the file.
 
 use std::error::Error;
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -10,7 +11,9 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use tropism::photo::{self, ExifHeader, Photo};
+use tropism::text::plain;
 use tropism::track::Track;
+use tropism_rig::secret::{self, redacted_text};
 
 /// A file that could not be read or written, or does not hold what it should.
 #[derive(Debug, thiserror::Error)]
@@ -74,8 +77,8 @@ impl TomlError {
             None => message,
             Some(before) => {
                 let line = before.matches('\n').count();
-                let found = text.lines().nth(line).unwrap_or_default().trim();
-                format!("line {}: found {found:?}: {message}", line + 1)
+                let found = redacted_text(text.lines().nth(line).unwrap_or_default().trim());
+                format!("line {}: found {found:?}: {}", line + 1, redacted_text(&message))
             }
         };
         Self { line, error }
@@ -199,7 +202,7 @@ pub fn read_track(path: &Path) -> Result<Track, FileError> {
 /// # Errors
 /// [`FileError`] if the file cannot be read. Whether it holds a picture shows when it is decoded.
 pub fn read_photo(path: &Path, time_s: f64) -> Result<Photo, FileError> {
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let name = name_text(path.file_name().unwrap_or_default());
     Ok(Photo { name, bytes: read(path)?, time_s })
 }
 
@@ -250,12 +253,20 @@ pub(super) fn write_after(
     is_synced: bool,
     make_way: impl FnOnce() -> std::io::Result<()>,
 ) -> Result<(), FileError> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
+    write_as(path, bytes, is_synced, false, make_way)
+}
+
+fn write_as(
+    path: &Path,
+    bytes: &[u8],
+    is_synced: bool,
+    is_private: bool,
+    make_way: impl FnOnce() -> std::io::Result<()>,
+) -> Result<(), FileError> {
+    let part = part_of(path);
     let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let result = (|| {
-        let mut file = fs::File::create(&part)?;
+        let mut file = if is_private { create_private(&part)? } else { fs::File::create(&part)? };
         file.write_all(bytes)?;
         if is_synced {
             file.sync_all()?;
@@ -290,6 +301,20 @@ pub(crate) fn move_aside(path: &Path, kept: &Path) -> Result<PathBuf, FileError>
     let kept = free_name(kept);
     fs::rename(path, &kept).map_err(disk("rename", path))?;
     Ok(kept)
+}
+
+#[cfg(unix)]
+fn create_private(path: &Path) -> std::io::Result<fs::File> {
+    use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+    let file = fs::File::options().write(true).create(true).truncate(true).mode(0o600).open(path)?;
+    // One that an interrupted program left keeps its old mode.
+    file.set_permissions(fs::Permissions::from_mode(0o600))?;
+    Ok(file)
+}
+
+#[cfg(not(unix))]
+fn create_private(path: &Path) -> std::io::Result<fs::File> {
+    fs::File::create(path)
 }
 
 /// Checks that a file may be written to `path`: none is there, or a plan says to replace it.
@@ -357,7 +382,9 @@ pub fn photographs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FileError> {
             return Err(FileError::content(path, "found no .jpg, .jpeg or .png file, wanted photographs"));
         }
         found[before..].sort_by_cached_key(|path| {
-            photo::natural_order(&path.file_name().unwrap_or_default().to_string_lossy())
+            let name = path.file_name().unwrap_or_default();
+            // Names that are read alike still have an order.
+            (photo::natural_order(&name.to_string_lossy()), name.to_owned())
         });
     }
     Ok(found)
@@ -374,6 +401,159 @@ pub(crate) fn list(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, FileE
     }
     found.sort();
     Ok(found)
+}
+
+/// What tells one file from another: the same for all spellings of its path, through symbolic and through hard links.
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    fs::metadata(path).ok().map(|about| (about.dev(), about.ino()))
+}
+
+/// What tells one file from another: the same for all spellings of its path.
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok()
+}
+
+/// The name under which a file is written before it takes its place.
+fn part_of(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    path.with_file_name(name)
+}
+
+/// Checks that writing the files `outputs` overwrites none of the files `inputs`, whatever paths and links lead to them.
+///
+/// # Errors
+/// [`crate::Error::Plan`] names both paths.
+pub fn check_outputs(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), crate::Error> {
+    check_outputs_with(outputs, || inputs.to_vec())
+}
+
+/// [`check_outputs()`] with inputs that are listed only if an output is there already.
+pub(crate) fn check_outputs_with(
+    outputs: &[PathBuf],
+    inputs: impl FnOnce() -> Vec<PathBuf>,
+) -> Result<(), crate::Error> {
+    let written = outputs.iter().flat_map(|output| [output.clone(), part_of(output)]);
+    let written: Vec<_> = written.filter_map(|path| Some((identity(&path)?, path))).collect();
+    if written.is_empty() {
+        return Ok(());
+    }
+    for input in inputs() {
+        let found = identity(&input);
+        if let Some((_, output)) = written.iter().find(|(identity, _)| found.as_ref() == Some(identity)) {
+            return Err(crate::Error::Plan(format!(
+                "{}: found the input {} here, wanted another name for the output: it would overwrite what it is made of",
+                output.display(),
+                input.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The deepest folder that is looked into: a run in a study in a folder, with room to spare.
+const MAX_DEPTH: usize = 8;
+
+/// All files in `folder` and in the folders below it. What cannot be read is left out.
+pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
+    fn add(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if !path.is_dir() {
+                found.push(path);
+            } else if depth < MAX_DEPTH {
+                add(&path, depth + 1, found);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    add(folder, 0, &mut found);
+    found
+}
+
+/// Whether `name` names a file in a folder, and leads nowhere else on any system.
+#[must_use]
+pub fn is_plain_name(name: &str) -> bool {
+    !matches!(name, "" | "." | "..") && !name.contains(['/', '\\', ':']) && !name.contains(char::is_control)
+}
+
+/// Checks that `name`, which a journal gives a photograph, is the plain name of a file.
+pub(crate) fn check_name(journal: &Path, name: &str) -> Result<(), FileError> {
+    if is_plain_name(name) {
+        return Ok(());
+    }
+    let problem = format!("found a photograph {name:?}, wanted the plain name of a file, such as 000001.jpg");
+    Err(FileError::content(journal, problem))
+}
+
+/// Checks that nothing between `folder` and the file `path` in it is a symbolic link: it would lead to a foreign file.
+/// Whether the file is there is not checked.
+pub(crate) fn check_unlinked(folder: &Path, path: &Path) -> Result<(), FileError> {
+    let parts = path.ancestors().take_while(|part| *part != folder);
+    for part in parts {
+        if fs::symlink_metadata(part).is_ok_and(|about| about.file_type().is_symlink()) {
+            return Err(FileError::content(part, "found a symbolic link, wanted the file itself"));
+        }
+    }
+    Ok(())
+}
+
+/// The name of a file as text, different for different names: bytes that are not UTF-8 become `\xff`. In such a name, and
+/// in one that reads like one, a backslash is doubled.
+#[must_use]
+pub fn name_text(name: &OsStr) -> String {
+    if let Some(text) = name.to_str().filter(|text| !text.contains("\\x")) {
+        return text.to_owned();
+    }
+    let mut text = String::new();
+    for chunk in name.as_encoded_bytes().utf8_chunks() {
+        text += &chunk.valid().replace('\\', "\\\\");
+        for byte in chunk.invalid() {
+            text += &format!("\\x{byte:02x}");
+        }
+    }
+    text
+}
+
+/// A path as a word of a command for a POSIX shell, in quotation marks where it needs them.
+#[must_use]
+pub fn shell_word(path: &Path) -> String {
+    let is_bare = |byte: u8| byte.is_ascii_alphanumeric() || b"_./,:@%+=-".contains(&byte);
+    let name = path.as_os_str();
+    let bytes = name.as_encoded_bytes();
+    // A word that begins with a dash would be an option.
+    let start = if bytes.starts_with(b"-") { "./" } else { "" };
+    match name.to_str() {
+        Some(text) if !text.is_empty() && text.bytes().all(is_bare) => format!("{start}{text}"),
+        Some(text) if !text.contains(char::is_control) && plain(text) == text => {
+            format!("{start}'{}'", text.replace('\'', "'\\''"))
+        }
+        _ => {
+            let letter = |&byte: &u8| match byte {
+                b'\'' | b'\\' => format!("\\{}", char::from(byte)),
+                b' '..=b'~' => char::from(byte).to_string(),
+                _ => format!("\\{byte:03o}"),
+            };
+            format!("{start}$'{}'", bytes.iter().map(letter).collect::<String>())
+        }
+    }
+}
+
+/// Whether a text, such as a rig file, has an address in it that holds a user, a password or a query.
+#[must_use]
+pub fn holds_secret(text: &str) -> bool {
+    secret::holds_secret(text)
+}
+
+/// [`write_with()`] of a file that holds a secret: on Unix, only its user can read it, from its first byte on.
+///
+/// # Errors
+/// [`FileError::Disk`].
+pub fn write_private(path: &Path, bytes: &[u8], is_synced: bool) -> Result<(), FileError> {
+    write_as(path, bytes, is_synced, true, || Ok(()))
 }
 
 #[cfg(test)]
@@ -438,5 +618,86 @@ mod tests {
         assert!(read_track(&absent).unwrap_err().to_string().contains("absent.csv: cannot read"));
         write(&absent, b"x,y\n").unwrap();
         assert!(read_track(&absent).unwrap_err().to_string().contains("wanted \"tip_x_cm\""));
+    }
+
+    #[test]
+    fn an_output_that_is_an_input_is_refused_by_whatever_path() {
+        let folder = tempfile::tempdir().unwrap();
+        let input = folder.path().join("track.csv");
+        write(&input, b"track").unwrap();
+        let refused = |output: PathBuf| {
+            let error = check_outputs(&[output.clone()], &[input.clone()]).unwrap_err().to_string();
+            let (output, input) = (output.display().to_string(), input.display().to_string());
+            assert!(error.contains(&output) && error.contains(&input), "{error}");
+        };
+        refused(input.clone());
+        refused(folder.path().join("./track.csv"));
+        refused(folder.path().join("../").join(folder.path().file_name().unwrap()).join("track.csv"));
+        #[cfg(unix)]
+        {
+            let link = folder.path().join("link");
+            std::os::unix::fs::symlink(&input, &link).unwrap();
+            refused(link);
+            let hard = folder.path().join("hard");
+            fs::hard_link(&input, &hard).unwrap();
+            refused(hard);
+        }
+        check_outputs(&[folder.path().join("new.csv")], &[input.clone()]).unwrap();
+        // The name under which the output is written first.
+        let part = folder.path().join("model.json.part");
+        write(&part, b"track").unwrap();
+        let error = check_outputs(&[folder.path().join("model.json")], &[part]).unwrap_err().to_string();
+        assert!(error.contains("model.json.part"), "{error}");
+    }
+
+    #[test]
+    fn names_that_lead_elsewhere_are_not_plain() {
+        for name in ["", ".", "..", "../a", "/etc/passwd", "a/b", "a\\b", "C:a", "a\0", "a\nb"] {
+            assert!(!is_plain_name(name), "{name:?}");
+        }
+        for name in ["000001.jpg", "..jpg", "a b.png", "é.jpg"] {
+            assert!(is_plain_name(name), "{name:?}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_that_are_not_utf8_stay_different() {
+        use std::os::unix::ffi::OsStrExt;
+        let names: [&[u8]; 6] =
+            [b"a\xff.jpg", b"a\xfe.jpg", b"a\\xff.jpg", b"a\\\\xff.jpg", b"a\\b.jpg", b"a\\\xff.jpg"];
+        let mut texts: Vec<String> = names.iter().map(|name| name_text(OsStr::from_bytes(name))).collect();
+        assert_eq!(texts[0], "a\\xff.jpg");
+        assert_eq!(texts[4], "a\\b.jpg");
+        texts.sort();
+        texts.dedup();
+        assert_eq!(texts.len(), names.len());
+    }
+
+    #[test]
+    fn paths_are_words_of_a_shell() {
+        for (path, word) in [
+            ("beans/1.csv", "beans/1.csv"),
+            ("my beans", "'my beans'"),
+            ("it's $(reboot); *", "'it'\\''s $(reboot); *'"),
+            ("-rf", "./-rf"),
+            ("- rf", "./'- rf'"),
+            ("bohne-é", "'bohne-é'"),
+            ("a\n'b\x1b", "$'a\\012\\'b\\033'"),
+        ] {
+            assert_eq!(shell_word(Path::new(path)), word);
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_private_file_is_read_by_its_user_alone() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.toml");
+        write(&folder.path().join("run.toml.part"), b"left over").unwrap();
+        write_private(&path, b"secret", true).unwrap();
+        assert_eq!(read(&path).unwrap(), b"secret");
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
     }
 }

@@ -87,7 +87,7 @@ impl Workflow for FitPlan {
                 "found settings of a tip-motion model, wanted none with `kind` {kind}, which has no settings"
             )));
         }
-        Ok(())
+        files::check_outputs(std::slice::from_ref(&self.out), &self.tracks)
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<FitResults, Error> {

@@ -49,7 +49,13 @@ impl Workflow for ReportPlan {
         if self.sources.is_empty() {
             return Err(Error::Plan("found no `sources`, wanted a folder or a track".to_owned()));
         }
-        Ok(())
+        // Their names are those of the figures that a report has: no photograph or track has such a name.
+        let figures = self.figures.iter().flat_map(|folder| files::files_below(folder));
+        let outputs: Vec<PathBuf> =
+            [self.out.clone()].into_iter().chain(figures.filter(|file| is_figure(file))).collect();
+        files::check_outputs_with(&outputs, || {
+            self.sources.iter().flat_map(|source| inputs(source)).collect()
+        })
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<ReportResults, Error> {
@@ -68,6 +74,21 @@ impl Workflow for ReportPlan {
         let figures = page.figures.iter().map(|figure| figure.number.to_owned()).collect();
         Ok(ReportResults { report: self.out.clone(), figures })
     }
+}
+
+/// The files that a report may read of a source: all of a folder but former reports and their figures.
+fn inputs(source: &Path) -> Vec<PathBuf> {
+    if !source.is_dir() {
+        return vec![source.to_owned()];
+    }
+    let mut files = files::files_below(source);
+    files.retain(|file| !is_figure(file) && file.extension().is_none_or(|extension| extension != "html"));
+    files
+}
+
+/// Whether a file has the name of a figure of a report.
+fn is_figure(file: &Path) -> bool {
+    file.file_name().is_some_and(|name| name.to_string_lossy().starts_with("figure-"))
 }
 
 /// The content of the sources of a report.
@@ -132,7 +153,7 @@ impl Sources {
             0 => String::new(),
             count => format!(", {count} tracks of photographs"),
         };
-        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        let names: Vec<String> = paths.iter().map(|path| files::shell_word(path)).collect();
         Ok(Page {
             title: "Experiments".to_owned(),
             intro: format!(

@@ -66,7 +66,8 @@ impl Workflow for SimulatePlan {
 
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
-        Error::check_range("episodes", self.episodes, 10_000_000)
+        Error::check_range("episodes", self.episodes, 10_000_000)?;
+        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.model))
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {

@@ -83,7 +83,9 @@ impl Workflow for TunePlan {
         if let Some(beans) = &self.beans {
             beans.check().map_err(Error::in_plan("beans"))?;
         }
-        self.search.check().map_err(Error::in_plan("search"))
+        self.search.check().map_err(Error::in_plan("search"))?;
+        let inputs = if self.beans.is_some() { &[][..] } else { std::slice::from_ref(&self.model) };
+        files::check_outputs(std::slice::from_ref(&self.out), inputs)
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {

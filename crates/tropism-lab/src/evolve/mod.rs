@@ -131,7 +131,8 @@ impl Workflow for EvolvePlan {
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
         self.evolution.check().map_err(Error::in_plan("evolution"))?;
-        Error::check_range("trial_plants", self.trial_plants, MAX_TRIAL_PLANTS)
+        Error::check_range("trial_plants", self.trial_plants, MAX_TRIAL_PLANTS)?;
+        files::check_outputs(&self.outputs(), std::slice::from_ref(&self.model))
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
@@ -169,6 +170,14 @@ impl Workflow for EvolvePlan {
 }
 
 impl EvolvePlan {
+    /// The files that are written to [`out`](Self::out), but for those of single runs.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        ["evolution.toml", "champion.json", "history.csv", "summary.json"]
+            .map(|name| self.out.join(name))
+            .into()
+    }
+
     /// The champion of `run` with all that it was evolved for. `json` is the model's file.
     fn champion(&self, run: &EvolutionRun, model: &Model, json: &str) -> Result<Champion, Error> {
         let genome = champion_of(run)?.clone();

@@ -6,7 +6,7 @@
 mod source;
 mod drawing;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::control::network_analysis::{Boundary, NetworkAnalysis};
@@ -100,7 +100,16 @@ impl Workflow for ShowPlan {
         if let Some(task) = &self.task {
             task.check().map_err(Error::in_plan("task"))?;
         }
-        self.drawing_format().map(drop)
+        self.drawing_format()?;
+        let inputs = || {
+            let files = if self.source.is_dir() {
+                files::files_below(&self.source)
+            } else {
+                vec![self.source.clone()]
+            };
+            files.into_iter().filter(|file| !is_drawing(file)).chain(self.model.clone()).collect()
+        };
+        files::check_outputs_with(self.out.as_slice(), inputs)
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<ShowResults, Error> {
@@ -183,6 +192,12 @@ impl ShowResults {
              {recurrent_links} of them recurrent\n{kind}{rule}{idle}"
         )
     }
+}
+
+/// Whether a file that lies in a folder of networks is a drawing: none is read, so one may be drawn again.
+fn is_drawing(file: &Path) -> bool {
+    let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
+    ["html", "htm", "svg", "dot", "gv", "txt"].iter().any(|drawing| extension == *drawing)
 }
 
 fn recurrent_links(genome: &Genome) -> usize {

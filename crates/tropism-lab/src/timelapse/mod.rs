@@ -110,9 +110,10 @@ impl Workflow for TimelapsePlan {
             }
         }
         match self.every {
-            Some(0) => Err(Error::Plan("`every` 0: wanted 1 or more".to_owned())),
-            _ => Ok(()),
+            Some(0) => return Err(Error::Plan("`every` 0: wanted 1 or more".to_owned())),
+            _ => {}
         }
+        files::check_outputs_with(&self.outputs()?, || self.inputs())
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TimelapseResults, Error> {
@@ -125,7 +126,7 @@ impl Workflow for TimelapsePlan {
         }
         let chosen = source.choose(self.every);
         let samples = source.samples(&chosen, COLOUR_SAMPLES)?;
-        let part = self.out.with_extension(format!("part.{}", format.extension()));
+        let part = self.part(format);
         let mut sink =
             Sink::create(format, &part, &samples, &source.film, self.fps).map_err(self.cannot_write())?;
         let scene = Scene { source, chosen, size: (samples[0].width, samples[0].height) };
@@ -168,6 +169,25 @@ struct Scene {
 }
 
 impl TimelapsePlan {
+    /// The name under which a film is written before it takes its place.
+    fn part(&self, format: Format) -> PathBuf {
+        self.out.with_extension(format!("part.{}", format.extension()))
+    }
+
+    /// The files that may be written: film and composite.
+    fn outputs(&self) -> Result<[PathBuf; 3], Error> {
+        Ok([self.out.clone(), self.part(Format::of(&self.out)?), self.out.with_extension("jpg")])
+    }
+
+    /// The files that may be read: of a run all but former films and composites, else the photographs.
+    fn inputs(&self) -> Vec<PathBuf> {
+        if !self.folder.join("run.toml").exists() {
+            return files::photographs(std::slice::from_ref(&self.folder)).unwrap_or_default();
+        }
+        let is_former = |file: &PathBuf| file.parent() == Some(&self.folder) && Format::of(file).is_ok();
+        files::files_below(&self.folder).into_iter().filter(|file| !is_former(file)).collect()
+    }
+
     fn cannot_write<E: Into<Box<dyn std::error::Error + Send + Sync>>>(
         &self,
     ) -> impl FnOnce(E) -> Error + use<E> {

@@ -90,7 +90,8 @@ impl Workflow for GuidePlan {
                 self.page.display()
             )));
         }
-        Ok(())
+        let photographs = || files::photographs(&self.photographs).unwrap_or_default();
+        files::check_outputs_with(std::slice::from_ref(&self.page), photographs)
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<GuideResults, Error> {

@@ -52,7 +52,8 @@ impl Workflow for TrackPlan {
                 self.out.display()
             )));
         }
-        self.check_free()
+        self.check_free()?;
+        self.check_inputs()
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TrackResults, Error> {

@@ -91,16 +91,36 @@ impl TrackPlan {
         }
     }
 
+    /// The files that are written, but for the overlays.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        let is_alone = self.plants.len() == 1;
+        let names = self.plants.iter().map(|plant| Some(plant.name.as_str()).filter(|_| !is_alone));
+        let tracks = names.map(|name| self.track_file_of(name));
+        let tracks = tracks.flat_map(|track| [track.with_extension("json"), track]);
+        tracks.chain([self.journal_file()]).chain(self.sheet.clone()).collect()
+    }
+
+    /// Checks that no photograph and no table of lights would be overwritten.
+    pub(super) fn check_inputs(&self) -> Result<(), Error> {
+        let overlays =
+            self.overlay.iter().flat_map(|folder| files::photographs(&[folder.clone()]).unwrap_or_default());
+        let outputs: Vec<PathBuf> = self.outputs().into_iter().chain(overlays).collect();
+        let light = match &self.light {
+            LightSource::File(path) => Some(path.clone()),
+            LightSource::Auto | LightSource::None => None,
+        };
+        // A folder that cannot be read is an error when it is read.
+        let photographs = || files::photographs(&self.photographs).unwrap_or_default();
+        files::check_outputs_with(&outputs, || photographs().into_iter().chain(light).collect())
+    }
+
     /// Checks that no earlier results would be overwritten.
     pub(super) fn check_free(&self) -> Result<(), Error> {
         if self.resume || self.replace {
             return Ok(());
         }
-        let is_alone = self.plants.len() == 1;
-        let names = self.plants.iter().map(|plant| Some(plant.name.as_str()).filter(|_| !is_alone));
-        let tracks = names.map(|name| self.track_file_of(name));
-        let tracks = tracks.flat_map(|track| [track.with_extension("json"), track]);
-        let results = tracks.chain([self.journal_file()]).chain(self.sheet.clone());
+        let results = self.outputs().into_iter();
         let overlays = self.overlay.iter().filter(|folder| files::photographs(&[(*folder).clone()]).is_ok());
         let Some(taken) = results.filter(|path| path.exists()).chain(overlays.cloned()).next() else {
             return Ok(());

@@ -166,7 +166,7 @@ impl fmt::Display for SeriesSummary {
 }
 
 pub(super) fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    files::name_text(path.file_name().unwrap_or_default())
 }
 
 /// The files' names, or their paths where two files have the same name.
@@ -178,7 +178,7 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     if sorted.len() == names.len() {
         return names;
     }
-    paths.iter().map(|path| path.display().to_string()).collect()
+    paths.iter().map(|path| files::name_text(path.as_os_str())).collect()
 }
 
 /// Whether most photographs have a time, and most of these times differ.

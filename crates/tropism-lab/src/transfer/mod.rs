@@ -141,10 +141,14 @@ impl Workflow for TransferPlan {
         match &self.bound {
             Some(bound) if !self.controllers.iter().any(|one| one.name == *bound) => {
                 let names: Vec<&str> = self.controllers.iter().map(|one| one.name.as_str()).collect();
-                Err(Error::Plan(format!("found `bound` {bound}, wanted one of {}", names.join(", "))))
+                return Err(Error::Plan(format!(
+                    "found `bound` {bound}, wanted one of {}",
+                    names.join(", ")
+                )));
             }
-            _ => Ok(()),
+            _ => {}
         }
+        files::check_outputs(&self.outputs(), self.model.as_slice())
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TransferResults, Error> {
@@ -164,6 +168,12 @@ impl Workflow for TransferPlan {
 }
 
 impl TransferPlan {
+    /// The files that are written to [`out`](Self::out), but for the tracks.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        ["transfer.toml", "plants.csv", "transfer.json", "report.html"].map(|name| self.out.join(name)).into()
+    }
+
     /// The seeds of the plants, in order. They fit into TOML, so that `run` with such a seed grows the same plant.
     #[must_use]
     pub fn seeds(&self) -> Vec<u64> {

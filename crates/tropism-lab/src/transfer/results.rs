@@ -7,6 +7,7 @@ use tropism::geometry::Point;
 use tropism::math::statistics::{mean, quantile_linear, standard_deviation};
 use tropism::observation::Quality;
 use tropism::task::{Crossing, Task};
+use tropism::text::csv_cell;
 use tropism::track::Track;
 
 use super::TransferPlan;
@@ -288,7 +289,7 @@ impl Scores {
             for (number, (plant, seed)) in plants.iter().zip(plan.seeds()).enumerate() {
                 let ceiling = self.ceilings.as_ref().map(|ceilings| ceilings[number]);
                 let start = [
-                    named.name.clone(),
+                    csv_cell(&named.name).into_owned(),
                     (number + 1).to_string(),
                     seed.to_string(),
                     plant.fitness.to_string(),
