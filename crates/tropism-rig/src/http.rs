@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use tropism::photo::Photo;
 use tropism::rig::{Camera, RigError};
 
-use crate::secret::redacted;
 use crate::seconds::{Seconds, ten};
+use crate::secret::redacted;
 use crate::{failed, picture, retry};
 
 /// One request: address, deadline and the largest answer.
@@ -26,7 +26,10 @@ pub(crate) struct Request<'a> {
 
 impl Request<'_> {
     fn error(&self, problem: String) -> RigError {
-        failed(format!("{} ({})", self.device, redacted(self.url)), problem.replace(self.url, &redacted(self.url)))
+        failed(
+            format!("{} ({})", self.device, redacted(self.url)),
+            problem.replace(self.url, &redacted(self.url)),
+        )
     }
 
     /// Sends a GET, or with `json` a POST, and returns the body of the answer.
@@ -344,7 +347,9 @@ pub(crate) mod tests {
         assert!(error.starts_with(&format!("camera ({shown})")), "{error}");
         assert!(!error.contains("s3cret") && !error.contains("abc123") && !error.contains('\x1b'), "{error}");
         // Addresses that cannot be asked, and one where nothing answers.
-        for url in ["ftp://admin:s3cret@c/", "admin:s3cret@c/?t=abc123", "http:///?t=abc123", "http://a:s3 cret@c/"] {
+        for url in
+            ["ftp://admin:s3cret@c/", "admin:s3cret@c/?t=abc123", "http:///?t=abc123", "http://a:s3 cret@c/"]
+        {
             let error = check_url(url).unwrap_err();
             assert!(!error.contains("cret") && !error.contains("abc123"), "{error}");
         }

@@ -34,9 +34,15 @@ impl<'a> Parts<'a> {
         // the last @ may be the password.
         let end = rest.find(['/', '?', '#']).unwrap_or(rest.len());
         let is_number = |port: &str| !port.is_empty() && port.chars().all(|digit| digit.is_ascii_digit());
-        let is_port = rest[..end].rsplit_once(':').is_none_or(|(_, port)| is_number(port) || port.ends_with(']'));
+        let is_port =
+            rest[..end].rsplit_once(':').is_none_or(|(_, port)| is_number(port) || port.ends_with(']'));
         let at = rest[..end].rfind('@').or_else(|| rest.rfind('@').filter(|_| !is_port));
-        let (user, rest) = at.map_or((None, rest), |at| (Some(&rest[..at]), &rest[at + 1..]));
+        let (user, rest) = match at {
+            Some(at) => (Some(&rest[..at]), &rest[at + 1..]),
+            None if is_port => (None, rest),
+            // The address was cut off within the password.
+            None => (Some(&rest[..end]), &rest[end..]),
+        };
         let (rest, fragment) = cut(rest, '#');
         let (rest, query) = cut(rest, '?');
         let (host, path) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
@@ -133,9 +139,8 @@ pub fn holds_secret(text: &str) -> bool {
 
 /// Names of keys in queries that hold secrets in the interfaces of cameras: chosen from ESPHome, Home Assistant, Hikvision,
 /// Reolink, Foscam and Axis.
-const SECRET_KEYS: [&str; 12] = [
-    "token", "key", "pass", "pwd", "secret", "auth", "sig", "user", "usr", "login", "account", "credential",
-];
+const SECRET_KEYS: [&str; 12] =
+    ["token", "key", "pass", "pwd", "secret", "auth", "sig", "user", "usr", "login", "account", "credential"];
 
 /// Whether an address in `text` holds a user, a password, or a query with a key that is named like a secret. Less than
 /// [`holds_secret()`]: `?action=snapshot` is a query, but no secret.
@@ -170,6 +175,7 @@ mod tests {
             ("http://admin:p@ss@camera/shot", "http://***@camera/shot"),
             ("http://admin:a?b#c@camera/shot", "http://***@camera/shot"),
             ("admin:pass@camera/shot", "***@camera/shot"),
+            ("http://admin:pas", "http://***@"),
             ("http://camera:80/a@2x.jpg", "http://camera:80/a@2x.jpg"),
             ("http://[::1]:80/a", "http://[::1]:80/a"),
         ] {
@@ -186,10 +192,18 @@ mod tests {
         let shown = "camera (http://***@c/x?k=***): found \"rtsp://***@d/1\", see https://e/f.";
         assert_eq!(redacted_text(text), shown);
         assert!(holds_secret(text) && !holds_secret(shown));
-        assert_eq!(hosts_alone("cannot reach https://ntfy.sh/topic: refused"), "cannot reach https://ntfy.sh/***: refused");
+        assert_eq!(
+            hosts_alone("cannot reach https://ntfy.sh/topic: refused"),
+            "cannot reach https://ntfy.sh/***: refused"
+        );
         assert!(holds_secret("url = \"http://c/?action=snapshot\""));
         assert!(!shows_secret("url = \"http://c/?action=snapshot\""));
-        assert!(shows_secret("http://c/?api_key=1") && shows_secret("http://u:p@c/") && shows_secret("http://c/?token"));
+        assert!(
+            shows_secret("http://c/?api_key=1")
+                && shows_secret("http://u:p@c/")
+                && shows_secret("http://c/?token")
+        );
+        assert!(holds_secret("url = \"http://u:p\\\"w@c/\""));
         assert!(!shows_secret(shown) && !holds_secret("no address: //"));
     }
 

@@ -14,7 +14,9 @@ mod system;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
+use tropism::text::plain;
 use tropism_rig::file::RigFile;
+use tropism_rig::secret::redacted_text;
 
 use crate::error::Error;
 use crate::monitor::Monitor;
@@ -114,17 +116,21 @@ struct Findings(Vec<Finding>);
 
 impl Findings {
     fn pass(&mut self, group: Group, found: impl Into<String>) {
-        self.0.push(Finding { group, verdict: Verdict::Pass, found: found.into(), remedy: None });
+        self.add(group, Verdict::Pass, found.into(), None);
     }
 
     fn warn(&mut self, group: Group, found: impl Into<String>, remedy: impl Into<String>) {
-        let remedy = Some(remedy.into());
-        self.0.push(Finding { group, verdict: Verdict::Warn, found: found.into(), remedy });
+        self.add(group, Verdict::Warn, found.into(), Some(remedy.into()));
     }
 
     fn fail(&mut self, group: Group, found: impl Into<String>, remedy: impl Into<String>) {
-        let remedy = Some(remedy.into());
-        self.0.push(Finding { group, verdict: Verdict::Fail, found: found.into(), remedy });
+        self.add(group, Verdict::Fail, found.into(), Some(remedy.into()));
+    }
+
+    /// What devices say is shown without the secrets of addresses and the controls of terminals.
+    fn add(&mut self, group: Group, verdict: Verdict, found: String, remedy: Option<String>) {
+        let shown = |text: String| plain(&redacted_text(&text)).into_owned();
+        self.0.push(Finding { group, verdict, found: shown(found), remedy: remedy.map(shown) });
     }
 
     fn count(&self, verdict: Verdict) -> usize {
@@ -204,6 +210,7 @@ impl CheckPlan {
         if self.wants(Group::Settings) {
             findings.pass(Group::Settings, format!("{} can be read", self.rig.display()));
             settings::examine(rig, findings);
+            settings::examine_addresses(&self.rig, findings);
         }
         let photograph_bytes = self.examine_devices(rig, findings, monitor)?;
         if !self.dry && self.wants(Group::Broker) {

@@ -8,9 +8,11 @@ use tropism_rig::driver::{AlertDriver, CameraDriver, FlashDriver, LampDriver};
 use tropism_rig::file::{LampsTable, RigFile};
 use tropism_rig::mqtt::{Dialect, Plug};
 use tropism_rig::probe;
+use tropism_rig::secret::shows_secret;
 use tropism_rig::strip::Strip;
 
 use super::{Findings, Group};
+use crate::files::{self, shell_word};
 use crate::units::time;
 
 /// Examines what can be known without the devices.
@@ -65,6 +67,42 @@ fn lamps(rig: &RigFile) -> impl Iterator<Item = (String, &LampDriver)> {
     named.map(|(name, driver)| (format!("{name} lamp"), driver))
 }
 
+/// Looks for secrets in the addresses of the rig file at `path`: they would be kept in run folders, too.
+pub(super) fn examine_addresses(path: &Path, findings: &mut Findings) {
+    let Ok(table) = files::read_toml::<toml::Table>(path) else { return };
+    let mut keys = Vec::new();
+    add_secret_keys("", &toml::Value::Table(table), &mut keys);
+    for key in keys {
+        let remedy = if key.starts_with("alert") {
+            "url_file: a file with the address in its first line, readable for you alone"
+        } else if key.starts_with("camera") {
+            "authorization_file: a file with \"Basic …\" or \"Bearer …\" in its first line, readable for you alone"
+        } else {
+            "an address without it; else keep the rig file and the run folders to yourself: chmod 600"
+        };
+        findings.warn(
+            Group::Settings,
+            format!("{key}: the address holds a user, a password or a token"),
+            remedy,
+        );
+    }
+}
+
+/// Adds the keys of `value` whose text is an address with a secret, such as `camera.url` and `alert.2.url`.
+fn add_secret_keys(key: &str, value: &toml::Value, found: &mut Vec<String>) {
+    let inner = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
+    match value {
+        toml::Value::String(text) if shows_secret(text) => found.push(key.to_owned()),
+        toml::Value::Table(table) => {
+            table.iter().for_each(|(name, value)| add_secret_keys(&inner(name), value, found));
+        }
+        toml::Value::Array(values) => (1..)
+            .zip(values)
+            .for_each(|(number, value)| add_secret_keys(&inner(&number.to_string()), value, found)),
+        _ => {}
+    }
+}
+
 fn examine_secret(path: &Path, findings: &mut Findings) {
     let name = path.display();
     match std::fs::read_to_string(path) {
@@ -83,7 +121,7 @@ fn examine_secret(path: &Path, findings: &mut Findings) {
         Ok(_) if is_open_to_all(path) => findings.warn(
             Group::Settings,
             format!("{name}: everybody on this computer can read it"),
-            format!("chmod 600 {name}"),
+            format!("chmod 600 {}", shell_word(path)),
         ),
         Ok(_) => findings.pass(Group::Settings, format!("{name}: a secret that others cannot read")),
     }

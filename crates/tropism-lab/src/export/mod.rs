@@ -11,6 +11,7 @@ mod sink;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism_rig::secret;
 
 use crate::error::Error;
 use crate::files;
@@ -65,7 +66,10 @@ pub struct LeftOut {
 
 /// Files that are copied from a run folder if they are there. The journal is not: a run may be writing it, and `track.csv`
 /// and `events.csv` hold all that is in it.
-const COPIED: [&str; 4] = ["run.toml", "calibration.toml", "truth.csv", "truth.jsonl"];
+const COPIED: [&str; 4] = [RUN_FILE, "calibration.toml", "truth.csv", "truth.jsonl"];
+
+/// The settings of a run. They may hold addresses with passwords.
+const RUN_FILE: &str = "run.toml";
 
 impl Workflow for ExportPlan {
     type Results = ExportResults;
@@ -83,9 +87,17 @@ impl Workflow for ExportPlan {
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<ExportResults, Error> {
+        // Before the first is read: an error in a foreign file would show a line of it.
+        let journal = self.folder.join("journal.sqlite");
+        for path in [self.folder.join(RUN_FILE), journal.clone()] {
+            files::check_unlinked(&self.folder, &path)?;
+        }
         let config = RunConfig::read(&self.folder)?;
         self.check()?;
         let (steps, events) = read_journal(&self.folder)?;
+        for step in &steps {
+            files::check_name(&journal, &step.photo)?;
+        }
         let is_over = self.folder.join("track.csv").exists() && holder(&self.folder)?.is_none();
         let contents = Contents { config: &config, steps: &steps, events: &events, is_over };
         let mut writer = Writer { sink: Sink::create(&self.out)?, out: &self.out, written: Vec::new() };
@@ -112,9 +124,12 @@ impl ExportPlan {
         monitor.stage("export", contents.steps.len() as u64);
         for name in COPIED {
             let path = self.folder.join(name);
-            if path.exists() {
-                writer.add(name.to_owned(), &files::read(&path)?)?;
+            files::check_unlinked(&self.folder, &path)?;
+            if !path.exists() {
+                continue;
             }
+            let bytes = if name == RUN_FILE { without_secrets(&path)? } else { files::read(&path)? };
+            writer.add(name.to_owned(), &bytes)?;
         }
         let layout = contents.config.rig.layout().map_err(Error::at(self.folder.display()))?;
         let at = || Error::at(self.folder.display());
@@ -123,6 +138,7 @@ impl ExportPlan {
         let mut left_out = Vec::new();
         for step in contents.steps {
             let path = format!("photographs/{}", step.photo);
+            files::check_unlinked(&self.folder, &self.folder.join(&path))?;
             match read_photo(&self.folder, step) {
                 Ok(photo) => writer.add(path, &photo.bytes)?,
                 Err(error) if self.keep_going => left_out.push(LeftOut { path, problem: error.to_string() }),
@@ -132,6 +148,7 @@ impl ExportPlan {
                 }
             }
             let side = self.folder.join("side").join(&step.photo);
+            files::check_unlinked(&self.folder, &side)?;
             if side.exists() {
                 writer.add(format!("side/{}", step.photo), &files::read(&side)?)?;
             }
@@ -187,6 +204,39 @@ impl Writer<'_> {
         }
         sink::rename(&sink::part_of(out), out).map_err(cannot())?;
         Ok(written)
+    }
+}
+
+/// The bytes of a TOML file with `***` in place of the secrets in its addresses. Without secrets they are those of the file.
+fn without_secrets(path: &Path) -> Result<Vec<u8>, Error> {
+    let text = files::read_text(path)?;
+    let mut table: toml::Table = toml::from_str(&text).map_err(Error::at(path.display()))?;
+    if !table.iter_mut().fold(false, |is_changed, (_, value)| redact(value) || is_changed) {
+        return Ok(text.into_bytes());
+    }
+    Ok(files::toml_of(path, &table)?.into_bytes())
+}
+
+/// Hides the secrets in the addresses of all texts of `value`. Whether there were any.
+fn redact(value: &mut toml::Value) -> bool {
+    match value {
+        toml::Value::String(text) => {
+            // An address by itself ends where the text does, whatever letters it holds.
+            let is_url =
+                text.split_once("://").is_some_and(|(scheme, _)| !scheme.contains(char::is_whitespace));
+            let shown =
+                if is_url { secret::redacted(text) } else { secret::redacted_text(text).into_owned() };
+            let is_changed = *text != shown;
+            *text = shown;
+            is_changed
+        }
+        toml::Value::Array(values) => {
+            values.iter_mut().fold(false, |is_changed, value| redact(value) || is_changed)
+        }
+        toml::Value::Table(table) => {
+            table.iter_mut().fold(false, |is_changed, (_, value)| redact(value) || is_changed)
+        }
+        _ => false,
     }
 }
 

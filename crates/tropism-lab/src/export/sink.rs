@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::manifest::{Written, name_of};
 use crate::error::Error;
+use crate::files;
 
 /// An export that is being written.
 pub(super) enum Sink {
@@ -39,6 +40,12 @@ impl Sink {
 
     /// Adds a file; `path` is relative to the export.
     pub(super) fn add(&mut self, path: &str, bytes: &[u8]) -> io::Result<()> {
+        if !path.split('/').all(files::is_plain_name) {
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidInput,
+                "found a path that may lead out of the export",
+            ));
+        }
         match self {
             Self::Tar { name, archive, .. } => {
                 let mut header = tar::Header::new_gnu();

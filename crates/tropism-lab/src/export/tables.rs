@@ -3,7 +3,9 @@
 use tropism::lamps::Layout;
 use tropism::observation::Observation;
 use tropism::rig::Event;
+use tropism::text::{csv_cell, plain};
 use tropism::track::{Column, Sample, Track};
+use tropism_rig::secret::redacted_text;
 
 use crate::folder::tip_px;
 use crate::journal::StepRecord;
@@ -50,7 +52,7 @@ pub(super) fn events_csv(events: &[Event]) -> Result<Vec<u8>, csv::Error> {
         table.write_record([
             &step.to_string(),
             kind.name(),
-            text,
+            &csv_cell(&plain(&redacted_text(text))),
             &seconds(at.map(|at| at.since_start.as_secs_f64())),
             &seconds(at.map(|at| at.unix_s)),
         ])?;

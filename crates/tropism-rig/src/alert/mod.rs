@@ -25,8 +25,8 @@ use crate::clock::{SystemTimes, Time};
 use crate::failed;
 use crate::http::{check_url, check_url_shown, read_secret};
 use crate::mqtt::Broker;
-use crate::secret::{host_alone, hosts_alone, redacted_text};
 use crate::seconds::{Seconds, ten, twenty};
+use crate::secret::{host_alone, hosts_alone, redacted_text};
 use channel::{Channel, Pace};
 
 /// Kind of an event: the kinds of the journal, and three more. One word in files and messages.

@@ -92,13 +92,19 @@ fn ntfy_gets_title_priority_and_text_and_its_secret_stays_out_of_errors() {
 fn secrets_of_addresses_and_controls_stay_out_of_alerts_and_of_their_errors() {
     let (url, asked) = server(&Arc::new(AtomicBool::new(false)));
     let alerts = open(&format!("driver = \"webhook\"\nurl = \"{url}/hook\""), None);
-    alerts.send(&AlertEvent::now(Kind::Fault, Some(1), "camera (http://u:s3cret@c/x?token=abc1): \x1b[2J gone"));
+    alerts.send(&AlertEvent::now(
+        Kind::Fault,
+        Some(1),
+        "camera (http://u:s3cret@c/x?token=abc1): \x1b[2J gone",
+    ));
     assert_eq!(alerts.close(), []);
     let said: Value = serde_json::from_str(&asked.lock().unwrap()[0].2).unwrap();
     assert_eq!(said["text"], "camera (http://***@c/x?token=***): \\u{1b}[2J gone");
 
     // The topic is a secret, too.
-    for url in ["ftp://ntfy.sh/my-topic?auth=abc1", "ntfy.sh/my-topic", "https://u:p/my-topic x@ntfy.sh/my-topic"] {
+    for url in
+        ["ftp://ntfy.sh/my-topic?auth=abc1", "ntfy.sh/my-topic", "https://u:p/my-topic x@ntfy.sh/my-topic"]
+    {
         let driver: AlertDriver = toml::from_str(&format!("driver = \"ntfy\"\nurl = {url:?}")).unwrap();
         let error = driver.settings().check().unwrap_err();
         assert!(!error.contains("topic") && !error.contains("abc1") && error.contains("ntfy.sh"), "{error}");
@@ -106,7 +112,10 @@ fn secrets_of_addresses_and_controls_stay_out_of_alerts_and_of_their_errors() {
     let alerts = open("driver = \"ntfy\"\nurl = \"http://127.0.0.1:1/my-topic?auth=abc1\"", None);
     alerts.send(&AlertEvent::now(Kind::Test, None, "text"));
     let unsent = alerts.close();
-    assert!(unsent.len() == 1 && !unsent[0].1.contains("topic") && !unsent[0].1.contains("abc1"), "{unsent:?}");
+    assert!(
+        unsent.len() == 1 && !unsent[0].1.contains("topic") && !unsent[0].1.contains("abc1"),
+        "{unsent:?}"
+    );
 }
 
 #[test]

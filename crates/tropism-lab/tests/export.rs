@@ -1,0 +1,129 @@
+//! Exports of run folders that were tampered with, and of runs with secrets.
+
+use std::fs;
+use std::path::Path;
+
+use tempfile::TempDir;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::vision::VisionConfig;
+use tropism_lab::export::ExportPlan;
+use tropism_lab::timelapse::TimelapsePlan;
+use tropism_lab::{ControllerSpec, RunConfig, RunPlan, Silent, Workflow};
+use tropism_rig::file::RigFile;
+
+/// A folder with a virtual run of three steps in `run`.
+fn run() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut greenhouse = Greenhouse::default();
+    (greenhouse.scene.width, greenhouse.scene.height) = (432, 324);
+    let controller = ControllerSpec::default();
+    let task = controller.default_task().with_max_steps(3);
+    let config =
+        RunConfig::new(RigFile::greenhouse(greenhouse, VisionConfig::default()), controller, task, 1);
+    let plan = RunPlan { out: folder.path().join("run"), resume: false, speed: None, config };
+    plan.execute(&Silent).unwrap();
+    folder
+}
+
+fn change(folder: &Path, sql: &str) {
+    rusqlite::Connection::open(folder.join("run/journal.sqlite")).unwrap().execute_batch(sql).unwrap();
+}
+
+/// Exports to a folder and to an archive: both are refused, by an error that holds `wanted`, and nothing is left.
+#[track_caller]
+fn is_refused(folder: &Path, wanted: &str) {
+    for out in ["copy", "copy.tar"] {
+        for keep_going in [false, true] {
+            let plan = ExportPlan { folder: folder.join("run"), out: folder.join(out), keep_going };
+            let error = plan.execute(&Silent).unwrap_err().with_causes();
+            assert!(error.contains(wanted), "{error}");
+            let left = ["copy", "copy.part", "copy.tar", "copy.tar.part", "stolen.jpg"];
+            assert!(left.iter().all(|name| !folder.join(name).exists()), "{out}");
+        }
+    }
+}
+
+#[test]
+fn names_of_photographs_that_lead_elsewhere_are_refused() {
+    let folder = run();
+    let folder = folder.path();
+    fs::copy(folder.join("run/photographs/000001.jpg"), folder.join("run/stolen.jpg")).unwrap();
+    for name in ["../stolen.jpg", "/etc/passwd", "..", "a/b.jpg", "a\\b.jpg", ""] {
+        change(folder, &format!("UPDATE steps SET photo = '{name}' WHERE step = 1"));
+        is_refused(folder, &format!("journal.sqlite: found a photograph {name:?}"));
+    }
+    let film = TimelapsePlan {
+        folder: folder.join("run"),
+        out: folder.join("a.gif"),
+        width: 64,
+        fps: 20,
+        every: None,
+        crop: None,
+        plain: false,
+    };
+    assert!(film.execute(&Silent).unwrap_err().to_string().contains("wanted the plain name of a file"));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_to_foreign_files_are_refused() {
+    use std::os::unix::fs::symlink;
+    let foreign = tempfile::tempdir().unwrap();
+    for name in [
+        "photographs/000001.jpg",
+        "run.toml",
+        "calibration.toml",
+        "truth.csv",
+        "journal.sqlite",
+        "photographs",
+    ] {
+        let folder = run();
+        let (path, moved) =
+            (folder.path().join("run").join(name), foreign.path().join(name.replace('/', "-")));
+        // A link to the same bytes: their sums do not tell.
+        if path.is_dir() {
+            fs::rename(&path, &moved).unwrap();
+        } else if path.exists() {
+            fs::copy(&path, &moved).unwrap();
+            fs::remove_file(&path).unwrap();
+        } else {
+            fs::write(&moved, "root:*:1:").unwrap();
+        }
+        symlink(&moved, &path).unwrap();
+        is_refused(folder.path(), &format!("run/{name}: found a symbolic link"));
+    }
+    let folder = run();
+    fs::create_dir(folder.path().join("run/side")).unwrap();
+    fs::write(foreign.path().join("shadow"), "root:*:1:").unwrap();
+    symlink(foreign.path().join("shadow"), folder.path().join("run/side/000001.jpg")).unwrap();
+    is_refused(folder.path(), "side/000001.jpg: found a symbolic link");
+}
+
+#[test]
+fn secrets_and_controls_stay_at_home() {
+    let folder = run();
+    let folder = folder.path();
+    let text = fs::read_to_string(folder.join("run/run.toml")).unwrap();
+    let plan =
+        |out: &str| ExportPlan { folder: folder.join("run"), out: folder.join(out), keep_going: false };
+    plan("before").execute(&Silent).unwrap();
+    assert_eq!(fs::read_to_string(folder.join("before/run.toml")).unwrap(), text);
+
+    let camera =
+        "\n[rig.camera]\ndriver = \"http\"\nurl = \"http://admin:s3c\\\"ret@camera/shot?token=abc123\"\n";
+    fs::write(folder.join("run/run.toml"), text + camera).unwrap();
+    change(
+        folder,
+        "INSERT INTO event (step, kind, text) VALUES (3, 'camera', char(27) || '[2J http://u:s3cret@c/?t=abc123'),
+         (3, 'camera', '=HYPERLINK(\"http://x\")')",
+    );
+    plan("copy").execute(&Silent).unwrap();
+    let run_file = fs::read_to_string(folder.join("copy/run.toml")).unwrap();
+    assert!(run_file.contains("http://***@camera/shot?token=***"), "{run_file}");
+    let events = fs::read_to_string(folder.join("copy/events.csv")).unwrap();
+    assert!(events.contains(",\\u{1b}[2J http://***@c/?t=***,"), "{events}");
+    assert!(events.contains(",\"'=HYPERLINK("), "{events}");
+    for text in [run_file, events] {
+        assert!(!text.contains("ret@") && !text.contains("abc123") && !text.contains('\x1b'), "{text}");
+    }
+}
