@@ -9,7 +9,7 @@ use tropism::track::Sample;
 use tropism_lab::Monitor;
 
 use crate::progress::ProgressMonitor;
-use crate::shell::Shell;
+use crate::shell::{Shell, shown};
 
 /// Draws a run as a progress line and reports it to systemd.
 pub(crate) struct RunMonitor<'s> {
@@ -89,7 +89,7 @@ impl Systemd {
 
     /// Reports the state of the run in one line.
     fn status(text: &str) {
-        notify(&State::Status(&text.replace('\n', " ")));
+        notify(&State::Status(&shown(&text.replace('\n', " "))));
     }
 
     /// Reports once that the run works: its first photograph was taken.

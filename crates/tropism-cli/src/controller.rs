@@ -38,6 +38,14 @@ impl FromStr for ControllerName {
 }
 
 impl ControllerName {
+    /// The file that it is read from, if there is one.
+    pub(crate) const fn file(&self) -> Option<&PathBuf> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Periodic(_) | Self::Chase => None,
+        }
+    }
+
     /// The controller; a file is read.
     pub(crate) fn load(&self) -> Result<ControllerSpec> {
         Ok(match self {

@@ -46,7 +46,7 @@ pub(crate) struct SeedOption {
 pub(crate) struct BeanOption {
     /// Bean file: the species of the virtual plants (beans/*.toml); the common bean by default
     #[arg(long, value_name = "BEAN.toml")]
-    bean: Option<PathBuf>,
+    pub(crate) bean: Option<PathBuf>,
 }
 
 impl BeanOption {
@@ -63,11 +63,11 @@ impl BeanOption {
 #[derive(Args, Clone)]
 pub(crate) struct TentOptions {
     #[command(flatten)]
-    bean: BeanOption,
+    pub(crate) bean: BeanOption,
 
     /// Scene file: the virtual camera, its lens and the lamps; the paper's tent by default
     #[arg(long, value_name = "SCENE.toml")]
-    scene: Option<PathBuf>,
+    pub(crate) scene: Option<PathBuf>,
 
     /// Lamps: 2 at the left and the right, 4 with one in front and one behind
     #[arg(long, value_name = "N", value_parser = parse_lamps)]

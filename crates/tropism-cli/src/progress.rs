@@ -1,9 +1,10 @@
 //! Executes a workflow of the lab on the terminal: arguments become a plan, progress goes to stderr, results to stdout.
 
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Result, anyhow};
-use tropism_lab::{Error, Monitor, Workflow};
+use tropism_lab::{Error, Monitor, Workflow, files};
 
 use crate::options::option_of_key;
 use crate::shell::{Interrupted, Paused, Progress, Shell};
@@ -76,6 +77,15 @@ pub(crate) fn execute<P: Workflow>(plan: &P, shell: &Shell) -> Result<P::Results
 /// Checks and executes `plan` under a monitor of its own.
 pub(crate) fn execute_with<P: Workflow>(plan: &P, monitor: &dyn Monitor) -> Result<P::Results> {
     plan.check().and_then(|()| plan.execute(monitor)).map_err(for_user)
+}
+
+/// Checks that the files `outputs` of a plan overwrite none of the files `inputs` that its options were read from.
+pub(crate) fn check_outputs<'a>(
+    outputs: &[PathBuf],
+    inputs: impl IntoIterator<Item = Option<&'a PathBuf>>,
+) -> Result<()> {
+    let inputs: Vec<PathBuf> = inputs.into_iter().flatten().cloned().collect();
+    files::check_outputs(outputs, &inputs).map_err(for_user)
 }
 
 /// Executes `plan` and prints its results: as `text_of_results` says, or with --json as JSON.

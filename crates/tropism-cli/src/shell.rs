@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
+use tropism::text::{plain, plain_json, plain_lines};
+use tropism_rig::secret::redacted_text;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
@@ -79,12 +81,12 @@ impl Shell {
 
     /// Prints the result on stdout: text for people, or one JSON object for scripts.
     pub(crate) fn result(&self, text: &str, json: &impl Serialize) -> anyhow::Result<()> {
-        if self.is_json { self.line(json) } else { print(text) }
+        if self.is_json { self.line(json) } else { print(&plain_lines(text)) }
     }
 
     /// Prints one JSON object on a line of stdout, with or without --json.
     pub(crate) fn line(&self, json: &impl Serialize) -> anyhow::Result<()> {
-        print(&serde_json::to_string(json)?)
+        print(&plain_json(&serde_json::to_string(json)?))
     }
 
     /// Shows a progress line with the time left. If stderr is no terminal, prints one line at the beginning and one at the end.
@@ -107,10 +109,16 @@ impl Shell {
     }
 }
 
-/// Prints a line on stderr. A line that nobody can read any more is lost: it must not end a run with a lamp lit, as the panic
+/// Prints a line on stderr, without the secrets of addresses and the controls of terminals: parts of it may come from a
+/// device or be the name of a file. A line that nobody can read any more is lost: it must not end a run with a lamp lit, as the panic
 /// of `eprintln!` would.
 pub(crate) fn tell(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", shown(line));
+}
+
+/// A line as it is shown.
+pub(crate) fn shown(line: &str) -> String {
+    plain(&redacted_text(line)).into_owned()
 }
 
 fn print(text: &str) -> anyhow::Result<()> {
@@ -151,7 +159,7 @@ impl Progress {
 
     /// Shows a few words at the end of the progress line.
     pub(crate) fn say(&self, message: String) {
-        self.bar.set_message(message);
+        self.bar.set_message(plain_lines(&message).into_owned());
     }
 }
 

@@ -83,7 +83,10 @@ mod tests {
     #[test]
     fn controls_are_escaped_and_all_else_stays() {
         assert_eq!(plain("bean é \\n 5 °C"), "bean é \\n 5 °C");
-        assert_eq!(plain("\x1b[2Ja\r\nb\x07\t\u{9b}c\u{202e}d"), "\\u{1b}[2Ja\\r\\nb\\u{7}\\t\\u{9b}c\\u{202e}d");
+        assert_eq!(
+            plain("\x1b[2Ja\r\nb\x07\t\u{9b}c\u{202e}d"),
+            "\\u{1b}[2Ja\\r\\nb\\u{7}\\t\\u{9b}c\\u{202e}d"
+        );
         assert_eq!(plain_lines("a\n\tb\r\x1b"), "a\n\tb\\r\\u{1b}");
         assert_eq!(plain(&plain("\x1b")), plain("\x1b"));
     }

@@ -7,7 +7,7 @@ use clap::Args;
 use tropism_lab::baseline::{BaselinePlan, BaselineResults};
 
 use crate::options::{SeedOption, TaskOption};
-use crate::progress::execute_and_print;
+use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
 /// Evaluate random controllers: the paper's baseline (section 3.1)
@@ -45,6 +45,7 @@ impl Baseline {
             out: self.out,
             ..BaselinePlan::default()
         };
+        check_outputs(plan.out.as_slice(), [self.task.task.as_ref()])?;
         execute_and_print(&plan, shell, |results| text(&plan, results))
     }
 }

@@ -10,8 +10,10 @@ use tropism_lab::calibrate::{
     CalibratePlan, ParameterRecovery, PlantEstimates, PooledEstimate, RecoveryPlan, pool,
 };
 
+use tropism_lab::files::shell_word;
+
 use crate::options::{BeanOption, SeedOption};
-use crate::progress::execute_and_print;
+use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
 /// Estimate the parameters of plants from their open-loop tracks
@@ -57,6 +59,7 @@ impl Calibrate {
             return execute_and_print(&plan, shell, |rows| recovery_text(plants, rows));
         }
         let plan = CalibratePlan { tracks: self.tracks, interval_min: self.interval, species, out: self.out };
+        check_outputs(plan.out.as_slice(), [self.bean.bean.as_ref()])?;
         execute_and_print(&plan, shell, |plants| text(&plan, plants))
     }
 }
@@ -77,7 +80,8 @@ fn text(plan: &CalibratePlan, plants: &[PlantEstimates]) -> String {
         }
     }
     if let Some(out) = &plan.out {
-        text += &format!("wrote {0}\nnext: tropism grow --bean {0} --out beans\n", out.display());
+        text +=
+            &format!("wrote {}\nnext: tropism grow --bean {} --out beans\n", out.display(), shell_word(out));
     }
     text.trim_end().to_owned()
 }

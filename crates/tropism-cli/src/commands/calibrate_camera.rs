@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::{ArgGroup, Args};
 use tropism::geometry::Pixel;
 use tropism_lab::calibrate_camera::{CalibrateCameraPlan, CalibrateCameraResults, Mark, ScaleSource};
+use tropism_lab::files::shell_word;
 
 use crate::options::{parse_board, parse_mark, parse_pair};
 use crate::progress::execute_and_print;
@@ -80,13 +81,14 @@ impl CalibrateCamera {
 fn text(plan: &CalibrateCameraPlan, results: &CalibrateCameraResults) -> String {
     let calibration = &results.calibration;
     format!(
-        "{}{:.2} pixels a cm at the root, {:.1}, {:.1}\nwrote {out}\nnext: tropism track PHOTOS --calibration {out} \
+        "{}{:.2} pixels a cm at the root, {:.1}, {:.1}\nwrote {out}\nnext: tropism track PHOTOS --calibration {word} \
          --roi X,Y,W,H --out track.csv",
         agreement(plan, results),
         calibration.px_per_cm,
         calibration.base.x,
         calibration.base.y,
         out = results.out.display(),
+        word = shell_word(&results.out),
     )
 }
 

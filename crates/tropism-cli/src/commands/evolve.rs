@@ -9,10 +9,11 @@ use serde::Serialize;
 use tropism::evolve::EvolutionConfig;
 use tropism_lab::Monitor;
 use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolvePlan, EvolveResults};
+use tropism_lab::files::shell_word;
 use tropism_neat::{Config, Generation};
 
 use crate::options::{SeedOption, TaskOption};
-use crate::progress::{ProgressMonitor, execute_with};
+use crate::progress::{ProgressMonitor, check_outputs, execute_with};
 use crate::shell::Shell;
 
 /// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
@@ -100,6 +101,7 @@ impl Evolve {
 
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let plan = self.plan()?;
+        check_outputs(&plan.outputs(), [self.task.task.as_ref()])?;
         let progress = ProgressMonitor::new(shell);
         if !self.json_lines {
             let results = execute_with(&plan, &progress)?;
@@ -123,7 +125,7 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
          best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2} (best possible {:.2})\n\
          champion: run {}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {:.2} cm \
          (sd {:.2}){}\n\
-         wrote {champion}\nnext: tropism run --rig greenhouse --controller {champion} --out steered",
+         wrote {champion}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
         results.runs.len(),
         results.evaluations,
         results.wall_seconds,
@@ -136,6 +138,7 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
         chosen.transfer.sd,
         warning(chosen),
         champion = plan.out.join("champion.json").display(),
+        word = shell_word(&plan.out.join("champion.json")),
     )
 }
 

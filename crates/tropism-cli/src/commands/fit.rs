@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use tropism::plant::shifts::Window;
 use tropism::plant::tip::{Empty, Growth, TipModelConfig};
+use tropism_lab::files::shell_word;
 use tropism_lab::fit::{FitPlan, FitResults, ModelKind};
 
 use crate::options::parse_pair;
@@ -90,11 +91,12 @@ fn text(results: &FitResults, next: &str) -> String {
     let of_plants = if results.is_virtual { " of virtual plants" } else { "" };
     format!(
         "{shifts} shifts of {tracks} tracks{of_plants}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
-         wrote {out}\nnext: tropism {next} --model {out}",
+         wrote {out}\nnext: tropism {next} --model {word}",
         x_cm[0],
         x_cm[1],
         y_cm[0],
         y_cm[1],
         out = results.model.display(),
+        word = shell_word(&results.model),
     )
 }

@@ -7,7 +7,8 @@ use clap::Args;
 use clap::error::ErrorKind;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::vision::VisionConfig;
-use tropism_lab::{RunConfig, RunPlan, RunResults, files};
+use tropism_lab::files::{self, shell_word};
+use tropism_lab::{RunConfig, RunPlan, RunResults};
 use tropism_rig::file::RigFile;
 
 use crate::announce::RunMonitor;
@@ -164,8 +165,8 @@ fn text(plan: &RunPlan, results: &RunResults) -> String {
     let track = results.track_file.display();
     text += &format!("wrote {track}\nnext: ");
     text += &match results.fitness {
-        None => format!("tropism fit {track} --out model.json"),
-        Some(_) => format!("tropism report {} --out report.html", results.run.display()),
+        None => format!("tropism fit {} --out model.json", shell_word(&results.track_file)),
+        Some(_) => format!("tropism report {} --out report.html", shell_word(&results.run)),
     };
     text
 }

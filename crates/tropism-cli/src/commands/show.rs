@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
+use tropism_lab::files::shell_word;
 use tropism_lab::show::{ShowFormat, ShowPlan};
 
 use crate::options::TaskOption;
-use crate::progress::execute_and_print;
+use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
 /// Show an evolved network, and which lamp it lights where
@@ -69,13 +70,14 @@ impl Show {
             model: self.model,
             task: self.task.task.is_some().then(|| self.task.load()).transpose()?,
         };
+        check_outputs(plan.out.as_slice(), [self.task.task.as_ref()])?;
         execute_and_print(&plan, shell, |results| {
             if let Some(path) = &results.out {
                 return format!("{}\nwrote {}", results.summary(), path.display());
             }
             let mut text = results.drawing.clone();
             if matches!(plan.format, None | Some(ShowFormat::Text)) {
-                text += &format!("next: tropism show {} --out champion.html", plan.source.display());
+                text += &format!("next: tropism show {} --out champion.html", shell_word(&plan.source));
             }
             text.trim_end().to_owned()
         })

@@ -8,7 +8,7 @@ use tropism_lab::simulate::{SimulatePlan, SimulateResults};
 
 use crate::controller::{ControllerName, task_of_champion};
 use crate::options::{SeedOption, TaskOption};
-use crate::progress::execute_and_print;
+use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
 /// Simulate plants of a model that a controller steers
@@ -53,6 +53,7 @@ impl Simulate {
             seed: self.seed.seed,
             out: self.out,
         };
+        check_outputs(std::slice::from_ref(&plan.out), [self.task.task.as_ref(), self.controller.file()])?;
         execute_and_print(&plan, shell, text)
     }
 }

@@ -9,7 +9,7 @@ use tropism_lab::units;
 use tropism_rig::clock::{SystemTimes, Time};
 
 use crate::progress::execute_and_print;
-use crate::shell::Shell;
+use crate::shell::{Shell, shown};
 
 /// Tell what a run does now: its step, its last photograph, its lamp, what went wrong
 ///
@@ -73,7 +73,7 @@ fn text(status: &StatusResults) -> String {
     for LatestEvent { step, kind, text, unix_s } in &status.latest_events {
         let ago =
             unix_s.map(|unix_s| format!(", {} ago", units::time((SystemTimes.unix_s() - unix_s).max(0.0))));
-        add("", format!("step {step}{}: {kind}: {text}", ago.unwrap_or_default()));
+        add("", format!("step {step}{}: {kind}: {}", ago.unwrap_or_default(), shown(text)));
     }
     lines.join("\n")
 }

@@ -9,7 +9,7 @@ use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_
 
 use crate::controller::{ControllerName, conditions_of};
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
-use crate::progress::execute_and_print;
+use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
 /// Compare controllers on the same many unseen virtual plants
@@ -98,6 +98,8 @@ impl Transfer {
         if let Some(bean) = self.bean.load()? {
             plan.greenhouse.bean = bean;
         }
+        let files = self.controllers.iter().map(ControllerName::file);
+        check_outputs(&plan.outputs(), files.chain([self.task.task.as_ref(), self.bean.bean.as_ref()]))?;
         execute_and_print(&plan, shell, |results| text(&plan, results))
     }
 }

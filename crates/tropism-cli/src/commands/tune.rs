@@ -8,10 +8,11 @@ use clap::Args;
 use tropism::evolve::RuleSearch;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::Task;
+use tropism_lab::files::shell_word;
 use tropism_lab::tune::{TunePlan, TuneResults};
 
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
-use crate::progress::execute_and_print;
+use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
 /// Tune a rule on a model: chase with foresight, nine numbers
@@ -83,6 +84,7 @@ impl Tune {
             out: self.out,
             period_min: defaults.period_min,
         };
+        check_outputs(std::slice::from_ref(&plan.out), [self.task.task.as_ref(), self.bean.bean.as_ref()])?;
         execute_and_print(&plan, shell, |results| text(&plan, results))
     }
 }
@@ -97,7 +99,7 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
     let _ = write!(
         text,
         "{:.2} cm{best} (sd {:.2}) on {} unseen plants{of}; chase {:.2} cm (sd {:.2}); {:.1} s of processor time\n\
-         wrote {out}\nnext: tropism run --rig greenhouse --controller {out} --out steered",
+         wrote {out}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
         expected.mean,
         expected.sd,
         expected.plants,
@@ -106,6 +108,7 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
         results.cpu_seconds,
         of = if plan.beans.is_some() { "" } else { " of the model" },
         out = results.out.display(),
+        word = shell_word(&results.out),
     );
     text
 }

@@ -8,11 +8,12 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism::track::PAPER_PERIOD_MIN;
+use tropism_lab::files::shell_word;
 use tropism_lab::grow::{GrowPlan, GrowResults};
 
 use crate::controller::{ControllerName, task_for};
 use crate::options::{SeedOption, TaskOption, TentOptions};
-use crate::progress::execute_and_print;
+use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
 
 /// Grow virtual beans for statistics, with or without photographs
@@ -99,6 +100,9 @@ impl Grow {
             photographs: self.photographs,
             resume: self.resume,
         };
+        let plants = (0..plan.plants).map(|plant| plan.folder(plant).with_added_extension("csv"));
+        let inputs = [&self.task.task, &self.tent.bean.bean, &self.tent.scene].map(Option::as_ref);
+        check_outputs(&plants.collect::<Vec<_>>(), inputs.into_iter().chain([self.controller.file()]))?;
         execute_and_print(&plan, shell, |results| text(&plan, results))
     }
 }
@@ -113,11 +117,13 @@ fn text(plan: &GrowPlan, results: &GrowResults) -> String {
     let next = if plan.photographs {
         let first = plan.folder(0);
         format!(
-            "tropism track {0}/photographs --calibration {0}/calibration.toml --out {0}.csv",
-            first.display()
+            "tropism track {} --calibration {} --out {}",
+            shell_word(&first.join("photographs")),
+            shell_word(&first.join("calibration.toml")),
+            shell_word(&first.with_added_extension("csv"))
         )
     } else {
-        format!("tropism fit {out}/*.csv --out model.json")
+        format!("tropism fit {}/*.csv --out model.json", shell_word(&plan.out))
     };
     text + &format!("wrote {out}\nnext: {next}")
 }

@@ -14,7 +14,7 @@ use tropism_lab::track::{
 };
 
 use crate::options::{parse_minutes, parse_pair, parse_region, parse_scale};
-use crate::progress::{execute, execute_and_print, for_user, with_options};
+use crate::progress::{check_outputs, execute, execute_and_print, for_user, with_options};
 use crate::shell::Shell;
 
 /// Track the tip and the stem of plants in a folder of photographs
@@ -147,7 +147,9 @@ impl Track {
     }
 
     fn track(self, shell: &Shell) -> Result<()> {
+        let inputs = [self.calibration.clone(), self.plants.clone()];
         let plan = self.plan()?;
+        check_outputs(&plan.outputs(), inputs.iter().map(Option::as_ref))?;
         let results = execute(&plan, shell)?;
         shell.result(&text::tracks(&plan, &results), &results)?;
         match results.undetected.as_slice() {

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use tropism_lab::files::shell_word;
 use tropism_lab::track::{CameraMotion, GuideResults, TrackCounts, TrackPlan, TrackResults};
+
+use crate::shell::shown;
 
 /// Bad files that are named on the terminal; the JSON file names all.
 const NAMED: usize = 5;
@@ -25,7 +28,9 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
         format!("{} photographs{kind}, {}", first.counts.frames, results.series),
         format!("lamp lit: {}", counted(&first.counts.lights)),
     ];
-    lines.extend(first.problems.iter().take(NAMED).map(|(name, problem)| format!("{name}: {problem}")));
+    lines.extend(
+        first.problems.iter().take(NAMED).map(|(name, problem)| shown(&format!("{name}: {problem}"))),
+    );
     if first.problems.len() > NAMED {
         lines.push(format!("and {} more bad files", first.problems.len() - NAMED));
     }
@@ -43,10 +48,10 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
         lines.push(format!("look at {}: is the cross on the tip?", place.display()));
     }
     if let Some(folder) = &plan.overlay {
-        let folder = folder.display();
-        lines.push(format!("or see it move: tropism timelapse {folder} --out {folder}.gif"));
+        let film = shell_word(&folder.with_added_extension("gif"));
+        lines.push(format!("or see it move: tropism timelapse {} --out {film}", shell_word(folder)));
     }
-    let files: Vec<String> = results.tracks.iter().map(|track| track.track.display().to_string()).collect();
+    let files: Vec<String> = results.tracks.iter().map(|track| shell_word(&track.track)).collect();
     lines.push(format!("next: tropism fit {} --out model.json", files.join(" ")));
     lines.join("\n")
 }
@@ -67,10 +72,11 @@ fn frames(counts: &TrackCounts) -> String {
 fn camera(camera: &CameraMotion, px_per_cm: f64) -> Option<String> {
     let moved = camera.first.as_ref().map(|first| {
         format!(
-            "moved by up to {:.1} px ({:.1} mm) in {} photographs, first in {first}: corrected",
+            "moved by up to {:.1} px ({:.1} mm) in {} photographs, first in {}: corrected",
             camera.farthest_px,
             10.0 * camera.farthest_px / px_per_cm,
-            camera.moved
+            camera.moved,
+            shown(first)
         )
     });
     let unknown = (camera.unknown > 0)
