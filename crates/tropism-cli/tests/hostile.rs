@@ -173,10 +173,7 @@ fn names_that_act_on_terminals_and_names_that_are_not_utf8_are_told_apart() {
     assert!(!shown.contains(['\x1b', '\r', '\x07', '\u{202e}']), "{shown:?}");
     assert!(shown.contains("=b\\u{1b}[2J\\u{202e}.jpg") && shown.contains("c\\r\\u{7}.jpg"), "{shown:?}");
     let table = fs::read_to_string(path.join("t.csv")).unwrap();
-    assert!(
-        table.contains(",a\\xfe.jpg,") && table.contains(",a\\xff.jpg,") && table.contains(",'=b"),
-        "{table}"
-    );
+    assert!(table.contains(",a\\xfe.jpg,") && table.contains(",a\\xff.jpg,"), "{table}");
     let journal = fs::read_to_string(path.join("t.frames.jsonl")).unwrap();
     assert!(journal.contains("\"a\\\\xfe.jpg\"") && journal.contains("\"a\\\\xff.jpg\""), "{journal}");
     assert_eq!(fs::read_dir(path.join("look")).unwrap().count(), 2);

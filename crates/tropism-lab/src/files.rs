@@ -558,6 +558,8 @@ pub fn write_private(path: &Path, bytes: &[u8], is_synced: bool) -> Result<(), F
 
 #[cfg(test)]
 mod tests {
+    use std::slice::from_ref;
+
     use super::*;
 
     #[cfg(unix)]
@@ -626,7 +628,7 @@ mod tests {
         let input = folder.path().join("track.csv");
         write(&input, b"track").unwrap();
         let refused = |output: PathBuf| {
-            let error = check_outputs(&[output.clone()], &[input.clone()]).unwrap_err().to_string();
+            let error = check_outputs(from_ref(&output), from_ref(&input)).unwrap_err().to_string();
             let (output, input) = (output.display().to_string(), input.display().to_string());
             assert!(error.contains(&output) && error.contains(&input), "{error}");
         };
@@ -642,7 +644,7 @@ mod tests {
             fs::hard_link(&input, &hard).unwrap();
             refused(hard);
         }
-        check_outputs(&[folder.path().join("new.csv")], &[input.clone()]).unwrap();
+        check_outputs(&[folder.path().join("new.csv")], from_ref(&input)).unwrap();
         // The name under which the output is written first.
         let part = folder.path().join("model.json.part");
         write(&part, b"track").unwrap();

@@ -211,7 +211,7 @@ impl Writer<'_> {
 fn without_secrets(path: &Path) -> Result<Vec<u8>, Error> {
     let text = files::read_text(path)?;
     let mut table: toml::Table = toml::from_str(&text).map_err(Error::at(path.display()))?;
-    if !table.iter_mut().fold(false, |is_changed, (_, value)| redact(value) || is_changed) {
+    if !redact_all(table.iter_mut().map(|(_, value)| value)) {
         return Ok(text.into_bytes());
     }
     Ok(files::toml_of(path, &table)?.into_bytes())
@@ -230,14 +230,15 @@ fn redact(value: &mut toml::Value) -> bool {
             *text = shown;
             is_changed
         }
-        toml::Value::Array(values) => {
-            values.iter_mut().fold(false, |is_changed, value| redact(value) || is_changed)
-        }
-        toml::Value::Table(table) => {
-            table.iter_mut().fold(false, |is_changed, (_, value)| redact(value) || is_changed)
-        }
+        toml::Value::Array(values) => redact_all(values.iter_mut()),
+        toml::Value::Table(table) => redact_all(table.iter_mut().map(|(_, value)| value)),
         _ => false,
     }
+}
+
+/// [`redact()`] of all `values`, also after the first secret.
+fn redact_all<'v>(values: impl Iterator<Item = &'v mut toml::Value>) -> bool {
+    values.map(redact).filter(|&is_changed| is_changed).count() > 0
 }
 
 /// Whether `path`, which need not exist, is in `folder`.

@@ -109,9 +109,8 @@ impl Workflow for TimelapsePlan {
                 return Err(Error::Plan(format!("`{key}` {value}: wanted {least} to {most}")));
             }
         }
-        match self.every {
-            Some(0) => return Err(Error::Plan("`every` 0: wanted 1 or more".to_owned())),
-            _ => {}
+        if self.every == Some(0) {
+            return Err(Error::Plan("`every` 0: wanted 1 or more".to_owned()));
         }
         files::check_outputs_with(&self.outputs()?, || self.inputs())
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::lamps::{self, Light};
+use tropism::text::of_csv_cell;
 
 use super::series::{Frame, file_name};
 use crate::{Error, files};
@@ -55,7 +56,7 @@ fn read_table(path: &Path, frames: &[Frame]) -> Result<Vec<Option<Light>>, Error
     for (index, line) in lines.enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         let row = line.split_once(',').and_then(|(frame, word)| {
             let light = lamps::parse(word.trim()).ok()?;
-            Some((frame.trim(), light))
+            Some((of_csv_cell(frame.trim()), light))
         });
         let (frame, light) = row.ok_or_else(|| {
             // Lines are counted from 1, and the first is the header.

@@ -103,8 +103,10 @@ impl TrackPlan {
 
     /// Checks that no photograph and no table of lights would be overwritten.
     pub(super) fn check_inputs(&self) -> Result<(), Error> {
-        let overlays =
-            self.overlay.iter().flat_map(|folder| files::photographs(&[folder.clone()]).unwrap_or_default());
+        let overlays = self
+            .overlay
+            .iter()
+            .flat_map(|folder| files::photographs(std::slice::from_ref(folder)).unwrap_or_default());
         let outputs: Vec<PathBuf> = self.outputs().into_iter().chain(overlays).collect();
         let light = match &self.light {
             LightSource::File(path) => Some(path.clone()),
