@@ -98,3 +98,62 @@ fn every_form_goes_to_stdout_or_to_a_file() {
         assert_eq!(out.trim_end(), file.trim_end(), "{name}");
     }
 }
+
+/// A genome with `hidden` neurons in a chain and links from each of them to the next `links`.
+fn large_genome(hidden: usize, links: usize) -> String {
+    let neuron = |id: usize| {
+        let (kind, depth) = match id {
+            1 | 2 => ("input", 0.0),
+            3 => ("bias", 0.0),
+            4 => ("output", 1.0),
+            _ => ("hidden", (id - 4) as f64 / (hidden + 1) as f64),
+        };
+        format!(
+            r#"{{"id":{id},"kind":"{kind}","depth":{depth:?},"activation":"unsigned_sigmoid","a":1.0,"b":0.0}}"#
+        )
+    };
+    let neurons: Vec<String> = (1..5 + hidden).map(neuron).collect();
+    let pairs =
+        (0..hidden).flat_map(|from| (1..=links).map(move |next| (from + 5, (from + next) % hidden + 5)));
+    let pairs = [(1, 5), (2, 5), (3, 5), (5, 4)].into_iter().chain(pairs);
+    let link = |(index, (from, to)): (usize, (usize, usize))| {
+        let innovation = index + 1;
+        // Signs alternate, so that the state of the network does not settle.
+        let weight = if index % 3 == 0 { -3.1 } else { 2.7 };
+        format!(r#"{{"innovation":{innovation},"from":{from},"to":{to},"weight":{weight},"recurrent":true}}"#)
+    };
+    let links: Vec<String> = pairs.enumerate().map(link).collect();
+    format!(
+        r#"{{"schema":"tropism.genome/1","inputs":2,"outputs":1,"neurons":[{}],"links":[{}]}}"#,
+        neurons.join(","),
+        links.join(",")
+    )
+}
+
+#[test]
+fn a_network_too_large_to_draw_is_named_by_its_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("large.json"), large_genome(3000, 30)).unwrap();
+    let began = std::time::Instant::now();
+    let sentence = "too large to draw: found 3004 neurons and 90004 links, wanted at most 1000 and 2000";
+    let text = tropism(folder.path(), &["show", "large.json"]);
+    assert!(text.contains(sentence) && text.contains("3000 hidden neurons"), "{text}");
+    for out in ["large.svg", "large.html"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_tropism"))
+            .current_dir(folder.path())
+            .args(["show", "large.json", "--out", out])
+            .output()
+            .unwrap();
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && error.contains(sentence), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    tropism(folder.path(), &["show", "large.json", "--out", "large.dot"]);
+    assert!(began.elapsed().as_secs() < 30, "{:?}", began.elapsed());
+    // The largest that is drawn.
+    fs::write(folder.path().join("drawn.json"), large_genome(990, 2)).unwrap();
+    let began = std::time::Instant::now();
+    tropism(folder.path(), &["show", "drawn.json", "--out", "drawn.svg"]);
+    assert!(began.elapsed().as_secs() < 30, "{:?}", began.elapsed());
+    assert!(fs::metadata(folder.path().join("drawn.svg")).unwrap().len() < 1_500_000);
+}

@@ -14,6 +14,10 @@ use tropism::track::Track;
 /// Side of a cell, in cm; chosen by hand.
 const CELL: f64 = 0.125;
 
+/// Cells times links of a map, at most: larger networks have larger cells. Each cell takes up to 640 activations; chosen, so
+/// that a map takes a second or two at most, and that networks of up to 160 links have the smallest cells.
+const MAX_WORK: usize = 2_000_000;
+
 /// Shares of the diverging colour map for the left lamp, for neither and for the right lamp. Chosen by hand: pale, so that a
 /// trajectory stands out.
 const PALE: [f64; 3] = [0.31, 0.5, 0.69];
@@ -43,7 +47,7 @@ pub fn decision(
     let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
     let decisions = Decisions::new(genome, corners(&x, &y))?;
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
-    draw_map(&mut plot, &decisions);
+    draw_map(&mut plot, &decisions, MAX_WORK / genome.links().len().max(1));
     draw_steering(&mut plot, samples, targets, true);
     let depends = ColourMap::Diverging.class(ColourMap::level(PALE[1]));
     plot.legend(&[("left", "left lamp"), ("right", "right lamp"), (&depends, "depends")]);
@@ -74,10 +78,13 @@ fn corners(x: &Axis, y: &Axis) -> [Point; 4] {
     [(x.from, y.from), (x.to, y.from), (x.from, y.to), (x.to, y.to)].map(|(x, y)| Point::new(x, y))
 }
 
-fn draw_map(plot: &mut Plot, decisions: &Decisions) {
+/// Draws the decision in each cell of the panel, of which there are at most about `most`.
+fn draw_map(plot: &mut Plot, decisions: &Decisions, most: usize) {
     let (from, to) = plot.ends();
-    let count = |from: f64, to: f64| ((to - from) / CELL).round().clamp(1.0, 400.0) as usize;
+    let count = |from: f64, to: f64| ((to - from) / CELL).round().clamp(1.0, 400.0);
     let (columns, rows) = (count(from.x, to.x), count(from.y, to.y));
+    let factor = (columns * rows / most as f64).sqrt().max(1.0);
+    let [columns, rows] = [columns, rows].map(|count| (count / factor).round().max(1.0) as usize);
     let (wide, high) = ((to.x - from.x) / columns as f64, (to.y - from.y) / rows as f64);
     let corner = plot.place(from.x, from.y);
     let next = plot.place(from.x + wide, from.y + high);

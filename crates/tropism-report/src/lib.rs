@@ -13,6 +13,7 @@ mod picture;
 mod animation;
 mod colour;
 mod composite;
+mod thinning;
 mod plot;
 mod trajectories;
 mod decision;
@@ -33,7 +34,7 @@ pub use decision::{SteeredTrack, decision, decision_text, rule};
 pub use evolution::{fitness_boxes, fitness_run};
 pub use film::{Film, FilmStep};
 pub use kinematics::{KinematicValue, kinematics};
-pub use network::{network, network_dot};
+pub use network::{network, network_dot, too_large_to_draw};
 pub use page::{NumberRow, Page, Table};
 pub use picture::{cropped, scaled};
 pub use shifts::shift_maps;
@@ -191,6 +192,35 @@ mod tests {
                 if let Body::Svg(svg) = &figure.body {
                     testing::assert_well_formed(svg);
                     assert!(!svg.contains("NaN") && !svg.contains("inf"), "{}: {svg}", figure.number);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn figures_of_long_tracks_are_small() {
+        let mut state = 1_u64;
+        let mut next = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / (1_u64 << 24) as f64
+        };
+        // Noise over the panel and far beyond it, under lamps that change at every step or seldom.
+        for (width, swing) in [(28.0, 1), (28.0, 300), (1e5, 300), (1e300, 7)] {
+            let row = |step: usize| {
+                let light = if (step / swing).is_multiple_of(2) { 'l' } else { 'r' };
+                (width * (next() - 0.5), width * next(), light)
+            };
+            let rows: Vec<(f64, f64, char)> = (0..150_000).map(row).collect();
+            let track = testing::track(&rows);
+            for figure in all(&[track], &[]) {
+                if let Body::Svg(svg) = &figure.body {
+                    assert!(
+                        svg.len() < 1_000_000,
+                        "{} of {width}, {swing}: {} bytes",
+                        figure.number,
+                        svg.len()
+                    );
+                    testing::assert_well_formed(svg);
                 }
             }
         }

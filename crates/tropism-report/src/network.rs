@@ -29,6 +29,22 @@ const SWEEPS: usize = 12;
 /// Line segments of a curve.
 const CURVE_SEGMENTS: usize = 16;
 
+/// Neurons and links of the largest network that is drawn. Chosen: evolved controllers have some dozens, and a drawing of this
+/// size has half a megabyte and is a black field already.
+const MAX_DRAWN: (usize, usize) = (1000, 2000);
+
+/// Why a network is not drawn; `None` if it is small enough.
+#[must_use]
+pub fn too_large_to_draw(genome: &Genome) -> Option<String> {
+    let (neurons, links) = (genome.neurons().len(), genome.links().len());
+    (neurons > MAX_DRAWN.0 || links > MAX_DRAWN.1).then(|| {
+        format!(
+            "too large to draw: found {neurons} neurons and {links} links, wanted at most {} and {}",
+            MAX_DRAWN.0, MAX_DRAWN.1
+        )
+    })
+}
+
 /// Draws the network of `genome`.
 ///
 /// The width of a link is proportional to its weight. Recurrent links are arcs with an arrow. Neurons that do not reach an
@@ -137,6 +153,8 @@ fn tooltip(neuron: &Neuron) -> String {
 struct Layout {
     /// Column of each neuron.
     columns: Vec<usize>,
+    /// The last column.
+    last_column: usize,
     /// Height of each neuron above the lower edge, in pixels.
     heights: Vec<f64>,
     /// Distance between two columns, in pixels.
@@ -161,13 +179,14 @@ impl Layout {
         }
         let most = members.iter().map(Vec::len).max().unwrap_or(1);
         let height = ROW * most.max(4).max(depths.len() / 3) as f64;
-        let mut layout =
-            Self { heights: vec![0.0; neurons.len()], spacing: COLUMN, size: (0.0, height), columns };
+        let last_column = members.len().saturating_sub(1);
+        let heights = vec![0.0; neurons.len()];
+        let mut layout = Self { columns, last_column, heights, spacing: COLUMN, size: (0.0, height) };
         for (column, members) in members.iter().enumerate() {
             layout.spread(column, members);
         }
         layout.reduce_crossings(genome, &mut members);
-        let last = members.len().saturating_sub(1).max(1);
+        let last = last_column.max(1);
         // From 300 pixels wide for few columns to 840, the width of a page, for many.
         layout.spacing = COLUMN.min(840.0 / last as f64).max(300.0 / last as f64);
         layout.size.0 = layout.spacing * last as f64;
@@ -178,7 +197,7 @@ impl Layout {
     fn spread(&mut self, column: usize, members: &[usize]) {
         let height = self.size.1;
         // Inner columns are shifted by multiples of the golden ratio, so that fewer links pass through neurons.
-        let is_inner = column > 0 && self.columns.iter().any(|&other| other > column);
+        let is_inner = column > 0 && column < self.last_column;
         let shift = if is_inner { 0.15 + 0.7 * (0.618 * column as f64).fract() } else { 0.5 };
         let gap = height / members.len() as f64;
         for (row, &index) in members.iter().enumerate() {
@@ -200,11 +219,13 @@ impl Layout {
         let inner = 1..members.len().saturating_sub(1).max(1);
         for _ in 0..SWEEPS {
             for column in inner.clone() {
-                let mean = |index: &usize| {
-                    let heights = neighbours[*index].iter().map(|&other| self.heights[other]);
-                    heights.sum::<f64>() / neighbours[*index].len().max(1) as f64
+                let mean = |index: usize| {
+                    let heights = neighbours[index].iter().map(|&other| self.heights[other]);
+                    (heights.sum::<f64>() / neighbours[index].len().max(1) as f64, index)
                 };
-                members[column].sort_by(|a, b| mean(b).total_cmp(&mean(a)));
+                let mut means: Vec<(f64, usize)> = members[column].iter().map(|&index| mean(index)).collect();
+                means.sort_by(|a, b| b.0.total_cmp(&a.0));
+                members[column] = means.into_iter().map(|(_, index)| index).collect();
                 self.spread(column, &members[column]);
             }
         }

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::colour::{ColourMap, LEVELS};
+use super::thinning;
 use tropism::geometry::Point;
 use tropism::math::interpolate::lerp;
 
@@ -126,7 +127,8 @@ impl Path {
     }
 }
 
-/// A line with fewer points, at most `tolerance` away from all `places` (Douglas and Peucker 1973).
+/// A line with fewer points, at most `tolerance` away from all `places` (Douglas and Peucker 1973). The time is quadratic in
+/// the number of places at worst, so that longer lines are thinned before.
 fn simplified(places: &[Place], tolerance: f64) -> Vec<Place> {
     if places.len() < 3 {
         return places.to_vec();
@@ -198,6 +200,11 @@ impl Plot {
     /// The lower left and the upper right corner, in units of the axes.
     pub(super) fn ends(&self) -> (Point, Point) {
         (Point::new(self.x.from, self.y.from), Point::new(self.x.to, self.y.to))
+    }
+
+    /// Width and height of the panel, in pixels.
+    pub(super) const fn size(&self) -> (f64, f64) {
+        (self.width, self.height)
     }
 
     /// Pixels a unit of x.
@@ -273,9 +280,12 @@ impl Plot {
         }
     }
 
-    /// Strokes a line through points given in units of the axes.
+    /// Strokes a line through points given in units of the axes. A long one is thinned.
     pub(super) fn line(&mut self, class: &str, points: impl Iterator<Item = (f64, f64)>) {
-        let places: Vec<Place> = points.map(|(x, y)| self.place(x, y)).collect();
+        let mut places: Vec<Place> = points.map(|(x, y)| self.place(x, y)).collect();
+        if places.len() > thinning::MAX_POINTS {
+            places = thinning::drawn(&places).into_iter().map(|index| places[index]).collect();
+        }
         let mut path = Path::default();
         path.line(&places);
         self.path(class, &path);

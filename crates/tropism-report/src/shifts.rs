@@ -14,6 +14,9 @@ use tropism::track::Track;
 /// Side of a cell, in cm; chosen by hand.
 const CELL: f64 = 0.25;
 
+/// Cells of a map, at most: those of a larger one are wider. Chosen: some 20 bytes each, three times those of the paper's axes.
+const MAX_CELLS: usize = 40_000;
+
 /// A component of the shift.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Component {
@@ -72,46 +75,77 @@ pub fn shift_maps(tracks: &[Track], plants: Plants) -> Vec<Figure> {
         .map(|(number, (component, light))| {
             let (mut x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
             x = Axis::covering(x.label, (-15.0, 15.0), [-widest, widest].into_iter());
+            let (side, means) = means_of_at_most(MAX_CELLS, all, component, light);
             Figure {
                 number,
                 title: format!("{} with the {} light on", component.name(), layout.name(Some(light))),
                 caption: format!(
-                    "Mean {} of a step in cells of 0.25 cm, {pooled}. The colour scale is the signed square root; cells \
+                    "Mean {} of a step in cells of {side} cm, {pooled}. The colour scale is the signed square root; cells \
                      without data are blank. {}",
                     component.name(),
                     plants.sentence()
                 ),
-                body: Body::Svg(map(x, y, component, &means(all(), component, light))),
+                body: Body::Svg(map(x, y, component, side, &means)),
             }
         })
         .collect()
 }
 
+/// The side of the cells in cm and the mean in each: 0.25 cm, or a multiple of it by a power of two, so that there are at most
+/// `most` cells.
+fn means_of_at_most<'a, I: Iterator<Item = &'a Track>>(
+    most: usize,
+    tracks: impl Fn() -> I,
+    component: Component,
+    light: Light,
+) -> (f64, BTreeMap<Cell, f64>) {
+    if let Some(means) = means(tracks(), component, light, CELL, most) {
+        return (CELL, means);
+    }
+    let ends = (Point::new(f64::MAX, f64::MAX), Point::new(f64::MIN, f64::MIN));
+    let (low, high) = tracks().flat_map(Track::shifts).fold(ends, |(low, high), (at, ..)| {
+        (Point::new(low.x.min(at.x), low.y.min(at.y)), Point::new(high.x.max(at.x), high.y.max(at.y)))
+    });
+    // Two more than the distance: a cell is cut by either edge. A cell of infinite size holds all.
+    let cells = |side: f64| ((high.x - low.x) / side + 2.0) * ((high.y - low.y) / side + 2.0);
+    let mut side = 2.0 * CELL;
+    while side.is_finite() && cells(side) > most as f64 {
+        side *= 2.0;
+    }
+    (side, means(tracks(), component, light, side, usize::MAX).unwrap_or_default())
+}
+
+/// The mean shift in each cell; `None` if there are more than `most` cells.
 fn means<'a>(
     tracks: impl Iterator<Item = &'a Track>,
     component: Component,
     light: Light,
-) -> BTreeMap<Cell, f64> {
+    side: f64,
+    most: usize,
+) -> Option<BTreeMap<Cell, f64>> {
     let mut sums: BTreeMap<Cell, (f64, f64)> = BTreeMap::new();
     for (before, after, _) in tracks.flat_map(Track::shifts).filter(|shift| shift.2 == light) {
         // `round` rounds half away from zero on both sides: a mirrored point falls into the mirrored cell.
-        let cell = ((before.y / CELL).round() as i64, (before.x / CELL).round() as i64);
+        let cell = ((before.y / side).round() as i64, (before.x / side).round() as i64);
         let (sum, count) = sums.entry(cell).or_default();
         *sum += component.of(Point::new(after.x - before.x, after.y - before.y));
         *count += 1.0;
+        if sums.len() > most {
+            return None;
+        }
     }
     // The order is by rows, so that neighbours in a row follow each other and become one dash.
-    sums.into_iter().map(|(cell, (sum, count))| (cell, sum / count)).collect()
+    Some(sums.into_iter().map(|(cell, (sum, count))| (cell, sum / count)).collect())
 }
 
-fn map(x: Axis, y: Axis, component: Component, means: &BTreeMap<Cell, f64>) -> String {
+fn map(x: Axis, y: Axis, component: Component, side: f64, means: &BTreeMap<Cell, f64>) -> String {
     let limit = component.limit();
     let mut plot = Plot::centimetres(x, y, 330.0, 78.0, 28.0);
-    let size = CELL * plot.scale();
+    let size = side * plot.scale();
     let marks: Vec<_> = means
         .iter()
         .map(|(&(row, column), &mean)| {
-            let (x, y) = plot.place((column as f64 - 0.5) * CELL, row as f64 * CELL);
+            let (x, y) = plot.place((column as f64 - 0.5) * side, row as f64 * side);
             (ColourMap::level(colour_share(mean / limit)), (x, y))
         })
         .collect();
@@ -151,8 +185,8 @@ mod tests {
         let tracks = testing::swings(2, 80);
         let mirrored: Vec<Track> = tracks.iter().filter_map(Track::mirrored).collect();
         let all = || tracks.iter().chain(&mirrored);
-        let left = means(all(), Component::X, Light::LEFT);
-        let right = means(all(), Component::X, Light::RIGHT);
+        let left = means(all(), Component::X, Light::LEFT, CELL, MAX_CELLS).unwrap();
+        let right = means(all(), Component::X, Light::RIGHT, CELL, MAX_CELLS).unwrap();
         assert!(left.len() > 20);
         assert_eq!(left.len(), right.len());
         for ((row, column), shift) in left {

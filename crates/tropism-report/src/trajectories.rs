@@ -1,7 +1,10 @@
 //! Figures 4a, 4b, 7 and 8: trajectories of the tip.
 
+use std::borrow::Cow;
+
 use super::lamp;
 use super::plot::{Axis, LEGEND_ROW, Path, Place, Plot, legend_rows};
+use super::thinning;
 use super::{Body, Figure, Plants};
 use tropism::geometry::Point;
 use tropism::lamps::Light;
@@ -91,20 +94,27 @@ pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
     let legend = lamp::legend(&layout, "light");
     let top = 28.0 + LEGEND_ROW * (legend_rows(&legend, 346.0 + 66.0) - 1) as f64;
     let mut plot = Plot::centimetres(x, y, 346.0, 66.0, top);
+    let most = thinning::MAX_MARKS / layout.len();
+    let mut is_thinned = false;
     for light in layout.lights() {
+        let ends = tracks.iter().flat_map(|track| vectors(track, light));
+        let all: Vec<(Place, Place)> =
+            ends.map(|(from, to)| (plot.place(from.x, from.y), plot.place(to.x, to.y))).collect();
+        is_thinned |= all.len() > most;
         let mut needles = Path::default();
-        for (from, to) in tracks.iter().flat_map(|track| vectors(track, light)) {
-            needle(&mut needles, plot.place(from.x, from.y), plot.place(to.x, to.y));
+        for (from, to) in thinning::longest(all, most, plot.size()) {
+            needle(&mut needles, from, to);
         }
         plot.fill(lamp::class(Some(light)), &needles);
     }
     plot.legend(&legend);
+    let thinned = if is_thinned { " Of the many needles the longest at each place is drawn." } else { "" };
     Figure {
         number: "4b",
         title: "Directions of the tip".to_owned(),
         caption: format!(
             "Needles point in the direction of motion, coloured by the lamp that was lit; steps shorter than 0.5 cm are \
-             joined. Not mirrored. {}",
+             joined.{thinned} Not mirrored. {}",
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
@@ -173,6 +183,7 @@ pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Poin
     for target in targets {
         plot.horizontal_line("grid dotted", target.y);
     }
+    let samples = &*thinned(plot, samples);
     let outline = samples.iter().map(|sample| (sample.tip.x, sample.tip.y));
     plot.line("under", outline.filter(|_| is_outlined));
     for run in runs(samples) {
@@ -190,6 +201,15 @@ pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Poin
         plot.path("bold target", &cross);
         plot.text("mark halo target", (x, y - 10.0), "middle", &(index + 1).to_string());
     }
+}
+
+/// The samples that are drawn: a line changes its colour with the lamp, so a long one is thinned before it is cut into colours.
+fn thinned<'s>(plot: &Plot, samples: &'s [Sample]) -> Cow<'s, [Sample]> {
+    if samples.len() <= thinning::MAX_POINTS {
+        return Cow::Borrowed(samples);
+    }
+    let places: Vec<Place> = samples.iter().map(|sample| plot.place(sample.tip.x, sample.tip.y)).collect();
+    thinning::drawn(&places).into_iter().map(|index| samples[index].clone()).collect()
 }
 
 /// Runs of samples under one light. Each ends with the first sample of the next, so that the line has no gaps.
@@ -234,6 +254,23 @@ mod tests {
             |light| vectors(&track, light).into_iter().map(|(from, to)| (from.x, to.x)).collect::<Vec<_>>();
         assert_eq!(ends(Light::LEFT), [(0.0, -0.6), (-0.6, -0.7)]);
         assert_eq!(ends(Light::RIGHT), [(-0.7, 0.5)]);
+    }
+
+    #[test]
+    fn the_highest_tip_of_a_long_track_is_drawn() {
+        let mut rows: Vec<(f64, f64, char)> = (0..50_000)
+            .map(|step| (f64::from(step % 100) / 10.0, 4.0, if step % 2 == 0 { 'l' } else { 'r' }))
+            .collect();
+        rows[31_234].1 = 15.0;
+        let track = testing::track(&rows);
+        let plot = {
+            let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), tips(std::slice::from_ref(&track)));
+            Plot::centimetres(x, y, 372.0, 18.0, 28.0)
+        };
+        let drawn = thinned(&plot, &track.samples);
+        assert!(drawn.len() < 10_000);
+        let steps: Vec<u32> = drawn.iter().map(|sample| sample.step).collect();
+        assert!([0, 31_234, 49_999].iter().all(|step| steps.contains(step)));
     }
 
     #[test]

@@ -5,23 +5,35 @@ use tropism_report::{self as report, Figure, Page, Plants, SteeredTrack};
 
 use super::source::ShownChampion;
 use super::{ShowFormat, ShowResults};
+use crate::Error;
 
 impl ShownChampion {
     /// The champion in `format`, beside its properties.
-    pub(super) fn draw(&self, format: ShowFormat, properties: &ShowResults) -> String {
-        match format {
-            ShowFormat::Dot => report::network_dot(&self.champion.genome),
-            ShowFormat::Svg => report::in_one_svg(&self.figures()),
-            ShowFormat::Html => self.page(properties).html(),
-            ShowFormat::Text => self.text(properties),
+    ///
+    /// # Errors
+    /// [`Error::Plan`] if the network is too large for a picture. Text and graphs have no bound.
+    pub(super) fn draw(&self, format: ShowFormat, properties: &ShowResults) -> Result<String, Error> {
+        let too_large = report::too_large_to_draw(&self.champion.genome);
+        match (format, too_large) {
+            (ShowFormat::Dot, _) => Ok(report::network_dot(&self.champion.genome)),
+            (ShowFormat::Text, too_large) => Ok(self.text(properties, too_large)),
+            (ShowFormat::Svg, None) => Ok(report::in_one_svg(&self.figures())),
+            (ShowFormat::Html, None) => Ok(self.page(properties).html()),
+            (ShowFormat::Svg | ShowFormat::Html, Some(sentence)) => {
+                Err(Error::Plan(format!("{}: {sentence}; its graph can be had as .dot", self.file.display())))
+            }
         }
     }
 
-    fn text(&self, properties: &ShowResults) -> String {
+    /// The properties and the map, or why there is none.
+    fn text(&self, properties: &ShowResults, too_large: Option<String>) -> String {
         let plant = self.steered.as_ref().map_or_else(String::new, |(track, plants)| {
             let fitness = self.task.fitness(track);
             format!("a plant that it steered: fitness {fitness:.2} cm. {}\n", plants.sentence())
         });
+        if let Some(sentence) = too_large {
+            return format!("{}\n{plant}{sentence}\n", properties.summary());
+        }
         let map = report::decision_text(&self.champion.genome, self.task.targets()).unwrap_or_default();
         let key = if map.is_empty() {
             ""

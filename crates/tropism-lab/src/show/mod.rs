@@ -116,7 +116,7 @@ impl Workflow for ShowPlan {
         self.check()?;
         let champion = ShownChampion::find(self, monitor)?;
         let mut results = ShowResults::new(&champion);
-        results.drawing = champion.draw(self.drawing_format()?, &results);
+        results.drawing = champion.draw(self.drawing_format()?, &results)?;
         if let Some(path) = &self.out {
             files::write(path, results.drawing.as_bytes())?;
             results.out = Some(path.clone());
