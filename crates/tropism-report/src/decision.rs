@@ -9,14 +9,18 @@ use super::{Body, Figure, Plants};
 use tropism::control::ShapeError;
 use tropism::control::network_analysis::{Boundary, Decisions, NetworkAnalysis};
 use tropism::geometry::Point;
+use tropism::math::interpolate::lerp;
 use tropism::track::Track;
 
 /// Side of a cell, in cm; chosen by hand.
 const CELL: f64 = 0.125;
 
-/// Cells times links of a map, at most: larger networks have larger cells. Each cell takes up to 640 activations; chosen, so
-/// that a map takes a second or two at most, and that networks of up to 160 links have the smallest cells.
-const MAX_WORK: usize = 2_000_000;
+/// Work of a map, at most: links, and five for each neuron, times activations. Where it would take more, cells are larger.
+/// Chosen: about a second. Networks that settle soon, as evolved ones do, have the smallest cells.
+const MAX_WORK: f64 = 3e8;
+
+/// Places in a row and in a column at which the work of a map is measured.
+const PROBES: usize = 5;
 
 /// Shares of the diverging colour map for the left lamp, for neither and for the right lamp. Chosen by hand: pale, so that a
 /// trajectory stands out.
@@ -47,7 +51,7 @@ pub fn decision(
     let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
     let decisions = Decisions::new(genome, corners(&x, &y))?;
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
-    draw_map(&mut plot, &decisions, MAX_WORK / genome.links().len().max(1));
+    draw_map(&mut plot, &decisions, genome.links().len() + 5 * genome.neurons().len());
     draw_steering(&mut plot, samples, targets, true);
     let depends = ColourMap::Diverging.class(ColourMap::level(PALE[1]));
     plot.legend(&[("left", "left lamp"), ("right", "right lamp"), (&depends, "depends")]);
@@ -78,12 +82,18 @@ fn corners(x: &Axis, y: &Axis) -> [Point; 4] {
     [(x.from, y.from), (x.to, y.from), (x.from, y.to), (x.to, y.to)].map(|(x, y)| Point::new(x, y))
 }
 
-/// Draws the decision in each cell of the panel, of which there are at most about `most`.
-fn draw_map(plot: &mut Plot, decisions: &Decisions, most: usize) {
+/// Draws the decision in each cell of the panel. `work` is that of one activation.
+fn draw_map(plot: &mut Plot, decisions: &Decisions, work: usize) {
     let (from, to) = plot.ends();
     let count = |from: f64, to: f64| ((to - from) / CELL).round().clamp(1.0, 400.0);
     let (columns, rows) = (count(from.x, to.x), count(from.y, to.y));
-    let factor = (columns * rows / most as f64).sqrt().max(1.0);
+    let probe = |row: usize, column: usize| {
+        let share = |place: usize| (place as f64 + 0.5) / PROBES as f64;
+        decisions.activations(Point::new(lerp(from.x, to.x, share(column)), lerp(from.y, to.y, share(row))))
+    };
+    let probes = (0..PROBES * PROBES).map(|place| probe(place / PROBES, place % PROBES));
+    let activations = probes.sum::<usize>() as f64 / (PROBES * PROBES) as f64;
+    let factor = (columns * rows * activations * work as f64 / MAX_WORK).sqrt().max(1.0);
     let [columns, rows] = [columns, rows].map(|count| (count / factor).round().max(1.0) as usize);
     let (wide, high) = ((to.x - from.x) / columns as f64, (to.y - from.y) / rows as f64);
     let corner = plot.place(from.x, from.y);

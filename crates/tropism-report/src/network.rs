@@ -29,9 +29,9 @@ const SWEEPS: usize = 12;
 /// Line segments of a curve.
 const CURVE_SEGMENTS: usize = 16;
 
-/// Neurons and links of the largest network that is drawn. Chosen: evolved controllers have some dozens, and a drawing of this
-/// size has half a megabyte and is a black field already.
-const MAX_DRAWN: (usize, usize) = (1000, 2000);
+/// Neurons and links of the largest network that is drawn. Chosen: evolved controllers have some dozens; a map of the decisions
+/// of one of this size takes a second or two, even if its state never settles.
+const MAX_DRAWN: (usize, usize) = (200, 400);
 
 /// Why a network is not drawn; `None` if it is small enough.
 #[must_use]

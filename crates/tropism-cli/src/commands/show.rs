@@ -77,7 +77,8 @@ impl Show {
             }
             let mut text = results.drawing.clone();
             if matches!(plan.format, None | Some(ShowFormat::Text)) {
-                text += &format!("next: tropism show {} --out champion.html", shell_word(&plan.source));
+                let form = if results.is_too_large { "dot" } else { "html" };
+                text += &format!("next: tropism show {} --out champion.{form}", shell_word(&plan.source));
             }
             text.trim_end().to_owned()
         })

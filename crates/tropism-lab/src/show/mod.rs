@@ -86,6 +86,9 @@ pub struct ShowResults {
     pub is_virtual: Option<bool>,
     /// File of the drawing.
     pub out: Option<PathBuf>,
+    /// Whether the network is too large for a picture.
+    #[serde(skip)]
+    pub is_too_large: bool,
     /// The drawing, in the format of the plan.
     #[serde(skip)]
     pub drawing: String,
@@ -164,6 +167,7 @@ impl ShowResults {
             fitness: steered.as_ref().map(|(track, _)| champion.task.fitness(track)),
             is_virtual: steered.as_ref().map(|(_, plants)| plants.is_virtual()),
             out: None,
+            is_too_large: report::too_large_to_draw(genome).is_some(),
             drawing: String::new(),
         }
     }

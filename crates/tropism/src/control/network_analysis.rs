@@ -144,24 +144,31 @@ impl Decisions {
     /// states: 0 is always left, 1 always right; between them the network oscillates or depends on its past.
     #[must_use]
     pub fn share_right(&self, tip: Point) -> f64 {
-        let shares = self.pasts.iter().map(|past| settle(&mut past.clone(), tip));
+        let shares = self.pasts.iter().map(|past| settle(&mut past.clone(), tip).0);
         shares.sum::<f64>() / self.pasts.len() as f64
+    }
+
+    /// Activations of the network that [`Self::share_right`] takes at `tip`.
+    #[must_use]
+    pub fn activations(&self, tip: Point) -> usize {
+        self.pasts.iter().map(|past| settle(&mut past.clone(), tip).1).sum()
     }
 }
 
-/// Activates with the tip at `tip` until the state no longer changes. Returns the share of activations that say right.
-fn settle(network: &mut Network, tip: Point) -> f64 {
+/// Activates with the tip at `tip` until the state no longer changes. Returns the share of activations that say right, and the
+/// number of activations.
+fn settle(network: &mut Network, tip: Point) -> (f64, usize) {
     let mut before = network.state().to_vec();
     let mut right = 0;
     for activation in 0..2 * SETTLING {
         let is_right = is_right(network.activate(&[tip.x, tip.y]));
         if network.state() == before {
-            return f64::from(u8::from(is_right));
+            return (f64::from(u8::from(is_right)), activation + 1);
         }
         right += usize::from(is_right && activation >= SETTLING);
         before.copy_from_slice(network.state());
     }
-    right as f64 / SETTLING as f64
+    (right as f64 / SETTLING as f64, 2 * SETTLING)
 }
 
 #[cfg(test)]
