@@ -1,6 +1,7 @@
 //! The command `tropism`. It reads arguments into the plans of `tropism-lab`, draws progress, and prints results.
 
 mod options;
+mod signals;
 mod shell;
 mod progress;
 mod announce;

@@ -15,7 +15,7 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Whether a second request to end is ignored, too: lamps may be lit.
 static ENDS_IN_ORDER: AtomicBool = AtomicBool::new(false);
 
-/// The user asked for an end by Ctrl-C or SIGTERM: exit code 130. The text says what is left of the work.
+/// The user asked for an end by Ctrl-C, SIGTERM or SIGHUP: exit code 130. The text says what is left of the work.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted: {0}")]
 pub(crate) struct Interrupted(pub(crate) String);
@@ -47,7 +47,7 @@ pub(crate) struct Shell {
 }
 
 impl Shell {
-    /// Opens the terminal and installs the handler of Ctrl-C: the first asks for an orderly end, the second ends at once,
+    /// Opens the terminal and installs the handler of Ctrl-C, SIGTERM and SIGHUP: the first asks for an orderly end, the second ends at once,
     /// unless [`end_in_order`](Self::end_in_order) was asked for.
     pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
         let handler = || {
@@ -56,8 +56,7 @@ impl Shell {
                 std::process::exit(130);
             }
         };
-        // If no handler can be installed, Ctrl-C ends the program at once, and the files on the disk can still be resumed.
-        let _ = ctrlc::set_handler(handler);
+        crate::signals::handle(handler);
         Self { is_json, is_quiet, is_terminal: std::io::stderr().is_terminal() }
     }
 
@@ -67,7 +66,7 @@ impl Shell {
         ENDS_IN_ORDER.store(true, Ordering::SeqCst);
     }
 
-    /// Whether the user asked for an end by Ctrl-C or SIGTERM.
+    /// Whether the user asked for an end by Ctrl-C, SIGTERM or SIGHUP.
     pub(crate) fn is_interrupted() -> bool {
         INTERRUPTED.load(Ordering::SeqCst)
     }
