@@ -322,13 +322,24 @@ fn beans_scenes_and_faults() {
     let rig = ["run", "--rig", "rig.toml", "--controller", "chase", "--out", "r", "--scale", "0"];
     fails(&folder, &rig, &["rig.toml, wanted them in its [greenhouse]"]);
     for (patience, wanted) in [
-        ("moved_px = -1", "rig.toml: patience.moved_px: found -1, wanted 0 or more"),
-        ("hot_c = nan", "rig.toml: patience.hot_c: found NaN, wanted 0 or more"),
-        ("flash_tries = 0", "rig.toml: patience.flash_tries: found 0, wanted 1 to 10"),
+        ("moved_px = -1", "rig.toml: found patience.moved_px = -1, wanted 0 to 100000, or inf"),
+        ("hot_c = nan", "rig.toml: found patience.hot_c = NaN, wanted 0 to 200, or inf"),
+        ("flash_tries = 0", "rig.toml: found patience.flash_tries = 0, wanted 1 to 10"),
+        ("ballast_mb = 4000000000", "rig.toml: found patience.ballast_mb = 4000000000, wanted 0 to 10000"),
+        ("gap_min = 1e300", "wanted 0 to 525600, or inf"),
         ("flash_tries = \"2\"", "rig.toml: line 2: found \"flash_tries = \\\"2\\\"\": invalid type"),
     ] {
         put("rig.toml", &format!("[patience]\n{patience}\n[greenhouse]\n"));
         fails(&folder, &rig[..7], &[wanted]);
+    }
+    for (camera, wanted) in [
+        ("retries = 4294967295", &["rig.toml: line 6", "retries = 4294967295", "wanted 0 to 10"][..]),
+        ("discard_frames = -1", &["rig.toml: line 6", "discard_frames = -1", "wanted 0 to 1000"]),
+        ("timeout_s = 3601", &["rig.toml: line 6", "timeout_s = 3601", "wanted 0 to 3600 seconds"]),
+    ] {
+        let v4l2 = "[camera]\ndriver = \"v4l2\"\ndevice = \"/dev/video0\"\nwidth = 640\nheight = 480\n";
+        put("rig.toml", &format!("{v4l2}{camera}\n"));
+        fails(&folder, &rig[..7], wanted);
     }
     assert!(["g", "r", "s"].iter().all(|made| !folder.path().join(made).exists()));
 }

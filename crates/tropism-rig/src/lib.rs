@@ -72,6 +72,7 @@
 pub mod secret;
 pub mod clock;
 pub mod seconds;
+mod whole;
 mod picture;
 mod retry;
 pub mod http;

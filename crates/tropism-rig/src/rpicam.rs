@@ -17,7 +17,7 @@ use tropism::rig::{Camera, RigError};
 
 use crate::child::run;
 use crate::seconds::{Seconds, twenty};
-use crate::{failed, picture, retry};
+use crate::{failed, picture, retry, whole};
 
 /// A camera on the ribbon of a Raspberry Pi.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,7 +58,7 @@ pub struct RpicamCamera {
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
     /// Further attempts after a failure.
-    #[serde(default = "retry::two")]
+    #[serde(default = "retry::two", deserialize_with = "whole::retries")]
     pub retries: u32,
 }
 
@@ -76,14 +76,25 @@ const TOLERANCE: f64 = 0.02;
 /// Largest difference between the clocks of sensor and system, in ns: chosen by hand.
 const CLOCK_NS: u64 = 20_000_000;
 
+/// The largest number of a camera; chosen: more than boards have connectors, with multiplexers.
+const MAX_CAMERA: u8 = 15;
+
+/// The longest exposure, in µs: that of the sensor IMX477, 670 s, rounded up.
+const MAX_SHUTTER_US: u32 = 700_000_000;
+
 impl RpicamCamera {
     pub(crate) fn check(&self) -> Result<(), String> {
         let Self { width, height, shutter_us, gain, awb_gains, quality, .. } = self;
         if !(16..=16_384).contains(width) || !(16..=16_384).contains(height) {
             return Err(format!("found {width} x {height} pixels, wanted 16 to 16384 each"));
         }
-        if *shutter_us == 0 {
-            return Err("found shutter_us = 0, wanted a fixed exposure".to_owned());
+        if self.camera > MAX_CAMERA {
+            return Err(format!("found camera = {}, wanted 0 to {MAX_CAMERA}", self.camera));
+        }
+        if !(1..=MAX_SHUTTER_US).contains(shutter_us) {
+            return Err(format!(
+                "found shutter_us = {shutter_us}, wanted a fixed exposure of 1 to {MAX_SHUTTER_US}"
+            ));
         }
         for (key, value) in [("gain", *gain), ("awb_gains[0]", awb_gains[0]), ("awb_gains[1]", awb_gains[1])]
         {

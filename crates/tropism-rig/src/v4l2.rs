@@ -12,7 +12,7 @@ use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, RigError};
 
 use crate::seconds::{Seconds, twenty};
-use crate::{failed, retry};
+use crate::{failed, retry, whole};
 
 /// Pixel format of a video device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,7 +40,7 @@ pub struct V4l2Camera {
     #[serde(default)]
     pub format: Frames,
     /// Frames that are discarded while the camera settles.
-    #[serde(default = "eight")]
+    #[serde(default = "eight", deserialize_with = "whole::frames")]
     pub discard_frames: u32,
     /// Controls and their values, named as by `v4l2-ctl --list-ctrls`. Exposure, gain, white balance and focus should be
     /// fixed: the plant must look the same by day and night.
@@ -50,7 +50,7 @@ pub struct V4l2Camera {
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
     /// Further attempts after a failure.
-    #[serde(default = "retry::two")]
+    #[serde(default = "retry::two", deserialize_with = "whole::retries")]
     pub retries: u32,
 }
 

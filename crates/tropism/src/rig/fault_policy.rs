@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::check::{self, OutOfRange};
 use crate::geometry::Region;
 use crate::lamps::Layout;
 use crate::vision::tracking::hold::MAX_HELD_FRAMES;
@@ -112,25 +113,32 @@ impl FaultPolicy {
     /// # Errors
     /// A line that names the key, its value and its range.
     pub fn check(&self) -> Result<(), String> {
-        for (key, found) in [
-            ("late_s", self.late_s),
-            ("gap_min", self.gap_min),
-            ("moved_px", self.moved_px),
-            ("moved_pause_px", self.moved_pause_px),
-            ("hot_c", self.hot_c),
+        self.check_ranges().map_err(|error| error.to_string())
+    }
+
+    fn check_ranges(&self) -> Result<(), OutOfRange> {
+        let key = |key: &str| format!("patience.{key}");
+        // The ends are chosen: a day, a year, the width of any photograph, the heat at which any computer has ended.
+        for (name, found, most) in [
+            ("late_s", self.late_s, 86_400.0),
+            ("gap_min", self.gap_min, 525_600.0),
+            ("moved_px", self.moved_px, 100_000.0),
+            ("moved_pause_px", self.moved_pause_px, 100_000.0),
+            ("hot_c", self.hot_c, 200.0),
         ] {
-            if found.is_nan() || found < 0.0 {
-                return Err(format!("patience.{key}: found {found}, wanted 0 or more"));
-            }
+            let is_allowed = (0.0..=most).contains(&found) || found == f64::INFINITY;
+            check::ensure(is_allowed, key(name), found, format!("0 to {most}, or inf"))?;
         }
-        if !(1..=10).contains(&self.flash_tries) {
-            return Err(format!("patience.flash_tries: found {}, wanted 1 to 10", self.flash_tries));
-        }
-        if self.alert_steps == 0 || self.pause_steps == 0 {
-            return Err(format!(
-                "patience: found alert_steps = {}, pause_steps = {}, wanted 1 or more",
-                self.alert_steps, self.pause_steps
-            ));
+        // A count as large as these never comes about: steps are minutes apart.
+        for (name, found, range) in [
+            ("hold_steps", self.hold_steps, 0..=u32::MAX),
+            ("flash_tries", self.flash_tries, 1..=10),
+            ("alert_steps", self.alert_steps, 1..=u32::MAX),
+            ("pause_steps", self.pause_steps, 1..=u32::MAX),
+            ("ballast_mb", self.ballast_mb, 0..=10_000),
+            ("free_mb", self.free_mb, 0..=1_000_000),
+        ] {
+            check::within(key(name), found, range)?;
         }
         Ok(())
     }
@@ -196,6 +204,24 @@ impl LampsInView {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_number_of_a_policy_has_a_range() {
+        assert_eq!(FaultPolicy::default().check(), Ok(()));
+        assert_eq!(FaultPolicy::unlimited().check(), Ok(()));
+        for (text, problem) in [
+            (r#"{"late_s": -1}"#, "found patience.late_s = -1, wanted 0 to 86400, or inf"),
+            (r#"{"gap_min": 1e9}"#, "found patience.gap_min = 1000000000, wanted 0 to 525600, or inf"),
+            (r#"{"hot_c": 1e6}"#, "found patience.hot_c = 1000000, wanted 0 to 200, or inf"),
+            (r#"{"flash_tries": 11}"#, "found patience.flash_tries = 11, wanted 1 to 10"),
+            (r#"{"pause_steps": 0}"#, "found patience.pause_steps = 0, wanted 1 to 4294967295"),
+            (r#"{"ballast_mb": 10001}"#, "found patience.ballast_mb = 10001, wanted 0 to 10000"),
+            (r#"{"free_mb": 4294967295}"#, "found patience.free_mb = 4294967295, wanted 0 to 1000000"),
+        ] {
+            let policy: FaultPolicy = serde_json::from_str(text).unwrap();
+            assert_eq!(policy.check(), Err(problem.to_owned()));
+        }
+    }
 
     #[test]
     fn lamps_in_view_are_all_lamps_of_the_layout_or_none() {
