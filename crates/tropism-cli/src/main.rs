@@ -53,6 +53,9 @@ fn main() -> ExitCode {
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
     let shell = Shell::new(cli.json, cli.quiet);
+    if cli.command.is_in_one_piece() {
+        Shell::end_at_once();
+    }
     match cli.command.execute(&shell) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if error.is::<Interrupted>() => {

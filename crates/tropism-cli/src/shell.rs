@@ -15,6 +15,9 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Whether a second request to end is ignored, too: lamps may be lit.
 static ENDS_IN_ORDER: AtomicBool = AtomicBool::new(false);
 
+/// Whether the first request to end ends the program: there is nothing to put in order.
+static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);
+
 /// The user asked for an end by Ctrl-C, SIGTERM or SIGHUP: exit code 130. The text says what is left of the work.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted: {0}")]
@@ -52,12 +55,19 @@ impl Shell {
     pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
         let handler = || {
             let is_second = INTERRUPTED.swap(true, Ordering::SeqCst);
-            if is_second && !ENDS_IN_ORDER.load(Ordering::SeqCst) {
+            let is_enough = is_second || ENDS_AT_ONCE.load(Ordering::SeqCst);
+            if is_enough && !ENDS_IN_ORDER.load(Ordering::SeqCst) {
                 std::process::exit(130);
             }
         };
         crate::signals::handle(handler);
         Self { is_json, is_quiet, is_terminal: std::io::stderr().is_terminal() }
+    }
+
+    /// From now on the first request to end ends the program. For commands that write whole files and nothing else: they do
+    /// not ask while they work.
+    pub(crate) fn end_at_once() {
+        ENDS_AT_ONCE.store(true, Ordering::SeqCst);
     }
 
     /// From now on the program ends in order however often it is asked to: a rig is put into its safe state first. Each

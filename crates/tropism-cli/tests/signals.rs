@@ -111,3 +111,19 @@ fn a_run_whose_journal_would_outgrow_its_limit_ends_in_order() {
     assert_eq!(out.status.code(), Some(1), "{}: {error}", out.status);
     assert!(error.contains("journal.sqlite"), "{error}");
 }
+
+#[test]
+fn a_report_that_takes_long_ends_at_once_when_it_is_asked_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let row =
+        |row: u32| format!("{},{},{}\n", row % 700, row % 300, ["left", "right"][row as usize / 20 % 2]);
+    let rows: String = (0..2_000_000).map(row).collect();
+    fs::write(folder.path().join("track.csv"), format!("tip_x_cm,tip_y_cm,light\n{rows}")).unwrap();
+    let child = after(folder.path(), "true", "report track.csv --out report.html").spawn().unwrap();
+    sleep(Duration::from_millis(500));
+    let asked = Instant::now();
+    send("-TERM", &child);
+    ends_in_order(child);
+    assert!(asked.elapsed().as_secs_f64() < 1.0, "{:?}", asked.elapsed());
+    assert!(!folder.path().join("report.html").exists());
+}

@@ -95,6 +95,7 @@ impl Workflow for CalibratePlan {
         self.check()?;
         monitor.stage("calibrate", self.tracks.len() as u64);
         let estimate = |path: &PathBuf| {
+            go_on(monitor)?;
             let track = files::read_track(path)?;
             let calibration =
                 calibrate(&track, self.interval_min, &self.species).map_err(Error::at(path.display()))?;
@@ -109,6 +110,11 @@ impl Workflow for CalibratePlan {
         }
         Ok(plants)
     }
+}
+
+/// An error if the user asked for an end. Asked before each plant, which takes some tenths of a second.
+fn go_on(monitor: &dyn Monitor) -> Result<(), Error> {
+    if monitor.may_go_on() { Ok(()) } else { Err(Error::cancelled()) }
 }
 
 impl PlantEstimates {
@@ -230,6 +236,7 @@ impl Workflow for RecoveryPlan {
         self.check()?;
         monitor.stage("calibrating virtual plants", self.plants.into());
         let recover = |plant: u32| {
+            go_on(monitor)?;
             let seed = random::derive(self.seed, Purpose::Plant, plant.into());
             let track = acceptance::open_loop_experiment(&self.species, seed);
             let calibration = calibrate(&track, track.period_min, &self.species)

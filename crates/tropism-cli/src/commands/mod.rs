@@ -59,6 +59,20 @@ pub(crate) enum Command {
 }
 
 impl Command {
+    /// Whether it switches nothing and has nothing to go on with: it reads, reckons and writes whole files.
+    pub(crate) const fn is_in_one_piece(&self) -> bool {
+        matches!(
+            self,
+            Self::Status(_)
+                | Self::CalibrateCamera(_)
+                | Self::Depth(_)
+                | Self::Fit(_)
+                | Self::Score(_)
+                | Self::Show(_)
+                | Self::Report(_)
+        )
+    }
+
     /// Does it.
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         match self {

@@ -108,7 +108,7 @@ impl AcceptancePlan {
         let task = TaskSpec::default();
         let tune = |set: &[Track]| {
             let model = TipModel::fit(set, TipModelConfig::default())?;
-            let tuned = tuning::tune(&model, &task, self.seed, || monitor.advance(1));
+            let tuned = tuning::tune(&model, &task, self.seed, || monitor.advance(1), || monitor.may_go_on());
             if monitor.may_go_on() { Ok(tuned) } else { Err(Error::cancelled()) }
         };
         let mut tuned: Vec<TunedController> =

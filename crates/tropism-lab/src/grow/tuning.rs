@@ -40,12 +40,20 @@ const MIN_STEP_CM: f64 = 0.05;
 /// A controller, and its mean fitness on simulated plants on which it was not tuned, in cm.
 pub(super) type TunedController = (f64, Greedy);
 
-/// The best controller of [`SEARCHES`] searches on `model`. Each search calls `tick` when it ends.
-pub(super) fn tune(model: &TipModel, task: &TaskSpec, seed: u64, tick: impl Fn() + Sync) -> TunedController {
+/// The best controller of [`SEARCHES`] searches on `model`. Each search calls `tick` when it ends, and goes on as long as
+/// `may_go_on` says.
+pub(super) fn tune(
+    model: &TipModel,
+    task: &TaskSpec,
+    seed: u64,
+    tick: impl Fn() + Sync,
+    may_go_on: impl Fn() -> bool + Sync,
+) -> TunedController {
     let tuned: Vec<TunedController> = (0..SEARCHES)
         .into_par_iter()
         .map(|search| {
-            let waypoints = search_from(model, task, random::derive(seed, Purpose::Trial, search));
+            let waypoints =
+                search_from(model, task, random::derive(seed, Purpose::Trial, search), &may_go_on);
             tick();
             (mean_fitness(model, task, &waypoints, !seed, FINAL_PLANTS), controller(&waypoints))
         })
@@ -54,12 +62,15 @@ pub(super) fn tune(model: &TipModel, task: &TaskSpec, seed: u64, tick: impl Fn()
 }
 
 /// One search: a mutation that is not worse replaces its parent. Returns x and y of each waypoint in turn, in cm.
-fn search_from(model: &TipModel, task: &TaskSpec, seed: u64) -> Vec<f64> {
+fn search_from(model: &TipModel, task: &TaskSpec, seed: u64, may_go_on: &dyn Fn() -> bool) -> Vec<f64> {
     let mut rng = random::stream(seed, Purpose::Trial, 0);
     let mut waypoints = first_waypoints(task, || random::normal(&mut rng));
     let mut best = mean_fitness(model, task, &waypoints, seed, SEARCH_PLANTS);
     let mut step_cm = 1.0;
     for _ in 0..MUTATIONS {
+        if !may_go_on() {
+            break;
+        }
         let mut mutant = waypoints.clone();
         for value in &mut mutant {
             if random::uniform(&mut rng) < MUTATED_SHARE {
@@ -134,8 +145,8 @@ mod tests {
         let tracks: Vec<_> = (0..3).map(open_loop).collect();
         let model = TipModel::fit(&tracks, TipModelConfig::default()).unwrap();
         let task = TaskSpec::default();
-        let waypoints = search_from(&model, &task, 1);
-        assert_eq!(waypoints, search_from(&model, &task, 1));
+        let waypoints = search_from(&model, &task, 1, &|| true);
+        assert_eq!(waypoints, search_from(&model, &task, 1, &|| true));
         let greedy: Vec<f64> = task.targets().iter().flat_map(|target| [target.x, target.y]).collect();
         let (tuned, greedy) =
             (mean_fitness(&model, &task, &waypoints, 2, 50), mean_fitness(&model, &task, &greedy, 2, 50));

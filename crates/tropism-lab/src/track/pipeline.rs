@@ -98,6 +98,7 @@ impl<'a> Pipeline<'a> {
             known.push(self.journal.find(&frame.name, sha256)?);
         }
         let (trackers, overlays) = (&self.trackers, &self.overlays);
+        let journal_file = self.plan.journal_file();
         let processed: Vec<Processed> = batch
             .clone()
             .into_par_iter()
@@ -106,6 +107,10 @@ impl<'a> Pipeline<'a> {
             // One photograph a task: a thread that is done takes the next, and none waits long at the end of a batch.
             .with_max_len(1)
             .map(|((index, (photo, sha256)), known)| {
+                // A batch of large photographs takes many seconds on a small computer.
+                if !monitor.may_go_on() {
+                    return Err(Error::Interrupted { folder: journal_file.clone() });
+                }
                 let name = &frames[index].name;
                 Processed::new(trackers, name, known, photo, sha256, overlays.needs(index, name))
             })
