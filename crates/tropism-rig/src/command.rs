@@ -11,9 +11,9 @@ use tropism::rig::{Camera, Lamps, RigError};
 
 use crate::child::run;
 use crate::failed;
-use crate::retry;
 use crate::seconds::{Seconds, one, ten, twenty};
 use crate::switch::Switch;
+use crate::{retry, whole};
 
 /// A camera whose program writes a photograph to stdout, such as
 /// `rpicam-still --immediate --nopreview --output -`.
@@ -26,7 +26,7 @@ pub struct CommandCamera {
     #[serde(default = "twenty")]
     pub timeout_s: Seconds,
     /// Further attempts after a failure.
-    #[serde(default = "retry::two")]
+    #[serde(default = "retry::two", deserialize_with = "whole::retries")]
     pub retries: u32,
 }
 

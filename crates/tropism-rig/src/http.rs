@@ -13,7 +13,7 @@ use tropism::rig::{Camera, RigError};
 
 use crate::seconds::{Seconds, ten};
 use crate::secret::redacted;
-use crate::{failed, picture, retry};
+use crate::{failed, picture, retry, whole};
 
 /// One request: address, deadline and the largest answer.
 pub(crate) struct Request<'a> {
@@ -106,7 +106,7 @@ pub struct HttpCamera {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub authorization_file: Option<PathBuf>,
     /// Frames that are discarded before each photograph. An ESP32-CAM buffers two.
-    #[serde(default = "retry::two")]
+    #[serde(default = "retry::two", deserialize_with = "whole::frames")]
     pub discard_frames: u32,
     /// Time limit of one attempt, discarded frames included.
     #[serde(default = "ten")]
@@ -115,7 +115,7 @@ pub struct HttpCamera {
     #[serde(default = "twenty_million")]
     pub max_bytes: u64,
     /// Further attempts after a failure.
-    #[serde(default = "retry::two")]
+    #[serde(default = "retry::two", deserialize_with = "whole::retries")]
     pub retries: u32,
 }
 

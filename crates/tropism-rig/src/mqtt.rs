@@ -30,7 +30,7 @@ pub struct Broker {
     /// Host name or address.
     pub host: String,
     /// Its port.
-    #[serde(default = "port")]
+    #[serde(default = "port", deserialize_with = "crate::whole::port")]
     pub port: u16,
     /// User name, if the broker asks for one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

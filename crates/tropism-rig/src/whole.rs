@@ -16,7 +16,6 @@ pub(crate) fn frames<'de, D: Deserializer<'de>>(from: D) -> Result<u32, D::Error
 }
 
 /// A TCP port: 1 to 65535.
-#[cfg_attr(not(test), allow(dead_code))]
 pub(crate) fn port<'de, D: Deserializer<'de>>(from: D) -> Result<u16, D::Error> {
     within(from, 1..=65_535)
 }
