@@ -317,6 +317,22 @@ fn create_private(path: &Path) -> std::io::Result<fs::File> {
     fs::File::create(path)
 }
 
+/// Lets only its owner read a file; one that is not there is left so.
+#[cfg(unix)]
+pub(crate) fn make_private(path: &Path) -> Result<(), FileError> {
+    use std::os::unix::fs::PermissionsExt;
+    match fs::set_permissions(path, fs::Permissions::from_mode(0o600)) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        done => done.map_err(disk("restrict", path)),
+    }
+}
+
+/// Does nothing: there are no modes.
+#[cfg(not(unix))]
+pub(crate) fn make_private(_path: &Path) -> Result<(), FileError> {
+    Ok(())
+}
+
 /// Checks that a file may be written to `path`: none is there, or a plan says to replace it.
 pub(crate) fn check_free(path: &Path, is_replaced: bool) -> Result<(), crate::Error> {
     if is_replaced || !path.exists() {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use tropism::photo::Photo;
 use tropism::rig::{Durability, Event, EventKind};
 use tropism::track::{Column, Track};
+use tropism_rig::secret::redacted_text;
 
 use crate::files::{self, FileError};
 use crate::journal::{Journal, JournalError, StepRecord};
@@ -131,18 +132,32 @@ impl RunFolder {
         };
         if let Some(found) = known.filter(|known| known != config) {
             let (found, wanted) = first_difference(&found, config);
+            let [found, wanted] = [found, wanted].map(|line| redacted_text(&line).into_owned());
             return Err(FolderError::OtherRun { path: config_path, found, wanted });
         }
         if let Some(photograph) = later_photograph(path, next)? {
             return Err(FolderError::LostSteps { path: photograph, next });
         }
+        let is_private = files::holds_secret(config);
+        let write_config = || {
+            let write = if is_private { files::write_private } else { files::write_with };
+            write(&config_path, config.as_bytes(), durability == Durability::Full)
+        };
         let mut damages = Vec::new();
+        if !is_same && !is_recorded {
+            // First of all: a folder with a journal has its settings.
+            write_config()?;
+        }
         let journal = Journal::open(&journal_path, durability, config).map_err(at)?;
-        if !is_same {
-            if is_recorded {
-                damages.push(set_aside(&config_path)?);
+        if !is_same && is_recorded {
+            damages.push(set_aside(&config_path)?);
+            write_config()?;
+        }
+        if is_private {
+            // They hold the settings, too.
+            for name in ["journal.sqlite", "journal.sqlite-wal", "journal.jsonl"] {
+                files::make_private(&path.join(name))?;
             }
-            files::write_with(&config_path, config.as_bytes(), durability == Durability::Full)?;
         }
         damages.extend(journal.restored().map(|damage| format!("journal.sqlite: {damage}")));
         let is_over = journal.state().map_err(at)?.is_some_and(|state| state.kind == EventKind::Finished);

@@ -20,13 +20,25 @@ fn run() -> TempDir {
     let task = controller.default_task().with_max_steps(3);
     let config =
         RunConfig::new(RigFile::greenhouse(greenhouse, VisionConfig::default()), controller, task, 1);
-    let plan = RunPlan { out: folder.path().join("run"), resume: false, speed: None, config };
+    let plan = RunPlan { out: folder.path().join("run"), config, ..RunPlan::default() };
     plan.execute(&Silent).unwrap();
     folder
 }
 
-fn change(folder: &Path, sql: &str) {
-    rusqlite::Connection::open(folder.join("run/journal.sqlite")).unwrap().execute_batch(sql).unwrap();
+/// Changes the entries of the journal, each a JSON list, as somebody could who knows how they are chained.
+fn change(folder: &Path, change: impl Fn(&mut Vec<String>)) {
+    let _ = fs::remove_file(folder.join("run/journal.jsonl"));
+    let db = rusqlite::Connection::open(folder.join("run/journal.sqlite")).unwrap();
+    let mut read = db.prepare("SELECT text FROM entry ORDER BY id").unwrap();
+    let mut texts: Vec<String> = read.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect();
+    change(&mut texts);
+    db.execute("DELETE FROM entry", []).unwrap();
+    let mut digest = String::new();
+    for text in texts {
+        digest = tropism_lab::files::sha256(format!("{digest}{text}").as_bytes());
+        digest.truncate(16);
+        db.execute("INSERT INTO entry (text, digest) VALUES (?, ?)", [&text, &digest]).unwrap();
+    }
 }
 
 /// Exports to a folder and to an archive: both are refused, by an error that holds `wanted`, and nothing is left.
@@ -48,9 +60,15 @@ fn names_of_photographs_that_lead_elsewhere_are_refused() {
     let folder = run();
     let folder = folder.path();
     fs::copy(folder.join("run/photographs/000001.jpg"), folder.join("run/stolen.jpg")).unwrap();
+    let mut known = "000001.jpg";
     for name in ["../stolen.jpg", "/etc/passwd", "..", "a/b.jpg", "a\\b.jpg", ""] {
-        change(folder, &format!("UPDATE steps SET photo = '{name}' WHERE step = 1"));
-        is_refused(folder, &format!("journal.sqlite: found a photograph {name:?}"));
+        let [from, to] = [known, name].map(|name| format!("{},", serde_json::to_string(name).unwrap()));
+        change(folder, |texts| {
+            let saw = texts.iter_mut().find(|text| text.starts_with("[\"saw\",1,")).unwrap();
+            *saw = saw.replacen(&from, &to, 1);
+        });
+        is_refused(folder, &format!("found photo {name:?}"));
+        known = name;
     }
     let film = TimelapsePlan {
         folder: folder.join("run"),
@@ -112,11 +130,11 @@ fn secrets_and_controls_stay_at_home() {
     let camera =
         "\n[rig.camera]\ndriver = \"http\"\nurl = \"http://admin:s3c\\\"ret@camera/shot?token=abc123\"\n";
     fs::write(folder.join("run/run.toml"), text + camera).unwrap();
-    change(
-        folder,
-        "INSERT INTO event (step, kind, text) VALUES (3, 'camera', char(27) || '[2J http://u:s3cret@c/?t=abc123'),
-         (3, 'camera', '=HYPERLINK(\"http://x\")')",
-    );
+    change(folder, |texts| {
+        for text in ["\u{1b}[2J http://u:s3cret@c/?t=abc123", "=HYPERLINK(\"http://x\")"] {
+            texts.push(serde_json::json!(["event", 3, "camera", text, null, null]).to_string());
+        }
+    });
     plan("copy").execute(&Silent).unwrap();
     let run_file = fs::read_to_string(folder.join("copy/run.toml")).unwrap();
     assert!(run_file.contains("http://***@camera/shot?token=***"), "{run_file}");

@@ -30,13 +30,13 @@ struct Parts<'a> {
 impl<'a> Parts<'a> {
     fn of(url: &'a str) -> Self {
         let (scheme, rest) = url.split_at(url.find("://").map_or(0, |at| at + 3));
-        // A password may hold any letter if its user forgot to encode it. Then the host's port is no number, and all up to
-        // the last @ may be the password.
+        // A password may hold any letter if its user forgot to encode it: all up to the last @ may be the password, where
+        // the host has an @ before it, or its port is no number.
         let end = rest.find(['/', '?', '#']).unwrap_or(rest.len());
         let is_number = |port: &str| !port.is_empty() && port.chars().all(|digit| digit.is_ascii_digit());
         let is_port =
             rest[..end].rsplit_once(':').is_none_or(|(_, port)| is_number(port) || port.ends_with(']'));
-        let at = rest[..end].rfind('@').or_else(|| rest.rfind('@').filter(|_| !is_port));
+        let at = rest.rfind('@').filter(|_| rest[..end].contains('@') || !is_port);
         let (user, rest) = match at {
             Some(at) => (Some(&rest[..at]), &rest[at + 1..]),
             None if is_port => (None, rest),

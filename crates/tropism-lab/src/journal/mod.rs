@@ -10,12 +10,12 @@
 //! # References
 //! SQLite, "PRAGMA synchronous": <https://www.sqlite.org/pragma.html#pragma_synchronous>. `scripts/power-cuts` tries it.
 
-mod chain;
-mod downtime;
 mod error;
-mod history;
+mod chain;
 mod mirror;
+mod history;
 mod step;
+mod downtime;
 
 use std::cell::RefCell;
 use std::path::Path;

@@ -8,6 +8,7 @@ use tropism::rig::Moment;
 use tropism::vision::{FrameStatus, TrackedFrame};
 
 use super::{JournalError, moment};
+use crate::files::is_plain_name;
 
 /// A step as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,11 +88,15 @@ impl StepRecord {
 
     /// Reads a row of the [columns](Self::columns).
     pub(super) fn read(row: &rusqlite::Row<'_>) -> Result<Self, JournalError> {
-        let step: u32 = row.get(0)?;
+        let (step, photo): (u32, String) = (row.get(0)?, row.get(2)?);
+        if !is_plain_name(&photo) {
+            let wanted = "the plain name of a file";
+            return Err(JournalError::Value { step, column: "photo", found: photo, wanted });
+        }
         Ok(Self {
             step,
             time_s: row.get(1)?,
-            photo: row.get(2)?,
+            photo,
             photo_bytes: row.get::<_, i64>(3)? as u64,
             photo_sha256: row.get(4)?,
             seen: read_seen(step, row)?,

@@ -59,6 +59,7 @@ pub(super) fn since_start(
     };
     let at = journal.latest_moment()?.map(|last| Moment { unix_s: times.unix_s(), ..last });
     let step = journal.steps()?.last().map_or(0, |step| step.step);
+    // No device has a say in this text.
     let event = Event { step, kind: EventKind::Paused, text: reason.clone(), at };
     journal.record_event(&event)?;
     monitors.event(&event);

@@ -312,6 +312,35 @@ fn each_of_four_lamps_may_be_a_program() {
 }
 
 #[test]
+fn lamps_that_are_one_are_refused_in_any_spelling_and_a_flash_on_a_lamp_is_too() {
+    let wled = |url: &str| format!("driver = \"wled\"\nurl = {url:?}\nstrip = {{ pixels = 9 }}\n");
+    let plug =
+        |more: &str| format!("driver = \"mqtt\"\nplug = {{ dialect = \"tasmota\", name = \"p\"{more} }}\n");
+    let gpio = |chip: &str| format!("driver = \"gpio\"\nline = {{ {chip}name = \"GPIO17\" }}\n");
+    let program = || "driver = \"command\"\non = [\"lamp\", \"on\"]\noff = [\"lamp\", \"off\"]\n".to_owned();
+    let check = |left: &str, right: &str, flash: &str| {
+        let text = format!("{CAMERA}[mqtt]\nhost = \"h\"\n[lamps.left]\n{left}[lamps.right]\n{right}{flash}");
+        parse(&text).unwrap().check().map_err(|error| error.to_string())
+    };
+    for (left, right) in [
+        (wled("http://localhost"), wled("http://127.0.0.1:80/")),
+        (wled("http://WLED.local/"), wled("http://wled.local")),
+        (plug(""), plug(", timeout_s = 9.0")),
+        (gpio(""), gpio("chip = \"pinctrl-rp1\", ")),
+        (program(), program()),
+    ] {
+        let problem = check(&left, &right, "").unwrap_err();
+        assert!(problem.contains("found left and right on the same pixels"), "{problem}");
+    }
+    let two = (wled("http://one"), wled("http://two"));
+    assert_eq!(check(&two.0, &two.1, ""), Ok(()));
+    for lamp in [plug(""), gpio(""), program()] {
+        let problem = check(&two.0, &lamp, &format!("[flash]\n{lamp}")).unwrap_err();
+        assert!(problem.contains("flash: found it on the line, plug or programs of right"), "{problem}");
+    }
+}
+
+#[test]
 fn no_two_of_four_lamps_share_a_device() {
     let leds = |name: &str, first: u16| {
         format!("[lamps.{name}]\ndriver = \"leds\"\nstrip = {{ first = {first}, pixels = 9 }}\n")
