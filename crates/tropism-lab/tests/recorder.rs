@@ -597,6 +597,7 @@ fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) ->
     let supervision = Supervision {
         policy: FaultPolicy { ballast_mb: 0, ..policy },
         lamps_in_view: Some(LampsInView::default()),
+        max_light_h: None,
         monitor: Box::new(log.clone()),
     };
     let (mut world, hand) = open_with(path, true, Wrong { is_real: true, ..wrong }, supervision).unwrap();
@@ -709,6 +710,7 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
     for on_fault in [OnFault::Hold, OnFault::Dark] {
         let go_on = |path: &Path, ends_at: Option<u32>| {
             let supervision = Supervision {
+                max_light_h: None,
                 policy: FaultPolicy { hold_steps: 3, on_fault, ..FaultPolicy::unlimited() },
                 monitor: Box::new(EventLog { ends_at, ..EventLog::default() }),
                 lamps_in_view: None,
@@ -785,6 +787,33 @@ fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
     let told: Vec<_> = heard[1..].iter().map(|event| (event.step, event.kind, event.text.as_str())).collect();
     use EventKind::{Computer, Recovered};
     assert_eq!(told, [(9, Computer, "90 degrees"), (12, Recovered, "temperature: right again")]);
+}
+
+#[test]
+fn a_day_has_no_more_light_than_the_rig_allows_also_after_a_resume() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = |steps: usize| {
+        // An hour: 12 of the 60 steps.
+        let supervision = Supervision { max_light_h: Some(1.0), ..Supervision::default() };
+        let (mut world, hand) = open_with(folder.path(), true, Wrong::default(), supervision).unwrap();
+        let mut left = steps;
+        let mut watch = |_: &_| {
+            left -= 1;
+            if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        run(&mut world, &mut Greedy::new(&task(), &Layout::default()), &task(), &mut watch).unwrap();
+        hand
+    };
+    part(8);
+    let hand = part(usize::MAX);
+    assert_eq!(hand.0.borrow().lit, None);
+    let rows = steps_of(folder.path());
+    let lit: Vec<u32> = rows.iter().filter(|row| row.is_confirmed).map(|row| row.step).collect();
+    assert_eq!(lit, (0..12).collect::<Vec<_>>());
+    let events = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap().events().unwrap();
+    let told: Vec<u32> =
+        events.iter().filter(|event| event.kind == EventKind::Lamp).map(|event| event.step).collect();
+    assert_eq!(told, [12]);
 }
 
 #[test]

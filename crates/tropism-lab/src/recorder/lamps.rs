@@ -1,5 +1,6 @@
 //! Decisions and the lamps: what is commanded, told again until it is confirmed, and lit while nothing is decided.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use tropism::environment::Environment;
@@ -7,6 +8,7 @@ use tropism::lamps::Light;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, OnFault, RigError};
 
 use super::{RecordError, Recorder};
+use crate::journal::StepRecord;
 
 /// How often the lamps are told at a step before the failure is reported; chosen by hand.
 const TRIES: usize = 3;
@@ -21,6 +23,35 @@ pub(super) struct Command {
     pub(super) step: u32,
     /// The light that was decided.
     pub(super) light: Light,
+}
+
+/// The steps after which a lamp was lit.
+#[derive(Debug, Default)]
+pub(super) struct LightHours {
+    steps: VecDeque<u32>,
+    /// Whether there is no light left to give.
+    is_spent: bool,
+}
+
+impl LightHours {
+    /// Those of a run that is resumed: where the journal has a decision, a lamp may have been lit.
+    pub(super) fn of(steps: &[StepRecord]) -> Self {
+        let lit = steps.iter().filter(|step| step.decided.is_some()).map(|step| step.step);
+        Self { steps: lit.collect(), is_spent: false }
+    }
+
+    pub(super) fn add(&mut self, step: u32) {
+        self.steps.push_back(step);
+    }
+
+    /// Hours of light in the 24 hours that end with a lamp lit from `step` to the next one.
+    fn within_a_day(&mut self, step: u32, period_min: f64) -> f64 {
+        let is_past = |lit: &u32| f64::from(step + 1 - lit) * period_min > 24.0 * 60.0;
+        while self.steps.front().is_some_and(is_past) {
+            self.steps.pop_front();
+        }
+        (self.steps.len() + 1) as f64 * period_min / 60.0
+    }
 }
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
@@ -39,6 +70,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     pub(super) fn decide(&mut self, light: Light) -> Result<(), RecordError> {
         let step = self.step;
         self.write(|journal| journal.record_decision(step, light))?;
+        if self.is_light_spent()? {
+            return Ok(());
+        }
+        self.light_hours.add(step);
         (self.command, self.is_confirmed) = (Some(Command { step, light }), false);
         let mut failure = None;
         for _ in 0..TRIES {
@@ -58,6 +93,29 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             return Err(self.pause(format!("no lamp for {steps} steps: {error}")));
         }
         Ok(())
+    }
+
+    /// Whether the lamps had all the light of 24 hours; then they are dark, and the decision is not confirmed.
+    fn is_light_spent(&mut self) -> Result<bool, RecordError> {
+        let Some(most_h) = self.supervision.max_light_h else { return Ok(false) };
+        let is_spent = self.light_hours.within_a_day(self.step, self.rig.period_min()) > most_h;
+        if is_spent {
+            self.command = None;
+            let dark = self.rig.light(None);
+            if !self.light_hours.is_spent || dark.is_err() {
+                let text = match dark {
+                    Ok(()) => format!(
+                        "{most_h} hours of light in a day: all lamps are dark until there is room again"
+                    ),
+                    Err(error) => {
+                        format!("{most_h} hours of light in a day, and the lamps should be dark: {error}")
+                    }
+                };
+                self.report(EventKind::Lamp, text)?;
+            }
+        }
+        self.light_hours.is_spent = is_spent;
+        Ok(is_spent)
     }
 
     /// Lights the commanded lamp and records its confirmation. Returns the failure of the lamps, if they failed.

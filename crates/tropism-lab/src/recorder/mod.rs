@@ -18,13 +18,15 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError};
 use tropism::rig::{Event, EventKind, FaultPolicy, LampsInView, NoMonitor, RunMonitor};
+use tropism::text::plain;
 use tropism::vision::Frame;
+use tropism_rig::secret::redacted_text;
 
 use crate::files::{self, FileError};
 use crate::folder::{FolderError, RunFolder};
 use crate::journal::{Journal, JournalError, StepRecord};
 use health::Health;
-use lamps::Command;
+use lamps::{Command, LightHours};
 use replay::Replay;
 
 /// What a full disk means for a run.
@@ -36,6 +38,8 @@ pub struct Supervision<'a> {
     pub policy: FaultPolicy,
     /// Where photographs show the lamps; `None` if they are not compared with what is commanded.
     pub lamps_in_view: Option<LampsInView>,
+    /// Hours of light at most in any 24 hours; `None` for no limit.
+    pub max_light_h: Option<f64>,
     /// Who is told of events, and may ask for an end.
     pub monitor: Box<dyn RunMonitor + 'a>,
 }
@@ -43,7 +47,12 @@ pub struct Supervision<'a> {
 impl Default for Supervision<'_> {
     /// For a virtual plant: everything is tolerated, and no one is told.
     fn default() -> Self {
-        Self { policy: FaultPolicy::unlimited(), lamps_in_view: None, monitor: Box::new(NoMonitor) }
+        Self {
+            policy: FaultPolicy::unlimited(),
+            lamps_in_view: None,
+            max_light_h: None,
+            monitor: Box::new(NoMonitor),
+        }
     }
 }
 
@@ -99,6 +108,7 @@ pub struct Recorder<'a, C, L: Lamps, F, K> {
     command: Option<Command>,
     /// Whether the lamps confirmed what they were told last.
     is_confirmed: bool,
+    light_hours: LightHours,
     health: Health,
     /// Whether the disk is too full for photographs.
     is_disk_full: bool,
@@ -126,6 +136,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
             observed: 0,
             command: None,
             is_confirmed: false,
+            light_hours: LightHours::of(&steps),
             health: Health::of(&steps, &events),
             replay: Replay::new(steps),
             is_disk_full: false,
@@ -178,6 +189,8 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
     /// # Errors
     /// [`RecordError::Journal`] if it cannot be recorded; the monitor was told all the same.
     pub fn report(&mut self, kind: EventKind, text: String) -> Result<(), RecordError> {
+        // Devices and programs have a say in it.
+        let text = plain(&redacted_text(&text)).into_owned();
         let event = Event { step: self.step, kind, text, at: self.rig.clock().now() };
         let written = self.write(|journal| journal.record_event(&event));
         self.supervision.monitor.event(&event);
@@ -287,6 +300,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
                 format!("1 without a decision: the plant was last detected {steps} steps ago"),
             )?;
             self.rest()?;
+            if self.command.is_some() {
+                self.light_hours.add(step);
+            }
         }
     }
 

@@ -10,8 +10,8 @@ use tropism_rig::file::RigFile;
 use tropism_rig::host::Host;
 
 use crate::error::Error;
-use crate::guard::Guard;
 use crate::monitor::Monitor;
+use crate::run::guard::Guard;
 
 /// The open alert channels of a run. Telling them never delays a step.
 pub(super) struct Alerts(alert::Alerts);

@@ -4,6 +4,7 @@
 //! and the folder. A run that was interrupted by an end, a kill or a power cut is executed again with the same plan and ends
 //! with the same bits as without the interruption.
 
+pub(crate) mod guard;
 mod alerts;
 mod config;
 mod start;
@@ -23,12 +24,12 @@ use tropism::track::{Sample, Track};
 use crate::error::Error;
 use crate::files::{self, FileError};
 use crate::folder::RunFolder;
-use crate::guard::{self, Guard};
 use crate::journal::Journal;
 use crate::monitor::Monitor;
 use crate::recorder::{RecordError, Recorder, Supervision};
 use crate::workflow::Workflow;
 use alerts::{AlertMonitor, Alerts, GuardMonitor, HostMonitor, WorkflowMonitor};
+use guard::Guard;
 
 pub use config::{RunConfig, read_rig};
 
@@ -106,6 +107,7 @@ impl RunPlan {
         let supervision = Supervision {
             policy: rig.patience(),
             lamps_in_view: rig.lamps_in_view.clone(),
+            max_light_h: rig.lamps.as_ref().and_then(|lamps| lamps.max_light_h),
             monitor: Box::new(monitors),
         };
         let mut recorder = Recorder::new(open.rig, folder, supervision)?;

@@ -37,6 +37,8 @@ pub struct LampsTable {
     pub timeout_s: Option<Seconds>,
     /// Seconds of darkness between one lamp and another, where each has a driver. 0.2 if it is left out.
     pub pause_s: Option<Seconds>,
+    /// Hours of light at most in any 24 hours, above 0 and at most 24; then all lamps are dark until there is room again.
+    pub max_light_h: Option<f64>,
     /// Places by name, in cm from the root: x to the right, y up from the soil, z towards the camera.
     pub at: BTreeMap<String, [f64; 3]>,
     /// State of the lamps after a run ends, for any reason. Dark if it is left out.
@@ -105,6 +107,7 @@ impl<'de> Deserialize<'de> for LampsTable {
                     dark: None,
                     timeout_s: None,
                     pause_s: None,
+                    max_light_h: None,
                     at: BTreeMap::new(),
                     on_exit: OnExit::default(),
                 };
@@ -113,6 +116,14 @@ impl<'de> Deserialize<'de> for LampsTable {
                         lamps::DARK => table.dark = Some(map.next_value()?),
                         "timeout_s" => table.timeout_s = Some(map.next_value()?),
                         "pause_s" => table.pause_s = Some(map.next_value()?),
+                        "max_light_h" => {
+                            let hours: f64 = map.next_value()?;
+                            if !(hours > 0.0 && hours <= 24.0) {
+                                let problem = format!("found {hours}, wanted above 0 and at most 24 hours");
+                                return Err(M::Error::custom(problem));
+                            }
+                            table.max_light_h = Some(hours);
+                        }
                         "at" => table.at = map.next_value()?,
                         "on_exit" => table.on_exit = map.next_value()?,
                         _ if table.lamps.iter().any(|lamp| lamp.name == key) => {
@@ -149,6 +160,9 @@ impl Serialize for LampsTable {
         }
         if let Some(pause_s) = &self.pause_s {
             map.serialize_entry("pause_s", pause_s)?;
+        }
+        if let Some(hours) = &self.max_light_h {
+            map.serialize_entry("max_light_h", hours)?;
         }
         if !self.at.is_empty() {
             map.serialize_entry("at", &self.at)?;
