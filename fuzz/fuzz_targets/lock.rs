@@ -7,14 +7,9 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use tropism_lab::{holder, lock};
+use tropism_fuzz::scratch;
 
-static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
-    let shared = PathBuf::from("/dev/shm");
-    let root = if shared.is_dir() { shared } else { std::env::temp_dir() };
-    let folder = root.join(format!("tropism-fuzz-lock-{}", std::process::id()));
-    fs::create_dir_all(&folder).unwrap();
-    folder
-});
+static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| scratch("lock"));
 
 fuzz_target!(|data: &[u8]| {
     let path = FOLDER.join("run.lock");

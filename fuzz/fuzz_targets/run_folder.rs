@@ -10,14 +10,9 @@ use libfuzzer_sys::fuzz_target;
 use tropism::lamps::Light;
 use tropism::rig::Durability;
 use tropism_lab::{Downtime, Journal, files};
+use tropism_fuzz::scratch;
 
-static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
-    let shared = PathBuf::from("/dev/shm");
-    let root = if shared.is_dir() { shared } else { std::env::temp_dir() };
-    let folder = root.join(format!("tropism-fuzz-{}", std::process::id()));
-    fs::create_dir_all(&folder).unwrap();
-    folder
-});
+static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| scratch("run_folder"));
 
 /// Each line with the digest that it would have in a mirror: else none but the seeds would be read at all.
 fn chained(data: &[u8]) -> Vec<u8> {

@@ -1,7 +1,19 @@
-//! Mutations of JSON that stay JSON: bytes flipped at random seldom get past the parser.
+//! What the targets share: mutations of JSON that stay JSON, for bytes flipped at random seldom get past the parser,
+//! and folders in memory.
+
+use std::path::PathBuf;
 
 use libfuzzer_sys::fuzzer_mutate;
 use serde_json::{Value, json};
+
+/// A new folder for this process, in memory where the system has such.
+pub fn scratch(name: &str) -> PathBuf {
+    let shared = PathBuf::from("/dev/shm");
+    let root = if shared.is_dir() { shared } else { std::env::temp_dir() };
+    let folder = root.join(format!("tropism-fuzz-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder can be made");
+    folder
+}
 
 /// Mutates `data[..size]`: mostly a value somewhere in the document, sometimes bytes. Returns the new size.
 pub fn mutate_json(data: &mut [u8], size: usize, max_size: usize, seed: u32) -> usize {

@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 use tropism::rig::Event;
 use tropism::track::Sample;
 use tropism_lab::Monitor;
+use tropism_rig::secret::shown;
 
 use crate::progress::ProgressMonitor;
-use crate::shell::{Shell, shown};
+use crate::shell::Shell;
 
 /// Draws a run as a progress line and reports it to systemd.
 pub(crate) struct RunMonitor<'s> {

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use tropism::text::{plain, plain_json, plain_lines};
-use tropism_rig::secret::redacted_text;
+use tropism::text::{plain_json, plain_lines};
+use tropism_rig::secret::shown;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
@@ -50,8 +50,8 @@ pub(crate) struct Shell {
 }
 
 impl Shell {
-    /// Opens the terminal and installs the handler of Ctrl-C, SIGTERM and SIGHUP: the first asks for an orderly end, the second ends at once,
-    /// unless [`end_in_order`](Self::end_in_order) was asked for.
+    /// Opens the terminal and installs the handler of Ctrl-C, SIGTERM and SIGHUP: the first asks for an orderly end,
+    /// the second ends at once, unless [`end_in_order`](Self::end_in_order) was asked for.
     pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
         let handler = || {
             let is_second = INTERRUPTED.swap(true, Ordering::SeqCst);
@@ -118,16 +118,11 @@ impl Shell {
     }
 }
 
-/// Prints a line on stderr, without the secrets of addresses and the controls of terminals: parts of it may come from a
-/// device or be the name of a file. A line that nobody can read any more is lost: it must not end a run with a lamp lit, as the panic
-/// of `eprintln!` would.
+/// Prints a line on stderr, without the secrets of addresses and the controls of terminals: parts of it may come from
+/// a device or be the name of a file. A line that nobody can read any more is lost. The panic of `eprintln!` would end
+/// a run with a lamp lit.
 pub(crate) fn tell(line: &str) {
     let _ = writeln!(std::io::stderr(), "{}", shown(line));
-}
-
-/// A line as it is shown.
-pub(crate) fn shown(line: &str) -> String {
-    plain(&redacted_text(line)).into_owned()
 }
 
 fn print(text: &str) -> anyhow::Result<()> {

@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use tropism::photo::{self, ExifHeader, Photo};
 use tropism::text::plain;
 use tropism::track::Track;
-use tropism_rig::secret::{self, redacted_text};
+use tropism_rig::secret::{holds_secret, redacted_text};
 
 /// A file that could not be read or written, or does not hold what it should.
 #[derive(Debug, thiserror::Error)]
@@ -496,15 +496,6 @@ pub fn is_plain_name(name: &str) -> bool {
     !matches!(name, "" | "." | "..") && !name.contains(['/', '\\', ':']) && !name.contains(char::is_control)
 }
 
-/// Checks that `name`, which a journal gives a photograph, is the plain name of a file.
-pub(crate) fn check_name(journal: &Path, name: &str) -> Result<(), FileError> {
-    if is_plain_name(name) {
-        return Ok(());
-    }
-    let problem = format!("found a photograph {name:?}, wanted the plain name of a file, such as 000001.jpg");
-    Err(FileError::content(journal, problem))
-}
-
 /// Checks that nothing between `folder` and the file `path` in it is a symbolic link: it would lead to a foreign file.
 /// Whether the file is there is not checked.
 pub(crate) fn check_unlinked(folder: &Path, path: &Path) -> Result<(), FileError> {
@@ -558,18 +549,18 @@ pub fn shell_word(path: &Path) -> String {
     }
 }
 
-/// Whether a text, such as a rig file, has an address in it that holds a user, a password or a query.
-#[must_use]
-pub fn holds_secret(text: &str) -> bool {
-    secret::holds_secret(text)
-}
-
 /// [`write_with()`] of a file that holds a secret: on Unix, only its user can read it, from its first byte on.
 ///
 /// # Errors
 /// [`FileError::Disk`].
 pub fn write_private(path: &Path, bytes: &[u8], is_synced: bool) -> Result<(), FileError> {
     write_as(path, bytes, is_synced, true, || Ok(()))
+}
+
+/// Writes the text of a settings file, [privately](write_private) if an address in it holds a secret.
+pub(crate) fn write_settings(path: &Path, text: &str, is_synced: bool) -> Result<(), FileError> {
+    let write = if holds_secret(text) { write_private } else { write_with };
+    write(path, text.as_bytes(), is_synced)
 }
 
 #[cfg(test)]

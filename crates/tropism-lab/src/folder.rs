@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tropism::photo::Photo;
 use tropism::rig::{Durability, Event, EventKind};
 use tropism::track::{Column, Track};
-use tropism_rig::secret::redacted_text;
+use tropism_rig::secret::{holds_secret, redacted_text};
 
 use crate::files::{self, FileError};
 use crate::journal::{Journal, JournalError, StepRecord};
@@ -138,11 +138,7 @@ impl RunFolder {
         if let Some(photograph) = later_photograph(path, next)? {
             return Err(FolderError::LostSteps { path: photograph, next });
         }
-        let is_private = files::holds_secret(config);
-        let write_config = || {
-            let write = if is_private { files::write_private } else { files::write_with };
-            write(&config_path, config.as_bytes(), durability == Durability::Full)
-        };
+        let write_config = || files::write_settings(&config_path, config, durability == Durability::Full);
         let mut damages = Vec::new();
         if !is_same && !is_recorded {
             // First of all: a folder with a journal has its settings.
@@ -153,7 +149,7 @@ impl RunFolder {
             damages.push(set_aside(&config_path)?);
             write_config()?;
         }
-        if is_private {
+        if holds_secret(config) {
             // They hold the settings, too.
             for name in ["journal.sqlite", "journal.sqlite-wal", "journal.jsonl"] {
                 files::make_private(&path.join(name))?;

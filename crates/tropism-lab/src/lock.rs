@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::files::FileError;
+use crate::files::{self, FileError};
 
 /// Why a folder cannot be locked.
 #[derive(Debug, thiserror::Error)]
@@ -73,7 +73,8 @@ fn lock_as(path: &Path, role: &str) -> Result<FolderLock, LockError> {
     // Not truncated: until the lock is ours it holds the number of the program that has it.
     options.read(true).write(true).create(true).truncate(false);
     let mut file = options.open(&name).map_err(disk)?;
-    make_private(&file).map_err(disk)?;
+    // Who can read a lock can hold it and keep its owner out.
+    files::make_private(&name)?;
     let began_to_wait = Instant::now();
     let is_guarded = || std::fs::read_to_string(&name).is_ok_and(|text| text.trim_end().ends_with(GUARD));
     let mut tries = 0;
@@ -96,20 +97,6 @@ fn lock_as(path: &Path, role: &str) -> Result<FolderLock, LockError> {
         }
     }
     Err(LockError::InUse { path: path.to_owned(), process: read_process(&name) })
-}
-
-/// Lets only the owner read a file: who can read a lock can hold it and keep its owner out.
-fn make_private(file: &File) -> std::io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let private = std::fs::Permissions::from_mode(0o600);
-        if file.metadata()?.permissions().mode() & 0o777 != 0o600 {
-            return file.set_permissions(private);
-        }
-    }
-    let _ = file;
-    Ok(())
 }
 
 /// When a process began, in ticks since the boot: field 22 of `/proc/PID/stat` (`man 5 proc_pid_stat`). `None` if there is no

@@ -8,13 +8,12 @@ use sha2::{Digest, Sha256};
 use tropism::rig::RigError;
 
 use crate::failed;
+use crate::secret::Parts;
 
 /// Host, port and path of a URL, in one spelling: `HTTP://LocalHost/` and `http://127.0.0.1:80` are the same.
 pub(crate) fn address(url: &str) -> String {
-    let (scheme, rest) = url.split_once("://").unwrap_or(("http", url));
-    let (authority, path) = rest.split_once('/').unwrap_or((rest, ""));
-    let place = authority.rsplit_once('@').map_or(authority, |(_, place)| place);
-    let default = if scheme.eq_ignore_ascii_case("https") { 443 } else { 80 };
+    let Parts { scheme, host: place, path, .. } = Parts::of(url);
+    let default = if scheme.eq_ignore_ascii_case("https://") { 443 } else { 80 };
     // An IPv6 address stands in brackets and has colons of its own.
     let (host, port) = match place.rsplit_once(':') {
         Some((host, port)) if !port.contains(']') => (host, port.parse().unwrap_or(default)),

@@ -5,6 +5,8 @@
 
 use std::borrow::Cow;
 
+use tropism::text::plain;
+
 /// What stands for a secret.
 const HIDDEN: &str = "***";
 
@@ -14,13 +16,14 @@ const fn ends_url(letter: char) -> bool {
 }
 
 /// The parts of an address.
-struct Parts<'a> {
+pub(crate) struct Parts<'a> {
     /// With its `://`; empty if there is none.
-    scheme: &'a str,
+    pub(crate) scheme: &'a str,
     user: Option<&'a str>,
-    host: &'a str,
+    /// With its port.
+    pub(crate) host: &'a str,
     /// From its `/` on.
-    path: &'a str,
+    pub(crate) path: &'a str,
     /// Without its `?`.
     query: Option<&'a str>,
     /// Without its `#`.
@@ -28,7 +31,7 @@ struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    fn of(url: &'a str) -> Self {
+    pub(crate) fn of(url: &'a str) -> Self {
         let (scheme, rest) = url.split_at(url.find("://").map_or(0, |at| at + 3));
         // A password may hold any letter if its user forgot to encode it: all up to the last @ may be the password, where
         // the host has an @ before it, or its port is no number.
@@ -124,6 +127,13 @@ fn with_urls<'t>(text: &'t str, shown: impl Fn(&str) -> String) -> Cow<'t, str> 
 #[must_use]
 pub fn redacted_text(text: &str) -> Cow<'_, str> {
     with_urls(text, redacted)
+}
+
+/// A text in which devices, programs and names of files have a say, as it is shown and stored: in one line, without the
+/// secrets of addresses and the [controls](plain) of terminals.
+#[must_use]
+pub fn shown(text: &str) -> String {
+    plain(&redacted_text(text)).into_owned()
 }
 
 /// `text` with the [`host_alone()`] of each address in it.

@@ -7,9 +7,10 @@ use clap::Args;
 use tropism_lab::status::{LatestEvent, RunState, StatusPlan, StatusResults};
 use tropism_lab::units;
 use tropism_rig::clock::{SystemTimes, Time};
+use tropism_rig::secret::shown;
 
 use crate::progress::execute_and_print;
-use crate::shell::{Shell, shown};
+use crate::shell::Shell;
 
 /// Tell what a run does now: its step, its last photograph, its lamp, what went wrong
 ///

@@ -14,9 +14,8 @@ mod system;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::text::plain;
 use tropism_rig::file::RigFile;
-use tropism_rig::secret::redacted_text;
+use tropism_rig::secret::shown;
 
 use crate::error::Error;
 use crate::monitor::Monitor;
@@ -129,8 +128,8 @@ impl Findings {
 
     /// What devices say is shown without the secrets of addresses and the controls of terminals.
     fn add(&mut self, group: Group, verdict: Verdict, found: String, remedy: Option<String>) {
-        let shown = |text: String| plain(&redacted_text(&text)).into_owned();
-        self.0.push(Finding { group, verdict, found: shown(found), remedy: remedy.map(shown) });
+        let remedy = remedy.map(|remedy| shown(&remedy));
+        self.0.push(Finding { group, verdict, found: shown(&found), remedy });
     }
 
     fn count(&self, verdict: Verdict) -> usize {

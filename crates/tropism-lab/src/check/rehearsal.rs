@@ -158,9 +158,7 @@ impl Scratch<'_> {
         let config = RunConfig::new(rig, controller, Targets::open_loop(self.rehearsal.steps).into(), 1);
         let run = self.folder.join("run");
         files::make_folder(&run)?;
-        let text = config.to_toml()?;
-        let write = if files::holds_secret(&text) { files::write_private } else { files::write_with };
-        Ok(write(&run.join("run.toml"), text.as_bytes(), false)?)
+        Ok(files::write_settings(&run.join("run.toml"), &config.to_toml()?, false)?)
     }
 
     /// Starts the run in a process, which reads all of its plan from the run folder.

@@ -152,9 +152,7 @@ fn examine_times(rig: &RigFile, findings: &mut Findings) {
             (flash.settle_s.into(), flash.max_on_s.into(), flash.plug.timeout_s.into())
         }
     };
-    let pair_s = rig.lamps.as_ref().and_then(|lamps| lamps.timeout_s).map_or(20.0, f64::from);
-    let drivers: Vec<f64> = lamps(rig).map(|(_, lamp)| lamp.longest_s()).collect();
-    let lamps_s = if drivers.is_empty() { pair_s } else { drivers.iter().sum() };
+    let lamps_s = rig.lamps.as_ref().map_or(0.0, LampsTable::longest_s);
     let worst_s = f64::from(tries) * try_s + 2.0 * order_s + settle_s + lamps_s;
     let period_s = 60.0 * rig.period_min;
     let found = format!("a step takes {} at worst, of a period of {}", time(worst_s), time(period_s));

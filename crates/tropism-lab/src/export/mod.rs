@@ -95,9 +95,6 @@ impl Workflow for ExportPlan {
         let config = RunConfig::read(&self.folder)?;
         self.check()?;
         let (steps, events) = read_journal(&self.folder)?;
-        for step in &steps {
-            files::check_name(&journal, &step.photo)?;
-        }
         let is_over = self.folder.join("track.csv").exists() && holder(&self.folder)?.is_none();
         let contents = Contents { config: &config, steps: &steps, events: &events, is_over };
         let mut writer = Writer { sink: Sink::create(&self.out)?, out: &self.out, written: Vec::new() };

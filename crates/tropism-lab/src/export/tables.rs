@@ -3,9 +3,9 @@
 use tropism::lamps::Layout;
 use tropism::observation::Observation;
 use tropism::rig::Event;
-use tropism::text::{csv_cell, plain};
+use tropism::text::csv_cell;
 use tropism::track::{Column, Sample, Track};
-use tropism_rig::secret::redacted_text;
+use tropism_rig::secret::shown;
 
 use crate::folder::tip_px;
 use crate::journal::StepRecord;
@@ -52,7 +52,7 @@ pub(super) fn events_csv(events: &[Event]) -> Result<Vec<u8>, csv::Error> {
         table.write_record([
             &step.to_string(),
             kind.name(),
-            &csv_cell(&plain(&redacted_text(text))),
+            &csv_cell(&shown(text)),
             &seconds(at.map(|at| at.since_start.as_secs_f64())),
             &seconds(at.map(|at| at.unix_s)),
         ])?;

@@ -82,12 +82,6 @@ impl JournalError {
         matches!(self, Self::Sqlite(error) if error.sqlite_error_code() == Some(ErrorCode::DiskFull))
     }
 
-    /// Whether the files contradict each other or lack entries: they were left as they are.
-    #[must_use]
-    pub const fn is_refusal(&self) -> bool {
-        matches!(self, Self::Lost { .. } | Self::Contradiction { .. } | Self::Schema(_))
-    }
-
     /// Whether the file itself is damaged.
     pub(super) fn is_damage(&self) -> bool {
         match self {

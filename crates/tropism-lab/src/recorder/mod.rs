@@ -18,9 +18,8 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError};
 use tropism::rig::{Event, EventKind, FaultPolicy, LampsInView, NoMonitor, RunMonitor};
-use tropism::text::plain;
 use tropism::vision::Frame;
-use tropism_rig::secret::redacted_text;
+use tropism_rig::secret::shown;
 
 use crate::files::{self, FileError};
 use crate::folder::{FolderError, RunFolder};
@@ -190,8 +189,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
     /// [`RecordError::Journal`] if it cannot be recorded; the monitor was told all the same.
     pub fn report(&mut self, kind: EventKind, text: String) -> Result<(), RecordError> {
         // Devices and programs have a say in it.
-        let text = plain(&redacted_text(&text)).into_owned();
-        let event = Event { step: self.step, kind, text, at: self.rig.clock().now() };
+        let event = Event { step: self.step, kind, text: shown(&text), at: self.rig.clock().now() };
         let written = self.write(|journal| journal.record_event(&event));
         self.supervision.monitor.event(&event);
         written

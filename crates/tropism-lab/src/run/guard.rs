@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use tropism_rig::file::RigFile;
+use tropism_rig::file::{LampsTable, RigFile};
 
 use crate::files::FileError;
 
@@ -78,9 +78,7 @@ pub(crate) fn silence(rig: &RigFile) -> Duration {
         let (try_s, tries) = camera.longest_s();
         try_s * f64::from(tries)
     });
-    let lamps: f64 =
-        rig.lamps.iter().flat_map(|lamps| lamps.drivers()).map(|(_, lamp)| lamp.longest_s()).sum();
-    let programs = rig.lamps.as_ref().and_then(|lamps| lamps.timeout_s).map_or(20.0, f64::from);
+    let lamps = rig.lamps.as_ref().map_or(0.0, LampsTable::longest_s);
     let flash: f64 = rig.flash.as_ref().map_or(0.0, |flash| flash.longest_s());
-    Duration::from_secs_f64(60.0 + 3.0 * (camera + lamps + programs + flash))
+    Duration::from_secs_f64(60.0 + 3.0 * (camera + lamps + flash))
 }

@@ -157,12 +157,9 @@ impl RunPlan {
     fn pace<'a>(&self, monitor: &'a dyn Monitor) -> Result<Option<Pace<'a>>, Error> {
         let Some(speed) = self.speed else { return Ok(None) };
         let journal = self.out.join("journal.sqlite");
-        let past = match journal.exists() {
-            true => Journal::open_to_read(&journal)
-                .and_then(|journal| journal.step_count())
-                .map_err(Error::at(journal.display()))?,
-            false => 0,
-        };
+        let past = Journal::find(&journal)
+            .and_then(|journal| journal.map_or(Ok(0), |journal| journal.step_count()))
+            .map_err(Error::at(journal.display()))?;
         let per_step = Duration::from_secs_f64(60.0 * self.config.rig.period_min / speed);
         Ok(Some(Pace { monitor, per_step, past, started: None }))
     }

@@ -74,9 +74,6 @@ impl Source {
             let problem = "found no steps, wanted a run that has begun";
             return Err(FileError::content(&journal, problem).into());
         }
-        for step in &steps {
-            files::check_name(&journal, &step.photo)?;
-        }
         let photographs = steps.iter().map(|step| folder.join("photographs").join(&step.photo)).collect();
         let step = |step: &StepRecord| FilmStep {
             time_s: step.time_s,

@@ -282,6 +282,15 @@ impl LampsTable {
         Ok(Box::new(Interlock::new(switches.collect::<Result<Vec<_>, _>>()?, pause)))
     }
 
+    /// Seconds that a command to all lamps may take.
+    #[must_use]
+    pub fn longest_s(&self) -> f64 {
+        match self.drivers().next() {
+            Some(_) => self.drivers().map(|(_, driver)| driver.longest_s()).sum(),
+            None => self.timeout_s.unwrap_or(twenty()).into(),
+        }
+    }
+
     /// The programs that switch all lamps; `None` where lamps have drivers.
     pub(crate) fn programs(&self) -> Option<CommandLamps> {
         self.drivers().next().is_none().then(|| CommandLamps {

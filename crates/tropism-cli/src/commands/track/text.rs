@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use tropism_lab::files::shell_word;
 use tropism_lab::track::{CameraMotion, GuideResults, TrackCounts, TrackPlan, TrackResults};
-
-use crate::shell::shown;
+use tropism_rig::secret::shown;
 
 /// Bad files that are named on the terminal; the JSON file names all.
 const NAMED: usize = 5;
