@@ -1,95 +1,153 @@
 //! Whatever ends a run in a real tent, its light is off within a stated time.
 //!
-//! A table: each way out, on lamps and a flash behind programs and on an emulated WLED controller.
+//! A table: each way out, on lamps of an emulated WLED controller with a flash behind programs, and on emulated plugs behind
+//! an MQTT broker. `scripts/emulated-pi ways-out` is the same for lamps and flash on GPIO.
 #![cfg(unix)]
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, sleep};
 use std::time::{Duration, Instant};
 
+use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
 use serde_json::{Value, json};
 use tempfile::TempDir;
+use testing::Mosquitto;
 use tropism_lab::Journal;
+
+#[expect(dead_code, reason = "shared with the tests of drivers")]
+#[path = "../../tropism-rig/src/testing.rs"]
+mod testing;
 
 /// How soon all light is off after a run has ended, whatever ended it.
 const WITHIN: Duration = Duration::from_secs(15);
 
-/// A WLED controller of two segments as its documentation describes it.
+/// What emulated devices share with their test.
 #[derive(Default)]
-struct Wled {
-    segments: std::collections::BTreeMap<u64, Value>,
-    uptime: u64,
+struct Devices {
+    /// The state of each, as JSON of WLED or as a switch.
+    states: Mutex<BTreeMap<String, Value>>,
+    /// Whether they hear, but neither obey nor answer.
+    hang: AtomicBool,
 }
 
-impl Wled {
-    /// Starts one; returns its address and its state.
-    fn start() -> (String, Arc<Mutex<Self>>) {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let url = format!("http://{}", listener.local_addr().unwrap());
-        let wled = Arc::new(Mutex::new(Self::default()));
-        let state = Arc::clone(&wled);
-        thread::spawn(move || {
-            for socket in listener.incoming().flatten() {
-                let state = Arc::clone(&state);
-                thread::spawn(move || Self::answer(&state, socket));
-            }
-        });
-        (url, wled)
-    }
-
-    fn answer(state: &Mutex<Self>, mut socket: TcpStream) -> Option<()> {
-        let mut reader = BufReader::new(socket.try_clone().ok()?);
-        let (mut line, mut length) = (String::new(), 0);
-        reader.read_line(&mut line).ok()?;
-        loop {
-            let mut header = String::new();
-            if reader.read_line(&mut header).ok()? <= 2 {
-                break;
-            }
-            if let Some(value) = header.to_ascii_lowercase().strip_prefix("content-length:") {
-                length = value.trim().parse().ok()?;
-            }
-        }
-        let mut body = vec![0; length];
-        reader.read_exact(&mut body).ok()?;
-        let mut wled = state.lock().unwrap();
-        wled.uptime += 1;
-        let answer = if line.contains("/json/info") {
-            json!({"leds": {"count": 288}, "uptime": wled.uptime, "live": false})
-        } else {
-            let said: Value = serde_json::from_slice(&body).unwrap_or_default();
-            for segment in said["seg"].as_array().into_iter().flatten() {
-                wled.segments.insert(segment["id"].as_u64()?, segment.clone());
-            }
-            json!({"on": true, "bri": 255, "seg": wled.segments.values().collect::<Vec<_>>()})
-        };
-        let answer = answer.to_string();
-        write!(
-            socket,
-            "HTTP/1.1 200 OK\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{answer}",
-            answer.len()
-        )
-        .ok()
-    }
-
+impl Devices {
     fn is_lit(&self) -> bool {
-        self.segments.values().any(|segment| segment["on"] == true)
+        self.states.lock().unwrap().values().any(|state| state["on"] == true)
+    }
+
+    fn wait_while_hung(&self) {
+        while self.hang.load(Ordering::SeqCst) {
+            sleep(Duration::from_millis(10));
+        }
     }
 }
 
-/// A rig with a WLED strip for each lamp and a flash behind programs, in which the photographs of a virtual tent are seen.
+/// Starts a WLED controller of two segments as its documentation describes it; returns its address.
+fn start_wled(devices: &Arc<Devices>) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://{}", listener.local_addr().unwrap());
+    let devices = Arc::clone(devices);
+    thread::spawn(move || {
+        for socket in listener.incoming().flatten() {
+            let devices = Arc::clone(&devices);
+            thread::spawn(move || answer_as_wled(&devices, socket));
+        }
+    });
+    url
+}
+
+fn answer_as_wled(devices: &Devices, mut socket: TcpStream) -> Option<()> {
+    let mut reader = BufReader::new(socket.try_clone().ok()?);
+    let (mut line, mut length) = (String::new(), 0);
+    reader.read_line(&mut line).ok()?;
+    loop {
+        let mut header = String::new();
+        if reader.read_line(&mut header).ok()? <= 2 {
+            break;
+        }
+        if let Some(value) = header.to_ascii_lowercase().strip_prefix("content-length:") {
+            length = value.trim().parse().ok()?;
+        }
+    }
+    let mut body = vec![0; length];
+    reader.read_exact(&mut body).ok()?;
+    if devices.hang.load(Ordering::SeqCst) {
+        devices.wait_while_hung();
+        return None;
+    }
+    let mut states = devices.states.lock().unwrap();
+    let answer = if line.contains("/json/info") {
+        static UPTIME: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+        json!({"leds": {"count": 288}, "uptime": UPTIME.fetch_add(1, Ordering::SeqCst), "live": false})
+    } else {
+        let said: Value = serde_json::from_slice(&body).unwrap_or_default();
+        for segment in said["seg"].as_array().into_iter().flatten() {
+            states.insert(segment["id"].to_string(), segment.clone());
+        }
+        json!({"on": true, "bri": 255, "seg": states.values().collect::<Vec<_>>()})
+    };
+    let answer = answer.to_string();
+    write!(socket, "HTTP/1.1 200 OK\r\nContent-Length: {}\r\nConnection: close\r\n\r\n{answer}", answer.len())
+        .ok()
+}
+
+/// Starts Tasmota plugs of the names `left`, `right` and `flash` at a broker.
+fn start_plugs(devices: &Arc<Devices>, port: u16) {
+    let (client, mut connection) = Client::new(MqttOptions::new("plugs", "127.0.0.1", port), 16);
+    client.try_subscribe("cmnd/+/POWER", QoS::AtLeastOnce).unwrap();
+    testing::hear(&mut connection, |packet| matches!(packet, Packet::SubAck(_)));
+    let devices = Arc::clone(devices);
+    thread::spawn(move || {
+        for event in connection.iter() {
+            // The broker of a test that is over has ended.
+            let Ok(event) = event else { return };
+            let Event::Incoming(Packet::Publish(command)) = event else { continue };
+            if devices.hang.load(Ordering::SeqCst) {
+                continue;
+            }
+            let name = command.topic.split('/').nth(1).unwrap();
+            let is_on = *command.payload == *b"ON";
+            devices.states.lock().unwrap().insert(name.to_owned(), json!({"on": is_on}));
+            let answer = if is_on { "ON" } else { "OFF" };
+            client.try_publish(format!("stat/{name}/POWER"), QoS::AtMostOnce, false, answer).unwrap();
+        }
+    });
+}
+
+/// What switches the light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Switches {
+    /// A WLED strip for each lamp, and a flash behind programs.
+    Wled,
+    /// Plugs behind a broker.
+    Mqtt,
+}
+
+impl Switches {
+    /// All that this machine can emulate.
+    fn all() -> impl Iterator<Item = Self> {
+        [Self::Wled, Self::Mqtt]
+            .into_iter()
+            .filter(|&kind| kind != Self::Mqtt || Mosquitto::start(None).is_some())
+    }
+}
+
+/// A rig with emulated devices, in which the photographs of a virtual tent are seen.
 struct Tent {
     folder: TempDir,
-    wled: Arc<Mutex<Wled>>,
+    devices: Arc<Devices>,
+    _broker: Option<Mosquitto>,
 }
 
 impl Tent {
-    fn new(camera: &str) -> Self {
+    fn new(switches: Switches, camera: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         let small = "[lamps_in_view]\n[greenhouse.scene]\nwidth = 324\nheight = 243\n";
@@ -97,27 +155,27 @@ impl Tent {
         let words = ["run", "--rig", "tent.toml", "--controller", "chase", "--steps", "4", "--out", "tent"];
         assert!(tropism(path, &words).output().unwrap().status.success());
         let calibration = fs::read_to_string(path.join("tent/calibration.toml")).unwrap();
-        let (url, wled) = Wled::start();
-        let lamp = |name: &str, segment: u32| {
-            format!(
-                "[lamps.{name}]\ndriver = \"wled\"\nurl = {url:?}\nsegment = {segment}\ndead_man_min = 0\n\
-                 strip = {{ first = {}, pixels = 144 }}\n",
-                144 * segment
-            )
+        let devices = Arc::new(Devices::default());
+        let mut broker = None;
+        let light = match switches {
+            Switches::Wled => wled_rig(&start_wled(&devices)),
+            Switches::Mqtt => {
+                let started = Mosquitto::start(None).unwrap();
+                start_plugs(&devices, started.port);
+                let rig = mqtt_rig(started.port);
+                broker = Some(started);
+                rig
+            }
         };
         let camera =
             camera.replace("PHOTOGRAPH", &path.join("tent/photographs/000000.jpg").display().to_string());
         let rig = format!(
-            "period_min = 5.0\n[patience]\nfree_mb = 0\n[camera]\n{camera}\n{}{}\
-             [flash]\ndriver = \"command\"\non = [\"sh\", \"-c\", \"echo on > flash\"]\n\
-             off = [\"sh\", \"-c\", \"echo off > flash\"]\nsettle_s = 0.01\nmax_on_s = 5.0\n\
+            "period_min = 5.0\n[patience]\nfree_mb = 0\n[camera]\n{camera}\n{light}settle_s = 0.01\nmax_on_s = 5.0\n\
              [vision.crop]\nx = 4\ny = 10\nwidth = 316\nheight = 190\n[calibration]\n{}",
-            lamp("left", 0),
-            lamp("right", 1),
             calibration.replace("[base]", "[calibration.base]")
         );
         fs::write(path.join("rig.toml"), rig).unwrap();
-        Self { folder, wled }
+        Self { folder, devices, _broker: broker }
     }
 
     fn command(&self) -> Command {
@@ -137,13 +195,14 @@ impl Tent {
             assert!(child.try_wait().unwrap().is_none(), "it ended: {:?}", child.wait_with_output());
             sleep(Duration::from_millis(20));
         }
-        assert!(self.wled.lock().unwrap().is_lit());
+        assert!(self.devices.is_lit());
         child
     }
 
     fn is_dark(&self) -> bool {
+        // The flash behind programs; plugs are among the devices.
         let flash = fs::read_to_string(self.folder.path().join("flash")).unwrap_or_default();
-        !self.wled.lock().unwrap().is_lit() && flash.trim() == "off"
+        !self.devices.is_lit() && flash.trim() != "on"
     }
 
     /// Waits until all light is off; how long it took.
@@ -157,6 +216,35 @@ impl Tent {
         }
         began.elapsed()
     }
+}
+
+/// Lamps on a WLED controller, and a flash behind programs.
+fn wled_rig(url: &str) -> String {
+    let lamp = |name: &str, segment: u32| {
+        format!(
+            "[lamps.{name}]\ndriver = \"wled\"\nurl = {url:?}\nsegment = {segment}\ndead_man_min = 0\n\
+             timeout_s = 1.0\nstrip = {{ first = {}, pixels = 144 }}\n",
+            144 * segment
+        )
+    };
+    format!(
+        "{}{}[flash]\ndriver = \"command\"\non = [\"sh\", \"-c\", \"echo on > flash\"]\n\
+         off = [\"sh\", \"-c\", \"echo off > flash\"]\n",
+        lamp("left", 0),
+        lamp("right", 1)
+    )
+}
+
+/// Lamps and flash on plugs behind a broker.
+fn mqtt_rig(port: u16) -> String {
+    let plug = |name: &str| format!("plug = {{ dialect = \"tasmota\", name = {name:?}, timeout_s = 1.0 }}\n");
+    format!(
+        "[mqtt]\nhost = \"127.0.0.1\"\nport = {port}\n[lamps.left]\ndriver = \"mqtt\"\n{}[lamps.right]\n\
+         driver = \"mqtt\"\n{}[flash]\ndriver = \"mqtt\"\n{}",
+        plug("left"),
+        plug("right"),
+        plug("flash")
+    )
 }
 
 /// A camera that shows the photograph of the virtual tent.
@@ -179,56 +267,88 @@ fn send(signal: &str, process: u32) {
 
 #[test]
 fn every_signal_that_ends_a_run_leaves_it_dark() {
-    for signal in ["-INT", "-TERM", "-HUP", "-QUIT", "-ABRT", "-KILL"] {
-        let tent = Tent::new(CAMERA);
-        let mut child = tent.lit(&mut tent.command());
-        send(signal, child.id());
-        child.wait().unwrap();
-        println!("{signal}: dark {:?} after the end", tent.goes_dark(signal));
+    for switches in Switches::all() {
+        for signal in ["-INT", "-TERM", "-HUP", "-QUIT", "-ABRT", "-KILL"] {
+            let tent = Tent::new(switches, CAMERA);
+            let mut child = tent.lit(&mut tent.command());
+            send(signal, child.id());
+            child.wait().unwrap();
+            println!("{switches:?}, {signal}: dark {:?} after the end", tent.goes_dark(signal));
+        }
     }
 }
 
 #[test]
 fn a_lost_terminal_and_lost_output_leave_a_run_dark_when_it_ends() {
-    let tent = Tent::new(CAMERA);
-    // Nobody reads what it says.
-    let (reader, writer) = std::io::pipe().unwrap();
-    drop(reader);
-    let mut child = tent.lit(tent.command().stdout(writer.try_clone().unwrap()).stderr(writer));
-    send("-TERM", child.id());
-    child.wait().unwrap();
-    tent.goes_dark("lost output");
+    for switches in Switches::all() {
+        let tent = Tent::new(switches, CAMERA);
+        // Nobody reads what it says.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut child = tent.lit(tent.command().stdout(writer.try_clone().unwrap()).stderr(writer));
+        send("-TERM", child.id());
+        child.wait().unwrap();
+        println!("{switches:?}, lost output: dark {:?} after the end", tent.goes_dark("lost output"));
+    }
 }
 
 #[test]
-fn a_camera_that_fails_pauses_the_run_and_leaves_it_dark() {
-    let tent = Tent::new(
-        "driver = \"command\"\ncommand = [\"sh\", \"-c\", \"echo off > flash; exit 1\"]\nretries = 0",
-    );
-    // The first photograph must be one: an error, not a pause.
-    let output = tent.command().output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    tent.goes_dark("error");
+fn a_run_that_ends_by_itself_or_by_an_error_leaves_it_dark() {
+    for switches in Switches::all() {
+        let tent = Tent::new(switches, CAMERA);
+        let rig = tent.folder.path().join("rig.toml");
+        let quick = fs::read_to_string(&rig).unwrap().replace("period_min = 5.0", "period_min = 0.02");
+        fs::write(&rig, quick).unwrap();
+        let output = tent.command().args(["--steps", "1"]).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        println!("{switches:?}, end: dark {:?} after it", tent.goes_dark("end"));
+
+        let tent = Tent::new(switches, "driver = \"command\"\ncommand = [\"false\"]\nretries = 0");
+        let output = tent.command().output().unwrap();
+        assert_eq!(output.status.code(), Some(1));
+        println!("{switches:?}, error: dark {:?} after it", tent.goes_dark("error"));
+    }
+}
+
+#[test]
+fn devices_that_hang_at_the_end_are_put_off_by_the_guard_when_they_hear_again() {
+    for switches in Switches::all() {
+        for signal in ["-TERM", "-KILL"] {
+            let tent = Tent::new(switches, CAMERA);
+            let mut child = tent.lit(&mut tent.command());
+            tent.devices.hang.store(true, Ordering::SeqCst);
+            send(signal, child.id());
+            child.wait().unwrap();
+            assert!(!tent.is_dark(), "{switches:?}: a device that hangs stays as it is");
+            tent.devices.hang.store(false, Ordering::SeqCst);
+            println!(
+                "{switches:?}, {signal} while they hang: dark {:?} after they hear again",
+                tent.goes_dark(signal)
+            );
+        }
+    }
 }
 
 #[test]
 fn a_run_that_is_stopped_for_good_is_killed_by_its_guard() {
-    let tent = Tent::new(CAMERA);
-    let mut child = tent.lit(&mut tent.command());
-    // Its own guard waits for minutes; this one listens to nobody.
-    send("-STOP", child.id());
-    let mut guard = tropism(tent.folder.path(), &["guard", "run", "--silence", "1"]);
-    let mut guard = guard.stdin(Stdio::piped()).spawn().unwrap();
-    let silent = guard.stdin.take();
-    assert!(guard.wait().unwrap().success());
-    drop(silent);
-    assert!(!child.wait().unwrap().success());
-    tent.goes_dark("hang");
+    for switches in Switches::all() {
+        let tent = Tent::new(switches, CAMERA);
+        let mut child = tent.lit(&mut tent.command());
+        // Its own guard waits for minutes; this one listens to nobody.
+        send("-STOP", child.id());
+        let mut guard = tropism(tent.folder.path(), &["guard", "run", "--silence", "1"]);
+        let mut guard = guard.stdin(Stdio::piped()).spawn().unwrap();
+        let silent = guard.stdin.take();
+        assert!(guard.wait().unwrap().success());
+        drop(silent);
+        assert!(!child.wait().unwrap().success());
+        println!("{switches:?}, hang: dark {:?} after the guard's time", tent.goes_dark("hang"));
+    }
 }
 
 #[test]
 fn a_run_that_is_resumed_at_once_after_a_kill_keeps_its_light() {
-    let tent = Tent::new(CAMERA);
+    let tent = Tent::new(Switches::Wled, CAMERA);
     let mut child = tent.lit(&mut tent.command());
     child.kill().unwrap();
     child.wait().unwrap();
@@ -243,7 +363,7 @@ fn a_run_that_is_resumed_at_once_after_a_kill_keeps_its_light() {
         sleep(Duration::from_millis(20));
     }
     sleep(Duration::from_secs(3));
-    assert!(tent.wled.lock().unwrap().is_lit(), "the light of the resumed run");
+    assert!(tent.devices.is_lit(), "the light of the resumed run");
     send("-TERM", again.id());
     again.wait().unwrap();
     tent.goes_dark("end");
@@ -251,13 +371,13 @@ fn a_run_that_is_resumed_at_once_after_a_kill_keeps_its_light() {
 
 #[test]
 fn a_rig_that_a_run_drives_is_refused_to_another_run() {
-    let tent = Tent::new(CAMERA);
+    let tent = Tent::new(Switches::Wled, CAMERA);
     let mut child = tent.lit(&mut tent.command());
     let words = ["run", "--rig", "rig.toml", "--controller", "periodic", "--out", "other"];
     let output = tropism(tent.folder.path(), &words).output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(1) && error.contains("driven by another run"), "{error}");
-    assert!(tent.wled.lock().unwrap().is_lit(), "the first run goes on");
+    assert!(tent.devices.is_lit(), "the first run goes on");
     send("-TERM", child.id());
     child.wait().unwrap();
     tent.goes_dark("end");

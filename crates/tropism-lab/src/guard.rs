@@ -2,7 +2,8 @@
 //!
 //! The run writes a byte into a pipe about once a second. The pipe closes when the run dies, whatever ends it; a run that
 //! hangs falls silent. In both cases the guard puts the flash and the lamps off as [`shut_down`] does, again and again
-//! until each device confirms. A run that ends in order says so and has put its own light off: then the guard just ends.
+//! until each device confirms. A run that ends in order says so and has put its own light off: then the guard just ends. A
+//! device that did not confirm that to the run is left to the guard, too.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,7 @@ use tropism_rig::shutdown::{DeviceShutdown, shut_down};
 use crate::error::Error;
 use crate::lock::{LockError, holder, lock_as_guard};
 use crate::monitor::Monitor;
-use crate::run::guard::{BEAT, ENDED};
+use crate::run::guard::{BEAT, ENDED, LIT};
 use crate::run::read_rig;
 use crate::workflow::Workflow;
 
@@ -40,7 +41,7 @@ pub struct GuardPlan {
 /// What a guard did.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GuardResults {
-    /// How the run ended: `ended` in order, `died`, or `silent`, after which it was killed.
+    /// How the run ended: `ended` in order, `lit`, `died`, or `silent`, after which it was killed.
     pub run: RunEnd,
     /// Whether each device of the rig confirmed that it is off; true without an attempt if the run ended in order.
     pub is_dark: bool,
@@ -52,6 +53,8 @@ pub struct GuardResults {
 pub enum RunEnd {
     /// It said that it ended in order.
     Ended,
+    /// It said that it ended in order, but that a device did not confirm that it is off.
+    Lit,
     /// It died.
     Died,
     /// It was silent for too long, and was killed.
@@ -75,6 +78,7 @@ impl Workflow for GuardPlan {
         let run = listen(std::io::stdin(), Duration::from_secs_f64(self.silence_s));
         match run {
             RunEnd::Ended => return Ok(GuardResults { run, is_dark: true }),
+            RunEnd::Lit => monitor.note("the run has ended, and a light is not confirmed to be off"),
             RunEnd::Died => monitor.note("the run has died"),
             RunEnd::Silent => {
                 monitor.note(&format!("the run was silent for {} s, and is killed", self.silence_s));
@@ -102,6 +106,7 @@ fn listen(mut pipe: impl Read + Send + 'static, silence: Duration) -> RunEnd {
     loop {
         match hear.recv_timeout(silence) {
             Ok(ENDED) => return RunEnd::Ended,
+            Ok(LIT) => return RunEnd::Lit,
             Ok(_) => {}
             Err(RecvTimeoutError::Timeout) => return RunEnd::Silent,
             Err(RecvTimeoutError::Disconnected) => return RunEnd::Died,
@@ -125,20 +130,31 @@ fn put_off(rig: &RigFile, run: &Path, monitor: &dyn Monitor) -> bool {
                 return false;
             }
         };
-        let mut is_dark = true;
-        for DeviceShutdown { device, result } in shut_down(rig, false) {
-            is_dark &= result.is_ok();
-            match result {
-                Ok(()) => monitor.note(&format!("{device}: off")),
-                Err(error) => monitor.note(&format!("{device}: {error}")),
+        // A run in another folder that drives the same devices now wants its light.
+        let is_dark = match rig.lock_devices() {
+            Ok(_locks) => {
+                shut_down(rig, false).into_iter().map(|shutdown| tell(shutdown, monitor)).all(|off| off)
             }
-        }
+            Err(error) => {
+                monitor.note(&error.to_string());
+                false
+            }
+        };
         if is_dark || began.elapsed() > PATIENCE {
             return is_dark;
         }
         drop(lock);
         thread::sleep(RETRY_PAUSE);
     }
+}
+
+/// Tells how the shutdown of a device went: whether it is off.
+fn tell(DeviceShutdown { device, result }: DeviceShutdown, monitor: &dyn Monitor) -> bool {
+    match &result {
+        Ok(()) => monitor.note(&format!("{device}: off")),
+        Err(error) => monitor.note(&format!("{device}: {error}")),
+    }
+    result.is_ok()
 }
 
 /// Kills a process that no longer answers, so that the system frees its devices, and waits until it is gone.
@@ -184,6 +200,7 @@ mod tests {
     fn a_run_that_dies_or_falls_silent_is_told_from_one_that_ends() {
         let silence = Duration::from_millis(200);
         assert_eq!(listen(Pipe(b"...!".to_vec(), false), silence), RunEnd::Ended);
+        assert_eq!(listen(Pipe(b"...?".to_vec(), false), silence), RunEnd::Lit);
         assert_eq!(listen(Pipe(b"...".to_vec(), false), silence), RunEnd::Died);
         assert_eq!(listen(Pipe(b"".to_vec(), false), silence), RunEnd::Died);
         assert_eq!(listen(Pipe(b"..".to_vec(), true), silence), RunEnd::Silent);

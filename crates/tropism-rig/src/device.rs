@@ -36,7 +36,8 @@ pub(crate) fn command(words: &[String]) -> String {
 }
 
 /// Locks of devices, held until they are dropped or the process ends.
-pub(crate) type DeviceLocks = Vec<File>;
+#[derive(Debug)]
+pub struct DeviceLocks(#[expect(dead_code, reason = "locked as long as it is open")] Vec<File>);
 
 /// Locks the devices of `identities`, each with the name that errors have for it. Devices that are named twice are locked
 /// once.
@@ -52,7 +53,7 @@ pub(crate) fn lock_all(identities: Vec<(String, String)>) -> Result<DeviceLocks,
             locked.push(identity);
         }
     }
-    Ok(locks)
+    Ok(DeviceLocks(locks))
 }
 
 /// Locks one device; `None` where no lock file can be made, which must keep nobody from driving his own lamps.

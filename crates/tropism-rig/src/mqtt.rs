@@ -11,6 +11,7 @@
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use rumqttc::{Client, Connection, Event, MqttOptions, Packet, Publish, QoS, RecvTimeoutError};
@@ -347,6 +348,8 @@ impl Switch for OpenPlug {
             // Wait for the end of the connection. What is not sent by then is dropped with it.
             while let Ok(Ok(_)) = connection.recv_timeout(Duration::from_millis(100)) {}
         }
+        // Its drop waits for the look-up of the host's name, which the system ends when it likes. The command is over.
+        thread::spawn(move || drop(connection));
         done
     }
 }
@@ -355,7 +358,6 @@ impl Switch for OpenPlug {
 mod tests {
     use std::net::TcpListener;
     use std::sync::{Arc, Mutex};
-    use std::thread;
 
     use super::*;
     use crate::testing::{Mosquitto, hear, wait_until};
@@ -540,5 +542,43 @@ mod tests {
         device.wait();
         flash.switch(false).unwrap();
         assert_eq!(device.told(), ["ON", "OFF", "OFF", "OFF"]);
+    }
+
+    /// The name of the test below in its own process.
+    const LOOK_UP: &str = "mqtt::tests::a_name_server_that_never_answers_does_not_outlast_the_deadline";
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_name_server_that_never_answers_does_not_outlast_the_deadline() {
+        if std::env::var_os("TROPISM_MUTE_NAMES").is_some() {
+            let _mute = std::net::UdpSocket::bind("127.0.0.1:53").unwrap();
+            let broker =
+                Broker { host: "broker.test".to_owned(), port: 1883, username: None, password_file: None };
+            let started = Instant::now();
+            let error =
+                tasmota(0.3).open("flash", Some(&broker)).unwrap().switch(false).unwrap_err().to_string();
+            let took = started.elapsed();
+            assert!(error.contains("found no answer in 300ms"), "{error}");
+            assert!(took < Duration::from_secs(3), "{took:?}");
+            // Not even the end of the process may wait for it.
+            std::process::exit(0);
+        }
+        // A network and a list of name servers of its own, where the system gives such to its users.
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("resolv.conf"), "nameserver 127.0.0.1\n").unwrap();
+        let own = |script: &str| {
+            let mut command = std::process::Command::new("unshare");
+            command
+                .args(["--map-root-user", "--mount", "--net", "sh", "-ec", script])
+                .current_dir(folder.path());
+            command.env("TROPISM_MUTE_NAMES", "1").arg(std::env::current_exe().unwrap()).output()
+        };
+        let prepare = "ip link set lo up; mount --bind resolv.conf /etc/resolv.conf";
+        if !own(prepare).is_ok_and(|output| output.status.success()) {
+            eprintln!("skipped: wants unshare and ip, and namespaces for users");
+            return;
+        }
+        let output = own(&format!("{prepare}; exec \"$0\" --exact {LOOK_UP} --nocapture")).unwrap();
+        assert!(output.status.success(), "{output:?}");
     }
 }

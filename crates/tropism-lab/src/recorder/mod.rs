@@ -173,6 +173,18 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         Ok(())
     }
 
+    /// Ends the recording: flash and lamps become what they are to be [on exit](tropism::rig::OnExit). Returns whether
+    /// they confirmed that.
+    ///
+    /// # Errors
+    /// [`RecordError::Journal`] if a device that does not confirm cannot be recorded.
+    pub fn close(mut self) -> Result<bool, RecordError> {
+        let Err(error) = self.rig.close() else { return Ok(true) };
+        let text = format!("the run ends, and its light should be off: {error}");
+        self.report(EventKind::Lamp, text)?;
+        Ok(false)
+    }
+
     /// The run folder.
     pub const fn folder(&self) -> &RunFolder {
         &self.folder

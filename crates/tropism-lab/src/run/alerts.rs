@@ -1,7 +1,9 @@
 //! Who hears of a run: the channels of its rig, and the monitor of the workflow.
 
+use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::rc::Rc;
 
 use tropism::rig::{Event, HealthProblem, RunMonitor};
 use tropism::track::Sample;
@@ -67,15 +69,15 @@ impl RunMonitor for WorkflowMonitor<'_> {
 }
 
 /// Tells the guard of a run that it lives.
-pub(super) struct GuardMonitor(pub(super) Guard);
+pub(super) struct GuardMonitor(pub(super) Rc<RefCell<Guard>>);
 
 impl RunMonitor for GuardMonitor {
     fn event(&mut self, _event: &Event) {
-        self.0.beat();
+        self.0.borrow_mut().beat();
     }
 
     fn heartbeat(&mut self) -> ControlFlow<()> {
-        self.0.beat();
+        self.0.borrow_mut().beat();
         ControlFlow::Continue(())
     }
 }

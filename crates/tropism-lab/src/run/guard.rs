@@ -16,6 +16,9 @@ const ALIVE: u8 = b'.';
 /// What a run says that has ended in order.
 pub(crate) const ENDED: u8 = b'!';
 
+/// What a run says that has ended in order, but has a device that does not confirm that it is off.
+pub(crate) const LIT: u8 = b'?';
+
 /// How often a run says that it lives.
 pub(crate) const BEAT: Duration = Duration::from_secs(1);
 
@@ -58,17 +61,19 @@ impl Guard {
         }
     }
 
+    /// Says that the run has ended in order. A guard is left alone with a light that is not confirmed to be off. A guard
+    /// that is dropped before hears that the run has died.
+    pub(crate) fn end(&mut self, is_dark: bool) {
+        self.say(if is_dark { ENDED } else { LIT });
+        drop(self.child.stdin.take());
+        if is_dark {
+            let _ = self.child.wait();
+        }
+    }
+
     fn say(&mut self, word: u8) {
         // A guard that has died is missed at the end of the run only; the devices' own timers remain.
         let _ = self.child.stdin.as_mut().map(|pipe| pipe.write_all(&[word]));
-    }
-}
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        self.say(ENDED);
-        drop(self.child.stdin.take());
-        let _ = self.child.wait();
     }
 }
 

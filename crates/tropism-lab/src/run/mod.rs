@@ -9,15 +9,17 @@ mod alerts;
 mod config;
 mod start;
 
+use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use tropism::environment::{self, Environment};
 use tropism::greenhouse::tent::TentHandle;
 use tropism::observation::Quality;
-use tropism::rig::{EventKind, RunMonitor};
+use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, RunMonitor};
 use tropism::task::Task;
 use tropism::track::{Sample, Track};
 
@@ -89,10 +91,11 @@ impl RunPlan {
         Ok(Self { out: out.to_owned(), resume, config: RunConfig::read(out)?, ..Self::default() })
     }
 
-    /// Runs in `folder`, or resumes the run there, and writes the files of a run that is over.
+    /// Runs in `folder`, or resumes the run there, and leaves the light as it is to be on exit.
     fn record(&self, folder: RunFolder, alerts: &Alerts, monitor: &dyn Monitor) -> Result<Track, Error> {
         let (rig, out) = (&self.config.rig, &*self.out);
-        let mut pace = self.pace(monitor)?;
+        let pace = self.pace(monitor)?;
+        let mut guard = None;
         let mut monitors: Vec<Box<dyn RunMonitor + '_>> =
             vec![Box::new(AlertMonitor(alerts)), Box::new(WorkflowMonitor(monitor))];
         let mut since_start = Duration::ZERO;
@@ -100,7 +103,9 @@ impl RunPlan {
             monitors.push(Box::new(HostMonitor::new(rig.patience().hot_c)));
             since_start = start::since_start(rig, &folder, self.resume, &mut monitors)?;
             if let Some(program) = &self.guard {
-                monitors.push(Box::new(GuardMonitor(Guard::start(program, out, guard::silence(rig))?)));
+                let started = Rc::new(RefCell::new(Guard::start(program, out, guard::silence(rig))?));
+                monitors.push(Box::new(GuardMonitor(Rc::clone(&started))));
+                guard = Some(started);
             }
         }
         let open = rig.open(self.config.seed, since_start).map_err(Error::at("rig"))?;
@@ -111,10 +116,30 @@ impl RunPlan {
             monitor: Box::new(monitors),
         };
         let mut recorder = Recorder::new(open.rig, folder, supervision)?;
+        let done = self.follow(&mut recorder, open.truth.as_ref(), pace, alerts, monitor);
+        let is_dark = recorder.close();
+        if let Some(guard) = guard {
+            guard.borrow_mut().end(matches!(is_dark, Ok(true)));
+        }
+        let track = done?;
+        is_dark?;
+        Ok(track)
+    }
+
+    /// Steps to the end of the run, and writes the files of a run that is over.
+    fn follow(
+        &self,
+        recorder: &mut OpenRecorder<'_>,
+        tent: Option<&TentHandle>,
+        mut pace: Option<Pace<'_>>,
+        alerts: &Alerts,
+        monitor: &dyn Monitor,
+    ) -> Result<Track, Error> {
+        let (rig, out) = (&self.config.rig, &*self.out);
         let mut is_over = true;
         let mut side = Ok(());
         let mut watch = |sample: &Sample| {
-            if let Some(device) = open.truth.as_ref().filter(|_| side.is_ok()) {
+            if let Some(device) = tent.filter(|_| side.is_ok()) {
                 side = keep_side_photograph(device, &out.join("side"));
             }
             if let Some(pace) = &mut pace {
@@ -129,7 +154,7 @@ impl RunPlan {
         };
         let mut controller =
             self.config.controller.build(&self.config.task, recorder.layout(), rig.period_min);
-        let done = environment::run(&mut recorder, &mut *controller, &self.config.task, &mut watch);
+        let done = environment::run(recorder, &mut *controller, &self.config.task, &mut watch);
         let interrupted = || Error::Interrupted { folder: out.to_owned() };
         let track = match done {
             Err(RecordError::Stopped) => return Err(interrupted()),
@@ -141,7 +166,7 @@ impl RunPlan {
             recorder.report(EventKind::Stopped, "asked to end".to_owned())?;
             return Err(interrupted());
         }
-        if let Some(device) = &open.truth {
+        if let Some(device) = tent {
             files::write(&out.join("truth.csv"), &device.truth_csv())?;
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
         }
@@ -230,6 +255,9 @@ impl Workflow for RunPlan {
         })
     }
 }
+
+/// The recorder of whatever rig a file describes.
+type OpenRecorder<'a> = Recorder<'a, Box<dyn Camera>, Box<dyn Lamps>, Box<dyn Flash>, Box<dyn Clock>>;
 
 /// Holds the steps of a virtual tent back, so that people can watch it.
 struct Pace<'a> {

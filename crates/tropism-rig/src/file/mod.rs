@@ -250,8 +250,11 @@ impl RigFile {
 }
 
 impl RigFile {
-    /// Locks the lamps and the flash, so that no other run drives them.
-    fn lock_devices(&self) -> Result<DeviceLocks, RigError> {
+    /// Locks the lamps and the flash, so that no other run drives them until the locks are dropped.
+    ///
+    /// # Errors
+    /// [`RigError::Device`] if another run drives one of them.
+    pub fn lock_devices(&self) -> Result<DeviceLocks, RigError> {
         let broker = self.mqtt.as_ref();
         let mut identities = self.lamps.iter().flat_map(|lamps| lamps.identities(broker)).collect::<Vec<_>>();
         identities.extend(self.flash.iter().map(|flash| ("flash".to_owned(), flash.identity(broker))));

@@ -221,7 +221,7 @@ pub struct Shot {
 
 /// A tent: its devices and the tracker that reads its photographs.
 ///
-/// Dropping a rig darkens its lamps, unless they are to [stay](OnExit::Keep) as they are.
+/// [`close`](Self::close) or drop it: its lamps go dark, unless they are to [stay](OnExit::Keep) as they are.
 #[derive(Debug)]
 pub struct Rig<C, L: Lamps, F, K> {
     camera: C,
@@ -232,6 +232,7 @@ pub struct Rig<C, L: Lamps, F, K> {
     layout: Layout,
     period: Duration,
     on_exit: OnExit,
+    is_closed: bool,
     /// The next step.
     step: u32,
     shot: Option<Shot>,
@@ -255,6 +256,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
             layout,
             period,
             on_exit: OnExit::Dark,
+            is_closed: false,
             step: 0,
             shot: None,
         }
@@ -311,6 +313,17 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
         meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         self.clock.wait_until(since_start, meanwhile)
+    }
+
+    /// Puts the flash off, and the lamps as they are to be [on exit](OnExit).
+    ///
+    /// # Errors
+    /// Those of a device that does not confirm; all others were told all the same.
+    pub fn close(&mut self) -> Result<(), RigError> {
+        self.is_closed = true;
+        let flash = self.flash.flash(false);
+        let lamps = if self.on_exit == OnExit::Dark { self.lamps.light(None) } else { Ok(()) };
+        flash.and(lamps)
     }
 
     /// The photograph of the next step, taken now.
@@ -411,7 +424,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Rig<C, L, F, K> {
 
 impl<C, L: Lamps, F, K> Drop for Rig<C, L, F, K> {
     fn drop(&mut self) {
-        if self.on_exit == OnExit::Dark {
+        if self.on_exit == OnExit::Dark && !self.is_closed {
             // A failure cannot be reported here; drivers keep their own last resort.
             let _ = self.lamps.light(None);
         }
