@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use tropism::control::ShapeError;
+use tropism::environment::unwatched;
 use tropism::evolve::Champion;
 use tropism::plant::PlantModel;
 use tropism::task::TaskSpec;
@@ -37,5 +38,5 @@ pub(crate) fn simulate(
     task: &TaskSpec,
     seed: u64,
 ) -> Result<Track, ShapeError> {
-    Ok(model::simulate(model, &mut champion.controller(task)?, task, seed, 0))
+    Ok(model::simulate(model, &mut champion.controller(task)?, task, seed, 0, &mut unwatched))
 }

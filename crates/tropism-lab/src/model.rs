@@ -1,8 +1,10 @@
 //! Models of a plant: from their files, checked against the start of a task, and as the world of simulated plants.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use tropism::control::{Controller, Sensors};
+use tropism::environment;
 use tropism::evolve::{self, Trial};
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
@@ -12,7 +14,7 @@ use tropism::plant::memory::{MemoryModel, MemoryState};
 use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{ModelError, TipModel, TipState};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
-use tropism::simulation::{self, BatchModel, Episode};
+use tropism::simulation::{self, BatchModel, Episode, Simulation};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{Sample, Track};
 use tropism_neat::Genome;
@@ -250,16 +252,19 @@ pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> R
     Ok(model)
 }
 
-/// Simulates one plant of `model` that `controller` steers: plant number `episode` of the trials under `seed`.
+/// Simulates one plant of `model` that `controller` steers: plant number `episode` of the trials under `seed`. `watch` sees
+/// each sample and may break off.
 pub(crate) fn simulate(
     model: &impl PlantModel,
     controller: &mut dyn Controller,
     task: &TaskSpec,
     seed: u64,
     episode: u32,
+    watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
 ) -> Track {
     let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
-    simulation::simulate_with(model, controller, task, noise)
+    let Ok(track) = environment::run(&mut Simulation::new(model, task, noise), controller, task, watch);
+    track
 }
 
 /// Tries `controller` on `plants` unseen plants of `model`.

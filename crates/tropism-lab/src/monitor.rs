@@ -1,5 +1,7 @@
 //! How a workflow tells what it is doing, and how it is asked to stop.
 
+use std::ops::ControlFlow;
+
 use tropism::rig::Event;
 use tropism::track::Sample;
 use tropism_neat::Generation;
@@ -42,6 +44,11 @@ pub trait Monitor: Sync {
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     fn may_go_on(&self) -> bool {
         true
+    }
+
+    /// [`may_go_on`](Self::may_go_on), as a loop that is watched wants to hear it.
+    fn answer(&self) -> ControlFlow<()> {
+        if self.may_go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tropism::evolve::Trial;
 use tropism::plant::PlantModel;
 use tropism::task::{Task, TaskSpec};
-use tropism::track::Track;
+use tropism::track::{Sample, Track};
 
 use crate::controller::ControllerSpec;
 use crate::{Error, Monitor, Workflow, files, model};
@@ -77,13 +77,14 @@ impl Workflow for SimulatePlan {
         let (mut fitness, mut without_data, mut first) = (Vec::new(), 0.0, None::<Track>);
         for episode in 0..self.episodes {
             let mut controller = self.controller.build(&self.task, model.layout(), model.period_min());
-            let track = model::simulate(&model, &mut *controller, &self.task, self.seed, episode);
-            fitness.push(self.task.fitness(&track));
-            without_data += model.share_without_data(&track.samples);
-            first.get_or_insert(track);
+            let mut watch = |_: &Sample| monitor.answer();
+            let track = model::simulate(&model, &mut *controller, &self.task, self.seed, episode, &mut watch);
             if !monitor.may_go_on() {
                 return Err(Error::cancelled());
             }
+            fitness.push(self.task.fitness(&track));
+            without_data += model.share_without_data(&track.samples);
+            first.get_or_insert(track);
         }
         let trial = Trial::of(&fitness);
         files::write_track(&self.out, &first.expect("at least one episode"))?;

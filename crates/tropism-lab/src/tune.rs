@@ -6,13 +6,12 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::control::{PredictiveGreedy, PredictiveRule};
-use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
 use tropism::greenhouse::bean;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
-use tropism::track::PAPER_PERIOD_MIN;
+use tropism::track::{PAPER_PERIOD_MIN, Sample};
 
 use crate::stopwatch::Stopwatch;
 use crate::{Error, Monitor, Workflow, files, model};
@@ -95,7 +94,7 @@ impl Workflow for TunePlan {
         let mut watch = |generation: &RuleGeneration| {
             monitor.advance(1);
             monitor.status(&format!("best {:.2} cm", generation.best));
-            if monitor.may_go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            monitor.answer()
         };
         let (found, tuned) = match &self.beans {
             None => {
@@ -106,7 +105,8 @@ impl Workflow for TunePlan {
                 (found, TunedRule::of_model(found.rule, &model, &json, model.is_virtual(), found.expected))
             }
             Some(greenhouse) => {
-                let found = self.tune_on_beans(greenhouse, &mut watch).ok_or_else(Error::cancelled)?;
+                let found =
+                    self.tune_on_beans(greenhouse, &mut watch, monitor).ok_or_else(Error::cancelled)?;
                 let tuned = TunedRule {
                     rule: found.rule,
                     layout: greenhouse.layout.clone(),
@@ -142,6 +142,7 @@ impl TunePlan {
         &self,
         greenhouse: &Greenhouse,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
+        monitor: &dyn Monitor,
     ) -> Option<RuleSearchResult> {
         let Greenhouse { bean: species, scale, layout, .. } = greenhouse;
         let trial =
@@ -153,11 +154,12 @@ impl TunePlan {
         let grow = |trials: &[RuleTrial]| {
             let seeds: Vec<u64> = trials.iter().map(seed).collect();
             let controller = |place: usize| PredictiveGreedy::new(trials[place].rule, &self.task, layout);
-            let tracks = trial
-                .grow_all(&seeds, controller, &self.task, &mut |_, sample| environment::unwatched(sample));
+            // What is broken off here counts for nothing: the search hears of the end, too.
+            let mut watch = |_, _: &Sample| monitor.answer();
+            let tracks = trial.grow_all(&seeds, controller, &self.task, &mut watch);
             tracks.iter().map(|track| self.task.fitness(track)).collect::<Vec<f64>>()
         };
         let scores = |trials: &[RuleTrial]| trials.par_chunks(PLANTS_AT_ONCE).flat_map_iter(grow).collect();
-        self.search.tune_by(scores, self.seed, watch)
+        self.search.tune_by(scores, self.seed, watch).filter(|_| monitor.may_go_on())
     }
 }

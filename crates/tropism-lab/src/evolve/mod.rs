@@ -143,7 +143,7 @@ impl Workflow for EvolvePlan {
         let total = u64::from(self.evolution.runs) * u64::from(self.evolution.generations);
         monitor.stage("evolve", total);
         let runs = self.evolve(&model, monitor)?;
-        let summaries = self.summarize(&runs, &model)?;
+        let summaries = self.summarize(&runs, &model, monitor)?;
         let champion = Choice::of(summaries.iter().map(|run| run.transfer).collect()).run;
         let json = model.to_json();
         for (index, (run, summary)) in runs.iter().zip(&summaries).enumerate() {
@@ -178,6 +178,11 @@ impl EvolvePlan {
             .into()
     }
 
+    /// What a run that was asked to end says.
+    pub(super) fn interrupted(&self) -> Error {
+        Error::Interrupted { folder: self.out.clone() }
+    }
+
     /// The champion of `run` with all that it was evolved for. `json` is the model's file.
     fn champion(&self, run: &EvolutionRun, model: &Model, json: &str) -> Result<Champion, Error> {
         let genome = champion_of(run)?.clone();
@@ -189,12 +194,18 @@ impl EvolvePlan {
     }
 
     /// Summarizes the runs: tries each champion on unseen plants of `model`, and on a model of each plant.
-    fn summarize(&self, runs: &[EvolutionRun], model: &Model) -> Result<Vec<EvolutionRunSummary>, Error> {
+    fn summarize(
+        &self,
+        runs: &[EvolutionRun],
+        model: &Model,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<EvolutionRunSummary>, Error> {
         let plants = model.of_each_plant()?;
         let summarize = |run: &EvolutionRun| {
             let genome = champion_of(run)?;
             let trial = |models: &[Model]| {
                 let sensors = &self.evolution.sensors;
+                let models = models.iter().take_while(|_| monitor.may_go_on());
                 evolve::trial_of_genome(models, &self.task, sensors, genome, self.seed, self.trial_plants)
             };
             Ok(EvolutionRunSummary {
@@ -213,6 +224,7 @@ impl EvolvePlan {
                 },
             })
         };
-        runs.par_iter().map(summarize).collect()
+        let summaries = runs.par_iter().map(summarize).collect();
+        if monitor.may_go_on() { summaries } else { Err(self.interrupted()) }
     }
 }

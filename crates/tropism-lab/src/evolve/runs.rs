@@ -23,7 +23,7 @@ impl EvolvePlan {
             .map(|index| self.evolve_run(index, model, monitor, &status))
             .collect::<Result<_, _>>()?;
         let runs: Option<Vec<EvolutionRun>> = runs.into_iter().collect();
-        runs.ok_or_else(|| Error::Interrupted { folder: self.out.clone() })
+        runs.ok_or_else(|| self.interrupted())
     }
 
     /// Evolves run `index` to its last generation, from its checkpoint if there is one; `None` if it was interrupted.

@@ -64,7 +64,7 @@ impl RunMonitor for WorkflowMonitor<'_> {
 
     fn heartbeat(&mut self) -> ControlFlow<()> {
         self.0.heartbeat();
-        if self.0.may_go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        self.0.answer()
     }
 }
 

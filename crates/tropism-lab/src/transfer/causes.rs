@@ -165,13 +165,20 @@ fn misread(track: &Track, approach: Approach) -> f64 {
 pub(super) struct Reference(Vec<Response>);
 
 impl Reference {
-    /// The reference of `species`, varied by `scale`, over `steps` steps.
-    pub(super) fn of(species: &Species, scale: f64, steps: u32, period_min: f64) -> Self {
+    /// The reference of `species`, varied by `scale`, over `steps` steps; `None` after `may_go_on` said no.
+    pub(super) fn of(
+        species: &Species,
+        scale: f64,
+        steps: u32,
+        period_min: f64,
+        may_go_on: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Self> {
         let response = |number| {
             let seed = random::derive(0, Purpose::Reference, number);
-            Response::of(species, scale, seed, steps, period_min)
+            may_go_on().then(|| Response::of(species, scale, seed, steps, period_min))
         };
-        Self((0..REFERENCE_PLANTS).into_par_iter().map(response).collect())
+        let plants: Option<Vec<Response>> = (0..REFERENCE_PLANTS).into_par_iter().map(response).collect();
+        plants.map(Self)
     }
 
     /// The most likely cause of what happened in an approach to a plant that responds as `response`.
@@ -216,7 +223,7 @@ mod tests {
     #[test]
     fn what_is_unusual_for_the_species_is_a_cause() {
         let species = Species::default();
-        let reference = Reference::of(&species, 1.0, 400, 5.0);
+        let reference = Reference::of(&species, 1.0, 400, 5.0, &|| true).unwrap();
         let cause =
             |strength, paused, evidence| reference.cause(&response(strength, paused), APPROACH, evidence);
         let nothing = Evidence::default();
@@ -232,7 +239,7 @@ mod tests {
     #[test]
     fn a_third_of_the_species_responds_unusually() {
         let species = Species::default();
-        let reference = Reference::of(&species, 1.0, 300, 5.0);
+        let reference = Reference::of(&species, 1.0, 300, 5.0, &|| true).unwrap();
         let causes: Vec<Cause> = (0..200)
             .map(|seed| {
                 let response = Response::of(&species, 1.0, seed, 300, 5.0);

@@ -225,7 +225,8 @@ impl TransferPlan {
         monitor.stage("steering unseen beans", units.len() as u64);
         let Greenhouse { bean, scale, .. } = &self.greenhouse;
         let steps = self.task.max_steps();
-        let reference = Reference::of(bean, *scale, steps, self.period_min);
+        let reference = Reference::of(bean, *scale, steps, self.period_min, &|| monitor.may_go_on());
+        let reference = reference.ok_or_else(|| self.interrupted())?;
         let judge = Judge { plan: self, reference: &reference, model };
         let unit = |&(controller, plant): &(usize, usize)| {
             let Some(track) = self.track(controller, plant, seeds[plant], monitor)? else { return Ok(None) };

@@ -66,11 +66,10 @@ impl Choice {
 /// lucky draw. On [models of single plants](crate::plant::tip::TipModel::of_each_plant) it estimates transfer: the pooled
 /// model moves like an average plant, more regularly than any single one.
 ///
-/// # Panics
-/// Without models or plants.
+/// Without models or plants, mean and standard deviation are NaN.
 #[must_use]
-pub fn trial<M: PlantModel, C: Controller>(
-    models: &[M],
+pub fn trial<'m, M: PlantModel + 'm, C: Controller>(
+    models: impl IntoIterator<Item = &'m M>,
     task: &(impl Task + ?Sized),
     build: impl Fn() -> C,
     seed: u64,
@@ -84,10 +83,10 @@ pub fn trial<M: PlantModel, C: Controller>(
 /// [`trial`] of the controller that `genome` describes, by the models' batched path: the same figures, to the bit.
 ///
 /// # Panics
-/// Without models or plants, or if the genome has not the shape of `sensors` and the models' lamps.
+/// If the genome has not the shape of `sensors` and the models' lamps.
 #[must_use]
-pub fn trial_of_genome<M: BatchModel>(
-    models: &[M],
+pub fn trial_of_genome<'m, M: BatchModel + 'm>(
+    models: impl IntoIterator<Item = &'m M>,
     task: &(impl Task + ?Sized),
     sensors: &Sensors,
     genome: &Genome,
@@ -100,13 +99,12 @@ pub fn trial_of_genome<M: BatchModel>(
 }
 
 /// [`trial`] by `score`, the fitness of a plant of a model for each stream of noise.
-fn trial_by<M>(
-    models: &[M],
+fn trial_by<'m, M: 'm>(
+    models: impl IntoIterator<Item = &'m M>,
     seed: u64,
     plants: u32,
     score: impl Fn(&M, &mut dyn Iterator<Item = NoiseStream>) -> Vec<f64>,
 ) -> Trial {
-    assert!(plants > 0 && !models.is_empty(), "at least one plant of one model");
     let scores: Vec<f64> = (0..)
         .zip(models)
         .flat_map(|(number, model)| {
