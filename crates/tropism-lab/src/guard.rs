@@ -133,7 +133,11 @@ fn put_off(rig: &RigFile, run: &Path, monitor: &dyn Monitor) -> bool {
         // A run in another folder that drives the same devices now wants its light.
         let is_dark = match rig.lock_devices() {
             Ok(_locks) => {
-                shut_down(rig, false).into_iter().map(|shutdown| tell(shutdown, monitor)).all(|off| off)
+                let mut is_dark = true;
+                for shutdown in shut_down(rig, false) {
+                    is_dark &= tell(shutdown, monitor);
+                }
+                is_dark
             }
             Err(error) => {
                 monitor.note(&error.to_string());

@@ -104,12 +104,12 @@ impl Model {
         }
     }
 
-    /// One model for each plant, made of its data alone.
-    pub(crate) fn of_each_plant(&self) -> Result<Vec<Self>, ModelError> {
+    /// One model for each of `most` plants at most, made of its data alone.
+    pub(crate) fn of_each_plant(&self, most: usize) -> Result<Vec<Self>, ModelError> {
         Ok(match self {
-            Self::Tip(model) => model.of_each_plant()?.into_iter().map(Self::from).collect(),
-            Self::Memory(model) => model.of_each_plant()?.into_iter().map(Self::from).collect(),
-            Self::Stem(model) => model.of_each_plant()?.into_iter().map(Self::from).collect(),
+            Self::Tip(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
+            Self::Memory(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
+            Self::Stem(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
         })
     }
 

@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let config = EvolutionConfig { runs: 2, generations: 60, ..EvolutionConfig::default() };
     let evolution = Evolution::new(&model, &task, config, 1)?;
     let runs = evolution.evolve(&|_run, _generation| ControlFlow::Continue(()))?.expect("never broken off");
-    let choice = evolution.choose(&runs, &model.of_each_plant()?, 50);
+    let choice = evolution.choose(&runs, &model.of_each_plant(40)?, 50);
     let (genome, fitness) = runs[choice.run].champion().expect("a run of 60 generations");
     println!("best fitness in evolution: {fitness:.2} cm of at most {:.2}", task.best());
     println!("expected on unseen plants: {:.2} cm", choice.trials[choice.run].mean);

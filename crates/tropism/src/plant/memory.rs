@@ -10,12 +10,12 @@
 //!
 //! Where stems were measured, [`super::stem`] predicts better.
 
-use super::PlantModel;
 use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
 use super::measured_plant::{Extent, GAINS, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, is_named_in};
 use super::regression::{dot, ridge_regression};
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 use super::tip::ModelError;
+use super::{PlantModel, evenly};
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
@@ -238,13 +238,15 @@ impl MemoryModel {
         self.measured.tips()
     }
 
-    /// One model for each plant, made of its steps alone. Plants without a usable step are left out.
+    /// One model for each plant, made of its steps alone. Plants without a usable step are left out. Of more than `most`
+    /// plants, as many as that are taken, evenly in their order.
     ///
     /// # Errors
     /// None that [`Self::fit`] would not have given for the same data.
-    pub fn of_each_plant(&self) -> Result<Vec<Self>, ModelError> {
-        let plants = self.measured.plants.iter().filter(|plant| !rows(plant, &self.windows).is_empty());
-        plants.map(|plant| Self::of_measured(self.measured.alone(plant))).collect()
+    pub fn of_each_plant(&self, most: usize) -> Result<Vec<Self>, ModelError> {
+        let is_usable = |plant: &&MeasuredPlant| !rows(plant, &self.windows).is_empty();
+        let usable: Vec<&MeasuredPlant> = self.measured.plants.iter().filter(is_usable).collect();
+        evenly(&usable, most).map(|plant| Self::of_measured(self.measured.alone(plant))).collect()
     }
 
     /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, higher or lower than all data.
@@ -450,7 +452,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_model_of_each_plant_has_its_steps_alone() {
-        let each = model().of_each_plant().unwrap();
+        let each = model().of_each_plant(usize::MAX).unwrap();
         assert_eq!(each.len(), 2);
         assert_eq!(each[1], MemoryModel::fit([&track(2, 0.08, 5.0)]).unwrap());
     }

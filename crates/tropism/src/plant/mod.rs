@@ -80,3 +80,9 @@ pub trait PlantModel: Sync {
         crate::track::PAPER_PERIOD_MIN
     }
 }
+
+/// `most` of `all` at most, evenly in their order.
+fn evenly<T: Copy>(all: &[T], most: usize) -> impl Iterator<Item = T> {
+    let count = all.len().min(most);
+    (0..count).map(move |place| all[place * all.len() / count])
+}

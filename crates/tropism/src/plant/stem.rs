@@ -15,12 +15,12 @@
 //! # References
 //! Stephens et al. 2008, doi:10.1371/journal.pcbi.1000028 (modes of the angles along a body).
 
-use super::PlantModel;
 use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
 use super::measured_plant::{Extent, GAINS, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, Stem, is_named_in};
 use super::regression::{dot, ridge_regression};
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 use super::tip::ModelError;
+use super::{PlantModel, evenly};
 use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::lamps::{Layout, Light};
 use crate::math;
@@ -412,15 +412,16 @@ impl StemModel {
         self.measured.tips()
     }
 
-    /// One model for each plant, made of its steps alone. Plants without a usable step are left out.
+    /// One model for each plant, made of its steps alone. Plants without a usable step are left out. Of more than `most`
+    /// plants, as many as that are taken, evenly in their order.
     ///
     /// # Errors
     /// None that [`Self::fit`] would not have given for the same data.
-    pub fn of_each_plant(&self) -> Result<Vec<Self>, ModelError> {
+    pub fn of_each_plant(&self, most: usize) -> Result<Vec<Self>, ModelError> {
         let Self { measured, modes, windows, .. } = self;
         let is_usable = |plant: &&MeasuredPlant| !rows(plant, modes, windows, measured.period_min).is_empty();
-        let plants = measured.plants.iter().filter(is_usable);
-        plants.map(|plant| Self::of_measured(measured.alone(plant))).collect()
+        let usable: Vec<&MeasuredPlant> = measured.plants.iter().filter(is_usable).collect();
+        evenly(&usable, most).map(|plant| Self::of_measured(measured.alone(plant))).collect()
     }
 
     /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, higher or lower than all data.
@@ -661,7 +662,7 @@ mod tests {
 
     #[test]
     fn a_model_of_each_plant_has_its_steps_alone() {
-        let each = model().of_each_plant().unwrap();
+        let each = model().of_each_plant(usize::MAX).unwrap();
         assert_eq!(each.len(), 2);
         assert_eq!(each[1], StemModel::fit([&grown(2, 5.0)]).unwrap());
     }

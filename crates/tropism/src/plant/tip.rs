@@ -8,9 +8,9 @@
 //! The state of a plant is kept in single precision, good to 1 µm over an experiment, so that many plants side by side
 //! (`simulation::batch`) have the same bits as one by one.
 
-use super::PlantModel;
 use super::shifts::{self, Shift};
 use super::table::Table;
+use super::{PlantModel, evenly};
 use crate::check::OutOfRange;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
@@ -186,27 +186,25 @@ impl TipModel {
         &self.observed
     }
 
-    /// One model for each plant, made of its shifts alone. Where a plant has no data, the nearest node with data is used.
+    /// One model for each plant, made of its shifts alone. Where a plant has no data, the nearest node with data is used. Of
+    /// more than `most` plants, as many as that are taken, evenly in their order.
     ///
     /// The fitness of a controller on these models estimates its fitness on unseen plants. Plants without a usable step
     /// are left out.
     ///
     /// # Errors
     /// None that [`Self::fit`] would not have given for the same data.
-    pub fn of_each_plant(&self) -> Result<Vec<Self>, ModelError> {
+    pub fn of_each_plant(&self, most: usize) -> Result<Vec<Self>, ModelError> {
         let config = TipModelConfig { empty: Empty::Nearest, ..self.config.clone() };
         let mut rest = self.observed.as_slice();
-        let mut models = Vec::new();
-        for &count in &self.plants {
-            let (own, others) = rest.split_at(count);
-            rest = others;
-            if count > 0 {
-                let (layout, config) = (self.layout.clone(), config.clone());
-                let model = Self::of_shifts(own.to_vec(), vec![count], layout, self.period_min, config)?;
-                models.push(model.of_virtual_plants(self.is_virtual));
-            }
-        }
-        Ok(models)
+        let own = self.plants.iter().map(|&count| rest.split_off(..count).expect("a part of all"));
+        let usable: Vec<&[Shift]> = own.filter(|own| !own.is_empty()).collect();
+        let model = |own: &[Shift]| {
+            let (layout, config) = (self.layout.clone(), config.clone());
+            let model = Self::of_shifts(own.to_vec(), vec![own.len()], layout, self.period_min, config)?;
+            Ok(model.of_virtual_plants(self.is_virtual))
+        };
+        evenly(&usable, most).map(model).collect()
     }
 
     /// The mean shift in x at the node nearest to `tip`, in cm, eq. (5); `None` where its window holds no data.
@@ -494,13 +492,14 @@ mod tests {
     #[test]
     fn each_plant_has_a_model_of_its_own() {
         let both = model(TipModelConfig::default());
-        let each = both.of_each_plant().unwrap();
+        let each = both.of_each_plant(usize::MAX).unwrap();
         assert_eq!(each.len(), 2);
         let alone = TipModel::fit(
             [&track(2, 300)],
             TipModelConfig { empty: Empty::Nearest, ..TipModelConfig::default() },
         );
         assert_eq!(each[1], alone.unwrap());
+        assert_eq!(both.of_each_plant(1).unwrap(), each[..1]);
     }
 
     #[test]
