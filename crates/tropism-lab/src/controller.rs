@@ -23,7 +23,8 @@ const MAX_SWITCH_STEPS: f64 = 1e6;
 pub enum ControllerSpec {
     /// Lights each lamp in turn, whatever the plant does.
     Periodic {
-        /// Minutes until the other lamp is lit, rounded to whole steps. Paper: 360.
+        /// Minutes until the other lamp is lit, by the clock: each switch is made at the step nearest to its time. Paper:
+        /// 360.
         minutes: f64,
         /// The lamp that is lit first.
         #[serde(default = "left")]
@@ -189,8 +190,8 @@ impl ControllerSpec {
     pub fn build(&self, task: &TaskSpec, layout: &Layout, period_min: f64) -> Box<dyn Controller> {
         match self {
             Self::Periodic { minutes, first } => {
-                let steps_each = switch_steps(*minutes, period_min) as u32;
-                Box::new(Periodic::new(steps_each, layout).starting_with(*first))
+                let steps_each = switch_steps(*minutes, period_min);
+                Box::new(Periodic::every(steps_each, layout).starting_with(*first))
             }
             Self::Greedy => Box::new(Greedy::new(task, layout)),
             Self::Network { champion } => {
@@ -200,13 +201,14 @@ impl ControllerSpec {
         }
     }
 
-    /// A few words for people: `periodic, 72 steps`, `chase`, `rule`, or the size of the network.
+    /// A few words for people: `periodic, every 6 h`, `chase`, `rule`, or the size of the network.
     #[must_use]
-    pub fn description(&self, period_min: f64) -> String {
+    pub fn description(&self) -> String {
         match self {
-            Self::Periodic { minutes, .. } => {
-                format!("periodic, {} steps", switch_steps(*minutes, period_min))
+            Self::Periodic { minutes, .. } if minutes % 60.0 == 0.0 => {
+                format!("periodic, every {} h", minutes / 60.0)
             }
+            Self::Periodic { minutes, .. } => format!("periodic, every {minutes} min"),
             Self::Greedy => "chase".to_owned(),
             Self::Network { champion } => {
                 let genome = &champion.genome;
@@ -217,9 +219,10 @@ impl ControllerSpec {
     }
 }
 
-/// Whole steps between two switches.
+/// Steps between two switches; a time that is a step but for rounding is one.
 fn switch_steps(minutes: f64, period_min: f64) -> f64 {
-    (minutes / period_min).round()
+    let steps = minutes / period_min;
+    if (steps - steps.round()).abs() < 1e-9 * steps { steps.round() } else { steps }
 }
 
 #[cfg(test)]
@@ -235,7 +238,8 @@ mod tests {
     #[test]
     fn six_hours_are_72_steps_of_five_minutes() {
         let spec = ControllerSpec::default();
-        assert_eq!(spec.description(5.0), "periodic, 72 steps");
+        assert_eq!(spec.description(), "periodic, every 6 h");
+        assert_eq!(ControllerSpec::periodic(90.0).description(), "periodic, every 90 min");
         let mut controller = spec.build(&TaskSpec::default(), &Layout::default(), 5.0);
         let seen = Observation::simulated(TaskSpec::default().start());
         let lights: Vec<Light> = (0..144).map(|_| controller.decide(&seen)).collect();
@@ -244,9 +248,27 @@ mod tests {
     }
 
     #[test]
+    fn six_hours_are_six_hours_at_any_interval() {
+        let seen = Observation::simulated(TaskSpec::default().start());
+        for period_min in [1.0 / 6.0, 1.0, 2.0, 5.0, 7.0, 8.0, 10.0, 15.0, 30.0, 360.0] {
+            let spec = ControllerSpec::default();
+            spec.check(&Layout::default(), period_min).unwrap();
+            let mut controller = spec.build(&TaskSpec::default(), &Layout::default(), period_min);
+            let steps = (3000.0 / period_min) as usize;
+            let lights: Vec<Light> = (0..steps).map(|_| controller.decide(&seen)).collect();
+            let switches = (1..steps).filter(|&step| lights[step] != lights[step - 1]);
+            for (number, step) in (1..).zip(switches) {
+                let late = step as f64 * period_min - 360.0 * f64::from(number);
+                assert!(late.abs() <= period_min / 2.0, "switch {number} at {period_min} min");
+            }
+        }
+    }
+
+    #[test]
     fn a_switch_takes_at_least_one_step() {
-        assert!(ControllerSpec::periodic(2.5).check(&Layout::default(), 5.0).is_ok());
-        for (minutes, period_min) in [(2.4, 5.0), (6e6, 5.0), (f64::NAN, 5.0), (-5.0, 5.0)] {
+        assert!(ControllerSpec::periodic(5.0).check(&Layout::default(), 5.0).is_ok());
+        assert!(ControllerSpec::periodic(0.3).check(&Layout::default(), 0.1).is_ok());
+        for (minutes, period_min) in [(4.5, 5.0), (6e6, 5.0), (f64::NAN, 5.0), (-5.0, 5.0)] {
             let error = ControllerSpec::periodic(minutes)
                 .check(&Layout::default(), period_min)
                 .unwrap_err()

@@ -72,11 +72,13 @@ pub(crate) struct Recording {
     pub(crate) track: Track,
     /// Steps taken.
     taken: u32,
+    /// Missed steps of which the controller was told.
+    missed: u32,
 }
 
 impl Recording {
     pub(crate) fn new(layout: Layout, period_min: f64) -> Self {
-        Self { track: Track { layout, period_min, ..Track::default() }, taken: 0 }
+        Self { track: Track { layout, period_min, ..Track::default() }, taken: 0, missed: 0 }
     }
 
     /// Records what is `seen` and the light decided for it; `None` if the task is over or `watch` breaks off.
@@ -89,6 +91,9 @@ impl Recording {
         watch: &mut dyn FnMut(&Sample) -> ControlFlow<()>,
     ) -> Option<Light> {
         let step = self.taken + missed;
+        if missed > self.missed {
+            controller.miss(missed - std::mem::replace(&mut self.missed, missed));
+        }
         let is_over = task.is_over(step, &seen);
         let light = (!is_over).then(|| controller.decide(&seen));
         let sample = Sample {

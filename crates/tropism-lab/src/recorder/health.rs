@@ -19,6 +19,11 @@ const WALL_CLOCK_SLEW_S: f64 = 2.0;
 #[derive(Debug)]
 pub(super) struct Health {
     pub(super) streaks: Streaks,
+    /// Steps without a detected plant before the last pause: its user has seen them.
+    excused: u32,
+    /// The latest steps with a photograph, and with a detected plant.
+    last_photo: Option<u32>,
+    last_plant: Option<u32>,
     camera: CameraPosition,
     /// Names of the problems of the host that were reported and last.
     host_problems: Vec<&'static str>,
@@ -29,8 +34,15 @@ pub(super) struct Health {
 impl Health {
     /// The health of a run as the interruption left it.
     pub(super) fn of(steps: &[StepRecord], events: &[Event]) -> Self {
+        let streaks = Streaks::of(steps, events);
+        let is_paused = events.iter().rfind(|event| event.kind.is_state()).map(|event| event.kind)
+            == Some(EventKind::Paused);
+        let last = |is_good: fn(&&StepRecord) -> bool| steps.iter().rfind(is_good).map(|step| step.step);
         Self {
-            streaks: Streaks::of(steps),
+            streaks,
+            excused: if is_paused { streaks.held } else { 0 },
+            last_photo: last(|step| step.photo_bytes > 0),
+            last_plant: last(|step| step.seen.is_measured()),
             camera: CameraPosition::of(steps, events),
             host_problems: Vec::new(),
             wall_offset_s: None,
@@ -52,13 +64,17 @@ pub(super) struct Streaks {
 }
 
 impl Streaks {
-    fn of(steps: &[StepRecord]) -> Self {
+    fn of(steps: &[StepRecord], events: &[Event]) -> Self {
+        // Steps that a failing camera missed are not recorded, but each has an event of its own.
+        let recorded = steps.last().map_or(0, |step| step.step);
+        let missed =
+            events.iter().filter(|event| event.kind == EventKind::Missed && event.step > recorded).count();
         let last = |is_faulty: &dyn Fn(usize, &StepRecord) -> bool| {
             steps.iter().enumerate().rev().take_while(|(index, step)| is_faulty(*index, step)).count() as u32
         };
         Self {
-            camera: last(&|_, step| step.photo_bytes == 0),
-            held: last(&|_, step| !step.seen.is_measured()),
+            camera: last(&|_, step| step.photo_bytes == 0) + missed as u32,
+            held: last(&|_, step| !step.seen.is_measured()) + missed as u32,
             lamp: 0,
             mismatch: last(&|index, step| {
                 let before = steps[..index].iter().rev().find_map(|step| step.decided);
@@ -93,6 +109,12 @@ impl CameraPosition {
     }
 }
 
+/// Steps without something that was there last at the step `last` and is again at `step`, missed ones included; 0 if
+/// nothing was at fault.
+fn steps_since(last: Option<u32>, step: u32, is_faulty: bool) -> u32 {
+    last.filter(|_| is_faulty).map_or(0, |last| step - last - 1)
+}
+
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Checks everything after a step was recorded. Changes are reported as events.
     ///
@@ -104,12 +126,15 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         self.check_lamps(record.lit)?;
         self.check_camera(record.seen.camera_shift)?;
         if record.photo_bytes > 0 {
-            let steps = std::mem::take(&mut self.health.streaks.camera);
-            self.report_recovery(steps, "a photograph again")?;
+            let last = self.health.last_photo.replace(record.step);
+            let is_faulty = std::mem::take(&mut self.health.streaks.camera) > 0;
+            self.report_recovery(steps_since(last, record.step, is_faulty), "a photograph again")?;
         }
         if record.seen.is_measured() {
-            let steps = std::mem::take(&mut self.health.streaks.held);
-            return self.report_recovery(steps, "the plant again");
+            let last = self.health.last_plant.replace(record.step);
+            let is_faulty = std::mem::take(&mut self.health.streaks.held) > 0;
+            self.health.excused = 0;
+            return self.report_recovery(steps_since(last, record.step, is_faulty), "the plant again");
         }
         self.health.streaks.held += 1;
         if self.health.streaks.held == 1 && record.photo_bytes > 0 {
@@ -133,7 +158,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         if held == self.supervision.policy.alert_steps {
             self.report(EventKind::Lost, format!("no plant detected for {held} steps"))?;
         }
-        if held >= self.supervision.policy.pause_steps {
+        if held - self.health.excused >= self.supervision.policy.pause_steps {
             return Err(self.pause(format!("no plant detected for {held} steps")));
         }
         Ok(())

@@ -101,6 +101,8 @@ pub struct Recorder<'a, C, L: Lamps, F, K> {
     step: u32,
     /// The latest step at which the plant was detected.
     last_measured: Option<u32>,
+    /// The latest step of which the journal says that it was missed.
+    last_missed: Option<u32>,
     /// How many steps the loop observed.
     observed: u32,
     /// The latest decision; `None` while the lamps are dark because nothing is decided.
@@ -132,6 +134,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
             supervision,
             step: steps.last().map_or(0, |step| step.step),
             last_measured: None,
+            last_missed: events.iter().rfind(|event| event.kind == EventKind::Missed).map(|event| event.step),
             observed: 0,
             command: None,
             is_confirmed: false,
@@ -149,28 +152,33 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
     /// Begins or resumes a run that is not over; `state` is the latest state in its journal.
     fn begin(&mut self, state: Option<EventKind>) -> Result<(), RecordError> {
         let light = self.interrupted_light();
+        // In the virtual tent, whose clock jumps, the replay lights the lamps of the recorded steps.
+        let is_real = self.rig.clock().now().is_some();
+        let lit = self.rig.light(light.filter(|_| is_real));
+        self.is_confirmed = lit.is_ok();
         if let Some(boot) = self.rig.clock().boot() {
             self.write(|journal| journal.record_boot(&boot))?;
         }
         match self.replay.len() {
             0 if state.is_none() => self.report(EventKind::Started, "the run begins".to_owned())?,
             steps => {
-                let lamp = self.rig.layout().name(light);
-                let text = format!("found {steps} steps, going on; {lamp} is lit as before");
-                self.report(EventKind::Resumed, text)?;
+                let lamp = light.map(|_| self.rig.layout().name(light));
+                let lamps = match (lamp, &lit) {
+                    (Some(lamp), Ok(())) => format!("; {lamp} is lit as before"),
+                    (None, Ok(())) => "; all lamps are dark".to_owned(),
+                    (Some(lamp), Err(_)) => format!("; {lamp} was lit before, and does not obey now"),
+                    (None, Err(_)) => "; the lamps should be dark, and do not obey".to_owned(),
+                };
+                self.report(EventKind::Resumed, format!("found {steps} steps, going on{lamps}"))?;
             }
+        }
+        if let Err(error) = lit {
+            self.report(EventKind::Lamp, error.to_string())?;
         }
         for damage in self.folder.damages().to_vec() {
             self.report(EventKind::Damaged, damage)?;
         }
-        self.reserve_ballast()?;
-        // In the virtual tent, whose clock jumps, the replay lights the lamps of the recorded steps.
-        let light = light.filter(|_| self.rig.clock().now().is_some());
-        match self.rig.light(light) {
-            Ok(()) => self.is_confirmed = true,
-            Err(error) => self.report(EventKind::Lamp, error.to_string())?,
-        }
-        Ok(())
+        self.reserve_ballast()
     }
 
     /// Ends the recording: flash and lamps become what they are to be [on exit](tropism::rig::OnExit). Returns whether
@@ -195,13 +203,18 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         self.replay.len()
     }
 
-    /// Records an event and tells the monitor.
+    /// Records an event of the latest step and tells the monitor.
     ///
     /// # Errors
     /// [`RecordError::Journal`] if it cannot be recorded; the monitor was told all the same.
     pub fn report(&mut self, kind: EventKind, text: String) -> Result<(), RecordError> {
+        self.report_at(self.step, kind, text)
+    }
+
+    /// Records an event of `step` and tells the monitor.
+    fn report_at(&mut self, step: u32, kind: EventKind, text: String) -> Result<(), RecordError> {
         // Devices and programs have a say in it.
-        let event = Event { step: self.step, kind, text: shown(&text), at: self.rig.clock().now() };
+        let event = Event { step, kind, text: shown(&text), at: self.rig.clock().now() };
         let written = self.write(|journal| journal.record_event(&event));
         self.supervision.monitor.event(&event);
         written
@@ -307,7 +320,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
             let steps = step - self.last_measured.unwrap_or_default();
             self.report(
                 EventKind::Missed,
-                format!("1 without a decision: the plant was last detected {steps} steps ago"),
+                format!("step {step} without a decision: the plant was last detected {steps} steps ago"),
             )?;
             self.rest()?;
             if self.command.is_some() {

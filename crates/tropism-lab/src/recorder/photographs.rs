@@ -11,6 +11,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Takes the photograph of the next step, and tells when it was begun. If the camera fails, an empty photograph stands
     /// in for as long as the last tip may be held; then steps are missed.
     pub(super) fn photograph(&mut self) -> Result<(Frame, Option<Moment>), RecordError> {
+        // The journal may have told of steps after the last recorded one: they are missed once.
+        if let Some(missed) = self.last_missed.take().filter(|&missed| missed >= self.rig.next_step()) {
+            self.rig.skip_to(missed + 1);
+        }
         loop {
             self.wait()?;
             if self.miss_overdue_steps()? {
@@ -24,11 +28,12 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
                 Err(error) => error,
             };
             self.health.streaks.camera += 1;
-            if !self.is_undecidable(self.rig.next_step()) {
-                self.report(EventKind::Camera, format!("{error}; the last sighting stands in"))?;
+            let step = self.rig.next_step();
+            if !self.is_undecidable(step) {
+                self.report_at(step, EventKind::Camera, format!("{error}; the last sighting stands in"))?;
                 return Ok((self.rig.no_photograph(), begun));
             }
-            self.miss(self.rig.next_step() + 1, &error.to_string())?;
+            self.miss(step + 1, &error.to_string())?;
             self.rest()?;
             self.health.streaks.held += 1;
             self.check_held()?;
@@ -72,16 +77,18 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             return Ok(true);
         }
         if by_s > late_s / 2.0 {
-            self.report(EventKind::Late, format!("step {step} begins {by_s:.0} s late"))?;
+            self.report_at(step, EventKind::Late, format!("step {step} begins {by_s:.0} s late"))?;
         }
         Ok(false)
     }
 
-    /// Misses the steps before `next`.
+    /// Misses the steps before `next`. The event is of the last of them: a run that is resumed goes on after it.
     fn miss(&mut self, next: u32, reason: &str) -> Result<(), RecordError> {
-        let steps = next - self.rig.next_step();
+        let (first, last) = (self.rig.next_step(), next - 1);
         self.rig.skip_to(next);
-        self.report(EventKind::Missed, format!("{steps} without a photograph and a decision: {reason}"))
+        let steps = if first == last { format!("step {first}") } else { format!("steps {first} to {last}") };
+        let text = format!("{steps} without a photograph and a decision: {reason}");
+        self.report_at(last, EventKind::Missed, text)
     }
 
     /// Takes a dark photograph again, as often as the policy allows.
@@ -95,7 +102,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             };
             let name = &frame.photo().name;
             let text = format!("{name} was dark, and was taken again: {outcome}");
-            self.report(EventKind::Dark, text)?;
+            self.report_at(self.rig.next_step(), EventKind::Dark, text)?;
             frame = again.unwrap_or(frame);
         }
         Ok(frame)

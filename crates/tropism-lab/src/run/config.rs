@@ -116,7 +116,7 @@ impl RunConfig {
     /// The controller in a few words.
     #[must_use]
     pub fn controller_description(&self) -> String {
-        self.controller.description(self.rig.period_min)
+        self.controller.description()
     }
 
     /// How its photographs map to centimetres.
@@ -261,7 +261,7 @@ mod tests {
     fn a_file_of_schema_1_is_read() {
         let config = read(&old("controller = \"periodic, 72 steps\"")).unwrap();
         assert_eq!((&config.controller, config.seed), (&ControllerSpec::periodic(360.0), 7));
-        assert_eq!(config.controller_description(), "periodic, 72 steps");
+        assert_eq!(config.controller_description(), "periodic, every 6 h");
         assert_eq!(read(&old("controller = \"chase\"")).unwrap().controller, ControllerSpec::Greedy);
         let json = network().champion().unwrap().genome.to_json();
         let text = old(&format!("controller = \"network\"\nnetwork = '''{json}'''"));

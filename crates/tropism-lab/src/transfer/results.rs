@@ -225,7 +225,7 @@ impl Scores {
         let mean = mean(fitness.iter().copied());
         ControllerResults {
             name: named.name.clone(),
-            description: named.controller.description(plan.period_min),
+            description: named.controller.description(),
             mean,
             interval: bootstrap.interval_of_mean(&fitness),
             sd: standard_deviation(&fitness),

@@ -41,10 +41,20 @@ pub use sensors::{Sensor, SensorState, Sensors, SensorsError, TIP_INPUTS};
 pub trait Controller {
     /// The light for what is `seen` now. Called once a step, in order: a controller may remember.
     fn decide(&mut self, seen: &Observation) -> Light;
+
+    /// Tells that `steps` steps have passed since the last decision at which nothing was decided: their photographs were
+    /// missed, or no plant was seen for too long. One that goes by the clock counts them; by default they are ignored.
+    fn miss(&mut self, steps: u32) {
+        let _ = steps;
+    }
 }
 
 impl<C: Controller + ?Sized> Controller for Box<C> {
     fn decide(&mut self, seen: &Observation) -> Light {
         (**self).decide(seen)
+    }
+
+    fn miss(&mut self, steps: u32) {
+        (**self).miss(steps);
     }
 }
