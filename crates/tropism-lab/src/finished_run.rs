@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use tropism::geometry::STEM_POINTS;
+use tropism::lamps::Light;
 use tropism::photo::Image;
 use tropism::task::Task;
 use tropism::track::Track;
 use tropism_report::{Composite, LitStem, Plants};
 
-use crate::journal::{Journal, StepRecord};
+use crate::journal::{Journal, StepRecord, lights_that_acted};
 use crate::run::RunConfig;
 use crate::{Error, files};
 
@@ -87,10 +88,12 @@ impl FinishedRun {
             return self.detect_stems();
         }
         let steps = journal.steps().map_err(at())?;
+        let lights = lights_that_acted(&steps);
         let stride = steps.len().div_ceil(MAX_PHOTOGRAPHS).max(1);
-        let drawn = steps.into_iter().step_by(stride).filter(|step| step.seen.is_measured());
-        let stem =
-            |step: StepRecord| Some((step.seen.observation?.stem?.resampled(STEM_POINTS), step.decided));
+        let drawn = steps.into_iter().zip(lights).step_by(stride).filter(|(step, _)| step.seen.is_measured());
+        let stem = |(step, light): (StepRecord, Option<Light>)| {
+            Some((step.seen.observation?.stem?.resampled(STEM_POINTS), light))
+        };
         Ok(drawn.filter_map(stem).collect())
     }
 

@@ -9,7 +9,7 @@ use tropism::observation::Quality;
 use tropism::plant::memory::MemoryModel;
 use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
-use tropism::track::Track;
+use tropism::track::{Sample, Track};
 
 use crate::run::RunConfig;
 use crate::track::{is_virtual, stem_at};
@@ -90,10 +90,19 @@ impl Workflow for FitPlan {
         files::check_outputs(std::slice::from_ref(&self.out), &self.tracks)
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<FitResults, Error> {
+    fn execute(&self, monitor: &dyn Monitor) -> Result<FitResults, Error> {
         self.check()?;
         let mut tracks: Vec<Track> =
             self.tracks.iter().map(|path| files::read_track(path)).collect::<Result<_, _>>()?;
+        for (path, track) in self.tracks.iter().zip(&mut tracks) {
+            let unconfirmed = darken_unconfirmed(track);
+            if unconfirmed > 0 {
+                let path = path.display();
+                monitor.note(&format!(
+                    "{path}: {unconfirmed} steps are left out: `done` says that their lamp was never confirmed"
+                ));
+            }
+        }
         let is_virtual =
             self.tracks.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
         let (json, shifts, tips) = match self.kind {
@@ -122,6 +131,14 @@ impl Workflow for FitPlan {
             y_cm: range(tips.iter().map(|tip| tip.y)),
         })
     }
+}
+
+/// Takes the light of the steps that the column `done` of an export calls unconfirmed, and counts them.
+fn darken_unconfirmed(track: &mut Track) -> usize {
+    let Some(done) = track.numbers("done") else { return 0 };
+    let is_unconfirmed = |(sample, done): &(&mut Sample, f64)| sample.light.is_some() && *done == 0.0;
+    let unconfirmed = track.samples.iter_mut().zip(done).filter(is_unconfirmed);
+    unconfirmed.map(|(sample, _)| sample.light = None).count()
 }
 
 /// Takes the stems of the samples from the columns of a track.

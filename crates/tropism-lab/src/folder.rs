@@ -4,13 +4,14 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use tropism::lamps::Light;
 use tropism::photo::Photo;
 use tropism::rig::{Durability, Event, EventKind};
 use tropism::track::{Column, Track};
 use tropism_rig::secret::{holds_secret, redacted_text};
 
 use crate::files::{self, FileError};
-use crate::journal::{Journal, JournalError, StepRecord};
+use crate::journal::{Journal, JournalError, StepRecord, lights_that_acted};
 use crate::lock::{FolderLock, LockError, lock};
 
 /// An open run folder, locked against other programs.
@@ -258,26 +259,44 @@ impl RunFolder {
         files::free_bytes(&self.path).ok()
     }
 
-    /// Writes `track.csv`: `track` with the photograph of each step and the pixel of the tip in it.
+    /// Writes `track.csv`: `track` with the photograph of each step and the pixel of the tip in it. The light of a row is the
+    /// one that acted: `dark` where the lamp did not confirm it, or where the next photograph shows another one. Then a
+    /// further column says what was decided.
+    ///
+    /// Returns the track as it is written, without the further columns.
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn write_track(&self, track: &Track) -> Result<(), FolderError> {
+    pub fn write_track(&self, track: &Track) -> Result<Track, FolderError> {
         // Steps without a decision are recorded, but are gaps in the track.
         let mut in_track = track.samples.iter().map(|sample| sample.step).peekable();
-        let mut steps = self.steps()?;
-        steps.retain(|step| in_track.next_if_eq(&step.step).is_some());
+        let steps = self.steps()?;
+        let acted = lights_that_acted(&steps);
+        let (steps, acted): (Vec<StepRecord>, Vec<Option<Light>>) = steps
+            .into_iter()
+            .zip(acted)
+            .filter(|(step, _)| in_track.next_if_eq(&step.step).is_some())
+            .unzip();
         let column = |name: &str, value: &dyn Fn(&StepRecord) -> String| {
             Column::parsed(name, steps.iter().map(value).collect())
         };
-        let mut track = track.clone();
-        track.columns = vec![
+        let mut acting = track.clone();
+        for (sample, light) in acting.samples.iter_mut().zip(&acted) {
+            sample.light = sample.light.and(*light);
+        }
+        let mut written = acting.clone();
+        written.columns = vec![
             column("frame", &|step| step.photo.clone()),
             column("tip_x_px", &|step| tip_px(step)[0].clone()),
             column("tip_y_px", &|step| tip_px(step)[1].clone()),
             column("class", &|step| step.seen.status.to_string()),
         ];
-        Ok(files::write_track(&self.path.join("track.csv"), &track)?)
+        if acting.samples != track.samples {
+            let names = track.samples.iter().map(|sample| track.layout.name(sample.light).to_owned());
+            written.columns.push(Column::text("decided", names.collect()));
+        }
+        files::write_track(&self.path.join("track.csv"), &written)?;
+        Ok(acting)
     }
 }
 

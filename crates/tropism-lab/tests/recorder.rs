@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
-use tropism::control::Greedy;
+use tropism::control::{Greedy, Periodic};
 use tropism::environment::{run, unwatched};
 use tropism::geometry::{Pixel, Point, Region};
 use tropism::lamps::{Layout, Light};
@@ -589,6 +589,8 @@ struct Outcome {
     /// What happened, by minute and kind, without the beginning.
     events: Vec<(u32, EventKind)>,
     texts: Vec<String>,
+    /// All events of the journal.
+    written: Vec<Event>,
 }
 
 /// A run of 60 steps in a real tent, in which much is `wrong`.
@@ -609,7 +611,7 @@ fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) ->
     let events =
         heard[1..].iter().map(|event| (event.at.unwrap().since_start.as_secs() as u32 / 60, event.kind));
     let texts = heard.iter().map(|event| event.text.clone()).collect();
-    Outcome { track, hand, rows, events: events.collect(), texts }
+    Outcome { track, hand, rows, events: events.collect(), texts, written }
 }
 
 fn steps(track: &Track) -> Vec<u32> {
@@ -669,6 +671,25 @@ fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
     assert_eq!(outcome.events.last(), Some(&(105, EventKind::Paused)));
     let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
     assert_eq!(*steps(&outcome.track.unwrap()).last().unwrap(), 60);
+    // Each step is told of once, under its own number, and the end of the fault counts all of them.
+    let concerned = |kind| -> Vec<u32> {
+        outcome.written.iter().filter(|event| event.kind == kind).map(|event| event.step).collect()
+    };
+    assert_eq!(concerned(EventKind::Camera), [10, 11, 12]);
+    assert_eq!(concerned(EventKind::Missed), (13..=21).collect::<Vec<_>>());
+    let recovered: Vec<&str> =
+        outcome.texts.iter().map(String::as_str).filter(|text| text.contains("again")).collect();
+    assert_eq!(recovered, ["a photograph again after 12 steps", "the plant again after 12 steps"]);
+}
+
+#[test]
+fn a_paused_run_is_not_paused_again_by_what_its_user_has_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = || Wrong { camera_fails: 50..10_000, ..Wrong::default() };
+    assert!(real(folder.path(), wrong(), FaultPolicy::default(), None).track.is_err());
+    let outcome = real(folder.path(), wrong(), FaultPolicy::default(), None);
+    let error = outcome.track.unwrap_err().to_string();
+    assert_eq!(error, "paused: no plant detected for 24 steps");
 }
 
 #[test]
@@ -860,7 +881,8 @@ fn steps_whose_time_has_passed_are_missed_and_none_come_in_a_burst() {
     use EventKind::{Clock, Late, Missed};
     assert_eq!(outcome.events, [(67, Missed), (105, Late), (105, Clock)]);
     assert!(
-        outcome.texts[1].starts_with("3 without a photograph and a decision: step 11 would be 720 s late")
+        outcome.texts[1]
+            .starts_with("steps 11 to 13 without a photograph and a decision: step 11 would be 720 s late")
     );
     let begun: Vec<f64> =
         outcome.rows.iter().map(|row| row.begun.unwrap().since_start.as_secs_f64() - row.time_s).collect();
@@ -929,4 +951,70 @@ fn what_happened_to_a_run_stands_in_its_journal() {
         (19, EventKind::Resumed, "found 20 steps, going on; right is lit as before".to_owned())
     );
     assert_eq!(journal.state().unwrap().unwrap().kind, EventKind::Resumed);
+}
+
+#[test]
+fn a_lamp_that_refuses_when_a_run_goes_on_is_not_called_lit() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(real(folder.path(), Wrong::default(), FaultPolicy::default(), Some(40)).track.is_err());
+    let wrong = Wrong { lamps_fail: 0..1, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
+    assert!(outcome.texts[0].ends_with("was lit before, and does not obey now"), "{:?}", outcome.texts);
+    assert!(outcome.texts[1].contains("left lamp: found silence"), "{:?}", outcome.texts);
+}
+
+#[test]
+fn the_light_of_a_row_is_the_one_that_acted() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = Wrong { lamps_fail: 50..65, lamps_lie: 100..125, ..Wrong::default() };
+    let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
+    let decided = outcome.track.unwrap();
+    let (world, _) = open_with(folder.path(), true, Wrong::default(), Supervision::default()).unwrap();
+    let acted = world.folder().write_track(&decided).unwrap();
+    let mut is_any_false = false;
+    for (index, row) in outcome.rows[..60].iter().enumerate() {
+        let is_false = !row.is_confirmed || outcome.rows[index + 1].lit != Some(row.decided);
+        is_any_false |= is_false && row.is_confirmed;
+        assert_eq!(acted.samples[index].light, row.decided.filter(|_| !is_false), "step {index}");
+    }
+    assert!(is_any_false, "a lamp was found dark that had been confirmed");
+    let refused: Vec<u32> = (10..13).collect();
+    assert!(refused.iter().all(|&step| acted.samples[step as usize].light.is_none()));
+    let written = files::read_track(&folder.path().join("track.csv")).unwrap();
+    assert_eq!(written.shifts().count(), acted.shifts().count());
+    assert!(written.shifts().count() < decided.shifts().count());
+    let column = written.columns.last().unwrap();
+    assert_eq!(
+        (column.name.as_str(), column.values.text(10).as_str()),
+        ("decided", decided.layout.name(decided.samples[10].light))
+    );
+}
+
+#[test]
+fn a_periodic_controller_switches_by_the_clock_whatever_steps_are_missed() {
+    let folder = tempfile::tempdir().unwrap();
+    // The camera takes its time once, and fails for a while.
+    let wrong =
+        Wrong { camera_takes: vec![(20, 17.0)], camera_fails: 120..145, is_real: true, ..Wrong::default() };
+    let policy = FaultPolicy { ballast_mb: 0, pause_steps: 60, ..FaultPolicy::default() };
+    let go = |is_resumed, breaks_off_at: usize| {
+        let supervision = Supervision { policy: policy.clone(), ..Supervision::default() };
+        let (mut world, _) = open_with(folder.path(), is_resumed, wrong.clone(), supervision).unwrap();
+        let mut controller = Periodic::new(12, &Layout::default());
+        let mut watch = |sample: &Sample| {
+            if sample.step as usize >= breaks_off_at {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        run(&mut world, &mut controller, &task(), &mut watch).unwrap()
+    };
+    go(false, 40);
+    let track = go(true, usize::MAX);
+    assert!(track.samples.len() < 57, "steps are missed");
+    for sample in track.samples.iter().filter(|sample| sample.step < 60) {
+        let wanted = if sample.step / 12 % 2 == 0 { Light::LEFT } else { Light::RIGHT };
+        assert_eq!(sample.light, Some(wanted), "step {}", sample.step);
+    }
 }

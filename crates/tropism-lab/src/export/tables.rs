@@ -1,6 +1,6 @@
 //! The tables of an export: the journal as `track.csv` and `events.csv`, and what their columns mean.
 
-use tropism::lamps::Layout;
+use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
 use tropism::rig::Event;
 use tropism::text::csv_cell;
@@ -8,21 +8,22 @@ use tropism::track::{Column, Sample, Track};
 use tropism_rig::secret::shown;
 
 use crate::folder::tip_px;
-use crate::journal::StepRecord;
+use crate::journal::{StepRecord, lights_that_acted};
 
 /// Columns of `track.csv`.
-pub(super) const TRACK_COLUMNS: [(&str, &str); 17] = [
+pub(super) const TRACK_COLUMNS: [(&str, &str); 18] = [
     ("step", "from 0"),
     ("time_s", "seconds since the start"),
     ("tip_x_cm", "tip, to the right of the root"),
     ("tip_y_cm", "tip, above the soil"),
-    ("light", "name of the lamp, or dark: decided at this step, lit until the next"),
+    ("light", "name of the lamp that was lit until the next step; dark where none is known to have been"),
     ("quality", "measured in this photograph, held from an earlier one, or simulated"),
     ("frame", "file in photographs/"),
     ("tip_x_px", "tip in the photograph, from its left; empty where held"),
     ("tip_y_px", "tip in the photograph, from its top; empty where held"),
     ("class", "ok, or why the tip is held"),
     ("confidence", "0 to 1"),
+    ("decided", "name of the lamp that was decided; dark if none was"),
     ("done", "1 if the lamp confirmed, 0 if it is not known"),
     (
         "moved_x_px",
@@ -36,7 +37,7 @@ pub(super) const TRACK_COLUMNS: [(&str, &str); 17] = [
 
 /// Columns of `events.csv`.
 pub(super) const EVENT_COLUMNS: [(&str, &str); 5] = [
-    ("step", "the latest step then"),
+    ("step", "the step that it concerns: of missed ones the last, of others the latest step then"),
     ("kind", "what kind of thing happened, one word"),
     ("text", "what was found and what was done about it"),
     ("since_start_s", "seconds since the start; empty in a virtual tent"),
@@ -63,25 +64,27 @@ pub(super) fn events_csv(events: &[Event]) -> Result<Vec<u8>, csv::Error> {
 /// The bytes of `track.csv`, with the lamps of `layout` by their names.
 pub(super) fn track_csv(steps: &[StepRecord], layout: &Layout) -> Result<Vec<u8>, csv::Error> {
     let mut bytes = Vec::new();
-    Track { layout: layout.clone(), ..track(steps) }.write_csv(&mut bytes)?;
+    track(steps, layout).write_csv(&mut bytes)?;
     Ok(bytes)
 }
 
 /// The steps of a journal with a decision, and the last step, as a track with further columns.
-fn track(steps: &[StepRecord]) -> Track {
+fn track(steps: &[StepRecord], layout: &Layout) -> Track {
     let last = steps.last().map(|step| step.step);
-    let is_in_track = |step: &&StepRecord| step.decided.is_some() || Some(step.step) == last;
-    let steps: Vec<(&StepRecord, &Observation)> = steps
+    let is_in_track =
+        |(step, _): &(&StepRecord, Option<Light>)| step.decided.is_some() || Some(step.step) == last;
+    let (steps, lights): (Vec<(&StepRecord, &Observation)>, Vec<Option<Light>>) = steps
         .iter()
+        .zip(lights_that_acted(steps))
         .filter(is_in_track)
-        .filter_map(|step| Some((step, step.seen.observation.as_ref()?)))
-        .collect();
-    let samples = steps.iter().map(|(step, seen)| Sample {
+        .filter_map(|(step, light)| Some(((step, step.seen.observation.as_ref()?), light)))
+        .unzip();
+    let samples = steps.iter().zip(lights).map(|((step, seen), light)| Sample {
         step: step.step,
         time_s: step.time_s,
         tip: seen.tip,
         stem: seen.stem.clone(),
-        light: step.decided,
+        light,
         quality: seen.quality,
     });
     let column = |name: &str, value: &dyn Fn(&StepRecord) -> String| {
@@ -96,6 +99,7 @@ fn track(steps: &[StepRecord]) -> Track {
         column("tip_y_px", &|step| tip_px(step)[1].clone()),
         column("class", &|step| step.seen.status.to_string()),
         column("confidence", &|step| format!("{:.3}", step.seen.confidence)),
+        column("decided", &|step| layout.name(step.decided).to_owned()),
         column("done", &|step| u8::from(step.is_confirmed).to_string()),
         column("moved_x_px", &|step| moved(step, 0)),
         column("moved_y_px", &|step| moved(step, 1)),
@@ -103,5 +107,5 @@ fn track(steps: &[StepRecord]) -> Track {
         column("photo_bytes", &|step| step.photo_bytes.to_string()),
         column("photo_sha256", &|step| step.photo_sha256.clone()),
     ];
-    Track { columns, ..Track::of(samples.collect()) }
+    Track { layout: layout.clone(), columns, ..Track::of(samples.collect()) }
 }

@@ -34,6 +34,7 @@ use step::columns;
 pub use downtime::Downtime;
 pub use error::JournalError;
 pub use step::StepRecord;
+pub(crate) use step::lights_that_acted;
 
 /// The schema that is written. 6 added the chain of entries and the settings, 5 the stem of each step, 4 the shift of the
 /// camera, 3 events, boots and wall times.

@@ -45,6 +45,19 @@ macro_rules! columns {
 }
 pub(super) use columns;
 
+/// The light that acted from each step to the next: the decided one, or `None` where the lamps never confirmed it or the
+/// photograph of the next step shows another light.
+pub(crate) fn lights_that_acted(steps: &[StepRecord]) -> Vec<Option<Light>> {
+    let is_contradicted = |index: usize, light: Light| {
+        let next = steps.get(index + 1).filter(|next| next.step == steps[index].step + 1);
+        next.and_then(|next| next.lit).is_some_and(|lit| lit != Some(light))
+    };
+    let acted = |(index, step): (usize, &StepRecord)| {
+        step.decided.filter(|&light| step.is_confirmed && !is_contradicted(index, light))
+    };
+    steps.iter().enumerate().map(acted).collect()
+}
+
 impl StepRecord {
     /// Values of the `columns!` that a photograph and its detection fill.
     pub(super) fn values(&self) -> [Value; 18] {

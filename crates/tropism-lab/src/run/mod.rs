@@ -171,7 +171,7 @@ impl RunPlan {
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
         }
         self.write_calibration()?;
-        recorder.folder().write_track(&track)?;
+        let track = recorder.folder().write_track(&track)?;
         if recorder.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
             recorder.report(EventKind::Finished, format!("{} steps", track.samples.len() - 1))?;
         }
