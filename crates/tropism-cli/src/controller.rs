@@ -9,9 +9,11 @@ use tropism::task::TaskSpec;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::ControllerSpec;
 use tropism_lab::controller::PAPER_SWITCH_MIN;
+use tropism_lab::task::{in_words, is_same_but_for_steps};
 use tropism_lab::transfer::{ControllerSource, NamedController};
 
 use crate::options::{TaskOption, parse_minutes};
+use crate::shell::Shell;
 
 /// A controller by name: `periodic`, `periodic:6h`, `chase`, or the file of an evolved network or a tuned rule.
 #[derive(Clone, Debug)]
@@ -105,13 +107,21 @@ pub(crate) fn conditions_of<'c>(
     Ok(Conditions { task, layout, period_min })
 }
 
-/// The task for `controller`: that of the file, or the paper's for such a controller; in `steps` at most.
+/// The task for `controller`: that of the file, its own, or the paper's for such a controller; in `steps` at most. Says so
+/// where the file names another than its own.
 pub(crate) fn task_for(
     controller: &ControllerSpec,
     file: &TaskOption,
     steps: Option<u32>,
+    shell: &Shell,
 ) -> Result<TaskSpec> {
-    let task = if file.task.is_some() { file.load()? } else { controller.default_task() };
+    let task = match file.named()? {
+        Some(task) => {
+            note_other_task(controller, &task, shell);
+            task
+        }
+        None => controller.default_task(),
+    };
     Ok(match steps {
         Some(steps) => task.with_max_steps(steps),
         None => task,
@@ -119,9 +129,23 @@ pub(crate) fn task_for(
 }
 
 /// The task of the file; else the one that a champion was evolved for or a rule was tuned for, or the paper's three targets.
-pub(crate) fn task_of_champion(controller: &ControllerSpec, file: &TaskOption) -> Result<TaskSpec> {
-    match controller.own_task().filter(|_| file.task.is_none()) {
-        Some(task) => Ok(task.clone()),
-        None => file.load(),
+/// Says so where the file names another than its own.
+pub(crate) fn task_of_champion(
+    controller: &ControllerSpec,
+    file: &TaskOption,
+    shell: &Shell,
+) -> Result<TaskSpec> {
+    if let Some(task) = file.named()? {
+        note_other_task(controller, &task, shell);
+        return Ok(task);
+    }
+    Ok(controller.own_task().cloned().unwrap_or_default())
+}
+
+/// Says that `controller` was made for another task than `task`, if it was.
+pub(crate) fn note_other_task(controller: &ControllerSpec, task: &TaskSpec, shell: &Shell) {
+    if let Some(own) = controller.own_task().filter(|own| !is_same_but_for_steps(own, task)) {
+        let (own, task) = (in_words(own), in_words(task));
+        shell.note(&format!("the controller was made for {own}; --task gives it {task}"));
     }
 }

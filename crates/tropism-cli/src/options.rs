@@ -12,12 +12,12 @@ use tropism::lamps::Layout;
 use tropism::task::TaskSpec;
 use tropism::vision::Calibration;
 use tropism_lab::calibrate_camera::{Mark, ScaleSource};
-use tropism_lab::files;
+use tropism_lab::{files, task};
 
 /// The task.
 #[derive(Args, Clone)]
 pub(crate) struct TaskOption {
-    /// Task file (start, targets, end_height_cm, max_steps); the paper's three targets by default
+    /// Task file, or what carries a task: champion, rule, run folder; else the paper's targets
     #[arg(long, value_name = "TASK.toml")]
     pub(crate) task: Option<PathBuf>,
 }
@@ -25,10 +25,12 @@ pub(crate) struct TaskOption {
 impl TaskOption {
     /// The task of the file, or the paper's.
     pub(crate) fn load(&self) -> Result<TaskSpec> {
-        let Some(path) = &self.task else { return Ok(TaskSpec::default()) };
-        let task: TaskSpec = files::read_toml(path)?;
-        task.check().with_context(|| path.display().to_string())?;
-        Ok(task)
+        Ok(self.named()?.unwrap_or_default())
+    }
+
+    /// The task of the file, if one is named.
+    pub(crate) fn named(&self) -> Result<Option<TaskSpec>> {
+        Ok(self.task.as_deref().map(task::read).transpose()?)
     }
 }
 

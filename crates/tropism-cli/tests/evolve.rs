@@ -177,3 +177,56 @@ fn json_lines_are_generations_and_then_the_outcome() {
     let last = lines.iter().rfind(|line| line["run"] == 0).and_then(best);
     assert_eq!(outcome["runs"][0]["best_fitness"].as_f64(), last);
 }
+
+#[test]
+fn a_champion_carries_its_task_wherever_it_goes() {
+    let folder = folder();
+    let four =
+        "targets = [[1.0, 5.0], [-1.0, 6.0], [1.0, 7.0], [-1.0, 8.0]]\nend_height_cm = 8.5\nmax_steps = 90\n";
+    fs::write(folder.path().join("four.toml"), four).unwrap();
+    fs::write(folder.path().join("one.toml"), "targets = [[2.0, 6.0]]\n").unwrap();
+    let run = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+        let Output { stdout, stderr, .. } = finished(command.current_dir(&folder).args(words));
+        (String::from_utf8(stdout).unwrap(), String::from_utf8(stderr).unwrap())
+    };
+    let named = "the targets (1, 5), (-1, 6), (1, 7), (-1, 8)";
+    run(&[
+        "evolve",
+        "--model",
+        "model.json",
+        "--task",
+        "four.toml",
+        "--runs",
+        "1",
+        "--generations",
+        "3",
+        "--out",
+        "e",
+    ]);
+    let steer = ["--controller", "e/champion.json", "--out"];
+    let steps = ["--steps", "12"];
+    run(&[&["run", "--rig", "greenhouse"], &steer[..], &["steered"], &steps].concat());
+    let config = fs::read_to_string(folder.path().join("steered/run.toml")).unwrap();
+    assert!(config.contains("[-1.0, 8.0]"), "{config}");
+    let (scored, _) = run(&["score", "steered/track.csv"]);
+    assert!(scored.contains(&format!("scored by {named}, the task of the run")), "{scored}");
+    run(&["report", "steered", "--out", "report.html"]);
+
+    run(&[&["simulate", "--model", "model.json"], &steer[..], &["track.csv"]].concat());
+    let (scored, _) = run(&["score", "track.csv", "--task", "e/champion.json"]);
+    assert!(scored.ends_with(&format!("scored by {named}\n")), "{scored}");
+    // Elsewhere nothing says of the task, and that is said.
+    let (scored, _) = run(&["score", "track.csv"]);
+    assert!(scored.contains("(-1, 13.5), the paper's: the track says of no task"), "{scored}");
+
+    let other = ["--task", "one.toml"];
+    for words in [
+        [&["run", "--rig", "greenhouse"], &steer[..], &["other"], &steps, &other].concat(),
+        [&["simulate", "--model", "model.json"], &steer[..], &["other.csv"], &other].concat(),
+    ] {
+        let (_, said) = run(&words);
+        let wanted = format!("the controller was made for {named}; --task gives it the target (2, 6)");
+        assert!(said.contains(&wanted), "{said}");
+    }
+}

@@ -36,6 +36,7 @@ pub mod monitor;
 pub mod workflow;
 pub mod controller;
 pub mod run;
+pub mod task;
 pub mod status;
 pub mod stop;
 pub mod safe_state;

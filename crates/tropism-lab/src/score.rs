@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::task::{Crossing, Task, TaskSpec};
 
-use crate::{Error, Monitor, Workflow, files};
+use crate::{Error, Monitor, Workflow, files, task};
 
 /// Computes the fitness of tracks, and the distance of the tip to each target.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -13,8 +13,22 @@ use crate::{Error, Monitor, Workflow, files};
 pub struct ScorePlan {
     /// Track files (CSV).
     pub tracks: Vec<PathBuf>,
-    /// Task of the experiments.
-    pub task: TaskSpec,
+    /// Task of the experiments; if it is left out, that of the run in whose folder a track lies, and the paper's three targets
+    /// for a track elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task: Option<TaskSpec>,
+}
+
+/// Where the task of a track is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TaskSource {
+    /// The plan.
+    Plan,
+    /// The run in whose folder the track lies.
+    Run,
+    /// Nothing: it is the paper's.
+    Paper,
 }
 
 /// The fitness of one track.
@@ -22,8 +36,14 @@ pub struct ScorePlan {
 pub struct TrackScore {
     /// The track file.
     pub track: PathBuf,
+    /// The task by which it is scored.
+    pub task: TaskSpec,
+    /// Where the task is from.
+    pub task_from: TaskSource,
     /// Fitness, eq. (9), in cm.
     pub fitness: f64,
+    /// The best fitness there can be, in cm.
+    pub best: f64,
     /// Number of steps.
     pub steps: usize,
     /// Where the tip first reached the height of each target; `None` if it never did.
@@ -37,18 +57,26 @@ impl Workflow for ScorePlan {
     const SCHEMA: &'static str = "tropism.score/1";
 
     fn check(&self) -> Result<(), Error> {
-        self.task.check().map_err(Error::in_plan("task"))
+        self.task.iter().try_for_each(TaskSpec::check).map_err(Error::in_plan("task"))
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<Vec<TrackScore>, Error> {
         self.check()?;
         let score = |path: &PathBuf| {
             let track = files::read_track(path)?;
+            let (task, task_from) = match (&self.task, task::of_track(path)?) {
+                (Some(task), _) => (task.clone(), TaskSource::Plan),
+                (None, Some(task)) => (task, TaskSource::Run),
+                (None, None) => (TaskSpec::default(), TaskSource::Paper),
+            };
             Ok(TrackScore {
                 track: path.clone(),
-                fitness: self.task.fitness(&track),
+                fitness: task.fitness(&track),
+                best: task.best(),
                 steps: track.samples.len() - 1,
-                targets: self.task.as_targets().map_or_else(Vec::new, |task| task.crossings(&track)),
+                targets: task.as_targets().map_or_else(Vec::new, |task| task.crossings(&track)),
+                task,
+                task_from,
             })
         };
         self.tracks.iter().map(score).collect()

@@ -120,7 +120,7 @@ fn a_champion_is_simulated_scored_and_shown() {
         ..SimulatePlan::default()
     };
     let simulated = simulate.execute(&Silent).unwrap();
-    let score = ScorePlan { tracks: vec![simulate.out.clone()], task: evolve.task.clone() };
+    let score = ScorePlan { tracks: vec![simulate.out.clone()], task: Some(evolve.task.clone()) };
     let scores = score.execute(&Silent).unwrap();
     // A track keeps five decimals of a cm.
     assert!((scores[0].fitness - simulated.mean_fitness).abs() < 1e-2, "{scores:?}");

@@ -124,7 +124,7 @@ impl Run {
             Some(found) if self.task.task.is_none() => {
                 found.task.clone().with_max_steps(self.steps.unwrap_or(found.task.max_steps()))
             }
-            _ => task_for(&controller, &self.task, self.steps)?,
+            _ => task_for(&controller, &self.task, self.steps, shell)?,
         };
         let seed = self.seed.or(found.map(|found| found.seed)).unwrap_or(1);
         Ok(RunConfig::new(rig, controller, task, seed))

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism_lab::score::{ScorePlan, TrackScore};
+use tropism_lab::score::{ScorePlan, TaskSource, TrackScore};
+use tropism_lab::task::{in_words, is_same_but_for_steps};
 
 use crate::options::TaskOption;
 use crate::progress::execute_and_print;
@@ -12,9 +13,12 @@ use crate::shell::Shell;
 
 /// Score tracks by the paper's fitness, eq. (9)
 ///
-/// Also prints the distance of the tip to each target when it first reached the target's height.
+/// Also prints the distance of the tip to each target when it first reached the target's height. A track in a run folder is
+/// scored by the task of its run, another by that of --task, or the paper's three targets.
 #[derive(Args)]
-#[command(after_help = "Example:\n  tropism score reality/*/track.csv")]
+#[command(
+    after_help = "Examples:\n  tropism score reality/*/track.csv\n  tropism score track.csv --task evolution/champion.json"
+)]
 pub(crate) struct Score {
     /// Tracks (CSV with tip_x_cm, tip_y_cm and light)
     #[arg(required = true, value_name = "TRACK.csv")]
@@ -26,14 +30,14 @@ pub(crate) struct Score {
 
 impl Score {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let plan = ScorePlan { task: self.task.load()?, tracks: self.tracks };
-        execute_and_print(&plan, shell, |scores| text(&plan, scores))
+        let plan = ScorePlan { task: self.task.named()?, tracks: self.tracks };
+        execute_and_print(&plan, shell, |scores| text(scores))
     }
 }
 
-fn text(plan: &ScorePlan, scores: &[TrackScore]) -> String {
+fn text(scores: &[TrackScore]) -> String {
     let mut text = String::from("fitness  steps  distance to each target at its height (cm)  track\n");
-    for TrackScore { track, fitness, steps, targets } in scores {
+    for TrackScore { track, fitness, steps, targets, .. } in scores {
         let distance = |crossing: &Option<_>| {
             crossing.map_or("-".to_owned(), |tropism::task::Crossing { distance_cm, .. }| {
                 format!("{distance_cm:.2}")
@@ -43,5 +47,15 @@ fn text(plan: &ScorePlan, scores: &[TrackScore]) -> String {
         text += &format!("{fitness:7.2}  {steps:5}  {distances:<44}  {}\n", track.display());
     }
     let mean = scores.iter().map(|score| score.fitness).sum::<f64>() / scores.len() as f64;
-    text + &format!("mean of {}: {mean:.2} cm of at most {:.2}", scores.len(), plan.task.best())
+    text += &format!("mean of {}: {mean:.2} cm", scores.len());
+    let is_one_task = scores.iter().all(|score| is_same_but_for_steps(&score.task, &scores[0].task));
+    if !is_one_task {
+        return text + "; the runs had different tasks, each is scored by its own";
+    }
+    let source = match scores[0].task_from {
+        TaskSource::Plan => "",
+        TaskSource::Run => ", the task of the run",
+        TaskSource::Paper => ", the paper's: the track says of no task, --task names another",
+    };
+    text + &format!(" of at most {:.2}\nscored by {}{source}", scores[0].best, in_words(&scores[0].task))
 }

@@ -68,7 +68,7 @@ impl Show {
             out: self.out,
             format: self.format.map(ShowFormat::from),
             model: self.model,
-            task: self.task.task.is_some().then(|| self.task.load()).transpose()?,
+            task: self.task.named()?,
         };
         check_outputs(plan.out.as_slice(), [self.task.task.as_ref()])?;
         execute_and_print(&plan, shell, |results| {

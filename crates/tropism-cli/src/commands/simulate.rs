@@ -46,7 +46,7 @@ impl Simulate {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let controller = self.controller.load()?;
         let plan = SimulatePlan {
-            task: task_of_champion(&controller, &self.task)?,
+            task: task_of_champion(&controller, &self.task, shell)?,
             model: self.model,
             controller,
             episodes: self.episodes,

@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_controllers};
 
-use crate::controller::{ControllerName, conditions_of};
+use crate::controller::{ControllerName, conditions_of, note_other_task};
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
 use crate::progress::{check_outputs, execute_and_print};
 use crate::shell::Shell;
@@ -78,6 +78,9 @@ impl Transfer {
         let sources: Vec<_> = self.controllers.iter().map(ControllerName::source).collect();
         let controllers = read_controllers(&sources)?;
         let conditions = conditions_of(controllers.iter().map(|one| &one.controller), &self.task)?;
+        for one in &controllers {
+            note_other_task(&one.controller, &conditions.task, shell);
+        }
         let mut plan = TransferPlan {
             controllers,
             plants: self.plants,

@@ -91,7 +91,7 @@ impl Grow {
         let controller = self.controller.load()?;
         let plan = GrowPlan {
             plants: self.plants,
-            task: task_for(&controller, &self.task, self.steps)?,
+            task: task_for(&controller, &self.task, self.steps, shell)?,
             controller,
             greenhouse,
             period_min: self.period,
