@@ -7,6 +7,7 @@ use tropism::control::{Controller, Greedy, Periodic};
 use tropism::evolve::{Champion, Trial, TunedRule};
 use tropism::lamps::{Layout, Light};
 use tropism::task::{OpenLoop, TaskSpec};
+use tropism::track::SAME_PERIOD;
 
 use crate::error::Error;
 use crate::files;
@@ -152,6 +153,13 @@ impl ControllerSpec {
             Self::Greedy => Ok(()),
             Self::Network { champion } => {
                 champion.check().map_err(|error| Error::Plan(error.to_string()))?;
+                if champion.layout.len() == layout.len() && !is_same_period(champion.period_min, period_min) {
+                    return Err(Error::Plan(format!(
+                        "controller: found a network for steps of {} minutes, wanted one for steps of {period_min} minutes: \
+                         fit a model to tracks of such steps, and evolve on it",
+                        champion.period_min
+                    )));
+                }
                 if champion.layout.len() == layout.len() {
                     return Ok(());
                 }
@@ -162,12 +170,9 @@ impl ControllerSpec {
                 )))
             }
             Self::Rule { tuned } => {
-                /// Periods that a clock keeps are one within this share, as tracks of a model are.
-                const SAME: f64 = 0.02;
                 tuned.check().map_err(Error::in_plan("controller"))?;
                 let found = (tuned.layout.len(), tuned.period_min);
-                let is_same_period = (found.1 - period_min).abs() <= SAME * period_min;
-                if found.0 == layout.len() && is_same_period {
+                if found.0 == layout.len() && is_same_period(found.1, period_min) {
                     return Ok(());
                 }
                 Err(Error::Plan(format!(
@@ -217,6 +222,11 @@ impl ControllerSpec {
             Self::Rule { .. } => "rule".to_owned(),
         }
     }
+}
+
+/// Whether two periods are one, but for what a clock keeps.
+fn is_same_period(one: f64, other: f64) -> bool {
+    (one - other).abs() <= SAME_PERIOD * other
 }
 
 /// Steps between two switches; a time that is a step but for rounding is one.
@@ -329,6 +339,19 @@ mod tests {
         files::write(&path, tuned.to_json().replace("rule/1", "rule/7").as_bytes()).unwrap();
         let error = ControllerSpec::read(&path).unwrap_err().to_string();
         assert!(error.contains("rule.json") && error.contains("wanted \"tropism.rule/1\""), "{error}");
+    }
+
+    #[test]
+    fn a_network_is_for_its_interval() {
+        let genome = tropism_neat::random_genome(&tropism_neat::Config::wahby2016(), 2, 1, 1, 0);
+        let champion = Champion { period_min: 10.0, ..Champion::of_genome(genome) };
+        let spec = ControllerSpec::network(champion).unwrap();
+        spec.check(&Layout::default(), 10.1).unwrap();
+        let error = spec.check(&Layout::default(), 5.0).unwrap_err().to_string();
+        assert!(
+            error.contains("found a network for steps of 10 minutes, wanted one for steps of 5"),
+            "{error}"
+        );
     }
 
     #[test]

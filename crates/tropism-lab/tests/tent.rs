@@ -15,12 +15,18 @@ use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::photo::Photo;
+use tropism::plant::PlantModel;
+use tropism::plant::tip::TipModel;
 use tropism::rig::Durability;
 use tropism::rig::{Clock, Lamps, Rig};
 use tropism::task::Targets;
 use tropism::track::Track;
 use tropism::vision::VisionConfig;
-use tropism_lab::{Recorder, RunFolder, Supervision};
+use tropism_lab::fit::{FitPlan, ModelKind};
+use tropism_lab::{
+    ControllerSpec, Recorder, RunConfig, RunFolder, RunPlan, Silent, Supervision, Workflow, files,
+};
+use tropism_rig::file::RigFile;
 
 /// What is seen of a run: its track, where the top truly is at each step, and its photographs from the side.
 type Recorded = (Track, Vec<Point>, BTreeMap<u64, Vec<u8>>);
@@ -131,5 +137,50 @@ fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
         let name = format!("photographs/{step:06}.jpg");
         let [one, other] = [&whole, &broken].map(|folder| std::fs::read(folder.path().join(&name)).unwrap());
         assert!(one == other, "{name}");
+    }
+}
+
+#[test]
+fn a_run_at_any_interval_is_one_from_photographs_to_model() {
+    for period_min in [2.0, 10.0, 30.0] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut rig = RigFile::greenhouse(Greenhouse::default(), VisionConfig::default());
+        rig.period_min = period_min;
+        let task = Targets::open_loop((240.0 / period_min) as u32).into();
+        let config = RunConfig::new(rig, ControllerSpec::periodic(60.0), task, 3);
+        let out = folder.path().join("run");
+        let run = RunPlan { out: out.clone(), config, ..RunPlan::default() };
+        run.execute(&Silent).unwrap();
+        let track = files::read_track(&out.join("track.csv")).unwrap();
+        assert_eq!(track.period_min, period_min);
+        let class = track.columns.iter().find(|column| column.name == "class").unwrap();
+        let classes: Vec<String> = (0..track.samples.len()).map(|row| class.values.text(row)).collect();
+        assert!(classes.iter().all(|class| class == "ok"), "{period_min} min: {classes:?}");
+        for sample in track.samples.iter().filter(|sample| sample.light.is_some()) {
+            let wanted = [Light::LEFT, Light::RIGHT][(sample.time_s / 3600.0) as usize % 2];
+            assert_eq!(sample.light, Some(wanted), "{} min", sample.time_s / 60.0);
+        }
+        let fit = FitPlan {
+            tracks: vec![out.join("track.csv")],
+            out: folder.path().join("model.json"),
+            ..FitPlan::default()
+        };
+        fit.execute(&Silent).unwrap();
+        let model = TipModel::from_json(&files::read_text(&fit.out).unwrap()).unwrap();
+        assert_eq!(model.period_min(), period_min);
+        let hourly = model.config().growth.mean * 60.0 / period_min;
+        assert!((hourly - 0.36).abs() < 1e-9, "{hourly} cm an hour at {period_min} min");
+        // A model of steps that are too long for its windows is refused, as are tracks of different intervals.
+        let memory = FitPlan { kind: ModelKind::Memory, ..fit.clone() };
+        if period_min > 10.0 {
+            let error = memory.execute(&Silent).unwrap_err().to_string();
+            assert!(error.contains("found 30 minutes between steps, wanted at most 10"), "{error}");
+        }
+        let mut other = track.clone();
+        other.samples.iter_mut().for_each(|sample| sample.time_s *= 2.0);
+        files::write_track(&folder.path().join("other.csv"), &other).unwrap();
+        let mixed = FitPlan { tracks: vec![fit.tracks[0].clone(), folder.path().join("other.csv")], ..fit };
+        let error = mixed.execute(&Silent).unwrap_err().to_string();
+        assert!(error.contains("track 2: found") && error.contains("minutes between steps"), "{error}");
     }
 }

@@ -8,7 +8,7 @@ use super::plot::{Axis, Plot, number};
 use super::{Body, Figure, Plants};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
-use tropism::track::Track;
+use tropism::track::{PAPER_PERIOD_MIN, SAME_PERIOD, Track};
 
 /// Shifts of this many cm a step and more share the last colour (end of the colour bar of Fig. 3).
 const FASTEST: f64 = 0.5;
@@ -24,8 +24,9 @@ const STRIP_GAP: u32 = 10;
 pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
     let layout = lamp::layout_of(tracks);
     let swings: Vec<Swing> = tracks.iter().flat_map(swings).collect();
-    let longest = swings.iter().map(|swing| swing.duration).fold(80, u32::max);
-    let columns = Columns { layout: &layout, longest };
+    let period = Period(tracks.first().map_or(PAPER_PERIOD_MIN, |track| track.period_min));
+    let longest = swings.iter().map(|swing| swing.duration).fold(period.steps(80), u32::max);
+    let columns = Columns { layout: &layout, longest, period };
     let mut cells = Cells::new();
     for swing in &swings {
         let (sum, count) = cells.entry((swing.step, columns.column(swing))).or_default();
@@ -33,7 +34,11 @@ pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
         *count += 1.0;
     }
     let (cells, joined) = joined(cells, longest);
-    let y = Axis::covering("time (steps)", (0.0, 1000.0), cells.keys().map(|&(step, _)| f64::from(step)));
+    let y = Axis::covering(
+        format!("time ({})", period.words()),
+        (0.0, f64::from(period.steps(1000))),
+        cells.keys().map(|&(step, _)| f64::from(step)),
+    );
     let mut plot = Plot::new(columns.axis(), y, (340.0, 380.0), 74.0, 28.0);
     let width = plot.scale() * f64::from(joined.map_or(1, |(_, columns)| columns));
     // A joined cell reaches to the right of its column.
@@ -57,8 +62,9 @@ pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
         title: "Speed of the tip".to_owned(),
         caption: format!(
             "|\u{394}x| of a step, as a colour, over the time step (vertical) and the time since the lit lamp was switched on \
-             (horizontal: {}). Mean where plants coincide.{joined} {}",
+             (horizontal: {}). Mean where plants coincide.{joined}{} {}",
             columns.description(),
+            period.in_hours(longest),
             plants.sentence()
         ),
         body: Body::Svg(plot.finish()),
@@ -130,6 +136,43 @@ struct Columns<'l> {
     layout: &'l Layout,
     /// The longest duration, in steps.
     longest: u32,
+    period: Period,
+}
+
+/// Minutes between two steps. The paper's five are not told.
+#[derive(Clone, Copy)]
+struct Period(f64);
+
+impl Period {
+    fn is_paper(self) -> bool {
+        (self.0 - PAPER_PERIOD_MIN).abs() <= SAME_PERIOD * PAPER_PERIOD_MIN
+    }
+
+    /// Steps that take as long as `steps` of the paper's, at least two.
+    fn steps(self, steps: u32) -> u32 {
+        if self.is_paper() {
+            steps
+        } else {
+            ((f64::from(steps) * PAPER_PERIOD_MIN / self.0).ceil() as u32).max(2)
+        }
+    }
+
+    fn words(self) -> String {
+        match self.0 {
+            _ if self.is_paper() => "steps".to_owned(),
+            60.0.. => format!("steps of {} h", number(self.0 / 60.0)),
+            1.0.. => format!("steps of {} min", number(self.0)),
+            minutes => format!("steps of {} s", number(60.0 * minutes)),
+        }
+    }
+
+    /// A sentence that says how many hours `steps` are.
+    fn in_hours(self, steps: u32) -> String {
+        if self.is_paper() {
+            return String::new();
+        }
+        format!(" {steps} {} are {:.1} hours.", self.words(), f64::from(steps) * self.0 / 60.0)
+    }
 }
 
 impl Columns<'_> {
@@ -154,13 +197,17 @@ impl Columns<'_> {
     fn axis(&self) -> Axis {
         if !self.has_two_sides() {
             let to = f64::from(self.longest + STRIP_GAP) * self.layout.len() as f64;
-            let label = format!("light source duration, {} steps a lamp", self.longest);
+            let label = format!("light source duration, {} {} a lamp", self.longest, self.period.words());
             return Axis { label, from: 0.0, to, tick: |_| String::new() };
         }
         let [left, right] = [Light::LEFT, Light::RIGHT].map(|light| self.layout.name(Some(light)));
-        let label = format!("{left} light \u{2190}  light source duration (steps)  \u{2192} {right} light");
+        let label = format!(
+            "{left} light \u{2190}  light source duration ({})  \u{2192} {right} light",
+            self.period.words()
+        );
         let longest = f64::from(self.longest);
-        let mut axis = Axis::covering(label, (-80.0, 80.0), [-longest, longest].into_iter());
+        let usual = f64::from(self.period.steps(80));
+        let mut axis = Axis::covering(label, (-usual, usual), [-longest, longest].into_iter());
         axis.tick = |duration| number(duration.abs());
         axis
     }
@@ -203,7 +250,7 @@ mod tests {
         ]);
         let swings = swings(&track);
         let layout = Layout::default();
-        let columns = Columns { layout: &layout, longest: 80 };
+        let columns = Columns { layout: &layout, longest: 80, period: Period(5.0) };
         let places: Vec<_> = swings.iter().map(|swing| (swing.step, columns.column(swing))).collect();
         assert_eq!(places, [(0, -1), (1, -2), (2, 1)]);
         assert!((swings[1].shift - 0.2).abs() < 1e-12);
@@ -213,12 +260,23 @@ mod tests {
     fn figure_3_is_golden() {
         testing::golden(&speed(&testing::swings(3, 60), Plants::Virtual));
     }
+
+    #[test]
+    fn another_interval_is_told_with_its_hours() {
+        let mut tracks = testing::swings(3, 60);
+        tracks.iter_mut().for_each(|track| track.period_min = 30.0);
+        let figure = speed(&tracks, Plants::Real);
+        assert!(figure.caption.contains("steps of 30 min are "), "{}", figure.caption);
+        let Body::Svg(svg) = figure.body else { panic!() };
+        assert!(svg.contains("time (steps of 30 min)"));
+    }
+
     #[test]
     fn more_lamps_have_a_strip_each() {
         let mut track = testing::track(&[(0.0, 4.0, 'l'), (-0.1, 4.0, 'r'), (-0.3, 4.0, '-')]);
         track.layout = Layout::four_sides();
         track.samples[1].light = Some(Light::BACK);
-        let columns = Columns { layout: &track.layout, longest: 80 };
+        let columns = Columns { layout: &track.layout, longest: 80, period: Period(5.0) };
         let places: Vec<_> = swings(&track).iter().map(|swing| columns.column(swing)).collect();
         assert_eq!(places, [1, 271]);
         let Body::Svg(svg) = speed(std::slice::from_ref(&track), Plants::Real).body else { panic!() };

@@ -686,3 +686,86 @@ fn a_downscaled_picture_gives_nearly_the_same_detections() {
         }
     }
 }
+
+/// Photographs of beans over eight hours at steps of `period_min` minutes, some of them with a leaf, a fly or mist in
+/// front: the errors of the measured tips in cm, ascending, and the share of photographs with a measured tip.
+fn errors_at(period_min: f64, seeds: std::ops::Range<u64>) -> (Vec<f64>, f64) {
+    let scene = Scene { width: 648, height: 486, ..Scene::default() };
+    let greenhouse = Greenhouse { scene: scene.clone(), ..Greenhouse::default() };
+    let faults = Faults { leaf_across: 0.05, fly: 0.05, missed_flash: 0.03, ..Faults::default() };
+    let config = VisionConfig { crop: Some(greenhouse.crop()), ..VisionConfig::default() };
+    let (mut errors, mut photographs) = (Vec::new(), 0);
+    for seed in seeds {
+        let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
+        bean.advance(&[0.0, 1.0], 60.0 * (4.0 + 5.0 * (seed % 8) as f64));
+        let mut renderer = Renderer::new(&scene, seed);
+        let mut tracker =
+            TipTracker::new(greenhouse.calibration(), config.clone()).unwrap().with_period(period_min);
+        for frame in 0..(480.0 / period_min) as u64 {
+            let minutes = frame as f64 * period_min;
+            let light = [Light::LEFT, Light::RIGHT][(minutes / 180.0) as usize % 2];
+            let events = if frame < 6 { Vec::new() } else { faults.events_at(seed, frame) };
+            let bytes = fault::photograph(&mut renderer, &events, &bean.pose(), Some(light), frame, None);
+            let time_s = 60.0 * minutes;
+            let seen = tracker.observe(&Frame::new(Photo { time_s, ..photo(bytes.unwrap_or_default()) }));
+            assert!(seen.status != FrameStatus::ClockGap, "step {frame} at {period_min} min");
+            photographs += 1;
+            if seen.is_measured() {
+                let top = truth(&bean.pose(), renderer.frame()).top;
+                errors.push(seen.observation.unwrap().tip.distance(top));
+            }
+            bean.advance(&lamp_powers(Some(light)), period_min);
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let share = errors.len() as f64 / f64::from(photographs);
+    (errors, share)
+}
+
+#[test]
+fn tips_are_as_accurate_at_any_interval() {
+    // The same plants over the same hours: where photographs follow each other slowly, more plants.
+    let figures = |period_min: f64| {
+        let plants = (5.0 * (period_min / 5.0).max(1.0)) as u64;
+        let (errors, share) = errors_at(period_min, 700..700 + plants);
+        let at = |share: f64| errors[(share * (errors.len() - 1) as f64) as usize];
+        let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
+        eprintln!(
+            "{period_min:>5} min: {} tips, median {:.4}, 90 % {:.4}, 95 % {:.4}, 99 % {:.4}, rms {rms:.4} cm, share {share:.3}",
+            errors.len(),
+            at(0.5),
+            at(0.9),
+            at(0.95),
+            at(0.99)
+        );
+        (at(0.5), at(0.95), share)
+    };
+    let five = figures(5.0);
+    for period_min in [15.0, 2.0] {
+        let (median, most, share) = figures(period_min);
+        assert!((median / five.0 - 1.0).abs() < 0.2, "{period_min} min: median {median} cm");
+        assert!((most / five.1 - 1.0).abs() < 0.2, "{period_min} min: 95 % below {most} cm");
+        assert!(share > five.2 - 0.05, "{period_min} min: {share} measured");
+    }
+}
+
+#[test]
+fn a_rig_that_is_tried_at_speed_has_no_gaps() {
+    let scene = Scene { width: 648, height: 486, ..Scene::default() };
+    let greenhouse = Greenhouse { scene: scene.clone(), ..Greenhouse::default() };
+    let config = VisionConfig { crop: Some(greenhouse.crop()), ..VisionConfig::default() };
+    let mut bean = Bean::new(Species::default().draw(3, 1.0), 3);
+    bean.advance(&[0.0, 1.0], 600.0);
+    // A step takes 1.2 s and ten.
+    for period_min in [0.02, 1.0 / 6.0] {
+        let mut renderer = Renderer::new(&scene, 3);
+        let mut tracker =
+            TipTracker::new(greenhouse.calibration(), config.clone()).unwrap().with_period(period_min);
+        for frame in 0..20 {
+            let bytes = renderer.photograph(&bean.pose(), Some(Light::LEFT), true, frame);
+            let time_s = 60.0 * period_min * frame as f64;
+            let seen = tracker.observe(&Frame::new(Photo { time_s, ..photo(bytes) }));
+            assert_eq!(seen.status, FrameStatus::Ok, "step {frame} at {period_min} min");
+        }
+    }
+}

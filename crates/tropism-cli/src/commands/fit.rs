@@ -40,7 +40,7 @@ pub(crate) struct Fit {
     #[arg(long, value_name = "WX,WY", value_parser = parse_pair, allow_hyphen_values = true, default_value = "0.5,1")]
     window: Pair,
 
-    /// Mean and standard deviation of growth, in cm a step, eq. (4)
+    /// Mean and standard deviation of growth in five minutes, in cm, eq. (4)
     #[arg(long, value_name = "MEAN,SD", value_parser = parse_pair, allow_hyphen_values = true, default_value = "0.03,0.01")]
     growth: Pair,
 

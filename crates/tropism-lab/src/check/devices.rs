@@ -110,6 +110,7 @@ impl<'m> Devices<'m> {
         };
         // All are opened before any is given up, so that each problem is found.
         let tracker = TipTracker::new(calibration, rig.vision.clone())
+            .map(|tracker| tracker.with_period(rig.period_min))
             .map_err(|error| fail(Group::Plant, error.to_string()));
         let flash: Result<Box<dyn Flash>, ()> = match &rig.flash {
             None => Ok(Box::new(NoFlash)),

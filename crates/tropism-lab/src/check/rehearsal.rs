@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use tropism::rig::OnExit;
+use tropism::rig::{FaultPolicy, OnExit};
 use tropism::task::Targets;
 use tropism_rig::file::RigFile;
 
@@ -151,6 +151,8 @@ impl Scratch<'_> {
         // A virtual plant grows by steps of five minutes, however fast they pass.
         if !rig.is_virtual() {
             rig.period_min = PERIOD_MIN;
+            // Each step begins when the one before is over: none is too late.
+            rig.patience = Some(FaultPolicy { late_s: f64::INFINITY, ..rig.patience() });
         }
         // A rehearsal leaves no lamp lit.
         rig.lamps.iter_mut().for_each(|lamps| lamps.on_exit = OnExit::Dark);

@@ -128,6 +128,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
     ) -> Result<Self, RecordError> {
         let (steps, events) = (folder.steps()?, folder.journal().events()?);
         let state = events.iter().rfind(|event| event.kind.is_state()).map(|event| event.kind);
+        let memory_frames = rig.tracker().memory_frames();
         let mut recorder = Self {
             rig,
             folder,
@@ -140,7 +141,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
             is_confirmed: false,
             light_hours: LightHours::of(&steps),
             health: Health::of(&steps, &events),
-            replay: Replay::new(steps),
+            replay: Replay::new(steps, memory_frames),
             is_disk_full: false,
         };
         if state != Some(EventKind::Finished) {

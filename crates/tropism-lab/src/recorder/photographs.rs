@@ -67,11 +67,14 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Misses the steps that would begin too late. Returns whether there were any.
     fn miss_overdue_steps(&mut self) -> Result<bool, RecordError> {
         let Some(now) = self.rig.clock().now() else { return Ok(false) };
-        let (step, late_s) = (self.rig.next_step(), self.supervision.policy.late_s);
+        let period_s = self.rig.due(1).as_secs_f64();
+        // At most one photograph in a period, however short it is, unless no step is ever too late.
+        let (step, wanted_s) = (self.rig.next_step(), self.supervision.policy.late_s);
+        let late_s = if wanted_s.is_finite() { wanted_s.min(period_s) } else { wanted_s };
         let now_s = now.since_start.as_secs_f64();
         let by_s = now_s - self.rig.due(step).as_secs_f64();
         if by_s > late_s {
-            let next = ((now_s - late_s) / self.rig.due(1).as_secs_f64()).ceil() as u32;
+            let next = ((now_s - late_s) / period_s).ceil() as u32;
             let reason = format!("step {step} would be {by_s:.0} s late, more than {late_s}");
             self.miss(next.max(step + 1), &reason)?;
             return Ok(true);

@@ -22,14 +22,14 @@ pub(super) struct Replay {
 }
 
 impl Replay {
-    pub(super) fn new(steps: Vec<StepRecord>) -> Self {
+    pub(super) fn new(steps: Vec<StepRecord>, memory_frames: usize) -> Self {
         let is_picture = |step: &StepRecord| {
             ![FrameStatus::Corrupt, FrameStatus::Foreign, FrameStatus::Repeated].contains(&step.seen.status)
         };
         let mut pictures = (0..steps.len()).filter(|&index| is_picture(&steps[index]));
         let references = pictures.nth(TipTracker::REFERENCE_FRAMES - 1).unwrap_or(steps.len());
         let mut measured = (0..steps.len()).rev().filter(|&index| steps[index].seen.is_measured());
-        let memory = measured.nth(TipTracker::MEMORY_FRAMES - 1).unwrap_or(0);
+        let memory = measured.nth(memory_frames - 1).unwrap_or(0);
         Self { steps, position: 0, references, memory }
     }
 

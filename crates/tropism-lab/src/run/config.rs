@@ -130,7 +130,9 @@ impl RunConfig {
     pub fn tracker(&self) -> Option<TipTracker> {
         let vision = &self.rig.vision;
         let crop = vision.crop.or_else(|| self.rig.greenhouse.as_ref().map(Greenhouse::crop));
-        TipTracker::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()
+        let tracker =
+            TipTracker::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()?;
+        Some(tracker.with_period(self.rig.period_min))
     }
 
     /// Checks what a file or a caller may have got wrong.

@@ -46,7 +46,10 @@ impl<'a> Pipeline<'a> {
         lights: Option<Vec<Option<Light>>>,
         settings_sha256: &str,
     ) -> Result<Self, Error> {
-        let tracker = |plant: &Plant| TipTracker::new(plant.calibration, plant.vision(&plan.vision));
+        let tracker = |plant: &Plant| {
+            let tracker = TipTracker::new(plant.calibration, plant.vision(&plan.vision));
+            tracker.map(|tracker| tracker.with_period(series.period_min))
+        };
         let mut trackers: Vec<TipTracker> =
             plants.iter().map(tracker).collect::<Result<_, _>>().map_err(Error::at("vision"))?;
         let journal = FrameJournal::open(&plan.journal_file(), settings_sha256, plan.resume)?;

@@ -233,6 +233,7 @@ impl RigFile {
         };
         let layout = self.layout()?;
         let tracker = TipTracker::new(calibration, self.vision.clone()).map_err(found)?;
+        let tracker = tracker.with_period(self.period_min);
         let device = |error: RigError| RigFileError(error.to_string());
         let locks = self.lock_devices().map_err(device)?;
         let flash = match &self.flash {

@@ -231,7 +231,8 @@ impl Greenhouse {
         vision: &VisionConfig,
     ) -> Result<(TentHandle, TipTracker), VisionError> {
         let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
-        Ok((self.handle(seed, period_min), TipTracker::new(self.calibration(), vision)?))
+        let tracker = TipTracker::new(self.calibration(), vision)?.with_period(period_min);
+        Ok((self.handle(seed, period_min), tracker))
     }
 
     /// A handle on the tent with the plant of `seed`, for steps of `period_min` minutes.

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::shifts::Window;
 use crate::check::{OutOfRange, ensure};
+use crate::track::{PAPER_PERIOD_MIN, SAME_PERIOD};
 
-/// Growth of the shoot in one step of five minutes, eq. (4).
+/// Growth of the shoot in one step, eq. (4): in settings a step of five minutes, in a model one of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Growth {
@@ -22,6 +23,17 @@ impl Default for Growth {
 }
 
 impl Growth {
+    /// The growth of a step of `minutes`, where this is that of the paper's five: steps add up, and their deviations add up
+    /// as those of independent draws. Within what a clock keeps, five minutes are five.
+    #[must_use]
+    pub fn over(&self, minutes: f64) -> Self {
+        let steps = minutes / PAPER_PERIOD_MIN;
+        if (steps - 1.0).abs() <= SAME_PERIOD {
+            return *self;
+        }
+        Self { mean: self.mean * steps, sd: self.sd * steps.sqrt() }
+    }
+
     /// The growth that a standard normal draw stands for, in cm.
     #[must_use]
     pub fn with_noise(&self, normal: f64) -> f64 {
@@ -48,7 +60,7 @@ pub struct TipModelConfig {
     pub window: Window,
     /// Distance between the nodes of the table, in cm.
     pub grid_cm: f64,
-    /// Growth of a step, eq. (4).
+    /// Growth of a step, eq. (4). For a fit that of five minutes, which is scaled to the step of the tracks.
     pub growth: Growth,
     /// What happens where a window is empty.
     pub empty: Empty,
@@ -72,7 +84,7 @@ impl TipModelConfig {
         positive("window.wx", window.wx, "a half-width above 0 and at most 20 cm", 20.0)?;
         positive("window.wy", window.wy, "a half-height above 0 and at most 20 cm", 20.0)?;
         ensure((0.01..=5.0).contains(grid_cm), "grid_cm", grid_cm, "0.01 to 5 cm")?;
-        positive("growth.mean", growth.mean, "growth above 0 and at most 1 cm a step", 1.0)?;
-        ensure((0.0..=1.0).contains(&growth.sd), "growth.sd", growth.sd, "0 to 1 cm a step")
+        positive("growth.mean", growth.mean, "growth above 0 and at most 100 cm a step", 100.0)?;
+        ensure((0.0..=100.0).contains(&growth.sd), "growth.sd", growth.sd, "0 to 100 cm a step")
     }
 }

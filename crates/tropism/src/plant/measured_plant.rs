@@ -8,7 +8,10 @@ use crate::file::schema_of;
 use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::Layout;
 use crate::observation::Quality;
-use crate::track::{Sample, Track};
+use crate::track::{SAME_PERIOD, Sample, Track};
+
+/// Longest step of a model with memory, in minutes: with longer ones two windows of the light are the same step.
+const MAX_PERIOD_MIN: f64 = 10.0;
 
 /// How much of each track is used, in minutes: 500 steps of five minutes. At 0.03 cm a step, eq. (4), a plant is taller than
 /// the paper's highest target by then.
@@ -105,6 +108,9 @@ impl MeasuredPlants {
         }
         let is_period = *period_min > 0.0 && period_min.is_finite();
         ensure(is_period, "period_min", *period_min, "minutes above 0")?;
+        if *period_min > MAX_PERIOD_MIN * (1.0 + SAME_PERIOD) {
+            return Err(ModelError::Slow { found: *period_min, most: MAX_PERIOD_MIN });
+        }
         for (index, plant) in plants.iter().enumerate() {
             let is_far = |point: &&Point| !(point.x.abs() <= FARTHEST_CM && point.y.abs() <= FARTHEST_CM);
             let mut points = plant.tips.iter().flatten().chain(plant.stems.iter().flatten().flatten());

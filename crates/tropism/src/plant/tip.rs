@@ -16,7 +16,7 @@ use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::random::StepNoise;
-use crate::track::{PAPER_PERIOD_MIN, Sample, Track};
+use crate::track::{PAPER_PERIOD_MIN, SAME_PERIOD, Sample, Track};
 
 pub use super::config::{Empty, Growth, TipModelConfig};
 
@@ -52,6 +52,17 @@ pub enum ModelError {
         found: f64,
         /// The period of the first track, in minutes.
         wanted: f64,
+    },
+    /// Steps that are too long for a model with memory.
+    #[error(
+        "found {found} minutes between steps, wanted at most {most} for a model with memory: it tells the last five minutes of \
+         light from those before"
+    )]
+    Slow {
+        /// Minutes between steps.
+        found: f64,
+        /// The most that the model can take.
+        most: f64,
     },
     /// Tracks under different lamps.
     #[error("track {track}: found lamps {found}, wanted {wanted} as in another track")]
@@ -137,6 +148,7 @@ impl TipModel {
         let (layout, period_min) = shared_layout_and_period(&tracks)?;
         let plants: Vec<Vec<Shift>> = tracks.into_iter().map(shifts::of_track).collect();
         let counts: Vec<usize> = plants.iter().map(Vec::len).collect();
+        let config = TipModelConfig { growth: config.growth.over(period_min), ..config };
         Self::of_shifts(plants.concat(), counts, layout, period_min, config)
     }
 
@@ -253,9 +265,7 @@ pub(super) fn shared_layout_and_period(tracks: &[&Track]) -> Result<(Layout, f64
     let layout = layouts.max_by_key(|layout| layout.len()).cloned().unwrap_or_default();
     let period_min = tracks.first().map_or(PAPER_PERIOD_MIN, |track| track.period_min);
     for (index, track) in tracks.iter().enumerate() {
-        /// Intervals of photographs that a clock keeps are one within this share.
-        const SAME: f64 = 0.02;
-        if (track.period_min - period_min).abs() > SAME * period_min {
+        if (track.period_min - period_min).abs() > SAME_PERIOD * period_min {
             let (found, wanted) = (track.period_min, period_min);
             return Err(ModelError::Period { track: index + 1, found, wanted });
         }

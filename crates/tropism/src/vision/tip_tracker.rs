@@ -18,10 +18,10 @@ use crate::vision::frame_status::FrameStatus;
 use crate::vision::raster::frame::{Frame, OpenPicture};
 use crate::vision::raster::source::PixelSource;
 use crate::vision::tracking::background::{Background, is_black};
-use crate::vision::tracking::gating::{self, PERIOD_MIN, PlantMeasurement, TrackGate};
+use crate::vision::tracking::gating::{Interval, PlantMeasurement, TrackGate};
 use crate::vision::tracking::hold::StemHold;
 
-/// Intervals shorter or longer than these, in periods, are clock gaps. Chosen by hand.
+/// Intervals shorter or longer than these, as shares of the expected one, are clock gaps. Chosen by hand.
 const MIN_INTERVAL: f64 = 0.5;
 const MAX_INTERVAL: f64 = 1.5;
 
@@ -67,6 +67,8 @@ pub struct TipTracker {
     reference: Option<Background>,
     candidates: usize,
     gate: TrackGate,
+    /// Interval at which photographs are expected.
+    interval: Interval,
     /// Time of the latest photograph, in seconds.
     time_s: f64,
     /// Photographs of an interrupted run whose gating is still to be repeated: the latest accepted ones, and those
@@ -78,10 +80,7 @@ impl TipTracker {
     /// Number of pictures at the beginning that may become the reference.
     pub const REFERENCE_FRAMES: usize = 6;
 
-    /// Number of latest accepted photographs that gating depends on.
-    pub const MEMORY_FRAMES: usize = gating::MEMORY;
-
-    /// A tracker without photographs.
+    /// A tracker without photographs, which expects one every five minutes as in the paper.
     ///
     /// # Errors
     /// [`VisionError`] where a value is out of range or the crop does not lie in pictures of the calibrated size.
@@ -98,9 +97,30 @@ impl TipTracker {
             reference: None,
             candidates: 0,
             gate: TrackGate::default(),
-            time_s: -60.0 * PERIOD_MIN,
+            interval: Interval::default(),
+            time_s: -60.0 * Interval::default().0,
             replay: Vec::new(),
         })
+    }
+
+    /// The same tracker, without photographs so far, which expects one every `period_min` minutes: what a plant may move
+    /// from one to the next, how many must agree and what is a gap follow from it.
+    ///
+    /// # Panics
+    /// If `period_min` is not above 0.
+    #[must_use]
+    pub fn with_period(mut self, period_min: f64) -> Self {
+        assert!(period_min > 0.0, "photographs are some time apart");
+        self.interval = Interval(period_min);
+        self.gate = TrackGate::new(self.interval);
+        self.time_s = -60.0 * period_min;
+        self
+    }
+
+    /// Number of latest accepted photographs that gating depends on.
+    #[must_use]
+    pub fn memory_frames(&self) -> usize {
+        self.interval.memory()
     }
 
     /// The camera's calibration.
@@ -138,11 +158,12 @@ impl TipTracker {
         // Only the latest accepted frames are kept, and of those since only the end of a long time without the plant.
         if tracked.is_measured() {
             self.replay.retain(|(_, tracked)| tracked.is_measured());
-            self.replay.drain(..(self.replay.len() + 1).saturating_sub(gating::MEMORY));
+            self.replay.drain(..(self.replay.len() + 1).saturating_sub(self.memory_frames()));
         }
         let accepted = self.replay.iter().filter(|(_, tracked)| tracked.is_measured()).count();
-        if self.replay.len() > accepted + 2 * gating::MEMORY {
-            self.replay.drain(accepted..accepted + gating::MEMORY);
+        let memory = self.memory_frames();
+        if self.replay.len() > accepted + 2 * memory {
+            self.replay.drain(accepted..accepted + memory);
         }
         self.replay.push((frame, tracked.clone()));
         self.tip = tracked.observation.as_ref().map(|observation| observation.tip);
@@ -237,12 +258,12 @@ impl TipTracker {
 
     /// [`TipTracker::update`], one period after the photograph before.
     pub fn update_next(&mut self, detection: Result<Detection, FrameStatus>) -> TrackedFrame {
-        self.update(detection, self.time_s + 60.0 * PERIOD_MIN)
+        self.update(detection, self.time_s + 60.0 * self.interval.0)
     }
 
     /// Updates the track by the [detection](TipTracker::detect) in the next photograph, taken at `time_s` seconds.
     pub fn update(&mut self, detection: Result<Detection, FrameStatus>, time_s: f64) -> TrackedFrame {
-        let periods = (time_s - self.time_s) / (60.0 * PERIOD_MIN);
+        let steps = (time_s - self.time_s) / (60.0 * self.interval.0);
         self.time_s = time_s;
         let (status, fit) = match &detection {
             Err(status) => (*status, 0.0),
@@ -253,7 +274,7 @@ impl TipTracker {
         let tip_px = detection.as_ref().ok().map(|detection| detection.tip);
         let camera_shift = detection.as_ref().ok().and_then(|detection| self.known_shift(detection));
         let accepted = detection.ok().filter(|_| status == FrameStatus::Ok);
-        let is_clock_gap = periods > MAX_INTERVAL || (periods > 0.0 && periods < MIN_INTERVAL);
+        let is_clock_gap = steps > MAX_INTERVAL || (steps > 0.0 && steps < MIN_INTERVAL);
         let status = if status == FrameStatus::Ok && is_clock_gap && self.tip.is_some() {
             FrameStatus::ClockGap
         } else {

@@ -22,8 +22,42 @@ use crate::vision::frame_status::FrameStatus;
 use crate::vision::tracking::hold::MAX_HELD_FRAMES;
 use crate::vision::tracking::kalman::{KalmanState, MAX_STEADY_MOTION};
 
-/// The interval that "period" means in tracking, in minutes: the paper's (section 2.2.2).
+/// The interval that "period" means in the constants of tracking, in minutes: the paper's (section 2.2.2). Rates are per
+/// period; what photographs of another [`Interval`] are held against follows from it.
 pub(in crate::vision) const PERIOD_MIN: f64 = 5.0;
+
+/// The most by which counts of photographs grow where these follow each other faster than in the paper: chosen, for a run
+/// that is resumed reads as many photographs again.
+const MAX_COUNT_SCALE: f64 = 3.0;
+
+/// The interval at which the photographs of a series follow each other, in minutes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::vision) struct Interval(pub(in crate::vision) f64);
+
+impl Default for Interval {
+    /// The paper's.
+    fn default() -> Self {
+        Self(PERIOD_MIN)
+    }
+}
+
+impl Interval {
+    /// The interval in periods, at least one: over less than a period a plant moves less than errors of measurement.
+    fn periods(self) -> f64 {
+        (self.0 / PERIOD_MIN).max(1.0)
+    }
+
+    /// The number of photographs that take as long as `count` of the paper's; at least two.
+    pub(in crate::vision) fn count(self, count: usize) -> usize {
+        let scaled = count as f64 * (PERIOD_MIN / self.0).min(MAX_COUNT_SCALE);
+        (scaled.round() as usize).max(count.min(2))
+    }
+
+    /// Number of photographs that gating depends on.
+    pub(in crate::vision) fn memory(self) -> usize {
+        self.count(MEMORY)
+    }
+}
 
 /// Radius of the full gate, in cm per period: no bean was seen to move faster.
 const GATE: f64 = 2.2;
@@ -62,7 +96,7 @@ const YOUNG_TRACK: usize = 2;
 
 /// Number of photographs that gating depends on: accepted ones for their appearance, and all rejected ones since, of
 /// which no more can agree before they are accepted.
-pub(in crate::vision) const MEMORY: usize = CONFIRM_OCCLUSION;
+const MEMORY: usize = CONFIRM_OCCLUSION;
 
 /// Contrast below which a plant is dimmed by mist or a shadow, as a share of the greatest in memory; and below which
 /// even its tip may have vanished.
@@ -105,6 +139,7 @@ struct Appearance {
 /// What is known of a plant from the photographs so far.
 #[derive(Clone, Debug, Default)]
 pub(in crate::vision) struct TrackGate {
+    interval: Interval,
     state: Option<KalmanState>,
     /// Number of accepted measurements.
     accepted: usize,
@@ -112,29 +147,36 @@ pub(in crate::vision) struct TrackGate {
     last: Option<PlantMeasurement>,
     /// Time of the latest accepted measurement, in seconds.
     time_s: f64,
-    /// Appearances of the latest accepted measurements, newest first, at most [`MEMORY`]: mist comes slowly.
+    /// Appearances of the latest accepted measurements, newest first, at most [`Interval::memory`]: mist comes slowly.
     appearances: VecDeque<Appearance>,
     /// The latest measurement if it was rejected, and the number of rejected ones up to it that agree.
     rejected: Option<(PlantMeasurement, usize)>,
 }
 
 impl TrackGate {
+    /// A gate for photographs that follow each other at `interval`.
+    pub(in crate::vision) fn new(interval: Interval) -> Self {
+        Self { interval, ..Self::default() }
+    }
+
     /// Gates a measurement: its status, and how well it fits the expectation, 0 to 1.
     pub(in crate::vision) fn gate(
         &mut self,
         measurement: PlantMeasurement,
         time_s: f64,
     ) -> (FrameStatus, f64) {
-        let periods = self.periods(time_s);
+        let (periods, usual) = (self.periods(time_s), self.interval.periods());
         let full_gate = GATE * periods.max(1.0);
-        let narrow_gate = (NARROW_GATE + NARROW_GATE_GROWTH * (periods - 1.0).max(0.0)).min(MAX_NARROW_GATE);
+        let steps = periods / usual;
+        let narrow_gate =
+            usual * (NARROW_GATE + NARROW_GATE_GROWTH * (steps - 1.0).max(0.0)).min(MAX_NARROW_GATE);
         let anomaly = self.anomaly(&measurement);
         let radius = match anomaly {
             Anomaly::None => full_gate,
             Anomaly::Dimmed => NARROW_GATE * periods.max(1.0),
             Anomaly::HiddenByLeaf => 0.0,
             // An occluded tip is accepted near the expected one, but only for as long as a held tip may steer.
-            Anomaly::Occluded if periods > f64::from(MAX_HELD_FRAMES) + 1.5 => 0.0,
+            Anomaly::Occluded if steps > f64::from(MAX_HELD_FRAMES) + 1.5 => 0.0,
             Anomaly::TissueChanged | Anomaly::Occluded => narrow_gate,
         };
         // The first measurement is accepted if it has no anomaly.
@@ -143,10 +185,14 @@ impl TrackGate {
         let distance = expected.map_or(unknown, |expected| expected.distance(measurement.tip));
         let fit = math::exp(-0.5 * (distance / radius.max(0.1)) * (distance / radius.max(0.1)));
         let agreeing = match &self.rejected {
-            Some((before, count)) if agree(&measurement, before) => count + 1,
+            Some((before, count)) if agree(&measurement, before, usual) => count + 1,
             _ => 1,
         };
-        let confirmations = if self.accepted <= YOUNG_TRACK { CONFIRM_JUMP } else { anomaly.confirmations() };
+        let confirmations = if self.accepted <= YOUNG_TRACK {
+            CONFIRM_JUMP
+        } else {
+            self.interval.count(anomaly.confirmations())
+        };
         if distance <= radius || agreeing >= confirmations {
             self.accept(measurement.tip, time_s);
             self.remember_appearance(measurement);
@@ -161,15 +207,16 @@ impl TrackGate {
     fn anomaly(&self, measurement: &PlantMeasurement) -> Anomaly {
         match (&self.last, self.state) {
             (Some(last), Some(state)) => {
+                let usual = self.interval.periods();
                 let clearest = self.appearances.iter().map(|before| before.contrast).fold(0.0, f64::max);
                 let is_below = |share: f64| measurement.contrast < share * clearest;
                 let leaf_tips = self.appearances.iter().filter(|before| before.has_leaf_tip).count();
                 // Where two leaves are of one height, now the one is higher, now the other: both were there before.
-                let was_there = measurement.tip.distance(state.tip) > MAX_NARROW_GATE
+                let was_there = measurement.tip.distance(state.tip) > usual * MAX_NARROW_GATE
                     && last.tissue.is_near(measurement.calibration.pixel(measurement.tip));
                 let has_new_leaf_tip =
                     measurement.has_leaf_tip() && 2 * leaf_tips < self.appearances.len() && !was_there;
-                let is_changed = || has_changed(measurement, &last.tissue, state.tip);
+                let is_changed = || has_changed(measurement, &last.tissue, state.tip, usual);
                 match () {
                     () if has_new_leaf_tip && !is_below(DIMMED) && is_changed() => Anomaly::HiddenByLeaf,
                     () if measurement.is_occluded || has_new_leaf_tip || is_below(STRONGLY_DIMMED) => {
@@ -187,7 +234,7 @@ impl TrackGate {
 
     /// Adds the appearance of the latest accepted measurement.
     pub(in crate::vision) fn remember_appearance(&mut self, measurement: PlantMeasurement) {
-        self.appearances.truncate(MEMORY - 1);
+        self.appearances.truncate(self.interval.memory() - 1);
         let (contrast, has_leaf_tip) = (measurement.contrast, measurement.has_leaf_tip());
         self.appearances.push_front(Appearance { contrast, has_leaf_tip });
         self.last = Some(measurement);
@@ -241,8 +288,8 @@ impl Anomaly {
 /// Whether tissue appeared or vanished since the photograph `before`, whose tip was at `tip`.
 ///
 /// It did if some lies farther from earlier tissue than the tip has moved, if more appeared than vanished, or if the
-/// plant drew back along itself.
-fn has_changed(measurement: &PlantMeasurement, before: &OccupancyGrid, tip: Point) -> bool {
+/// plant drew back along itself. `usual` is the interval of the series, in periods.
+fn has_changed(measurement: &PlantMeasurement, before: &OccupancyGrid, tip: Point, usual: f64) -> bool {
     let PlantMeasurement { tissue: now, calibration, .. } = measurement;
     let moved = measurement.tip.distance(tip);
     let max_area = MAX_CHANGE * (calibration.px_per_cm * calibration.px_per_cm);
@@ -252,22 +299,23 @@ fn has_changed(measurement: &PlantMeasurement, before: &OccupancyGrid, tip: Poin
     let (now_at_tip, before_at_tip) = (around_tip(now, measurement.tip), around_tip(before, tip));
     let appeared = |radius: f64| now_at_tip.area_beyond(before, radius * calibration.px_per_cm);
     let vanished = |radius: f64| before_at_tip.area_beyond(now, radius * calibration.px_per_cm);
-    let far = moved.clamp(TISSUE_MOTION, GATE);
-    let (new, gone) = (appeared(TISSUE_MOTION / 2.0), vanished(TISSUE_MOTION / 2.0));
+    let tissue_motion = usual * TISSUE_MOTION;
+    let far = moved.clamp(tissue_motion, usual * GATE);
+    let (new, gone) = (appeared(tissue_motion / 2.0), vanished(tissue_motion / 2.0));
     let covers = |grid: &OccupancyGrid, point: Point| grid.is_near(calibration.pixel(point));
-    let draws_back = moved > NARROW_GATE && covers(before, measurement.tip) && !covers(now, tip);
+    let draws_back = moved > usual * NARROW_GATE && covers(before, measurement.tip) && !covers(now, tip);
     draws_back
         || appeared(far).max(vanished(far)) > max_area
         || (new - gone).abs() > max_area + MAX_IMBALANCE * new.min(gone)
 }
 
-/// Whether two photographs in a row show the same plant.
-fn agree(one: &PlantMeasurement, other: &PlantMeasurement) -> bool {
+/// Whether two photographs in a row show the same plant. `usual` is the interval of the series, in periods.
+fn agree(one: &PlantMeasurement, other: &PlantMeasurement, usual: f64) -> bool {
     let moved = one.tip.distance(other.tip);
     let max_area = MAX_DISAGREEMENT * one.tissue.area().max(other.tissue.area());
-    let radius = moved.max(TISSUE_MOTION) * one.calibration.px_per_cm;
+    let radius = moved.max(usual * TISSUE_MOTION) * one.calibration.px_per_cm;
     let difference = one.tissue.area_beyond(&other.tissue, radius);
-    moved <= GATE && difference.max(other.tissue.area_beyond(&one.tissue, radius)) <= max_area
+    moved <= usual * GATE && difference.max(other.tissue.area_beyond(&one.tissue, radius)) <= max_area
 }
 
 #[cfg(test)]

@@ -10,7 +10,8 @@ use crate::vision::tracking::kalman::{KalmanState, MAX_STEADY_MOTION};
 /// Least number of measurements between two jumps that are not an outlier. Chosen by hand.
 const MIN_RUN: usize = 3;
 
-/// Longest interval over which the distance to the tip before may grow, in periods. Chosen by hand.
+/// Longest interval over which the distance to the tip before may grow, in periods; where measurements are usually longer
+/// apart, that interval. Chosen by hand.
 const MAX_INTERVAL: f64 = 3.0;
 
 /// Distance from the smoothed tip, in cm, within which a rejected measurement is used after all. Chosen by hand.
@@ -71,12 +72,13 @@ pub fn smooth(measurements: &[TipMeasurement]) -> Vec<Option<SmoothedTip>> {
 /// The accepted tips in runs of at least [`MIN_RUN`]. A jump begins a new run; a tip that returns to the run before
 /// continues that one.
 fn consistent_runs(measurements: &[TipMeasurement]) -> Vec<Option<RunTip>> {
+    let max_interval = usual_interval(measurements).max(MAX_INTERVAL);
     let mut runs: Vec<Vec<usize>> = Vec::new();
     let accepted = (0..measurements.len()).filter(|&i| measurements[i].is_accepted);
     for (i, tip) in accepted.filter_map(|i| Some((i, measurements[i].tip?))) {
         let continues = |run: &Vec<usize>| {
             let last = &measurements[run[run.len() - 1]];
-            let periods = (measurements[i].time - last.time).clamp(1.0, MAX_INTERVAL);
+            let periods = (measurements[i].time - last.time).clamp(1.0, max_interval);
             last.tip.is_some_and(|before| tip.distance(before) <= MAX_STEADY_MOTION * periods)
         };
         // The run with the latest tip stands last.
@@ -95,6 +97,13 @@ fn consistent_runs(measurements: &[TipMeasurement]) -> Vec<Option<RunTip>> {
         run.iter().for_each(|&i| tips[i] = measurements[i].tip.map(|tip| (tip, number)));
     }
     tips
+}
+
+/// The median interval, in periods; 0 of less than two measurements.
+fn usual_interval(measurements: &[TipMeasurement]) -> f64 {
+    let mut intervals: Vec<f64> = measurements.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
+    intervals.sort_by(f64::total_cmp);
+    intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Smooths each run by itself.
