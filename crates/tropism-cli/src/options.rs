@@ -138,6 +138,7 @@ fn parse_faults(text: &str) -> Result<Faults, String> {
 
 /// Keys of plans, and the options that set them.
 const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
+    ("anyway", "--anyway"),
     ("base", "--base"),
     ("bound", "--bound"),
     ("calibration", "--calibration"),

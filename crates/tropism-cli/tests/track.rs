@@ -163,9 +163,73 @@ fn hindsight_fills_gaps_and_measures_nothing() {
 fn a_region_that_is_too_small_is_named() {
     let folder = folder();
     let words = succeeds(&folder, &ONE.replace("60,5,55,75", "60,42,55,38"));
-    assert!(words.contains("reaches out of its region (top "), "{words}");
+    assert!(words.contains("the plant reaches the edge of its region (top)"), "{words}");
     let edges = &json(&folder, "one.json")["leaves_view_at"];
     assert!(edges["top"].as_u64() > Some(0) && edges["left"].is_null(), "{edges}");
+}
+
+/// Twenty-four photographs of one stem, the picture of a white wall behind it from column `wall` on.
+fn before_a_wall(wall: usize) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("photos")).unwrap();
+    for step in 0..24 {
+        let mut image = dark();
+        for row in 0..HEIGHT {
+            image.rgb[3 * (row * WIDTH + wall)..3 * (row + 1) * WIDTH].fill(170);
+        }
+        stem(&mut image, 35 + step % 4, 60 - step);
+        let name = format!("photos/cam_20240501_{:02}{:02}00.jpg", 12 + step / 12, 5 * (step % 12));
+        fs::write(folder.path().join(name), image.to_jpeg(92).unwrap()).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn wrong_regions_are_doubted_and_no_model_is_fitted_to_them_unasked() {
+    let kinds = |folder: &TempDir| -> Vec<String> {
+        let doubts = json(folder, "t.json")["doubts"].as_array().unwrap().clone();
+        doubts.iter().map(|doubt| doubt["kind"].as_str().unwrap().to_owned()).collect()
+    };
+    let doubted = |folder: &TempDir, line: &str, wanted: &[&str], advice: &str| {
+        let words = succeeds(folder, &format!("track photos {line} --light left.csv --out t.csv --force"));
+        assert_eq!(kinds(folder), wanted, "{line}: {words}");
+        assert!(words.contains(advice), "{line}: {words}");
+        assert!(words.contains("next: tropism track photos --guide"), "{line}: {words}");
+        let (code, _, error) = tropism(folder.path(), "fit t.csv --out model.json");
+        assert!(code == 1 && error.contains("t.csv: ") && error.contains("--anyway"), "{line}: {error}");
+        assert!(!folder.path().join("model.json").exists());
+    };
+    let folder = before_a_wall(60);
+    let names = fs::read_dir(folder.path().join("photos")).unwrap();
+    let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let table: String = names.map(|name| format!("{name},left\n")).collect();
+    fs::write(folder.path().join("left.csv"), format!("frame,light\n{table}")).unwrap();
+    let here = "--base 36,79 --scale 5";
+    doubted(&folder, &format!("--roi 5,51,60,30 {here}"), &["few_measured", "tip_at_edge"], "less than half");
+    doubted(&folder, "--roi 5,5,60,75 --base 45,79 --scale 5", &["root_elsewhere"], "stem begins at 3");
+    doubted(&folder, "--roi 5,5,60,75 --base 36,79", &["scale_assumed"], "give --scale");
+    // Told to, `fit` takes it; and a good track needs no word.
+    succeeds(&folder, "fit t.csv --anyway --out model.json");
+    let words =
+        succeeds(&folder, &format!("track photos --roi 5,5,60,75 {here} --light left.csv --out good.csv"));
+    assert!(words.contains("next: tropism fit"), "{words}");
+    succeeds(&folder, "fit good.csv --out good.json");
+    // Rows of any source that are held for the most part are doubtful too.
+    let mut text = fs::read_to_string(folder.path().join("good.csv")).unwrap();
+    text = text.replacen("measured", "held", 13);
+    fs::write(folder.path().join("held.csv"), text).unwrap();
+    let (code, _, error) = tropism(folder.path(), "fit held.csv --out held-model.json");
+    assert!(code == 1 && error.contains("held in 13 of 24 rows"), "{error}");
+}
+
+#[test]
+fn a_white_wall_is_not_dark() {
+    let folder = before_a_wall(30);
+    let (code, _, error) = tropism(folder.path(), "track photos --roi 70,5,40,75 --scale 5 --out t.csv");
+    assert!(code == 1 && error.contains("no_plant 24") && !error.contains("dark"), "{error}");
+    let words =
+        succeeds(&before_a_wall(60), "track photos --roi 5,5,60,75 --base 36,79 --scale 5 --out t.csv");
+    assert!(!words.contains("dark"), "{words}");
 }
 
 #[test]

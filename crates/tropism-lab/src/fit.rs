@@ -12,7 +12,7 @@ use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::track::{Sample, Track};
 
 use crate::run::RunConfig;
-use crate::track::{is_virtual, stem_at};
+use crate::track::{doubts_of, is_virtual, stem_at};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Kinds of models.
@@ -38,6 +38,8 @@ pub struct FitPlan {
     pub kind: ModelKind,
     /// Window, growth and grid of a tip-motion model. The others have no settings.
     pub model: TipModelConfig,
+    /// Whether to take doubtful tracks too, of which [`doubts_of`] tells what speaks against them.
+    pub anyway: bool,
     /// File for the model.
     pub out: PathBuf,
 }
@@ -48,6 +50,7 @@ impl Default for FitPlan {
             tracks: Vec::new(),
             kind: ModelKind::default(),
             model: TipModelConfig::default(),
+            anyway: false,
             out: "model.json".into(),
         }
     }
@@ -103,6 +106,9 @@ impl Workflow for FitPlan {
                 ));
             }
         }
+        if !self.anyway {
+            self.refuse_doubtful(&tracks)?;
+        }
         let is_virtual =
             self.tracks.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
         let (json, shifts, tips) = match self.kind {
@@ -139,6 +145,25 @@ fn darken_unconfirmed(track: &mut Track) -> usize {
     let is_unconfirmed = |(sample, done): &(&mut Sample, f64)| sample.light.is_some() && *done == 0.0;
     let unconfirmed = track.samples.iter_mut().zip(done).filter(is_unconfirmed);
     unconfirmed.map(|(sample, _)| sample.light = None).count()
+}
+
+impl FitPlan {
+    /// An error that names each doubtful track and what speaks against it.
+    fn refuse_doubtful(&self, tracks: &[Track]) -> Result<(), Error> {
+        let mut lines = Vec::new();
+        for (path, track) in self.tracks.iter().zip(tracks) {
+            lines.extend(
+                doubts_of(path, track).iter().map(|doubt| format!("{}: {}", path.display(), doubt.advice)),
+            );
+        }
+        match lines.as_slice() {
+            [] => Ok(()),
+            doubts => Err(Error::Plan(format!(
+                "{}; wanted tracks without doubts, or `anyway` to fit a model to them all the same",
+                doubts.join("; ")
+            ))),
+        }
+    }
 }
 
 /// Takes the stems of the samples from the columns of a track.

@@ -28,6 +28,10 @@ pub(crate) struct Fit {
     #[arg(required = true, value_name = "TRACK.csv")]
     tracks: Vec<PathBuf>,
 
+    /// Take tracks too that `tropism track` warns of
+    #[arg(long)]
+    anyway: bool,
+
     /// File to write the model to
     #[arg(long, value_name = "model.json")]
     out: PathBuf,
@@ -80,7 +84,7 @@ impl Fit {
             ModelName::Memory => (ModelKind::Memory, "tune --out rule.json"),
             ModelName::Stem => (ModelKind::Stem, "tune --out rule.json"),
         };
-        let plan = FitPlan { tracks: self.tracks, kind, model, out: self.out };
+        let plan = FitPlan { tracks: self.tracks, kind, model, anyway: self.anyway, out: self.out };
         execute_and_print(&plan, shell, |results| text(results, next))
     }
 }

@@ -374,7 +374,7 @@ impl Stages<'_> {
             ..GrowPlan::default()
         };
         let tracks = grow.execute(self.monitor)?.tracks;
-        let fit = FitPlan { tracks, kind, out: out.clone(), ..FitPlan::default() };
+        let fit = FitPlan { tracks, kind, out: out.clone(), anyway: true, ..FitPlan::default() };
         fit.execute(self.monitor)?;
         Ok(out)
     }

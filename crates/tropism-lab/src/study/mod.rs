@@ -152,6 +152,7 @@ impl StudyStages<'_> {
             tracks: (0..config.experiments).map(track).collect(),
             model: config.model.clone(),
             out: self.file("model.json"),
+            anyway: true,
             ..FitPlan::default()
         };
         plan.execute(self.monitor).map(drop)

@@ -14,6 +14,7 @@ mod overlays;
 mod light;
 mod journal;
 mod table;
+mod doubt;
 mod provenance;
 mod plan;
 mod pipeline;
@@ -21,6 +22,7 @@ mod results;
 mod guide;
 
 pub use columns::{point_at, stem_at};
+pub use doubt::{Doubt, DoubtKind, doubts_of};
 pub use guide::{GuidePlan, GuideResults};
 pub use light::LightSource;
 pub use plan::TrackPlan;
@@ -32,7 +34,7 @@ pub use table::{CameraMotion, TrackCounts};
 
 use self::pipeline::Pipeline;
 use self::plan::check_minutes;
-use self::plants::{PAPER_WIDTH_CM, check_plants, place};
+use self::plants::{check_plants, place};
 use self::series::Series;
 use crate::{Error, Monitor, Workflow, files};
 
@@ -62,13 +64,6 @@ impl Workflow for TrackPlan {
         let series = Series::read(&paths, self.time, self.period_min, self.default_period_min)?;
         let plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
         let lights = self.light.read(&series.frames)?;
-        if self.scale == TrackScale::PaperCamera {
-            let px_per_cm = plants[0].calibration.px_per_cm;
-            monitor.note(&format!(
-                "no `calibration` or `px_per_cm`: assuming a picture {PAPER_WIDTH_CM} cm wide at the plant \
-                 ({px_per_cm:.2} px/cm)"
-            ));
-        }
         if let Some(folder) = &self.overlay {
             files::make_folder(folder)?;
         }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde::{Serialize, Serializer};
 use tropism::vision::{Calibration, VisionConfig};
 
+use super::doubt::{Doubt, Evidence};
 use super::light::LightSource;
 use super::pipeline::Pipeline;
 use super::plan::{SCHEMA, TrackPlan};
@@ -51,6 +52,8 @@ pub struct PlantTrack {
     pub calibration: Calibration,
     /// Whether the scale is that of the paper's camera, because the plan gives none.
     pub calibration_is_assumed: bool,
+    /// What speaks against the track; a model is fitted to it only if the plan says so.
+    pub doubts: Vec<Doubt>,
     /// SHA-256 of the digests of all photographs, one after the other.
     pub photographs_sha256: String,
     /// What is wrong with which file.
@@ -118,6 +121,14 @@ impl Pipeline<'_> {
                 undetected.push(not_detected(plant, &table.counts));
                 continue;
             };
+            let calibration_is_assumed = self.plan.scale == TrackScale::PaperCamera;
+            let evidence = Evidence {
+                plant,
+                counts: &table.counts,
+                feet: &table.feet,
+                // The camera of the virtual tent is the paper's.
+                is_scale_assumed: calibration_is_assumed && !is_virtual,
+            };
             let results = PlantTrack {
                 schema: SCHEMA,
                 track: self.plan.track_file(plant),
@@ -128,7 +139,8 @@ impl Pipeline<'_> {
                 period_min: self.series.period_min,
                 missing_steps: self.series.missing(),
                 calibration: plant.calibration,
-                calibration_is_assumed: self.plan.scale == TrackScale::PaperCamera,
+                calibration_is_assumed,
+                doubts: evidence.doubts(),
                 photographs_sha256: photographs_sha256.clone(),
                 problems: self.problems.clone(),
                 settings: settings.clone(),

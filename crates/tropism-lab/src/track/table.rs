@@ -51,6 +51,8 @@ pub(super) struct Table {
     gap: usize,
     /// Time of the last measured tip, or of the first photograph.
     measured_s: Option<f64>,
+    /// The lowest point of the stem in each photograph with a measured tip, as if the camera had not moved.
+    pub(super) feet: Vec<Pixel>,
     pub(super) counts: TrackCounts,
 }
 
@@ -107,7 +109,14 @@ impl CameraMotion {
 
 impl Table {
     pub(super) fn new(calibration: Calibration) -> Self {
-        Self { calibration, rows: Vec::new(), gap: 0, measured_s: None, counts: TrackCounts::default() }
+        Self {
+            calibration,
+            rows: Vec::new(),
+            gap: 0,
+            measured_s: None,
+            feet: Vec::new(),
+            counts: TrackCounts::default(),
+        }
     }
 
     /// Adds the next photograph.
@@ -175,6 +184,7 @@ impl Table {
             counts.longest_gap = counts.longest_gap.max(self.gap);
         }
         if let Some(sighting) = sighting {
+            self.feet.extend(foot(sighting, self.calibration.base).filter(|_| is_measured));
             counts.camera.add(&frame.name, sighting);
             if let Some(edge) = sighting.clipped_at {
                 *counts.leaves_view_at.entry(edge.name()).or_default() += 1;
@@ -238,6 +248,14 @@ impl Table {
         column("smooth_y_cm", |state| state.tip.y);
         column("smooth_sd_cm", |state| state.deviation);
     }
+}
+
+/// The lowest detected point of the stem, as if the camera had not moved. Where the detection extends the stem straight down
+/// to `base`, it is the point above that.
+fn foot(sighting: &Detection, base: Pixel) -> Option<Pixel> {
+    let shift = sighting.camera_shift;
+    let at_rest = |pixel: &Pixel| Pixel::new(pixel.x - shift.x, pixel.y - shift.y);
+    sighting.stem.as_deref()?.iter().map(at_rest).find(|pixel| pixel.distance(base) > 1e-6)
 }
 
 /// Adds the columns `NAME_x_UNIT` and `NAME_y_UNIT` of a point.

@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use tropism::lamps;
 use tropism_lab::files::shell_word;
 use tropism_lab::track::{CameraMotion, GuideResults, TrackCounts, TrackPlan, TrackResults};
 use tropism_rig::secret::shown;
+
+use crate::progress::with_options;
 
 /// Bad files that are named on the terminal; the JSON file names all.
 const NAMED: usize = 5;
@@ -25,7 +28,7 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
     let kind = if first.is_virtual { " of a virtual plant" } else { "" };
     let mut lines = vec![
         format!("{} photographs{kind}, {}", first.counts.frames, results.series),
-        format!("lamp lit: {}", counted(&first.counts.lights)),
+        lamps_lit(&first.counts.lights),
     ];
     lines.extend(
         first.problems.iter().take(NAMED).map(|(name, problem)| shown(&format!("{name}: {problem}"))),
@@ -36,11 +39,10 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
     for track in &results.tracks {
         let which = track.plant.as_ref().map_or_else(String::new, |name| format!("plant {name}: "));
         lines.push(format!("{which}{}", frames(&track.counts)));
-        if !track.counts.leaves_view_at.is_empty() {
-            let edges = counted(&track.counts.leaves_view_at);
-            lines.push(format!("{which}reaches out of its region ({edges}): a larger --roi may help"));
-        }
         lines.push(format!("wrote {}", track.track.display()));
+        lines.extend(
+            track.doubts.iter().map(|doubt| with_options(&format!("doubtful: {which}{}", doubt.advice))),
+        );
     }
     lines.extend(camera(&first.counts.camera, first.calibration.px_per_cm));
     if let Some(place) = plan.overlay.as_ref().or(plan.sheet.as_ref()) {
@@ -51,7 +53,18 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
         lines.push(format!("or see it move: tropism timelapse {} --out {film}", shell_word(folder)));
     }
     let files: Vec<String> = results.tracks.iter().map(|track| shell_word(&track.track)).collect();
-    lines.push(format!("next: tropism fit {} --out model.json", files.join(" ")));
+    let is_lit = first.counts.lights.keys().any(|name| *name != lamps::name(None));
+    lines.push(if results.tracks.iter().all(|track| track.doubts.is_empty()) && is_lit {
+        format!("next: tropism fit {} --out model.json", files.join(" "))
+    } else if results.tracks.iter().all(|track| track.doubts.is_empty()) {
+        "next: a table of the lamp in each photograph, for --light: a model needs it".to_owned()
+    } else {
+        let photographs: Vec<String> = plan.photographs.iter().map(|path| shell_word(path)).collect();
+        format!(
+            "next: tropism track {} --guide guide.html, to click root, scale and region",
+            photographs.join(" ")
+        )
+    });
     lines.join("\n")
 }
 
@@ -82,6 +95,18 @@ fn camera(camera: &CameraMotion, px_per_cm: f64) -> Option<String> {
         .then(|| format!("background not found again in {} photographs: not corrected", camera.unknown));
     let parts: Vec<String> = moved.into_iter().chain(unknown).collect();
     (!parts.is_empty()).then(|| format!("camera {}", parts.join("; ")))
+}
+
+/// `lamp lit: left 47, right 47, none seen 3`.
+fn lamps_lit(lights: &BTreeMap<&'static str, usize>) -> String {
+    let dark = lamps::name(None);
+    let named: Vec<String> = lights
+        .iter()
+        .filter(|(name, _)| **name != dark)
+        .map(|(name, count)| format!("{name} {count}"))
+        .collect();
+    let unseen = lights.get(dark).map(|count| format!("none seen {count}"));
+    format!("lamp lit: {}", named.into_iter().chain(unseen).collect::<Vec<_>>().join(", "))
 }
 
 /// `left 47, right 47`.

@@ -21,6 +21,9 @@ const DARK_BRIGHTNESS: f64 = 0.5;
 /// Contrast of a black picture's brightest parts, in standard deviations of its noise, at most. Chosen by hand.
 const BLACK_CONTRAST: f64 = 5.0;
 
+/// Grey level that the brightest parts of a black picture stay below. Chosen by hand: a quarter of the range.
+const BLACK_LEVEL: f32 = 64.0;
+
 /// Columns at which a picture is searched for bright parts. Chosen by hand.
 const COARSE_COLUMNS: usize = 256;
 
@@ -64,12 +67,12 @@ impl Background {
     }
 }
 
-/// Whether a picture is black but for noise.
+/// Whether a picture is black but for noise. A white wall has as little contrast, but is bright.
 pub(in crate::vision) fn is_black(image: &impl PixelSource) -> bool {
     let size = image.size();
     let plane = sample_luma(image, full_region(size), 0.0, (size.0 / COARSE_COLUMNS).max(1));
     let levels = Levels::from_plane(&plane, plane.values.len() / 1_000);
-    levels.contrast() < BLACK_CONTRAST
+    levels.contrast() < BLACK_CONTRAST && levels.bright < BLACK_LEVEL
 }
 
 /// Median luma of a picture, 0 to 255. Read from means of 8 x 8 pixels, which a JPEG gives without decoding its

@@ -1,0 +1,160 @@
+//! What speaks against a track, and what to do about it: most often the region, the base or the scale is wrong.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use tropism::geometry::{Pixel, Region};
+use tropism::math::statistics::upper_median;
+use tropism::observation::Quality;
+use tropism::track::Track;
+
+use super::plants::{PAPER_WIDTH_CM, Plant};
+use super::table::TrackCounts;
+use crate::files;
+
+/// Share of the photographs in which a tip must be measured; chosen by hand. Each fault of the virtual tent, at the rates
+/// of docs/vision.md, leaves 85 % or more.
+const LEAST_MEASURED: f64 = 0.5;
+
+/// Share of the photographs in which a plant may reach an edge of its region; chosen by hand.
+const MOST_CLIPPED: f64 = 0.1;
+
+/// Largest distance of the stem's foot from the base, in cm, sideways and upwards. Chosen by hand: a foot often lies in the
+/// shade of the pot's rim.
+const MOST_ASIDE_CM: f64 = 1.0;
+const MOST_ABOVE_CM: f64 = 2.5;
+
+/// Why a track is doubtful.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DoubtKind {
+    /// The tip is measured in less than half of the photographs.
+    FewMeasured,
+    /// The stem does not begin at the base.
+    RootElsewhere,
+    /// The plant reaches an edge of its region in a tenth of the photographs or more.
+    TipAtEdge,
+    /// The scale is that of the paper's camera, because the plan gives none.
+    ScaleAssumed,
+}
+
+/// One doubt about a track.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Doubt {
+    /// Why the track is doubtful.
+    pub kind: DoubtKind,
+    /// What was found, and what to do, in a sentence with the keys of a plan in backticks.
+    pub advice: String,
+}
+
+/// What is known of a plant when its series ends.
+pub(super) struct Evidence<'a> {
+    pub(super) plant: &'a Plant,
+    pub(super) counts: &'a TrackCounts,
+    /// The lowest point of the stem in each photograph with a measured tip, in pixels of the first photograph.
+    pub(super) feet: &'a [Pixel],
+    pub(super) is_scale_assumed: bool,
+}
+
+impl Evidence<'_> {
+    /// The doubts, the gravest first.
+    pub(super) fn doubts(&self) -> Vec<Doubt> {
+        let all = [self.few_measured(), self.root_elsewhere(), self.tip_at_edge(), self.scale_assumed()];
+        all.into_iter().flatten().collect()
+    }
+
+    fn few_measured(&self) -> Option<Doubt> {
+        let TrackCounts { frames, measured, .. } = *self.counts;
+        is_too_few(measured, frames).then(|| {
+            Doubt::new(
+                DoubtKind::FewMeasured,
+                format!(
+                    "the tip is measured in {measured} of {frames} photographs, less than half: is the plant in its \
+                     `region`, and its root at `base`? Leave out photographs from before it emerged"
+                ),
+            )
+        })
+    }
+
+    fn root_elsewhere(&self) -> Option<Doubt> {
+        let middle = |coordinates: Vec<f64>| upper_median(&coordinates, f64::total_cmp);
+        let x = middle(self.feet.iter().map(|foot| foot.x).collect())?;
+        let y = middle(self.feet.iter().map(|foot| foot.y).collect())?;
+        let calibration = &self.plant.calibration;
+        let base = calibration.base;
+        // A stem cannot be seen below the region.
+        let lowest =
+            self.plant.region.map_or(base.y, |Region { y, height, .. }| base.y.min((y + height) as f64));
+        let [aside_cm, above_cm] = [(x - base.x).abs(), lowest - y].map(|px| px / calibration.px_per_cm);
+        (aside_cm > MOST_ASIDE_CM || above_cm > MOST_ABOVE_CM).then(|| {
+            Doubt::new(
+                DoubtKind::RootElsewhere,
+                format!(
+                    "the stem begins at {x:.0},{y:.0}, {:.1} cm from the `base` at {:.0},{:.0}: the `base` is where the \
+                     stem leaves the soil",
+                    Pixel::new(x, y).distance(base) / calibration.px_per_cm,
+                    base.x,
+                    base.y
+                ),
+            )
+        })
+    }
+
+    fn tip_at_edge(&self) -> Option<Doubt> {
+        let clipped: usize = self.counts.leaves_view_at.values().sum();
+        (clipped as f64 >= MOST_CLIPPED * self.counts.frames as f64 && clipped > 0).then(|| {
+            let edges: Vec<&str> = self.counts.leaves_view_at.keys().copied().collect();
+            Doubt::new(
+                DoubtKind::TipAtEdge,
+                format!(
+                    "in {clipped} of {} photographs the plant reaches the edge of its region ({}), where its tip may lie \
+                     outside: a `region` with more room there may help",
+                    self.counts.frames,
+                    edges.join(", ")
+                ),
+            )
+        })
+    }
+
+    fn scale_assumed(&self) -> Option<Doubt> {
+        self.is_scale_assumed.then(|| {
+            Doubt::new(
+                DoubtKind::ScaleAssumed,
+                format!(
+                    "no scale is given, and the picture is taken to be {PAPER_WIDTH_CM} cm wide at the plant: give \
+                     `px_per_cm` or `calibration`. A wrong scale also costs photographs, for how far a tip may move is \
+                     judged in cm"
+                ),
+            )
+        })
+    }
+}
+
+impl Doubt {
+    fn new(kind: DoubtKind, advice: String) -> Self {
+        Self { kind, advice }
+    }
+}
+
+/// Whether a tip is measured in less than half of the photographs.
+fn is_too_few(measured: usize, frames: usize) -> bool {
+    (measured as f64) < LEAST_MEASURED * frames as f64
+}
+
+/// The doubts about the track in the file `path`: those in the JSON file beside it, or else whether less than half of its
+/// rows are measured.
+#[must_use]
+pub fn doubts_of(path: &Path, track: &Track) -> Vec<Doubt> {
+    #[derive(Deserialize)]
+    struct Sidecar {
+        doubts: Vec<Doubt>,
+    }
+    let text = files::read_text(&path.with_extension("json")).unwrap_or_default();
+    if let Ok(Sidecar { doubts }) = serde_json::from_str(&text) {
+        return doubts;
+    }
+    let rows = track.samples.len();
+    let held = track.samples.iter().filter(|sample| sample.quality == Quality::Held).count();
+    let advice = || format!("the tip is held in {held} of {rows} rows, more than half");
+    is_too_few(rows - held, rows).then(|| Doubt::new(DoubtKind::FewMeasured, advice())).into_iter().collect()
+}
