@@ -60,6 +60,20 @@ pub struct ParameterEstimate {
     pub low: f64,
     /// Upper end of the 90 % interval.
     pub high: f64,
+    /// Share of the estimate that is the species' own and not the track's, 0 to 1.
+    pub prior_share: f64,
+}
+
+/// Share of the prior from which on the track says nothing about a parameter; chosen by hand: its interval is then at most
+/// a fortieth narrower than the species' spread.
+const SILENT_SHARE: f64 = 0.95;
+
+impl ParameterEstimate {
+    /// Whether the track says nothing about the parameter: the estimate is the species' own.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        self.prior_share >= SILENT_SHARE
+    }
 }
 
 /// One parameter over all plants.
@@ -120,8 +134,8 @@ fn go_on(monitor: &dyn Monitor) -> Result<(), Error> {
 impl PlantEstimates {
     fn new(track: PathBuf, calibration: &BeanCalibration) -> Self {
         let estimate = |((key, ..), estimate): ((&str, &str, &str), &Estimate)| {
-            let Estimate { value, interval: [low, high] } = *estimate;
-            ParameterEstimate { key: key.to_owned(), value, low, high }
+            let Estimate { value, interval: [low, high], prior_share } = *estimate;
+            ParameterEstimate { key: key.to_owned(), value, low, high, prior_share }
         };
         let estimates = PARAMETERS.into_iter().zip(&calibration.estimates).map(estimate).collect();
         Self { track, rms_cm: calibration.rms_cm, estimates }

@@ -46,11 +46,11 @@ fn of_tips(tracks: &[Track], plants: Plants) -> Vec<Figure> {
     figures
 }
 
-/// Figures 6a and 6b: fitness over the generations of all runs, and of the first one.
+/// Figures 6a and 6b: fitness over the generations of all runs, and of a typical successful one.
 pub(crate) fn of_evolution(history: &EvolutionHistory, plants: Plants) -> Vec<Figure> {
     let mut figures = vec![report::fitness_boxes(&history.best, plants)];
-    if let (Some(best), Some(mean)) = (history.best.first(), history.mean.first()) {
-        figures.push(report::fitness_run(best, mean, plants));
+    if let Some(run) = history.typical_run() {
+        figures.push(report::fitness_run(run, &history.best[run], &history.mean[run], plants));
     }
     figures
 }

@@ -66,9 +66,9 @@ fn draw_box(plot: &mut Plot, generation: f64, numbers: &[f64; 5], half: f64) {
     plot.path("bold best", &bar);
 }
 
-/// Figure 6b: best and mean fitness of each generation of one run, in cm.
+/// Figure 6b: best and mean fitness of each generation of the run with the number `run` from 0, in cm.
 #[must_use]
-pub fn fitness_run(best: &[f64], mean: &[f64], plants: Plants) -> Figure {
+pub fn fitness_run(run: usize, best: &[f64], mean: &[f64], plants: Plants) -> Figure {
     let last = best.len().max(mean.len()).max(2) as f64;
     let y = Axis::covering("fitness (cm)", (0.0, 16.0), best.iter().chain(mean).copied());
     let mut plot = Plot::new(axis_of_generations(0.0, last), y, (372.0, 270.0), 18.0, 28.0);
@@ -78,8 +78,12 @@ pub fn fitness_run(best: &[f64], mean: &[f64], plants: Plants) -> Figure {
     plot.legend(&[("best", "best"), ("mean", "mean")]);
     Figure {
         number: "6b",
-        title: "One run".to_owned(),
-        caption: format!("Best and mean fitness of each generation of one run. {}", plants.sentence()),
+        title: format!("Run {run}, a typical successful one"),
+        caption: format!(
+            "Best and mean fitness of each generation of run {run}, whose best fitness at the end is the median of all runs. \
+             The best can fall: each generation meets new growth noise, and the best genome is evaluated again. {}",
+            plants.sentence()
+        ),
         body: Body::Svg(plot.finish()),
     }
 }
@@ -103,7 +107,7 @@ mod tests {
     fn figure_6b_is_golden() {
         let best = rising(3, 200);
         let mean: Vec<f64> = best.iter().map(|fitness| fitness - 4.0).collect();
-        testing::golden(&fitness_run(&best, &mean, Plants::ModelOfReal));
+        testing::golden(&fitness_run(3, &best, &mean, Plants::ModelOfReal));
     }
 
     #[test]

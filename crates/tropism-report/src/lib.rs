@@ -166,7 +166,7 @@ mod tests {
             trajectories(tracks, Plants::Real),
             directions(tracks, Plants::Real),
             fitness_boxes(runs, Plants::ModelOfReal),
-            fitness_run(best, best, Plants::ModelOfReal),
+            fitness_run(0, best, best, Plants::ModelOfReal),
             steering("8", "Reality", first, &targets, -3.25, Plants::Real),
             steering("8", "Reality", first, &[], 0.0, Plants::Real),
         ];

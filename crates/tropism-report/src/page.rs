@@ -314,7 +314,7 @@ mod tests {
         ];
         figures.extend(report::shift_maps(&tracks, plants));
         figures.push(report::fitness_boxes(&[fitness.clone(), fitness.clone()], plants));
-        figures.push(report::fitness_run(&fitness, &fitness, plants));
+        figures.push(report::fitness_run(0, &fitness, &fitness, plants));
         let targets = [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
         for (number, track) in ["7a", "7b", "8"].into_iter().zip(&tracks) {
             figures.push(report::steering(number, "A <controller>", track, &targets, 14.3, plants));

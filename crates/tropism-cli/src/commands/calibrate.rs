@@ -20,7 +20,8 @@ use crate::shell::Shell;
 ///
 /// Finds the virtual bean that moves most like each plant, with 90 % intervals of its growth (G), sensitivity to light
 /// (nu), motile zone (La), memory of light (tau_p) and period of circumnutation (Tcn); of several plants also their
-/// spread. The tracks must show both lamps in turn. Half a day gives wide intervals, three days those in
+/// spread. `prior` is the share of an estimate that is the species' own: near 100 % the track says nothing about the
+/// parameter. The tracks must show both lamps in turn. Half a day gives wide intervals, three days those in
 /// docs/virtual-bean.md.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -70,8 +71,16 @@ fn text(plan: &CalibratePlan, plants: &[PlantEstimates]) -> String {
         text += &format!("{}: {rms_cm:.1} cm from the tip (rms)\n", track.display());
         for ((key, letter, unit), estimate) in PARAMETERS.into_iter().zip(estimates) {
             let (value, low, high) = (estimate.value, estimate.low, estimate.high);
-            text += &format!("  {letter:<6} {key:<24} {value:>8.4}  [{low:.4}, {high:.4}] {unit}\n");
+            let prior = 100.0 * estimate.prior_share;
+            let silent = if estimate.is_silent() { ": the track says nothing about it" } else { "" };
+            text += &format!(
+                "  {letter:<6} {key:<24} {value:>8.4}  [{low:.4}, {high:.4}] {unit}; prior {prior:.0} %{silent}\n"
+            );
         }
+    }
+    let silent = |parameter: usize| plants.iter().all(|plant| plant.estimates[parameter].is_silent());
+    if (0..PARAMETERS.len()).all(silent) {
+        text += "these tracks say nothing about any parameter: the estimates are the species' own\n";
     }
     if plants.len() > 1 {
         text += &format!("{} plants: mean, and spread between plants\n", plants.len());

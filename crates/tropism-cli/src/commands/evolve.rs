@@ -120,11 +120,16 @@ impl Evolve {
 fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
     let [least, median, greatest] = results.best_fitness_range();
     let chosen = results.chosen();
+    let expected = match &chosen.withheld {
+        None => format!("{:.2} cm (sd {:.2})", chosen.transfer.mean, chosen.transfer.sd),
+        Some(reason) => format!("withheld, for {reason}"),
+    };
+    let above =
+        if greatest > plan.task.best() { "; a tip that leans away below the start scores more" } else { "" };
     format!(
         "{} runs, {} evaluations, {:.1} s ({:.1} s of processor time)\n\
-         best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2} (best possible {:.2})\n\
-         champion: run {}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {:.2} cm \
-         (sd {:.2}){}\n\
+         best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2} (best possible {:.2}{above})\n\
+         champion: run {}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {expected}{}\n\
          wrote {champion}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
         results.runs.len(),
         results.evaluations,
@@ -134,8 +139,6 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
         results.champion,
         chosen.links,
         chosen.trial.mean,
-        chosen.transfer.mean,
-        chosen.transfer.sd,
         warning(chosen),
         champion = plan.out.join("champion.json").display(),
         word = shell_word(&plan.out.join("champion.json")),

@@ -61,20 +61,27 @@ impl EvolutionHistory {
         Ok(history)
     }
 
-    /// The first generation, counted from 1, at which the median over runs of the best fitness so far reaches `share`
-    /// of its final value; `None` of an empty history.
+    /// The first generation, counted from 1, at which the median over runs of the best fitness of a generation, as Fig. 6a
+    /// draws it, reaches `share` of its final value; `None` of an empty history.
     #[must_use]
     pub fn saturation(&self, share: f64) -> Option<usize> {
-        let generations = self.best_ever.iter().map(Vec::len).min()?;
+        let generations = self.best.iter().map(Vec::len).min().filter(|&generations| generations > 0)?;
         let median_at = |generation: usize| {
-            let mut best: Vec<f64> = self.best_ever.iter().map(|run| run[generation]).collect();
+            let mut best: Vec<f64> = self.best.iter().map(|run| run[generation]).collect();
             best.sort_by(f64::total_cmp);
             median(&best)
         };
-        let last = median_at(generations.checked_sub(1)?);
-        (0..generations)
-            .find(|&generation| median_at(generation) >= share * last)
-            .map(|generation| generation + 1)
+        let last = median_at(generations - 1);
+        (0..generations).position(|generation| median_at(generation) >= share * last).map(|index| index + 1)
+    }
+
+    /// A typical successful run: the one whose best fitness at the end is the upper median of all; `None` without runs.
+    #[must_use]
+    pub fn typical_run(&self) -> Option<usize> {
+        let at_end = |run: &usize| self.best_ever[*run].last().copied().unwrap_or(f64::NEG_INFINITY);
+        let mut order: Vec<usize> = (0..self.best_ever.len()).collect();
+        order.sort_by(|a, b| at_end(a).total_cmp(&at_end(b)).then(b.cmp(a)));
+        order.get(order.len() / 2).copied()
     }
 }
 
@@ -100,4 +107,42 @@ pub(super) fn csv_of(runs: &[EvolutionRun]) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn history(best: &[[f64; 10]]) -> EvolutionHistory {
+        let best: Vec<Vec<f64>> = best.iter().map(|run| run.to_vec()).collect();
+        let so_far = |run: &Vec<f64>| {
+            run.iter()
+                .scan(0.0_f64, |most, &value| {
+                    *most = most.max(value);
+                    Some(*most)
+                })
+                .collect()
+        };
+        EvolutionHistory { best_ever: best.iter().map(so_far).collect(), mean: best.clone(), best }
+    }
+
+    #[test]
+    fn saturation_is_that_of_the_median_that_is_drawn() {
+        // The best so far rises to the end by single lucky evaluations; the best of a generation does not.
+        let one = [1.0, 5.0, 9.0, 9.9, 10.0, 11.0, 10.0, 12.0, 10.0, 10.0];
+        let other = [1.0, 5.0, 9.0, 9.9, 10.0, 10.0, 12.0, 10.0, 13.0, 10.0];
+        assert_eq!(history(&[one, other, one]).saturation(0.98), Some(4));
+        assert_eq!(EvolutionHistory::default().saturation(0.98), None);
+    }
+
+    #[test]
+    fn the_typical_run_is_the_upper_median() {
+        let runs = [7.0, 1.0, 9.0, 8.0].map(|last| {
+            let mut run = [0.0; 10];
+            run[9] = last;
+            run
+        });
+        assert_eq!(history(&runs).typical_run(), Some(3));
+        assert_eq!(EvolutionHistory::default().typical_run(), None);
+    }
 }

@@ -94,6 +94,29 @@ pub struct EvolutionRunSummary {
     pub links: usize,
     /// Share of its steps on an unseen plant of the model at which the model has no data, 0 to 1.
     pub without_data: f64,
+    /// Why `transfer` is no expectation for unseen plants; `None` where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub withheld: Option<String>,
+}
+
+/// Share of steps without data from which on no fitness is expected; chosen by hand.
+const MOST_WITHOUT_DATA: f64 = 0.5;
+
+impl EvolutionRunSummary {
+    /// The expected fitness on an unseen plant; `None` where it would rest on one plant or on mostly empty windows.
+    #[must_use]
+    pub fn expected(&self) -> Option<Trial> {
+        self.withheld.is_none().then_some(self.transfer)
+    }
+}
+
+/// Why the fitness on models of `plants` single plants is no expectation for unseen ones.
+fn reason_to_withhold(plants: usize, without_data: f64) -> Option<String> {
+    if plants < 2 {
+        return Some("the model is of one plant, which does not tell how plants differ".to_owned());
+    }
+    (without_data > MOST_WITHOUT_DATA)
+        .then(|| format!("the model has no data in {:.0} % of the steps", 100.0 * without_data))
 }
 
 /// The results of an evolution: the content of `summary.json`.
@@ -151,7 +174,7 @@ impl Workflow for EvolvePlan {
         let champion = Choice::of(summaries.iter().map(|run| run.transfer).collect()).run;
         let json = model.to_json();
         for (index, (run, summary)) in runs.iter().zip(&summaries).enumerate() {
-            let one = Champion { expected: Some(summary.transfer), ..self.champion(run, &model, &json)? };
+            let one = Champion { expected: summary.expected(), ..self.champion(run, &model, &json)? };
             champion::write(&champion_path(&self.out, index), &one)?;
             if index == champion {
                 champion::write(&self.out.join("champion.json"), &one)?;
@@ -212,6 +235,10 @@ impl EvolvePlan {
                 let models = models.iter().take_while(|_| monitor.may_go_on());
                 evolve::trial_of_genome(models, &self.task, sensors, genome, self.seed, self.trial_plants)
             };
+            let champion = self.champion(run, model, "")?;
+            let track =
+                champion::simulate(&champion, model, &self.task, self.seed).map_err(Error::at("champion"))?;
+            let without_data = model.share_without_data(&track.samples);
             Ok(EvolutionRunSummary {
                 seed: run.seed,
                 best_fitness: run.champion().map_or(0.0, |(_, fitness)| fitness),
@@ -220,12 +247,8 @@ impl EvolvePlan {
                 trial: trial(std::slice::from_ref(model)),
                 transfer: trial(&plants),
                 links: genome.links().len(),
-                without_data: {
-                    let champion = self.champion(run, model, "")?;
-                    let track = champion::simulate(&champion, model, &self.task, self.seed)
-                        .map_err(Error::at("champion"))?;
-                    model.share_without_data(&track.samples)
-                },
+                without_data,
+                withheld: reason_to_withhold(plants.len(), without_data),
             })
         };
         let summaries = runs.par_iter().map(summarize).collect();

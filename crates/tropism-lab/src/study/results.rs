@@ -33,8 +33,8 @@ pub struct StudyResults {
     pub champion_mean_in_model: f64,
     /// Mean fitness of the champion on models of single plants: the prediction for unseen plants.
     pub champion_expected_in_reality: f64,
-    /// Generation at which the median of the best fitness comes within 2 % of its final value; `None` without
-    /// generations.
+    /// Generation at which the median of the best fitness of a generation, as Fig. 6a draws it, comes within 2 % of its
+    /// final value; `None` without generations.
     pub saturation_generation: Option<usize>,
     /// Best fitness of a single evaluation of the random controllers.
     pub best_random: f64,
@@ -62,6 +62,8 @@ pub struct StudyResults {
     pub many_champion_over_chase: PairedDifference,
     /// Mean fitness of the champion on unseen plants, as a share of its mean in the model.
     pub share_kept: f64,
+    /// The same as a share of the best single evaluation, as the paper has it: 9.96 / 14.97.
+    pub share_kept_of_best: f64,
     /// Mean duration of the champion's experiments, in hours.
     pub hours_to_end: f64,
     /// HTML file of the report.
@@ -188,6 +190,7 @@ impl StudyFolder {
         let many = [ManyNumbers::of(&self.many, champion)?, ManyNumbers::of(&self.many, chase)?];
         let many_champion_over_chase = pair.ok_or_else(lacks)?.difference;
         let best_of_runs = self.evolution.runs.iter().map(|run| run.best_fitness);
+        let best_evolved = best_of_runs.fold(f64::NEG_INFINITY, f64::max);
         let champion = self.evolution.chosen();
         let reality = CONTROLLERS.map(|name| self.in_reality(name));
         let random = ControllerSpec::Network { champion: Box::new(self.random_champion.clone()) };
@@ -195,7 +198,7 @@ impl StudyFolder {
             seed: self.config.seed,
             is_virtual: true,
             best_possible: self.config.task.best(),
-            best_evolved: best_of_runs.fold(f64::NEG_INFINITY, f64::max),
+            best_evolved,
             champion_mean_in_model: champion.trial.mean,
             champion_expected_in_reality: champion.transfer.mean,
             saturation_generation: self.history.saturation(SATURATION_SHARE),
@@ -205,6 +208,7 @@ impl StudyFolder {
             periodic_mean_in_model: self.mean_in_model(&self.config.periodic()),
             chase_mean_in_model: self.mean_in_model(&ControllerSpec::Greedy),
             share_kept: reality[0].mean / champion.trial.mean,
+            share_kept_of_best: reality[0].mean / best_evolved,
             hours_to_end: self.hours_to_end(),
             reality_champion: reality[0],
             reality_random: reality[1],
@@ -252,6 +256,16 @@ fn read_json<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, files::Fi
 }
 
 impl StudyResults {
+    /// What the best single evaluation is, and why it may exceed the best possible fitness.
+    fn note_on_best(&self) -> &'static str {
+        if self.best_evolved > self.best_possible {
+            "Best single evaluation. Above the best possible: eq. (9) does not count a tip below its start, so one that first \
+             leans away there has farther to come."
+        } else {
+            "Best single evaluation."
+        }
+    }
+
     /// The numbers that the paper prints, too, with its values (sections 3.1 and 3.2).
     #[must_use]
     pub fn rows(&self) -> Vec<NumberRow> {
@@ -264,7 +278,7 @@ impl StudyResults {
             self.saturation_generation.map_or("-".to_owned(), |generation| generation.to_string());
         [
             ("Best possible fitness (cm)", "15", cm(self.best_possible), "The distance in x to all targets."),
-            ("Best evolved fitness (cm)", "14.97", cm(self.best_evolved), "Best single evaluation."),
+            ("Best evolved fitness (cm)", "14.97", cm(self.best_evolved), self.note_on_best()),
             (
                 "The champion's mean in the model (cm)",
                 "",
@@ -281,7 +295,7 @@ impl StudyResults {
                 "Generation at which the median saturates",
                 "1000",
                 saturation,
-                "Within 2 % of its final value.",
+                "Of the median that Fig. 6a draws, within 2 % of its final value.",
             ),
             ("Best random controller (cm)", "8.72", cm(self.best_random), "Best single evaluation."),
             (
@@ -309,10 +323,16 @@ impl StudyResults {
                 "Plant by plant on the many plants.",
             ),
             (
-                "Share kept in reality",
+                "Kept in reality of the best evaluation",
                 "67 %",
+                format!("{:.0} %", 100.0 * self.share_kept_of_best),
+                "Mean in reality over the best single evaluation, as the paper has it: 9.96 / 14.97.",
+            ),
+            (
+                "Kept in reality of the mean in the model",
+                "",
                 format!("{:.0} %", 100.0 * self.share_kept),
-                "Mean in reality over mean in the model.",
+                "Mean in reality over the champion's mean in the model.",
             ),
             (
                 "Hours to the end of an experiment",

@@ -69,6 +69,9 @@ pub struct Estimate {
     pub value: f64,
     /// Least and greatest value of the interval.
     pub interval: [f64; 2],
+    /// Share of the estimate that is the species' own, 0 to 1: variance of the logarithm after the track, as a share of that
+    /// before. Near 1 the track says nothing about the parameter.
+    pub prior_share: f64,
 }
 
 /// Estimated parameters of one plant.
@@ -145,17 +148,21 @@ pub fn calibrate(
     let period = spectral(&residual, period_min / 60.0, nutation);
     Ok(BeanCalibration {
         estimates: core::array::from_fn(|parameter| match parameter {
-            FITTED => Estimate::new(period.0, period.1),
-            fitted_one => Estimate::new(fitted[fitted_one], sd[fitted_one]),
+            FITTED => Estimate::new(period.0, period.1, nutation.1),
+            fitted_one => Estimate::new(fitted[fitted_one], sd[fitted_one], course.spread[fitted_one]),
         }),
         rms_cm,
     })
 }
 
 impl Estimate {
-    /// A value whose logarithm has the standard deviation `sd`.
-    fn new(value: f64, sd: f64) -> Self {
-        Self { value, interval: [-NINETY, NINETY].map(|deviations| value * math::exp(deviations * sd)) }
+    /// A value whose logarithm has the standard deviation `sd`, and had `before` over plants of the species.
+    fn new(value: f64, sd: f64, before: f64) -> Self {
+        Self {
+            value,
+            interval: [-NINETY, NINETY].map(|deviations| value * math::exp(deviations * sd)),
+            prior_share: (sd / before).powi(2).min(1.0),
+        }
     }
 }
 
@@ -366,6 +373,17 @@ mod tests {
             assert!(away < before, "{estimate:?}, true {truth}, typical {typical}");
             assert!(estimate.interval[0] < estimate.value && estimate.value < estimate.interval[1]);
         }
+        assert!(found[0].prior_share < 0.8 && found[1].prior_share < 0.95, "{found:?}");
+    }
+
+    #[test]
+    fn a_short_track_says_that_it_says_nothing() {
+        let species = Species::default();
+        let mut track = acceptance::open_loop_experiment(&species, 3);
+        track.samples.truncate(94);
+        let found = calibrate(&track, 5.0, &species).unwrap().estimates;
+        assert!(found.iter().all(|estimate| (0.0..=1.0).contains(&estimate.prior_share)), "{found:?}");
+        assert!(found[2..].iter().all(|estimate| estimate.prior_share > 0.95), "{found:?}");
     }
 
     #[test]
