@@ -231,7 +231,7 @@ fn photographs() {
     let folder = folder();
     fails(&folder, &["track", "absent", "--out", "t.csv"], &["absent: cannot read"]);
     fails(&folder, &["track", "photos", "--out", "t.csv"], &["photos: found no .jpg"]);
-    fails(&folder, &["track", "photo.jpg", "--out", "t.csv"], &["photo.jpg", "wanted a JPEG or PNG"]);
+    fails(&folder, &["track", "photo.jpg", "--out", "t.csv"], &["photo.jpg", "wanted a JPEG, PNG or TIFF"]);
     fails(&folder, &["track", "photo.jpg", "--roi", "1,2,3", "--out", "t.csv"], &["wanted X,Y,WIDTH,HEIGHT"]);
     assert!(!folder.path().join("t.csv").exists());
 }

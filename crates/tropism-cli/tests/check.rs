@@ -174,7 +174,7 @@ fn what_is_wrong_in_a_tent_is_found() {
             "width = 430",
             "fail camera photographs of 432 x 324 pixels, calibrated for 430 x 324",
         ),
-        ("rig.toml", "[\"sh\", \"camera\"]", "[\"cat\", \"rig.toml\"]", "wanted a JPEG or PNG"),
+        ("rig.toml", "[\"sh\", \"camera\"]", "[\"cat\", \"rig.toml\"]", "wanted a JPEG, PNG or TIFF"),
     ] {
         let (code, lines) = changed(file, from, to);
         has(&lines, wanted);

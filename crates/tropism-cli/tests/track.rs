@@ -298,7 +298,7 @@ fn bad_files_are_classes_and_never_end_a_batch() {
     };
     for (second, wanted) in [
         ("505", "the file is empty"),
-        ("502", "wanted a JPEG or PNG"),
+        ("502", "wanted a JPEG, PNG or TIFF"),
         ("503", "found 10000 x 10000 pixels, wanted at most"),
         ("504", "found a picture of 1 x 1, wanted 120 x 90 as calibrated"),
         ("501", "the same bytes as the photograph before"),
@@ -439,7 +439,7 @@ fn calibrations_come_from_marks_geometry_and_a_checkerboard() {
         ("calibrate-camera board.jpg --distance 74 --view 180 --out t.toml", "found --view 180"),
         ("calibrate-camera board.jpg --out t.toml", "<--mark <X,Y,X,Y=CM>|--checkerboard"),
         ("calibrate-camera absent.jpg --mark 1,2,3,4=5 --out t.toml", "absent.jpg: cannot read"),
-        ("calibrate-camera board.toml --mark 1,2,3,4=5 --out t.toml", "wanted a JPEG or PNG"),
+        ("calibrate-camera board.toml --mark 1,2,3,4=5 --out t.toml", "wanted a JPEG, PNG or TIFF"),
         (
             "calibrate-camera board.jpg --mark 1,2,3,4=5 --out board.toml",
             "board.toml: found a file here already",
@@ -543,7 +543,7 @@ fn wrong_use_is_one_clear_line() {
     put("slash.toml", "[[plant]]\nname = \"../a\"\n");
     put("none.toml", "plant = []\n");
     for (line, wanted) in [
-        ("track empty --out t.csv", "empty: found no .jpg, .jpeg or .png file"),
+        ("track empty --out t.csv", "empty: found no .jpg, .jpeg, .png, .tif or .tiff file"),
         ("track photos --roi 100,50,50,50 --out t.csv", "--roi: found region"),
         (
             "track photos --roi 0,0,50,50 --roi 50,0,50,50 --base 5,5 --out t.csv",

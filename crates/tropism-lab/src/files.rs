@@ -1,5 +1,7 @@
 //! Files in and out, with errors that name the file.
 
+mod photographs;
+
 use std::error::Error;
 use std::ffi::OsStr;
 use std::fs;
@@ -10,10 +12,12 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
-use tropism::photo::{self, ExifHeader, Photo};
+use tropism::photo::{ExifHeader, Photo};
 use tropism::text::plain;
 use tropism::track::Track;
 use tropism_rig::secret::{holds_secret, redacted_text};
+
+pub use self::photographs::{PhotographList, list_photographs};
 
 /// A file that could not be read or written, or does not hold what it should.
 #[derive(Debug, thiserror::Error)]
@@ -373,37 +377,12 @@ pub fn write_track(path: &Path, track: &Track) -> Result<(), FileError> {
     write(path, &bytes)
 }
 
-/// Lists the photographs that `paths` name: files as they are, and of a folder all JPEG and PNG files in it, in natural
-/// order: `frame9.jpg` stands before `frame10.jpg`.
+/// Lists the photographs that `paths` name, as [`list_photographs`] does.
 ///
 /// # Errors
-/// [`FileError`] if a path does not exist or a folder holds no photograph.
+/// Those of [`list_photographs`].
 pub fn photographs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FileError> {
-    let mut found = Vec::new();
-    for path in paths {
-        if !path.is_dir() {
-            fs::metadata(path).map_err(disk("read", path))?;
-            found.push(path.clone());
-            continue;
-        }
-        let before = found.len();
-        for entry in fs::read_dir(path).map_err(disk("read", path))? {
-            let entry = entry.map_err(disk("read", path))?.path();
-            let extension = entry.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-            if matches!(extension.as_deref(), Some("jpg" | "jpeg" | "png")) {
-                found.push(entry);
-            }
-        }
-        if found.len() == before {
-            return Err(FileError::content(path, "found no .jpg, .jpeg or .png file, wanted photographs"));
-        }
-        found[before..].sort_by_cached_key(|path| {
-            let name = path.file_name().unwrap_or_default();
-            // Names that are read alike still have an order.
-            (photo::natural_order(&name.to_string_lossy()), name.to_owned())
-        });
-    }
-    Ok(found)
+    Ok(list_photographs(paths)?.files)
 }
 
 /// Lists the files of `folder` with the extension `extension`, by name.
@@ -579,7 +558,7 @@ mod tests {
     #[test]
     fn names_are_ordered_by_their_numbers() {
         let mut names = ["frame10.jpg", "frame9.jpg", "Frame1.jpg", "a.jpg", "frame009.jpg"];
-        names.sort_by_cached_key(|name| photo::natural_order(name));
+        names.sort_by_cached_key(|name| tropism::photo::natural_order(name));
         assert_eq!(names, ["a.jpg", "Frame1.jpg", "frame009.jpg", "frame9.jpg", "frame10.jpg"]);
     }
 

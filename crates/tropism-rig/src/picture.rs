@@ -16,7 +16,7 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), String> {
                 .take(40)
                 .map(|letter| if letter.is_control() { ' ' } else { letter })
                 .collect();
-            Err(format!("found {start:?}, wanted a JPEG or PNG picture"))
+            Err(format!("found {start:?}, wanted a JPEG, PNG or TIFF picture"))
         }
         Err(error) => Err(error.to_string()),
     }

@@ -25,7 +25,7 @@ impl ReplayCamera {
         let files = photographs(&folder).map_err(|error| cannot_read(&folder, &error))?;
         if files.is_empty() {
             let problem =
-                format!("{}: found no .jpg, .jpeg or .png file, wanted photographs", folder.display());
+                format!("{}: found no .jpg, .jpeg, .png, .tif or .tiff file, wanted photographs", folder.display());
             return Err(failed("camera (replay)", problem));
         }
         Ok(OpenReplayCamera { files, next: 0 })

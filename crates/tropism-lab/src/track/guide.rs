@@ -26,7 +26,7 @@ const JPEG_QUALITY: u8 = 82;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GuidePlan {
-    /// Photographs (JPEG or PNG), or folders of them.
+    /// Photographs (JPEG, PNG or TIFF), or folders of them.
     pub photographs: Vec<PathBuf>,
     /// HTML file of the page. An older guide there is replaced.
     pub page: PathBuf,
@@ -94,10 +94,11 @@ impl Workflow for GuidePlan {
         files::check_outputs_with(std::slice::from_ref(&self.page), photographs)
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<GuideResults, Error> {
+    fn execute(&self, monitor: &dyn Monitor) -> Result<GuideResults, Error> {
         self.check()?;
-        let paths = files::photographs(&self.photographs)?;
-        let series = Series::read(&paths, self.time, self.period_min, self.default_period_min)?;
+        let found = files::list_photographs(&self.photographs)?;
+        found.notes.iter().for_each(|note| monitor.note(note));
+        let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
         let plants = match self.plants.as_slice() {
             [] => Vec::new(),
             plants => place(plants, &self.scale, &self.vision, &series.frames)?,

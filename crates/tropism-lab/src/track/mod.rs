@@ -60,8 +60,9 @@ impl Workflow for TrackPlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
         self.check()?;
-        let paths = files::photographs(&self.photographs)?;
-        let series = Series::read(&paths, self.time, self.period_min, self.default_period_min)?;
+        let found = files::list_photographs(&self.photographs)?;
+        found.notes.iter().for_each(|note| monitor.note(note));
+        let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
         let plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
         let lights = self.light.read(&series.frames)?;
         if let Some(folder) = &self.overlay {

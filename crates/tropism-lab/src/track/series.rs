@@ -1,11 +1,12 @@
 //! Photographs in the order of their times, each with its step.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use tropism::photo::time_in_name;
+use tropism::photo::{natural_order, time_in_name};
 
 use crate::{Error, files};
 
@@ -103,11 +104,13 @@ impl Series {
     }
 
     fn even(paths: &[PathBuf], period_min: f64) -> Self {
-        let frames = names(paths).into_iter().zip(paths).enumerate().map(|(index, (name, path))| Frame {
+        let file_names: Vec<String> = paths.iter().map(|path| file_name(path)).collect();
+        let steps = numbered_steps(&file_names).unwrap_or_else(|| (0..paths.len() as u32).collect());
+        let frames = names(paths).into_iter().zip(paths).zip(steps).map(|((name, path), step)| Frame {
             path: path.clone(),
             name,
-            step: index as u32,
-            time_s: index as f64 * period_min * 60.0,
+            step,
+            time_s: f64::from(step) * period_min * 60.0,
         });
         Self { frames: frames.collect(), time_from: TimeSource::Even, period_min, reordered: 0 }
     }
@@ -181,6 +184,38 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     paths.iter().map(|path| files::name_text(path.as_os_str())).collect()
 }
 
+/// Steps between two photographs on average, above which the numbers in their names count something else; chosen by hand.
+const MAX_STEPS_EACH: u64 = 20;
+
+/// The steps of photographs whose names differ in one number that rises by the same from most of them to the next: where it
+/// rises by more, photographs are missing. `None` if the names are not numbered so.
+fn numbered_steps(names: &[String]) -> Option<Vec<u32>> {
+    let keys: Vec<Vec<(String, u128, String)>> = names.iter().map(|name| natural_order(name)).collect();
+    let first = keys.first()?;
+    let differs = |at: &usize| keys.iter().any(|key| key.get(*at).map(|part| part.1) != Some(first[*at].1));
+    let words = |key: &[(String, u128, String)]| key.iter().map(|part| part.0.clone()).collect::<Vec<_>>();
+    let mut counters = (0..first.len()).filter(differs);
+    let (Some(counter), None) = (counters.next(), counters.next()) else { return None };
+    if keys.iter().any(|key| words(key) != words(first)) {
+        return None;
+    }
+    let numbers: Vec<u64> = keys.iter().map(|key| key[counter].1.try_into().ok()).collect::<Option<_>>()?;
+    let rises: Vec<u64> = numbers
+        .windows(2)
+        .map(|pair| pair[1].checked_sub(pair[0]).filter(|&rise| rise > 0))
+        .collect::<Option<_>>()?;
+    let mut counts = BTreeMap::new();
+    rises.iter().for_each(|rise| *counts.entry(*rise).or_insert(0) += 1);
+    // Of those that are equally common, the least.
+    let (common, _) = counts.into_iter().rev().max_by_key(|&(_, count)| count)?;
+    let mut steps = vec![0_u64];
+    for rise in rises {
+        steps.push(steps[steps.len() - 1] + ((rise + common / 2) / common).max(1));
+    }
+    let is_counted = steps[steps.len() - 1] <= MAX_STEPS_EACH * names.len() as u64;
+    steps.into_iter().map(|step| step.try_into().ok().filter(|_| is_counted)).collect()
+}
+
 /// Whether most photographs have a time, and most of these times differ.
 fn are_informative(times: &[Option<f64>]) -> bool {
     let mut known: Vec<f64> = times.iter().flatten().copied().collect();
@@ -234,8 +269,24 @@ mod tests {
     fn counters_are_evenly_spaced() {
         let series = series(&["a/1.jpg", "a/2.jpg", "a/10.jpg"], None);
         assert_eq!(series.time_from, TimeSource::Even);
-        assert_eq!(steps(&series), [("1.jpg", 0, 0.0), ("2.jpg", 1, 300.0), ("10.jpg", 2, 600.0)]);
-        assert_eq!((series.missing(), series.reordered), (0, 0));
+        assert_eq!(steps(&series), [("1.jpg", 0, 0.0), ("2.jpg", 1, 300.0), ("10.jpg", 9, 2_700.0)]);
+        assert_eq!((series.missing(), series.reordered), (7, 0));
+    }
+
+    #[test]
+    fn gaps_in_numbers_are_gaps() {
+        let steps_of =
+            |names: &[&str]| numbered_steps(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        assert_eq!(
+            steps_of(&["a_0001.jpg", "a_0002.jpg", "a_0003.jpg", "a_0006.jpg"]),
+            Some(vec![0, 1, 2, 5])
+        );
+        // Every tenth photograph of a camera, with one left out.
+        assert_eq!(steps_of(&["i0.png", "i10.png", "i20.png", "i40.png"]), Some(vec![0, 1, 2, 4]));
+        // Two numbers that differ, other words, and numbers that count no photographs.
+        assert_eq!(steps_of(&["d1_f1.jpg", "d1_f2.jpg", "d2_f1.jpg"]), None);
+        assert_eq!(steps_of(&["a1.jpg", "a2.jpg", "b3.jpg"]), None);
+        assert_eq!(steps_of(&["1.jpg", "2.jpg", "90000.jpg"]), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Photographs: the bytes that a camera gave, and the pixels in them.
 //!
-//! In: the bytes of a JPEG or PNG file. Out: an [`Image`], upright, or a [`LazyImage`] that decodes only the regions
+//! In: the bytes of a JPEG, PNG or TIFF file. Out: an [`Image`], upright, or a [`LazyImage`] that decodes only the regions
 //! that are asked for. Half a file is an error here, not a half-grey image.
 
 mod timestamp;
@@ -8,6 +8,7 @@ mod exif;
 mod image;
 pub mod jpeg;
 mod name_order;
+mod tiff;
 
 use std::error::Error;
 use std::io::Cursor;
@@ -33,7 +34,7 @@ pub const MAX_PIXELS: usize = 64 << 20;
 pub struct Photo {
     /// Name of the file that it came from or will be kept in.
     pub name: String,
-    /// The bytes of a JPEG or PNG file.
+    /// The bytes of a JPEG, PNG or TIFF file.
     pub bytes: Vec<u8>,
     /// Seconds since the start of the experiment.
     pub time_s: f64,
@@ -55,8 +56,8 @@ pub enum PhotoError {
     /// No bytes at all.
     #[error("the file is empty")]
     Empty,
-    /// Neither JPEG nor PNG: the first four bytes.
-    #[error("found a file that starts with {0:02x?}, wanted a JPEG or PNG picture")]
+    /// Neither JPEG nor PNG nor TIFF: the first four bytes.
+    #[error("found a file that starts with {0:02x?}, wanted a JPEG, PNG or TIFF picture")]
     UnknownFormat(Vec<u8>),
     /// Cut short or damaged.
     #[error("found a damaged picture ({problem}), wanted a whole one")]
@@ -92,12 +93,13 @@ impl Photo {
     /// Samples of 16 bits become 8; transparency is dropped.
     ///
     /// # Errors
-    /// [`PhotoError`] where the bytes are not one whole JPEG or PNG file.
+    /// [`PhotoError`] where the bytes are not one whole JPEG, PNG or TIFF file.
     pub fn decode(&self) -> Result<Image, PhotoError> {
         let image = match self.bytes.as_slice() {
             [] => Err(PhotoError::Empty),
             [0xff, 0xd8, ..] => decode_jpeg(&self.bytes),
             [0x89, b'P', b'N', b'G', ..] => decode_png(&self.bytes),
+            [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => tiff::decode(&self.bytes),
             other => Err(PhotoError::UnknownFormat(other.iter().take(4).copied().collect())),
         }?;
         Ok(self.orientation().upright(image))
@@ -214,7 +216,7 @@ mod tests {
     fn unknown_formats_are_named() {
         assert!(matches!(decode(Vec::new()), Err(PhotoError::Empty)));
         let error = decode(b"GIF89a".to_vec()).unwrap_err().to_string();
-        assert!(error.contains("47") && error.contains("wanted a JPEG or PNG"), "{error}");
+        assert!(error.contains("47") && error.contains("wanted a JPEG, PNG or TIFF"), "{error}");
     }
 
     #[test]
