@@ -24,8 +24,10 @@ impl ReplayCamera {
         let folder = if of_a_run.is_dir() { of_a_run } else { self.folder.clone() };
         let files = photographs(&folder).map_err(|error| cannot_read(&folder, &error))?;
         if files.is_empty() {
-            let problem =
-                format!("{}: found no .jpg, .jpeg, .png, .tif or .tiff file, wanted photographs", folder.display());
+            let problem = format!(
+                "{}: found no .jpg, .jpeg, .png, .tif or .tiff file, wanted photographs",
+                folder.display()
+            );
             return Err(failed("camera (replay)", problem));
         }
         Ok(OpenReplayCamera { files, next: 0 })
@@ -36,7 +38,7 @@ impl ReplayCamera {
 fn photographs(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let is_photograph = |path: &PathBuf| {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-        matches!(extension.as_deref(), Some("jpg" | "jpeg" | "png"))
+        matches!(extension.as_deref(), Some("jpg" | "jpeg" | "png" | "tif" | "tiff"))
     };
     let paths = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
     let mut files: Vec<PathBuf> = paths.into_iter().filter(is_photograph).collect();

@@ -194,7 +194,7 @@ mod tests {
     fn list(files: &[&str]) -> Result<(Vec<String>, String), String> {
         let folder = folder(files);
         let root = folder.path().to_owned();
-        let list = list_photographs(&[root.clone()]).map_err(|error| error.to_string())?;
+        let list = list_photographs(std::slice::from_ref(&root)).map_err(|error| error.to_string())?;
         let within = |path: &PathBuf| path.strip_prefix(&root).unwrap().to_string_lossy().into_owned();
         Ok((list.files.iter().map(within).collect(), list.notes.join("\n")))
     }
