@@ -149,6 +149,7 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("every", "--every"),
     ("format", "--format"),
     ("fps", "--fps"),
+    ("guide", "--guide"),
     ("greenhouse.faults", "--faults"),
     ("greenhouse.scene", "--scene"),
     ("greenhouse.scene.cameras", "--cameras"),

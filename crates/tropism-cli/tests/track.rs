@@ -226,7 +226,13 @@ fn wrong_regions_are_doubted_and_no_model_is_fitted_to_them_unasked() {
 fn a_white_wall_is_not_dark() {
     let folder = before_a_wall(30);
     let (code, _, error) = tropism(folder.path(), "track photos --roi 70,5,40,75 --scale 5 --out t.csv");
-    assert!(code == 1 && error.contains("no_plant 24") && !error.contains("dark"), "{error}");
+    assert!(
+        code == 1
+            && error.contains("no_plant 24")
+            && error.contains("--guide writes a page")
+            && !error.contains("dark"),
+        "{error}"
+    );
     let words =
         succeeds(&before_a_wall(60), "track photos --roi 5,5,60,75 --base 36,79 --scale 5 --out t.csv");
     assert!(!words.contains("dark"), "{words}");

@@ -94,6 +94,29 @@ pub(super) fn style() -> String {
     format!("{sheet}{light}\n@media screen and (prefers-color-scheme:dark){{{dark}}}\n")
 }
 
+/// The style sheet for files that any program may show: the colours of light ground, without variables of CSS.
+pub(super) fn plain_style() -> String {
+    let sheet = style();
+    let before =
+        |text: &str, end: &str| text.split_once(end).map_or(0, |(before, _)| before.len() + end.len());
+    let mut plain = String::new();
+    let mut rest = sheet.as_str();
+    // Each block for dark ground ends with two braces.
+    while let Some((light, dark)) = rest.split_once("@media") {
+        plain += light;
+        rest = &dark[before(dark, "}}")..];
+    }
+    plain += rest;
+    let mut variables = Vec::new();
+    while let Some((head, tail)) = plain.split_once("--").filter(|(head, _)| !head.ends_with("var(")) {
+        let (name, tail) = tail.split_once(':').unwrap_or((tail, ""));
+        let (value, tail) = tail.split_once(';').unwrap_or((tail, ""));
+        variables.push((format!("var(--{name})"), value.to_owned()));
+        plain = format!("{head}{tail}");
+    }
+    variables.iter().fold(plain, |plain, (variable, value)| plain.replace(variable, value))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -65,6 +65,7 @@ pub fn composite(experiments: &[Composite], plants: Plants) -> Figure {
              right. {}",
             plants.sentence()
         ),
+        data: String::new(),
         body: Body::Jpegs(jpegs.collect()),
     }
 }

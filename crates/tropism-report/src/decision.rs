@@ -74,6 +74,7 @@ pub fn decision(
         number: "decision",
         title: "Decision map".to_owned(),
         caption: format!("The lamp that the controller lights for a tip that rests at a point.{state}{path}"),
+        data: String::new(),
         body: Body::Svg(plot.finish()),
     })
 }

@@ -1,8 +1,13 @@
 //! Figure 6: fitness over the generations.
 
+use std::fmt::Write;
+
 use super::plot::{Axis, Path, Plot, nice_step};
 use super::{Body, Figure, Plants};
 use tropism::math::statistics::five_numbers;
+
+/// The best possible fitness of the paper's task, which its Figure 6 marks, in cm.
+const PAPER_BEST: f64 = 15.0;
 
 /// Approximate number of boxes (Fig. 6a has 21).
 const BOXES: f64 = 20.0;
@@ -30,7 +35,12 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
     let mut plot = Plot::new(axis_of_generations(-room, last + room), y, (372.0, 270.0), 18.0, 28.0);
     let half = (0.32 * step as f64 * plot.scale()).clamp(1.5, 7.0);
     plot.line("median thin", boxes.iter().map(|(generation, numbers)| (*generation as f64, numbers[2])));
+    plot.horizontal_line("grid dotted", PAPER_BEST);
+    plot.text("tick", (plot.right_edge() + 2.0, plot.place(0.0, PAPER_BEST).1 + 4.0), "start", "15");
+    let mut data = "generation,least,quartile_1,median,quartile_3,greatest\n".to_owned();
     for (generation, numbers) in &boxes {
+        let [least, low, median, high, greatest] = numbers;
+        let _ = writeln!(data, "{generation},{least},{low},{median},{high},{greatest}");
         draw_box(&mut plot, *generation as f64, numbers, half);
     }
     Figure {
@@ -38,9 +48,10 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
         title: format!("Best fitness, {} runs", runs.len()),
         caption: format!(
             "Best fitness of a generation over independent evolutionary runs: minimum, quartiles and maximum, with the median \
-             as a bar. {}",
+             as a bar; the dotted line marks 15 cm, the best possible in the paper's task. {}",
             plants.sentence()
         ),
+        data,
         body: Body::Svg(plot.finish()),
     }
 }
@@ -72,6 +83,12 @@ pub fn fitness_run(run: usize, best: &[f64], mean: &[f64], plants: Plants) -> Fi
     let last = best.len().max(mean.len()).max(2) as f64;
     let y = Axis::covering("fitness (cm)", (0.0, 16.0), best.iter().chain(mean).copied());
     let mut plot = Plot::new(axis_of_generations(0.0, last), y, (372.0, 270.0), 18.0, 28.0);
+    plot.horizontal_line("grid dotted", PAPER_BEST);
+    plot.text("tick", (plot.right_edge() + 2.0, plot.place(0.0, PAPER_BEST).1 + 4.0), "start", "15");
+    let mut data = "generation,best,mean\n".to_owned();
+    for (generation, (best, mean)) in (1..).zip(best.iter().zip(mean)) {
+        let _ = writeln!(data, "{generation},{best},{mean}");
+    }
     for (class, fitness) in [("thin mean", mean), ("bold best", best)] {
         plot.line(class, (1..).map(f64::from).zip(fitness.iter().copied()));
     }
@@ -84,6 +101,7 @@ pub fn fitness_run(run: usize, best: &[f64], mean: &[f64], plants: Plants) -> Fi
              The best can fall: each generation meets new growth noise, and the best genome is evaluated again. {}",
             plants.sentence()
         ),
+        data,
         body: Body::Svg(plot.finish()),
     }
 }

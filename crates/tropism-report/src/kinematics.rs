@@ -176,6 +176,7 @@ fn figure(number: &'static str, title: &str, caption: &str, plot: Plot) -> Figur
         number,
         title: title.to_owned(),
         caption: format!("{caption} {}", Plants::Virtual.sentence()),
+        data: String::new(),
         body: Body::Svg(plot.finish()),
     }
 }

@@ -84,6 +84,8 @@ pub struct Figure {
     pub title: String,
     /// Caption; its last sentence is [`Plants::sentence`].
     pub caption: String,
+    /// The numbers that it draws, as CSV; empty where there are none beside the tracks themselves.
+    pub data: String,
     /// Drawing or pictures.
     pub body: Body,
 }
@@ -98,16 +100,19 @@ pub enum Body {
 }
 
 impl Figure {
-    /// Names and bytes of the figure as files: `figure-4a.svg` with its style sheet, or `figure-2-1.jpg` and so on.
+    /// Names and bytes of the figure as files: `figure-4a.svg` in the colours of light ground, which every viewer of SVG draws,
+    /// or `figure-2-1.jpg` and so on; and `figure-4a.csv` with its data.
     #[must_use]
     pub fn files(&self) -> Vec<(String, Vec<u8>)> {
         let number = self.number;
-        match &self.body {
+        let mut files = match &self.body {
             Body::Svg(svg) => {
                 let (head, rest) = svg.split_once('>').unwrap_or((svg, ""));
-                let style = colour::style();
+                let style = colour::plain_style();
+                let (width, height) = plot::size(svg);
                 let file = format!(
-                    "{} xmlns=\"http://www.w3.org/2000/svg\"><style>{style}</style>{rest}\n",
+                    "{} xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\"><style>{style}</style>\
+                     <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>{rest}\n",
                     head.trim_end()
                 );
                 vec![(format!("figure-{number}.svg"), file.into_bytes())]
@@ -116,7 +121,11 @@ impl Figure {
                 .zip(jpegs)
                 .map(|(index, jpeg)| (format!("figure-{number}-{index}.jpg"), jpeg.clone()))
                 .collect(),
+        };
+        if !self.data.is_empty() {
+            files.push((format!("figure-{number}.csv"), self.data.clone().into_bytes()));
         }
+        files
     }
 }
 
@@ -195,6 +204,28 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn files_of_figures_need_no_variables_of_css() {
+        for figure in all(&testing::swings(3, 60), &[vec![1.0, 2.0]]) {
+            let files = figure.files();
+            let Some((_, bytes)) = files.iter().find(|(name, _)| name.ends_with(".svg")) else { continue };
+            let text = String::from_utf8(bytes.clone()).unwrap();
+            assert!(!text.contains("var(") && !text.contains("--") && !text.contains("@media"), "{text}");
+            assert!(text.contains(" width=\"") && text.contains("{fill:#5b636b}"), "{text}");
+            let Some((_, data)) = files.iter().find(|(name, _)| name.ends_with(".csv")) else { continue };
+            let data = String::from_utf8(data.clone()).unwrap();
+            let columns = data.lines().next().unwrap().split(',').count();
+            assert!(data.lines().all(|line| line.split(',').count() == columns), "{data}");
+        }
+        let figure = trajectories(&testing::swings(2, 3), Plants::Real);
+        assert!(
+            figure
+                .data
+                .starts_with("plant,step,time_h,tip_x_cm,tip_y_cm,light\n1,0,0.0000,0.0000,4.0000,left\n")
+        );
+        assert_eq!(figure.data.lines().count(), 9);
     }
 
     #[test]

@@ -84,6 +84,7 @@ pub fn network(genome: &Genome) -> Figure {
              proportional to its weight. {}",
             description(genome, &anatomy)
         ),
+        data: String::new(),
         body: Body::Svg(plot.finish()),
     }
 }

@@ -85,6 +85,7 @@ pub fn shift_maps(tracks: &[Track], plants: Plants) -> Vec<Figure> {
                     component.name(),
                     plants.sentence()
                 ),
+                data: String::new(),
                 body: Body::Svg(map(x, y, component, side, &means)),
             }
         })

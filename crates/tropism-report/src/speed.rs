@@ -1,6 +1,7 @@
 //! Figure 3: the speed of the tip over the age of the plant and the time since the lamp was switched on.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 use super::colour::ColourMap;
 use super::lamp;
@@ -43,6 +44,10 @@ pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
     let width = plot.scale() * f64::from(joined.map_or(1, |(_, columns)| columns));
     // A joined cell reaches to the right of its column.
     let half = plot.scale() / 2.0;
+    let mut data = "step,column,speed_cm\n".to_owned();
+    for ((step, column), (sum, count)) in &cells {
+        let _ = writeln!(data, "{step},{column},{:.4}", sum / count);
+    }
     let marks: Vec<_> = cells
         .into_iter()
         .map(|((step, column), (sum, count))| {
@@ -67,6 +72,7 @@ pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
             period.in_hours(longest),
             plants.sentence()
         ),
+        data,
         body: Body::Svg(plot.finish()),
     }
 }

@@ -38,6 +38,7 @@ pub fn stems(stems: &[LitStem], layout: &Layout, plants: Plants) -> Figure {
             stems.len(),
             plants.sentence()
         ),
+        data: String::new(),
         body: Body::Svg(plot.finish()),
     }
 }

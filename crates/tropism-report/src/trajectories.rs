@@ -1,6 +1,7 @@
 //! Figures 4a, 4b, 7 and 8: trajectories of the tip.
 
 use std::borrow::Cow;
+use std::fmt::Write;
 
 use super::lamp;
 use super::plot::{Axis, LEGEND_ROW, Path, Place, Plot, legend_rows};
@@ -25,6 +26,30 @@ pub(super) fn axes<'a>(
     )
 }
 
+/// Share of the paper's axes that the tips reach at least, or other axes fit them better; chosen by hand.
+const LEAST_FILLED: f64 = 1.0 / 3.0;
+
+/// Axes of tips in cm: the paper's of Figure 4, unless the plants are much smaller.
+fn fitted_axes<'a>(points: impl Iterator<Item = &'a Point> + Clone) -> (Axis, Axis) {
+    let most = |value: fn(&Point) -> f64| {
+        points.clone().map(value).filter(|value| value.is_finite()).fold(0.0, f64::max)
+    };
+    let is_small = most(|tip| tip.x.abs()) < LEAST_FILLED * 15.0 && most(|tip| tip.y) < LEAST_FILLED * 25.0;
+    if is_small { axes((-1.0, 1.0), (0.0, 2.0), points) } else { axes((-15.0, 15.0), (0.0, 25.0), points) }
+}
+
+/// The tips of tracks as CSV, a row a sample.
+pub(super) fn csv_of_tips(tracks: &[Track]) -> String {
+    let mut text = "plant,step,time_h,tip_x_cm,tip_y_cm,light\n".to_owned();
+    for (plant, track) in (1..).zip(tracks) {
+        for Sample { step, time_s, tip, light, .. } in &track.samples {
+            let (hours, light) = (time_s / 3600.0, track.layout.name(*light));
+            let _ = writeln!(text, "{plant},{step},{hours:.4},{:.4},{:.4},{light}", tip.x, tip.y);
+        }
+    }
+    text
+}
+
 pub(super) fn tips(tracks: &[Track]) -> impl Iterator<Item = &Point> + Clone {
     tracks.iter().flat_map(|track| track.samples.iter().map(|sample| &sample.tip))
 }
@@ -32,7 +57,7 @@ pub(super) fn tips(tracks: &[Track]) -> impl Iterator<Item = &Point> + Clone {
 /// Figure 4a: the trajectory of each tip in its own colour, and its final height at the right-hand side.
 #[must_use]
 pub fn trajectories(tracks: &[Track], plants: Plants) -> Figure {
-    let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
+    let (x, y) = fitted_axes(tips(tracks));
     let mut plot = Plot::centimetres(x, y, 346.0, 66.0, 28.0);
     for (index, track) in tracks.iter().enumerate() {
         plot.line(&colour(index), track.samples.iter().map(|sample| (sample.tip.x, sample.tip.y)));
@@ -54,6 +79,7 @@ pub fn trajectories(tracks: &[Track], plants: Plants) -> Figure {
              cm. Not mirrored. {}",
             plants.sentence()
         ),
+        data: csv_of_tips(tracks),
         body: Body::Svg(plot.finish()),
     }
 }
@@ -89,17 +115,22 @@ fn final_heights(plot: &Plot, tracks: &[Track]) -> Vec<(usize, f64, f64)> {
 /// same lamp stays lit.
 #[must_use]
 pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
-    let (x, y) = axes((-15.0, 15.0), (0.0, 25.0), tips(tracks));
+    let (x, y) = fitted_axes(tips(tracks));
     let layout = lamp::layout_of(tracks);
     let legend = lamp::legend(&layout, "light");
     let top = 28.0 + LEGEND_ROW * (legend_rows(&legend, 346.0 + 66.0) - 1) as f64;
     let mut plot = Plot::centimetres(x, y, 346.0, 66.0, top);
     let most = thinning::MAX_MARKS / layout.len();
     let mut is_thinned = false;
+    let mut data = "light,from_x_cm,from_y_cm,to_x_cm,to_y_cm\n".to_owned();
     for light in layout.lights() {
-        let ends = tracks.iter().flat_map(|track| vectors(track, light));
+        let ends: Vec<(Point, Point)> = tracks.iter().flat_map(|track| vectors(track, light)).collect();
+        for (from, to) in &ends {
+            let name = layout.name(Some(light));
+            let _ = writeln!(data, "{name},{:.4},{:.4},{:.4},{:.4}", from.x, from.y, to.x, to.y);
+        }
         let all: Vec<(Place, Place)> =
-            ends.map(|(from, to)| (plot.place(from.x, from.y), plot.place(to.x, to.y))).collect();
+            ends.into_iter().map(|(from, to)| (plot.place(from.x, from.y), plot.place(to.x, to.y))).collect();
         is_thinned |= all.len() > most;
         let mut needles = Path::default();
         for (from, to) in thinning::longest(all, most, plot.size()) {
@@ -117,6 +148,7 @@ pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
              joined.{thinned} Not mirrored. {}",
             plants.sentence()
         ),
+        data,
         body: Body::Svg(plot.finish()),
     }
 }
@@ -173,6 +205,7 @@ pub fn steering(
              Crosses are the targets in their order, on dotted lines at their heights. {}",
             plants.sentence()
         ),
+        data: csv_of_tips(std::slice::from_ref(track)),
         body: Body::Svg(plot.finish()),
     }
 }

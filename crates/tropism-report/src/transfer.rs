@@ -60,6 +60,7 @@ pub fn score_strips(controllers: &[ControllerScores], best: f64, plants: Plants)
              plants. Below: mean and its 95 % interval, by bootstrap over the plants. {}",
             plants.sentence()
         ),
+        data: String::new(),
         body: Body::Svg(plot.finish()),
     }
 }
@@ -146,6 +147,7 @@ pub fn steering_panels(rows: &[(String, Vec<SteeredPlant>)], targets: &[Point], 
              in their order, on dotted lines at their heights. {}",
             plants.sentence()
         ),
+        data: String::new(),
         body: Body::Svg(format!(
             "<svg class=\"figure\" viewBox=\"0 0 {width:.1} {height:.1}\">{panels}</svg>"
         )),

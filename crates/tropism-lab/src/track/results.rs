@@ -163,7 +163,7 @@ fn not_detected(plant: &Plant, counts: &TrackCounts) -> String {
     let classes: Vec<String> = counts.classes.iter().map(|(name, count)| format!("{name} {count}")).collect();
     format!(
         "{which}found no plant in any of {} photographs ({}), wanted one in the region of interest, with its foot near \
-         `base`",
+         `base`: `guide` writes a page to click both on",
         counts.frames,
         classes.join(", ")
     )
