@@ -26,7 +26,7 @@ pub(crate) struct Report {
     #[arg(long, value_name = "report.html")]
     out: PathBuf,
 
-    /// Folder to write the figures to as single files (SVG and JPEG)
+    /// Folder to write the figures to as single files (SVG and JPEG, data as CSV)
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
 }
