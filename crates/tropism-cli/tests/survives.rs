@@ -190,7 +190,7 @@ impl Real {
         let photographs = path.join("tent/photographs");
         let say = |what: &str| format!("[\"sh\", \"-c\", \"echo {what} >> lamps\"]");
         let rig = format!(
-            "period_min = {period_min}\n[patience]\nlate_s = 3600\nfree_mb = 0\n{more}\n\
+            "period_min = {period_min}\n[patience]\nlate_s = inf\nfree_mb = 0\n{more}\n\
              [camera]\ndriver = \"replay\"\nfolder = {photographs:?}\n\
              [lamps]\non_exit = \"dark\"\nleft = {}\nright = {}\ndark = {}\n\
              [vision.crop]\nx = 4\ny = 10\nwidth = 316\nheight = 190\n\

@@ -6,12 +6,13 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::control::{PredictiveGreedy, PredictiveRule};
+use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
 use tropism::greenhouse::bean;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
-use tropism::track::{PAPER_PERIOD_MIN, Sample};
+use tropism::track::PAPER_PERIOD_MIN;
 
 use crate::stopwatch::Stopwatch;
 use crate::{Error, Monitor, Workflow, files, model};
@@ -152,11 +153,14 @@ impl TunePlan {
             random::derive(self.seed, Purpose::Tuning, plant) >> 1
         };
         let grow = |trials: &[RuleTrial]| {
+            // What is left out here counts for nothing: the search hears of the end, too.
+            if !monitor.may_go_on() {
+                return vec![0.0; trials.len()];
+            }
             let seeds: Vec<u64> = trials.iter().map(seed).collect();
             let controller = |place: usize| PredictiveGreedy::new(trials[place].rule, &self.task, layout);
-            // What is broken off here counts for nothing: the search hears of the end, too.
-            let mut watch = |_, _: &Sample| monitor.answer();
-            let tracks = trial.grow_all(&seeds, controller, &self.task, &mut watch);
+            let tracks = trial
+                .grow_all(&seeds, controller, &self.task, &mut |_, sample| environment::unwatched(sample));
             tracks.iter().map(|track| self.task.fitness(track)).collect::<Vec<f64>>()
         };
         let scores = |trials: &[RuleTrial]| trials.par_chunks(PLANTS_AT_ONCE).flat_map_iter(grow).collect();
