@@ -123,6 +123,34 @@ fn a_score_is_that_of_the_plant_grown_alone_and_no_ceiling_lies_below_it() {
 }
 
 #[test]
+fn each_plant_has_a_sequence_of_its_own_that_neither_threads_nor_resuming_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let low = Targets {
+        targets: vec![[1.0, 4.3].into(), [0.0, 4.6].into()],
+        end_height_cm: 4.7,
+        ..Targets::default()
+    };
+    let plan = |out: &str, resume| TransferPlan {
+        task: low.clone().into(),
+        random_targets: true,
+        resume,
+        ..plan(folder.path().join(out))
+    };
+    let one = on_threads(1, || plan("one", false).execute(&Silent)).unwrap();
+    let two = on_threads(2, || plan("two", false).execute(&Silent)).unwrap();
+    assert_eq!(one, two);
+    assert_eq!(plan("one", true).execute(&Silent).unwrap(), one);
+    assert!(one.random_targets && one.controllers[0].targets.iter().all(|target| target.target.is_none()));
+    let table = fs::read_to_string(folder.path().join("one/plants.csv")).unwrap();
+    let place = |row: &str| row.split(',').nth(9).map(str::to_owned);
+    let places: Vec<_> = table.lines().map(place).collect();
+    // The heading, three plants under chase, and the same three under the periodic rule.
+    assert_eq!(places[0].as_deref(), Some("target_1_x_cm"));
+    assert_eq!(places[1..4], places[4..7]);
+    assert!(places[1] != places[2] && places[2] != places[3], "{places:?}");
+}
+
+#[test]
 fn photographs_show_the_plant_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let plan = TransferPlan {

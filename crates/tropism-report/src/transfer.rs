@@ -25,6 +25,8 @@ pub struct SteeredPlant {
     pub title: String,
     /// The track of its tip.
     pub track: Track,
+    /// Its targets, in cm.
+    pub targets: Vec<Point>,
 }
 
 /// Height of a row of [`score_strips`], in pixels.
@@ -119,14 +121,14 @@ const HEADING: f64 = 26.0;
 
 /// Trajectories of chosen plants, a row of panels for each controller: its name, and the plants.
 #[must_use]
-pub fn steering_panels(rows: &[(String, Vec<SteeredPlant>)], targets: &[Point], plants: Plants) -> Figure {
+pub fn steering_panels(rows: &[(String, Vec<SteeredPlant>)], plants: Plants) -> Figure {
     let (mut width, mut height, mut panels) = (0.0_f64, 0.0, String::new());
     for (name, steered) in rows {
         panels += &format!("<text class=\"label mark\" x=\"0\" y=\"{:.1}\">{name}</text>", height + 16.0);
         let tracks: Vec<Track> = steered.iter().map(|plant| plant.track.clone()).collect();
         let (mut left, mut row) = (0.0, 0.0_f64);
         for plant in steered {
-            let svg = panel(plant, &tracks, targets);
+            let svg = panel(plant, &tracks);
             let (wide, high) = plot::size(&svg);
             let frame = format!(
                 "<svg x=\"{left:.1}\" y=\"{:.1}\" width=\"{wide:.1}\" height=\"{high:.1}\"",
@@ -155,11 +157,11 @@ pub fn steering_panels(rows: &[(String, Vec<SteeredPlant>)], targets: &[Point], 
 }
 
 /// The panel of one plant, on axes that hold all `tracks`.
-fn panel(plant: &SteeredPlant, tracks: &[Track], targets: &[Point]) -> String {
-    let points = tips(tracks).chain(targets);
+fn panel(plant: &SteeredPlant, tracks: &[Track]) -> String {
+    let points = tips(tracks).chain(&plant.targets);
     let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
     let mut plot = Plot::centimetres(x, y, PANEL, BESIDE, ABOVE);
-    draw_steering(&mut plot, &plant.track.samples, targets, false);
+    draw_steering(&mut plot, &plant.track.samples, &plant.targets, false);
     plot.legend(&lamp::legend(&plant.track.layout, "light"));
     let (left, _) = plot.place(plot.ends().0.x, 0.0);
     plot.text("label", (left, 14.0), "start", &plant.title);
@@ -184,11 +186,10 @@ mod tests {
     #[test]
     fn panels_stand_in_rows() {
         let track = testing::swings(1, 60).remove(0);
-        let plant = SteeredPlant { title: "best: plant 1".to_owned(), track };
+        let plant =
+            SteeredPlant { title: "best: plant 1".to_owned(), track, targets: vec![Point::new(3.0, 6.0)] };
         let rows = vec![("chase".to_owned(), vec![plant.clone(); 3]), ("rule".to_owned(), vec![plant; 3])];
-        let Body::Svg(svg) = steering_panels(&rows, &[Point::new(3.0, 6.0)], Plants::Virtual).body else {
-            panic!()
-        };
+        let Body::Svg(svg) = steering_panels(&rows, Plants::Virtual).body else { panic!() };
         testing::assert_well_formed(&svg);
         assert_eq!(svg.matches("best: plant 1").count(), 6);
         let (width, _) = plot::size(&svg);
@@ -202,7 +203,7 @@ mod tests {
         for figure in [
             score_strips(&[], 15.0, Plants::Virtual),
             score_strips(&[none], 15.0, Plants::Virtual),
-            steering_panels(&[], &[], Plants::Virtual),
+            steering_panels(&[], Plants::Virtual),
         ] {
             let Body::Svg(svg) = figure.body else { panic!() };
             testing::assert_well_formed(&svg);

@@ -43,6 +43,8 @@ pub enum Purpose {
     Search = 14,
     /// Seeds of the virtual plants on which a rule is tuned: none of them is a plant of an experiment or judges.
     Tuning = 15,
+    /// Random sequences of targets.
+    Targets = 16,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

@@ -38,6 +38,10 @@ pub(crate) struct Transfer {
     #[arg(long, default_value_t = 1.0, value_name = "X")]
     scale: f64,
 
+    /// Give each plant a random sequence of targets of its own, in reach of a typical plant, instead of those of the task
+    #[arg(long)]
+    random_targets: bool,
+
     /// Measure the tip in photographs of the virtual camera, instead of placing it with the detector's noise
     #[arg(long)]
     photographs: bool,
@@ -86,6 +90,7 @@ impl Transfer {
             plants: self.plants,
             plant_seeds: self.plant_seeds,
             task: conditions.task,
+            random_targets: self.random_targets,
             period_min: conditions.period_min,
             photographs: self.photographs,
             model: self.model,
@@ -118,15 +123,16 @@ fn parse_seeds(text: &str) -> Result<Range<u64>, String> {
 fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     let longest = results.controllers.iter().map(|one| one.name.len()).max().unwrap_or(0).max(10);
     let mut text = format!(
-        "{} virtual plants, fitness in cm of at most {:.2}\n{:<longest$}   mean   95 % interval     sd  under 9  under 6  kept\n",
+        "{} virtual plants, fitness in cm of at most {:.2}\n{:<longest$}   mean   95 % interval     sd  under 9  under 6  kept  at targets\n",
         results.plants, results.best_possible, "controller"
     );
     for one in &results.controllers {
         let [low, high] = one.interval;
         let kept =
             one.share_of_expected.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+        let near = one.median_cm.map_or_else(|| "-".to_owned(), |median| format!("{median:.2} cm"));
         text += &format!(
-            "{:<longest$}  {:>5.2}  {low:>5.2} to {high:>5.2}  {:>5.2}  {:>5.0} %  {:>5.0} %  {kept}\n",
+            "{:<longest$}  {:>5.2}  {low:>5.2} to {high:>5.2}  {:>5.2}  {:>5.0} %  {:>5.0} %  {kept:>4}  {near}\n",
             one.name,
             one.mean,
             one.sd,
@@ -137,5 +143,6 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     if let Some(ceiling) = results.mean_ceiling {
         text += &format!("best schedules found with all noise known: {ceiling:.2} on average\n");
     }
+    text += "at targets: median distance between tip and target when the tip first reached its height\n";
     text + &format!("wrote {0}; report: {0}/report.html", plan.out.display())
 }

@@ -7,6 +7,7 @@
 
 mod controllers;
 mod ceiling;
+mod sequences;
 mod steer;
 mod causes;
 mod results;
@@ -54,6 +55,10 @@ pub struct TransferPlan {
     pub plant_seeds: Option<Range<u64>>,
     /// Task of the controllers; it has targets.
     pub task: TaskSpec,
+    /// Whether each plant has a random sequence of targets of its own, as many as `task` has and as high at most
+    /// (`docs/transfer.md` states the rule).
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub random_targets: bool,
     /// Species, lamps and tent.
     pub greenhouse: Greenhouse,
     /// Time from one step to the next, in min. Paper: 5 (section 2.1).
@@ -87,6 +92,7 @@ impl Default for TransferPlan {
             plants: JUDGING_PLANTS,
             plant_seeds: None,
             task: TaskSpec::default(),
+            random_targets: false,
             greenhouse: Greenhouse::default(),
             period_min: PAPER_PERIOD_MIN,
             photographs: false,
@@ -110,6 +116,8 @@ struct TransferRecord<'p> {
     photographs: bool,
     plant_seeds: Vec<u64>,
     task: &'p TaskSpec,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    random_targets: bool,
     greenhouse: &'p Greenhouse,
     controllers: &'p [NamedController],
 }
@@ -196,6 +204,7 @@ impl TransferPlan {
             photographs: self.photographs,
             plant_seeds: self.seeds(),
             task: &self.task,
+            random_targets: self.random_targets,
             greenhouse: &self.greenhouse,
             controllers: &self.controllers,
         };
@@ -215,10 +224,33 @@ impl TransferPlan {
         self.out.join("tracks").join(name).join(format!("plant-{:04}.csv", plant + 1))
     }
 
+    /// The task of each plant, in order.
+    pub(super) fn tasks(&self, monitor: &dyn Monitor) -> Result<Vec<TaskSpec>, Error> {
+        let plants = self.seeds().len();
+        let Some(task) = self.task.as_targets().filter(|_| self.random_targets) else {
+            return Ok(vec![self.task.clone(); plants]);
+        };
+        let drawn = (0..plants as u64).into_par_iter().map(|index| {
+            if !monitor.may_go_on() {
+                return Err(self.interrupted());
+            }
+            let found = sequences::draw(task, &self.trial(), self.seed, index);
+            found.map(TaskSpec::from).ok_or_else(|| {
+                Error::Plan(format!(
+                    "`random_targets`: found no typical plant as high as {} cm in {} steps, wanted targets in its reach",
+                    task.targets[task.targets.len() - 1].y,
+                    task.max_steps
+                ))
+            })
+        });
+        drawn.collect()
+    }
+
     /// Steers all plants with all controllers, and judges the tracks.
     fn scores(&self, model: Option<&Model>, monitor: &dyn Monitor) -> Result<Scores, Error> {
         let seeds = self.seeds();
         let ceilings = if self.ceiling { seeds.len() } else { 0 };
+        let tasks = self.tasks(monitor)?;
         let units: Vec<(usize, usize)> = (0..self.controllers.len())
             .flat_map(|controller| (0..seeds.len()).map(move |plant| (controller, plant)))
             .collect();
@@ -227,21 +259,23 @@ impl TransferPlan {
         let steps = self.task.max_steps();
         let reference = Reference::of(bean, *scale, steps, self.period_min, &|| monitor.may_go_on());
         let reference = reference.ok_or_else(|| self.interrupted())?;
-        let judge = Judge { plan: self, reference: &reference, model };
+        let judge = Judge { reference: &reference, model };
         let unit = |&(controller, plant): &(usize, usize)| {
-            let Some(track) = self.track(controller, plant, seeds[plant], monitor)? else { return Ok(None) };
+            let Some(track) = self.track(controller, plant, seeds[plant], &tasks[plant], monitor)? else {
+                return Ok(None);
+            };
             let response = Response::of(bean, *scale, seeds[plant], steps, self.period_min);
-            Ok(Some(judge.judge(&track, &response)))
+            Ok(Some(judge.judge(&track, &tasks[plant], &response)))
         };
         let judged: Option<Vec<PlantResult>> = all(&units, unit)?;
         let judged = judged.ok_or_else(|| self.interrupted())?;
         let plants: Vec<Vec<PlantResult>> = judged.chunks(seeds.len()).map(<[_]>::to_vec).collect();
         if ceilings == 0 {
-            return Ok(Scores { plants, ceilings: None });
+            return Ok(Scores { tasks, plants, ceilings: None });
         }
         monitor.stage("searching schedules", ceilings as u64);
         let numbers: Vec<usize> = (0..ceilings).collect();
-        let found = all(&numbers, |&plant| self.ceiling_of(plant, seeds[plant], monitor))?;
+        let found = all(&numbers, |&plant| self.ceiling_of(plant, seeds[plant], &tasks[plant], monitor))?;
         let mut ceilings: Vec<f64> = found.ok_or_else(|| self.interrupted())?;
         if !self.photographs {
             // What a controller reached on the plant is possible, too.
@@ -249,7 +283,7 @@ impl TransferPlan {
                 *ceiling = plants.iter().map(|plants| plants[plant].fitness).fold(*ceiling, f64::max);
             }
         }
-        Ok(Scores { plants, ceilings: Some(ceilings) })
+        Ok(Scores { tasks, plants, ceilings: Some(ceilings) })
     }
 
     fn interrupted(&self) -> Error {
@@ -262,6 +296,7 @@ impl TransferPlan {
         controller: usize,
         plant: usize,
         seed: u64,
+        task: &TaskSpec,
         monitor: &dyn Monitor,
     ) -> Result<Option<Track>, Error> {
         let path = self.track_path(controller, plant);
@@ -272,20 +307,26 @@ impl TransferPlan {
         if !monitor.may_go_on() {
             return Ok(None);
         }
-        let track = self.steer(&self.controllers[controller].controller, seed, &path, monitor)?;
+        let track = self.steer(&self.controllers[controller].controller, seed, task, &path, monitor)?;
         monitor.advance(u64::from(track.is_some()));
         Ok(track)
     }
 
     /// The ceiling of a plant, from its file if it is there, else searched; `None` if interrupted.
-    fn ceiling_of(&self, plant: usize, seed: u64, monitor: &dyn Monitor) -> Result<Option<f64>, Error> {
+    fn ceiling_of(
+        &self,
+        plant: usize,
+        seed: u64,
+        task: &TaskSpec,
+        monitor: &dyn Monitor,
+    ) -> Result<Option<f64>, Error> {
         let folder = self.out.join("ceilings");
         let path = folder.join(format!("plant-{:04}.json", plant + 1));
         if path.exists() {
             monitor.skip(1);
             return Ok(Some(files::read_as(&path, |text| serde_json::from_str(text))?));
         }
-        let found = ceiling::search(&self.trial().specimen(seed), &self.task, &|| monitor.may_go_on());
+        let found = ceiling::search(&self.trial().specimen(seed), task, &|| monitor.may_go_on());
         if let Some(ceiling) = found {
             files::make_folder(&folder)?;
             files::write_json(&path, &ceiling)?;

@@ -35,7 +35,7 @@ impl TransferPlan {
             tables,
             figures: vec![
                 report::score_strips(&strips, results.best_possible, Plants::Virtual),
-                report::steering_panels(&self.examples(scores)?, self.task.targets(), Plants::Virtual),
+                report::steering_panels(&self.examples(scores)?, Plants::Virtual),
             ],
             command: String::new(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -51,9 +51,14 @@ impl TransferPlan {
         } else {
             "The tip is where the paper's detector would place it, with its noise; there were no photographs."
         };
+        let each = if results.random_targets {
+            " (on average: each plant had targets of its own, which a typical plant reached under random light)"
+        } else {
+            ""
+        };
         format!(
             "Each of {} controllers steered the same {} virtual plants ({}, {} times the variation of the species). {tip} \
-             Fitness is that of eq. (9); at most {:.2} cm are possible without swinging back.\n\nFitness is not arrival: \
+             Fitness is that of eq. (9); at most {:.2} cm are possible without swinging back{each}.\n\nFitness is not arrival: \
              swings on the way cost fitness, and a plant may score well and pass a target far away. The second table has the \
              distance of the tip from each target at its height.",
             results.controllers.len(),
@@ -127,6 +132,7 @@ impl TransferPlan {
                 Ok(SteeredPlant {
                     title: format!("{word}: plant {}, {:.2} cm", plant + 1, fitness[plant]),
                     track: self.read_track(&self.track_path(number, plant))?,
+                    targets: scores.tasks[plant].targets().to_vec(),
                 })
             };
             let steered = chosen.into_iter().map(steered).collect::<Result<_, Error>>()?;
@@ -141,7 +147,10 @@ fn arrival_table(results: &TransferResults) -> Table {
         (1..).zip(&controller.targets).map(|(number, target)| {
             vec![
                 controller.name.clone(),
-                format!("{number} at {:.1}, {:.1}", target.target.x, target.target.y),
+                target.target.map_or_else(
+                    || format!("{number}, a place of its own for each plant"),
+                    |target| format!("{number} at {:.1}, {:.1}", target.x, target.y),
+                ),
                 cm(target.median_cm),
                 cm(target.far_cm),
                 target.missed.to_string(),

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tropism::geometry::Point;
 use tropism::math::statistics::{mean, quantile_linear, standard_deviation};
 use tropism::observation::Quality;
-use tropism::task::{Crossing, Task};
+use tropism::task::{Crossing, Task, TaskSpec};
 use tropism::text::csv_cell;
 use tropism::track::Track;
 
@@ -45,7 +45,10 @@ pub struct TransferResults {
     pub photographs: bool,
     /// Seed of the plants, unless their seeds were given, and of the bootstrap.
     pub seed: u64,
-    /// Greatest possible fitness.
+    /// Whether each plant had a random sequence of targets of its own.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub random_targets: bool,
+    /// Greatest possible fitness; with random targets, its mean over the plants.
     pub best_possible: f64,
     /// One entry a controller, in the order of the plan.
     pub controllers: Vec<ControllerResults>,
@@ -89,6 +92,9 @@ pub struct ControllerResults {
     pub share_of_bound: Option<f64>,
     /// Mean over the mean ceiling of the plants.
     pub share_of_ceiling: Option<f64>,
+    /// Median distance at the crossings of all targets that were reached, in cm; `None` if none was.
+    #[serde(default)]
+    pub median_cm: Option<f64>,
     /// How near the tip came to each target.
     pub targets: Vec<TargetResults>,
     /// Likely causes of missed targets: their numbers.
@@ -100,8 +106,8 @@ pub struct ControllerResults {
 /// How near the tips of all plants came to a target at its height.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TargetResults {
-    /// The target.
-    pub target: Point,
+    /// The target; `None` if each plant had its own.
+    pub target: Option<Point>,
     /// Median distance at the crossing of its height, of the plants that reached it; `None` if none did.
     pub median_cm: Option<f64>,
     /// 90 % quantile of the same.
@@ -142,15 +148,13 @@ pub(super) fn is_missed(crossing: Option<Crossing>) -> bool {
 
 /// With what plants are compared to find causes.
 pub(super) struct Judge<'j> {
-    pub(super) plan: &'j TransferPlan,
     pub(super) reference: &'j Reference,
     pub(super) model: Option<&'j Model>,
 }
 
 impl Judge<'_> {
     /// Judges the track of a plant that responds as `response`.
-    pub(super) fn judge(&self, track: &Track, response: &Response) -> PlantResult {
-        let task = &self.plan.task;
+    pub(super) fn judge(&self, track: &Track, task: &TaskSpec, response: &Response) -> PlantResult {
         let last = track.samples.last();
         let steps = last.map_or(0, |sample| sample.step);
         let mut from = 0;
@@ -171,8 +175,9 @@ impl Judge<'_> {
     }
 }
 
-/// All plants under all controllers: one list a controller, one result a plant; and the ceiling of each plant.
+/// All plants under all controllers: one list a controller, one result a plant; and the task and the ceiling of each plant.
 pub(super) struct Scores {
+    pub(super) tasks: Vec<TaskSpec>,
     pub(super) plants: Vec<Vec<PlantResult>>,
     pub(super) ceilings: Option<Vec<f64>>,
 }
@@ -205,7 +210,8 @@ impl Scores {
             plants: seeds,
             photographs: plan.photographs,
             seed: plan.seed,
-            best_possible: plan.task.best(),
+            random_targets: plan.random_targets,
+            best_possible: mean(self.tasks.iter().map(|task| task.best())),
             controllers: controllers.collect(),
             pairs: self.pairs(plan, &bootstrap),
             bound: plan.bound.clone(),
@@ -215,7 +221,8 @@ impl Scores {
 
     fn controller(&self, plan: &TransferPlan, number: usize, bootstrap: &Bootstrap) -> ControllerResults {
         let (named, fitness) = (&plan.controllers[number], self.fitness(number));
-        let expected = named.controller.expected().map(|trial| trial.mean);
+        // What a model predicted for the targets of the task says nothing about others.
+        let expected = named.controller.expected().filter(|_| !plan.random_targets).map(|trial| trial.mean);
         let under = |limit| mean(fitness.iter().map(|&score| f64::from(u8::from(score < limit))));
         let (mut missed, mut reached) = (BTreeMap::new(), BTreeMap::new());
         for &(crossing, cause) in self.plants[number].iter().flat_map(|plant| &plant.targets) {
@@ -236,6 +243,10 @@ impl Scores {
             share_of_expected: share(mean, expected),
             share_of_bound: None,
             share_of_ceiling: None,
+            median_cm: {
+                let targets = self.plants[number].iter().flat_map(|plant| &plant.targets);
+                quantile_of(targets.filter_map(|(crossing, _)| *crossing), 0.5)
+            },
             targets: self.targets(plan, number),
             missed,
             reached,
@@ -245,11 +256,10 @@ impl Scores {
 
     fn targets(&self, plan: &TransferPlan, number: usize) -> Vec<TargetResults> {
         let of_target = |(place, &target): (usize, &Point)| {
+            let target = (!plan.random_targets).then_some(target);
             let crossings: Vec<Option<Crossing>> =
                 self.plants[number].iter().map(|plant| plant.targets[place].0).collect();
-            let distances: Vec<f64> =
-                crossings.iter().flatten().map(|crossing| crossing.distance_cm).collect();
-            let quantile = |share| (!distances.is_empty()).then(|| quantile_linear(&distances, share));
+            let quantile = |share| quantile_of(crossings.iter().flatten().copied(), share);
             TargetResults {
                 target,
                 median_cm: quantile(0.5),
@@ -280,7 +290,8 @@ impl Scores {
     pub(super) fn csv(&self, plan: &TransferPlan) -> Result<Vec<u8>, csv::Error> {
         let mut table = csv::Writer::from_writer(Vec::new());
         let of_targets = (1..=plan.task.targets().len()).flat_map(|target| {
-            ["step", "distance_cm", "missed", "cause"].map(|what| format!("target_{target}_{what}"))
+            ["x_cm", "y_cm", "step", "distance_cm", "missed", "cause"]
+                .map(|what| format!("target_{target}_{what}"))
         });
         let head = ["controller", "plant", "seed", "fitness_cm", "ceiling_cm", "share_of_ceiling"];
         let further = ["steps", "held", "final_height_cm"];
@@ -299,9 +310,12 @@ impl Scores {
                     plant.held.to_string(),
                     plant.final_height_cm.to_string(),
                 ];
-                let targets = plant.targets.iter().flat_map(|&(crossing, cause)| {
+                let places = self.tasks[number].targets();
+                let targets = plant.targets.iter().zip(places).flat_map(|(&(crossing, cause), place)| {
                     let is_missed = is_missed(crossing);
                     [
+                        place.x.to_string(),
+                        place.y.to_string(),
                         crossing.map_or_else(String::new, |crossing| crossing.step.to_string()),
                         or_empty(crossing.map(|crossing| crossing.distance_cm)),
                         is_missed.to_string(),
@@ -313,6 +327,12 @@ impl Scores {
         }
         table.into_inner().map_err(|error| error.into_error().into())
     }
+}
+
+/// A quantile of the distances at some crossings, in cm; `None` of none.
+fn quantile_of(crossings: impl Iterator<Item = Crossing>, share: f64) -> Option<f64> {
+    let distances: Vec<f64> = crossings.map(|crossing| crossing.distance_cm).collect();
+    (!distances.is_empty()).then(|| quantile_linear(&distances, share))
 }
 
 /// `part` over `whole`; `None` unless the whole is above zero.
@@ -328,6 +348,7 @@ fn or_empty(value: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Silent;
 
     fn plant(fitness: f64, distances: [Option<f64>; 3]) -> PlantResult {
         let target = |distance: Option<f64>| {
@@ -348,6 +369,7 @@ mod tests {
         let plan = TransferPlan { plants: 2, bound: Some("chase".to_owned()), ..TransferPlan::default() };
         let near = [Some(0.2), Some(1.5), None];
         let scores = Scores {
+            tasks: plan.tasks(&Silent).unwrap(),
             plants: vec![vec![plant(10.0, near), plant(8.0, [Some(0.4); 3])], vec![plant(5.0, near); 2]],
             ceilings: Some(vec![12.0, 12.0]),
         };
@@ -366,8 +388,12 @@ mod tests {
         let csv = String::from_utf8(scores.csv(&plan).unwrap()).unwrap();
         let rows: Vec<&str> = csv.lines().collect();
         assert_eq!(rows.len(), 5);
-        assert!(rows[0].ends_with("target_3_step,target_3_distance_cm,target_3_missed,target_3_cause"));
+        assert!(
+            rows[0]
+                .ends_with("target_3_y_cm,target_3_step,target_3_distance_cm,target_3_missed,target_3_cause")
+        );
         assert!(rows[1].ends_with(",true,weak response"), "{}", rows[1]);
+        assert!(rows[1].contains(",-1,13.5,"), "{}", rows[1]);
         let json = serde_json::to_string(&results).unwrap();
         assert_eq!(serde_json::from_str::<TransferResults>(&json).unwrap(), results);
     }

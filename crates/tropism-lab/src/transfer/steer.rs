@@ -12,6 +12,7 @@ use serde::Serialize;
 use tropism::environment;
 use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
+use tropism::task::TaskSpec;
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_rig::file::RigFile;
@@ -41,6 +42,7 @@ impl TransferPlan {
         &self,
         controller: &ControllerSpec,
         seed: u64,
+        task: &TaskSpec,
         path: &Path,
         monitor: &dyn Monitor,
     ) -> Result<Option<Track>, Error> {
@@ -49,15 +51,15 @@ impl TransferPlan {
             is_whole = sample.light.is_none() || monitor.may_go_on();
             if is_whole { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
-        let mut controller = controller.build(&self.task, &self.greenhouse.layout, self.period_min);
+        let mut controller = controller.build(task, &self.greenhouse.layout, self.period_min);
         let track = if self.photographs {
             let mut open = self.rig().open(seed, Duration::ZERO).map_err(Error::at("rig"))?;
-            let track = environment::run(&mut open.rig, &mut *controller, &self.task, &mut watch)
+            let track = environment::run(&mut open.rig, &mut *controller, task, &mut watch)
                 .map_err(Error::at(format!("the plant of seed {seed}")))?;
             let truth = open.truth.map_or_else(Vec::new, |tent| tent.truth_json());
             with_truth(track, &truth).map_err(Error::at(path.display()))?
         } else {
-            self.trial().grow(seed, &mut *controller, &self.task, &mut watch)
+            self.trial().grow(seed, &mut *controller, task, &mut watch)
         };
         if !is_whole {
             return Ok(None);

@@ -1,0 +1,126 @@
+//! Random sequences of targets in the reach of a plant.
+//!
+//! In: a task, a species with its lamps, and a seed. Out: a task with as many targets at other places. The rule: a plant of
+//! the species without individual variation grows from the start of the task under light that moves to another lamp at random
+//! times. The way up to the highest target of the task is divided into bands, one a target; each new target is where the tip
+//! was at a random height in the upper part of its band. So each sequence is in the reach of such a plant.
+
+use tropism::control::Controller;
+use tropism::environment::unwatched;
+use tropism::geometry::Point;
+use tropism::greenhouse::bean::Trial;
+use tropism::lamps::{Layout, Light};
+use tropism::observation::Observation;
+use tropism::random::{self, Purpose};
+use tropism::task::Targets;
+use tropism::track::Track;
+
+/// Mean time between two moves of the light, in hours: as often as in the paper's open-loop experiments (section 2.2.1).
+const MOVE_H: f64 = 6.0;
+
+/// The lower part of a band that holds no target, as a share: targets are never on top of each other.
+const CLEAR: f64 = 1.0 / 3.0;
+
+/// Plants that are grown before a sequence is given up, because none was as high as the highest target.
+const TRIES: u64 = 20;
+
+/// Lights that were drawn beforehand.
+struct Drawn(std::vec::IntoIter<Light>);
+
+impl Drawn {
+    /// Light for `steps` steps of `period_min` minutes that moves to another lamp at random times.
+    fn wandering(layout: &Layout, period_min: f64, steps: u32, seed: u64) -> Self {
+        let mut rng = random::stream(seed, Purpose::Targets, 0);
+        let mut below = |count: usize| (random::uniform(&mut rng) * count as f64) as usize;
+        let lights: Vec<Light> = layout.lights().collect();
+        let steps_a_move = (60.0 * MOVE_H / period_min).ceil() as usize;
+        let mut lit = below(lights.len());
+        let mut light = |_| {
+            if below(steps_a_move) == 0 {
+                lit = (lit + 1 + below(lights.len() - 1)) % lights.len();
+            }
+            lights[lit]
+        };
+        Self((0..steps).map(&mut light).collect::<Vec<Light>>().into_iter())
+    }
+}
+
+impl Controller for Drawn {
+    fn decide(&mut self, _seen: &Observation) -> Light {
+        self.0.next().expect("a light for each step of the task")
+    }
+}
+
+/// A random sequence of targets for number `index` under `seed`, after the rule above; `trial` is the species, whose individual
+/// variation does not count. `None` if its typical plant is never as high as the highest target of `task`.
+pub(super) fn draw(task: &Targets, trial: &Trial<'_>, seed: u64, index: u64) -> Option<Targets> {
+    let typical = Trial { scale: 0.0, layout: trial.layout.clone(), ..*trial };
+    let mut rng = random::stream(seed, Purpose::Targets, index);
+    let highest = task.targets.last()?.y;
+    let band = (highest - task.start.y) / task.targets.len() as f64;
+    let heights: Vec<f64> = (0..task.targets.len())
+        .map(|number| {
+            let share = CLEAR + (1.0 - CLEAR) * random::uniform(&mut rng);
+            task.start.y + band * (number as f64 + share)
+        })
+        .collect();
+    let growth = Targets { targets: Vec::new(), ..task.clone() };
+    (0..TRIES).find_map(|attempt| {
+        let plant = random::derive(seed, Purpose::Targets, index * TRIES + attempt) >> 1;
+        let mut lights = Drawn::wandering(&typical.layout, typical.period_min, task.max_steps, plant);
+        let track = typical.grow(plant, &mut lights, &growth, &mut unwatched);
+        let targets: Option<Vec<Point>> = heights.iter().map(|&height| place_at(&track, height)).collect();
+        let end_height_cm = heights.last()? + (task.end_height_cm - highest);
+        Some(Targets { targets: targets?, end_height_cm, ..task.clone() })
+    })
+}
+
+/// Where the tip of a track was first at `height`, between two steps; `None` if it never was.
+fn place_at(track: &Track, height: f64) -> Option<Point> {
+    let pair = track.samples.windows(2).find(|pair| pair[1].tip.y >= height)?;
+    let [before, after] = [pair[0].tip, pair[1].tip];
+    let share =
+        if after.y > before.y { ((height - before.y) / (after.y - before.y)).clamp(0.0, 1.0) } else { 1.0 };
+    Some(Point::new(before.x + share * (after.x - before.x), height))
+}
+
+#[cfg(test)]
+mod tests {
+    use tropism::greenhouse::bean::Species;
+
+    use super::*;
+
+    #[test]
+    fn sequences_differ_and_rise_within_the_way_of_the_task() {
+        let (task, species) = (Targets::default(), Species::default());
+        let trial = Trial { species: &species, scale: 1.0, layout: Layout::default(), period_min: 5.0 };
+        let drawn: Vec<Targets> = (0..12).map(|index| draw(&task, &trial, 7, index).unwrap()).collect();
+        for targets in &drawn {
+            targets.check().unwrap();
+            assert_eq!(targets.targets.len(), 3);
+            let bands = targets.targets.iter().zip(1..).map(|(target, number)| {
+                let top = 4.0 + f64::from(number) * 9.5 / 3.0;
+                (top - 2.2..=top).contains(&target.y)
+            });
+            assert!(bands.into_iter().all(|is_in_band| is_in_band), "{targets:?}");
+        }
+        let widest =
+            drawn.iter().flat_map(|task| &task.targets).map(|target| target.x.abs()).fold(0.0, f64::max);
+        assert!((1.5..9.0).contains(&widest), "{widest}");
+        assert!(drawn.windows(2).all(|pair| pair[0] != pair[1]));
+        assert_eq!(draw(&task, &trial, 7, 3).as_ref(), Some(&drawn[3]), "the same seed, the same targets");
+    }
+
+    #[test]
+    fn a_height_that_no_plant_reaches_has_no_sequence() {
+        let species = Species::default();
+        let trial = Trial { species: &species, scale: 1.0, layout: Layout::default(), period_min: 5.0 };
+        let task = Targets {
+            targets: vec![Point::new(0.0, 500.0)],
+            end_height_cm: 501.0,
+            max_steps: 20,
+            ..Targets::default()
+        };
+        assert_eq!(draw(&task, &trial, 1, 0), None);
+    }
+}
