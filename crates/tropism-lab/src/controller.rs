@@ -104,6 +104,16 @@ impl ControllerSpec {
         }
     }
 
+    /// Minutes from one step to the next of the model that it was evolved or tuned on; `None` where there is none.
+    #[must_use]
+    pub const fn own_period_min(&self) -> Option<f64> {
+        match self {
+            Self::Periodic { .. } | Self::Greedy => None,
+            Self::Network { champion } => Some(champion.period_min),
+            Self::Rule { tuned } => Some(tuned.period_min),
+        }
+    }
+
     /// What its model predicts for unseen plants; `None` where it does not say.
     #[must_use]
     pub fn expected(&self) -> Option<Trial> {

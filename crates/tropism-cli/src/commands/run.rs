@@ -101,6 +101,12 @@ impl Run {
         let tent = self.tent.load()?;
         let is_there = ["run.toml", "journal.sqlite"].iter().any(|name| self.out.join(name).exists());
         let found = is_there.then(|| RunConfig::read(&self.out)).transpose()?;
+        let controller = match (&self.controller, &found) {
+            (None, None) if self.rig.is_none() => missing("--rig", &self.out),
+            (None, None) => missing("--controller", &self.out),
+            (None, Some(found)) => found.controller.clone(),
+            (Some(name), _) => name.load()?,
+        };
         let rig = match (&self.rig, &found) {
             (None, None) => missing("--rig", &self.out),
             (None, Some(found)) => {
@@ -113,12 +119,7 @@ impl Run {
                 }
                 found.rig.clone()
             }
-            (Some(path), _) => load_rig(path, tent)?,
-        };
-        let controller = match (&self.controller, &found) {
-            (None, None) => missing("--controller", &self.out),
-            (None, Some(found)) => found.controller.clone(),
-            (Some(name), _) => name.load()?,
+            (Some(path), _) => load_rig(path, tent, controller.own_period_min())?,
         };
         let task = match &found {
             Some(found) if self.task.task.is_none() => {
@@ -137,10 +138,11 @@ fn missing(option: &str, out: &Path) -> ! {
     clap::Error::raw(ErrorKind::MissingRequiredArgument, text).exit()
 }
 
-/// The virtual `tent`, or the rig of a file.
-fn load_rig(path: &Path, tent: Option<Greenhouse>) -> Result<RigFile> {
+/// The virtual `tent` at the interval of the controller, if it has one, or the rig of a file.
+fn load_rig(path: &Path, tent: Option<Greenhouse>, period_min: Option<f64>) -> Result<RigFile> {
     if path == Path::new("greenhouse") {
-        return Ok(RigFile::greenhouse(tent.unwrap_or_default(), VisionConfig::default()));
+        let rig = RigFile::greenhouse(tent.unwrap_or_default(), VisionConfig::default());
+        return Ok(RigFile { period_min: period_min.unwrap_or(rig.period_min), ..rig });
     }
     ensure!(
         tent.is_none(),
