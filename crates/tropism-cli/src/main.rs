@@ -10,7 +10,8 @@ mod commands;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
+use tropism::simd::VectorUnit;
 
 use crate::commands::Command;
 use crate::shell::{Interrupted, Paused, Shell, tell};
@@ -25,7 +26,6 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 /// After Wahby et al. 2016. The plants of `study`, `grow` and `run --rig greenhouse` are virtual.
 #[derive(Parser)]
 #[command(
-    version,
     max_term_width = 100,
     after_help = "Start here:\n  tropism study --quick    the whole paper at small scale, in about a minute\n  tropism study            the whole paper"
 )]
@@ -46,8 +46,32 @@ struct Cli {
     threads: Option<u16>,
 }
 
+/// The command line with all its commands.
+fn command() -> clap::Command {
+    Cli::command().name("tropism").version(version())
+}
+
+/// The command line without what only the program itself calls: for completions and manual pages.
+fn visible_command() -> clap::Command {
+    let all = command();
+    let commands = all.get_subcommands().filter(|command| !command.is_hide_set()).cloned();
+    let about = all.get_about().cloned().unwrap_or_default();
+    let visible = clap::Command::new("tropism").version(version()).about(about);
+    visible.args(all.get_arguments()).subcommands(commands)
+}
+
+/// The version with the commit that was built, and the instruction set that simulations use on this processor.
+fn version() -> String {
+    let commit = match env!("TROPISM_COMMIT") {
+        "" => "not built from a commit".to_owned(),
+        commit => format!("commit {commit}"),
+    };
+    let vectors = format!("{} with {}", std::env::consts::ARCH, VectorUnit::detect());
+    format!("{} ({commit}, {vectors})", env!("CARGO_PKG_VERSION"))
+}
+
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
     if let Some(threads) = cli.threads {
         // This fails only if a thread pool exists already.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();

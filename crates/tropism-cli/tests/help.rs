@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 22] = [
+const COMMANDS: [&str; 24] = [
     "study",
     "check",
     "run",
@@ -25,6 +25,8 @@ const COMMANDS: [&str; 22] = [
     "calibrate",
     "report",
     "timelapse",
+    "completions",
+    "man",
 ];
 
 fn help(words: &[&str]) -> String {
@@ -63,4 +65,38 @@ fn wrong_use_is_exit_code_2() {
         let output = Command::new(env!("CARGO_BIN_EXE_tropism")).args(words).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{words:?}");
     }
+}
+
+#[test]
+fn the_version_names_commit_and_instruction_set() {
+    let text = help(&["--version"]);
+    let start = format!("tropism {} (commit ", env!("CARGO_PKG_VERSION"));
+    let after = text.strip_prefix(&start).unwrap_or_else(|| panic!("{text}"));
+    let (commit, vectors) = after.split_once(", ").unwrap();
+    assert!(commit.len() == 10 && commit.chars().all(|digit| digit.is_ascii_hexdigit()), "{text}");
+    assert!(vectors.starts_with(&format!("{} with ", std::env::consts::ARCH)), "{text}");
+}
+
+#[test]
+fn shells_complete_commands_and_options() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = help(&["completions", shell]);
+        for word in ["safe-state", "json-lines"] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+        assert!(!script.contains("guard"), "{shell}");
+    }
+}
+
+#[test]
+fn each_command_has_a_manual_page() {
+    let folder = tempfile::tempdir().unwrap();
+    help(&["man", "--out", folder.path().to_str().unwrap()]);
+    let program = std::fs::read_to_string(folder.path().join("tropism.1")).unwrap();
+    for command in COMMANDS {
+        let page = std::fs::read_to_string(folder.path().join(format!("tropism-{command}.1"))).unwrap();
+        assert!(page.contains("Example"), "{command}");
+        assert!(program.contains(&command.replace('-', "\\-")), "{command}");
+    }
+    assert!(!folder.path().join("tropism-guard.1").exists());
 }

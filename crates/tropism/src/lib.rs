@@ -54,7 +54,7 @@ pub mod text;
 mod file;
 pub mod math;
 pub mod random;
-mod simd;
+pub mod simd;
 mod parallel;
 
 pub mod lamps;

@@ -12,28 +12,63 @@ pub(crate) trait Kernel {
     fn run(self) -> Self::Result;
 }
 
-/// Runs `kernel` with the widest vectors of this processor: AVX-512, AVX2 or the compiler's baseline.
+/// The instruction sets for which batches of simulations are compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VectorUnit {
+    /// AVX-512 of x86-64: 512 bits.
+    Avx512,
+    /// AVX2 of x86-64: 256 bits.
+    Avx2,
+    /// What every processor of this architecture has.
+    Baseline,
+}
+
+impl VectorUnit {
+    /// The widest of this processor. Results do not depend on it.
+    #[must_use]
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let has_avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512bw");
+            if has_avx512 {
+                return Self::Avx512;
+            }
+            if is_x86_feature_detected!("avx2") {
+                return Self::Avx2;
+            }
+        }
+        Self::Baseline
+    }
+}
+
+impl std::fmt::Display for VectorUnit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Avx512 => "AVX-512",
+            Self::Avx2 => "AVX2",
+            Self::Baseline => "baseline vectors",
+        })
+    }
+}
+
+/// Runs `kernel` with the widest vectors of this processor.
 #[allow(
     unsafe_code,
     reason = "calling a function that is compiled for an instruction set which was detected at run time"
 )]
 pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Result {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let has_avx512 = is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512vl")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512bw");
-        if has_avx512 {
-            // SAFETY: the processor has the features that the function is compiled for.
-            return unsafe { with_avx512(kernel) };
-        }
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: as above.
-            return unsafe { with_avx2(kernel) };
-        }
+    match VectorUnit::detect() {
+        // SAFETY: the processor has the features that the function is compiled for.
+        #[cfg(target_arch = "x86_64")]
+        VectorUnit::Avx512 => unsafe { with_avx512(kernel) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        VectorUnit::Avx2 => unsafe { with_avx2(kernel) },
+        _ => kernel.run(),
     }
-    kernel.run()
 }
 
 #[cfg(target_arch = "x86_64")]

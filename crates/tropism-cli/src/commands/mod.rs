@@ -4,12 +4,14 @@ mod baseline;
 mod calibrate;
 mod calibrate_camera;
 mod check;
+mod completions;
 mod depth;
 mod evolve;
 mod export;
 mod fit;
 mod grow;
 mod guard;
+mod man;
 mod report;
 mod run;
 mod safe_state;
@@ -56,6 +58,8 @@ pub(crate) enum Command {
     Calibrate(calibrate::Calibrate),
     Report(report::Report),
     Timelapse(timelapse::Timelapse),
+    Completions(completions::Completions),
+    Man(man::Man),
 }
 
 impl Command {
@@ -70,6 +74,8 @@ impl Command {
                 | Self::Score(_)
                 | Self::Show(_)
                 | Self::Report(_)
+                | Self::Completions(_)
+                | Self::Man(_)
         )
     }
 
@@ -99,6 +105,8 @@ impl Command {
             Self::Calibrate(calibrate) => calibrate.execute(shell),
             Self::Report(report) => report.execute(shell),
             Self::Timelapse(timelapse) => timelapse.execute(shell),
+            Self::Completions(completions) => completions.execute(shell),
+            Self::Man(man) => man.execute(shell),
         }
     }
 }
