@@ -381,7 +381,7 @@ fn a_report_of_a_track_shows_its_stems() {
     let folder = folder();
     succeeds(&folder, ONE);
     let words = succeeds(&folder, "report one.csv --out report.html");
-    assert!(words.contains("figures 3, 4a, 4b, 5a, 5b, 5c, 5d, 9"), "{words}");
+    assert!(words.contains("figures 3, 4a, 4b, 5a, 5b, 5c, 5d, time, 9\nno figure 1: "), "{words}");
     let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert!(page.contains("12 stems of one experiment") && page.contains("The plants are real."));
 }

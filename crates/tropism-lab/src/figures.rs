@@ -3,73 +3,174 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use tropism::geometry::Region;
+use tropism::greenhouse::{scene, view};
 use tropism::task::Task;
 use tropism::track::Track;
-use tropism_report::{self as report, Composite, Figure, LitStem, Plants, Table};
+use tropism_report::{self as report, Composite, Figure, LeftOut, LitStem, Plants, SetUp, Table};
 
 use crate::Error;
 use crate::evolve::EvolutionHistory;
 use crate::finished_run::FinishedRun;
 use crate::track::stem_at;
 
-/// Figures 2 to 5 of open-loop runs; none without a run.
-pub(crate) fn of_open_loop_runs(runs: &[FinishedRun]) -> Result<Vec<Figure>, Error> {
-    let Some(first) = runs.first() else { return Ok(Vec::new()) };
-    let plants = first.plants();
-    let composites: Vec<Composite> = runs.par_iter().map(FinishedRun::composite).collect::<Result<_, _>>()?;
-    let tracks: Vec<Track> = runs.iter().map(|run| run.track.clone()).collect();
-    let mut figures = vec![report::composite(&composites, plants)];
-    figures.extend(of_tips(&tracks, plants));
-    Ok(figures)
+/// Figures, and which are left out because there are no data for them.
+#[derive(Default)]
+pub(crate) struct Figures {
+    pub(crate) drawn: Vec<Figure>,
+    pub(crate) left_out: Vec<LeftOut>,
 }
 
-/// Figures 3 to 5, and 9 if a track has stems, of tracks of photographs; none without a track.
-pub(crate) fn of_tracks(tracks: &[Track], plants: Plants) -> Vec<Figure> {
-    if tracks.is_empty() {
-        return Vec::new();
+impl Figures {
+    fn leave_out(&mut self, figure: &str, reason: &str) {
+        self.left_out.push(LeftOut { figure: figure.to_owned(), reason: reason.to_owned() });
     }
-    let mut figures = of_tips(tracks, plants);
-    let mut stems = tracks.iter().map(|track| (stems_of_track(track), &track.layout));
-    let stems = stems.find(|(stems, _)| !stems.is_empty());
-    figures.extend(stems.map(|(stems, layout)| report::stems(&stems, layout, plants)));
-    figures
-}
 
-/// Figures 3 to 5: speed, trajectories, directions and shifts of the tips.
-fn of_tips(tracks: &[Track], plants: Plants) -> Vec<Figure> {
-    let mut figures = vec![
-        report::speed(tracks, plants),
-        report::trajectories(tracks, plants),
-        report::directions(tracks, plants),
-    ];
-    figures.extend(report::shift_maps(tracks, plants));
-    figures
-}
-
-/// Figures 6a and 6b: fitness over the generations of all runs, and of a typical successful one.
-pub(crate) fn of_evolution(history: &EvolutionHistory, plants: Plants) -> Vec<Figure> {
-    let mut figures = vec![report::fitness_boxes(&history.best, plants)];
-    if let Some(run) = history.typical_run() {
-        figures.push(report::fitness_run(run, &history.best[run], &history.mean[run], plants));
-    }
-    figures
-}
-
-/// Figure 8: the track of a steered plant between its targets.
-pub(crate) fn of_steered_run(run: &FinishedRun) -> Figure {
-    let title = format!("Steered by {}", run.config.controller_description());
-    report::steering("8", &title, &run.track, run.config.task.targets(), run.fitness(), run.plants())
-}
-
-/// Figure 9: the stems of the first run in whose photographs stems are detected.
-pub(crate) fn of_stems(runs: &[FinishedRun]) -> Result<Option<Figure>, Error> {
-    for run in runs {
-        let stems = run.stems()?;
-        if !stems.is_empty() {
-            return Ok(Some(report::stems(&stems, &run.track.layout, run.plants())));
+    /// Figure 1: the set-up of a run.
+    pub(crate) fn add_setup(&mut self, run: Option<&FinishedRun>) {
+        match run.and_then(|run| Some((run, run.config.rig.layout().ok()?))) {
+            Some((run, layout)) => {
+                let of_tent = |place: [f64; 3]| run.config.is_virtual().then_some(place);
+                let setup = SetUp {
+                    layout: &layout,
+                    targets: run.config.task.targets(),
+                    camera: of_tent(view::CAMERA),
+                    flash: of_tent(scene::FLASH),
+                    period_min: run.config.rig.period_min,
+                };
+                self.drawn.extend(report::setup(&setup, run.plants()));
+            }
+            None => self.leave_out(
+                "1",
+                "a track does not say where lamps and camera stand; the folder of a run does",
+            ),
         }
     }
-    Ok(None)
+
+    /// Figures 2 to 5 of open-loop runs, and the tracks over time.
+    pub(crate) fn add_open_loop_runs(&mut self, runs: &[FinishedRun]) -> Result<(), Error> {
+        let Some(first) = runs.first() else {
+            self.leave_out("2", "it needs the folder of an open-loop run, with its photographs");
+            return Ok(());
+        };
+        let plants = first.plants();
+        let composites: Vec<Composite> =
+            runs.par_iter().map(FinishedRun::composite).collect::<Result<_, _>>()?;
+        let composites = cropped_alike(runs, composites);
+        if composites.iter().any(|composite| composite.image().is_some()) {
+            self.drawn.push(report::composite(&composites, plants));
+        } else {
+            self.leave_out("2", "the runs kept no photographs");
+        }
+        let tracks: Vec<Track> = runs.iter().map(|run| run.track.clone()).collect();
+        self.add_tips(&tracks, plants);
+        Ok(())
+    }
+
+    /// Figures 3 to 5, and 9 if a track has stems, of tracks of photographs.
+    pub(crate) fn add_tracks(&mut self, tracks: &[Track], plants: Plants) {
+        if tracks.is_empty() {
+            return;
+        }
+        self.add_tips(tracks, plants);
+        let mut stems = tracks.iter().map(|track| (stems_of_track(track), &track.layout));
+        match stems.find(|(stems, _)| !stems.is_empty()) {
+            Some((stems, layout)) => self.drawn.push(report::stems(&stems, layout, plants)),
+            None => self.leave_out("9", "no stem is detected in the tracks"),
+        }
+    }
+
+    /// Figures 3 to 5: speed, trajectories, directions and shifts of the tips; and the tracks over time.
+    fn add_tips(&mut self, tracks: &[Track], plants: Plants) {
+        let is_lit = tracks.iter().any(|track| track.shifts().next().is_some());
+        if is_lit {
+            self.drawn.push(report::speed(tracks, plants));
+        }
+        self.drawn.push(report::trajectories(tracks, plants));
+        if is_lit {
+            self.drawn.push(report::directions(tracks, plants));
+            self.drawn.extend(report::shift_maps(tracks, plants));
+        } else {
+            self.leave_out("3, 4b, 5", "no lamp is lit between two measured tips of these tracks");
+        }
+        self.drawn.push(report::over_time(tracks, plants));
+    }
+
+    /// Figures 6a and 6b: fitness over the generations of all runs, and of a typical successful one.
+    pub(crate) fn add_evolution(&mut self, history: &EvolutionHistory, plants: Plants) {
+        self.drawn.push(report::fitness_boxes(&history.best, plants));
+        if let Some(run) = history.typical_run() {
+            self.drawn.push(report::fitness_run(run, &history.best[run], &history.mean[run], plants));
+        }
+    }
+
+    /// Figure 8: the track of a steered plant between its targets. `remark` follows the name of the plant.
+    pub(crate) fn add_steered_run(&mut self, run: &FinishedRun, remark: &str) {
+        let plant = short_name(&run.path);
+        let plant = if run.config.is_virtual() {
+            format!("Virtual plant {plant} (seed {})", run.config.seed)
+        } else {
+            format!("Plant {plant}")
+        };
+        let title = format!("{plant}{remark}, steered by {}", run.config.controller_description());
+        let (targets, fitness) = (run.config.task.targets(), (run.fitness(), run.config.task.best()));
+        self.drawn.push(report::steering("8", &title, &run.track, targets, fitness, run.plants()));
+    }
+
+    /// Figure 9: the stems of the first run in whose photographs stems are detected.
+    pub(crate) fn add_stems(&mut self, runs: &[FinishedRun]) -> Result<(), Error> {
+        for run in runs {
+            let stems = run.stems()?;
+            if !stems.is_empty() {
+                self.drawn.push(report::stems(&stems, &run.track.layout, run.plants()));
+                return Ok(());
+            }
+        }
+        if !runs.is_empty() {
+            self.leave_out("9", "no stem is detected in the photographs of the runs");
+        }
+        Ok(())
+    }
+
+    /// Names the figures for which nothing was given.
+    pub(crate) fn leave_out_the_missing(&mut self) {
+        for (figure, reason) in [
+            ("3", "3 to 5 need open-loop runs, or tracks of photographs"),
+            ("6", "it needs the folder of an evolution"),
+            ("7", "it needs the folder of a study"),
+            ("8", "it needs the folder of a run with targets"),
+            ("9", "it needs open-loop runs or tracks with stems"),
+        ] {
+            let is_told =
+                self.left_out.iter().any(|left_out| left_out.figure.split(", ").any(|other| other == figure));
+            if !is_told && !self.drawn.iter().any(|drawn| drawn.number.starts_with(figure)) {
+                self.leave_out(figure, reason);
+            }
+        }
+    }
+}
+
+/// The composites without what lies beyond all plants, so that they keep one scale. Those of cameras that differ are left whole.
+fn cropped_alike(runs: &[FinishedRun], composites: Vec<Composite>) -> Vec<Composite> {
+    let sizes = composites.iter().filter_map(Composite::image).map(|image| (image.width, image.height));
+    let mut sizes: Vec<(usize, usize)> = sizes.collect();
+    sizes.dedup();
+    let regions: Option<Vec<Region>> = runs.iter().map(FinishedRun::region_of_plant).collect();
+    let region = regions.and_then(|regions| regions.into_iter().reduce(around_both));
+    match region {
+        Some(region) if sizes.len() == 1 => {
+            composites.into_iter().map(|composite| composite.cropped(region)).collect()
+        }
+        _ => composites,
+    }
+}
+
+/// The least region that holds two.
+fn around_both(a: Region, b: Region) -> Region {
+    let (x, y) = (a.x.min(b.x), a.y.min(b.y));
+    let right = (a.x + a.width).max(b.x + b.width);
+    let bottom = (a.y + a.height).max(b.y + b.height);
+    Region { x, y, width: right - x, height: bottom - y }
 }
 
 /// Largest number of stems of a track in Figure 9; chosen: some 150 bytes each.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use tropism::geometry::STEM_POINTS;
+use tropism::geometry::{Pixel, Region, STEM_POINTS};
 use tropism::lamps::Light;
 use tropism::photo::Image;
 use tropism::task::Task;
@@ -15,6 +15,9 @@ use crate::{Error, files};
 
 /// Largest number of photographs of a run in Figures 2 and 9; chosen by hand.
 const MAX_PHOTOGRAPHS: usize = 60;
+
+/// Space around a plant in Figure 2, in cm: leaves reach beyond the tip. Chosen by hand.
+const PLANT_MARGIN_CM: f64 = 3.0;
 
 /// A finished run.
 pub(crate) struct FinishedRun {
@@ -74,6 +77,23 @@ impl FinishedRun {
     /// Its photographs laid over each other, for Figure 2.
     pub(crate) fn composite(&self) -> Result<Composite, Error> {
         Ok(self.photographs()?.map(|(_, image)| image).collect())
+    }
+
+    /// The part of its photographs in which the plant is: around its tips and its root. `None` if nothing says how its
+    /// photographs map to centimetres.
+    pub(crate) fn region_of_plant(&self) -> Option<Region> {
+        let calibration = self.config.calibration()?;
+        let tips = self.track.samples.iter().map(|sample| calibration.pixel(sample.tip));
+        let root = calibration.base;
+        let (low, high) = tips.fold((root, root), |(low, high), tip| {
+            (Pixel::new(low.x.min(tip.x), low.y.min(tip.y)), Pixel::new(high.x.max(tip.x), high.y.max(tip.y)))
+        });
+        let margin = PLANT_MARGIN_CM * calibration.px_per_cm;
+        let whole = |value: f64, most: usize| (value.max(0.0) as usize).min(most);
+        let (x, y) = (whole(low.x - margin, calibration.width), whole(low.y - margin, calibration.height));
+        let right = whole(high.x + margin, calibration.width);
+        let bottom = whole(high.y + margin, calibration.height);
+        Some(Region { x, y, width: right - x, height: bottom - y })
     }
 
     /// Its stems with the light at each, for Figure 9: those of the journal, or of the photographs where it has none.

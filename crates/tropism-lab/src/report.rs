@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use tropism::task::Task;
 use tropism::track::Track;
-use tropism_report::{Figure, Page, Plants};
+use tropism_report::{self as report, LeftOut, Page, Plants};
 
 use crate::evolve::{EvolutionHistory, EvolutionRecord};
-use crate::figures::{self, fitness_table};
+use crate::figures::{Figures, fitness_table};
 use crate::finished_run::FinishedRun;
 use crate::fit::is_of_virtual_plant;
 use crate::{Error, Monitor, Workflow, files, study};
@@ -21,7 +21,7 @@ pub struct ReportPlan {
     pub sources: Vec<PathBuf>,
     /// HTML file of the report.
     pub out: PathBuf,
-    /// Folder for the figures as SVG and JPEG files.
+    /// Folder for the figures as files: SVG, PNG, PDF or JPEG, and CSV with their data.
     pub figures: Option<PathBuf>,
 }
 
@@ -38,6 +38,9 @@ pub struct ReportResults {
     pub report: PathBuf,
     /// Numbers of its figures, in order; as in the paper where it has such a figure.
     pub figures: Vec<String>,
+    /// Figures for which there are no data.
+    #[serde(default)]
+    pub left_out: Vec<LeftOut>,
 }
 
 impl Workflow for ReportPlan {
@@ -67,12 +70,12 @@ impl Workflow for ReportPlan {
         files::write(&self.out, page.html().as_bytes())?;
         if let Some(folder) = &self.figures {
             files::make_folder(folder)?;
-            for (name, bytes) in page.figures.iter().flat_map(Figure::files) {
+            for (name, bytes) in report::files(&page.figures) {
                 files::write(&folder.join(name), &bytes)?;
             }
         }
         let figures = page.figures.iter().map(|figure| figure.number.to_owned()).collect();
-        Ok(ReportResults { report: self.out.clone(), figures })
+        Ok(ReportResults { report: self.out.clone(), figures, left_out: page.left_out })
     }
 }
 
@@ -135,14 +138,19 @@ impl Sources {
         Ok(())
     }
 
-    fn figures(&self, plants: Plants) -> Result<Vec<Figure>, Error> {
-        let mut all = figures::of_open_loop_runs(&self.open_loop)?;
-        all.extend(
-            self.evolutions.iter().flat_map(|(history, plants)| figures::of_evolution(history, *plants)),
-        );
-        all.extend(self.steered.iter().map(figures::of_steered_run));
-        all.extend(figures::of_stems(&self.open_loop)?);
-        all.extend(figures::of_tracks(&self.tracks, plants));
+    fn figures(&self, plants: Plants) -> Result<Figures, Error> {
+        let mut all = Figures::default();
+        all.add_setup(self.open_loop.iter().chain(&self.steered).next());
+        all.add_open_loop_runs(&self.open_loop)?;
+        for (history, plants) in &self.evolutions {
+            all.add_evolution(history, *plants);
+        }
+        for run in &self.steered {
+            all.add_steered_run(run, "");
+        }
+        all.add_stems(&self.open_loop)?;
+        all.add_tracks(&self.tracks, plants);
+        all.leave_out_the_missing();
         Ok(all)
     }
 
@@ -153,6 +161,7 @@ impl Sources {
             0 => String::new(),
             count => format!(", {count} tracks of photographs"),
         };
+        let figures = self.figures(plants)?;
         let names: Vec<String> = paths.iter().map(|path| files::shell_word(path)).collect();
         Ok(Page {
             title: "Experiments".to_owned(),
@@ -164,7 +173,8 @@ impl Sources {
             plants,
             numbers: Vec::new(),
             tables: if steered.is_empty() { Vec::new() } else { vec![fitness_table(steered)] },
-            figures: self.figures(plants)?,
+            figures: figures.drawn,
+            left_out: figures.left_out,
             command: format!("tropism report {}", names.join(" ")),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seeds: open_loop

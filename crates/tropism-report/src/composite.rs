@@ -1,6 +1,7 @@
 //! Figure 2: all photographs of an experiment in one composite picture.
 
 use super::{Body, Figure, Plants};
+use tropism::geometry::Region;
 use tropism::photo::Image;
 
 /// Largest width of a composite in a figure, in pixels.
@@ -32,6 +33,13 @@ impl Composite {
             }
             Some(_) => {}
         }
+    }
+
+    /// Only what lies in `region`; unchanged if the region is not inside the picture.
+    #[must_use]
+    pub fn cropped(self, region: Region) -> Self {
+        let maximum = self.maximum.map(|image| super::cropped(&image, region).unwrap_or(image));
+        Self { maximum }
     }
 
     /// The composite of the photographs so far; `None` before the first.
@@ -102,6 +110,14 @@ mod tests {
         let photographs = [plain(4, 2, [10, 200, 0]), plain(4, 2, [90, 20, 0]), plain(2, 2, [255; 3])];
         let composite: Composite = photographs.into_iter().collect();
         assert_eq!(composite.image(), Some(&plain(4, 2, [90, 200, 0])));
+    }
+
+    #[test]
+    fn a_composite_is_cropped_to_the_plant() {
+        let composite: Composite = [plain(40, 20, [9; 3])].into_iter().collect();
+        let region = Region { x: 10, y: 5, width: 12, height: 15 };
+        assert_eq!(composite.clone().cropped(region).image(), Some(&plain(12, 15, [9; 3])));
+        assert_eq!(composite.clone().cropped(Region { x: 30, ..region }).image(), composite.image());
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::csv::Cell;
 use super::plot::{Axis, Path, Plot, nice_step};
 use super::{Body, Figure, Plants};
 use tropism::math::statistics::five_numbers;
@@ -39,7 +40,7 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
     plot.text("tick", (plot.right_edge() + 2.0, plot.place(0.0, PAPER_BEST).1 + 4.0), "start", "15");
     let mut data = "generation,least,quartile_1,median,quartile_3,greatest\n".to_owned();
     for (generation, numbers) in &boxes {
-        let [least, low, median, high, greatest] = numbers;
+        let [least, low, median, high, greatest] = numbers.map(Cell);
         let _ = writeln!(data, "{generation},{least},{low},{median},{high},{greatest}");
         draw_box(&mut plot, *generation as f64, numbers, half);
     }
@@ -87,7 +88,7 @@ pub fn fitness_run(run: usize, best: &[f64], mean: &[f64], plants: Plants) -> Fi
     plot.text("tick", (plot.right_edge() + 2.0, plot.place(0.0, PAPER_BEST).1 + 4.0), "start", "15");
     let mut data = "generation,best,mean\n".to_owned();
     for (generation, (best, mean)) in (1..).zip(best.iter().zip(mean)) {
-        let _ = writeln!(data, "{generation},{best},{mean}");
+        let _ = writeln!(data, "{generation},{},{}", Cell(*best), Cell(*mean));
     }
     for (class, fitness) in [("thin mean", mean), ("bold best", best)] {
         plot.line(class, (1..).map(f64::from).zip(fitness.iter().copied()));

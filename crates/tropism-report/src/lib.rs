@@ -12,9 +12,15 @@ mod lamp;
 mod picture;
 mod animation;
 mod colour;
+mod csv;
 mod composite;
 mod thinning;
 mod plot;
+mod drawing;
+mod raster;
+mod pdf;
+mod setup;
+mod over_time;
 mod trajectories;
 mod decision;
 mod evolution;
@@ -28,6 +34,8 @@ mod speed;
 mod stems;
 mod transfer;
 
+use std::collections::BTreeMap;
+
 pub use animation::{Animation, AnimationError};
 pub use composite::{Composite, composite};
 pub use decision::{SteeredTrack, decision, decision_text, rule};
@@ -35,8 +43,10 @@ pub use evolution::{fitness_boxes, fitness_run};
 pub use film::{Film, FilmStep};
 pub use kinematics::{KinematicValue, kinematics};
 pub use network::{network, network_dot, too_large_to_draw};
-pub use page::{NumberRow, Page, Table};
+pub use over_time::over_time;
+pub use page::{LeftOut, NumberRow, Page, Table};
 pub use picture::{cropped, scaled};
+pub use setup::{SetUp, setup};
 pub use shifts::shift_maps;
 pub use speed::speed;
 pub use stems::{LitStem, stems};
@@ -101,11 +111,14 @@ pub enum Body {
 
 impl Figure {
     /// Names and bytes of the figure as files: `figure-4a.svg` in the colours of light ground, which every viewer of SVG draws,
-    /// or `figure-2-1.jpg` and so on; and `figure-4a.csv` with its data.
+    /// the same as PNG and PDF, or `figure-2-1.jpg` and so on; and `figure-4a.csv` with its data.
     #[must_use]
     pub fn files(&self) -> Vec<(String, Vec<u8>)> {
-        let number = self.number;
-        let mut files = match &self.body {
+        self.files_named(self.number)
+    }
+
+    fn files_named(&self, number: &str) -> Vec<(String, Vec<u8>)> {
+        let mut files: Vec<(String, Vec<u8>)> = match &self.body {
             Body::Svg(svg) => {
                 let (head, rest) = svg.split_once('>').unwrap_or((svg, ""));
                 let style = colour::plain_style();
@@ -115,7 +128,11 @@ impl Figure {
                      <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>{rest}\n",
                     head.trim_end()
                 );
-                vec![(format!("figure-{number}.svg"), file.into_bytes())]
+                let drawing = drawing::Drawing::of(svg);
+                let svg = Some((format!("figure-{number}.svg"), file.into_bytes()));
+                let png = raster::png(&drawing).map(|png| (format!("figure-{number}.png"), png));
+                let pdf = Some((format!("figure-{number}.pdf"), pdf::pdf(&drawing)));
+                [svg, png, pdf].into_iter().flatten().collect()
             }
             Body::Jpegs(jpegs) => (1..)
                 .zip(jpegs)
@@ -127,6 +144,24 @@ impl Figure {
         }
         files
     }
+}
+
+/// Names and bytes of the files of all figures. Of two with one number the second has the names `figure-8-b.svg` and so on.
+#[must_use]
+pub fn files(figures: &[Figure]) -> Vec<(String, Vec<u8>)> {
+    let mut seen: BTreeMap<&str, u8> = BTreeMap::new();
+    let name = |figure: &Figure, copy: u8| match copy {
+        0 => figure.number.to_owned(),
+        1..26 => format!("{}-{}", figure.number, char::from(b'a' + copy)),
+        _ => format!("{}-{}", figure.number, u16::from(copy) + 1),
+    };
+    let named = figures.iter().map(|figure| {
+        let copies = seen.entry(figure.number).or_default();
+        let name = name(figure, *copies);
+        *copies = copies.saturating_add(1);
+        figure.files_named(&name)
+    });
+    named.collect::<Vec<_>>().concat()
 }
 
 /// Figures as one SVG file with its style sheet, in rows of at most 960 pixels. Figures of JPEG pictures are left out.
@@ -176,8 +211,9 @@ mod tests {
             directions(tracks, Plants::Real),
             fitness_boxes(runs, Plants::ModelOfReal),
             fitness_run(0, best, best, Plants::ModelOfReal),
-            steering("8", "Reality", first, &targets, -3.25, Plants::Real),
-            steering("8", "Reality", first, &[], 0.0, Plants::Real),
+            steering("8", "Reality", first, &targets, (-3.25, 15.0), Plants::Real),
+            steering("8", "Reality", first, &[], (0.0, 0.0), Plants::Real),
+            over_time(tracks, Plants::Real),
         ];
         figures.extend(shift_maps(tracks, Plants::Real));
         figures
@@ -210,6 +246,13 @@ mod tests {
     fn files_of_figures_need_no_variables_of_css() {
         for figure in all(&testing::swings(3, 60), &[vec![1.0, 2.0]]) {
             let files = figure.files();
+            let starts = |end: &str| {
+                let file = files.iter().find(|(name, _)| name.ends_with(end));
+                file.map(|(_, bytes)| String::from_utf8_lossy(&bytes[..8]).into_owned())
+            };
+            let is_drawn = matches!(figure.body, Body::Svg(_));
+            assert_eq!(starts(".pdf").is_some_and(|start| start == "%PDF-1.4"), is_drawn);
+            assert_eq!(starts(".png").is_some_and(|start| start.ends_with("PNG\r\n\u{1a}\n")), is_drawn);
             let Some((_, bytes)) = files.iter().find(|(name, _)| name.ends_with(".svg")) else { continue };
             let text = String::from_utf8(bytes.clone()).unwrap();
             assert!(!text.contains("var(") && !text.contains("--") && !text.contains("@media"), "{text}");
@@ -229,6 +272,28 @@ mod tests {
     }
 
     #[test]
+    fn figures_of_one_number_have_files_of_their_own() {
+        let figure = trajectories(&testing::swings(1, 3), Plants::Real);
+        let files = files(&[figure.clone(), figure]);
+        let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+        let ends = ["svg", "png", "pdf", "csv"];
+        let wanted =
+            [ends.map(|end| format!("figure-4a.{end}")), ends.map(|end| format!("figure-4a-b.{end}"))];
+        assert_eq!(names, wanted.concat());
+    }
+
+    #[test]
+    fn every_letter_of_a_figure_is_in_the_font() {
+        let tracks = testing::swings(3, 60);
+        for figure in all(&tracks, &[vec![1.0, 2.0]]) {
+            let Body::Svg(svg) = &figure.body else { continue };
+            for text in svg.split("<text").skip(1).filter_map(|piece| piece.split(['<', '>']).nth(1)) {
+                assert!(stroke_font::has(text), "{text}");
+            }
+        }
+    }
+
+    #[test]
     fn figures_of_long_tracks_are_small() {
         let mut state = 1_u64;
         let mut next = move || {
@@ -236,14 +301,17 @@ mod tests {
             (state >> 40) as f64 / (1_u64 << 24) as f64
         };
         // Noise over the panel and far beyond it, under lamps that change at every step or seldom.
+        let rows_in_all = 150_000;
         for (width, swing) in [(28.0, 1), (28.0, 300), (1e5, 300), (1e300, 7)] {
             let row = |step: usize| {
                 let light = if (step / swing).is_multiple_of(2) { 'l' } else { 'r' };
                 (width * (next() - 0.5), width * next(), light)
             };
-            let rows: Vec<(f64, f64, char)> = (0..150_000).map(row).collect();
+            let rows: Vec<(f64, f64, char)> = (0..rows_in_all).map(row).collect();
             let track = testing::track(&rows);
             for figure in all(&[track], &[]) {
+                let (number, bytes) = (figure.number, figure.data.len());
+                assert!(bytes < 100 * rows_in_all, "{number} of {width}, {swing}: {bytes} bytes of data");
                 if let Body::Svg(svg) = &figure.body {
                     assert!(
                         svg.len() < 1_000_000,

@@ -4,6 +4,8 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use serde::{Deserialize, Serialize};
+
 use super::{Body, Figure, Plants, colour, plot};
 
 /// A number of the paper beside the one found here.
@@ -17,6 +19,15 @@ pub struct NumberRow {
     pub ours: String,
     /// A note for the reader; may be empty.
     pub note: String,
+}
+
+/// A figure that a report does not have, and why.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// Its number.
+    pub figure: String,
+    /// Why it is left out, and what it needs.
+    pub reason: String,
 }
 
 /// A further table.
@@ -47,6 +58,8 @@ pub struct Page {
     pub tables: Vec<Table>,
     /// Figures in order; figures of one number (`5a`, `5b`) are grouped.
     pub figures: Vec<Figure>,
+    /// Figures that are left out.
+    pub left_out: Vec<LeftOut>,
     /// The command that reproduces this report; may be empty.
     pub command: String,
     /// Version of the software.
@@ -148,8 +161,8 @@ impl Page {
                                         (row.what)
                                         @if !row.note.is_empty() { span.note { (row.note) } }
                                     }
-                                    td.number { (or_dash(&row.paper)) }
-                                    td.number.ours { (or_dash(&row.ours)) }
+                                    td.number data-label="Paper" { (or_dash(&row.paper)) }
+                                    td.number.ours data-label="Here" { (or_dash(&row.ours)) }
                                 }
                             }
                         }
@@ -175,6 +188,12 @@ impl Page {
                 @for family in self.figures.chunk_by(|a, b| family(a) == family(b)) {
                     div class=(if family.len() == 1 { "family single" } else { "family" }) {
                         @for figure in family { (drawn(figure)) }
+                    }
+                }
+                @if !self.left_out.is_empty() {
+                    p.source { "Left out:" }
+                    ul.source {
+                        @for LeftOut { figure, reason } in &self.left_out { li { b { "Figure " (figure) } ": " (reason) } }
                     }
                 }
             }
@@ -253,7 +272,9 @@ fn further_table(index: usize, table: &Table) -> Markup {
                 table.further {
                     thead { tr { @for head in &table.head { th scope="col" { (head) } } } }
                     tbody {
-                        @for row in &table.rows { tr { @for value in row { td { (value) } } } }
+                        @for row in &table.rows {
+                            tr { @for (head, value) in table.head.iter().zip(row) { td data-label=(head) { (value) } } }
+                        }
                     }
                 }
             }
@@ -317,7 +338,7 @@ mod tests {
         figures.push(report::fitness_run(0, &fitness, &fitness, plants));
         let targets = [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
         for (number, track) in ["7a", "7b", "8"].into_iter().zip(&tracks) {
-            figures.push(report::steering(number, "A <controller>", track, &targets, 14.3, plants));
+            figures.push(report::steering(number, "A <controller>", track, &targets, (14.3, 15.0), plants));
         }
         Page {
             title: "Six beans & one lamp".to_owned(),
@@ -336,6 +357,7 @@ mod tests {
                 ..Table::default()
             }],
             figures,
+            left_out: vec![LeftOut { figure: "9".to_owned(), reason: "no <stem> is detected".to_owned() }],
             command: "tropism study --seed 1".to_owned(),
             version: "0.1.0".to_owned(),
             seeds: vec![("study".to_owned(), 1)],
@@ -357,6 +379,10 @@ mod tests {
                 html.split("base64,").map(|piece| piece.split_once('"').map_or(piece, |p| p.1)).collect();
             assert!(!text.contains(foreign), "{foreign}");
         }
+        assert!(html.contains("<b>Figure 9</b>: no &lt;stem&gt; is detected"));
+        let cells = html.matches("<td").count() - html.matches("<td></td>").count();
+        let of_stages = 2 * 3;
+        assert_eq!(html.matches("data-label=").count() + of_stages - 1, cells, "each cell names its column");
         assert!(html.contains("doi:10.1109/SASO.2016.8"));
         assert!(html.contains("targets = [[3, 6]]") && html.contains("tropism study --seed 1"));
         assert!(html.len() < 1_000_000, "{} bytes", html.len());

@@ -1,8 +1,10 @@
 //! Figure 5: maps of the mean shift of the tip in one step, by place and light: the data of the tip-motion model.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 use super::colour::ColourMap;
+use super::csv::Cell;
 use super::lamp;
 use super::plot::{Axis, Plot, number};
 use super::trajectories::{axes, tips};
@@ -40,6 +42,14 @@ impl Component {
         }
     }
 
+    /// Its name in files.
+    const fn word(self) -> &'static str {
+        match self {
+            Self::X => "dx",
+            Self::Y => "dy",
+        }
+    }
+
     const fn name(self) -> &'static str {
         match self {
             Self::X => "\u{394}x",
@@ -48,8 +58,8 @@ impl Component {
     }
 }
 
-/// Row and column of a cell. Cell (0, 0) has the root at its centre, so that mirroring maps cells to cells.
-type Cell = (i64, i64);
+/// Row and column of a place on the grid. Place (0, 0) has the root at its centre, so that mirroring maps cells to cells.
+type GridPlace = (i64, i64);
 
 /// Numbers of the figures: one a component and lamp.
 const NUMBERS: [&str; 2 * MAX_LAMPS] =
@@ -85,7 +95,7 @@ pub fn shift_maps(tracks: &[Track], plants: Plants) -> Vec<Figure> {
                     component.name(),
                     plants.sentence()
                 ),
-                data: String::new(),
+                data: csv_of_means(component, side, &means),
                 body: Body::Svg(map(x, y, component, side, &means)),
             }
         })
@@ -99,7 +109,7 @@ fn means_of_at_most<'a, I: Iterator<Item = &'a Track>>(
     tracks: impl Fn() -> I,
     component: Component,
     light: Light,
-) -> (f64, BTreeMap<Cell, f64>) {
+) -> (f64, BTreeMap<GridPlace, f64>) {
     if let Some(means) = means(tracks(), component, light, CELL, most) {
         return (CELL, means);
     }
@@ -123,8 +133,8 @@ fn means<'a>(
     light: Light,
     side: f64,
     most: usize,
-) -> Option<BTreeMap<Cell, f64>> {
-    let mut sums: BTreeMap<Cell, (f64, f64)> = BTreeMap::new();
+) -> Option<BTreeMap<GridPlace, f64>> {
+    let mut sums: BTreeMap<GridPlace, (f64, f64)> = BTreeMap::new();
     for (before, after, _) in tracks.flat_map(Track::shifts).filter(|shift| shift.2 == light) {
         // `round` rounds half away from zero on both sides: a mirrored point falls into the mirrored cell.
         let cell = ((before.y / side).round() as i64, (before.x / side).round() as i64);
@@ -139,7 +149,17 @@ fn means<'a>(
     Some(sums.into_iter().map(|(cell, (sum, count))| (cell, sum / count)).collect())
 }
 
-fn map(x: Axis, y: Axis, component: Component, side: f64, means: &BTreeMap<Cell, f64>) -> String {
+/// The means as CSV: the centre of each cell, and the mean shift in it.
+fn csv_of_means(component: Component, side: f64, means: &BTreeMap<GridPlace, f64>) -> String {
+    let mut text = format!("x_cm,y_cm,mean_{}_cm\n", component.word());
+    for ((row, column), &mean) in means {
+        let [x, y] = [column, row].map(|&index| Cell(index as f64 * side));
+        let _ = writeln!(text, "{x},{y},{}", Cell(mean));
+    }
+    text
+}
+
+fn map(x: Axis, y: Axis, component: Component, side: f64, means: &BTreeMap<GridPlace, f64>) -> String {
     let limit = component.limit();
     let mut plot = Plot::centimetres(x, y, 330.0, 78.0, 28.0);
     let size = side * plot.scale();

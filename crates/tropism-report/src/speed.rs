@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::colour::ColourMap;
+use super::csv::Cell;
 use super::lamp;
 use super::plot::{Axis, Plot, number};
 use super::{Body, Figure, Plants};
@@ -46,7 +47,7 @@ pub fn speed(tracks: &[Track], plants: Plants) -> Figure {
     let half = plot.scale() / 2.0;
     let mut data = "step,column,speed_cm\n".to_owned();
     for ((step, column), (sum, count)) in &cells {
-        let _ = writeln!(data, "{step},{column},{:.4}", sum / count);
+        let _ = writeln!(data, "{step},{column},{}", Cell(sum / count));
     }
     let marks: Vec<_> = cells
         .into_iter()

@@ -1,5 +1,8 @@
 //! Figure 9: the stem as ten points, over one experiment.
 
+use std::fmt::Write;
+
+use super::csv::Cell;
 use super::lamp;
 use super::plot::{Axis, LEGEND_ROW, Plot, legend_rows};
 use super::{Body, Figure, Plants};
@@ -38,9 +41,21 @@ pub fn stems(stems: &[LitStem], layout: &Layout, plants: Plants) -> Figure {
             stems.len(),
             plants.sentence()
         ),
-        data: String::new(),
+        data: csv_of_stems(stems, layout),
         body: Body::Svg(plot.finish()),
     }
+}
+
+/// The points of stems as CSV, a row a point.
+fn csv_of_stems(stems: &[LitStem], layout: &Layout) -> String {
+    let mut text = "stem,light,point,x_cm,y_cm\n".to_owned();
+    for (stem, (line, light)) in (1..).zip(stems) {
+        let light = layout.name(*light);
+        for (index, point) in (1..).zip(&line.0) {
+            let _ = writeln!(text, "{stem},{light},{index},{},{}", Cell(point.x), Cell(point.y));
+        }
+    }
+    text
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Write;
 
+use super::csv::Cell;
 use super::lamp;
 use super::plot::{Axis, LEGEND_ROW, Path, Place, Plot, legend_rows};
 use super::thinning;
@@ -43,8 +44,8 @@ pub(super) fn csv_of_tips(tracks: &[Track]) -> String {
     let mut text = "plant,step,time_h,tip_x_cm,tip_y_cm,light\n".to_owned();
     for (plant, track) in (1..).zip(tracks) {
         for Sample { step, time_s, tip, light, .. } in &track.samples {
-            let (hours, light) = (time_s / 3600.0, track.layout.name(*light));
-            let _ = writeln!(text, "{plant},{step},{hours:.4},{:.4},{:.4},{light}", tip.x, tip.y);
+            let (hours, light) = (Cell(time_s / 3600.0), track.layout.name(*light));
+            let _ = writeln!(text, "{plant},{step},{hours},{},{},{light}", Cell(tip.x), Cell(tip.y));
         }
     }
     text
@@ -111,8 +112,7 @@ fn final_heights(plot: &Plot, tracks: &[Track]) -> Vec<(usize, f64, f64)> {
 
 /// Figure 4b: the direction of motion of the tip, coloured by the lamp that was lit.
 ///
-/// A vector is drawn as a needle: broad at its start, sharp at its end. Steps shorter than 0.5 cm are joined while the
-/// same lamp stays lit.
+/// A vector is drawn as an arrow. Steps shorter than 0.5 cm are joined while the same lamp stays lit.
 #[must_use]
 pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
     let (x, y) = fitted_axes(tips(tracks));
@@ -127,24 +127,25 @@ pub fn directions(tracks: &[Track], plants: Plants) -> Figure {
         let ends: Vec<(Point, Point)> = tracks.iter().flat_map(|track| vectors(track, light)).collect();
         for (from, to) in &ends {
             let name = layout.name(Some(light));
-            let _ = writeln!(data, "{name},{:.4},{:.4},{:.4},{:.4}", from.x, from.y, to.x, to.y);
+            let [x, y, to_x, to_y] = [from.x, from.y, to.x, to.y].map(Cell);
+            let _ = writeln!(data, "{name},{x},{y},{to_x},{to_y}");
         }
         let all: Vec<(Place, Place)> =
             ends.into_iter().map(|(from, to)| (plot.place(from.x, from.y), plot.place(to.x, to.y))).collect();
         is_thinned |= all.len() > most;
-        let mut needles = Path::default();
+        let mut arrows = Path::default();
         for (from, to) in thinning::longest(all, most, plot.size()) {
-            needle(&mut needles, from, to);
+            arrow(&mut arrows, from, to);
         }
-        plot.fill(lamp::class(Some(light)), &needles);
+        plot.fill(lamp::class(Some(light)), &arrows);
     }
     plot.legend(&legend);
-    let thinned = if is_thinned { " Of the many needles the longest at each place is drawn." } else { "" };
+    let thinned = if is_thinned { " Of the many arrows the longest at each place is drawn." } else { "" };
     Figure {
         number: "4b",
         title: "Directions of the tip".to_owned(),
         caption: format!(
-            "Needles point in the direction of motion, coloured by the lamp that was lit; steps shorter than 0.5 cm are \
+            "Arrows point in the direction of motion, coloured by the lamp that was lit; steps shorter than 0.5 cm are \
              joined.{thinned} Not mirrored. {}",
             plants.sentence()
         ),
@@ -168,25 +169,43 @@ fn vectors(track: &Track, light: Light) -> Vec<(Point, Point)> {
     vectors
 }
 
-fn needle(path: &mut Path, from: Place, to: Place) {
+/// Length of the head of an arrow and half of its width, in pixels, and half of the width of its shaft; chosen by hand.
+const HEAD: f64 = 6.0;
+const HALF_HEAD: f64 = 2.6;
+const HALF_SHAFT: f64 = 0.55;
+
+/// Adds an arrow to a path that is filled. The head of a short one is as long as the arrow.
+fn arrow(path: &mut Path, from: Place, to: Place) {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length = (dx * dx + dy * dy).sqrt().max(1e-9);
-    let (side_x, side_y) = (-1.4 * dy / length, 1.4 * dx / length);
-    path.start((from.0 + side_x, from.1 + side_y));
+    let head = HEAD.min(length);
+    let at = |along: f64, aside: f64| {
+        let (along, aside) = (along / length, aside / length);
+        (from.0 + along * dx - aside * dy, from.1 + along * dy + aside * dx)
+    };
+    let neck = length - head;
+    if neck > 0.0 {
+        path.start(at(0.0, HALF_SHAFT));
+        path.draw(at(neck, HALF_SHAFT));
+        path.draw(at(neck, -HALF_SHAFT));
+        path.draw(at(0.0, -HALF_SHAFT));
+    }
+    path.start(at(neck, HALF_HEAD));
     path.draw(to);
-    path.draw((from.0 - side_x, from.1 - side_y));
+    path.draw(at(neck, -HALF_HEAD));
 }
 
 /// Figures 7 and 8: the trajectory of one steered tip, coloured by the lamp that was lit, with its targets.
 ///
-/// `number` is `7a` to `7d` in simulation and `8` in reality. `fitness` is in cm, eq. (9).
+/// `number` is `7a` to `7d` in simulation and `8` in reality. `fitness` is that of the track and
+/// the best possible one in cm, eq. (9).
 #[must_use]
 pub fn steering(
     number: &'static str,
     title: &str,
     track: &Track,
     targets: &[Point],
-    fitness: f64,
+    (fitness, best): (f64, f64),
     plants: Plants,
 ) -> Figure {
     let points = track.samples.iter().map(|sample| &sample.tip).chain(targets);
@@ -199,7 +218,11 @@ pub fn steering(
     let steps = track.samples.len().saturating_sub(1);
     Figure {
         number,
-        title: format!("{title}, fitness {} cm", super::plot::number(fitness)),
+        title: format!(
+            "{title}, fitness {} of {} cm",
+            super::plot::number(fitness),
+            super::plot::number(best)
+        ),
         caption: format!(
             "The trajectory of the tip over {steps} steps, from the circle, coloured by the lamp that the controller lit. \
              Crosses are the targets in their order, on dotted lines at their heights. {}",
@@ -276,7 +299,14 @@ mod tests {
     #[test]
     fn figure_7a_is_golden() {
         let track = &testing::swings(1, 120)[0];
-        testing::golden(&steering("7a", "A good controller", track, &TARGETS, 14.3, Plants::ModelOfVirtual));
+        testing::golden(&steering(
+            "7a",
+            "A good controller",
+            track,
+            &TARGETS,
+            (14.3, 15.0),
+            Plants::ModelOfVirtual,
+        ));
     }
 
     #[test]

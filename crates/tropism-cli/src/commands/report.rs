@@ -11,8 +11,9 @@ use crate::shell::Shell;
 
 /// Write a report of runs, tracks, evolutions or a study: one HTML file
 ///
-/// Open-loop runs give Figures 2 to 5 and 9, tracks of `tropism track` Figures 3 to 5 and 9, evolutions Figure 6,
-/// steered runs Figure 8; a study gives all of them.
+/// Open-loop runs give Figures 1 to 5 and 9, tracks of `tropism track` Figures 3 to 5 and 9, evolutions Figure 6,
+/// steered runs Figures 1 and 8; a study gives all of them. Tracks and open-loop runs also give tip, angle, length and
+/// growth rate over time. Figures without data are left out with a word why.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  tropism report tropism-study --out report.html\n  tropism report tent/* --out report.html\n  tropism report track.csv --out report.html"
@@ -26,7 +27,7 @@ pub(crate) struct Report {
     #[arg(long, value_name = "report.html")]
     out: PathBuf,
 
-    /// Folder to write the figures to as single files (SVG and JPEG, data as CSV)
+    /// Folder to write the figures to as single files: SVG, PNG and PDF (photographs JPEG), data as CSV
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
 }
@@ -35,7 +36,10 @@ impl Report {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let plan = ReportPlan { sources: self.sources, out: self.out, figures: self.figures };
         execute_and_print(&plan, shell, |results: &ReportResults| {
-            format!("figures {}\nwrote {}", results.figures.join(", "), results.report.display())
+            let left_out = results.left_out.iter().fold(String::new(), |text, left_out| {
+                format!("{text}no figure {}: {}\n", left_out.figure, left_out.reason)
+            });
+            format!("figures {}\n{left_out}wrote {}", results.figures.join(", "), results.report.display())
         })
     }
 }

@@ -61,7 +61,7 @@ impl Workflow for KinematicsPlan {
         files::make_folder(&self.out)?;
         let (figures, quantities) = report::kinematics(&self.species.average());
         let mut results = KinematicsResults { is_virtual: true, figures: Vec::new(), measured: Vec::new() };
-        for (name, bytes) in figures.iter().flat_map(report::Figure::files) {
+        for (name, bytes) in report::files(&figures) {
             let path = self.out.join(name);
             files::write(&path, &bytes)?;
             results.figures.push(path);

@@ -58,6 +58,7 @@ impl ShownChampion {
             numbers: Vec::new(),
             tables: Vec::new(),
             figures: self.figures(),
+            left_out: Vec::new(),
             command: format!("tropism show {}", self.file.display()),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seeds: Vec::new(),

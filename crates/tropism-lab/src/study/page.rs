@@ -7,7 +7,7 @@ use tropism::task::Task;
 use tropism_report::{self as report, Figure, Page, Plants, Table};
 
 use super::results::{RealityNumbers, StudyFolder, StudyResults};
-use crate::figures::{self, fitness_table};
+use crate::figures::{Figures, fitness_table};
 use crate::finished_run::FinishedRun;
 use crate::{Error, champion, files};
 
@@ -29,13 +29,15 @@ impl StudyFolder {
             let seeds: Vec<u64> = runs.iter().map(|run| run.config.seed).collect();
             (1..).zip(seeds).map(move |(number, seed)| (format!("{name} bean {number}"), seed))
         };
+        let figures = self.figures()?;
         Ok(Page {
             title: "Steering beans with light".to_owned(),
             intro: self.intro(results),
             plants: Plants::Virtual,
             numbers: results.rows(),
             tables: vec![self.controller_table(results), fitness_table(&self.reality["champion"])],
-            figures: self.figures()?,
+            figures: figures.drawn,
+            left_out: figures.left_out,
             command: format!("tropism study {}/study.toml", self.path.display()),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seeds: std::iter::once(("study".to_owned(), self.config.seed))
@@ -96,9 +98,12 @@ impl StudyFolder {
         }
     }
 
-    fn figures(&self) -> Result<Vec<Figure>, Error> {
-        let mut all = figures::of_open_loop_runs(&self.open_loop)?;
-        all.extend(figures::of_evolution(&self.history, Plants::ModelOfVirtual));
+    fn figures(&self) -> Result<Figures, Error> {
+        let mut all = Figures::default();
+        let typical = self.typical_run();
+        all.add_setup(typical.or(self.open_loop.first()));
+        all.add_open_loop_runs(&self.open_loop)?;
+        all.add_evolution(&self.history, Plants::ModelOfVirtual);
         let runs = &self.evolution.runs;
         let mut order: Vec<usize> = (0..runs.len()).collect();
         order.sort_by(|&a, &b| runs[b].trial.mean.total_cmp(&runs[a].trial.mean));
@@ -110,10 +115,16 @@ impl StudyFolder {
             ("7c", "In simulation: the worst champion", &self.champions[worst]),
             ("7d", "In simulation: the best random network", &self.random_champion),
         ] {
-            all.push(self.simulated(number, title, champion)?);
+            all.drawn.push(self.simulated(number, title, champion)?);
         }
-        all.extend(self.typical_run().map(figures::of_steered_run));
-        all.extend(figures::of_stems(&self.open_loop)?);
+        if let Some(run) = typical {
+            let plants = self.reality["champion"].len();
+            all.add_steered_run(
+                run,
+                &format!(", whose fitness is nearest to the mean of {plants} unseen ones"),
+            );
+        }
+        all.add_stems(&self.open_loop)?;
         Ok(all)
     }
 
@@ -122,7 +133,7 @@ impl StudyFolder {
         let task = &self.config.task;
         let track =
             champion::simulate(champion, &self.model, task, self.config.seed).map_err(Error::at(title))?;
-        let fitness = task.fitness(&track);
+        let fitness = (task.fitness(&track), task.best());
         Ok(report::steering(number, title, &track, task.targets(), fitness, Plants::ModelOfVirtual))
     }
 

@@ -37,6 +37,7 @@ impl TransferPlan {
                 report::score_strips(&strips, results.best_possible, Plants::Virtual),
                 report::steering_panels(&self.examples(scores)?, Plants::Virtual),
             ],
+            left_out: Vec::new(),
             command: String::new(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seeds: vec![("plants and bootstrap".to_owned(), self.seed)],
