@@ -222,3 +222,44 @@ fn settings_are_judged_without_devices() {
     has(&lines, "fail settings rig.toml: line 1: found \"[camra]\": unknown field `camra`");
     assert_eq!(code, 1);
 }
+
+#[test]
+fn all_faults_of_a_file_and_of_the_devices_are_told_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    tent(folder);
+    let text = fs::read_to_string(folder.join("rig.toml")).unwrap();
+    let wrong = text.replace("retries = 0", "retrys = 0").replace("pause_s = 0", "pause_s = \"x\"");
+    fs::write(folder.join("rig.toml"), wrong).unwrap();
+    let (code, lines) = check(folder, &["--photographs", "kept"]);
+    has(&lines, "retrys");
+    has(&lines, "pause_s");
+    assert_eq!((code, lines.len()), (1, 2), "{lines:#?}");
+
+    fs::write(folder.join("rig.toml"), format!("period_min = 0\n{text}[patience]\nflash_tries = 0\n"))
+        .unwrap();
+    let (_, lines) = check(folder, &["--photographs", "kept"]);
+    has(&lines, "period_min = 0");
+    has(&lines, "flash_tries");
+    assert!(!folder.join("kept").exists(), "an empty folder stays");
+
+    fs::write(folder.join("rig.toml"), text.replace("[\"touch\", \"left\"]", "[\"false\"]")).unwrap();
+    change(folder, "camera", "n=$(", "exit 1; n=$(");
+    let (_, lines) = check(folder, &["--photographs", "kept", "--only", "camera,lamps"]);
+    has(&lines, "fail camera photograph 1");
+    has(&lines, "fail lamps left lamp");
+    assert!(!folder.join("kept").exists(), "an empty folder stays");
+}
+
+#[test]
+fn a_camera_that_answers_only_at_the_second_try_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    tent(folder);
+    change(folder, "rig.toml", "retries = 0", "retries = 2");
+    change(folder, "camera", "s=dark", "test -e tried || { touch tried; exit 1; }; rm tried; s=dark");
+    let (code, lines) = check(folder, &["--only", "camera"]);
+    has(&lines, "warn camera photograph 1 (dark) came only at try 2 of 3");
+    assert_eq!(lines.iter().filter(|line| line.contains("came only at")).count(), 1, "{lines:#?}");
+    assert_eq!(code, 0);
+}

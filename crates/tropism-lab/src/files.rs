@@ -6,6 +6,7 @@ use std::error::Error;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{BufReader, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -193,12 +194,86 @@ pub(crate) fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result
     toml::from_str(text).map_err(|error| parse(path)(TomlError::new(text, error)))
 }
 
+/// The most faults of one file that are told at once.
+const MOST_FAULTS: usize = 20;
+
+/// Everything that [`read_toml`] finds wrong in the text of the TOML file at `path`: each line or table that is refused is left
+/// out in turn, and the rest is read again. What is missing is told only if nothing else is wrong.
+pub(crate) fn toml_faults<T: DeserializeOwned>(path: &Path, text: &str) -> Vec<FileError> {
+    let mut rest = text.to_owned();
+    let mut faults = Vec::new();
+    while let Err(error) = toml::from_str::<T>(&rest) {
+        // What is missing may be missing because it was left out.
+        let is_missing = error.message().starts_with("missing field");
+        let refused = error.span().filter(|_| !is_missing).and_then(|span| refused_part(&rest, span.start));
+        if faults.is_empty() || refused.is_some() {
+            faults.push(parse(path)(TomlError::new(&rest, error)));
+        }
+        let Some(refused) = refused.filter(|_| faults.len() < MOST_FAULTS) else { break };
+        // The numbers of the lines after it stay.
+        let feeds = "\n".repeat(rest[refused.clone()].matches('\n').count());
+        rest.replace_range(refused, &feeds);
+    }
+    faults
+}
+
+/// The line of a setting around the byte `at`, or the table whose header stands there; `None` of another line.
+fn refused_part(text: &str, at: usize) -> Option<Range<usize>> {
+    let begin = text.get(..at)?.rfind('\n').map_or(0, |feed| feed + 1);
+    let end = text[at..].find('\n').map_or(text.len(), |feed| at + feed);
+    let line = text[begin..end].trim_start();
+    if line.starts_with('[') {
+        return Some(begin..text[end..].find("\n[").map_or(text.len(), |feed| end + feed));
+    }
+    line.contains('=').then_some(begin..end)
+}
+
 /// Reads a track.
 ///
 /// # Errors
 /// [`FileError`].
 pub fn read_track(path: &Path) -> Result<Track, FileError> {
     Track::read_csv(read(path)?.as_slice()).map_err(parse(path))
+}
+
+/// The track files that `paths` name: files, and of each folder the track of its run, those of the runs in it, or its CSV
+/// files with the columns of a track, in natural order.
+///
+/// # Errors
+/// [`FileError`] names the folder in which there is none.
+pub fn track_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, FileError> {
+    let mut found = Vec::new();
+    for path in paths {
+        if path.is_dir() { found.extend(tracks_in(path)?) } else { found.push(path.clone()) }
+    }
+    Ok(found)
+}
+
+fn tracks_in(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
+    let own = folder.join("track.csv");
+    if own.exists() {
+        return Ok(vec![own]);
+    }
+    let entries = fs::read_dir(folder).map_err(disk("read", folder))?;
+    let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path().join("track.csv")).collect();
+    found.retain(|track| track.exists());
+    if found.is_empty() {
+        let is_track = |path: &PathBuf| {
+            read_text(path).is_ok_and(|text| {
+                let columns: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
+                ["tip_x_cm", "tip_y_cm", "light"].iter().all(|column| columns.contains(column))
+            })
+        };
+        found = list(folder, "csv")?;
+        found.retain(is_track);
+    }
+    found.sort_by_cached_key(|path| photo::natural_order(&path.to_string_lossy()));
+    if found.is_empty() {
+        let problem =
+            "found a folder without a track, wanted track.csv, folders of runs, or CSV files of tracks in it";
+        return Err(FileError::content(folder, problem));
+    }
+    Ok(found)
 }
 
 /// Reads a photograph, without decoding it.

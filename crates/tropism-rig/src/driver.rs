@@ -146,6 +146,20 @@ impl CameraDriver {
         }
     }
 
+    /// The same camera that gives up after one try.
+    #[must_use]
+    pub fn without_retries(&self) -> Self {
+        let mut camera = self.clone();
+        match &mut camera {
+            Self::Command(camera) => camera.retries = 0,
+            Self::Http(camera) => camera.retries = 0,
+            Self::Rpicam(camera) => camera.retries = 0,
+            Self::V4l2(camera) => camera.retries = 0,
+            Self::Folder(_) | Self::Replay(_) => {}
+        }
+        camera
+    }
+
     /// Whether it can discard old frames, by its key `discard_frames`.
     #[must_use]
     pub const fn discards_frames(&self) -> bool {

@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{Layout, Light};
-use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash};
+use tropism::photo::Photo;
+use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, RigError};
 use tropism::vision::{Calibration, TipTracker};
 use tropism_rig::file::RigFile;
 
 use super::judgement::{judge_camera, judge_flash, judge_lamp, judge_plant, judge_sides};
 use super::shot::Shot;
-use super::{Findings, Group};
+use super::{Findings, Group, Verdict};
 use crate::error::Error;
 use crate::files;
 use crate::monitor::Monitor;
@@ -23,13 +24,18 @@ const SHOTS: usize = 5;
 /// Photographs in the dark, of which the last counts: a camera may have kept frames from before. Chosen by hand.
 const WARM_UP_SHOTS: usize = 3;
 
-/// The open devices of a rig. Flash and lamps go dark when they are dropped.
+/// The devices of a rig; `None` stands for one that could not be opened, which was reported. Flash and lamps go dark when
+/// they are dropped.
 pub(super) struct Devices<'m> {
     monitor: &'m dyn Monitor,
-    camera: Box<dyn Camera>,
-    flash: Box<dyn Flash>,
+    camera: Option<Box<dyn Camera>>,
+    /// How often a photograph is tried.
+    tries: u32,
+    /// Whether a photograph that came at a later try only was reported.
+    has_told_retry: bool,
+    flash: Option<Box<dyn Flash>>,
     has_flash: bool,
-    lamps: Box<dyn Lamps>,
+    lamps: Option<Box<dyn Lamps>>,
     layout: Layout,
     tracker: TipTracker,
     calibration: Calibration,
@@ -47,13 +53,13 @@ pub(super) struct Devices<'m> {
 impl Drop for Devices<'_> {
     fn drop(&mut self) {
         // A device that does not obey was reported before.
-        let _ = self.flash.flash(false);
-        let _ = self.lamps.light(None);
+        let _ = self.flash.as_mut().map(|flash| flash.flash(false));
+        let _ = self.lamps.as_mut().map(|lamps| lamps.light(None));
     }
 }
 
 impl<'m> Devices<'m> {
-    /// Opens the devices of `rig`; `None`, and a finding, if one cannot be opened.
+    /// Opens the devices of `rig`; a finding tells of each that cannot be opened. `None` if photographs could not be judged.
     pub(super) fn open(
         rig: &RigFile,
         kept: Option<PathBuf>,
@@ -82,10 +88,12 @@ impl<'m> Devices<'m> {
         let period = Duration::from_secs_f64(60.0 * rig.period_min);
         Some(Self {
             monitor,
-            camera: Box::new(device.clone()),
-            flash: Box::new(device.clone()),
+            camera: Some(Box::new(device.clone())),
+            tries: 1,
+            has_told_retry: false,
+            flash: Some(Box::new(device.clone())),
             has_flash: true,
-            lamps: Box::new(device.clone()),
+            lamps: Some(Box::new(device.clone())),
             layout,
             tracker,
             calibration,
@@ -118,14 +126,16 @@ impl<'m> Devices<'m> {
         };
         let lamps = rig.lamps.as_ref()?.open(broker).map_err(|error| fail(Group::Lamps, error.to_string()));
         let driver = rig.camera.as_ref()?;
-        let camera = driver.open().map_err(|error| fail(Group::Camera, error.to_string()));
+        let camera = driver.without_retries().open().map_err(|error| fail(Group::Camera, error.to_string()));
         let discard_key = driver.discards_frames().then_some("camera.discard_frames");
         Some(Self {
             monitor,
-            camera: camera.ok()?,
-            flash: flash.ok()?,
+            camera: camera.ok(),
+            tries: driver.longest_s().1,
+            has_told_retry: false,
+            flash: flash.ok(),
             has_flash: rig.flash.is_some(),
-            lamps: lamps.ok()?,
+            lamps: lamps.ok(),
             layout: rig.layout().ok()?,
             tracker: tracker.ok()?,
             calibration,
@@ -160,16 +170,18 @@ impl<'m> Devices<'m> {
             self.check_end()?;
         }
         self.shots += 1;
-        let lit = if has_flash { self.flash.flash(true) } else { Ok(()) };
-        let began = Instant::now();
-        let photo = self.camera.photograph();
-        let took = began.elapsed();
-        for done in [lit, if has_flash { self.flash.flash(false) } else { Ok(()) }] {
+        let Some(mut flash) = self.flash.take() else { return Ok(None) };
+        let lit = if has_flash { flash.flash(true) } else { Ok(()) };
+        let taken = self.photograph(name, findings);
+        let done = [lit, if has_flash { flash.flash(false) } else { Ok(()) }];
+        self.flash = Some(flash);
+        for done in done {
             if let Err(error) = done {
                 findings.fail(Group::Flash, error.to_string(), "see that it is plugged in and obeys by hand");
                 return Ok(None);
             }
         }
+        let Some((photo, took)) = taken else { return Ok(None) };
         let shot = photo.map_err(|error| error.to_string()).and_then(|photo| {
             if let Some(folder) = &self.kept {
                 let path = folder.join(format!("{:02}-{name}.jpg", self.shots));
@@ -190,9 +202,42 @@ impl<'m> Devices<'m> {
         }
     }
 
+    /// Photographs, as often as the rig file says, and tells how long the last try took; `None` without a camera.
+    fn photograph(
+        &mut self,
+        name: &str,
+        findings: &mut Findings,
+    ) -> Option<(Result<Photo, RigError>, Duration)> {
+        let camera = self.camera.as_mut()?;
+        let mut failed = None;
+        for attempt in 1.. {
+            let began = Instant::now();
+            let photo = camera.photograph();
+            let took = began.elapsed();
+            match (&photo, failed) {
+                (Err(error), _) if attempt < self.tries => failed = Some(error.to_string()),
+                (Ok(_), Some(error)) if !self.has_told_retry => {
+                    self.has_told_retry = true;
+                    findings.warn(
+                        Group::Camera,
+                        format!(
+                            "photograph {} ({name}) came only at try {attempt} of {}; before: {error}",
+                            self.shots, self.tries
+                        ),
+                        "a camera that fails now and then: its power, its cable, its network, and camera.timeout_s",
+                    );
+                    return Some((photo, took));
+                }
+                _ => return Some((photo, took)),
+            }
+        }
+        None
+    }
+
     /// Lights a lamp, or none; `false`, and a finding, if a lamp does not obey.
     fn light(&mut self, light: Option<Light>, findings: &mut Findings) -> bool {
-        let done = self.lamps.light(light);
+        let Some(lamps) = &mut self.lamps else { return false };
+        let done = lamps.light(light);
         if let Err(error) = &done {
             let remedy = "see that it is plugged in and obeys by hand; tropism safe-state puts all light off";
             findings.fail(Group::Lamps, error.to_string(), remedy);
@@ -200,30 +245,61 @@ impl<'m> Devices<'m> {
         done.is_ok()
     }
 
-    /// Tries all devices. Stops at the first that does not work at all: the others are judged by it.
+    /// Tries all devices. Where one does not work, the others are tried without it.
     pub(super) fn examine(&mut self, findings: &mut Findings) -> Result<(), Error> {
-        if !self.light(None, findings) {
-            return Ok(());
-        }
-        for _ in 1..WARM_UP_SHOTS {
-            if self.shot("dark", false, findings)?.is_none() {
-                return Ok(());
-            }
-        }
-        let Some(dark) = self.shot("dark", false, findings)? else { return Ok(()) };
-        let mut shots = Vec::new();
-        for _ in 0..SHOTS {
-            let Some(shot) = self.shot("flash", true, findings)? else { return Ok(()) };
-            self.bytes.push(shot.photo.bytes.len());
-            shots.push(shot);
-        }
-        let Some(after) = self.shot("dark", false, findings)? else { return Ok(()) };
+        let is_dark = self.light(None, findings);
+        let Some((dark, shots, after)) = self.take_shots(findings)? else {
+            return self.examine_unseen(is_dark, findings);
+        };
         judge_camera(&self.calibration, &shots, findings);
         if self.has_flash {
             judge_flash(&dark, &shots, &after, self.discard_key, findings);
         }
         judge_plant(&mut self.tracker, &shots, findings);
-        self.examine_lamps(&after, findings)
+        if is_dark { self.examine_lamps(&after, findings) } else { Ok(()) }
+    }
+
+    /// Photographs in the dark, with the flash, and in the dark again; `None` if the camera or the flash does not work.
+    fn take_shots(&mut self, findings: &mut Findings) -> Result<Option<(Shot, Vec<Shot>, Shot)>, Error> {
+        for _ in 1..WARM_UP_SHOTS {
+            if self.shot("dark", false, findings)?.is_none() {
+                return Ok(None);
+            }
+        }
+        let Some(dark) = self.shot("dark", false, findings)? else { return Ok(None) };
+        let mut shots = Vec::new();
+        for _ in 0..SHOTS {
+            let Some(shot) = self.shot("flash", true, findings)? else { return Ok(None) };
+            self.bytes.push(shot.photo.bytes.len());
+            shots.push(shot);
+        }
+        Ok(self.shot("dark", false, findings)?.map(|after| (dark, shots, after)))
+    }
+
+    /// Tries whether flash and lamps obey, without photographs.
+    fn examine_unseen(&mut self, is_dark: bool, findings: &mut Findings) -> Result<(), Error> {
+        let has_failed = |group, findings: &Findings| {
+            findings.0.iter().any(|finding| finding.group == group && finding.verdict == Verdict::Fail)
+        };
+        if let Some(flash) = self.flash.as_mut().filter(|_| !has_failed(Group::Flash, findings)) {
+            for is_on in [true, false] {
+                if let Err(error) = flash.flash(is_on) {
+                    findings.fail(
+                        Group::Flash,
+                        error.to_string(),
+                        "see that it is plugged in and obeys by hand",
+                    );
+                    break;
+                }
+            }
+        }
+        for light in self.layout.lights().filter(|_| is_dark) {
+            self.check_end()?;
+            if !self.light(Some(light), findings) || !self.light(None, findings) {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// Lights each lamp alone, without the flash, and photographs it and the darkness after it.

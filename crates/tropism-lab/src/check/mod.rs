@@ -19,7 +19,7 @@ use tropism_rig::secret::shown;
 
 use crate::error::Error;
 use crate::monitor::Monitor;
-use crate::run::read_rig;
+use crate::run::{read_rig, rig_faults};
 use crate::workflow::Workflow;
 use devices::Devices;
 
@@ -178,8 +178,16 @@ impl Workflow for CheckPlan {
         let mut findings = Findings::default();
         let mut is_virtual = false;
         match read_rig(&self.rig) {
-            // A rig that cannot be read is a finding like any other.
-            Err(error) => findings.fail(Group::Settings, error.with_causes(), "correct the rig file"),
+            // A rig that cannot be read is a finding like any other, and so is each fault of it.
+            Err(error) => {
+                let mut faults = rig_faults(&self.rig);
+                if faults.is_empty() {
+                    faults.push(error.with_causes());
+                }
+                faults
+                    .into_iter()
+                    .for_each(|fault| findings.fail(Group::Settings, fault, "correct the rig file"));
+            }
             Ok(rig) => {
                 is_virtual = rig.is_virtual();
                 self.examine(&rig, &mut findings, monitor)?;
@@ -251,6 +259,10 @@ impl CheckPlan {
         if let Some(mut devices) = Devices::open(rig, self.photographs.clone(), monitor, &mut found) {
             devices.examine(&mut found)?;
             photograph_bytes = devices.photograph_bytes();
+        }
+        if let Some(folder) = &self.photographs {
+            // Only an empty one goes: there was nothing to keep.
+            let _ = std::fs::remove_dir(folder);
         }
         // Groups that were not asked for were needed to judge the others: of them only failures count.
         let is_told = |finding: &Finding| self.wants(finding.group) || finding.verdict == Verdict::Fail;

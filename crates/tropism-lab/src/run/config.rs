@@ -179,6 +179,18 @@ pub fn read_rig(path: &Path) -> Result<RigFile, Error> {
     Ok(rig)
 }
 
+/// All faults of the rig file at `path`; none if it cannot be read at all, or if it is a folder.
+pub(crate) fn rig_faults(path: &Path) -> Vec<String> {
+    let Ok(text) = files::read_text(path) else { return Vec::new() };
+    match files::parse_toml::<RigFile>(path, &text) {
+        Ok(rig) => rig.faults().iter().map(|fault| format!("{}: {fault}", path.display())).collect(),
+        Err(_) => files::toml_faults::<RigFile>(path, &text)
+            .into_iter()
+            .map(|fault| Error::from(fault).with_causes())
+            .collect(),
+    }
+}
+
 fn schema_of(path: &Path, text: &str) -> Result<String, FileError> {
     #[derive(Deserialize)]
     struct Head {

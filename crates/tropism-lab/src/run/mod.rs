@@ -33,6 +33,7 @@ use crate::workflow::Workflow;
 use alerts::{AlertMonitor, Alerts, GuardMonitor, HostMonitor, WorkflowMonitor};
 use guard::Guard;
 
+pub(crate) use config::rig_faults;
 pub use config::{RunConfig, read_rig};
 
 /// A run and where it is recorded.

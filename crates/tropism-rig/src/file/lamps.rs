@@ -211,55 +211,62 @@ impl LampsTable {
         })
     }
 
-    /// Checks what a file may have got wrong, if there are `period_min` minutes between commands.
-    ///
-    /// # Errors
-    /// A line that names the key, what was found and what was wanted.
-    pub(super) fn check(&self, period_min: f64) -> Result<(), String> {
-        self.layout()?;
+    /// What a file may have got wrong, if there are `period_min` minutes between commands: each names the key, what was found
+    /// and what was wanted.
+    pub(super) fn faults(&self, period_min: f64) -> Vec<String> {
+        if let Err(problem) = self.layout() {
+            return vec![problem];
+        }
         match (self.drivers().next(), self.commands().next()) {
             (Some((driver, _)), Some((command, _))) => {
                 let names: Vec<&str> = self.lamps.iter().map(|lamp| lamp.name.as_str()).collect();
-                Err(format!(
+                vec![format!(
                     "lamps: found a driver for {driver} and a program for {command}, wanted {} alike",
                     names.join(" and ")
-                ))
+                )]
             }
-            (Some(_), None) => self.check_drivers(period_min),
+            (Some(_), None) => self.driver_faults(period_min),
             (None, _) if self.dark.is_none() => {
-                Err("lamps: found no dark, wanted the program that darkens all lamps".to_owned())
+                vec!["lamps: found no dark, wanted the program that darkens all lamps".to_owned()]
             }
             (None, _) if self.pause_s.is_some() => {
-                Err("lamps: found pause_s beside programs that switch all lamps, wanted it only for lamps with drivers"
-                    .to_owned())
+                vec!["lamps: found pause_s beside programs that switch all lamps, wanted it only for lamps with drivers"
+                    .to_owned()]
             }
-            (None, _) => Ok(()),
+            (None, _) => Vec::new(),
         }
     }
 
-    fn check_drivers(&self, period_min: f64) -> Result<(), String> {
+    fn driver_faults(&self, period_min: f64) -> Vec<String> {
+        let mut faults = Vec::new();
         if self.dark.is_some() || self.timeout_s.is_some() {
-            return Err("lamps: found dark or timeout_s beside lamps with drivers, wanted them only for programs that \
-                        switch all lamps"
-                .to_owned());
+            faults.push(
+                "lamps: found dark or timeout_s beside lamps with drivers, wanted them only for programs that switch all \
+                 lamps"
+                    .to_owned(),
+            );
         }
         let drivers: Vec<_> = self.drivers().collect();
         for (number, (name, driver)) in drivers.iter().enumerate() {
             if let Some((other, _)) = drivers[..number].iter().find(|(_, other)| driver.overlaps(other)) {
-                return Err(format!(
+                faults.push(format!(
                     "lamps: found {other} and {name} on the same pixels, line or plug, wanted two lamps"
                 ));
             }
         }
         let is_gpio = |driver: &LampDriver| matches!(driver, LampDriver::Gpio(_));
         if self.on_exit == OnExit::Keep && drivers.iter().any(|(_, driver)| is_gpio(driver)) {
-            return Err("lamps: found on_exit = \"keep\" with a lamp on a GPIO line, which goes off when its program \
-                        ends, wanted \"dark\""
-                .to_owned());
+            faults.push(
+                "lamps: found on_exit = \"keep\" with a lamp on a GPIO line, which goes off when its program ends, wanted \
+                 \"dark\""
+                    .to_owned(),
+            );
         }
-        drivers.iter().try_for_each(|(name, driver)| {
-            driver.check(period_min).map_err(|problem| format!("lamps.{name}: {problem}"))
-        })
+        let fault = |(name, driver): &(&str, &LampDriver)| {
+            driver.check(period_min).err().map(|problem| format!("lamps.{name}: {problem}"))
+        };
+        faults.extend(drivers.iter().filter_map(fault));
+        faults
     }
 
     /// Each lamp that a run drives, as errors name it, and what it is.

@@ -151,58 +151,77 @@ impl RigFile {
     /// Checks what a file may have got wrong.
     ///
     /// # Errors
-    /// [`RigFileError`] names the key, what was found and what was wanted.
+    /// [`RigFileError`] names the key, what was found and what was wanted: the first of [`faults`](Self::faults).
     pub fn check(&self) -> Result<(), RigFileError> {
-        let error = |line: String| Err(RigFileError(line));
+        self.faults().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Everything that a file may have got wrong: each names the key, what was found and what was wanted.
+    #[must_use]
+    pub fn faults(&self) -> Vec<RigFileError> {
+        let mut faults = Vec::new();
+        let mut add = |result: Result<(), String>| faults.extend(result.err());
         if !(self.period_min > 0.0 && self.period_min <= 24.0 * 60.0) {
-            return error(format!("found period_min = {}, wanted above 0 and at most 1440", self.period_min));
+            add(Err(format!("found period_min = {}, wanted above 0 and at most 1440", self.period_min)));
         }
-        self.patience.iter().try_for_each(FaultPolicy::check).map_err(RigFileError)?;
+        self.patience.iter().for_each(|policy| add(policy.check()));
         if let (Some(lamps), Some(Calibration { width, height, .. })) =
             (&self.lamps_in_view, self.calibration())
         {
-            lamps.check(width, height, &self.layout()?).map_err(RigFileError)?;
+            let layout = self.layout().map_err(|problem| problem.to_string());
+            add(layout.and_then(|layout| lamps.check(width, height, &layout)));
         }
         for (number, alert) in (1..).zip(&self.alert) {
-            alert.check().map_err(|problem| RigFileError(format!("alert {number}: {problem}")))?;
+            add(alert.check().map_err(|problem| format!("alert {number}: {problem}")));
         }
-        if let Some(greenhouse) = &self.greenhouse {
-            if self.camera.is_some()
-                || self.lamps.is_some()
-                || self.flash.is_some()
-                || self.mqtt.is_some()
-                || self.calibration.is_some()
-            {
-                return error("found greenhouse beside real devices, wanted one or the other".to_owned());
+        match &self.greenhouse {
+            Some(_) if self.has_devices() => {
+                add(Err("found greenhouse beside real devices, wanted one or the other".to_owned()));
             }
-            return greenhouse.check().map_err(|problem| RigFileError(problem.to_string()));
+            Some(greenhouse) => add(greenhouse.check().map_err(|problem| problem.to_string())),
+            None => self.device_faults(&mut add),
         }
-        let (camera, lamps, calibration) = match (&self.camera, &self.lamps, &self.calibration) {
-            (Some(camera), Some(lamps), Some(calibration)) => (camera, lamps, calibration),
-            (camera, lamps, calibration) => {
-                let missing = [
-                    ("camera", camera.is_none()),
-                    ("lamps", lamps.is_none()),
-                    ("calibration", calibration.is_none()),
-                ];
-                let missing: Vec<&str> =
-                    missing.iter().filter(|(_, is_missing)| *is_missing).map(|(key, _)| *key).collect();
-                return error(format!("found no {}, wanted them, or greenhouse instead", missing.join(", ")));
-            }
-        };
-        camera.check().map_err(|problem| RigFileError(format!("camera: {problem}")))?;
-        lamps.check(self.period_min).map_err(RigFileError)?;
+        faults.into_iter().map(RigFileError).collect()
+    }
+
+    const fn has_devices(&self) -> bool {
+        self.camera.is_some()
+            || self.lamps.is_some()
+            || self.flash.is_some()
+            || self.mqtt.is_some()
+            || self.calibration.is_some()
+    }
+
+    /// What is wrong with the settings of real devices.
+    fn device_faults(&self, add: &mut impl FnMut(Result<(), String>)) {
+        let missing = [
+            ("camera", self.camera.is_none()),
+            ("lamps", self.lamps.is_none()),
+            ("calibration", self.calibration.is_none()),
+        ];
+        let missing: Vec<&str> =
+            missing.iter().filter(|(_, is_missing)| *is_missing).map(|(key, _)| *key).collect();
+        if !missing.is_empty() {
+            add(Err(format!("found no {}, wanted them, or greenhouse instead", missing.join(", "))));
+        }
+        if let Some(camera) = &self.camera {
+            add(camera.check().map_err(|problem| format!("camera: {problem}")));
+        }
+        if let Some(lamps) = &self.lamps {
+            lamps.faults(self.period_min).into_iter().for_each(|fault| add(Err(fault)));
+        }
         if let Some(flash) = &self.flash {
-            flash.check().map_err(|problem| RigFileError(format!("flash: {problem}")))?;
-            if let Some((name, _)) = lamps.drivers().find(|(_, lamp)| flash.overlaps(lamp)) {
-                return error(format!(
-                    "flash: found it on the line, plug or programs of {name}, wanted its own"
-                ));
+            add(flash.check().map_err(|problem| format!("flash: {problem}")));
+            let mut drivers = self.lamps.iter().flat_map(LampsTable::drivers);
+            if let Some((name, _)) = drivers.find(|(_, lamp)| flash.overlaps(lamp)) {
+                add(Err(format!("flash: found it on the line, plug or programs of {name}, wanted its own")));
             }
         }
-        let found = |problem: tropism::vision::VisionError| RigFileError(problem.to_string());
-        calibration.check().map_err(found)?;
-        self.vision.check(calibration.width, calibration.height).map_err(found)
+        if let Some(calibration) = &self.calibration {
+            add(calibration.check().map_err(|problem| problem.to_string()));
+            let vision = self.vision.check(calibration.width, calibration.height);
+            add(vision.map_err(|problem| problem.to_string()));
+        }
     }
 
     /// Opens the rig. `seed` is the seed of a virtual plant; the experiment with a real plant began `since_start` ago.
