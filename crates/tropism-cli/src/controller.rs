@@ -34,9 +34,20 @@ impl FromStr for ControllerName {
             _ if text == "periodic" => Ok(Self::Periodic(PAPER_SWITCH_MIN)),
             _ if text == "chase" => Ok(Self::Chase),
             Some(("periodic", time)) => Ok(Self::Periodic(parse_minutes(time)?)),
+            _ if is_word(text) => Err(format!("found no file of this name, wanted {KINDS}")),
             _ => Ok(Self::File(text.into())),
         }
     }
+}
+
+/// What a controller may be.
+const KINDS: &str = "periodic, periodic:6h (or 90m, 2d), chase, or the file of an evolved network (champion.json) or a \
+                     tuned rule (rule.json)";
+
+/// Whether `text` can only be meant as the name of a kind of controller: no file has it, and it does not look like one.
+fn is_word(text: &str) -> bool {
+    let path = std::path::Path::new(text);
+    !path.exists() && path.extension().is_none() && path.components().count() <= 1
 }
 
 impl ControllerName {

@@ -69,7 +69,7 @@ fn tracks() {
         ("truncated.csv", "truncated.csv"),
         ("rows.csv", "no rows"),
         ("photo.jpg", "photo.jpg"),
-        ("photos", "photos: found a folder, wanted a file"),
+        ("photos", "photos: found a folder without a track"),
     ] {
         fails(&folder, &["fit", file, "--out", "out.json"], &[wanted]);
         fails(&folder, &["score", file], &[wanted]);
@@ -82,10 +82,11 @@ fn tracks() {
 fn earlier_output_stays() {
     let folder = folder();
     let before = fs::read(folder.path().join("model.json")).unwrap();
-    fails(&folder, &["fit", "track.csv", "nan.csv", "--out", "model.json"], &["nan.csv"]);
-    fails(&folder, &["fit", "track.csv", "--window", "-1,1", "--out", "model.json"], &["window"]);
+    fails(&folder, &["fit", "track.csv", "nan.csv", "--out", "model.json", "--force"], &["nan.csv"]);
+    fails(&folder, &["fit", "track.csv", "--window", "-1,1", "--out", "model.json", "--force"], &["window"]);
     assert_eq!(fs::read(folder.path().join("model.json")).unwrap(), before);
     fs::create_dir(folder.path().join("taken")).unwrap();
+    fails(&folder, &["fit", "track.csv", "--out", "model.json"], &["found a file here already", "--force"]);
     fails(&folder, &["fit", "track.csv", "--out", "taken"], &["taken: cannot write"]);
     fails(
         &folder,

@@ -68,7 +68,7 @@ fn decided(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn assert_same(folder: &Path, one: &str, other: &str) {
     let (one, other) = (decided(&folder.join(one)), decided(&folder.join(other)));
     assert_eq!(one.keys().collect::<Vec<_>>(), other.keys().collect::<Vec<_>>());
-    assert!(one.len() == 3 + 2 * RUNS, "{:?}", one.keys());
+    assert!(one.len() == 4 + 2 * RUNS, "{:?}", one.keys());
     for (name, bytes) in one {
         assert!(bytes == other[&name], "{name} differs");
     }
@@ -229,4 +229,33 @@ fn a_champion_carries_its_task_wherever_it_goes() {
         let wanted = format!("the controller was made for {named}; --task gives it the target (2, 6)");
         assert!(said.contains(&wanted), "{said}");
     }
+}
+
+#[test]
+fn settings_come_from_a_file_and_the_folder_goes_on_alone() {
+    let folder = folder();
+    let tropism = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+        command.current_dir(&folder).args(words).output().unwrap()
+    };
+    finished(&mut evolve(folder.path(), "one", &["--generations", "20", "--seed", "3"]));
+    // The settings of one evolution are those of another, and options count more.
+    let text = fs::read_to_string(folder.path().join("one/evolution.toml")).unwrap();
+    assert!(text.contains("mutate_add_link_prob"), "{text}");
+    let words = ["evolve", "--model", "model.json", "--config", "one/evolution.toml", "--out"];
+    assert!(tropism(&[&words[..], &["two"]].concat()).status.success());
+    assert_same(folder.path(), "one", "two");
+    assert!(tropism(&[&words[..], &["three", "--generations", "5"]].concat()).status.success());
+    let history = fs::read_to_string(folder.path().join("three/history.csv")).unwrap();
+    assert_eq!(history.lines().count(), 1 + 5 * RUNS);
+    fs::write(folder.path().join("wrong.toml"), "[evolution.neat]\npopulatoin = 3\n").unwrap();
+    let wrong = tropism(&["evolve", "--model", "model.json", "--config", "wrong.toml", "--out", "four"]);
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("wrong.toml: line 2"));
+
+    fs::remove_file(folder.path().join("model.json")).unwrap();
+    fs::remove_file(folder.path().join("task.toml")).unwrap();
+    fs::remove_file(folder.path().join("two/summary.json")).unwrap();
+    let resumed = tropism(&["evolve", "--out", "two", "--resume"]);
+    assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
+    assert_same(folder.path(), "one", "two");
 }

@@ -267,7 +267,7 @@ fn tracks_in(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
         found = list(folder, "csv")?;
         found.retain(is_track);
     }
-    found.sort_by_cached_key(|path| photo::natural_order(&path.to_string_lossy()));
+    found.sort_by_cached_key(|path| tropism::photo::natural_order(&path.to_string_lossy()));
     if found.is_empty() {
         let problem =
             "found a folder without a track, wanted track.csv, folders of runs, or CSV files of tracks in it";

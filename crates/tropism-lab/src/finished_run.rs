@@ -19,6 +19,34 @@ const MAX_PHOTOGRAPHS: usize = 60;
 /// Space around a plant in Figure 2, in cm: leaves reach beyond the tip. Chosen by hand.
 const PLANT_MARGIN_CM: f64 = 3.0;
 
+/// As many photographs of a run at equal distances as figures show.
+fn sampled(photographs: Vec<PathBuf>) -> impl Iterator<Item = PathBuf> {
+    let stride = photographs.len().div_ceil(MAX_PHOTOGRAPHS).max(1);
+    photographs.into_iter().step_by(stride)
+}
+
+/// Removes from the finished run in `path` what no figure and no number is made of: all photographs, but for those that
+/// figures show if `has_figures`, and the stems of the ground truth.
+///
+/// # Errors
+/// [`Error`] names the file that cannot be removed.
+pub(crate) fn make_small(path: &Path, has_figures: bool) -> Result<(), Error> {
+    let folder = path.join("photographs");
+    let photographs = files::photographs(std::slice::from_ref(&folder))?;
+    let kept: Vec<PathBuf> = if has_figures { sampled(photographs.clone()).collect() } else { Vec::new() };
+    // Sorted both: each that is kept comes in its turn.
+    let mut kept = kept.into_iter().peekable();
+    for photograph in photographs {
+        if kept.next_if_eq(&photograph).is_none() {
+            std::fs::remove_file(&photograph).map_err(Error::at(photograph.display()))?;
+        }
+    }
+    match std::fs::remove_file(path.join("truth.jsonl")) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::at(path.display())(error)),
+        _ => Ok(()),
+    }
+}
+
 /// A finished run.
 pub(crate) struct FinishedRun {
     /// Its folder.
@@ -66,12 +94,11 @@ impl FinishedRun {
     /// Photographs at equal distances over the run, each with its step. A damaged photograph is left out.
     fn photographs(&self) -> Result<impl Iterator<Item = (usize, Image)>, Error> {
         let photographs = files::photographs(&[self.path.join("photographs")])?;
-        let stride = photographs.len().div_ceil(MAX_PHOTOGRAPHS);
-        Ok(photographs
-            .into_iter()
-            .enumerate()
-            .step_by(stride)
-            .filter_map(|(step, path)| Some((step, files::read_photo(&path, 0.0).ok()?.decode().ok()?))))
+        let read = |path: PathBuf| {
+            let step = path.file_stem()?.to_str()?.parse().ok()?;
+            Some((step, files::read_photo(&path, 0.0).ok()?.decode().ok()?))
+        };
+        Ok(sampled(photographs).filter_map(read))
     }
 
     /// Its photographs laid over each other, for Figure 2.

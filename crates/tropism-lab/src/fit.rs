@@ -32,7 +32,7 @@ pub enum ModelKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitPlan {
-    /// Track files (CSV).
+    /// Track files (CSV), and folders of runs or of track files.
     pub tracks: Vec<PathBuf>,
     /// Which model.
     pub kind: ModelKind,
@@ -42,6 +42,8 @@ pub struct FitPlan {
     pub anyway: bool,
     /// File for the model.
     pub out: PathBuf,
+    /// Whether a file that is there is replaced.
+    pub replace: bool,
 }
 
 impl Default for FitPlan {
@@ -52,6 +54,7 @@ impl Default for FitPlan {
             model: TipModelConfig::default(),
             anyway: false,
             out: "model.json".into(),
+            replace: false,
         }
     }
 }
@@ -90,14 +93,16 @@ impl Workflow for FitPlan {
                 "found settings of a tip-motion model, wanted none with `kind` {kind}, which has no settings"
             )));
         }
-        files::check_outputs(std::slice::from_ref(&self.out), &self.tracks)
+        files::check_outputs(std::slice::from_ref(&self.out), &self.tracks)?;
+        files::check_free(&self.out, self.replace || self.out.is_dir())
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<FitResults, Error> {
         self.check()?;
+        let paths = files::track_files(&self.tracks)?;
         let mut tracks: Vec<Track> =
-            self.tracks.iter().map(|path| files::read_track(path)).collect::<Result<_, _>>()?;
-        for (path, track) in self.tracks.iter().zip(&mut tracks) {
+            paths.iter().map(|path| files::read_track(path)).collect::<Result<_, _>>()?;
+        for (path, track) in paths.iter().zip(&mut tracks) {
             let unconfirmed = darken_unconfirmed(track);
             if unconfirmed > 0 {
                 let path = path.display();
@@ -107,10 +112,9 @@ impl Workflow for FitPlan {
             }
         }
         if !self.anyway {
-            self.refuse_doubtful(&tracks)?;
+            refuse_doubtful(&paths, &tracks)?;
         }
-        let is_virtual =
-            self.tracks.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
+        let is_virtual = paths.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
         let (json, shifts, tips) = match self.kind {
             ModelKind::Tip => {
                 let model = TipModel::fit(&tracks, self.model.clone())?.of_virtual_plants(is_virtual);
@@ -147,22 +151,20 @@ fn darken_unconfirmed(track: &mut Track) -> usize {
     unconfirmed.map(|(sample, _)| sample.light = None).count()
 }
 
-impl FitPlan {
-    /// An error that names each doubtful track and what speaks against it.
-    fn refuse_doubtful(&self, tracks: &[Track]) -> Result<(), Error> {
-        let mut lines = Vec::new();
-        for (path, track) in self.tracks.iter().zip(tracks) {
-            lines.extend(
-                doubts_of(path, track).iter().map(|doubt| format!("{}: {}", path.display(), doubt.advice)),
-            );
-        }
-        match lines.as_slice() {
-            [] => Ok(()),
-            doubts => Err(Error::Plan(format!(
-                "{}; wanted tracks without doubts, or `anyway` to fit a model to them all the same",
-                doubts.join("; ")
-            ))),
-        }
+/// An error that names each doubtful track and what speaks against it.
+fn refuse_doubtful(paths: &[PathBuf], tracks: &[Track]) -> Result<(), Error> {
+    let mut lines = Vec::new();
+    for (path, track) in paths.iter().zip(tracks) {
+        lines.extend(
+            doubts_of(path, track).iter().map(|doubt| format!("{}: {}", path.display(), doubt.advice)),
+        );
+    }
+    match lines.as_slice() {
+        [] => Ok(()),
+        doubts => Err(Error::Plan(format!(
+            "{}; wanted tracks without doubts, or `anyway` to fit a model to them all the same",
+            doubts.join("; ")
+        ))),
     }
 }
 

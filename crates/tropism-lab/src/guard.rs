@@ -12,6 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use tropism::rig::OnExit;
 use tropism_rig::file::RigFile;
 use tropism_rig::shutdown::{DeviceShutdown, shut_down};
 
@@ -27,6 +28,9 @@ const RETRY_PAUSE: Duration = Duration::from_secs(5);
 
 /// How long devices are tried that do not confirm: chosen, longer than a broker or an access point takes to come back.
 const PATIENCE: Duration = Duration::from_secs(3600);
+
+/// The last line of `guard.log` once all light is off.
+pub(crate) const ALL_OFF: &str = "all light is off";
 
 /// The run to guard. The program that executes the plan is its guard: it reads what the run says from stdin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -145,6 +149,10 @@ fn put_off(rig: &RigFile, run: &Path, monitor: &dyn Monitor) -> bool {
             }
         };
         if is_dark || began.elapsed() > PATIENCE {
+            let is_kept = rig.lamps.as_ref().is_some_and(|lamps| lamps.on_exit == OnExit::Keep);
+            if is_dark && !is_kept {
+                monitor.note(ALL_OFF);
+            }
             return is_dark;
         }
         drop(lock);

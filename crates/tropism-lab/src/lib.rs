@@ -37,7 +37,6 @@ pub mod workflow;
 pub mod controller;
 pub mod run;
 pub mod task;
-pub mod status;
 pub mod stop;
 pub mod safe_state;
 pub mod guard;
@@ -65,6 +64,7 @@ mod figures;
 pub mod transfer;
 pub mod laboratories;
 pub mod study;
+pub mod status;
 pub mod report;
 
 pub use checkpoint::{Checkpoint, Loaded};

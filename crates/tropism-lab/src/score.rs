@@ -79,6 +79,6 @@ impl Workflow for ScorePlan {
                 task_from,
             })
         };
-        self.tracks.iter().map(score).collect()
+        files::track_files(&self.tracks)?.iter().map(score).collect()
     }
 }

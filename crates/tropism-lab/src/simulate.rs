@@ -27,6 +27,8 @@ pub struct SimulatePlan {
     pub seed: u64,
     /// File for the track of the first plant.
     pub out: PathBuf,
+    /// Whether a file that is there is replaced.
+    pub replace: bool,
 }
 
 impl Default for SimulatePlan {
@@ -38,6 +40,7 @@ impl Default for SimulatePlan {
             episodes: 1,
             seed: 1,
             out: "track.csv".into(),
+            replace: false,
         }
     }
 }
@@ -67,7 +70,8 @@ impl Workflow for SimulatePlan {
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
         Error::check_range("episodes", self.episodes, 10_000_000)?;
-        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.model))
+        files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.model))?;
+        files::check_free(&self.out, self.replace || self.out.is_dir())
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {

@@ -1,4 +1,4 @@
-//! The workflow `status`: what a run does now, read from its folder without disturbing it.
+//! The workflow `status`: what a run, an evolution or a study does now, read from its folder without disturbing it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,20 +11,35 @@ use tropism::rig::{Event, EventKind};
 use tropism_rig::alert::Kind;
 
 use crate::error::Error;
+use crate::evolve::{self, EvolutionStatus};
 use crate::files;
 use crate::folder::read_journal;
+use crate::guard::ALL_OFF;
 use crate::journal::StepRecord;
 use crate::lock::holder;
 use crate::monitor::Monitor;
 use crate::run::RunConfig;
+use crate::study::{self, StudyStatus};
 use crate::workflow::Workflow;
 
-/// The run to look at.
+/// The run, evolution or study to look at.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusPlan {
-    /// Run folder.
+    /// Folder of a run, an evolution or a study.
     pub folder: PathBuf,
+}
+
+/// What the work in a folder does now.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum StatusResults {
+    /// A run.
+    Run(Box<RunStatus>),
+    /// An evolution.
+    Evolution(EvolutionStatus),
+    /// A study.
+    Study(StudyStatus),
 }
 
 /// Whether a run goes on.
@@ -35,8 +50,10 @@ pub enum RunState {
     Running,
     /// A program works on it, and its next step was due more than a period ago.
     Overdue,
-    /// No program works on it, and it is not over.
+    /// It was asked to end, and is not over.
     Stopped,
+    /// No program works on it, and none ended it: it was killed, or the computer went down.
+    Died,
     /// No program works on it: it waits for its user.
     Paused,
     /// It is over.
@@ -45,7 +62,7 @@ pub enum RunState {
 
 /// What a run does now.
 #[derive(Clone, Debug, Serialize)]
-pub struct StatusResults {
+pub struct RunStatus {
     /// Run folder.
     pub run: PathBuf,
     /// Whether it goes on.
@@ -66,6 +83,8 @@ pub struct StatusResults {
     pub tip_y_cm: Option<f64>,
     /// The latest decision.
     pub lamp: Option<Light>,
+    /// The lamp that may still be lit though no program works on the run; of real plants.
+    pub still_lit: Option<Light>,
     /// File of the latest photograph.
     pub photograph: Option<PathBuf>,
     /// Its age in seconds.
@@ -117,11 +136,25 @@ impl Workflow for StatusPlan {
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<StatusResults, Error> {
+        let is_there = |name: &str| self.folder.join(name).exists();
+        if is_there("study.toml") {
+            return study::status(&self.folder).map(StatusResults::Study);
+        }
+        if is_there("evolution.toml") {
+            return evolve::status(&self.folder).map(StatusResults::Evolution);
+        }
+        if self.folder.is_dir() && !is_there("run.toml") && !is_there("journal.sqlite") {
+            return Err(Error::Plan(format!(
+                "{}: found no run.toml, evolution.toml or study.toml, wanted the folder of a run, an evolution or a study",
+                self.folder.display()
+            )));
+        }
         let config = RunConfig::read(&self.folder)?;
         config.rig.check().map_err(Error::at(self.folder.display()))?;
         let (steps, events) = read_journal(&self.folder)?;
         let process = holder(&self.folder)?;
-        Ok(status(&self.folder, &config, &steps, &events, process))
+        let run = status(&self.folder, &config, &steps, &events, process);
+        Ok(StatusResults::Run(Box::new(run)))
     }
 }
 
@@ -131,7 +164,7 @@ fn status(
     steps: &[StepRecord],
     events: &[Event],
     process: Option<u32>,
-) -> StatusResults {
+) -> RunStatus {
     let period_s = 60.0 * config.rig.period_min;
     let last = steps.last();
     let is_held =
@@ -143,9 +176,13 @@ fn status(
     let photographs_bytes = steps.iter().map(|step| step.photo_bytes).sum();
     let disk_free_bytes = files::free_bytes(folder).ok();
     let per_day = SECONDS_PER_DAY / period_s * photographs_bytes as f64 / steps.len().max(1) as f64;
-    StatusResults {
+    let state = state(folder, process, next_step_in_s.is_some_and(|left| left < -period_s), events);
+    let lamp = steps.iter().rev().find_map(|step| step.decided);
+    let may_be_lit =
+        state == RunState::Died && !config.is_virtual() && !is_put_off(folder, photograph.as_deref());
+    RunStatus {
         run: folder.to_owned(),
-        state: state(folder, process, next_step_in_s.is_some_and(|left| left < -period_s), events),
+        state,
         is_virtual: config.is_virtual(),
         controller: config.controller_description(),
         process,
@@ -153,7 +190,8 @@ fn status(
         max_steps: config.task.max_steps(),
         tip_x_cm: tip.map(|tip| tip.x),
         tip_y_cm: tip.map(|tip| tip.y),
-        lamp: steps.iter().rev().find_map(|step| step.decided),
+        lamp,
+        still_lit: lamp.filter(|_| may_be_lit),
         photograph,
         photograph_age_s: age,
         next_step_in_s,
@@ -175,8 +213,18 @@ fn state(folder: &Path, process: Option<u32>, is_overdue: bool, events: &[Event]
         Some(_) => RunState::Running,
         None if folder.join("track.csv").exists() => RunState::Over,
         None if latest == Some(EventKind::Paused) => RunState::Paused,
-        None => RunState::Stopped,
+        None if latest == Some(EventKind::Stopped) => RunState::Stopped,
+        None => RunState::Died,
     }
+}
+
+/// Whether the guard of a run that died has put all its light off since its latest photograph: the end of its log says so.
+fn is_put_off(folder: &Path, photograph: Option<&Path>) -> bool {
+    let log = folder.join("guard.log");
+    let text = files::read_text(&log).unwrap_or_default();
+    let is_later =
+        photograph.and_then(age_s).zip(age_s(&log)).is_some_and(|(photograph, log)| log <= photograph);
+    is_later && text.lines().next_back() == Some(ALL_OFF)
 }
 
 fn event_counts(events: &[Event]) -> BTreeMap<&'static str, usize> {

@@ -23,6 +23,12 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
+/// A count with its unit, in the plural unless it is one: `1 run`, `2 runs`.
+#[must_use]
+pub fn plural(count: usize, unit: &str) -> String {
+    if count == 1 { format!("1 {unit}") } else { format!("{count} {unit}s") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,14 +6,13 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use tropism::evolve::EvolutionConfig;
 use tropism_lab::Monitor;
-use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolvePlan, EvolveResults};
+use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolveConfig, EvolvePlan, EvolveResults};
 use tropism_lab::files::shell_word;
 use tropism_neat::{Config, Generation};
 
-use crate::options::{SeedOption, TaskOption};
-use crate::progress::{ProgressMonitor, check_outputs, execute_with};
+use crate::options::TaskOption;
+use crate::progress::{ProgressMonitor, check_outputs, execute_with, for_user};
 use crate::shell::Shell;
 
 /// Evolve controllers on a model with NEAT, eqs. (4)-(9), Table 1
@@ -24,40 +23,47 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism evolve --model model.json --out evolution --runs 4 --generations 500\n  \
+    tropism evolve --model model.json --out evolution --config studies/evolution.toml\n  \
+    tropism evolve --out evolution --resume\n  \
     tropism evolve --model model.json --out evolution --json-lines | jq '[.run, .generation, .best]'")]
 pub(crate) struct Evolve {
-    /// Model, from `tropism fit`
-    #[arg(long, value_name = "model.json")]
-    model: PathBuf,
+    /// Model, from `tropism fit`; with --resume that of the evolution in DIR
+    #[arg(long, value_name = "model.json", required_unless_present = "resume")]
+    model: Option<PathBuf>,
 
     /// Folder to write to
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
+    /// Settings: seed, task, runs, generations and all parameters of NEAT, as in studies/evolution.toml or in the
+    /// evolution.toml of another evolution; options count more
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+
     #[command(flatten)]
     task: TaskOption,
 
-    /// Number of independent runs
-    #[arg(long, default_value_t = 20, value_name = "N")]
-    runs: u32,
+    /// Number of independent runs; 20 by default
+    #[arg(long, value_name = "N")]
+    runs: Option<u32>,
 
-    /// Generations of each run
-    #[arg(long, default_value_t = 2000, value_name = "N")]
-    generations: u32,
+    /// Generations of each run; 2000 by default
+    #[arg(long, value_name = "N")]
+    generations: Option<u32>,
 
     /// Population size; that of the preset (50) by default
     #[arg(long, value_name = "N")]
     population: Option<usize>,
 
-    /// Parameters of NEAT: Table 1 with MultiNEAT's defaults, or with those of its ball-keeper example
-    #[arg(long, value_enum, default_value = "paper")]
-    preset: Preset,
+    /// Parameters of NEAT: Table 1 with MultiNEAT's defaults (the default), or with those of its ball-keeper example
+    #[arg(long, value_enum, conflicts_with = "config")]
+    preset: Option<Preset>,
 
-    /// Simulated plants that each genome steers; its fitness is the mean
-    #[arg(long, default_value_t = 1, value_name = "N")]
-    episodes: u32,
+    /// Simulated plants that each genome steers, whose mean is its fitness; 1 by default
+    #[arg(long, value_name = "N")]
+    episodes: Option<u32>,
 
-    /// Continue the evolution in DIR
+    /// Continue the evolution in DIR; it needs no file
     #[arg(long)]
     resume: bool,
 
@@ -69,8 +75,10 @@ pub(crate) struct Evolve {
     #[arg(long)]
     json_lines: bool,
 
-    #[command(flatten)]
-    seed: SeedOption,
+    /// Seed of all random numbers, 1 by default: the same seed gives the same results
+    // TOML, in which it is kept, has no larger numbers.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    seed: Option<u64>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -81,27 +89,42 @@ enum Preset {
 
 impl Evolve {
     fn plan(&self) -> Result<EvolvePlan> {
-        let mut neat = match self.preset {
-            Preset::Paper => Config::wahby2016(),
-            Preset::BallKeeper => Config::ball_keeper(),
+        let settings = match &self.config {
+            Some(path) => EvolveConfig::read(path).map_err(for_user)?,
+            None => EvolveConfig::default(),
         };
-        neat.population = self.population.unwrap_or(neat.population);
-        let Self { runs, generations, episodes, .. } = *self;
-        Ok(EvolvePlan {
-            model: self.model.clone(),
+        let mut plan = EvolvePlan {
             out: self.out.clone(),
-            task: self.task.load()?,
-            evolution: EvolutionConfig { runs, generations, episodes, neat, ..EvolutionConfig::default() },
-            seed: self.seed.seed,
             resume: self.resume,
             checkpoint_s: self.checkpoint,
-            ..EvolvePlan::default()
-        })
+            ..settings.plan()
+        };
+        if self.resume && self.config.is_none() && self.out.join("evolution.toml").exists() {
+            let (resume, checkpoint_s) = (plan.resume, plan.checkpoint_s);
+            let found = EvolvePlan::of_folder(&self.out).map_err(for_user)?;
+            plan = EvolvePlan { resume, checkpoint_s, ..found };
+        }
+        plan.model = self.model.clone().unwrap_or(plan.model);
+        if self.task.task.is_some() {
+            plan.task = self.task.load()?;
+        }
+        let evolution = &mut plan.evolution;
+        match self.preset {
+            Some(Preset::Paper) => evolution.neat = Config::wahby2016(),
+            Some(Preset::BallKeeper) => evolution.neat = Config::ball_keeper(),
+            None => {}
+        }
+        evolution.runs = self.runs.unwrap_or(evolution.runs);
+        evolution.generations = self.generations.unwrap_or(evolution.generations);
+        evolution.episodes = self.episodes.unwrap_or(evolution.episodes);
+        evolution.neat.population = self.population.unwrap_or(evolution.neat.population);
+        plan.seed = self.seed.unwrap_or(plan.seed);
+        Ok(plan)
     }
 
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let plan = self.plan()?;
-        check_outputs(&plan.outputs(), [self.task.task.as_ref()])?;
+        check_outputs(&plan.outputs(), [self.task.task.as_ref(), self.config.as_ref()])?;
         let progress = ProgressMonitor::new(shell);
         if !self.json_lines {
             let results = execute_with(&plan, &progress)?;

@@ -21,11 +21,12 @@ use crate::shell::Shell;
 /// needs tracks with stems, such as those of `tropism track` and `tropism grow`.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    tropism fit tent/*/track.csv --out model.json\n  \
-    tropism fit grown/*.csv --model stem --out stem.json")]
+    tropism fit tent --out model.json\n  \
+    tropism fit tent/1/track.csv tent/2/track.csv --out model.json\n  \
+    tropism fit grown --model stem --out stem.json")]
 pub(crate) struct Fit {
-    /// Tracks (CSV with tip_x_cm, tip_y_cm and light)
-    #[arg(required = true, value_name = "TRACK.csv")]
+    /// Tracks (CSV with tip_x_cm, tip_y_cm and light), and folders of runs or of tracks
+    #[arg(required = true, value_name = "TRACK.csv|DIR")]
     tracks: Vec<PathBuf>,
 
     /// Take tracks too that `tropism track` warns of
@@ -35,6 +36,10 @@ pub(crate) struct Fit {
     /// File to write the model to
     #[arg(long, value_name = "model.json")]
     out: PathBuf,
+
+    /// Replace the file if it is there
+    #[arg(long)]
+    force: bool,
 
     /// The paper's tip-motion model, the model of the tip with memory, or that of the whole stem
     #[arg(long, value_enum, default_value = "tip")]
@@ -84,7 +89,14 @@ impl Fit {
             ModelName::Memory => (ModelKind::Memory, "tune --out rule.json"),
             ModelName::Stem => (ModelKind::Stem, "tune --out rule.json"),
         };
-        let plan = FitPlan { tracks: self.tracks, kind, model, anyway: self.anyway, out: self.out };
+        let plan = FitPlan {
+            tracks: self.tracks,
+            kind,
+            model,
+            anyway: self.anyway,
+            out: self.out,
+            replace: self.force,
+        };
         execute_and_print(&plan, shell, |results| text(results, next))
     }
 }

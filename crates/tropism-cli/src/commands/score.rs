@@ -17,11 +17,11 @@ use crate::shell::Shell;
 /// scored by the task of its run, another by that of --task, or the paper's three targets.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  tropism score reality/*/track.csv\n  tropism score track.csv --task evolution/champion.json"
+    after_help = "Examples:\n  tropism score tropism-study/reality/champion\n  tropism score track.csv --task evolution/champion.json"
 )]
 pub(crate) struct Score {
-    /// Tracks (CSV with tip_x_cm, tip_y_cm and light)
-    #[arg(required = true, value_name = "TRACK.csv")]
+    /// Tracks (CSV with tip_x_cm, tip_y_cm and light), and folders of runs or of tracks
+    #[arg(required = true, value_name = "TRACK.csv|DIR")]
     tracks: Vec<PathBuf>,
 
     #[command(flatten)]

@@ -35,6 +35,10 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "track.csv")]
     out: PathBuf,
 
+    /// Replace the file if it is there
+    #[arg(long)]
+    force: bool,
+
     #[command(flatten)]
     task: TaskOption,
 
@@ -52,6 +56,7 @@ impl Simulate {
             episodes: self.episodes,
             seed: self.seed.seed,
             out: self.out,
+            replace: self.force,
         };
         check_outputs(std::slice::from_ref(&plan.out), [self.task.task.as_ref(), self.controller.file()])?;
         execute_and_print(&plan, shell, text)

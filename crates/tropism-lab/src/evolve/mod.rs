@@ -4,22 +4,27 @@
 //! are independent and work in parallel; each saves a checkpoint regularly. Neither the number of threads nor an
 //! interruption changes a result.
 
+mod config;
 mod history;
 mod record;
-mod status;
+mod progress;
 mod runs;
+mod status;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
 use tropism::task::TaskSpec;
 
+pub use self::config::EvolveConfig;
 pub use self::history::EvolutionHistory;
 pub use self::record::EvolutionRecord;
 pub(crate) use self::record::champion_path;
 use self::runs::champion_of;
+pub(crate) use self::status::status;
+pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
 use crate::statistics::median;
 use crate::stopwatch::Stopwatch;
@@ -37,6 +42,9 @@ const MAX_TRIAL_PLANTS: u64 = 1_000_000;
 
 /// Default of [`EvolvePlan::checkpoint_s`]: a kill costs a minute of work at most.
 pub const CHECKPOINT_S: u64 = 60;
+
+/// The model in the folder of an evolution: it needs no other file to go on.
+const MODEL: &str = "model.json";
 
 /// Evolves controllers with NEAT on a tip-motion model, and chooses the one to use on real plants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -167,12 +175,15 @@ impl Workflow for EvolvePlan {
         let stopwatch = Stopwatch::start();
         let model = model::read_for(&self.model, &self.task, monitor)?;
         let _lock = EvolutionRecord::new(self, &model).claim(&self.out, self.resume)?;
+        let json = model.to_json();
+        if !self.out.join(MODEL).exists() {
+            files::write(&self.out.join(MODEL), json.as_bytes())?;
+        }
         let total = u64::from(self.evolution.runs) * u64::from(self.evolution.generations);
         monitor.stage("evolve", total);
         let runs = self.evolve(&model, monitor)?;
         let summaries = self.summarize(&runs, &model, monitor)?;
         let champion = Choice::of(summaries.iter().map(|run| run.transfer).collect()).run;
-        let json = model.to_json();
         for (index, (run, summary)) in runs.iter().zip(&summaries).enumerate() {
             let one = Champion { expected: summary.expected(), ..self.champion(run, &model, &json)? };
             champion::write(&champion_path(&self.out, index), &one)?;
@@ -197,6 +208,23 @@ impl Workflow for EvolvePlan {
 }
 
 impl EvolvePlan {
+    /// The plan that goes on with the evolution in the folder `out`, from its `evolution.toml` and `model.json` alone.
+    ///
+    /// # Errors
+    /// [`Error`] if one of them cannot be read.
+    pub fn of_folder(out: &Path) -> Result<Self, Error> {
+        let EvolutionRecord { seed, trial_plants, task, evolution, .. } = EvolutionRecord::read(out)?;
+        let model = out.join(MODEL);
+        if !model.exists() {
+            return Err(Error::Plan(format!(
+                "{}: found no such file, wanted it or `model`",
+                model.display()
+            )));
+        }
+        let (out, resume) = (out.to_owned(), true);
+        Ok(Self { model, out, task, evolution, trial_plants, seed, resume, ..Self::default() })
+    }
+
     /// The files that are written to [`out`](Self::out), but for those of single runs.
     #[must_use]
     pub fn outputs(&self) -> Vec<PathBuf> {

@@ -23,10 +23,10 @@ pub struct EvolutionRecord {
     pub is_virtual: bool,
     /// SHA-256 of the model's JSON, in hexadecimal.
     model_sha256: String,
-    trial_plants: u32,
+    pub(super) trial_plants: u32,
     /// Task of the controllers.
     pub task: TaskSpec,
-    evolution: EvolutionConfig,
+    pub(super) evolution: EvolutionConfig,
 }
 
 fn digest(model: &Model) -> String {
@@ -101,14 +101,26 @@ impl EvolutionRecord {
         Ok(lock)
     }
 
+    /// Number of runs.
+    pub(super) const fn runs(&self) -> u32 {
+        self.evolution.runs
+    }
+
+    /// Generations of each run.
+    pub(super) const fn generations(&self) -> u32 {
+        self.evolution.generations
+    }
+
+    /// Run `index` as it was saved in `folder`; `None` without a readable checkpoint. Reads only.
+    pub(super) fn checkpoint(&self, folder: &Path, index: u32) -> Option<EvolutionRun> {
+        let parse = |text: &str| EvolutionRun::from_json(text, &self.evolution, OUTPUTS, self.seed, index);
+        files::read_as(&checkpoint_path(folder, index), parse).ok()
+    }
+
     /// Among the checkpoints in the `folder` of an unfinished evolution, the run with the best champion, and its
     /// number; `None` without a readable checkpoint. Reads only: the evolution may be at work.
     pub(crate) fn best_so_far(&self, folder: &Path) -> Option<(u32, EvolutionRun)> {
-        let read = |index| {
-            let parse =
-                |text: &str| EvolutionRun::from_json(text, &self.evolution, OUTPUTS, self.seed, index);
-            Some((index, files::read_as(&checkpoint_path(folder, index), parse).ok()?))
-        };
+        let read = |index| Some((index, self.checkpoint(folder, index)?));
         let fitness = |run: &EvolutionRun| run.champion().map_or(f64::NEG_INFINITY, |(_, fitness)| fitness);
         let begun = (0..self.evolution.runs).filter_map(read).filter(|(_, run)| run.champion().is_some());
         begun.max_by(|(_, a), (_, b)| fitness(a).total_cmp(&fitness(b)))

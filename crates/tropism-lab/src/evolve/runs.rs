@@ -9,15 +9,15 @@ use tropism::task::TaskSpec;
 use tropism_neat::Genome;
 
 use super::EvolvePlan;
+use super::progress::EvolutionMonitor;
 use super::record::checkpoint_path;
-use super::status::EvolutionStatus;
 use crate::model::Model;
 use crate::{Checkpoint, Error, Monitor};
 
 impl EvolvePlan {
     /// Evolves all runs to their last generation.
     pub(super) fn evolve(&self, model: &Model, monitor: &dyn Monitor) -> Result<Vec<EvolutionRun>, Error> {
-        let status = Mutex::new(EvolutionStatus::new(self.evolution.runs as usize));
+        let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize));
         let runs: Vec<Option<EvolutionRun>> = (0..self.evolution.runs)
             .into_par_iter()
             .map(|index| self.evolve_run(index, model, monitor, &status))
@@ -32,7 +32,7 @@ impl EvolvePlan {
         index: u32,
         model: &Model,
         monitor: &dyn Monitor,
-        status: &Mutex<EvolutionStatus>,
+        status: &Mutex<EvolutionMonitor>,
     ) -> Result<Option<EvolutionRun>, Error> {
         let checkpoint = Checkpoint::new(checkpoint_path(&self.out, index));
         let interval = Duration::from_secs(self.checkpoint_s);

@@ -1,104 +1,77 @@
-//! The state of an evolution at work in one line, for its monitor.
+//! How far an evolution is, read from its folder.
 
-use std::time::{Duration, Instant};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
-use tropism_neat::Generation;
+use serde::Serialize;
 
-use crate::Monitor;
-use crate::statistics::median;
+use super::EvolutionRecord;
+use super::record::checkpoint_path;
+use crate::{Error, holder};
 
-/// Shortest time between two status lines; chosen by hand, faster than anybody reads.
-const REFRESH: Duration = Duration::from_millis(100);
+/// What an evolution does now.
+#[derive(Clone, Debug, Serialize)]
+pub struct EvolutionStatus {
+    /// Folder of the evolution.
+    pub evolution: PathBuf,
+    /// Whether its champions are chosen.
+    pub is_over: bool,
+    /// Whether the model was made from virtual plants.
+    pub is_virtual: bool,
+    /// Number of the process that works on it.
+    pub process: Option<u32>,
+    /// Generations of each run.
+    pub generations: u32,
+    /// The runs, each as it was saved last.
+    pub runs: Vec<RunProgress>,
+    /// Seconds since a run was saved last.
+    pub saved_ago_s: Option<f64>,
+}
 
-/// Collects the latest generation of each run, and tells the monitor of them.
-pub(super) struct EvolutionStatus {
-    latest: Vec<Option<Generation>>,
-    evaluations: u64,
-    started: Instant,
-    reported: Option<Instant>,
+/// How far one run of an evolution is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct RunProgress {
+    /// Generations that are done.
+    pub generation: u32,
+    /// Best fitness so far, in cm.
+    pub best_fitness: Option<f64>,
 }
 
 impl EvolutionStatus {
-    /// The status of `runs` runs before their first generation.
-    pub(super) fn new(runs: usize) -> Self {
-        Self { latest: vec![None; runs], evaluations: 0, started: Instant::now(), reported: None }
-    }
-
-    /// Takes in the last generation of a resumed run: its evaluations were made before.
-    pub(super) fn resume(&mut self, run: u32, generation: &Generation) {
-        self.latest[run as usize] = Some(generation.clone());
-    }
-
-    /// Takes in a new generation, and reports the status unless the last report is less than [`REFRESH`] old.
-    pub(super) fn update(&mut self, run: u32, generation: &Generation, monitor: &dyn Monitor) {
-        self.evaluations += generation.population as u64;
-        self.resume(run, generation);
-        if self.reported.is_none_or(|reported| reported.elapsed() >= REFRESH) {
-            self.reported = Some(Instant::now());
-            let seconds = self.started.elapsed().as_secs_f64().max(1e-3);
-            monitor.status(&self.line(self.evaluations as f64 / seconds));
-        }
-    }
-
-    /// The best fitness so far over all runs, and means over the present populations.
-    fn line(&self, evaluations_per_s: f64) -> String {
-        let latest: Vec<&Generation> = self.latest.iter().flatten().collect();
-        let mean =
-            |of: fn(&Generation) -> f64| latest.iter().map(|&run| of(run)).sum::<f64>() / latest.len() as f64;
-        let mut best: Vec<f64> = latest.iter().map(|run| run.best_ever).collect();
-        best.sort_by(f64::total_cmp);
-        let runs = match best.len() {
-            0 => return String::new(),
-            1 => String::new(),
-            runs => format!(" ({runs} runs: median {:.2})", median(&best)),
-        };
-        format!(
-            "best {:.2} cm{runs}, population: median {:.2} cm, {:.0} species, {:.0} links, {} evaluations/s",
-            best[best.len() - 1],
-            mean(|run| run.median),
-            mean(|run| run.species as f64),
-            mean(|run| run.links_mean),
-            evaluations_per_s.round()
-        )
+    /// Generations that are done, of all runs.
+    #[must_use]
+    pub fn generations_done(&self) -> u64 {
+        self.runs.iter().map(|run| u64::from(run.generation)).sum()
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The status of the evolution in `folder`, also while a program works in it.
+///
+/// # Errors
+/// [`Error`] if `evolution.toml` or the lock cannot be read.
+pub(crate) fn status(folder: &Path) -> Result<EvolutionStatus, Error> {
+    let record = EvolutionRecord::read(folder)?;
+    let progress = |index| {
+        let run = record.checkpoint(folder, index)?;
+        Some(RunProgress {
+            generation: run.neat.generation(),
+            best_fitness: run.champion().map(|(_, fitness)| fitness),
+        })
+    };
+    let saved = (0..record.runs()).filter_map(|index| age_s(&checkpoint_path(folder, index)));
+    Ok(EvolutionStatus {
+        evolution: folder.to_owned(),
+        is_over: folder.join("summary.json").exists(),
+        is_virtual: record.is_virtual,
+        process: holder(folder)?,
+        generations: record.generations(),
+        runs: (0..record.runs()).map(|index| progress(index).unwrap_or_default()).collect(),
+        saved_ago_s: saved.reduce(f64::min),
+    })
+}
 
-    fn generation(best_ever: f64, median: f64, species: usize) -> Generation {
-        Generation {
-            generation: 3,
-            best: best_ever,
-            mean: 0.0,
-            median,
-            best_ever,
-            species,
-            population: 50,
-            links_mean: 8.4,
-            hidden_mean: 1.0,
-            champion_links: 9,
-            threshold: 5.0,
-            evaluations: 200,
-        }
-    }
-
-    #[test]
-    fn the_line_covers_the_runs_that_have_begun() {
-        let mut status = EvolutionStatus::new(4);
-        assert_eq!(status.line(0.0), "");
-        status.resume(2, &generation(9.5, 1.0, 4));
-        assert_eq!(
-            status.line(1234.4),
-            "best 9.50 cm, population: median 1.00 cm, 4 species, 8 links, 1234 evaluations/s"
-        );
-        status.resume(0, &generation(11.0, 3.0, 8));
-        assert!(status.line(0.0).contains("(2 runs: median 10.25)"));
-        status.resume(3, &generation(7.0, 2.0, 6));
-        assert_eq!(
-            status.line(9e4),
-            "best 11.00 cm (3 runs: median 9.50), population: median 2.00 cm, 6 species, 8 links, 90000 evaluations/s"
-        );
-    }
+/// Seconds since a file was written; 0 if the clock was set back since.
+fn age_s(path: &Path) -> Option<f64> {
+    let written = std::fs::metadata(path).and_then(|about| about.modified()).ok()?;
+    Some(SystemTime::now().duration_since(written).unwrap_or_default().as_secs_f64())
 }

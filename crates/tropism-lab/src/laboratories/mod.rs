@@ -239,6 +239,20 @@ impl Workflow for LaboratoriesPlan {
 }
 
 impl LaboratoriesPlan {
+    /// The plan that goes on with the comparison in the folder `out`, from its `laboratories.toml`. Files of species must
+    /// still be where they were.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the file cannot be read.
+    pub fn of_folder(out: &Path) -> Result<Self, Error> {
+        #[derive(Deserialize)]
+        struct Record {
+            config: LaboratoriesConfig,
+        }
+        let Record { config } = files::read_toml(&out.join("laboratories.toml"))?;
+        Ok(Self { out: out.to_owned(), resume: true, config })
+    }
+
     fn greenhouses(&self) -> Result<Vec<Greenhouse>, Error> {
         let greenhouse = |world: &World| {
             let bean: Species = world.bean.as_deref().map(files::read_toml).transpose()?.unwrap_or_default();
@@ -374,7 +388,8 @@ impl Stages<'_> {
             ..GrowPlan::default()
         };
         let tracks = grow.execute(self.monitor)?.tracks;
-        let fit = FitPlan { tracks, kind, out: out.clone(), anyway: true, ..FitPlan::default() };
+        let fit =
+            FitPlan { tracks, kind, out: out.clone(), anyway: true, replace: true, ..FitPlan::default() };
         fit.execute(self.monitor)?;
         Ok(out)
     }

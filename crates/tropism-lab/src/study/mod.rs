@@ -7,31 +7,36 @@
 mod config;
 mod results;
 mod page;
+mod status;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::{OpenLoop, TaskSpec};
+use tropism_neat::Generation;
 
 use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;
 pub(crate) use self::page::page;
 pub use self::results::{ManyNumbers, RealityNumbers, StudyResults};
 use self::results::{RandomNumbers, StudyFolder, read_seconds};
+pub(crate) use self::status::status;
+pub use self::status::{StageStatus, StudyStatus};
 use crate::baseline::BaselinePlan;
 use crate::controller::ControllerSpec;
 use crate::evolve::EvolvePlan;
 use crate::files;
+use crate::finished_run::make_small;
 use crate::fit::FitPlan;
 use crate::monitor::Part;
 use crate::run::{RunConfig, RunPlan};
 use crate::transfer::{NamedController, TransferPlan};
 use crate::workflow::check_same;
-use crate::{Error, Monitor, Workflow};
+use crate::{Error, FolderLock, Monitor, Workflow, lock};
 
 /// Repeats the paper on virtual plants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,15 +46,27 @@ pub struct StudyPlan {
     pub out: PathBuf,
     /// Whether to continue a study in `out`.
     pub resume: bool,
+    /// Whether every photograph and the stems of the ground truth are kept: some 700 MB at the paper's size. Otherwise a
+    /// run keeps what figures show of it.
+    pub keep_photographs: bool,
     /// Everything that decides the results.
     pub config: StudyConfig,
 }
 
 impl Default for StudyPlan {
     fn default() -> Self {
-        Self { out: "tropism-study".into(), resume: false, config: StudyConfig::default() }
+        Self {
+            out: "tropism-study".into(),
+            resume: false,
+            keep_photographs: false,
+            config: StudyConfig::default(),
+        }
     }
 }
+
+/// The stages of a study, in order: the names in `seconds.json`.
+const STAGES: [&str; 7] =
+    ["open-loop experiments", "model", "evolution", "random controllers", "reality", "many plants", "report"];
 
 impl Workflow for StudyPlan {
     type Results = StudyResults;
@@ -62,27 +79,75 @@ impl Workflow for StudyPlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<StudyResults, Error> {
         self.check()?;
-        self.claim()?;
+        let _lock = self.claim()?;
         monitor.note("a study on virtual plants: nothing here is a measurement of a living plant");
-        let mut study = StudyStages { plan: self, monitor, seconds: read_seconds(&self.out) };
-        study.time("open-loop experiments", StudyStages::open_loop)?;
-        study.time("model", StudyStages::fit)?;
-        study.time("evolution", StudyStages::evolve)?;
-        study.time("random controllers", StudyStages::random)?;
-        study.time("reality", StudyStages::reality)?;
-        study.time("many plants", StudyStages::judge)?;
-        study.time("report", StudyStages::report)
+        let mut study = StudyStages { plan: self, monitor, stage: 0, seconds: read_seconds(&self.out) };
+        study.time(StudyStages::open_loop)?;
+        study.time(StudyStages::fit)?;
+        study.time(StudyStages::evolve)?;
+        study.time(StudyStages::random)?;
+        study.time(StudyStages::reality)?;
+        study.time(StudyStages::judge)?;
+        study.time(StudyStages::report)
     }
 }
 
 impl StudyPlan {
-    /// Makes the folder, or checks that the study in it is this one.
-    fn claim(&self) -> Result<(), Error> {
+    /// The plan that goes on with the study in the folder `out`, from its `study.toml` alone.
+    ///
+    /// # Errors
+    /// [`Error::File`] if there is none, or it cannot be read.
+    pub fn of_folder(out: &Path) -> Result<Self, Error> {
+        let config = files::read_toml(&out.join("study.toml"))?;
+        Ok(Self { out: out.to_owned(), resume: true, config, ..Self::default() })
+    }
+
+    /// Makes the folder, or checks that the study in it is this one, and locks it until the result is dropped.
+    fn claim(&self) -> Result<FolderLock, Error> {
         let file = self.out.join("study.toml");
         let text = files::toml_of(&file, &self.config)?;
         check_same(&file, &text, self.resume, "study", "with other settings")?;
         files::make_folder(&self.out)?;
-        Ok(files::write(&file, text.as_bytes())?)
+        let lock = lock(&self.out)?;
+        files::write(&file, text.as_bytes())?;
+        Ok(lock)
+    }
+}
+
+/// The monitor of a stage: says which one of all it is.
+struct StageMonitor<'m> {
+    monitor: &'m dyn Monitor,
+    /// From 1.
+    stage: usize,
+}
+
+impl Monitor for StageMonitor<'_> {
+    fn stage(&self, name: &str, total: u64) {
+        self.monitor.stage(&format!("{}/{} {name}", self.stage, STAGES.len()), total);
+    }
+
+    fn advance(&self, count: u64) {
+        self.monitor.advance(count);
+    }
+
+    fn skip(&self, count: u64) {
+        self.monitor.skip(count);
+    }
+
+    fn status(&self, text: &str) {
+        self.monitor.status(text);
+    }
+
+    fn note(&self, line: &str) {
+        self.monitor.note(line);
+    }
+
+    fn generation(&self, run: u32, generation: &Generation) {
+        self.monitor.generation(run, generation);
+    }
+
+    fn may_go_on(&self) -> bool {
+        self.monitor.may_go_on()
     }
 }
 
@@ -92,20 +157,30 @@ struct Experiment {
     controller: ControllerSpec,
     task: TaskSpec,
     seed: u64,
+    /// Whether figures show its photographs.
+    has_figures: bool,
 }
 
 /// A study at work, and the seconds that it has spent in each stage.
 struct StudyStages<'s> {
     plan: &'s StudyPlan,
     monitor: &'s dyn Monitor,
+    /// The present stage, from 1.
+    stage: usize,
     seconds: BTreeMap<String, f64>,
 }
 
 impl StudyStages<'_> {
-    /// Executes a stage and adds its time to `seconds.json`. An interrupted stage is an interrupted study.
-    fn time<T>(&mut self, name: &str, stage: impl FnOnce(&Self) -> Result<T, Error>) -> Result<T, Error> {
+    /// Executes the next stage and adds its time to `seconds.json`. An interrupted stage is an interrupted study.
+    fn time<T>(
+        &mut self,
+        stage: impl FnOnce(&Self, &StageMonitor<'_>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
         let started = Instant::now();
-        let result = stage(self).map_err(|error| error.of_part(&self.plan.out));
+        let name = STAGES[self.stage];
+        self.stage += 1;
+        let monitor = StageMonitor { monitor: self.monitor, stage: self.stage };
+        let result = stage(self, &monitor).map_err(|error| error.of_part(&self.plan.out));
         *self.seconds.entry(name.to_owned()).or_default() += started.elapsed().as_secs_f64();
         files::write_unterminated_json(&self.file("seconds.json"), &self.seconds)?;
         result
@@ -115,37 +190,48 @@ impl StudyStages<'_> {
         self.plan.out.join(name)
     }
 
-    fn open_loop(&self) -> Result<(), Error> {
+    fn open_loop(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let experiment = |number: u32| Experiment {
             folder: self.open_loop_folder(number),
             controller: config.periodic(),
             task: OpenLoop { steps: config.steps, ..OpenLoop::default() }.into(),
             seed: config.plant_seed(number),
+            has_figures: true,
         };
         let experiments: Vec<_> = (0..config.experiments).map(experiment).collect();
-        self.run_all("photographing beans", &experiments)
+        self.run_all("photographing beans", &experiments, monitor)
     }
 
     fn open_loop_folder(&self, number: u32) -> PathBuf {
         self.file("open-loop").join((number + 1).to_string())
     }
 
-    /// Runs experiments in parallel, each in its run folder.
-    fn run_all(&self, stage: &str, experiments: &[Experiment]) -> Result<(), Error> {
+    /// Runs experiments in parallel, each in its run folder. One that is over is not run again: its photographs may be gone.
+    fn run_all(
+        &self,
+        stage: &str,
+        experiments: &[Experiment],
+        monitor: &StageMonitor<'_>,
+    ) -> Result<(), Error> {
         let steps = experiments.iter().map(|experiment| u64::from(experiment.task.max_steps())).sum();
-        self.monitor.stage(stage, steps);
+        monitor.stage(stage, steps);
         let run = |experiment: &Experiment| {
-            let Experiment { folder, controller, task, seed } = experiment;
+            let Experiment { folder, controller, task, seed, has_figures } = experiment;
             let config = RunConfig::new(self.plan.config.rig(), controller.clone(), task.clone(), *seed);
-            let plan = RunPlan { out: folder.clone(), resume: true, config, ..RunPlan::default() };
-            plan.execute(&Part(self.monitor)).map(drop)
+            if folder.join("track.csv").exists() && RunConfig::read(folder)? == config {
+                monitor.skip(u64::from(task.max_steps()));
+            } else {
+                let plan = RunPlan { out: folder.clone(), resume: true, config, ..RunPlan::default() };
+                plan.execute(&Part(monitor))?;
+            }
+            if self.plan.keep_photographs { Ok(()) } else { make_small(folder, *has_figures) }
         };
         // Experiments take long: each is a task of its own for a thread.
         experiments.par_iter().with_max_len(1).map(run).collect()
     }
 
-    fn fit(&self) -> Result<(), Error> {
+    fn fit(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let track = |number| self.open_loop_folder(number).join("track.csv");
         let plan = FitPlan {
@@ -153,12 +239,13 @@ impl StudyStages<'_> {
             model: config.model.clone(),
             out: self.file("model.json"),
             anyway: true,
+            replace: true,
             ..FitPlan::default()
         };
-        plan.execute(self.monitor).map(drop)
+        plan.execute(monitor).map(drop)
     }
 
-    fn evolve(&self) -> Result<(), Error> {
+    fn evolve(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let plan = EvolvePlan {
             model: self.file("model.json"),
@@ -170,10 +257,10 @@ impl StudyStages<'_> {
             resume: true,
             ..EvolvePlan::default()
         };
-        plan.execute(self.monitor).map(drop)
+        plan.execute(monitor).map(drop)
     }
 
-    fn random(&self) -> Result<(), Error> {
+    fn random(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
         let file = self.file("random.json");
         if file.exists() {
             return Ok(());
@@ -187,7 +274,7 @@ impl StudyStages<'_> {
             seed: config.seed,
             out: Some(self.file("random-champion.json")),
         };
-        let results = plan.execute(self.monitor)?;
+        let results = plan.execute(monitor)?;
         let numbers = RandomNumbers { count: results.count, best: results.best, median: results.median };
         Ok(files::write_unterminated_json(&file, &numbers)?)
     }
@@ -204,7 +291,7 @@ impl StudyStages<'_> {
     }
 
     /// All controllers steer many more plants, without photographs.
-    fn judge(&self) -> Result<(), Error> {
+    fn judge(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let named = |(name, controller): (&str, _)| NamedController { name: name.to_owned(), controller };
         let plan = TransferPlan {
@@ -222,11 +309,11 @@ impl StudyStages<'_> {
             out: self.file("many-plants"),
             ..TransferPlan::default()
         };
-        plan.execute(self.monitor).map(drop)
+        plan.execute(monitor).map(drop)
     }
 
     /// All controllers steer the same unseen plants, which are photographed.
-    fn reality(&self) -> Result<(), Error> {
+    fn reality(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let controllers = self.controllers()?;
         let experiments: Vec<Experiment> = controllers
@@ -237,19 +324,20 @@ impl StudyStages<'_> {
                     controller: controller.clone(),
                     task: config.task.clone(),
                     seed: config.plant_seed(config.experiments + plant),
+                    has_figures: *name == CONTROLLERS[0],
                 })
             })
             .collect();
-        self.run_all("steering unseen beans", &experiments)
+        self.run_all("steering unseen beans", &experiments, monitor)
     }
 
-    fn report(&self) -> Result<StudyResults, Error> {
-        self.monitor.stage("report", 1);
+    fn report(&self, monitor: &StageMonitor<'_>) -> Result<StudyResults, Error> {
+        monitor.stage("report", 1);
         let folder = StudyFolder::read(&self.plan.out)?;
         let results = folder.results()?;
         files::write(&results.report, folder.page(&results)?.html().as_bytes())?;
         files::write_unterminated_json(&self.file("numbers.json"), &results)?;
-        self.monitor.advance(1);
+        monitor.advance(1);
         Ok(results)
     }
 }

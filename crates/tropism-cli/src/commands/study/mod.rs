@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::de::IgnoredAny;
 use tropism_lab::Error;
 use tropism_lab::files;
@@ -22,7 +22,7 @@ use crate::shell::Shell;
 /// Six virtual beans are photographed under lamps that switch every six hours. Their photographs give tracks, the
 /// tracks a model, and evolution on the model gives controllers. The best controller steers six unseen virtual beans by
 /// their photographs. A report shows figures and numbers beside the paper's. Ctrl-C saves; --resume continues with the
-/// same results as without an interruption.
+/// same results as without an interruption. `tropism status DIR` tells how far it is.
 ///
 /// A study file with `laboratories` compares recipes instead: each laboratory makes controllers from the tracks of its own
 /// plants, and all steer the same unseen plants. studies/robust.toml does this for three kinds of plants.
@@ -30,6 +30,7 @@ use crate::shell::Shell;
 #[command(after_help = "Examples:\n  \
     tropism study --quick\n  \
     tropism study studies/paper.toml --out mine --seed 7\n  \
+    tropism study --out mine --resume\n  \
     tropism study studies/robust.toml --out robust")]
 pub(crate) struct Study {
     /// Study file; the paper by default
@@ -44,9 +45,13 @@ pub(crate) struct Study {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Continue the study in DIR
+    /// Continue the study in DIR; it needs no file
     #[arg(long)]
     resume: bool,
+
+    /// Keep all photographs and the stems of the ground truth of each run: some 700 MB instead of 150
+    #[arg(long, value_enum, value_name = "WHAT")]
+    keep: Option<Keep>,
 
     /// Seed of all random numbers, instead of the file's
     #[arg(long, value_name = "N")]
@@ -56,8 +61,24 @@ pub(crate) struct Study {
     bean: BeanOption,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Keep {
+    Photographs,
+}
+
 impl Study {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let default = if self.quick { "tropism-study-quick" } else { "tropism-study" };
+        let keep_photographs = self.keep == Some(Keep::Photographs);
+        if self.resumes_alone() {
+            let out = self.out.unwrap_or_else(|| default.into());
+            if out.join("laboratories.toml").exists() {
+                let plan = LaboratoriesPlan::of_folder(&out)?;
+                return execute_and_print(&plan, shell, |results| laboratories::text(results, &plan.out));
+            }
+            let plan = StudyPlan { keep_photographs, ..StudyPlan::of_folder(&out)? };
+            return execute_and_print(&plan, shell, text);
+        }
         if let Some(path) = self.file.as_deref().filter(|path| names_laboratories(path)) {
             return self.compare(path, shell);
         }
@@ -73,13 +94,17 @@ impl Study {
         if let Some(path) = &self.file {
             config.check().map_err(Error::at(path.display()))?;
         }
-        let default = if self.quick { "tropism-study-quick" } else { "tropism-study" };
         let out = self.out.unwrap_or_else(|| default.into());
-        execute_and_print(&StudyPlan { out, resume: self.resume, config }, shell, text)
+        execute_and_print(&StudyPlan { out, resume: self.resume, keep_photographs, config }, shell, text)
     }
 }
 
 impl Study {
+    /// Whether the study in the folder goes on with its own settings: no option says otherwise.
+    fn resumes_alone(&self) -> bool {
+        self.resume && self.file.is_none() && self.seed.is_none() && self.bean.bean.is_none()
+    }
+
     /// Compares recipes over laboratories.
     fn compare(&self, path: &Path, shell: &Shell) -> Result<()> {
         ensure!(

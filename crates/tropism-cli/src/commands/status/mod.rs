@@ -1,27 +1,32 @@
-//! `tropism status`: what a run does now.
+//! `tropism status`: what a run, an evolution or a study does now.
+
+mod work;
 
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism_lab::status::{LatestEvent, RunState, StatusPlan, StatusResults};
-use tropism_lab::units;
+use tropism_lab::files::shell_word;
+use tropism_lab::status::{LatestEvent, RunState, RunStatus, StatusPlan, StatusResults};
+use tropism_lab::units::{self, plural};
 use tropism_rig::clock::{SystemTimes, Time};
 use tropism_rig::secret::shown;
 
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Tell what a run does now: its step, its last photograph, its lamp, what went wrong
+/// Tell what a run, an evolution or a study does now
 ///
-/// Looks only, at a run that goes on, has stopped or is over; a run that goes on is not disturbed.
+/// Of a run: its step, its last photograph, its lamp, and what went wrong. Of an evolution: the generation and the best
+/// fitness of each run. Of a study: its stages. Nothing is disturbed.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism status bean\n  \
     watch -n 60 tropism status bean\n  \
-    tropism status bean --json")]
+    tropism status evolution\n  \
+    tropism status tropism-study --json")]
 pub(crate) struct Status {
-    /// Run folder
+    /// Folder of a run, an evolution or a study
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
@@ -33,6 +38,14 @@ impl Status {
 }
 
 fn text(status: &StatusResults) -> String {
+    match status {
+        StatusResults::Run(run) => run_text(run),
+        StatusResults::Evolution(evolution) => work::evolution_text(evolution),
+        StatusResults::Study(study) => work::study_text(study),
+    }
+}
+
+fn run_text(status: &RunStatus) -> String {
     let mut lines = vec![headline(status)];
     let mut add = |name: &str, text: String| lines.push(format!("{name:<12} {text}"));
     add("controller", status.controller.clone());
@@ -51,6 +64,10 @@ fn text(status: &StatusResults) -> String {
     if status.process.is_some() {
         add("lamp", status.lamp.map_or_else(|| "not decided yet".to_owned(), |lamp| lamp.to_string()));
     }
+    let folder = shell_word(&status.run);
+    if let Some(lamp) = status.still_lit {
+        add("lamp", format!("{lamp} MAY STILL BE LIT: tropism safe-state {folder} puts it off"));
+    }
     if let Some((photograph, age)) = status.photograph.as_ref().zip(status.photograph_age_s) {
         add("photograph", format!("{} ago: {}", units::time(age), photograph.display()));
     }
@@ -59,8 +76,8 @@ fn text(status: &StatusResults) -> String {
         Some(late) => add("next step", format!("about {} late", units::time(-late))),
         None => {}
     }
-    add("held", format!("{} photographs without the plant", status.held));
-    add("unconfirmed", format!("{} decisions whose lamp did not confirm", status.unconfirmed));
+    add("held", format!("{} without the plant", plural(status.held, "photograph")));
+    add("unconfirmed", format!("{} whose lamp did not confirm", plural(status.unconfirmed, "decision")));
     if let Some(free) = status.disk_free_bytes {
         let lasts = match status.disk_lasts_days.filter(|_| status.process.is_some() && !status.is_virtual) {
             Some(days) if days < 1000.0 => format!(", enough for {}", units::time(86_400.0 * days)),
@@ -76,20 +93,24 @@ fn text(status: &StatusResults) -> String {
             unix_s.map(|unix_s| format!(", {} ago", units::time((SystemTimes.unix_s() - unix_s).max(0.0))));
         add("", format!("step {step}{}: {kind}: {}", ago.unwrap_or_default(), shown(text)));
     }
+    match status.state {
+        RunState::Stopped | RunState::Died => lines.push(format!("next: tropism run --out {folder}")),
+        RunState::Paused => lines.push(format!("next: tropism run --out {folder} --resume")),
+        RunState::Running | RunState::Overdue | RunState::Over => {}
+    }
     lines.join("\n")
 }
 
-fn headline(status: &StatusResults) -> String {
+fn headline(status: &RunStatus) -> String {
     let kind = if status.is_virtual { "a virtual plant" } else { "a plant" };
     let run = status.run.display();
     let process = status.process.map_or_else(String::new, |process| format!(" (process {process})"));
     match status.state {
         RunState::Running => format!("{run}: goes on{process}, {kind}"),
         RunState::Overdue => format!("{run}: OVERDUE, its program hangs or waits{process}, {kind}"),
-        RunState::Stopped => {
-            format!("{run}: stopped before its end, {kind}; the same command with --resume goes on")
-        }
-        RunState::Paused => format!("{run}: paused, {kind}; the same command with --resume goes on"),
+        RunState::Stopped => format!("{run}: stopped before its end, {kind}"),
+        RunState::Died => format!("{run}: its program was killed, or the computer went down; {kind}"),
+        RunState::Paused => format!("{run}: paused, {kind}"),
         RunState::Over => format!("{run}: over, {kind}"),
     }
 }
