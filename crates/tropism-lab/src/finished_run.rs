@@ -19,10 +19,9 @@ const MAX_PHOTOGRAPHS: usize = 60;
 /// Space around a plant in Figure 2, in cm: leaves reach beyond the tip. Chosen by hand.
 const PLANT_MARGIN_CM: f64 = 3.0;
 
-/// As many photographs of a run at equal distances as figures show.
-fn sampled(photographs: Vec<PathBuf>) -> impl Iterator<Item = PathBuf> {
-    let stride = photographs.len().div_ceil(MAX_PHOTOGRAPHS).max(1);
-    photographs.into_iter().step_by(stride)
+/// Every how many photographs of a run figures show one.
+fn stride(photographs: usize) -> usize {
+    photographs.div_ceil(MAX_PHOTOGRAPHS).max(1)
 }
 
 /// Removes from the finished run in `path` what no figure and no number is made of: all photographs, but for those that
@@ -31,13 +30,11 @@ fn sampled(photographs: Vec<PathBuf>) -> impl Iterator<Item = PathBuf> {
 /// # Errors
 /// [`Error`] names the file that cannot be removed.
 pub(crate) fn make_small(path: &Path, has_figures: bool) -> Result<(), Error> {
-    let folder = path.join("photographs");
-    let photographs = files::photographs(std::slice::from_ref(&folder))?;
-    let kept: Vec<PathBuf> = if has_figures { sampled(photographs.clone()).collect() } else { Vec::new() };
-    // Sorted both: each that is kept comes in its turn.
-    let mut kept = kept.into_iter().peekable();
-    for photograph in photographs {
-        if kept.next_if_eq(&photograph).is_none() {
+    // Chosen by step, so that a removal that was broken off goes on with the same ones.
+    let stride = stride(files::read_track(&path.join("track.csv"))?.samples.len());
+    for photograph in files::list(&path.join("photographs"), "jpg")? {
+        let step = photograph.file_stem().and_then(|name| name.to_str()?.parse::<usize>().ok());
+        if !has_figures || step.is_none_or(|step| step % stride != 0) {
             std::fs::remove_file(&photograph).map_err(Error::at(photograph.display()))?;
         }
     }
@@ -98,7 +95,8 @@ impl FinishedRun {
             let step = path.file_stem()?.to_str()?.parse().ok()?;
             Some((step, files::read_photo(&path, 0.0).ok()?.decode().ok()?))
         };
-        Ok(sampled(photographs).filter_map(read))
+        let stride = stride(photographs.len());
+        Ok(photographs.into_iter().step_by(stride).filter_map(read))
     }
 
     /// Its photographs laid over each other, for Figure 2.
