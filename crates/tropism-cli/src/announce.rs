@@ -110,6 +110,8 @@ impl Systemd {
     }
 }
 
+// Elsewhere there is no systemd, and nothing reads a state.
+#[cfg_attr(not(unix), allow(dead_code))]
 enum State<'a> {
     Ready,
     Watchdog,

@@ -124,11 +124,16 @@ pub fn free_bytes(_path: &Path) -> std::io::Result<u64> {
 /// # Errors
 /// [`FileError::Disk`].
 pub fn sync_folder(path: &Path) -> Result<(), FileError> {
+    sync_names(path).map_err(disk("sync", path))
+}
+
+/// Syncs the names of the files in a folder.
+pub(crate) fn sync_names(path: &Path) -> std::io::Result<()> {
     // Other systems cannot open folders, and need not sync them.
     if cfg!(not(unix)) {
         return Ok(());
     }
-    fs::File::open(path).and_then(|folder| folder.sync_all()).map_err(disk("sync", path))
+    fs::File::open(path)?.sync_all()
 }
 
 /// Reads the bytes of a file.
@@ -353,7 +358,7 @@ fn write_as(
         make_way()?;
         fs::rename(&part, path)?;
         if is_synced {
-            fs::File::open(folder)?.sync_all()?;
+            sync_names(folder)?;
         }
         Ok(())
     })();

@@ -8,7 +8,10 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::rig::RigError;
 
-use crate::pixels::{Pixel, PixelLamp, Wire};
+#[cfg(any(test, target_os = "linux"))]
+use crate::pixels::Pixel;
+#[cfg(target_os = "linux")]
+use crate::pixels::{PixelLamp, Wire};
 use crate::strip::Strip;
 use crate::switch::Switch;
 
@@ -28,7 +31,7 @@ fn spidev() -> PathBuf {
 }
 
 /// Clock of the bus, in bits per second: four bits for each bit of a pixel.
-#[cfg_attr(not(target_os = "linux"), allow(dead_code))]
+#[cfg(target_os = "linux")]
 const HZ: u32 = 3_200_000;
 
 /// Zero bytes before and after the pixels: 350 µs low, which latches the frame and separates it from the idle level.
@@ -38,6 +41,7 @@ const QUIET: usize = 140;
 const BUFSIZ: usize = 4096;
 
 /// The bytes of a frame on the bus: green, red, blue, highest bit first.
+#[cfg(any(test, target_os = "linux"))]
 fn encode(frame: &[Pixel]) -> Vec<u8> {
     let mut bytes = vec![0; QUIET];
     for &[red, green, blue] in frame {

@@ -75,7 +75,7 @@ impl Sink {
                 read_tar(&part, &name)
             }
             Self::Folder { part } => {
-                File::open(&part)?.sync_all()?;
+                files::sync_names(&part)?;
                 let mut found = Vec::new();
                 read_folder(&part, "", &mut found)?;
                 Ok(found)
