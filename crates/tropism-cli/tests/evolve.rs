@@ -213,7 +213,7 @@ fn a_champion_carries_its_task_wherever_it_goes() {
     assert!(scored.contains(&format!("scored by {named}, the task of the run")), "{scored}");
     run(&["report", "steered", "--out", "report.html"]);
 
-    run(&[&["simulate", "--model", "model.json"], &steer[..], &["track.csv"]].concat());
+    run(&[&["simulate", "--model", "model.json", "--force"], &steer[..], &["track.csv"]].concat());
     let (scored, _) = run(&["score", "track.csv", "--task", "e/champion.json"]);
     assert!(scored.ends_with(&format!("scored by {named}\n")), "{scored}");
     // Elsewhere nothing says of the task, and that is said.

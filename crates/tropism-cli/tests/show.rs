@@ -72,7 +72,7 @@ fn champions_are_found_where_they_lie() {
     fs::copy(folder.path().join("alone.json"), champion).unwrap();
     // On another model than its own it steers nothing, unless that one is named.
     fs::write(folder.path().join("task.toml"), "").unwrap();
-    tropism(folder.path(), &["fit", "track.csv", "--window", "1,1", "--out", "model.json"]);
+    tropism(folder.path(), &["fit", "track.csv", "--window", "1,1", "--force", "--out", "model.json"]);
     assert!(json(folder.path(), &["show", "evolution"])["fitness"].is_null());
     assert!(json(folder.path(), &["show", "alone.json", "--model", "model.json"])["fitness"].is_number());
 }
