@@ -25,6 +25,7 @@ fn plan(folder: &Path, out: &str) -> EvolvePlan {
     let fit = FitPlan {
         tracks: vec![folder.join("track.csv")],
         out: folder.join("model.json"),
+        replace: true,
         ..FitPlan::default()
     };
     let results = fit.execute(&Silent).unwrap();

@@ -163,6 +163,7 @@ fn a_run_at_any_interval_is_one_from_photographs_to_model() {
         let fit = FitPlan {
             tracks: vec![out.join("track.csv")],
             out: folder.path().join("model.json"),
+            replace: true,
             ..FitPlan::default()
         };
         fit.execute(&Silent).unwrap();
