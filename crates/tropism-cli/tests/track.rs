@@ -213,7 +213,7 @@ fn wrong_regions_are_doubted_and_no_model_is_fitted_to_them_unasked() {
     let words =
         succeeds(&folder, &format!("track photos --roi 5,5,60,75 {here} --light left.csv --out good.csv"));
     assert!(words.contains("next: tropism fit"), "{words}");
-    succeeds(&folder, "fit good.csv --out good.json");
+    succeeds(&folder, "fit good.csv --out good-model.json");
     // Rows of any source that are held for the most part are doubtful too.
     let mut text = fs::read_to_string(folder.path().join("good.csv")).unwrap();
     text = text.replacen("measured", "held", 13);

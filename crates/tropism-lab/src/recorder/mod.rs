@@ -275,10 +275,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         let Some(seen) = self.rig.shot().map(|shot| shot.seen.clone()) else { return Ok(()) };
         let lit = self.lit_in(frame, seen.status);
         let photo = frame.photo();
-        // An empty one stands in for what the camera did not give.
-        if !photo.bytes.is_empty() {
-            self.keep_photo(photo)?;
-        }
+        self.keep_photo(photo)?;
         let record = StepRecord {
             step: self.step,
             time_s: photo.time_s,
