@@ -17,7 +17,7 @@ reality_plants = 1
 [task]
 targets = [[1.0, 5.0], [-1.0, 6.0]]
 end_height_cm = 6.3
-max_steps = 90
+max_steps = 65
 
 [evolution]
 runs = 2
