@@ -70,8 +70,10 @@ fn same(one: &Path, other: &Path) {
         assert!(read(one, name) == read(other, name), "{name} of {} and {}", one.display(), other.display());
     }
     for step in 0..=STEPS {
+        // None where the camera gave no photograph.
         let name = format!("photographs/{step:06}.jpg");
-        assert!(read(one, &name) == read(other, &name), "{name}");
+        let [one, other] = [one, other].map(|run| fs::read(run.join(&name)).ok());
+        assert!(one == other, "{name}");
     }
     assert_eq!(rows(one), rows(other));
 }
@@ -370,7 +372,7 @@ fn a_full_disk_costs_photographs_and_nothing_else() {
     assert!(rows[..40].iter().all(|row| row.is_confirmed));
     let is_kept = |row: &StepRecord| saved.join("photographs").join(&row.photo).exists();
     let kept = rows.iter().filter(|row| is_kept(row)).count();
-    assert!(kept < 40 && is_kept(&rows[4]) && is_kept(&rows[40]), "{kept} of 41 photographs");
+    assert!(kept < 40 && rows[..6].iter().any(is_kept) && rows[36..].iter().any(is_kept), "{kept} of 41");
     assert_eq!(count(&saved, EventKind::Disk), 1);
     assert!(saved.join("track.csv").exists());
 }

@@ -331,6 +331,9 @@ fn photo_path(folder: &Path, name: &str) -> PathBuf {
 
 /// Reads the photograph of a recorded step of the run in `folder`: [`RunFolder::read_photo`] without opening the folder.
 pub(crate) fn read_photo(folder: &Path, step: &StepRecord) -> Result<Photo, FileError> {
+    if step.photo_bytes == 0 {
+        return Ok(Photo { name: step.photo.clone(), bytes: Vec::new(), time_s: step.time_s });
+    }
     let path = photo_path(folder, &step.photo);
     let photo = files::read_photo(&path, step.time_s)?;
     let found = files::sha256(&photo.bytes);

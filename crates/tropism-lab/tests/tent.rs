@@ -134,8 +134,9 @@ fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
     // Photographs from the side of steps that are lived through again are drawn again, and are the same.
     assert!(record(&greenhouse, broken.path(), 60, usize::MAX) == (track, truth, side));
     for step in 0..=60 {
+        // None where the camera gave no photograph.
         let name = format!("photographs/{step:06}.jpg");
-        let [one, other] = [&whole, &broken].map(|folder| std::fs::read(folder.path().join(&name)).unwrap());
+        let [one, other] = [&whole, &broken].map(|folder| std::fs::read(folder.path().join(&name)).ok());
         assert!(one == other, "{name}");
     }
 }

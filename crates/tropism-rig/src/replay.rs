@@ -22,20 +22,21 @@ impl ReplayCamera {
     pub(crate) fn open(&self) -> Result<OpenReplayCamera, RigError> {
         let of_a_run = self.folder.join("photographs");
         let folder = if of_a_run.is_dir() { of_a_run } else { self.folder.clone() };
-        let files = photographs(&folder).map_err(|error| cannot_read(&folder, &error))?;
-        if files.is_empty() {
+        let photographs = photographs(&folder).map_err(|error| cannot_read(&folder, &error))?;
+        if photographs.is_empty() {
             let problem = format!(
                 "{}: found no .jpg, .jpeg, .png, .tif or .tiff file, wanted photographs",
                 folder.display()
             );
             return Err(failed("camera (replay)", problem));
         }
-        Ok(OpenReplayCamera { files, next: 0 })
+        Ok(OpenReplayCamera { photographs, next: 0 })
     }
 }
 
-/// The photographs in `folder`, in the order of the numbers in their names.
-fn photographs(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+/// The photographs in `folder`, in the order of the numbers in their names. Those of a run are named by their steps, in
+/// six digits: a step without a photograph is `None`, unless most are missing, and the names mean something else.
+fn photographs(folder: &Path) -> std::io::Result<Vec<Option<PathBuf>>> {
     let is_photograph = |path: &PathBuf| {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         matches!(extension.as_deref(), Some("jpg" | "jpeg" | "png" | "tif" | "tiff"))
@@ -43,7 +44,17 @@ fn photographs(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let paths = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
     let mut files: Vec<PathBuf> = paths.into_iter().filter(is_photograph).collect();
     files.sort_by_cached_key(|path| natural_order(&path.file_name().unwrap_or_default().to_string_lossy()));
-    Ok(files)
+    let step = |path: &PathBuf| path.file_stem()?.to_str().filter(|stem| stem.len() == 6)?.parse().ok();
+    let steps: Vec<usize> = files.iter().map_while(step).collect();
+    let span = steps.first().zip(steps.last()).map_or(0, |(first, last)| last - first + 1);
+    if steps.len() < files.len() || span > 2 * files.len() {
+        return Ok(files.into_iter().map(Some).collect());
+    }
+    let mut photographs = vec![None; span];
+    for (step, file) in steps.iter().zip(files) {
+        photographs[step - steps[0]] = Some(file);
+    }
+    Ok(photographs)
 }
 
 fn cannot_read(path: &Path, error: &std::io::Error) -> RigError {
@@ -52,18 +63,22 @@ fn cannot_read(path: &Path, error: &std::io::Error) -> RigError {
 
 /// An open recording.
 pub(crate) struct OpenReplayCamera {
-    files: Vec<PathBuf>,
+    photographs: Vec<Option<PathBuf>>,
     next: usize,
 }
 
 impl Camera for OpenReplayCamera {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        let Some(path) = self.files.get(self.next) else {
-            let problem = format!("found only {} photographs, wanted one more", self.files.len());
-            return Err(failed("camera (replay)", problem));
+        let device = "camera (replay)";
+        let Some(photograph) = self.photographs.get(self.next) else {
+            let problem = format!("found only {} photographs, wanted one more", self.photographs.len());
+            return Err(failed(device, problem));
+        };
+        self.next += 1;
+        let Some(path) = photograph else {
+            return Err(failed(device, "found no photograph of this step in the recording".to_owned()));
         };
         let bytes = fs::read(path).map_err(|error| cannot_read(path, &error))?;
-        self.next += 1;
         Ok(Photo { name: String::new(), bytes, time_s: 0.0 })
     }
 
@@ -96,5 +111,25 @@ mod tests {
             assert!(camera.photograph().unwrap_err().to_string().contains("found only 3"));
         }
         assert!(ReplayCamera { folder: "/no/such".into() }.open().is_err());
+    }
+
+    #[test]
+    fn a_step_without_a_photograph_stays_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let names_at = |names: &[&str]| {
+            for name in names {
+                fs::write(folder.path().join(name), name).unwrap();
+            }
+            let mut camera = ReplayCamera { folder: folder.path().to_owned() }.open().unwrap();
+            let photographs = (0..4).map(|_| camera.photograph().ok());
+            let text = |photo: Photo| String::from_utf8(photo.bytes).unwrap();
+            photographs.map(|photo| photo.map(text)).collect::<Vec<_>>()
+        };
+        let named = |name: &str| Some(name.to_owned());
+        let run = names_at(&["000007.jpg", "000008.jpg", "000010.jpg"]);
+        assert_eq!(run, [named("000007.jpg"), named("000008.jpg"), None, named("000010.jpg")]);
+        // Times of the day: nothing is missing.
+        let times = names_at(&["130500.jpg"]);
+        assert_eq!(times[3], named("130500.jpg"));
     }
 }
