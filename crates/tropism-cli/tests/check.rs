@@ -147,7 +147,7 @@ fn what_is_wrong_in_a_tent_is_found() {
             "camera",
             "cat $s",
             "mv next this; cat $s-$((n % 2)).jpg > next; test -e this && cat this || cat $s",
-            "fail flash it shows 1 photographs late",
+            "fail flash it shows 1 photograph late",
         ),
         ("rig.toml", "[\"touch\", \"flash\"]", "[\"true\"]", "fail flash no photograph is brighter by it"),
         (

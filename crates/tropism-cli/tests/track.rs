@@ -208,7 +208,7 @@ fn wrong_regions_are_doubted_and_no_model_is_fitted_to_them_unasked() {
     doubted(&folder, &format!("--roi 5,51,60,30 {here}"), &["few_measured", "tip_at_edge"], "less than half");
     doubted(&folder, "--roi 5,5,60,75 --base 45,79 --scale 5", &["root_elsewhere"], "stem begins at 3");
     doubted(&folder, "--roi 5,5,60,75 --base 36,79", &["scale_assumed"], "give --scale");
-    // Told to, `fit` takes it; and a good track needs no word.
+    // `--anyway` makes `fit` take the track. A good track needs no option.
     succeeds(&folder, "fit t.csv --anyway --out model.json");
     let words =
         succeeds(&folder, &format!("track photos --roi 5,5,60,75 {here} --light left.csv --out good.csv"));

@@ -9,6 +9,7 @@ use tropism::observation::Quality;
 use tropism::plant::memory::MemoryModel;
 use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
+use tropism::text::plural;
 use tropism::track::{Sample, Track};
 
 use crate::run::RunConfig;
@@ -107,7 +108,8 @@ impl Workflow for FitPlan {
             if unconfirmed > 0 {
                 let path = path.display();
                 monitor.note(&format!(
-                    "{path}: {unconfirmed} steps are left out: `done` says that their lamp was never confirmed"
+                    "{path}: left out {}: `done` says that their lamp was never confirmed",
+                    plural(unconfirmed, "step")
                 ));
             }
         }

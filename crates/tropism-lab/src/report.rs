@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::task::Task;
+use tropism::text::plural;
 use tropism::track::Track;
 use tropism_report::{self as report, LeftOut, Page, Plants};
 
@@ -159,7 +160,7 @@ impl Sources {
         let plants = if self.is_virtual { Plants::Virtual } else { Plants::Real };
         let of_photographs = match tracks.len() {
             0 => String::new(),
-            count => format!(", {count} tracks of photographs"),
+            count => format!(", {} of photographs", plural(count, "track")),
         };
         let figures = self.figures(plants)?;
         let names: Vec<String> = paths.iter().map(|path| files::shell_word(path)).collect();

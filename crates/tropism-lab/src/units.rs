@@ -1,5 +1,7 @@
 //! Sizes and times as text for people.
 
+pub use tropism::text::plural;
+
 /// A number of bytes as text, such as `1.5 GB`.
 #[must_use]
 pub fn bytes(count: u64) -> String {
@@ -21,12 +23,6 @@ pub fn time(seconds: f64) -> String {
         120.0.. => format!("{:.0} min", seconds / 60.0),
         _ => format!("{seconds:.0} s"),
     }
-}
-
-/// A count with its unit, in the plural unless it is one: `1 run`, `2 runs`.
-#[must_use]
-pub fn plural(count: usize, unit: &str) -> String {
-    if count == 1 { format!("1 {unit}") } else { format!("{count} {unit}s") }
 }
 
 #[cfg(test)]

@@ -430,7 +430,7 @@ fn a_row_that_is_not_what_was_written_is_made_again() {
         .map(|event| event.text.as_str())
         .collect();
     assert!(damaged[0].contains("row 8 of \"SELECT * FROM steps"), "{damaged:?}");
-    assert!(damaged[1].contains("1 entries of its copy are not in it"), "{damaged:?}");
+    assert!(damaged[1].contains("1 entry of its copy not in it"), "{damaged:?}");
 }
 
 #[test]

@@ -4,6 +4,8 @@
 //! genes are in ascending order of innovation numbers. As in MultiNEAT, genes have no enabled bit: a link that is split is
 //! removed.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::activation::Activation;
@@ -21,6 +23,18 @@ pub enum NeuronKind {
     Output,
     /// Any other neuron.
     Hidden,
+}
+
+/// The word of genome files.
+impl fmt::Display for NeuronKind {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Input => "input",
+            Self::Bias => "bias",
+            Self::Output => "output",
+            Self::Hidden => "hidden",
+        })
+    }
 }
 
 /// A neuron gene.

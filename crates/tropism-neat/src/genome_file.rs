@@ -221,7 +221,7 @@ pub enum GenomeError {
         last: u32,
     },
     /// A neuron has the wrong kind for its position.
-    #[error("found neuron {id} of kind {found:?}, wanted {wanted:?}")]
+    #[error("found neuron {id} of kind {found}, wanted {wanted}")]
     NeuronKind {
         /// Id of the neuron.
         id: u32,
@@ -330,7 +330,7 @@ mod tests {
             (refusal(|g| g.neurons[4].id = u32::MAX), "found neuron id 4294967295 after 4, wanted inputs"),
             (
                 refusal(|g| g.neurons[4].kind = NeuronKind::Input),
-                "found neuron 5 of kind Input, wanted Hidden",
+                "found neuron 5 of kind input, wanted hidden",
             ),
             (refusal(|g| g.neurons[4].depth = 1.5), "found neuron 5 at depth 1.5, wanted 0"),
             (refusal(|g| g.neurons[4].a = -1e7), "found neuron 5 with slope or shift -10000000, wanted"),

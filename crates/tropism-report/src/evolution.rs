@@ -6,6 +6,7 @@ use super::csv::Cell;
 use super::plot::{Axis, Path, Plot, nice_step};
 use super::{Body, Figure, Plants};
 use tropism::math::statistics::five_numbers;
+use tropism::text::plural;
 
 /// The best possible fitness of the paper's task, which its Figure 6 marks, in cm.
 const PAPER_BEST: f64 = 15.0;
@@ -46,7 +47,7 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
     }
     Figure {
         number: "6a",
-        title: format!("Best fitness, {} runs", runs.len()),
+        title: format!("Best fitness, {}", plural(runs.len(), "run")),
         caption: format!(
             "Best fitness of a generation over independent evolutionary runs: minimum, quartiles and maximum, with the median \
              as a bar; the dotted line marks 15 cm, the best possible in the paper's task. {}",

@@ -10,6 +10,7 @@ use super::thinning;
 use super::{Body, Figure, Plants};
 use tropism::geometry::Point;
 use tropism::lamps::Light;
+use tropism::text::plural;
 use tropism::track::{Sample, Track};
 
 /// Least length of a vector of Figure 4b, in cm: shorter steps are joined. Chosen by hand.
@@ -224,8 +225,9 @@ pub fn steering(
             super::plot::number(best)
         ),
         caption: format!(
-            "The trajectory of the tip over {steps} steps, from the circle, coloured by the lamp that the controller lit. \
+            "The trajectory of the tip over {}, from the circle, coloured by the lamp that the controller lit. \
              Crosses are the targets in their order, on dotted lines at their heights. {}",
+            plural(steps, "step"),
             plants.sentence()
         ),
         data: csv_of_tips(std::slice::from_ref(track)),

@@ -1,5 +1,7 @@
 //! Points of the plant's plane in centimetres and places in a photograph in pixels: two types, never mixed.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::math;
@@ -120,6 +122,14 @@ pub struct Region {
     pub width: usize,
     /// Rows.
     pub height: usize,
+}
+
+/// `x,y,width,height`, as `--roi` takes it.
+impl fmt::Display for Region {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { x, y, width, height } = self;
+        write!(formatter, "{x},{y},{width},{height}")
+    }
 }
 
 impl Region {

@@ -1,6 +1,19 @@
-//! Text from outside: devices, programs, file names. It is shown and written without what would act on its reader.
+//! Text for people: counts with their nouns; and text from outside (devices, programs, file names), shown and written
+//! without what would act on its reader.
 
 use std::borrow::Cow;
+use std::fmt::Display;
+
+/// A count with its noun, in the plural unless it is one: `1 run`, `2 runs`, `0 entries`.
+#[must_use]
+pub fn plural<N: Display + From<u8> + PartialEq>(count: N, noun: &str) -> String {
+    let is_one = count == N::from(1);
+    match noun.strip_suffix('y').filter(|stem| !stem.ends_with(['a', 'e', 'o', 'u'])) {
+        _ if is_one => format!("{count} {noun}"),
+        Some(stem) => format!("{count} {stem}ies"),
+        None => format!("{count} {noun}s"),
+    }
+}
 
 /// Whether a terminal acts on `letter` instead of showing it, or it changes the order in which others are shown: C0 and
 /// C1 controls, line separators, and the bidirectional controls of Unicode (UAX #9, table 4).
@@ -78,6 +91,13 @@ pub fn of_csv_cell(cell: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_noun_is_in_the_plural_unless_it_is_one() {
+        assert_eq!([0_u32, 1, 2].map(|count| plural(count, "run")), ["0 runs", "1 run", "2 runs"]);
+        assert_eq!([1_usize, 3].map(|count| plural(count, "entry")), ["1 entry", "3 entries"]);
+        assert_eq!(plural(2_u64, "day"), "2 days");
+    }
     use proptest::prelude::*;
 
     #[test]

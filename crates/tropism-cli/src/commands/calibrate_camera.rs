@@ -53,7 +53,7 @@ pub(crate) struct CalibrateCamera {
     #[arg(long, value_name = "calibration.toml")]
     out: PathBuf,
 
-    /// Replace a calibration that exists already
+    /// Replace an existing calibration
     #[arg(long)]
     force: bool,
 }

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use tropism_lab::check::{CheckPlan, CheckResults, Finding, Group, Rehearsal, Verdict};
+use tropism_lab::units::plural;
 
 use crate::progress::execute;
 use crate::shell::Shell;
@@ -29,15 +30,15 @@ pub(crate) struct Check {
     #[arg(long, conflicts_with = "rehearse")]
     dry: bool,
 
-    /// Check these alone
+    /// Check only these groups
     #[arg(long, value_name = "GROUP,...", value_parser = group_parser(), value_delimiter = ',')]
     only: Vec<Group>,
 
-    /// Then run this many steps in a scratch folder, kill the run in the middle, and let it go on
+    /// Then run this many steps in a scratch folder, kill the run in the middle, and resume it
     #[arg(long, value_name = "STEPS", num_args = 0..=1, default_missing_value = "4", value_parser = clap::value_parser!(u32).range(3..=100))]
     rehearse: Option<u32>,
 
-    /// Folder in which runs will be kept: its disk is tried
+    /// Folder in which runs will be kept: its disk is tested
     #[arg(long, value_name = "DIR", default_value = ".")]
     data: PathBuf,
 
@@ -46,24 +47,24 @@ pub(crate) struct Check {
     photographs: Option<PathBuf>,
 }
 
-/// The groups of a check: word, group and help.
-const GROUPS: [(&str, Group, &str); 9] = [
-    ("settings", Group::Settings, "The rig file"),
-    ("system", Group::System, "The computer and its disk"),
-    ("camera", Group::Camera, "The camera"),
-    ("flash", Group::Flash, "The flash"),
-    ("lamps", Group::Lamps, "The lamps"),
-    ("plant", Group::Plant, "The plant in the photographs"),
-    ("broker", Group::Broker, "The MQTT broker"),
-    ("alerts", Group::Alerts, "How people are told"),
-    ("rehearsal", Group::Rehearsal, "A short run with a kill"),
+/// The groups of a check, and their help.
+const GROUPS: [(Group, &str); 9] = [
+    (Group::Settings, "The rig file"),
+    (Group::System, "The computer and its disk"),
+    (Group::Camera, "The camera"),
+    (Group::Flash, "The flash"),
+    (Group::Lamps, "The lamps"),
+    (Group::Plant, "The plant in the photographs"),
+    (Group::Broker, "The MQTT broker"),
+    (Group::Alerts, "The channels that alert people"),
+    (Group::Rehearsal, "A short run that is killed and resumed"),
 ];
 
-/// Parses the word of a group.
+/// Parses the name of a group.
 fn group_parser() -> impl TypedValueParser<Value = Group> {
-    let values = GROUPS.map(|(word, _, help)| PossibleValue::new(word).help(help));
+    let values = GROUPS.map(|(group, help)| PossibleValue::new(group.name()).help(help));
     PossibleValuesParser::new(values).try_map(|word| {
-        GROUPS.iter().find(|(known, ..)| *known == word).map(|(_, group, _)| *group).ok_or("unknown group")
+        GROUPS.iter().find(|(group, _)| group.name() == word).map(|(group, _)| *group).ok_or("unknown group")
     })
 }
 
@@ -87,7 +88,7 @@ impl Check {
         let results = execute(&plan, shell)?;
         shell.result(&text(&results), &results)?;
         let rig = results.rig.display();
-        ensure!(results.fail == 0, "{rig}: found {} failures, wanted none", results.fail);
+        ensure!(results.fail == 0, "{rig}: found {}, wanted none", plural(results.fail, "failure"));
         Ok(())
     }
 }
@@ -100,8 +101,7 @@ fn text(results: &CheckResults) -> String {
             Verdict::Warn => "warn",
             Verdict::Fail => "FAIL",
         };
-        let group = format!("{group:?}").to_lowercase();
-        text += &format!("{verdict}  {group:<9}  {found}\n");
+        text += &format!("{verdict}  {:<9}  {found}\n", group.name());
         if let Some(remedy) = remedy {
             text += &format!("                 -> {remedy}\n");
         }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use tropism_lab::depth::{DepthPlan, DepthResults, SideView};
+use tropism_lab::units::plural;
 
 use crate::options::parse_pair;
 use crate::progress::execute_and_print;
@@ -40,7 +41,7 @@ pub(crate) struct Depth {
     #[arg(long, value_name = "space.csv")]
     out: PathBuf,
 
-    /// Replace a track that exists already
+    /// Replace an existing track
     #[arg(long)]
     force: bool,
 }
@@ -72,9 +73,9 @@ impl Depth {
 
 fn text(results: &DepthResults) -> String {
     format!(
-        "{} steps{} in space, {} with the whole stem; distance between the two rays to the tip {:.2} cm (median), {:.2} cm at \
+        "{}{} in space, {} with the whole stem; distance between the two rays to the tip {:.2} cm (median), {:.2} cm at \
          most\nwrote {}",
-        results.steps,
+        plural(results.steps, "step"),
         if results.is_virtual { " of a virtual plant" } else { "" },
         results.stems,
         results.tip_gap_cm[0],

@@ -9,6 +9,7 @@ use serde::Serialize;
 use tropism_lab::Monitor;
 use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolveConfig, EvolvePlan, EvolveResults};
 use tropism_lab::files::shell_word;
+use tropism_lab::units::plural;
 use tropism_neat::{Config, Generation};
 
 use crate::options::TaskOption;
@@ -150,12 +151,12 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
     let above =
         if greatest > plan.task.best() { "; a tip that leans away below the start scores more" } else { "" };
     format!(
-        "{} runs, {} evaluations, {:.1} s ({:.1} s of processor time)\n\
+        "{}, {}, {:.1} s ({:.1} s of processor time)\n\
          best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2} (best possible {:.2}{above})\n\
          champion: run {}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {expected}{}\n\
          wrote {champion}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
-        results.runs.len(),
-        results.evaluations,
+        plural(results.runs.len(), "run"),
+        plural(results.evaluations, "evaluation"),
         results.wall_seconds,
         results.cpu_seconds,
         plan.task.best(),

@@ -10,10 +10,10 @@ use tropism_lab::units;
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Write a run as an archive or folder: track, events, photographs, settings, and a manifest with the sum of each file
+/// Write a run as an archive or folder: track, events, photographs, settings, and a manifest with checksums
 ///
-/// Each photograph is compared with the sum in the journal, and all that was written is read back and compared again.
-/// Nothing that is there is ever overwritten. A run that goes on is exported up to its latest step, and is not disturbed.
+/// Each photograph is compared with its checksum in the journal. All written files are read back and compared. No existing
+/// file is overwritten. A run that is still going on is exported up to its latest step.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism export bean --out bean.tar\n  \
@@ -28,7 +28,7 @@ pub(crate) struct Export {
     #[arg(long, value_name = "FILE.tar|DIR")]
     out: PathBuf,
 
-    /// Leave out photographs that are gone or not what they were, and list them, rather than fail
+    /// Leave out missing or changed photographs and list them, instead of failing
     #[arg(long)]
     keep_going: bool,
 }
@@ -43,10 +43,10 @@ impl Export {
 fn text(results: &ExportResults) -> String {
     let kind = if results.is_virtual { "a virtual plant" } else { "a plant" };
     let yet = if results.is_over { "" } else { ", which is not over" };
-    let mut text = format!("{} steps of {kind}{yet}\n", results.steps);
+    let mut text = format!("{} of {kind}{yet}\n", units::plural(results.steps, "step"));
     for LeftOut { path, problem } in &results.left_out {
         text += &format!("left out: {path}: {problem}\n");
     }
     let (out, size) = (results.out.display(), units::bytes(results.bytes));
-    text + &format!("wrote {out}: {} files, {size}, read back and compared", results.files)
+    text + &format!("wrote {out}: {}, {size}, read back and compared", units::plural(results.files, "file"))
 }

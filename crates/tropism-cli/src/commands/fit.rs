@@ -8,6 +8,7 @@ use tropism::plant::shifts::Window;
 use tropism::plant::tip::{Empty, Growth, TipModelConfig};
 use tropism_lab::files::shell_word;
 use tropism_lab::fit::{FitPlan, FitResults, ModelKind};
+use tropism_lab::units::plural;
 
 use crate::options::parse_pair;
 use crate::progress::execute_and_print;
@@ -29,7 +30,7 @@ pub(crate) struct Fit {
     #[arg(required = true, value_name = "TRACK.csv|DIR")]
     tracks: Vec<PathBuf>,
 
-    /// Take tracks too that `tropism track` warns of
+    /// Also take tracks that `tropism track` warns of
     #[arg(long)]
     anyway: bool,
 
@@ -37,7 +38,7 @@ pub(crate) struct Fit {
     #[arg(long, value_name = "model.json")]
     out: PathBuf,
 
-    /// Replace the file if it is there
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
 
@@ -106,8 +107,10 @@ fn text(results: &FitResults, next: &str) -> String {
     let FitResults { shifts, tracks, x_cm, y_cm, .. } = results;
     let of_plants = if results.is_virtual { " of virtual plants" } else { "" };
     format!(
-        "{shifts} shifts of {tracks} tracks{of_plants}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
+        "{} of {}{of_plants}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
          wrote {out}\nnext: tropism {next} --model {word}",
+        plural(*shifts, "shift"),
+        plural(*tracks, "track"),
         x_cm[0],
         x_cm[1],
         y_cm[0],

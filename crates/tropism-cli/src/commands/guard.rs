@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism_lab::guard::{GuardPlan, GuardResults};
+use tropism_lab::guard::{GuardPlan, GuardResults, RunEnd};
 
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
@@ -32,5 +32,11 @@ impl Guard {
 }
 
 fn text(results: &GuardResults) -> String {
-    format!("{:?}, {}", results.run, if results.is_dark { "dark" } else { "NOT KNOWN TO BE DARK" })
+    let run = match results.run {
+        RunEnd::Ended => "the run ended",
+        RunEnd::Lit => "the run ended with a device that did not confirm",
+        RunEnd::Died => "the run died",
+        RunEnd::Silent => "the run was silent for too long and was killed",
+    };
+    format!("{run}; its light is {}", if results.is_dark { "off" } else { "NOT KNOWN TO BE OFF" })
 }

@@ -8,6 +8,7 @@ use clap::error::ErrorKind;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::vision::VisionConfig;
 use tropism_lab::files::{self, shell_word};
+use tropism_lab::units::plural;
 use tropism_lab::{RunConfig, RunPlan, RunResults};
 use tropism_rig::file::RigFile;
 
@@ -19,10 +20,10 @@ use crate::shell::Shell;
 
 /// Run an experiment: a photograph every five minutes, a decision, a lamp
 ///
-/// In the virtual tent (`--rig greenhouse`) five minutes pass in milliseconds, and the plant is virtual. A run that was
-/// broken off, by Ctrl-C, a kill or a power cut, goes on with the same command and ends as it would have ended. One that
-/// paused, because it met something that its user must decide (exit code 3), goes on with --resume. The folder of a run
-/// holds all that it needs: --out alone goes on with it.
+/// In the virtual tent (`--rig greenhouse`) five minutes pass in milliseconds, and the plant is virtual. The same command
+/// continues a run after Ctrl-C, a kill or a power cut, with the same result as without an interruption. A run that paused
+/// for a decision of its user (exit code 3) continues with --resume. The run folder holds all settings: --out alone
+/// continues the run.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism run --rig greenhouse --controller periodic:6h --out tent/1 --seed 1\n  \
@@ -39,26 +40,26 @@ pub(crate) struct Run {
     #[arg(long, value_name = "CONTROLLER")]
     controller: Option<ControllerName>,
 
-    /// Run folder to make, or to go on with
+    /// New run folder, or the folder of a run to continue
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
     #[command(flatten)]
     task: TaskOption,
 
-    /// Steps at most; 1000 (83.3 hours) by default for a periodic controller
+    /// Largest number of steps; 1000 (83.3 hours) by default for a periodic controller
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: Option<u32>,
 
-    /// In the virtual tent, as fast as it can, or so many times as fast as real plants; the result is the same
+    /// Speed of the virtual tent: as fast as possible, or N times as fast as real plants. The result is the same
     #[arg(long, value_name = "max|N", default_value = "max", value_parser = parse_speed)]
     speed: Speed,
 
-    /// Go on with the run in DIR even if it paused or was down for long
+    /// Continue the run in DIR even if it paused or was down for long
     #[arg(long)]
     resume: bool,
 
-    /// Seed of all chance: the same seed gives the same result; that of the run in DIR by default, or 1
+    /// Seed of all random numbers: the same seed gives the same result; that of the run in DIR by default, or 1
     // TOML, in which it is kept, has no larger numbers.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
@@ -158,8 +159,11 @@ fn text(plan: &RunPlan, results: &RunResults) -> String {
     let last = results.track.samples[results.track.samples.len() - 1].tip;
     let kind = if results.is_virtual { "virtual plant" } else { "plant" };
     let mut text = format!(
-        "{} steps of a {kind}, {} photographs without it; tip at {:.1}, {:.1} cm\n",
-        results.steps, results.held, last.x, last.y
+        "{} of a {kind}, {} without it; tip at {:.1}, {:.1} cm\n",
+        plural(results.steps, "step"),
+        plural(results.held, "photograph"),
+        last.x,
+        last.y
     );
     if let Some(fitness) = results.fitness {
         text += &format!("fitness {fitness:.2} cm of at most {:.2}\n", plan.config.task.best());

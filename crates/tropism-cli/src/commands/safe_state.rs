@@ -9,11 +9,12 @@ use tropism_lab::safe_state::{DeviceResult, SafeStatePlan, SafeStateResults};
 use crate::progress::execute;
 use crate::shell::Shell;
 
-/// Put the flash off and both lamps dark, now
+/// Switch the flash and all lamps off, now
 ///
-/// Works without the program that lit them: after a kill, by hand, or as ExecStopPost= of a systemd unit. Each device is
-/// tried three times, and one that is gone keeps no other lit. A run that still goes on lights its lamp again at its next
-/// step: `tropism stop` comes first. Lamps whose file says `on_exit = "keep"` stay as they are, unless --dark is given.
+/// Needs no running program: use it after a kill, by hand, or as ExecStopPost= of a systemd unit. Each device is tried
+/// three times. A missing device does not stop the others from being switched off. First end the run with `tropism stop`:
+/// a run that is still going on lights its lamp again at its next step. With `on_exit = "keep"` in the rig file lamps stay
+/// as they are, unless --dark is given.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism safe-state rigs/wled-ipcam.toml\n  \
@@ -23,7 +24,7 @@ pub(crate) struct SafeState {
     #[arg(value_name = "RIG.toml|DIR")]
     rig: PathBuf,
 
-    /// Lamps dark whatever the file says
+    /// Switch all lamps off, whatever the rig file says
     #[arg(long)]
     dark: bool,
 }

@@ -35,7 +35,7 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "track.csv")]
     out: PathBuf,
 
-    /// Replace the file if it is there
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism_lab::timelapse::{Crop, TimelapsePlan, TimelapseResults};
+use tropism_lab::units::plural;
 
 use crate::options::parse_region;
 use crate::progress::execute_and_print;
@@ -74,16 +75,16 @@ impl Timelapse {
 fn text(results: &TimelapseResults, fps: u16) -> String {
     let left_out = match results.left_out {
         0 => String::new(),
-        count => format!("\n{count} photographs were left out: damaged, or of another size"),
+        count => format!("\nleft out, damaged or of another size: {}", plural(count, "photograph")),
     };
     let film = results.film.as_ref().map_or_else(String::new, |film| {
         let seconds = results.pictures as f64 / f64::from(fps);
-        format!("\nwrote {}: {} pictures, {seconds:.1} s", film.display(), results.pictures)
+        format!("\nwrote {}: {}, {seconds:.1} s", film.display(), plural(results.pictures, "picture"))
     });
     let kind = if results.is_virtual == Some(true) { " of a virtual plant" } else { "" };
     format!(
-        "{} photographs{kind}; {} x {} pixels{left_out}{film}\nwrote {}",
-        results.photographs,
+        "{}{kind}; {} x {} pixels{left_out}{film}\nwrote {}",
+        plural(results.photographs, "photograph"),
         results.width,
         results.height,
         results.composite.display()

@@ -1,5 +1,6 @@
 //! What the photographs of a check tell of camera, flash, plant and lamps.
 
+use tropism::text::plural;
 use tropism::vision::{Calibration, Frame, FrameStatus, TipTracker};
 
 use super::shot::Shot;
@@ -33,7 +34,8 @@ pub(super) fn judge_camera(calibration: &Calibration, shots: &[Shot], findings: 
     let (found_width, found_height) = (shots[0].image.width, shots[0].image.height);
     let longest = shots.iter().map(|shot| shot.took).max().unwrap_or_default().as_secs_f64();
     if (found_width, found_height) == (width, height) {
-        let found = format!("{count} photographs of {width} x {height} pixels, {longest:.1} s at most");
+        let found =
+            format!("{} of {width} x {height} pixels, {longest:.1} s at most", plural(count, "photograph"));
         findings.pass(Group::Camera, found);
     } else {
         findings.fail(
@@ -105,7 +107,10 @@ pub(super) fn judge_flash(
     if late > 0 {
         findings.fail(
             Group::Flash,
-            format!("it shows {late} photographs late: the camera gives old frames, or the flash is slow"),
+            format!(
+                "it shows {} late: the camera gives old frames, or the flash is slow",
+                plural(late, "photograph")
+            ),
             discards(late),
         );
     } else {
@@ -139,7 +144,7 @@ pub(super) fn judge_plant(tracker: &mut TipTracker, shots: &[Shot], findings: &m
         let class = class.map_or_else(String::new, |class| format!(" ({class})"));
         findings.fail(
             Group::Plant,
-            format!("seen in {} of {} photographs{class}", tips.len(), shots.len()),
+            format!("seen in {} of {}{class}", tips.len(), plural(shots.len(), "photograph")),
             "tropism track PHOTOGRAPHS --guide shows crop and base; --photographs DIR keeps these",
         );
         return;

@@ -84,6 +84,24 @@ pub enum Group {
     Rehearsal,
 }
 
+impl Group {
+    /// Its name, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Settings => "settings",
+            Self::System => "system",
+            Self::Camera => "camera",
+            Self::Flash => "flash",
+            Self::Lamps => "lamps",
+            Self::Plant => "plant",
+            Self::Broker => "broker",
+            Self::Alerts => "alerts",
+            Self::Rehearsal => "rehearsal",
+        }
+    }
+}
+
 /// How bad a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use tropism::rig::{FaultPolicy, OnExit};
 use tropism::task::Targets;
+use tropism::text::plural;
 use tropism_rig::file::RigFile;
 
 use super::{Findings, Group, Rehearsal};
@@ -46,9 +47,9 @@ pub(super) fn hold(
         Ok(Outcome::Resumed { steps_before, photographs, seconds_per_step }) => findings.pass(
             Group::Rehearsal,
             format!(
-                "killed after {steps_before} of {} steps and gone on: no step lost, {photographs} photographs whole, \
-                 {seconds_per_step:.1} s a step",
-                rehearsal.steps
+                "killed after {steps_before} of {} and gone on: no step lost, {} whole, {seconds_per_step:.1} s a step",
+                plural(rehearsal.steps, "step"),
+                plural(*photographs, "photograph")
             ),
         ),
         Ok(Outcome::OverBeforeKill) => {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use tropism::rig::Durability;
+use tropism::text::plural;
 
 use super::chain::{Link, longest_history};
 use super::mirror::{self, Contents};
@@ -62,7 +63,7 @@ impl Survey {
         let held: HashSet<&Link> = stored.iter().flatten().collect();
         let lacking = history.iter().filter(|link| !held.contains(link)).count();
         if damage.is_none() && lacking > 0 {
-            damage = Some(format!("{lacking} entries of its copy are not in it"));
+            damage = Some(format!("{} of its copy not in it", plural(lacking, "entry")));
         }
         if let Some(damage) = &mut damage
             && copy.as_ref().is_some_and(|copy| copy.is_cut)

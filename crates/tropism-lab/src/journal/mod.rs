@@ -25,6 +25,7 @@ use rusqlite::types::Value;
 use rusqlite::{Connection, OpenFlags, OptionalExtension, params_from_iter};
 use tropism::lamps::Light;
 use tropism::rig::{Boot, Durability, Event, Moment};
+use tropism::text::plural;
 
 use chain::{Link, last_digest};
 use history::Survey;
@@ -121,7 +122,7 @@ impl Journal {
         let journal = Self {
             digest: RefCell::new(last_digest(&survey.history).to_owned()),
             mirror,
-            restored: damage.map(|damage| format!("{damage}; made again, {entries} entries")),
+            restored: damage.map(|damage| format!("{damage}; made again, {}", plural(entries, "entry"))),
             ..Self::connect(path, durability)?
         };
         if entries == 0 {

@@ -5,6 +5,7 @@ use tropism::geometry::Pixel;
 use tropism::lamps::Light;
 use tropism::rig::fault_policy::COLUMNS;
 use tropism::rig::{Camera, Clock, Event, EventKind, FaultPolicy, Flash, Lamps, Moment};
+use tropism::text::plural;
 use tropism::vision::{self, Frame, FrameStatus};
 
 use super::lamps::Command;
@@ -149,17 +150,17 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         if steps < self.supervision.policy.alert_steps {
             return Ok(());
         }
-        self.report(EventKind::Recovered, format!("{what} after {steps} steps"))
+        self.report(EventKind::Recovered, format!("{what} after {}", plural(steps, "step")))
     }
 
     /// Alerts or pauses when the plant was not detected for long.
     pub(super) fn check_held(&mut self) -> Result<(), RecordError> {
         let held = self.health.streaks.held;
         if held == self.supervision.policy.alert_steps {
-            self.report(EventKind::Lost, format!("no plant detected for {held} steps"))?;
+            self.report(EventKind::Lost, format!("no plant detected for {}", plural(held, "step")))?;
         }
         if held - self.health.excused >= self.supervision.policy.pause_steps {
-            return Err(self.pause(format!("no plant detected for {held} steps")));
+            return Err(self.pause(format!("no plant detected for {}", plural(held, "step"))));
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use tropism::environment::Environment;
 use tropism::lamps::Light;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, OnFault, RigError};
+use tropism::text::plural;
 
 use super::{RecordError, Recorder};
 use crate::journal::StepRecord;
@@ -87,10 +88,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
         let steps = self.health.streaks.lamp;
         self.report(
             EventKind::Lamp,
-            format!("{error}; the command is repeated, {steps} steps in a row so far"),
+            format!("{error}; the command is repeated, {} in a row so far", plural(steps, "step")),
         )?;
         if steps >= self.supervision.policy.pause_steps {
-            return Err(self.pause(format!("no lamp for {steps} steps: {error}")));
+            return Err(self.pause(format!("no lamp for {}: {error}", plural(steps, "step"))));
         }
         Ok(())
     }

@@ -18,6 +18,7 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError};
 use tropism::rig::{Event, EventKind, FaultPolicy, LampsInView, NoMonitor, RunMonitor};
+use tropism::text::plural;
 use tropism::vision::Frame;
 use tropism_rig::secret::shown;
 
@@ -170,7 +171,7 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
                     (Some(lamp), Err(_)) => format!("; {lamp} was lit before, and does not obey now"),
                     (None, Err(_)) => "; the lamps should be dark, and do not obey".to_owned(),
                 };
-                self.report(EventKind::Resumed, format!("found {steps} steps, going on{lamps}"))?;
+                self.report(EventKind::Resumed, format!("found {}, going on{lamps}", plural(steps, "step")))?;
             }
         }
         if let Err(error) = lit {
@@ -275,7 +276,10 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
         let Some(seen) = self.rig.shot().map(|shot| shot.seen.clone()) else { return Ok(()) };
         let lit = self.lit_in(frame, seen.status);
         let photo = frame.photo();
-        self.keep_photo(photo)?;
+        // An empty one stands in for what the camera did not give.
+        if !photo.bytes.is_empty() {
+            self.keep_photo(photo)?;
+        }
         let record = StepRecord {
             step: self.step,
             time_s: photo.time_s,
@@ -321,7 +325,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
             let steps = step - self.last_measured.unwrap_or_default();
             self.report(
                 EventKind::Missed,
-                format!("step {step} without a decision: the plant was last detected {steps} steps ago"),
+                format!(
+                    "step {step} without a decision: the plant was last detected {} ago",
+                    plural(steps, "step")
+                ),
             )?;
             self.rest()?;
             if self.command.is_some() {

@@ -21,6 +21,7 @@ use tropism::greenhouse::tent::TentHandle;
 use tropism::observation::Quality;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, RunMonitor};
 use tropism::task::Task;
+use tropism::text::plural;
 use tropism::track::{Sample, Track};
 
 use crate::error::Error;
@@ -174,7 +175,7 @@ impl RunPlan {
         self.write_calibration()?;
         let track = recorder.folder().write_track(&track)?;
         if recorder.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
-            recorder.report(EventKind::Finished, format!("{} steps", track.samples.len() - 1))?;
+            recorder.report(EventKind::Finished, plural(track.samples.len() - 1, "step"))?;
         }
         Ok(track)
     }

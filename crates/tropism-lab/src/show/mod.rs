@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use tropism::control::network_analysis::{Boundary, NetworkAnalysis};
 use tropism::evolve::Champion;
 use tropism::task::{Task, TaskSpec};
+use tropism::text::plural;
 use tropism_neat::{Genome, NeuronKind};
 use tropism_report as report;
 
@@ -187,13 +188,16 @@ impl ShowResults {
         let idle = match (hidden - self.live_hidden, links - self.live_links) {
             (0, 0) => String::new(),
             (neurons, links) => {
-                format!("\n{neurons} hidden neurons and {links} links do not reach the output")
+                let (neurons, links) = (plural(neurons, "hidden neuron"), plural(links, "link"));
+                format!("\nwithout a way to the output: {neurons} and {links}")
             }
         };
-        let plural = if *outputs == 1 { "" } else { "s" };
         format!(
-            "{inputs} inputs and the bias, {outputs} output{plural}, {hidden} hidden neurons, {links} links, \
-             {recurrent_links} of them recurrent\n{kind}{rule}{idle}"
+            "{} and the bias, {}, {}, {}, {recurrent_links} of them recurrent\n{kind}{rule}{idle}",
+            plural(*inputs, "input"),
+            plural(*outputs, "output"),
+            plural(*hidden, "hidden neuron"),
+            plural(*links, "link")
         )
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use tropism::control::ShapeError;
 use tropism::evolve::Champion;
 use tropism::task::TaskSpec;
+use tropism::text::plural;
 use tropism::track::Track;
 use tropism_report::Plants;
 
@@ -108,9 +109,9 @@ fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> 
     let (number, run) = record.best_so_far(folder).ok_or_else(just_begun)?;
     let (champion, fitness) = run.champion().ok_or_else(just_begun)?;
     monitor.note(&format!(
-        "{}: an evolution that is not over; the best so far: run {number}, {fitness:.2} cm after {} generations",
+        "{}: an evolution that is not over; the best so far: run {number}, {fitness:.2} cm after {}",
         folder.display(),
-        run.neat.generation()
+        plural(run.neat.generation(), "generation")
     ));
     Ok(record.champion_of(champion.clone()))
 }

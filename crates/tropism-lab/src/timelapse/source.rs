@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use tropism::geometry::Region;
 use tropism::photo::Image;
 use tropism::task::Task;
+use tropism::text::plural;
 use tropism::track::Sample;
 use tropism_report::{Film, FilmStep, cropped, scaled};
 
@@ -152,7 +153,10 @@ impl Source {
         let name = first.display();
         let image = match files::read_photo(first, 0.0) {
             Err(error) => {
-                return Error::Failed(format!("{error}; none of {count} files is a whole photograph"));
+                return Error::Failed(format!(
+                    "{error}; none of {} is a whole photograph",
+                    plural(count, "file")
+                ));
             }
             Ok(photo) => photo.decode(),
         };
@@ -163,9 +167,10 @@ impl Source {
                 ))
             }
             (Ok(_), None) => Error::Failed(format!("{name}: cannot be read any more")),
-            (Err(error), _) => {
-                Error::Failed(format!("{name}: {error}; none of {count} files is a whole photograph"))
-            }
+            (Err(error), _) => Error::Failed(format!(
+                "{name}: {error}; none of {} is a whole photograph",
+                plural(count, "file")
+            )),
         }
     }
 }

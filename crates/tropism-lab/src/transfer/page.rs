@@ -1,6 +1,7 @@
 //! The report of a comparison of controllers.
 
 use tropism::task::Task;
+use tropism::text::plural;
 use tropism_report::{self as report, ControllerScores, Page, Plants, SteeredPlant, Table};
 
 use super::TransferPlan;
@@ -103,9 +104,9 @@ impl TransferPlan {
             row
         };
         let mut caption = format!(
-            "Virtual plants. Fitness in cm over {} plants; shares of plants under 9 and 6 cm; the fitness that the model \
+            "Virtual plants. Fitness in cm over {}; shares of plants under 9 and 6 cm; the fitness that the model \
              predicted, and the share of it that was kept. Intervals by bootstrap over the plants.",
-            results.plants
+            plural(results.plants, "plant")
         );
         if let Some(ceiling) = results.mean_ceiling {
             caption += &format!(

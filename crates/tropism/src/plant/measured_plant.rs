@@ -115,7 +115,7 @@ impl MeasuredPlants {
             let is_far = |point: &&Point| !(point.x.abs() <= FARTHEST_CM && point.y.abs() <= FARTHEST_CM);
             let mut points = plant.tips.iter().flatten().chain(plant.stems.iter().flatten().flatten());
             if let Some(point) = points.find(is_far) {
-                return Err(ModelError::Shift { index, found: format!("{point:?}") });
+                return Err(ModelError::Shift { index, found: format!("{:?}", [point.x, point.y]) });
             }
         }
         Ok(())

@@ -17,7 +17,7 @@ pub enum VisionError {
         wanted: &'static str,
     },
     /// A region that is empty or does not lie inside the picture.
-    #[error("found region {region:?}, wanted one inside a picture of {width} x {height}")]
+    #[error("found region {region}, wanted one inside a picture of {width} x {height}")]
     Region {
         /// Region found.
         region: Region,

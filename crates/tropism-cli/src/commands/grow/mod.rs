@@ -46,7 +46,7 @@ pub(crate) struct Grow {
     #[arg(long, default_value = "periodic:6h", value_name = "CONTROLLER")]
     controller: ControllerName,
 
-    /// Folder to write to: a track a plant, or with --photographs a run folder a plant
+    /// Folder to write to: one track for each plant, or with --photographs one run folder for each
     #[arg(long, value_name = "DIR", required_unless_present_any = ["check", "kinematics"])]
     out: Option<PathBuf>,
 
@@ -54,7 +54,7 @@ pub(crate) struct Grow {
     #[arg(long)]
     photographs: bool,
 
-    /// Continue with the plants of the same command in DIR
+    /// Continue an interrupted command in DIR
     #[arg(long, requires = "photographs")]
     resume: bool,
 

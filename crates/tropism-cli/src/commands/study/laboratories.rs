@@ -4,12 +4,14 @@ use std::fmt::Write;
 use std::path::Path;
 
 use tropism_lab::laboratories::{LaboratoriesResults, MeanAndInterval, RecipeResults, WorldResults};
+use tropism_lab::units::plural;
 
 pub(super) fn text(results: &LaboratoriesResults, out: &Path) -> String {
     let best = results.best_possible.map_or_else(String::new, |best| format!(" of at most {best:.2}"));
     let mut text = format!(
-        "virtual plants, fitness in cm{best}: {} laboratories, {} unseen plants in each world\n",
-        results.laboratories, results.judging_plants
+        "virtual plants, fitness in cm{best}: {}, {} in each world\n",
+        plural(results.laboratories, "laboratory"),
+        plural(results.judging_plants, "unseen plant")
     );
     results.worlds.iter().for_each(|world| add_world(&mut text, world));
     let _ = write!(

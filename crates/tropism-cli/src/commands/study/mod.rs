@@ -45,7 +45,7 @@ pub(crate) struct Study {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Continue the study in DIR; it needs no file
+    /// Continue the study in DIR; no other option is needed
     #[arg(long)]
     resume: bool,
 
