@@ -28,21 +28,13 @@ impl<'s> RunMonitor<'s> {
 }
 
 impl Monitor for RunMonitor<'_> {
-    fn stage(&self, name: &str, total: u64) {
-        self.terminal.stage(name, total);
-    }
-
-    fn advance(&self, count: u64) {
-        self.terminal.advance(count);
+    fn next(&self) -> Option<&dyn Monitor> {
+        Some(&self.terminal)
     }
 
     fn status(&self, text: &str) {
         Systemd::status(text);
         self.terminal.status(text);
-    }
-
-    fn note(&self, line: &str) {
-        self.terminal.note(line);
     }
 
     fn event(&self, Event { step, kind, text, .. }: &Event) {
@@ -67,10 +59,6 @@ impl Monitor for RunMonitor<'_> {
     fn closing(&self) {
         self.terminal.closing();
         notify(&State::Stopping);
-    }
-
-    fn may_go_on(&self) -> bool {
-        self.terminal.may_go_on()
     }
 }
 

@@ -8,42 +8,68 @@ use tropism_neat::Generation;
 
 /// Listens to a workflow while it works.
 ///
-/// Workflows call it from several threads. Every method does nothing unless it is implemented.
+/// Workflows call it from several threads. Every method passes on to [`next`](Self::next) unless it is implemented; without a
+/// next monitor it does nothing.
 pub trait Monitor: Sync {
+    /// The monitor that hears what this one does not take itself.
+    fn next(&self) -> Option<&dyn Monitor> {
+        None
+    }
+
     /// A stage begins that consists of `total` units of work (steps, generations, photographs).
-    fn stage(&self, _name: &str, _total: u64) {}
+    fn stage(&self, name: &str, total: u64) {
+        self.next().iter().for_each(|next| next.stage(name, total));
+    }
 
     /// `count` further units of the present stage are done.
-    fn advance(&self, _count: u64) {}
+    fn advance(&self, count: u64) {
+        self.next().iter().for_each(|next| next.advance(count));
+    }
 
     /// `count` units of the present stage were done before the workflow was resumed: they say nothing about the time left.
-    fn skip(&self, _count: u64) {}
+    fn skip(&self, count: u64) {
+        self.next().iter().for_each(|next| next.skip(count));
+    }
 
     /// The present state in a few words, such as `best 12.3, 8 species`.
-    fn status(&self, _text: &str) {}
+    fn status(&self, text: &str) {
+        self.next().iter().for_each(|next| next.status(text));
+    }
 
     /// A line that a user should read.
-    fn note(&self, _line: &str) {}
+    fn note(&self, line: &str) {
+        self.next().iter().for_each(|next| next.note(line));
+    }
 
     /// A generation of evolutionary run `run` is complete.
-    fn generation(&self, _run: u32, _generation: &Generation) {}
+    fn generation(&self, run: u32, generation: &Generation) {
+        self.next().iter().for_each(|next| next.generation(run, generation));
+    }
 
     /// A step of an experiment is complete.
-    fn sample(&self, _sample: &Sample) {}
+    fn sample(&self, sample: &Sample) {
+        self.next().iter().for_each(|next| next.sample(sample));
+    }
 
     /// An event of an experiment happened. It stands in the journal already, if the journal can still be written.
-    fn event(&self, _event: &Event) {}
+    fn event(&self, event: &Event) {
+        self.next().iter().for_each(|next| next.event(event));
+    }
 
     /// An experiment is alive: called at each step, and about twice a second while it waits for the next one.
-    fn heartbeat(&self) {}
+    fn heartbeat(&self) {
+        self.next().iter().for_each(|next| next.heartbeat());
+    }
 
     /// An experiment has ended, well or not. Its alerts are still being delivered, for half a minute at most.
-    fn closing(&self) {}
+    fn closing(&self) {
+        self.next().iter().for_each(|next| next.closing());
+    }
 
     /// Whether the workflow may go on. After `false` it saves its state and returns
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     fn may_go_on(&self) -> bool {
-        true
+        self.next().is_none_or(Monitor::may_go_on)
     }
 
     /// [`may_go_on`](Self::may_go_on), as a loop that is watched wants to hear it.
@@ -77,5 +103,21 @@ impl Monitor for Part<'_> {
 
     fn may_go_on(&self) -> bool {
         self.0.may_go_on()
+    }
+}
+
+/// The monitor of a stage of a whole, such as `3/7`: its title stands before the names of the stage's own stages.
+pub(crate) struct Titled<'a> {
+    pub(crate) monitor: &'a dyn Monitor,
+    pub(crate) title: String,
+}
+
+impl Monitor for Titled<'_> {
+    fn next(&self) -> Option<&dyn Monitor> {
+        Some(self.monitor)
+    }
+
+    fn stage(&self, name: &str, total: u64) {
+        self.monitor.stage(&format!("{} {name}", self.title), total);
     }
 }

@@ -198,24 +198,8 @@ struct GenerationLine<'g> {
 }
 
 impl Monitor for GenerationPrinter<'_> {
-    fn stage(&self, name: &str, total: u64) {
-        self.progress.stage(name, total);
-    }
-
-    fn advance(&self, count: u64) {
-        self.progress.advance(count);
-    }
-
-    fn skip(&self, count: u64) {
-        self.progress.skip(count);
-    }
-
-    fn status(&self, text: &str) {
-        self.progress.status(text);
-    }
-
-    fn note(&self, line: &str) {
-        self.progress.note(line);
+    fn next(&self) -> Option<&dyn Monitor> {
+        Some(&self.progress)
     }
 
     fn generation(&self, run: u32, generation: &Generation) {

@@ -17,7 +17,6 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::{OpenLoop, TaskSpec};
-use tropism_neat::Generation;
 
 use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;
@@ -32,7 +31,7 @@ use crate::evolve::EvolvePlan;
 use crate::files;
 use crate::finished_run::make_small;
 use crate::fit::FitPlan;
-use crate::monitor::Part;
+use crate::monitor::{Part, Titled};
 use crate::run::{RunConfig, RunPlan};
 use crate::transfer::{NamedController, TransferPlan};
 use crate::workflow::check_same;
@@ -114,43 +113,6 @@ impl StudyPlan {
     }
 }
 
-/// The monitor of a stage: says which one of all it is.
-struct StageMonitor<'m> {
-    monitor: &'m dyn Monitor,
-    /// From 1.
-    stage: usize,
-}
-
-impl Monitor for StageMonitor<'_> {
-    fn stage(&self, name: &str, total: u64) {
-        self.monitor.stage(&format!("{}/{} {name}", self.stage, STAGES.len()), total);
-    }
-
-    fn advance(&self, count: u64) {
-        self.monitor.advance(count);
-    }
-
-    fn skip(&self, count: u64) {
-        self.monitor.skip(count);
-    }
-
-    fn status(&self, text: &str) {
-        self.monitor.status(text);
-    }
-
-    fn note(&self, line: &str) {
-        self.monitor.note(line);
-    }
-
-    fn generation(&self, run: u32, generation: &Generation) {
-        self.monitor.generation(run, generation);
-    }
-
-    fn may_go_on(&self) -> bool {
-        self.monitor.may_go_on()
-    }
-}
-
 /// An experiment with one plant.
 struct Experiment {
     folder: PathBuf,
@@ -172,14 +134,12 @@ struct StudyStages<'s> {
 
 impl StudyStages<'_> {
     /// Executes the next stage and adds its time to `seconds.json`. An interrupted stage is an interrupted study.
-    fn time<T>(
-        &mut self,
-        stage: impl FnOnce(&Self, &StageMonitor<'_>) -> Result<T, Error>,
-    ) -> Result<T, Error> {
+    fn time<T>(&mut self, stage: impl FnOnce(&Self, &Titled<'_>) -> Result<T, Error>) -> Result<T, Error> {
         let started = Instant::now();
         let name = STAGES[self.stage];
         self.stage += 1;
-        let monitor = StageMonitor { monitor: self.monitor, stage: self.stage };
+        let title = format!("{}/{}", self.stage, STAGES.len());
+        let monitor = Titled { monitor: self.monitor, title };
         let result = stage(self, &monitor).map_err(|error| error.of_part(&self.plan.out));
         *self.seconds.entry(name.to_owned()).or_default() += started.elapsed().as_secs_f64();
         files::write_unterminated_json(&self.file("seconds.json"), &self.seconds)?;
@@ -190,7 +150,7 @@ impl StudyStages<'_> {
         self.plan.out.join(name)
     }
 
-    fn open_loop(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
+    fn open_loop(&self, monitor: &Titled<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let experiment = |number: u32| Experiment {
             folder: self.open_loop_folder(number),
@@ -208,12 +168,7 @@ impl StudyStages<'_> {
     }
 
     /// Runs experiments in parallel, each in its run folder. One that is over is not run again: its photographs may be gone.
-    fn run_all(
-        &self,
-        stage: &str,
-        experiments: &[Experiment],
-        monitor: &StageMonitor<'_>,
-    ) -> Result<(), Error> {
+    fn run_all(&self, stage: &str, experiments: &[Experiment], monitor: &Titled<'_>) -> Result<(), Error> {
         let steps = experiments.iter().map(|experiment| u64::from(experiment.task.max_steps())).sum();
         monitor.stage(stage, steps);
         let run = |experiment: &Experiment| {
@@ -231,7 +186,7 @@ impl StudyStages<'_> {
         experiments.par_iter().with_max_len(1).map(run).collect()
     }
 
-    fn fit(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
+    fn fit(&self, monitor: &Titled<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let track = |number| self.open_loop_folder(number).join("track.csv");
         let plan = FitPlan {
@@ -245,7 +200,7 @@ impl StudyStages<'_> {
         plan.execute(monitor).map(drop)
     }
 
-    fn evolve(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
+    fn evolve(&self, monitor: &Titled<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let plan = EvolvePlan {
             model: self.file("model.json"),
@@ -260,7 +215,7 @@ impl StudyStages<'_> {
         plan.execute(monitor).map(drop)
     }
 
-    fn random(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
+    fn random(&self, monitor: &Titled<'_>) -> Result<(), Error> {
         let file = self.file("random.json");
         if file.exists() {
             return Ok(());
@@ -291,7 +246,7 @@ impl StudyStages<'_> {
     }
 
     /// All controllers steer many more plants, without photographs.
-    fn judge(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
+    fn judge(&self, monitor: &Titled<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let named = |(name, controller): (&str, _)| NamedController { name: name.to_owned(), controller };
         let plan = TransferPlan {
@@ -313,7 +268,7 @@ impl StudyStages<'_> {
     }
 
     /// All controllers steer the same unseen plants, which are photographed.
-    fn reality(&self, monitor: &StageMonitor<'_>) -> Result<(), Error> {
+    fn reality(&self, monitor: &Titled<'_>) -> Result<(), Error> {
         let config = &self.plan.config;
         let controllers = self.controllers()?;
         let experiments: Vec<Experiment> = controllers
@@ -331,7 +286,7 @@ impl StudyStages<'_> {
         self.run_all("steering unseen beans", &experiments, monitor)
     }
 
-    fn report(&self, monitor: &StageMonitor<'_>) -> Result<StudyResults, Error> {
+    fn report(&self, monitor: &Titled<'_>) -> Result<StudyResults, Error> {
         monitor.stage("report", 1);
         let folder = StudyFolder::read(&self.plan.out)?;
         let results = folder.results()?;
