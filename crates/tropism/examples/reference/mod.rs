@@ -10,6 +10,7 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 
 use tropism::evolve::{Evolution, EvolutionConfig};
+use tropism::math::rank_test::mann_whitney;
 use tropism::math::statistics::five_numbers;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::task::Targets;
@@ -179,35 +180,10 @@ pub(crate) fn summary(values: &[f64]) -> [f64; 5] {
     five_numbers(values).expect("at least one value")
 }
 
-/// The exact two-sided p of Wilcoxon's rank-sum test (Mann and Whitney's U), ties counted, and how far the rank sum of `few`
-/// lies above what is expected.
-///
-/// If both samples come from one distribution, every choice of as many of all the ranks is equally likely to be that of
-/// `few`. All their sums are counted.
+/// The two-sided p of the Mann-Whitney U test, ties counted, and how far U of `few` lies above what is expected.
 pub(crate) fn p_of_rank_sum(few: &[f64], others: &[f64]) -> [f64; 2] {
-    let all: Vec<f64> = few.iter().chain(others).copied().collect();
-    // Twice the mean rank of equals, a whole number.
-    let rank = |value: &f64| {
-        let below = all.iter().filter(|other| *other < value).count();
-        let equal = all.iter().filter(|other| *other == value).count();
-        2 * below + equal + 1
-    };
-    let most = all.iter().map(rank).sum::<usize>();
-    let mut ways = vec![vec![0.0_f64; most + 1]; few.len() + 1];
-    ways[0][0] = 1.0;
-    for rank in all.iter().map(rank) {
-        for chosen in (0..few.len()).rev() {
-            for sum in rank..=most {
-                ways[chosen + 1][sum] += ways[chosen][sum - rank];
-            }
-        }
-    }
-    let found = few.iter().map(rank).sum::<usize>() as f64;
-    let expected = (few.len() * (all.len() + 1)) as f64;
-    let sums = &ways[few.len()];
-    let is_as_far = |sum: usize| (sum as f64 - expected).abs() >= (found - expected).abs();
-    let far: f64 = sums.iter().enumerate().filter(|&(sum, _)| is_as_far(sum)).map(|(_, ways)| ways).sum();
-    [far / sums.iter().sum::<f64>(), found - expected]
+    let test = mann_whitney(few, others).expect("finite values");
+    [test.p, test.u - (few.len() * others.len()) as f64 / 2.0]
 }
 
 /// A bound from above on the two-sided p that `median` is the median of eight values from the distribution of `ours`.

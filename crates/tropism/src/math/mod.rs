@@ -8,9 +8,10 @@ pub mod interpolate;
 pub mod vector;
 pub mod matrix;
 pub mod statistics;
+pub mod rank_test;
 pub mod simplex;
 
-pub use libm::{atan2, cos, exp, hypot, log as ln, pow, sin, tan, tanh};
+pub use libm::{atan2, cos, erfc, exp, hypot, log as ln, pow, sin, tan, tanh};
 
 /// The logistic function `1 / (1 + e^-x)`.
 #[must_use]
