@@ -135,7 +135,7 @@ fn status_tells_what_a_run_does() {
     assert!(text.contains("             step 6: finished: 6 steps"), "{text}");
     assert!(text.contains("bean: over, a virtual plant") && text.contains("6 of 6 at most"), "{text}");
     let (code, _, error) = tropism(folder, &["status", "."]);
-    assert!(code == 1 && error.contains("found no run.toml, evolution.toml or study.toml"), "{error}");
+    assert!(code == 1 && error.contains("found no run.toml, evolution.toml, study.toml"), "{error}");
 }
 
 #[cfg(unix)]

@@ -22,7 +22,7 @@ const NINETY_PERCENT: f64 = 1.645;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CalibratePlan {
-    /// Track files (CSV), a plant each.
+    /// Track files (CSV), a plant each, or folders of runs or tracks.
     pub tracks: Vec<PathBuf>,
     /// Minutes between the rows of the tracks, 0.1 to 120.
     pub interval_min: f64,
@@ -107,7 +107,8 @@ impl Workflow for CalibratePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<Vec<PlantEstimates>, Error> {
         self.check()?;
-        monitor.stage("calibrate", self.tracks.len() as u64);
+        let tracks = files::track_files(&self.tracks)?;
+        monitor.stage("calibrate", tracks.len() as u64);
         let estimate = |path: &PathBuf| {
             go_on(monitor)?;
             let track = files::read_track(path)?;
@@ -116,8 +117,7 @@ impl Workflow for CalibratePlan {
             monitor.advance(1);
             Ok(PlantEstimates::new(path.clone(), &calibration))
         };
-        let plants: Vec<PlantEstimates> =
-            self.tracks.par_iter().map(estimate).collect::<Result<_, Error>>()?;
+        let plants: Vec<PlantEstimates> = tracks.par_iter().map(estimate).collect::<Result<_, Error>>()?;
         if let Some(out) = &self.out {
             let species = with_estimates(self.species.clone(), &pool(&plants), plants.len());
             files::write(out, files::toml_of(out, &species)?.as_bytes())?;

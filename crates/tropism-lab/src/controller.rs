@@ -120,7 +120,7 @@ impl ControllerSpec {
         match self {
             Self::Periodic { .. } | Self::Greedy => None,
             Self::Network { champion } => champion.expected,
-            Self::Rule { tuned } => Some(tuned.expected),
+            Self::Rule { tuned } => tuned.expected,
         }
     }
 
@@ -320,7 +320,7 @@ mod tests {
             task: Some(Targets { max_steps: 500, ..Targets::default() }.into()),
             model_sha256: Some("00".to_owned()),
             is_virtual: true,
-            expected: Trial { mean: 9.0, sd: 2.0, plants: 1000 },
+            expected: Some(Trial { mean: 9.0, sd: 2.0, plants: 1000 }),
         };
         ControllerSpec::Rule { tuned: Box::new(tuned) }
     }

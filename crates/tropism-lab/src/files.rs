@@ -8,6 +8,7 @@ use std::fs;
 use std::io::{BufReader, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -117,6 +118,20 @@ pub fn free_bytes(path: &Path) -> std::io::Result<u64> {
 pub fn free_bytes(_path: &Path) -> std::io::Result<u64> {
     let wanted = "wanted a system that tells how much is free";
     Err(std::io::Error::new(std::io::ErrorKind::Unsupported, wanted))
+}
+
+/// Seconds since a file was written; 0 if the clock was set back since, `None` if there is no such file.
+pub(crate) fn age_s(path: &Path) -> Option<f64> {
+    let written = fs::metadata(path).and_then(|about| about.modified()).ok()?;
+    Some(SystemTime::now().duration_since(written).unwrap_or_default().as_secs_f64())
+}
+
+/// Removes a file; one that is not there is removed already.
+pub(crate) fn remove(path: &Path) -> Result<(), FileError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        done => done.map_err(disk("remove", path)),
+    }
 }
 
 /// Syncs a folder: the names of its files are then on the disk.

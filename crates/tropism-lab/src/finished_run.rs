@@ -38,10 +38,7 @@ pub(crate) fn make_small(path: &Path, has_figures: bool) -> Result<(), Error> {
             std::fs::remove_file(&photograph).map_err(Error::at(photograph.display()))?;
         }
     }
-    match std::fs::remove_file(path.join("truth.jsonl")) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::at(path.display())(error)),
-        _ => Ok(()),
-    }
+    Ok(files::remove(&path.join("truth.jsonl"))?)
 }
 
 /// A finished run.
@@ -134,7 +131,7 @@ impl FinishedRun {
         }
         let steps = journal.steps().map_err(at())?;
         let lights = lights_that_acted(&steps);
-        let stride = steps.len().div_ceil(MAX_PHOTOGRAPHS).max(1);
+        let stride = stride(steps.len());
         let drawn = steps.into_iter().zip(lights).step_by(stride).filter(|(step, _)| step.seen.is_measured());
         let stem = |(step, light): (StepRecord, Option<Light>)| {
             Some((step.seen.observation?.stem?.resampled(STEM_POINTS), light))

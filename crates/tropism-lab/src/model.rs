@@ -252,6 +252,19 @@ pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> R
     Ok(model)
 }
 
+/// Share of steps without data from which on no fitness is expected; chosen by hand.
+const MOST_WITHOUT_DATA: f64 = 0.5;
+
+/// Why fitness on a model of so many plants, in which a controller meets so large a share of steps without data, is no
+/// expectation for unseen plants; `None` where it is one.
+pub(crate) fn reason_to_withhold(plants: usize, without_data: f64) -> Option<String> {
+    if plants < 2 {
+        return Some("the model is of one plant, which does not tell how plants differ".to_owned());
+    }
+    (without_data > MOST_WITHOUT_DATA)
+        .then(|| format!("the model has no data in {:.0} % of the steps", 100.0 * without_data))
+}
+
 /// Simulates one plant of `model` that `controller` steers: plant number `episode` of the trials under `seed`. `watch` sees
 /// each sample and may break off.
 pub(crate) fn simulate(

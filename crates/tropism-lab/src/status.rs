@@ -1,8 +1,8 @@
-//! The workflow `status`: what a run, an evolution or a study does now, read from its folder without disturbing it.
+//! The workflow `status`: what a run, an evolution, a study or other long work does now, read from its folder without
+//! disturbing it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use tropism::lamps::Light;
@@ -16,17 +16,20 @@ use crate::files;
 use crate::folder::read_journal;
 use crate::guard::ALL_OFF;
 use crate::journal::StepRecord;
+use crate::laboratories::{self, LaboratoriesStatus};
 use crate::lock::holder;
 use crate::monitor::Monitor;
 use crate::run::RunConfig;
 use crate::study::{self, StudyStatus};
+use crate::transfer::{self, TransferStatus};
+use crate::tune::{self, TuneStatus};
 use crate::workflow::Workflow;
 
-/// The run, evolution or study to look at.
+/// The work to look at.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusPlan {
-    /// Folder of a run, an evolution or a study.
+    /// Folder of a run, an evolution, a study, a sweep, or a comparison of controllers or recipes; or the file of a rule.
     pub folder: PathBuf,
 }
 
@@ -40,6 +43,12 @@ pub enum StatusResults {
     Evolution(EvolutionStatus),
     /// A study.
     Study(StudyStatus),
+    /// A comparison of controllers.
+    Transfer(TransferStatus),
+    /// A comparison of recipes.
+    Laboratories(LaboratoriesStatus),
+    /// A search for a rule.
+    Tune(TuneStatus),
 }
 
 /// Whether a run goes on.
@@ -143,11 +152,23 @@ impl Workflow for StatusPlan {
         if is_there("evolution.toml") {
             return evolve::status(&self.folder).map(StatusResults::Evolution);
         }
+        if is_there("transfer.toml") {
+            return transfer::status(&self.folder).map(StatusResults::Transfer);
+        }
+        if is_there("laboratories.toml") {
+            return laboratories::status(&self.folder).map(StatusResults::Laboratories);
+        }
         if self.folder.is_dir() && !is_there("run.toml") && !is_there("journal.sqlite") {
             return Err(Error::Plan(format!(
-                "{}: found no run.toml, evolution.toml or study.toml, wanted the folder of a run, an evolution or a study",
+                "{}: found no run.toml, evolution.toml, study.toml, sweep.toml, transfer.toml or laboratories.toml, wanted a \
+                 folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote",
                 self.folder.display()
             )));
+        }
+        if !self.folder.is_dir()
+            && let Some(search) = tune::status(&self.folder)?
+        {
+            return Ok(StatusResults::Tune(search));
         }
         let config = RunConfig::read(&self.folder)?;
         config.rig.check().map_err(Error::at(self.folder.display()))?;
@@ -170,7 +191,7 @@ fn status(
     let is_held =
         |step: &&StepRecord| step.seen.observation.as_ref().is_none_or(|seen| seen.quality == Quality::Held);
     let photograph = last.map(|step| folder.join("photographs").join(&step.photo));
-    let age = photograph.as_deref().and_then(age_s);
+    let age = photograph.as_deref().and_then(files::age_s);
     let next_step_in_s = age.filter(|_| process.is_some() && !config.is_virtual()).map(|age| period_s - age);
     let tip = last.and_then(|step| step.seen.observation.as_ref()).map(|seen| seen.tip);
     let photographs_bytes = steps.iter().map(|step| step.photo_bytes).sum();
@@ -222,8 +243,10 @@ fn state(folder: &Path, process: Option<u32>, is_overdue: bool, events: &[Event]
 fn is_put_off(folder: &Path, photograph: Option<&Path>) -> bool {
     let log = folder.join("guard.log");
     let text = files::read_text(&log).unwrap_or_default();
-    let is_later =
-        photograph.and_then(age_s).zip(age_s(&log)).is_some_and(|(photograph, log)| log <= photograph);
+    let is_later = photograph
+        .and_then(files::age_s)
+        .zip(files::age_s(&log))
+        .is_some_and(|(photograph, log)| log <= photograph);
     is_later && text.lines().next_back() == Some(ALL_OFF)
 }
 
@@ -247,10 +270,4 @@ fn latest_events(events: &[Event]) -> Vec<LatestEvent> {
         .collect();
     latest.reverse();
     latest
-}
-
-/// Seconds since a file was written; 0 if the wall clock was set back since.
-fn age_s(path: &Path) -> Option<f64> {
-    let written = std::fs::metadata(path).and_then(|about| about.modified()).ok()?;
-    Some(SystemTime::now().duration_since(written).unwrap_or_default().as_secs_f64())
 }

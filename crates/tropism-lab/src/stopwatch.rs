@@ -29,3 +29,11 @@ fn cpu_seconds() -> f64 {
     // On a system without this clock the processor time is shown as 0.
     cpu_time::ProcessTime::try_now().map_or(0.0, |now| now.as_duration().as_secs_f64())
 }
+
+/// What `work` makes, and the processor seconds that this thread spends on it.
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let now = || cpu_time::ThreadTime::try_now().map_or(0.0, |now| now.as_duration().as_secs_f64());
+    let started = now();
+    let made = work();
+    (made, now() - started)
+}

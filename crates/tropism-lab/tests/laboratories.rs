@@ -5,7 +5,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::task::Targets;
 use tropism_lab::fit::ModelKind;
-use tropism_lab::laboratories::{LaboratoriesConfig, LaboratoriesPlan, Method, Recipe, World};
+use tropism_lab::laboratories::{
+    LaboratoriesConfig, LaboratoriesPlan, LaboratoriesStatus, Method, Recipe, World,
+};
+use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::{Error, Monitor, Silent, Workflow};
 
 /// Asks for an end after some questions.
@@ -14,6 +17,13 @@ struct PatientFor(AtomicU32);
 impl Monitor for PatientFor {
     fn may_go_on(&self) -> bool {
         self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_ok()
+    }
+}
+
+fn status(plan: &LaboratoriesPlan) -> LaboratoriesStatus {
+    match (StatusPlan { folder: plan.out.clone() }).execute(&Silent).unwrap() {
+        StatusResults::Laboratories(status) => status,
+        other => panic!("{other:?}"),
     }
 }
 
@@ -67,8 +77,17 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
         }
         again.resume = true;
         assert!(interruptions < 100);
+        let status = status(&again);
+        assert!(!status.is_over && status.worlds[0].controllers == 4, "{status:?}");
     };
     assert!(interruptions > 0);
+    let LaboratoriesStatus { is_over, worlds, .. } = status(&again);
+    let judged: Vec<_> = worlds.iter().map(|world| world.judged.as_ref().unwrap().done()).collect();
+    // Chase, the bound and four controllers on three plants.
+    assert_eq!(
+        (is_over, worlds[1].has_bound, worlds[1].controllers_done, judged),
+        (true, Some(true), 4, vec![18; 2])
+    );
     for (one, other) in results.worlds.iter().zip(&resumed.worlds) {
         for (one, other) in one.recipes.iter().zip(&other.recipes) {
             assert_eq!(one.fitness, other.fitness);

@@ -11,6 +11,7 @@ use tropism::observation::Quality;
 use tropism::task::{OpenLoop, Targets, Task, TaskSpec};
 use tropism::vision::VisionConfig;
 use tropism_lab::fit::FitPlan;
+use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::transfer::{ControllerSource, TransferPlan, read_controllers};
 use tropism_lab::{ControllerSpec, Error, Monitor, RunConfig, RunPlan, Silent, Workflow, files};
 use tropism_rig::file::RigFile;
@@ -92,6 +93,11 @@ fn threads_and_interruptions_change_no_bit() {
         let error = on_threads(1, || broken_off.execute(&monitor)).unwrap_err();
         assert!(matches!(error, Error::Interrupted { folder } if folder == broken_off.out));
         assert_eq!(monitor.skipped.into_inner(), skipped);
+        let status = StatusPlan { folder: broken_off.out.clone() }.execute(&Silent).unwrap();
+        let StatusResults::Transfer(status) = status else { panic!("{status:?}") };
+        let (steered, found) = if skipped == 0 { (4, 0) } else { (6, 1) };
+        assert_eq!((status.done(), status.total(), status.ceilings), (steered, 6, Some(found)));
+        assert!(!status.is_over && status.process.is_none());
         let refusal = TransferPlan { resume: false, ..broken_off.clone() }.execute(&Silent).unwrap_err();
         assert!(refusal.to_string().contains("found a comparison here already"), "{refusal}");
         broken_off.resume = true;
@@ -100,6 +106,7 @@ fn threads_and_interruptions_change_no_bit() {
     assert_eq!(broken_off.execute(&rest).unwrap(), results);
     assert_eq!((rest.skipped.into_inner(), rest.done.into_inner()), (7, 2));
     assert!(wanted == content(&broken_off.out));
+    assert_eq!(TransferPlan::of_folder(&broken_off.out).unwrap(), broken_off);
     broken_off.task = task(61);
     let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
     assert!(refusal.contains("found a comparison of other controllers"), "{refusal}");

@@ -1,4 +1,7 @@
-//! Tuning a rule: it ends when it is asked to, and leaves nothing half-done.
+//! Tuning a rule: it ends when it is asked to, and goes on to the same rule.
+
+use std::fs;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use tropism::control::Periodic;
 use tropism::environment::unwatched;
@@ -10,17 +13,21 @@ use tropism_lab::fit::{FitPlan, ModelKind};
 use tropism_lab::tune::TunePlan;
 use tropism_lab::{Error, Monitor, Silent, Workflow, files};
 
-/// Asks for an end as soon as anything is asked.
-struct Impatient;
+/// Asks for an end after so many generations.
+struct Until(u64, AtomicU64);
 
-impl Monitor for Impatient {
+impl Monitor for Until {
+    fn advance(&self, count: u64) {
+        self.1.fetch_add(count, Ordering::SeqCst);
+    }
+
     fn may_go_on(&self) -> bool {
-        false
+        self.1.load(Ordering::SeqCst) < self.0
     }
 }
 
 #[test]
-fn an_interrupted_search_writes_nothing() {
+fn an_interrupted_search_goes_on_to_the_same_rule() {
     let folder = tempfile::tempdir().unwrap();
     let (track, model, out) = ("track.csv", "memory.json", "rule.json");
     let [track, model, out] = [track, model, out].map(|name| folder.path().join(name));
@@ -33,13 +40,36 @@ fn an_interrupted_search_writes_nothing() {
         FitPlan { tracks: vec![track], kind: ModelKind::Memory, out: model.clone(), ..FitPlan::default() };
     let fitted = fit.execute(&Silent).unwrap();
     assert_eq!((fitted.shifts, fitted.is_virtual), (300, true));
-    let search = RuleSearch { generations: 2, population: 4, episodes: 2 };
+    let search = RuleSearch { generations: 6, population: 4, episodes: 2 };
     let plan = TunePlan { model, out: out.clone(), search, ..TunePlan::default() };
-    match plan.execute(&Impatient) {
-        Err(Error::Cancelled(left)) => assert_eq!(left, "nothing was written"),
-        other => panic!("{other:?}"),
+    let whole = plan.execute(&Silent).unwrap();
+    let rule = fs::read(&out).unwrap();
+    // The model is of one plant: its fitness there is known, and none is expected.
+    assert!(whole.is_virtual && whole.expected.is_none() && whole.in_model.plants > 0, "{whole:?}");
+    assert!(whole.withheld.unwrap().contains("the model is of one plant"));
+    let saved = folder.path().join("rule.search.jsonl");
+    assert!(!saved.exists(), "the search is over");
+
+    fs::remove_file(&out).unwrap();
+    for (generations, lines) in [(0, 1), (3, 3), (2, 4)] {
+        let part = TunePlan { resume: true, ..plan.clone() };
+        match part.execute(&Until(generations, AtomicU64::new(0))) {
+            Err(Error::Interrupted { folder }) => assert_eq!(folder, saved),
+            other => panic!("{other:?}"),
+        }
+        assert!(fs::read_to_string(&saved).unwrap().lines().count() <= 1 + lines, "{generations}");
     }
-    assert!(!out.exists());
-    let tuned = plan.execute(&Silent).unwrap();
-    assert!(out.exists() && tuned.is_virtual);
+    // Killed in the middle of a line.
+    let mut text = fs::read_to_string(&saved).unwrap();
+    assert!(text.lines().count() > 2, "{text}");
+    text.truncate(text.len() - 3);
+    fs::write(&saved, text).unwrap();
+    let other = TunePlan { seed: 2, resume: true, ..plan };
+    let refused = other.execute(&Silent).unwrap_err().to_string();
+    assert!(refused.contains("rule.search.jsonl: found a search with other settings"), "{refused}");
+    let resumed = TunePlan::of_search(&out).unwrap().execute(&Silent).unwrap();
+    assert_eq!((resumed.rule, resumed.in_model, resumed.chase), (whole.rule, whole.in_model, whole.chase));
+    assert!(fs::read(&out).unwrap() == rule && !saved.exists());
+    let error = TunePlan::of_search(&out).unwrap_err().to_string();
+    assert!(error.contains("rule.json: found a rule whose search is over"), "{error}");
 }

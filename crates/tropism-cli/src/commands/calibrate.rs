@@ -26,10 +26,11 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism calibrate tent/1/track.csv tent/2/track.csv --out mine.toml\n  \
+    tropism calibrate tent --out mine.toml\n  \
     tropism calibrate --recover 50")]
 pub(crate) struct Calibrate {
-    /// Tracks, a plant each
-    #[arg(value_name = "TRACK.csv", required_unless_present = "recover")]
+    /// Tracks, a plant each, or folders of runs or tracks
+    #[arg(value_name = "TRACK.csv|DIR", required_unless_present = "recover")]
     tracks: Vec<PathBuf>,
 
     /// Minutes between the rows of the tracks

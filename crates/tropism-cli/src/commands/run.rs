@@ -158,8 +158,12 @@ fn load_rig(path: &Path, tent: Option<Greenhouse>, period_min: Option<f64>) -> R
 fn text(plan: &RunPlan, results: &RunResults) -> String {
     let last = results.track.samples[results.track.samples.len() - 1].tip;
     let kind = if results.is_virtual { "virtual plant" } else { "plant" };
+    let missed = match results.missed {
+        0 => String::new(),
+        missed => format!(" (of which {missed} were missed)"),
+    };
     let mut text = format!(
-        "{} of a {kind}, {} without it; tip at {:.1}, {:.1} cm\n",
+        "{} of a {kind}{missed}, {} without it; tip at {:.1}, {:.1} cm\n",
         plural(results.steps, "step"),
         plural(results.held, "photograph"),
         last.x,

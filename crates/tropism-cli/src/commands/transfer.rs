@@ -9,7 +9,7 @@ use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_
 
 use crate::controller::{ControllerName, conditions_of, note_other_task};
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
-use crate::progress::{check_outputs, execute_and_print};
+use crate::progress::{check_outputs, execute_and_print, for_user};
 use crate::shell::Shell;
 
 /// Compare controllers on the same many unseen virtual plants
@@ -20,10 +20,11 @@ use crate::shell::Shell;
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism transfer --controllers chase periodic:6h --out transfer\n  \
-    tropism transfer --controllers evolution chase --model model.json --ceiling --out transfer")]
+    tropism transfer --controllers evolution chase --model model.json --ceiling --out transfer\n  \
+    tropism transfer --out transfer --resume")]
 pub(crate) struct Transfer {
     /// periodic[:6h], chase, champion files, or folders of champions such as that of `tropism evolve`
-    #[arg(long, required = true, num_args = 1.., value_name = "FILE|DIR|chase|periodic:6h")]
+    #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "FILE|DIR|chase|periodic:6h")]
     controllers: Vec<ControllerName>,
 
     /// Number of virtual plants; none of them is a plant of another command, whatever the seed
@@ -62,7 +63,7 @@ pub(crate) struct Transfer {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Continue the comparison in DIR
+    /// Continue the comparison in DIR; without --controllers with its own settings
     #[arg(long)]
     resume: bool,
 
@@ -78,6 +79,16 @@ pub(crate) struct Transfer {
 
 impl Transfer {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        if self.controllers.is_empty() {
+            let found = TransferPlan::of_folder(&self.out).map_err(for_user)?;
+            let plan = TransferPlan {
+                ceiling: self.ceiling || found.ceiling,
+                bound: self.bound.or(found.bound),
+                model: self.model.or(found.model),
+                ..found
+            };
+            return execute_and_print(&plan, shell, |results| text(&plan, results));
+        }
         let scale = checked_scale(self.scale)?;
         let sources: Vec<_> = self.controllers.iter().map(ControllerName::source).collect();
         let controllers = read_controllers(&sources)?;

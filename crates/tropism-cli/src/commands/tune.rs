@@ -12,7 +12,7 @@ use tropism_lab::files::shell_word;
 use tropism_lab::tune::{TunePlan, TuneResults};
 
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
-use crate::progress::{check_outputs, execute_and_print};
+use crate::progress::{check_outputs, execute_and_print, for_user};
 use crate::shell::Shell;
 
 /// Tune a rule on a model: chase with foresight, nine numbers
@@ -20,16 +20,19 @@ use crate::shell::Shell;
 /// The rule lights the lamp towards the next target, as chase does, but by where the tip is expected, and with an aim that
 /// may lie beyond the target or towards the one after it. An evolution strategy (CMA-ES) searches the numbers on simulated
 /// plants. The model of the stem, `tropism fit --model stem`, is made for this: its plants answer late, as beans do, and
-/// differ from each other.
+/// differ from each other. Ctrl-C saves; --resume continues to the same rule, and `tropism status rule.json` tells how far the
+/// search is.
 #[derive(Args)]
 #[command(after_help = "Example, from six tracks to a steered plant:\n  \
     tropism grow --plants 6 --out open-loop\n  \
     tropism fit open-loop/*.csv --model stem --out stem.json\n  \
     tropism tune --model stem.json --out rule.json\n  \
-    tropism run --rig greenhouse --controller rule.json --out steered")]
+    tropism run --rig greenhouse --controller rule.json --out steered\n\
+    A search that was interrupted goes on by\n  \
+    tropism tune --out rule.json --resume")]
 pub(crate) struct Tune {
     /// Model of the plant, from `tropism fit`
-    #[arg(long, value_name = "stem.json", required_unless_present = "beans")]
+    #[arg(long, value_name = "stem.json", required_unless_present_any = ["beans", "resume"])]
     model: Option<PathBuf>,
 
     /// Tune on virtual beans themselves instead of a model: what a rule can reach on them at best. Takes minutes
@@ -46,6 +49,10 @@ pub(crate) struct Tune {
     /// File to write the rule to
     #[arg(long, value_name = "rule.json")]
     out: PathBuf,
+
+    /// Continue an interrupted search for rule.json; it needs no other option
+    #[arg(long)]
+    resume: bool,
 
     #[command(flatten)]
     task: TaskOption,
@@ -68,6 +75,10 @@ pub(crate) struct Tune {
 
 impl Tune {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        if self.resume && self.model.is_none() && !self.beans {
+            let plan = TunePlan::of_search(&self.out).map_err(for_user)?;
+            return execute_and_print(&plan, shell, |results| text(&plan, results));
+        }
         let Self { generations, population, episodes, .. } = self;
         let bean = self.bean.load()?;
         ensure!(bean.is_none() || self.beans, "found --bean without --beans, wanted both or none");
@@ -83,6 +94,7 @@ impl Tune {
             seed: self.seed.seed,
             out: self.out,
             period_min: defaults.period_min,
+            resume: self.resume,
         };
         check_outputs(std::slice::from_ref(&plan.out), [self.task.task.as_ref(), self.bean.bean.as_ref()])?;
         execute_and_print(&plan, shell, |results| text(&plan, results))
@@ -90,19 +102,23 @@ impl Tune {
 }
 
 fn text(plan: &TunePlan, results: &TuneResults) -> String {
-    let TuneResults { expected, chase, .. } = results;
+    let TuneResults { in_model, chase, .. } = results;
     let mut text = String::new();
     for (name, value) in results.rule.named() {
         let _ = writeln!(text, "{name:16}{value:8.2}");
     }
     let best = plan.task.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));
+    let withheld = results
+        .withheld
+        .as_ref()
+        .map_or_else(String::new, |reason| format!("expected on unseen plants: withheld, for {reason}\n"));
     let _ = write!(
         text,
         "{:.2} cm{best} (sd {:.2}) on {} unseen plants{of}; chase {:.2} cm (sd {:.2}); {:.1} s of processor time\n\
-         wrote {out}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
-        expected.mean,
-        expected.sd,
-        expected.plants,
+         {withheld}wrote {out}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
+        in_model.mean,
+        in_model.sd,
+        in_model.plants,
         chase.mean,
         chase.sd,
         results.cpu_seconds,

@@ -27,7 +27,7 @@ pub(crate) use self::status::status;
 pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
 use crate::statistics::median;
-use crate::stopwatch::Stopwatch;
+use crate::stopwatch::{Stopwatch, timed};
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Default of [`EvolvePlan::trial_plants`]: the standard error of a mean over 200 plants is 0.07 standard deviations.
@@ -107,24 +107,12 @@ pub struct EvolutionRunSummary {
     pub withheld: Option<String>,
 }
 
-/// Share of steps without data from which on no fitness is expected; chosen by hand.
-const MOST_WITHOUT_DATA: f64 = 0.5;
-
 impl EvolutionRunSummary {
     /// The expected fitness on an unseen plant; `None` where it would rest on one plant or on mostly empty windows.
     #[must_use]
     pub fn expected(&self) -> Option<Trial> {
         self.withheld.is_none().then_some(self.transfer)
     }
-}
-
-/// Why the fitness on models of `plants` single plants is no expectation for unseen ones.
-fn reason_to_withhold(plants: usize, without_data: f64) -> Option<String> {
-    if plants < 2 {
-        return Some("the model is of one plant, which does not tell how plants differ".to_owned());
-    }
-    (without_data > MOST_WITHOUT_DATA)
-        .then(|| format!("the model has no data in {:.0} % of the steps", 100.0 * without_data))
 }
 
 /// The results of an evolution: the content of `summary.json`.
@@ -136,7 +124,7 @@ pub struct EvolveResults {
     pub evaluations: u64,
     /// Run whose champion is `champion.json`, from 0.
     pub champion: usize,
-    /// Processor time, in s.
+    /// Processor time of the runs and of the trials of their champions, in s; of an evolution that was resumed, since then.
     pub cpu_seconds: f64,
     /// Wall-clock time, in s.
     pub wall_seconds: f64,
@@ -181,8 +169,8 @@ impl Workflow for EvolvePlan {
         }
         let total = u64::from(self.evolution.runs) * u64::from(self.evolution.generations);
         monitor.stage("evolve", total);
-        let runs = self.evolve(&model, monitor)?;
-        let summaries = self.summarize(&runs, &model, monitor)?;
+        let (runs, evolving_s) = self.evolve(&model, monitor)?;
+        let (summaries, trying_s) = self.summarize(&runs, &model, monitor)?;
         let champion = Choice::of(summaries.iter().map(|run| run.transfer).collect()).run;
         for (index, (run, summary)) in runs.iter().zip(&summaries).enumerate() {
             let one = Champion { expected: summary.expected(), ..self.champion(run, &model, &json)? };
@@ -196,7 +184,7 @@ impl Workflow for EvolvePlan {
             evaluations: summaries.iter().map(|run| run.evaluations).sum(),
             runs: summaries,
             champion,
-            cpu_seconds: stopwatch.cpu_seconds(),
+            cpu_seconds: evolving_s + trying_s,
             wall_seconds: stopwatch.wall_seconds(),
         };
         files::write_unterminated_json(&self.out.join("summary.json"), &results)?;
@@ -248,15 +236,16 @@ impl EvolvePlan {
         })
     }
 
-    /// Summarizes the runs: tries each champion on unseen plants of `model`, and on a model of each plant.
+    /// Summarizes the runs: tries each champion on unseen plants of `model`, and on a model of each plant. With the processor
+    /// time of that, in s.
     fn summarize(
         &self,
         runs: &[EvolutionRun],
         model: &Model,
         monitor: &dyn Monitor,
-    ) -> Result<Vec<EvolutionRunSummary>, Error> {
+    ) -> Result<(Vec<EvolutionRunSummary>, f64), Error> {
         let plants = model.of_each_plant(TRANSFER_PLANTS)?;
-        let summarize = |run: &EvolutionRun| {
+        let summarize = |run: &EvolutionRun| -> Result<EvolutionRunSummary, Error> {
             let genome = champion_of(run)?;
             let trial = |models: &[Model]| {
                 let sensors = &self.evolution.sensors;
@@ -276,10 +265,19 @@ impl EvolvePlan {
                 transfer: trial(&plants),
                 links: genome.links().len(),
                 without_data,
-                withheld: reason_to_withhold(plants.len(), without_data),
+                withheld: model::reason_to_withhold(plants.len(), without_data),
             })
         };
-        let summaries = runs.par_iter().map(summarize).collect();
-        if monitor.may_go_on() { summaries } else { Err(self.interrupted()) }
+        let try_out = |run| {
+            let (summary, seconds) = timed(|| summarize(run));
+            Ok((summary?, seconds))
+        };
+        let summaries: Vec<(EvolutionRunSummary, f64)> =
+            runs.par_iter().map(try_out).collect::<Result<_, Error>>()?;
+        if !monitor.may_go_on() {
+            return Err(self.interrupted());
+        }
+        let seconds = summaries.iter().map(|(_, seconds)| seconds).sum();
+        Ok((summaries.into_iter().map(|(summary, _)| summary).collect(), seconds))
     }
 }

@@ -72,6 +72,11 @@ impl EvolutionRecord {
         }
     }
 
+    /// Digest of the model on which the controllers evolved.
+    pub(crate) fn model_sha256(&self) -> &str {
+        &self.model_sha256
+    }
+
     /// Whether the controllers evolved on `model`.
     pub(crate) fn is_on(&self, model: &Model) -> bool {
         self.model_sha256 == digest(model)

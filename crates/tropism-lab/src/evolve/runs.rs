@@ -12,18 +12,26 @@ use super::EvolvePlan;
 use super::progress::EvolutionMonitor;
 use super::record::checkpoint_path;
 use crate::model::Model;
+use crate::stopwatch::timed;
 use crate::{Checkpoint, Error, Monitor};
 
 impl EvolvePlan {
-    /// Evolves all runs to their last generation.
-    pub(super) fn evolve(&self, model: &Model, monitor: &dyn Monitor) -> Result<Vec<EvolutionRun>, Error> {
+    /// Evolves all runs to their last generation; with the processor time of all, in s.
+    pub(super) fn evolve(
+        &self,
+        model: &Model,
+        monitor: &dyn Monitor,
+    ) -> Result<(Vec<EvolutionRun>, f64), Error> {
         let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize));
-        let runs: Vec<Option<EvolutionRun>> = (0..self.evolution.runs)
-            .into_par_iter()
-            .map(|index| self.evolve_run(index, model, monitor, &status))
-            .collect::<Result<_, _>>()?;
-        let runs: Option<Vec<EvolutionRun>> = runs.into_iter().collect();
-        runs.ok_or_else(|| self.interrupted())
+        let evolve = |index| {
+            let (run, seconds) = timed(|| self.evolve_run(index, model, monitor, &status));
+            Ok((run?, seconds))
+        };
+        let runs: Vec<(Option<EvolutionRun>, f64)> =
+            (0..self.evolution.runs).into_par_iter().map(evolve).collect::<Result<_, Error>>()?;
+        let seconds = runs.iter().map(|(_, seconds)| seconds).sum();
+        let runs: Option<Vec<EvolutionRun>> = runs.into_iter().map(|(run, _)| run).collect();
+        Ok((runs.ok_or_else(|| self.interrupted())?, seconds))
     }
 
     /// Evolves run `index` to its last generation, from its checkpoint if there is one; `None` if it was interrupted.

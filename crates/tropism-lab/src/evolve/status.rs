@@ -1,13 +1,12 @@
 //! How far an evolution is, read from its folder.
 
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use serde::Serialize;
 
 use super::EvolutionRecord;
 use super::record::checkpoint_path;
-use crate::{Error, holder};
+use crate::{Error, files, holder};
 
 /// What an evolution does now.
 #[derive(Clone, Debug, Serialize)]
@@ -58,7 +57,7 @@ pub(crate) fn status(folder: &Path) -> Result<EvolutionStatus, Error> {
             best_fitness: run.champion().map(|(_, fitness)| fitness),
         })
     };
-    let saved = (0..record.runs()).filter_map(|index| age_s(&checkpoint_path(folder, index)));
+    let saved = (0..record.runs()).filter_map(|index| files::age_s(&checkpoint_path(folder, index)));
     Ok(EvolutionStatus {
         evolution: folder.to_owned(),
         is_over: folder.join("summary.json").exists(),
@@ -68,10 +67,4 @@ pub(crate) fn status(folder: &Path) -> Result<EvolutionStatus, Error> {
         runs: (0..record.runs()).map(|index| progress(index).unwrap_or_default()).collect(),
         saved_ago_s: saved.reduce(f64::min),
     })
-}
-
-/// Seconds since a file was written; 0 if the clock was set back since.
-fn age_s(path: &Path) -> Option<f64> {
-    let written = std::fs::metadata(path).and_then(|about| about.modified()).ok()?;
-    Some(SystemTime::now().duration_since(written).unwrap_or_default().as_secs_f64())
 }

@@ -7,6 +7,7 @@
 //! repeated. `docs/transfer.md` has the protocol.
 
 mod results;
+mod status;
 
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,8 @@ use tropism::task::{OpenLoop, Task, TaskSpec};
 pub use self::results::{
     LaboratoriesResults, LaboratoryResults, MeanAndInterval, RecipeResults, WorldResults,
 };
+pub(crate) use self::status::status;
+pub use self::status::{LaboratoriesStatus, WorldStatus};
 use crate::controller::ControllerSpec;
 use crate::evolve::{EvolvePlan, TRIAL_PLANTS};
 use crate::files::{self, FileError};
@@ -159,6 +162,23 @@ struct LaboratoriesRecord<'p> {
 }
 
 impl LaboratoriesConfig {
+    /// Reads a study file. Files that it names are looked for from its own folder.
+    ///
+    /// # Errors
+    /// [`Error`] names the file, the key, what was found and what was wanted.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let mut config: Self = files::read_toml(path)?;
+        config.find_files_in(path.parent().unwrap_or(Path::new("")));
+        Ok(config)
+    }
+
+    /// Looks for the files that it names from `folder` on.
+    pub(crate) fn find_files_in(&mut self, folder: &Path) {
+        for bean in self.worlds.iter_mut().filter_map(|world| world.bean.as_mut()) {
+            *bean = folder.join(&*bean);
+        }
+    }
+
     /// Checks what a file may have got wrong.
     ///
     /// # Errors
@@ -253,6 +273,16 @@ impl LaboratoriesPlan {
         Ok(Self { out: out.to_owned(), resume: true, config })
     }
 
+    fn world_folder(&self, world: &World) -> PathBuf {
+        self.out.join(&world.name)
+    }
+
+    /// The files of what a laboratory, from 0, made by a recipe: its controller, and the time that it took.
+    fn made(&self, world: &World, laboratory: u32, recipe: &Recipe) -> [PathBuf; 2] {
+        let folder = laboratory_folder(&self.world_folder(world), laboratory);
+        ["json", "seconds"].map(|end| folder.join(format!("{}.{end}", recipe.name)))
+    }
+
     fn greenhouses(&self) -> Result<Vec<Greenhouse>, Error> {
         let greenhouse = |world: &World| {
             let bean: Species = world.bean.as_deref().map(files::read_toml).transpose()?.unwrap_or_default();
@@ -321,7 +351,7 @@ impl Stages<'_> {
     }
 
     fn folder(&self) -> PathBuf {
-        self.plan.out.join(&self.world.name)
+        self.plan.world_folder(self.world)
     }
 
     /// The seed of a laboratory of this world.
@@ -332,9 +362,8 @@ impl Stages<'_> {
 
     /// The controller of a laboratory by a recipe: its file, and the processor time that it took, in s.
     fn make(&self, laboratory: u32, recipe: &Recipe) -> Result<(PathBuf, f64), Error> {
-        let folder = self.folder().join(format!("laboratory-{}", laboratory + 1));
-        let file = folder.join(format!("{}.json", recipe.name));
-        let cost = folder.join(format!("{}.seconds", recipe.name));
+        let [file, cost] = self.plan.made(self.world, laboratory, recipe);
+        let folder = laboratory_folder(&self.folder(), laboratory);
         if file.exists() && cost.exists() {
             return Ok((file, files::read_as(&cost, |text| text.trim().parse::<f64>())?));
         }
@@ -403,6 +432,7 @@ impl Stages<'_> {
             search: *search,
             seed,
             out: out.to_owned(),
+            resume: true,
             ..TunePlan::default()
         };
         files::make_folder(&self.folder())?;
@@ -426,6 +456,10 @@ impl Stages<'_> {
         };
         plan.execute(self.monitor)
     }
+}
+
+fn laboratory_folder(world: &Path, laboratory: u32) -> PathBuf {
+    world.join(format!("laboratory-{}", laboratory + 1))
 }
 
 /// The name of a laboratory's controller among those that are judged.

@@ -70,8 +70,11 @@ pub struct RunResults {
     pub run: PathBuf,
     /// Whether the plant is virtual.
     pub is_virtual: bool,
-    /// Steps taken.
+    /// Number of the last step, as the track numbers it.
     pub steps: usize,
+    /// Steps before it that were missed: the track lacks them.
+    #[serde(default)]
+    pub missed: usize,
     /// Photographs without a detected plant, for which the last tip was held.
     pub held: usize,
     /// Fitness by eq. (9), in cm; `None` without targets.
@@ -175,7 +178,7 @@ impl RunPlan {
         self.write_calibration()?;
         let track = recorder.folder().write_track(&track)?;
         if recorder.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
-            recorder.report(EventKind::Finished, plural(track.samples.len() - 1, "step"))?;
+            recorder.report(EventKind::Finished, steps_text(&track))?;
         }
         Ok(track)
     }
@@ -249,12 +252,31 @@ impl Workflow for RunPlan {
         Ok(RunResults {
             run: self.out.clone(),
             is_virtual: self.config.is_virtual(),
-            steps: track.samples.len() - 1,
+            steps: last_step(&track),
+            missed: missed_steps(&track),
             held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
             fitness: (!task.targets().is_empty()).then(|| task.fitness(&track)),
             track_file: self.out.join("track.csv"),
             track,
         })
+    }
+}
+
+/// The number of the last step of a track.
+fn last_step(track: &Track) -> usize {
+    track.samples.last().map_or(0, |last| last.step as usize)
+}
+
+/// Steps before the last one of a track that it lacks.
+fn missed_steps(track: &Track) -> usize {
+    (last_step(track) + 1).saturating_sub(track.samples.len())
+}
+
+/// How long a run was, counted as its track counts.
+fn steps_text(track: &Track) -> String {
+    match missed_steps(track) {
+        0 => plural(last_step(track), "step"),
+        missed => format!("{}, of which {missed} were missed", plural(last_step(track), "step")),
     }
 }
 
@@ -292,4 +314,19 @@ fn keep_side_photograph(device: &TentHandle, folder: &Path) -> Result<(), FileEr
     }
     files::make_folder(folder)?;
     files::write(&path, &bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missed_steps_are_counted_as_the_track_numbers_them() {
+        let csv = "step,tip_x_cm,tip_y_cm,light\n0,0,4,left\n1,0,4,left\n5,0,4,right\n6,0,4,dark\n";
+        let track = Track::read_csv(csv.as_bytes()).unwrap();
+        assert_eq!((last_step(&track), missed_steps(&track)), (6, 3));
+        assert_eq!(steps_text(&track), "6 steps, of which 3 were missed");
+        let whole = Track { samples: track.samples[..2].to_vec(), ..track };
+        assert_eq!(steps_text(&whole), "1 step");
+    }
 }

@@ -12,9 +12,10 @@ mod steer;
 mod causes;
 mod results;
 mod page;
+mod status;
 
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -29,6 +30,8 @@ pub(crate) use self::controllers::check_name;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
 pub use self::results::{ControllerPair, ControllerResults, TargetResults, TransferResults};
 use self::results::{Judge, PlantResult, Scores};
+pub(crate) use self::status::status;
+pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
 use crate::lock::{FolderLock, lock};
 use crate::model::{self, Model};
@@ -38,6 +41,9 @@ use crate::{Error, Monitor, Workflow, files};
 
 /// Number of plants that a claim on a controller takes (`docs/transfer.md`): the standard error of the mean is then 0.3 cm.
 pub const JUDGING_PLANTS: u32 = 90;
+
+/// The latest plan, in the folder of a comparison: it needs no other file to go on.
+const PLAN: &str = "plan.json";
 
 /// The most plants; chosen, against mistyped numbers.
 const MAX_PLANTS: u64 = 100_000;
@@ -215,7 +221,24 @@ impl TransferPlan {
         }
         let lock = lock(&self.out)?;
         files::write(&path, text.as_bytes())?;
+        let plan = Self { out: PathBuf::new(), resume: true, ..self.clone() };
+        files::write_json(&self.out.join(PLAN), &plan)?;
         Ok(lock)
+    }
+
+    /// The plan that goes on with the comparison in the folder `out`, from its `plan.json` alone. The model that it names, if
+    /// it does, must still be where it was.
+    ///
+    /// # Errors
+    /// [`Error::File`] if there is none, or it cannot be read.
+    pub fn of_folder(out: &Path) -> Result<Self, Error> {
+        let plan: Self = files::read_as(&out.join(PLAN), |text| serde_json::from_str(text))?;
+        Ok(Self { out: out.to_owned(), ..plan })
+    }
+
+    /// The file of the ceiling of a plant, from 0.
+    fn ceiling_path(&self, plant: usize) -> PathBuf {
+        self.out.join("ceilings").join(format!("plant-{:04}.json", plant + 1))
     }
 
     /// The track file of a plant, from 0, under controller number `controller`.
@@ -320,15 +343,14 @@ impl TransferPlan {
         task: &TaskSpec,
         monitor: &dyn Monitor,
     ) -> Result<Option<f64>, Error> {
-        let folder = self.out.join("ceilings");
-        let path = folder.join(format!("plant-{:04}.json", plant + 1));
+        let path = self.ceiling_path(plant);
         if path.exists() {
             monitor.skip(1);
             return Ok(Some(files::read_as(&path, |text| serde_json::from_str(text))?));
         }
         let found = ceiling::search(&self.trial().specimen(seed), task, &|| monitor.may_go_on());
         if let Some(ceiling) = found {
-            files::make_folder(&folder)?;
+            files::make_folder(&self.out.join("ceilings"))?;
             files::write_json(&path, &ceiling)?;
             monitor.advance(1);
         }

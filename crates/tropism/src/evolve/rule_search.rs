@@ -149,11 +149,20 @@ impl RuleSearch {
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        let score = |rule: PredictiveRule, set: u32, plant: u32| {
+        self.tune_by(Self::scores_on(model, task, seed), seed, watch)
+    }
+
+    /// The fitness of trials on simulated plants of `model`, on all threads: [`tune`](Self::tune) searches by it.
+    pub fn scores_on<M: PlantModel, T: Task + ?Sized>(
+        model: &M,
+        task: &T,
+        seed: u64,
+    ) -> impl Fn(&[RuleTrial]) -> Vec<f64> {
+        let score = move |rule: PredictiveRule, set: u32, plant: u32| {
             let noise = NoiseStream::new(seed, Purpose::Trial, [plant, set, 0]);
             fitness_of(model, &mut PredictiveGreedy::new(rule, task, model.layout()), task, noise)
         };
-        let scores = |trials: &[RuleTrial]| {
+        move |trials: &[RuleTrial]| {
             let places: Vec<usize> = (0..trials.len()).step_by(TRIALS_AT_ONCE).collect();
             let some = parallel::map(places, |from| {
                 let until = (from + TRIALS_AT_ONCE).min(trials.len());
@@ -161,8 +170,7 @@ impl RuleSearch {
                 trials.map(|trial| score(trial.rule, trial.set, trial.plant)).collect::<Vec<f64>>()
             });
             some.into_iter().flatten().collect()
-        };
-        self.tune_by(scores, seed, watch)
+        }
     }
 
     /// Searches the rule with the highest mean of `scores`: the fitness of each of some trials, in order. Plants that `scores`

@@ -31,8 +31,9 @@ pub struct TunedRule {
     pub model_sha256: Option<String>,
     /// Whether the model was made of virtual plants.
     pub is_virtual: bool,
-    /// Fitness on unseen plants of the model, in cm.
-    pub expected: Trial,
+    /// Fitness on unseen plants of the model, in cm; `None` where the model allows no expectation for unseen plants.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<Trial>,
 }
 
 /// Why bytes are not a rule.
@@ -58,7 +59,7 @@ impl TunedRule {
         model: &M,
         model_json: &str,
         is_virtual: bool,
-        expected: Trial,
+        expected: Option<Trial>,
     ) -> Self {
         Self {
             rule,
@@ -127,7 +128,7 @@ mod tests {
 
     fn rule() -> TunedRule {
         let numbers = PredictiveRule { overshoot: 0.45, shift_steps: 6.1, ..PredictiveRule::default() };
-        let expected = Trial { mean: 9.1, sd: 2.5, plants: 1000 };
+        let expected = Some(Trial { mean: 9.1, sd: 2.5, plants: 1000 });
         TunedRule {
             task: Some(Targets::default().into()),
             ..TunedRule::of_model(numbers, &model(), "{}", true, expected)

@@ -1,4 +1,4 @@
-//! `tropism status`: what a run, an evolution or a study does now.
+//! `tropism status`: what a run, an evolution, a study or other long work does now.
 
 mod work;
 
@@ -15,10 +15,11 @@ use tropism_rig::secret::shown;
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Tell what a run, an evolution or a study does now
+/// Tell what a run, an evolution, a study or other long work does now
 ///
 /// Of a run: its step, its last photograph, its lamp, and what went wrong. Of an evolution: the generation and the best
-/// fitness of each run. Of a study: its stages. Nothing is disturbed.
+/// fitness of each run. Of a study: its stages; of one with laboratories, its worlds. Of a sweep: its units. Of `transfer`:
+/// the plants that each controller has steered. Of `tune`: the generation. Nothing is disturbed.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism status bean\n  \
@@ -26,8 +27,8 @@ use crate::shell::Shell;
     tropism status evolution\n  \
     tropism status tropism-study --json")]
 pub(crate) struct Status {
-    /// Folder of a run, an evolution or a study
-    #[arg(value_name = "DIR")]
+    /// Folder of a run, an evolution, a study, a sweep or `transfer`, or file of a rule
+    #[arg(value_name = "DIR|rule.json")]
     folder: PathBuf,
 }
 
@@ -42,6 +43,9 @@ fn text(status: &StatusResults) -> String {
         StatusResults::Run(run) => run_text(run),
         StatusResults::Evolution(evolution) => work::evolution_text(evolution),
         StatusResults::Study(study) => work::study_text(study),
+        StatusResults::Transfer(transfer) => work::transfer_text(transfer),
+        StatusResults::Laboratories(laboratories) => work::laboratories_text(laboratories),
+        StatusResults::Tune(tune) => work::tune_text(tune),
     }
 }
 

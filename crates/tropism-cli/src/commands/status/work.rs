@@ -1,10 +1,13 @@
-//! What an evolution or a study does now, as text.
+//! What an evolution, a study or other long work does now, as text.
 
 use std::path::Path;
 
 use tropism_lab::evolve::EvolutionStatus;
 use tropism_lab::files::shell_word;
+use tropism_lab::laboratories::{LaboratoriesStatus, WorldStatus};
 use tropism_lab::study::{StageStatus, StudyStatus};
+use tropism_lab::transfer::{SteeredPlants, TransferStatus};
+use tropism_lab::tune::TuneStatus;
 use tropism_lab::units::{self, plural};
 
 pub(super) fn evolution_text(status: &EvolutionStatus) -> String {
@@ -52,6 +55,66 @@ pub(super) fn study_text(status: &StudyStatus) -> String {
         text += &format!("next: tropism study --out {} --resume", shell_word(study));
     }
     text.trim_end().to_owned()
+}
+
+pub(super) fn transfer_text(status: &TransferStatus) -> String {
+    let TransferStatus { transfer, is_over, process, plants, controllers, ceilings } = status;
+    let mut text = format!("{}, virtual plants\n", headline(transfer, *is_over, *process));
+    text += &steered(status);
+    for SteeredPlants { name, plants: done } in controllers {
+        text += &format!("{name:<12} {done} of {}\n", plural(*plants, "plant"));
+    }
+    if let Some(done) = ceilings {
+        text += &format!("schedules    {done} of {}\n", plural(*plants, "plant"));
+    }
+    if *is_over {
+        text += &format!("report: {}", transfer.join("report.html").display());
+    } else if process.is_none() {
+        text += &format!("next: tropism transfer --out {} --resume", shell_word(transfer));
+    }
+    text.trim_end().to_owned()
+}
+
+/// One line: how far all controllers are.
+fn steered(status: &TransferStatus) -> String {
+    let percent = 100.0 * status.done() as f64 / status.total().max(1) as f64;
+    format!("steered      {} of {} ({percent:.0} %)\n", status.done(), plural(status.total(), "plant"))
+}
+
+pub(super) fn laboratories_text(status: &LaboratoriesStatus) -> String {
+    let LaboratoriesStatus { laboratories, is_over, process, worlds } = status;
+    let mut text = format!("{}, virtual plants\n", headline(laboratories, *is_over, *process));
+    for WorldStatus { world, has_bound, controllers_done, controllers, judged } in worlds {
+        let bound = match has_bound {
+            None => "",
+            Some(true) => "bound found, ",
+            Some(false) => "bound not found yet, ",
+        };
+        let judged = judged.as_ref().map_or_else(String::new, |judged| {
+            format!(", judged on {} of {}", judged.done(), plural(judged.total(), "plant"))
+        });
+        let controllers = plural(*controllers, "controller");
+        text += &format!("{world:<16} {bound}{controllers_done} of {controllers} made{judged}\n");
+    }
+    if *is_over {
+        text += &format!("results: {}", laboratories.join("laboratories.json").display());
+    } else if process.is_none() {
+        text += &format!("next: tropism study --out {} --resume", shell_word(laboratories));
+    }
+    text.trim_end().to_owned()
+}
+
+pub(super) fn tune_text(status: &TuneStatus) -> String {
+    let TuneStatus { rule, generation, generations, best_fitness, saved_ago_s, .. } = status;
+    let name = rule.display();
+    let Some((done, all)) = generation.zip(*generations) else { return format!("{name}: over") };
+    let best = best_fitness.map_or_else(String::new, |best| format!(", best {best:.2} cm in the latest"));
+    let ago = saved_ago_s.map_or_else(String::new, |ago| format!("saved        {} ago\n", units::time(ago)));
+    format!(
+        "{name}: not finished\ngenerations  {done} of {all}{best}\n{ago}next, if no program works on it: tropism tune --out {} \
+         --resume",
+        shell_word(rule)
+    )
 }
 
 fn headline(folder: &Path, is_over: bool, process: Option<u32>) -> String {

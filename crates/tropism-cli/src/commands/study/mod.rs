@@ -112,12 +112,8 @@ impl Study {
             "found --bean, wanted species in the worlds of {}",
             path.display()
         );
-        let mut config: LaboratoriesConfig = files::read_toml(path)?;
+        let mut config = LaboratoriesConfig::read(path)?;
         config.seed = self.seed.unwrap_or(config.seed);
-        let folder = path.parent().unwrap_or(Path::new(""));
-        for bean in config.worlds.iter_mut().filter_map(|world| world.bean.as_mut()) {
-            *bean = folder.join(&*bean);
-        }
         config.check().map_err(Error::at(path.display()))?;
         let out = self.out.clone().unwrap_or_else(|| "tropism-laboratories".into());
         let plan = LaboratoriesPlan { out, resume: self.resume, config };

@@ -1,7 +1,13 @@
 //! A rule for a task, tuned on a model or on virtual beans themselves.
+//!
+//! The search is saved after each generation in a file beside the rule, until that is written: a search that is resumed takes
+//! the fitness of what it tried before from there, and ends in the same bits.
+
+mod saved;
+mod status;
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,6 +20,9 @@ use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::PAPER_PERIOD_MIN;
 
+use self::saved::SavedSearch;
+pub use self::status::TuneStatus;
+pub(crate) use self::status::status;
 use crate::stopwatch::Stopwatch;
 use crate::{Error, Monitor, Workflow, files, model};
 
@@ -40,6 +49,8 @@ pub struct TunePlan {
     pub seed: u64,
     /// File for the rule.
     pub out: PathBuf,
+    /// Whether to continue a search for `out`.
+    pub resume: bool,
 }
 
 impl Default for TunePlan {
@@ -52,6 +63,7 @@ impl Default for TunePlan {
             search: RuleSearch::default(),
             seed: 1,
             out: "rule.json".into(),
+            resume: false,
         }
     }
 }
@@ -66,7 +78,12 @@ pub struct TuneResults {
     /// The numbers.
     pub rule: PredictiveRule,
     /// Its fitness on simulated plants that had no part in the search.
-    pub expected: Trial,
+    pub in_model: Trial,
+    /// The fitness that is expected on unseen plants: the same, unless it is withheld.
+    pub expected: Option<Trial>,
+    /// Why no fitness is expected on unseen plants; `None` where one is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub withheld: Option<String>,
     /// Fitness of the greedy rule on the same plants.
     pub chase: Trial,
     /// Processor time, in s.
@@ -92,59 +109,81 @@ impl Workflow for TunePlan {
         self.check()?;
         let stopwatch = Stopwatch::start();
         monitor.stage("tune", self.search.generations.into());
-        let mut watch = |generation: &RuleGeneration| {
-            monitor.advance(1);
-            monitor.status(&format!("best {:.2} cm", generation.best));
-            monitor.answer()
+        let (tuned, found, withheld) = match &self.beans {
+            None => self.tune_on_model(monitor)?,
+            Some(greenhouse) => self.tune_on_beans(greenhouse, monitor)?,
         };
-        let (found, tuned) = match &self.beans {
-            None => {
-                let model = model::read_for(&self.model, &self.task, monitor)?;
-                let found = self.search.tune(&model, &self.task, self.seed, &mut watch);
-                let found = found.ok_or_else(Error::cancelled)?;
-                let json = model.to_json();
-                (found, TunedRule::of_model(found.rule, &model, &json, model.is_virtual(), found.expected))
-            }
-            Some(greenhouse) => {
-                let found =
-                    self.tune_on_beans(greenhouse, &mut watch, monitor).ok_or_else(Error::cancelled)?;
-                let tuned = TunedRule {
-                    rule: found.rule,
-                    layout: greenhouse.layout.clone(),
-                    period_min: self.period_min,
-                    task: None,
-                    model_sha256: None,
-                    is_virtual: true,
-                    expected: found.expected,
-                };
-                (found, tuned)
-            }
-        };
-        let tuned = TunedRule { task: Some(self.task.clone()), ..tuned };
         files::write(&self.out, tuned.to_json().as_bytes())?;
-        let is_virtual = tuned.is_virtual;
-        if is_virtual {
+        files::remove(&saved::path(&self.out))?;
+        if tuned.is_virtual {
             monitor.note("the rule was tuned on virtual plants, or on a model of such");
         }
         Ok(TuneResults {
             out: self.out.clone(),
-            is_virtual,
+            is_virtual: tuned.is_virtual,
             rule: found.rule,
-            expected: found.expected,
+            in_model: found.expected,
+            expected: tuned.expected,
+            withheld,
             chase: found.greedy,
             cpu_seconds: stopwatch.cpu_seconds(),
         })
     }
 }
 
+/// A rule as it is written, what the search found, and why no fitness is expected.
+type Tuned = (TunedRule, RuleSearchResult, Option<String>);
+
 impl TunePlan {
-    /// Searches on virtual beans, which grow side by side in all threads.
-    fn tune_on_beans(
+    /// The plan that goes on with the interrupted search for the rule `out`.
+    ///
+    /// # Errors
+    /// [`Error`] if there is none, or it cannot be read.
+    pub fn of_search(out: &Path) -> Result<Self, Error> {
+        let plan = saved::read_plan(out)?;
+        Ok(Self { out: out.to_owned(), resume: true, ..plan })
+    }
+
+    /// Searches by `scores`, from where the search was interrupted if it is to go on.
+    fn search(
         &self,
-        greenhouse: &Greenhouse,
-        watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
+        scores: impl Fn(&[RuleTrial]) -> Vec<f64>,
+        model_sha256: Option<String>,
         monitor: &dyn Monitor,
-    ) -> Option<RuleSearchResult> {
+    ) -> Result<RuleSearchResult, Error> {
+        let saved = SavedSearch::begin(self, model_sha256)?;
+        let mut watch = |generation: &RuleGeneration| {
+            monitor.advance(1);
+            monitor.status(&format!("best {:.2} cm", generation.best));
+            if saved.has_failed() { ControlFlow::Break(()) } else { monitor.answer() }
+        };
+        let scores = |trials: &[RuleTrial]| saved.scores(trials.len(), || scores(trials), monitor);
+        let found = self.search.tune_by(scores, self.seed, &mut watch);
+        saved.end()?;
+        // What was left out at the end of the search counted for nothing.
+        let interrupted = || Error::Interrupted { folder: saved::path(&self.out) };
+        found.filter(|_| monitor.may_go_on()).ok_or_else(interrupted)
+    }
+
+    /// Searches on simulated plants of the model.
+    fn tune_on_model(&self, monitor: &dyn Monitor) -> Result<Tuned, Error> {
+        let model = model::read_for(&self.model, &self.task, monitor)?;
+        let json = model.to_json();
+        let scores = RuleSearch::scores_on(&model, &self.task, self.seed);
+        let found = self.search(scores, Some(files::sha256(json.as_bytes())), monitor)?;
+        let tuned = TunedRule::of_model(found.rule, &model, &json, model.is_virtual(), None);
+        let mut controller = tuned.controller(&self.task);
+        let unwatched = &mut environment::unwatched;
+        let track = model::simulate(&model, &mut controller, &self.task, self.seed, 0, unwatched);
+        let without_data = model.share_without_data(&track.samples);
+        // Two plants are enough to tell whether there is more than one.
+        let withheld = model::reason_to_withhold(model.of_each_plant(2)?.len(), without_data);
+        let expected = withheld.is_none().then_some(found.expected);
+        Ok((TunedRule { task: Some(self.task.clone()), expected, ..tuned }, found, withheld))
+    }
+
+    /// Searches on virtual beans, which grow side by side in all threads.
+    fn tune_on_beans(&self, greenhouse: &Greenhouse, monitor: &dyn Monitor) -> Result<Tuned, Error> {
         let Greenhouse { bean: species, scale, layout, .. } = greenhouse;
         let trial =
             bean::Trial { species, scale: *scale, layout: layout.clone(), period_min: self.period_min };
@@ -164,6 +203,16 @@ impl TunePlan {
             tracks.iter().map(|track| self.task.fitness(track)).collect::<Vec<f64>>()
         };
         let scores = |trials: &[RuleTrial]| trials.par_chunks(PLANTS_AT_ONCE).flat_map_iter(grow).collect();
-        self.search.tune_by(scores, self.seed, watch).filter(|_| monitor.may_go_on())
+        let found = self.search(scores, None, monitor)?;
+        let tuned = TunedRule {
+            rule: found.rule,
+            layout: layout.clone(),
+            period_min: self.period_min,
+            task: Some(self.task.clone()),
+            model_sha256: None,
+            is_virtual: true,
+            expected: Some(found.expected),
+        };
+        Ok((tuned, found, None))
     }
 }

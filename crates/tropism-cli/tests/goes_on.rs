@@ -1,0 +1,119 @@
+//! Long work goes on from what it wrote alone, and tells how far it is.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+fn command(folder: &Path, words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+    command
+        .current_dir(folder)
+        .args(words)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+#[track_caller]
+fn tropism(folder: &Path, words: &[&str]) -> String {
+    let Output { status, stdout, stderr } = command(folder, words).output().unwrap();
+    assert!(status.success(), "{words:?}: {}", String::from_utf8_lossy(&stderr));
+    String::from_utf8(stdout).unwrap().trim_end().to_owned()
+}
+
+/// Kills a program as soon as `is_at_work`, or lets it end.
+fn kill_when(mut child: Child, is_at_work: impl Fn() -> bool) {
+    let started = Instant::now();
+    while child.try_wait().unwrap().is_none() && !is_at_work() {
+        assert!(started.elapsed() < Duration::from_secs(60), "it never came to work");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let _ = child.kill();
+    child.wait().unwrap();
+}
+
+/// A model of the stems of so many beans.
+fn grow_and_fit(folder: &Path, plants: &str) {
+    tropism(folder, &["grow", "--plants", plants, "--steps", "300", "--out", "beans"]);
+    tropism(folder, &["fit", "beans", "--model", "stem", "--out", "stem.json"]);
+}
+
+#[test]
+fn a_rule_of_one_plant_carries_no_expectation() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    grow_and_fit(here, "1");
+    let search = ["--generations", "2", "--population", "4", "--episodes", "2"];
+    let told =
+        tropism(here, &[&["tune", "--model", "stem.json", "--out", "rule.json"], &search[..]].concat());
+    assert!(told.contains("unseen plants of the model"), "{told}");
+    assert!(told.contains("expected on unseen plants: withheld, for the model is of one plant"), "{told}");
+    assert!(!fs::read_to_string(here.join("rule.json")).unwrap().contains("expected"));
+    let words =
+        ["transfer", "--controllers", "rule.json", "chase", "--plants", "2", "--json", "--out", "transfer"];
+    let transfer: serde_json::Value = serde_json::from_str(&tropism(here, &words)).unwrap();
+    assert!(transfer["controllers"][0]["expected"].is_null(), "{transfer}");
+}
+
+#[test]
+fn a_killed_search_for_a_rule_goes_on_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    grow_and_fit(here, "2");
+    let search = ["--generations", "30", "--population", "8", "--episodes", "16"];
+    let tune = |out| [&["tune", "--model", "stem.json", "--out", out], &search[..]].concat();
+    tropism(here, &tune("whole.json"));
+    let saved = here.join("rule.search.jsonl");
+    let lines = || fs::read_to_string(&saved).map_or(0, |text| text.lines().count());
+    kill_when(command(here, &tune("rule.json")).spawn().unwrap(), || lines() > 3);
+    assert!(saved.exists() && !here.join("rule.json").exists(), "it was killed at work");
+    let told = tropism(here, &["status", "rule.json"]);
+    assert!(
+        told.starts_with("rule.json: not finished\ngenerations  ") && told.contains(" of 30, best "),
+        "{told}"
+    );
+    assert!(told.ends_with("tropism tune --out rule.json --resume"), "{told}");
+    tropism(here, &["tune", "--out", "rule.json", "--resume"]);
+    let [whole, resumed] = ["whole.json", "rule.json"].map(|name| fs::read(here.join(name)).unwrap());
+    assert!(whole == resumed && !saved.exists());
+    assert_eq!(tropism(here, &["status", "rule.json"]), "rule.json: over");
+}
+
+#[test]
+fn a_killed_comparison_goes_on_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let transfer = |out| {
+        ["transfer", "--controllers", "chase", "periodic:6h", "--plants", "12", "--seed", "5", "--out", out]
+    };
+    tropism(here, &transfer("whole"));
+    let tracks = here.join("killed/tracks/chase");
+    let count = || fs::read_dir(&tracks).map_or(0, Iterator::count);
+    kill_when(command(here, &transfer("killed")).spawn().unwrap(), || count() > 1);
+    let told = tropism(here, &["status", "killed"]);
+    assert!(told.contains("steered      ") && told.contains(" of 24 plants"), "{told}");
+    assert!(told.ends_with("next: tropism transfer --out killed --resume"), "{told}");
+    tropism(here, &["transfer", "--out", "killed", "--resume"]);
+    for file in ["transfer.json", "plants.csv", "plan.json", "tracks/periodic-6h/plant-0012.csv"] {
+        let [whole, resumed] = ["whole", "killed"].map(|out| fs::read(here.join(out).join(file)).unwrap());
+        assert!(whole == resumed, "{file} differs");
+    }
+    assert!(
+        tropism(here, &["status", "killed"])
+            .contains("killed: over, virtual plants\nsteered      24 of 24 plants (100 %)")
+    );
+}
+
+#[test]
+fn plants_are_calibrated_by_the_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    tropism(here, &["grow", "--plants", "2", "--steps", "200", "--out", "beans"]);
+    let estimates: serde_json::Value =
+        serde_json::from_str(&tropism(here, &["calibrate", "beans", "--json"])).unwrap();
+    let tracks: Vec<_> =
+        estimates.as_array().unwrap().iter().map(|one| one["track"].as_str().unwrap()).collect();
+    assert_eq!(tracks, ["beans/plant-0001.csv", "beans/plant-0002.csv"]);
+}

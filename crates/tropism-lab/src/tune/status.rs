@@ -1,0 +1,52 @@
+//! How far the search for a rule is, read from its file.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::saved;
+use crate::{Error, files};
+
+/// What a search for a rule does now.
+#[derive(Clone, Debug, Serialize)]
+pub struct TuneStatus {
+    /// File of the rule.
+    pub rule: PathBuf,
+    /// Whether the rule is written.
+    pub is_over: bool,
+    /// Generations that are done; `None` if the search is over.
+    pub generation: Option<usize>,
+    /// Generations of the search; `None` if it is over.
+    pub generations: Option<u32>,
+    /// Best mean fitness of a rule in the last generation, in cm.
+    pub best_fitness: Option<f64>,
+    /// Seconds since a generation was saved last.
+    pub saved_ago_s: Option<f64>,
+}
+
+/// The status of the search for the rule `out`; `None` if there is neither search nor rule.
+///
+/// # Errors
+/// [`Error`] if the search cannot be read.
+pub(crate) fn status(out: &Path) -> Result<Option<TuneStatus>, Error> {
+    let path = saved::path(out);
+    let over = |is_over| TuneStatus {
+        rule: out.to_owned(),
+        is_over,
+        generation: None,
+        generations: None,
+        best_fitness: None,
+        saved_ago_s: None,
+    };
+    if !path.exists() {
+        return Ok(out.is_file().then(|| over(true)));
+    }
+    let (done, plan, best_fitness) = saved::read_progress(out)?;
+    Ok(Some(TuneStatus {
+        generation: Some(done),
+        generations: Some(plan.search.generations),
+        best_fitness,
+        saved_ago_s: files::age_s(&path),
+        ..over(false)
+    }))
+}
