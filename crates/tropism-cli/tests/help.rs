@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 24] = [
+const COMMANDS: [&str; 25] = [
     "study",
     "check",
     "run",
@@ -15,6 +15,7 @@ const COMMANDS: [&str; 24] = [
     "depth",
     "fit",
     "evolve",
+    "sweep",
     "baseline",
     "tune",
     "simulate",

@@ -118,8 +118,22 @@ fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
     assert!(kills > 1, "killed {kills} times");
     assert_same(one.path(), killed.path());
 
+    studies_are_compared(one.path(), two.path());
     report_is_whole(one.path(), &numbers);
     is_small_and_goes_on_alone(one.path(), &numbers);
+}
+
+/// Two studies of one seed have the same evolutions and champions: no difference is found.
+fn studies_are_compared(one: &Path, two: &Path) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+    command.arg("report").args([one, two].map(|folder| folder.join("study")));
+    let output = command.arg("--out").arg(one.join("both.html")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    for what in ["Evolutions", "Champions"] {
+        let line = format!("{what} compared: pairs that differ after Holm's correction: 0 of 1");
+        assert!(text.contains(&line), "{text}");
+    }
 }
 
 /// A finished study keeps the photographs that figures show, and needs its folder alone.

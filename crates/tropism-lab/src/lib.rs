@@ -18,6 +18,7 @@
 //! | [`SimulatePlan`](simulate::SimulatePlan), [`ScorePlan`](score::ScorePlan), [`ShowPlan`](show::ShowPlan) | a controller on the model, the fitness of tracks, a network and its decisions |
 //! | [`GrowPlan`](grow::GrowPlan), [`CalibratePlan`](calibrate::CalibratePlan) | virtual beans, and their parameters from tracks |
 //! | [`TransferPlan`](transfer::TransferPlan) | controllers compared on the same unseen virtual plants |
+//! | [`SweepPlan`](sweep::SweepPlan) | seeds times settings of evolutions or of studies of laboratories, in one table |
 //! | [`StudyPlan`](study::StudyPlan), [`ReportPlan`](report::ReportPlan) | the whole paper, and pages of figures |
 //!
 //! Below them: [`files`] and [`Checkpoint`] on the disk, the [`Journal`] of a [`RunFolder`], and the [`Recorder`], which
@@ -48,6 +49,7 @@ pub mod track;
 pub mod depth;
 mod stopwatch;
 mod statistics;
+pub mod comparison;
 mod model;
 mod champion;
 pub mod fit;
@@ -64,6 +66,7 @@ mod figures;
 pub mod transfer;
 pub mod laboratories;
 pub mod study;
+pub mod sweep;
 pub mod status;
 pub mod report;
 

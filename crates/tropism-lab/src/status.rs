@@ -21,6 +21,7 @@ use crate::lock::holder;
 use crate::monitor::Monitor;
 use crate::run::RunConfig;
 use crate::study::{self, StudyStatus};
+use crate::sweep::{self, SweepStatus};
 use crate::transfer::{self, TransferStatus};
 use crate::tune::{self, TuneStatus};
 use crate::workflow::Workflow;
@@ -43,6 +44,8 @@ pub enum StatusResults {
     Evolution(EvolutionStatus),
     /// A study.
     Study(StudyStatus),
+    /// A sweep.
+    Sweep(SweepStatus),
     /// A comparison of controllers.
     Transfer(TransferStatus),
     /// A comparison of recipes.
@@ -148,6 +151,9 @@ impl Workflow for StatusPlan {
         let is_there = |name: &str| self.folder.join(name).exists();
         if is_there("study.toml") {
             return study::status(&self.folder).map(StatusResults::Study);
+        }
+        if is_there("sweep.toml") {
+            return sweep::status(&self.folder).map(StatusResults::Sweep);
         }
         if is_there("evolution.toml") {
             return evolve::status(&self.folder).map(StatusResults::Evolution);

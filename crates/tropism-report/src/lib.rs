@@ -33,10 +33,12 @@ mod shifts;
 mod speed;
 mod stems;
 mod transfer;
+mod comparison;
 
 use std::collections::BTreeMap;
 
 pub use animation::{Animation, AnimationError};
+pub use comparison::{ComparedRuns, fitness_compared, values_compared};
 pub use composite::{Composite, composite};
 pub use decision::{SteeredTrack, decision, decision_text, rule};
 pub use evolution::{fitness_boxes, fitness_run};

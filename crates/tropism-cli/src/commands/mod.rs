@@ -21,6 +21,7 @@ mod simulate;
 mod status;
 mod stop;
 mod study;
+mod sweep;
 mod timelapse;
 mod track;
 mod transfer;
@@ -48,6 +49,7 @@ pub(crate) enum Command {
     Depth(depth::Depth),
     Fit(fit::Fit),
     Evolve(evolve::Evolve),
+    Sweep(sweep::Sweep),
     Baseline(baseline::Baseline),
     Tune(tune::Tune),
     Simulate(simulate::Simulate),
@@ -95,6 +97,7 @@ impl Command {
             Self::Depth(depth) => depth.execute(shell),
             Self::Fit(fit) => fit.execute(shell),
             Self::Evolve(evolve) => evolve.execute(shell),
+            Self::Sweep(sweep) => sweep.execute(shell),
             Self::Baseline(baseline) => baseline.execute(shell),
             Self::Tune(tune) => tune.execute(shell),
             Self::Simulate(simulate) => simulate.execute(shell),

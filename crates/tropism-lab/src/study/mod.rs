@@ -21,6 +21,7 @@ use tropism::task::{OpenLoop, TaskSpec};
 use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;
 pub(crate) use self::page::page;
+pub(crate) use self::results::SATURATION_SHARE;
 pub use self::results::{ManyNumbers, RealityNumbers, StudyResults};
 use self::results::{RandomNumbers, StudyFolder, read_seconds};
 pub(crate) use self::status::status;

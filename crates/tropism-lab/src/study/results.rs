@@ -249,7 +249,7 @@ impl StudyFolder {
 }
 
 /// Share of its final value at which fitness counts as saturated; chosen by hand.
-const SATURATION_SHARE: f64 = 0.98;
+pub(crate) const SATURATION_SHARE: f64 = 0.98;
 
 fn read_json<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, files::FileError> {
     files::read_as(path, |text| serde_json::from_str(text))

@@ -43,6 +43,7 @@ fn text(status: &StatusResults) -> String {
         StatusResults::Run(run) => run_text(run),
         StatusResults::Evolution(evolution) => work::evolution_text(evolution),
         StatusResults::Study(study) => work::study_text(study),
+        StatusResults::Sweep(sweep) => work::sweep_text(sweep),
         StatusResults::Transfer(transfer) => work::transfer_text(transfer),
         StatusResults::Laboratories(laboratories) => work::laboratories_text(laboratories),
         StatusResults::Tune(tune) => work::tune_text(tune),

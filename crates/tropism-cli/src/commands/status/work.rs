@@ -6,6 +6,7 @@ use tropism_lab::evolve::EvolutionStatus;
 use tropism_lab::files::shell_word;
 use tropism_lab::laboratories::{LaboratoriesStatus, WorldStatus};
 use tropism_lab::study::{StageStatus, StudyStatus};
+use tropism_lab::sweep::SweepStatus;
 use tropism_lab::transfer::{SteeredPlants, TransferStatus};
 use tropism_lab::tune::TuneStatus;
 use tropism_lab::units::{self, plural};
@@ -53,6 +54,29 @@ pub(super) fn study_text(status: &StudyStatus) -> String {
         text += &format!("report: {}", study.join("report.html").display());
     } else if process.is_none() {
         text += &format!("next: tropism study --out {} --resume", shell_word(study));
+    }
+    text.trim_end().to_owned()
+}
+
+pub(super) fn sweep_text(status: &SweepStatus) -> String {
+    let SweepStatus { sweep, is_over, process, settings, seeds, done, total, begun, .. } = status;
+    let mut text = format!("{}\n", headline(sweep, *is_over, *process));
+    text += &format!(
+        "units        {done} of {total} ({} with {})\n",
+        plural(*settings, "setting"),
+        plural(*seeds, "seed")
+    );
+    if let Some((generations, all)) = status.generations_done.zip(status.generations) {
+        let percent = 100.0 * generations as f64 / all.max(1) as f64;
+        text += &format!("generations  {generations} of {all} ({percent:.0} %)\n");
+    }
+    if !begun.is_empty() {
+        text += &format!("begun        {}\n", begun.join(", "));
+    }
+    if *is_over {
+        text += &format!("table: {}", sweep.join("sweep.csv").display());
+    } else if process.is_none() {
+        text += &format!("next: tropism sweep --out {} --resume", shell_word(sweep));
     }
     text.trim_end().to_owned()
 }

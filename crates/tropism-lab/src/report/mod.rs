@@ -1,4 +1,7 @@
-//! Reports: one HTML page of figures and tables from runs, tracks and evolutions, or from a study.
+//! Reports: one HTML page of figures and tables from runs, tracks, evolutions, studies or sweeps. Several evolutions, several
+//! studies and the settings of a sweep are compared.
+
+mod compare;
 
 use std::path::{Path, PathBuf};
 
@@ -6,19 +9,22 @@ use serde::{Deserialize, Serialize};
 use tropism::task::Task;
 use tropism::text::plural;
 use tropism::track::Track;
-use tropism_report::{self as report, LeftOut, Page, Plants};
+use tropism_report::{self as report, LeftOut, Page, Plants, Table};
 
+use self::compare::Comparison;
+use crate::comparison::SamplePair;
 use crate::evolve::{EvolutionHistory, EvolutionRecord};
 use crate::figures::{Figures, fitness_table};
 use crate::finished_run::FinishedRun;
 use crate::fit::is_of_virtual_plant;
+use crate::sweep::SweepPlan;
 use crate::{Error, Monitor, Workflow, files, study};
 
 /// Writes a report of folders and tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ReportPlan {
-    /// Folders of runs and evolutions and track files; or the folder of one study.
+    /// Folders of runs, evolutions and studies and track files, or the folder of one study or of one sweep.
     pub sources: Vec<PathBuf>,
     /// HTML file of the report.
     pub out: PathBuf,
@@ -33,7 +39,7 @@ impl Default for ReportPlan {
 }
 
 /// A written report.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReportResults {
     /// HTML file of the report.
     pub report: PathBuf,
@@ -42,6 +48,18 @@ pub struct ReportResults {
     /// Figures for which there are no data.
     #[serde(default)]
     pub left_out: Vec<LeftOut>,
+    /// What is compared with what.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub comparisons: Vec<ReportComparison>,
+}
+
+/// Things of one kind, compared pair by pair.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReportComparison {
+    /// What is compared.
+    pub title: String,
+    /// Each two of them; none where their tasks differ.
+    pub pairs: Vec<SamplePair>,
 }
 
 impl Workflow for ReportPlan {
@@ -64,8 +82,8 @@ impl Workflow for ReportPlan {
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<ReportResults, Error> {
         self.check()?;
-        let page = match self.sources.as_slice() {
-            [folder] if folder.join("study.toml").exists() => study::page(folder)?,
+        let (page, comparisons) = match self.sources.as_slice() {
+            [folder] if is_study(folder) => (study::page(folder)?, Vec::new()),
             sources => Sources::read(sources)?.page(sources)?,
         };
         files::write(&self.out, page.html().as_bytes())?;
@@ -76,7 +94,7 @@ impl Workflow for ReportPlan {
             }
         }
         let figures = page.figures.iter().map(|figure| figure.number.to_owned()).collect();
-        Ok(ReportResults { report: self.out.clone(), figures, left_out: page.left_out })
+        Ok(ReportResults { report: self.out.clone(), figures, left_out: page.left_out, comparisons })
     }
 }
 
@@ -88,6 +106,10 @@ fn inputs(source: &Path) -> Vec<PathBuf> {
     let mut files = files::files_below(source);
     files.retain(|file| !is_figure(file) && file.extension().is_none_or(|extension| extension != "html"));
     files
+}
+
+fn is_study(folder: &Path) -> bool {
+    folder.join("study.toml").exists()
 }
 
 /// Whether a file has the name of a figure of a report.
@@ -102,6 +124,7 @@ struct Sources {
     steered: Vec<FinishedRun>,
     tracks: Vec<Track>,
     evolutions: Vec<(EvolutionHistory, Plants)>,
+    comparisons: Vec<Comparison>,
     is_virtual: bool,
 }
 
@@ -111,7 +134,32 @@ impl Sources {
         for path in paths {
             sources.add(path)?;
         }
+        sources.compare(paths)?;
         Ok(sources)
+    }
+
+    /// Compares what there is more than one of.
+    fn compare(&mut self, paths: &[PathBuf]) -> Result<(), Error> {
+        let with = |file: &str| -> Vec<&Path> {
+            paths.iter().map(PathBuf::as_path).filter(|path| path.join(file).exists()).collect()
+        };
+        let (evolutions, studies) = (with("evolution.toml"), with("study.toml"));
+        if evolutions.len() > 1 {
+            self.comparisons.push(Comparison::of_evolutions(&evolutions)?);
+        }
+        if let [study] = studies[..] {
+            return Err(Error::Plan(format!(
+                "{}: found one study among other sources, wanted it alone, or several to compare",
+                study.display()
+            )));
+        }
+        if studies.len() > 1 {
+            self.comparisons.extend(Comparison::of_studies(&studies)?);
+        }
+        for sweep in with("sweep.toml") {
+            self.comparisons.extend(Comparison::of_sweep(sweep)?);
+        }
+        Ok(())
     }
 
     fn add(&mut self, path: &Path) -> Result<(), Error> {
@@ -130,9 +178,15 @@ impl Sources {
             self.is_virtual |= is_virtual;
             let plants = if is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
             self.evolutions.push((EvolutionHistory::read(&path.join("history.csv"))?, plants));
+        } else if is_study(path) {
+            // Only compared with others: alone it has a page of its own.
+            self.is_virtual = true;
+        } else if path.join("sweep.toml").exists() {
+            self.is_virtual |= SweepPlan::is_virtual(path)?;
         } else {
             return Err(Error::Plan(format!(
-                "{}: found no run.toml, history.csv or study.toml, wanted the folder of a finished run, evolution or study",
+                "{}: found no run.toml, history.csv, study.toml or sweep.toml, wanted the folder of a finished run, evolution, \
+                 study or sweep",
                 path.display()
             )));
         }
@@ -151,11 +205,17 @@ impl Sources {
         }
         all.add_stems(&self.open_loop)?;
         all.add_tracks(&self.tracks, plants);
-        all.leave_out_the_missing();
+        all.drawn.extend(self.comparisons.iter().flat_map(Comparison::figures));
+        if self.comparisons.is_empty() {
+            all.leave_out_the_missing();
+        } else {
+            // A comparison is not a paper with figures missing.
+            all.left_out.clear();
+        }
         Ok(all)
     }
 
-    fn page(&self, paths: &[PathBuf]) -> Result<Page, Error> {
+    fn page(&self, paths: &[PathBuf]) -> Result<(Page, Vec<ReportComparison>), Error> {
         let Self { open_loop, steered, tracks, .. } = self;
         let plants = if self.is_virtual { Plants::Virtual } else { Plants::Real };
         let of_photographs = match tracks.len() {
@@ -163,17 +223,35 @@ impl Sources {
             count => format!(", {} of photographs", plural(count, "track")),
         };
         let figures = self.figures(plants)?;
+        let comparisons: Vec<ReportComparison> = self.comparisons.iter().map(Comparison::results).collect();
+        let compared = self.comparisons.iter().zip(&comparisons);
+        let mut tables: Vec<Table> = compared.flat_map(|(one, results)| one.tables(results)).collect();
+        if !steered.is_empty() {
+            tables.push(fitness_table(steered));
+        }
         let names: Vec<String> = paths.iter().map(|path| files::shell_word(path)).collect();
-        Ok(Page {
-            title: "Experiments".to_owned(),
-            intro: format!(
-                "{} open-loop and {} steered experiments{of_photographs}.",
-                open_loop.len(),
-                steered.len(),
-            ),
+        let mut intro = format!(
+            "{} open-loop and {} steered experiments{of_photographs}.",
+            open_loop.len(),
+            steered.len(),
+        );
+        if !self.comparisons.is_empty() {
+            intro = if open_loop.len() + steered.len() + tracks.len() == 0 {
+                String::new()
+            } else {
+                intro + "\n\n"
+            };
+            intro += "The tables say what differs by rank tests. They compare evolutions by their champions on unseen plants of \
+                      the model: the best fitness over the generations is that of few plants, and selects for lucky growth \
+                      noise. `tropism transfer` compares controllers on unseen virtual plants.";
+        }
+        let title = if self.comparisons.is_empty() { "Experiments" } else { "Comparison" };
+        let page = Page {
+            title: title.to_owned(),
+            intro,
             plants,
             numbers: Vec::new(),
-            tables: if steered.is_empty() { Vec::new() } else { vec![fitness_table(steered)] },
+            tables,
             figures: figures.drawn,
             left_out: figures.left_out,
             command: format!("tropism report {}", names.join(" ")),
@@ -185,6 +263,7 @@ impl Sources {
                 .collect(),
             stages: Vec::new(),
             config: String::new(),
-        })
+        };
+        Ok((page, comparisons))
     }
 }

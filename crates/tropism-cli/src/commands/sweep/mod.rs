@@ -1,0 +1,102 @@
+//! `tropism sweep`: seeds times settings, in one table.
+
+mod table;
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::Args;
+use tropism_lab::sweep::{SweepConfig, SweepPlan, SweepUnit, UnitPlan};
+
+use crate::progress::{execute_and_print, for_user};
+use crate::shell::Shell;
+
+/// Compare settings over seeds: evolutions or studies of laboratories, in one table
+///
+/// A sweep file names seeds, a grid of settings, and what all settings share. Each setting has one evolution, with all its
+/// runs, for each seed; or one study of laboratories. The table has the fitness of each setting over runs and seeds,
+/// generations to saturation, evaluations and processor time. It says which settings differ, by a rank test of their champions
+/// on unseen plants of the model, corrected for all pairs. Ctrl-C saves; --resume continues with the same results as without an interruption. `tropism status DIR` tells
+/// how far it is.
+///
+/// The units of work are independent: on a cluster each of them can be executed alone by --unit, on any machine that shares
+/// DIR and in any order. The sweep then finds them finished and prints the table.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    tropism sweep studies/sweep.toml --model model.json --out sweep\n  \
+    tropism sweep --out sweep --resume\n  \
+    tropism sweep studies/sweep.toml --model model.json --list\n  \
+    tropism sweep studies/sweep.toml --model model.json --out sweep --unit 3\n  \
+    tropism report sweep --out report.html --figures figures\n\n\
+    A sweep file, here of two population sizes and three seeds each, 2 x 3 evolutions of 4 runs:\n  \
+    seeds = 3\n  \
+    [grid]\n  \
+    evolution.neat.population = [50, 150]\n  \
+    [evolve]\n  \
+    evolution.runs = 4\n\
+    Keys are those of studies/evolution.toml, or with [laboratories] those of studies/robust.toml.")]
+pub(crate) struct Sweep {
+    /// Sweep file; with --resume alone that of the sweep in DIR
+    #[arg(value_name = "SWEEP.toml", required_unless_present = "resume")]
+    file: Option<PathBuf>,
+
+    /// Model on which controllers evolve, from `tropism fit`, instead of the file's
+    #[arg(long, value_name = "model.json", requires = "file")]
+    model: Option<PathBuf>,
+
+    /// Folder to write to
+    #[arg(long, value_name = "DIR", default_value = "sweep")]
+    out: PathBuf,
+
+    /// Continue the sweep in DIR; it needs no file
+    #[arg(long)]
+    resume: bool,
+
+    /// Execute unit K alone, from 1; others may be at work in DIR at the same time
+    #[arg(long, value_name = "K")]
+    unit: Option<usize>,
+
+    /// List the units of work, and do nothing
+    #[arg(long, conflicts_with = "unit")]
+    list: bool,
+}
+
+impl Sweep {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        let plan = self.plan()?;
+        if self.list {
+            let units = plan.units().map_err(for_user)?;
+            return shell.result(&listed(&units), &units);
+        }
+        match self.unit {
+            Some(unit) => {
+                let plan = UnitPlan { sweep: plan, unit };
+                execute_and_print(&plan, shell, |results| table::unit(results, &plan.sweep.out))
+            }
+            None => execute_and_print(&plan, shell, |results| table::sweep(results, &plan.out)),
+        }
+    }
+
+    fn plan(&self) -> Result<SweepPlan> {
+        let Some(file) = &self.file else {
+            return SweepPlan::of_folder(&self.out).map_err(for_user);
+        };
+        let mut config = SweepConfig::read(file).map_err(for_user)?;
+        let folder = file.parent().map(PathBuf::from).unwrap_or_default();
+        if let Some(model) = &self.model {
+            if config.is_of_laboratories() {
+                bail!("found --model, wanted none: laboratories make models of their own");
+            }
+            // From here on, and not from the folder of the file.
+            config.model = Some(std::path::absolute(model)?);
+        }
+        Ok(SweepPlan { out: self.out.clone(), resume: self.resume, folder, config })
+    }
+}
+
+fn listed(units: &[SweepUnit]) -> String {
+    let line = |SweepUnit { number, unit, setting, seed, .. }: &SweepUnit| {
+        format!("{number:>5}  {unit:<24} {setting}; seed {seed}")
+    };
+    units.iter().map(line).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,100 @@
+//! The results of a sweep as text.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use tropism_lab::comparison::p_text;
+use tropism_lab::files::shell_word;
+use tropism_lab::sweep::{SettingPair, SweepResults, SweepRow, UnitResults};
+use tropism_lab::units::plural;
+
+/// Most pairs that are printed; all stand in `sweep.json`. Chosen: eight settings make as many.
+const MOST_PAIRS: usize = 28;
+
+pub(super) fn unit(results: &UnitResults, out: &Path) -> String {
+    let mut text = format!("{}: {}, seed {}\n", results.unit, results.setting, results.seed);
+    for found in &results.found {
+        let fitness: Vec<String> = found.fitness.iter().map(|value| format!("{value:.2}")).collect();
+        let case = if found.case.is_empty() { "best fitness of each run" } else { &found.case };
+        let _ = writeln!(text, "{case}: {} cm", fitness.join(", "));
+    }
+    let _ = write!(
+        text,
+        "wrote {}\nnext, when all units are done: tropism sweep --out {} --resume",
+        out.join("units").join(&results.unit).join("unit.json").display(),
+        shell_word(out)
+    );
+    text
+}
+
+pub(super) fn sweep(results: &SweepResults, out: &Path) -> String {
+    let kind = if results.is_virtual { "virtual plants or a model of them, " } else { "" };
+    let name = |row: &SweepRow| named(&row.case, &row.setting);
+    let longest = results.rows.iter().map(|row| name(row).chars().count()).max().unwrap_or(0).max(7);
+    let mut text = format!(
+        "{kind}fitness in cm, {}\n{:<longest$}  values   mean     sd  quartile  median  quartile  in model  saturates  evaluations  s a seed\n",
+        plural(results.seeds.len(), "seed"),
+        "setting",
+    );
+    for row in &results.rows {
+        let [_, low, median, high, _] = row.five_numbers;
+        let _ = writeln!(
+            text,
+            "{:<longest$}  {:>6}  {:>5.2}  {:>5.2}  {low:>8.2}  {median:>6.2}  {high:>8.2}  {:>8}  {:>9}  {:>11}  {:>8}",
+            name(row),
+            row.runs,
+            row.mean,
+            row.sd,
+            or_dash(row.mean_in_model, 2),
+            or_dash(row.saturation_generation, 0),
+            or_dash(row.evaluations, 0),
+            or_dash(row.cpu_seconds, 1),
+        );
+    }
+    text += &differences(&results.pairs);
+    let folder = out.display();
+    let _ = write!(
+        text,
+        "wrote {folder}/sweep.csv, {folder}/sweep.json\nnext: tropism report {} --out report.html --figures figures",
+        shell_word(out)
+    );
+    text
+}
+
+/// Which settings differ, and how many pairs show no difference.
+fn differences(pairs: &[SettingPair]) -> String {
+    if pairs.is_empty() {
+        return String::new();
+    }
+    let what = if pairs[0].case.is_empty() { "champions in the model" } else { "fitness of each seed" };
+    let different: Vec<&SettingPair> = pairs.iter().filter(|pair| pair.pair.is_different()).collect();
+    let mut text = format!(
+        "pairs that differ: {} of {} ({what}: Mann-Whitney U test, p < 0.05 after Holm's correction)\n",
+        different.len(),
+        pairs.len()
+    );
+    for SettingPair { case, pair } in different.iter().take(MOST_PAIRS) {
+        let word = if pair.superiority > 0.5 { "over" } else { "under" };
+        let _ = writeln!(
+            text,
+            "  {} {word} {}: {:+.2} cm between medians, p {}, A {:.2}",
+            named(case, &pair.one),
+            pair.other,
+            pair.median_difference,
+            p_text(pair.p_holm),
+            pair.superiority
+        );
+    }
+    if different.len() > MOST_PAIRS {
+        text += "  and more in sweep.json\n";
+    }
+    text
+}
+
+fn named(case: &str, setting: &str) -> String {
+    if case.is_empty() { setting.to_owned() } else { format!("{case}: {setting}") }
+}
+
+fn or_dash(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
+}

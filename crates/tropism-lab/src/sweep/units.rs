@@ -1,0 +1,160 @@
+//! One unit of work of a sweep: an evolution or a study of laboratories, of one setting and one seed, in its own folder.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::config::{Method, Setting};
+use super::results::{FinishedUnit, UnitFindings, UnitResults};
+use super::{Sweep, UNIT_SCHEMA};
+use crate::evolve::{EvolutionHistory, EvolvePlan};
+use crate::files::{self, FileError};
+use crate::laboratories::LaboratoriesPlan;
+use crate::stopwatch::Stopwatch;
+use crate::{Error, Monitor, Workflow};
+
+/// A unit of work: what it is called, and what it does.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SweepUnit {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Its name, and that of its folder in `units`.
+    pub unit: String,
+    /// Name of its setting.
+    pub setting: String,
+    /// Its seed.
+    pub seed: u64,
+    /// Number of its setting, from 0.
+    #[serde(skip)]
+    pub(crate) place: usize,
+}
+
+/// All units: for each seed one of each setting, so that what is done of a sweep compares all settings.
+pub(super) fn units(settings: &[Setting], seeds: &[u64]) -> Vec<SweepUnit> {
+    let of_seed =
+        |&seed: &u64| settings.iter().enumerate().map(move |(place, setting)| (place, setting, seed));
+    let numbered = (1..).zip(seeds.iter().flat_map(of_seed));
+    numbered
+        .map(|(number, (place, setting, seed))| SweepUnit {
+            number,
+            unit: format!("setting-{}-seed-{seed}", place + 1),
+            setting: setting.name.clone(),
+            seed,
+            place,
+        })
+        .collect()
+}
+
+/// What a unit took: the content of its `seconds.json`.
+#[derive(Serialize, Deserialize)]
+struct UnitSeconds {
+    cpu_seconds: f64,
+}
+
+impl Sweep<'_> {
+    pub(super) fn unit_folder(&self, unit: &SweepUnit) -> PathBuf {
+        unit_folder(&self.plan.out, unit)
+    }
+
+    /// The results of `unit`; `None` if it is not finished.
+    pub(super) fn finished(&self, unit: &SweepUnit) -> Result<Option<FinishedUnit>, Error> {
+        let folder = self.unit_folder(unit);
+        let Some(results) = unit.read(&folder)? else { return Ok(None) };
+        let seconds = files::read_as(&folder.join("seconds.json"), |text| serde_json::from_str(text));
+        Ok(Some((results, seconds.ok().map(|seconds: UnitSeconds| seconds.cpu_seconds))))
+    }
+
+    /// Executes `unit` from where it is, unless it is finished.
+    pub(super) fn execute_unit(
+        &self,
+        unit: &SweepUnit,
+        monitor: &dyn Monitor,
+    ) -> Result<FinishedUnit, Error> {
+        if let Some(finished) = self.finished(unit)? {
+            return Ok(finished);
+        }
+        if !monitor.may_go_on() {
+            return Err(Error::Interrupted { folder: self.plan.out.clone() });
+        }
+        let folder = self.unit_folder(unit);
+        let is_whole = !folder.exists();
+        files::make_folder(&folder)?;
+        let (is_virtual, found, kept, seconds) = match &self.settings[unit.place].method {
+            Method::Evolve(config) => {
+                let plan = EvolvePlan {
+                    model: self.plan.model_copy(),
+                    out: folder.clone(),
+                    seed: unit.seed,
+                    resume: true,
+                    ..(**config).clone().plan()
+                };
+                let results = plan.execute(monitor)?;
+                let history = EvolutionHistory::read(&folder.join("history.csv"))?;
+                let found = vec![UnitFindings::of_evolution(&results, &history)];
+                let kept = ["champion.json", "history.csv"].map(str::to_owned).to_vec();
+                (self.is_virtual, found, kept, results.cpu_seconds)
+            }
+            Method::Laboratories(config) => {
+                let stopwatch = Stopwatch::start();
+                let mut config = (**config).clone();
+                config.seed = unit.seed;
+                let worlds = config.worlds.iter().map(|world| format!("{}/judged/plants.csv", world.name));
+                let kept = worlds.collect();
+                let plan = LaboratoriesPlan { out: folder.clone(), resume: true, config };
+                let results = plan.execute(monitor)?;
+                (true, UnitFindings::of_laboratories(&results), kept, stopwatch.cpu_seconds())
+            }
+        };
+        let seconds = is_whole.then_some(seconds);
+        if let Some(cpu_seconds) = seconds {
+            files::write_json(&folder.join("seconds.json"), &UnitSeconds { cpu_seconds })?;
+        }
+        let results = UnitResults {
+            schema: UNIT_SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            unit: unit.unit.clone(),
+            setting: unit.setting.clone(),
+            seed: unit.seed,
+            is_virtual,
+            found,
+            sha256: digests(&folder, kept)?,
+        };
+        // Last: a unit with this file is finished.
+        files::write_json(&folder.join("unit.json"), &results)?;
+        Ok((results, seconds))
+    }
+}
+
+/// The folder of a unit of the sweep in `out`.
+pub(crate) fn unit_folder(out: &Path, unit: &SweepUnit) -> PathBuf {
+    out.join("units").join(&unit.unit)
+}
+
+impl SweepUnit {
+    /// What it found, from its folder; `None` if it is not finished.
+    ///
+    /// # Errors
+    /// [`Error`] if its file cannot be read, or is of another unit.
+    pub(crate) fn read(&self, folder: &Path) -> Result<Option<UnitResults>, Error> {
+        let path = folder.join("unit.json");
+        if !path.exists() {
+            return Ok(None);
+        }
+        let results: UnitResults = files::read_as(&path, |text| serde_json::from_str(text))?;
+        if results.setting == self.setting && results.seed == self.seed {
+            return Ok(Some(results));
+        }
+        let found = format!("found the setting {} with seed {}", results.setting, results.seed);
+        let wanted = format!("wanted {} with seed {}", self.setting, self.seed);
+        Err(FileError::content(&path, format!("{found}, {wanted}")).into())
+    }
+}
+
+fn digests(folder: &Path, names: Vec<String>) -> Result<BTreeMap<String, String>, Error> {
+    let digest = |name: String| {
+        let digest = files::sha256(&files::read(&folder.join(&name))?);
+        Ok((name, digest))
+    };
+    names.into_iter().map(digest).collect()
+}
