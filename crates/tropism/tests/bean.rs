@@ -133,7 +133,8 @@ proptest! {
     fn a_mirrored_bean_under_mirrored_lamps_is_the_mirror_image(
         seed in any::<u64>(), powers in prop::collection::vec((0.0..1.0, 0.0..1.0), 1..40),
     ) {
-        let individual = Species::default().draw(seed, 1.0);
+        let species = if seed % 2 == 0 { Species::default() } else { internodal() };
+        let individual = species.draw(seed, 1.0);
         let mut bean = Bean::noise_free(individual.clone());
         let mut twin = Bean::noise_free(individual.mirrored());
         for (left, right) in powers {
@@ -162,7 +163,8 @@ proptest! {
         seed in any::<u64>(), scale in 0.0..2.0,
         lights in prop::collection::vec((power(), power(), 5.0..600.0), 1..12),
     ) {
-        let mut bean = Bean::new(Species::default().draw(seed, scale), seed);
+        let species = if seed % 2 == 0 { Species::default() } else { internodal() };
+        let mut bean = Bean::new(species.draw(seed, scale), seed);
         let mut length = bean.length();
         for (left, right, minutes) in lights {
             bean.advance(&[left, right], minutes);
@@ -221,9 +223,19 @@ fn a_period_decides_when_a_plant_is_observed_and_nothing_else() {
     assert_eq!((track.period_min, track.samples[6].time_s), (20.0, 7200.0));
 }
 
-fn species_files() -> [Species; 2] {
-    [include_str!("../../../beans/common-bean.toml"), include_str!("../../../beans/sunflower.toml")]
-        .map(|text| toml::from_str(text).unwrap())
+fn species_files() -> [Species; 3] {
+    [
+        include_str!("../../../beans/common-bean.toml"),
+        include_str!("../../../beans/sunflower.toml"),
+        include_str!("../../../beans/internodal-bean.toml"),
+    ]
+    .map(|text| toml::from_str(text).unwrap())
+}
+
+/// The bean of the second physiology.
+fn internodal() -> Species {
+    let [_, _, internodal] = species_files();
+    internodal
 }
 
 /// Every number of a pose, as bits.
@@ -238,11 +250,11 @@ fn bits(bean: &Bean) -> Vec<u64> {
 #[test]
 fn beans_side_by_side_are_beans_alone_to_the_bit() {
     // Ages, sub-steps, lamps and their powers differ from plant to plant; the last group has fewer plants than lanes.
-    let [common, sunflower] = species_files();
+    let [common, sunflower, internodal] = species_files();
     let mut alone: Vec<Bean> = (0..29_u32)
         .map(|seed| {
-            let species = if seed % 3 == 0 { &sunflower } else { &common };
-            let individual = species.draw(seed.into(), f64::from(seed % 4) * 0.6);
+            let species = [&sunflower, &common, &common, &internodal][seed as usize % 4];
+            let individual = species.draw(seed.into(), f64::from(seed % 3) * 0.9);
             let bean =
                 if seed % 7 == 6 { Bean::noise_free(individual) } else { Bean::new(individual, seed.into()) };
             let mut bean = bean.under(&Layout::four_sides());
@@ -288,7 +300,7 @@ fn assert_same(together: &Track, alone: &Track, what: &str) {
 #[test]
 fn tracks_grown_side_by_side_are_those_of_single_plants_to_the_bit() {
     let seeds: Vec<u64> = (0..37).map(|seed| 1000 * seed).collect();
-    let [common, sunflower] = species_files();
+    let [common, sunflower, internodal] = species_files();
     for (species, scale, layout, period_min) in [
         (&common, 0.0, Layout::default(), 5.0),
         (&common, 1.0, Layout::four_sides(), 10.0),
@@ -296,6 +308,8 @@ fn tracks_grown_side_by_side_are_those_of_single_plants_to_the_bit() {
         (&sunflower, 1.0, Layout::default(), 5.0),
         (&sunflower, 2.0, Layout::four_sides(), 10.0),
         (&sunflower, 0.0, Layout::four_sides(), 5.0),
+        (&internodal, 1.0, Layout::default(), 5.0),
+        (&internodal, 2.0, Layout::four_sides(), 10.0),
     ] {
         let trial = Trial { species, scale, layout, period_min };
         // Plants end at different steps, so that others take their lanes.
@@ -359,7 +373,8 @@ fn a_lamp_that_is_not_there_cannot_be_lit() {
 #[test]
 fn one_seed_is_one_plant() {
     let grow = |seed| {
-        let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
+        let species = if seed < 7 { Species::default() } else { internodal() };
+        let mut bean = Bean::new(species.draw(seed, 1.0), seed);
         for step in 0..150 {
             bean.advance(&alternating(step), 5.0);
         }
@@ -382,6 +397,66 @@ fn sixty_beans_behave_as_the_paper_s_six() {
     let species = Species::default();
     let tracks: Vec<_> = (0..60).map(|seed| acceptance::open_loop_experiment(&species, seed)).collect();
     check(&acceptance::population(&tracks));
+}
+
+#[test]
+fn sixty_internodal_beans_behave_as_the_paper_s_six() {
+    let species = internodal();
+    let tracks: Vec<_> = (0..60).map(|seed| acceptance::open_loop_experiment(&species, seed)).collect();
+    check(&acceptance::population(&tracks));
+}
+
+#[test]
+fn a_typical_internodal_bean_responds_as_published() {
+    check(&acceptance::single_plant(&internodal()));
+}
+
+#[test]
+fn internodal_beans_in_the_dark_lean_to_no_side() {
+    let species = internodal();
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for seed in 0..200 {
+        let mut bean = Bean::new(species.draw(seed, 1.0), seed);
+        bean.advance(&[], 24.0 * 60.0);
+        let [x, ..] = bean.apex();
+        sum += x / 200.0;
+        squares += x * x / 200.0;
+    }
+    let standard_error = (squares / 200.0_f64).sqrt();
+    assert!(sum.abs() < 3.0 * standard_error, "{sum} cm, standard error {standard_error}");
+    // Without nutation the typical plant stays upright to the last bit.
+    let mut typical = species.average();
+    typical.nutation.curvature = 0.0;
+    let mut bean = Bean::noise_free(typical);
+    bean.advance(&[], 24.0 * 60.0);
+    assert_eq!((bean.apex()[0], bean.apex()[2]), (0.0, 0.0));
+}
+
+/// Without gravity and straightening nothing but the memory can take back what light has bent.
+#[test]
+fn an_internodal_bean_takes_back_what_a_pulse_bent() {
+    let after = |mut plant: Individual| {
+        plant.nutation.curvature = 0.0;
+        plant.tropism.gravity = 0.0;
+        if let Some(internodal) = &mut plant.internodal {
+            internodal.straightening = 0.0;
+        }
+        // Straightening goes with 1 over the balance number.
+        plant.tropism.balance = 100.0;
+        let mut bean = Bean::noise_free(plant);
+        bean.advance(&[], 12.0 * 60.0);
+        bean.advance(&[0.0, 1.0], 20.0);
+        let mut most = f64::NEG_INFINITY;
+        for _ in 0..48 {
+            bean.advance(&[], 5.0);
+            most = most.max(bean.pose().heading[0]);
+        }
+        (most, bean.pose().heading[0])
+    };
+    let (most, end) = after(Species::default().average());
+    assert!(most > 0.05 && end > 0.95 * most, "{most} {end}");
+    let (most, end) = after(internodal().average());
+    assert!(most > 0.05 && end < 0.85 * most, "{most} {end}");
 }
 
 #[test]

@@ -22,7 +22,8 @@ impl Individual {
     fn check(&self) -> Result<(), OutOfRange> {
         const RATE: &str = "between 0 and 10 rad/cm/h";
         const TILT: &str = "between -1.5 and 1.5";
-        let Self { growth, motility, tropism, nutation, stem, leaves, pauses, fluctuation } = self;
+        let Self { growth, motility, tropism, nutation, stem, leaves, pauses, fluctuation, internodal } =
+            self;
         for (key, value) in [
             ("growth.start", growth.start),
             ("growth.zone", growth.zone),
@@ -120,7 +121,10 @@ impl Individual {
         ensure((0.0..=2.0).contains(&exponent), "tropism.light_exponent", exponent, "between 0 and 2")?;
         let balance = tropism.balance;
         ensure((0.01..=100.0).contains(&balance), "tropism.balance", balance, "between 0.01 and 100")?;
-        ensure(nutation.hand.abs() == 1.0, "nutation.hand", nutation.hand, "1 or -1")
+        ensure(nutation.hand.abs() == 1.0, "nutation.hand", nutation.hand, "1 or -1")?;
+        internodal
+            .as_ref()
+            .map_or(Ok(()), |internodal| internodal.check().map_err(|error| error.in_table("internodal")))
     }
 }
 

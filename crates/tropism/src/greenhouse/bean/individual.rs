@@ -15,6 +15,8 @@ use core::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::Internodal;
+
 /// The parameters of one plant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -35,6 +37,9 @@ pub struct Individual {
     pub pauses: Pauses,
     /// Fluctuations of gains and curvature.
     pub fluctuation: Fluctuation,
+    /// Another physiology of bending. Default: none; `motility`, `tropism` and `nutation` say how the stem bends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub internodal: Option<Internodal>,
 }
 
 /// Elongation of the growing zone below the apex.

@@ -7,7 +7,7 @@
 //!
 //! with light and gravity projected on the cross-section of the stem. `gamma k` is autotropic straightening (proprioception).
 //! Ornstein-Uhlenbeck processes modulate motility and elongation. The parameters are partly published and partly tuned
-//! ([`Species`]); results are virtual. The bean shares nothing with the tip-motion model, which is built from its photographs.
+//! ([`Species`]); results are virtual. A second physiology on the same stem has other equations ([`Internodal`]). The bean shares nothing with the tip-motion model, which is built from its photographs.
 //!
 //! Coordinates: x to the right, y up, z towards the camera; cm, h and rad.
 //!
@@ -21,8 +21,9 @@ pub mod calibrate;
 mod noise;
 mod check;
 mod individual;
-mod rod;
 mod species;
+mod internodal;
+mod rod;
 mod population;
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -30,6 +31,7 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 pub(super) use grow::Observer;
 pub use grow::{Specimen, Trial, grow, grow_noise_free, lamp_powers};
 pub use individual::{Fluctuation, Growth, Individual, Leaves, Motility, Nutation, Pauses, Stem, Tropism};
+pub use internodal::Internodal;
 pub use noise::{Pause, ResponseState, response_history};
 pub use population::Population;
 pub use species::{Species, Spread};
@@ -38,6 +40,7 @@ use super::pose::{Leaf, Node, Pose};
 use crate::lamps::{Layout, MAX_LAMPS};
 use crate::math;
 use crate::math::vector::Vec3;
+use internodal::Clock;
 use noise::{Gains, PlantNoise};
 use rod::{Forcing, Rod};
 
@@ -88,6 +91,8 @@ pub struct Bean {
     /// Age at which the leaves begin to unfold, in h; infinite without events.
     unfold_h: f64,
     noise: Option<PlantNoise>,
+    /// The drifting speed of nutation; `None` if it is constant.
+    clock: Option<Clock>,
     substep_s: f64,
 }
 
@@ -101,7 +106,8 @@ impl Bean {
         let mut noise = PlantNoise::new(&individual, seed);
         let phase = noise.phase();
         let unfold_h = individual.leaves.unfold_h;
-        Self { phase, unfold_h, noise: Some(noise), ..Self::noise_free(individual) }
+        let clock = individual.internodal.as_ref().map(|internodal| Clock::new(internodal, seed));
+        Self { phase, unfold_h, noise: Some(noise), clock, ..Self::noise_free(individual) }
     }
 
     /// A seedling without noise and events: gains are constant, it never pauses, and its leaves stay folded.
@@ -116,6 +122,7 @@ impl Bean {
             phase: 0.0,
             unfold_h: f64::INFINITY,
             noise: None,
+            clock: None,
             substep_s: Self::SUBSTEP_S,
         }
         .under(&Layout::default())
@@ -156,7 +163,7 @@ impl Bean {
                 let nutation = tick.nutation.next_rate();
                 self.rod.step(&self.plant, &tick.forcing, nutation);
             }
-            self.end_tick(tick_h);
+            self.end_tick(&tick, tick_h);
         }
     }
 
@@ -189,14 +196,23 @@ impl Bean {
             None => Gains { motility: 1.0, growth: 1.0 },
         };
         let (zone, dt) = (self.zone(), tick_h / substeps);
+        let (maturity, straightening) = match &plant.internodal {
+            // Internodes mature, not the stem as a whole.
+            Some(internodal) => (1.0, internodal.straightening),
+            None => (
+                self.maturity(),
+                (plant.tropism.light + plant.tropism.gravity) * zone / plant.tropism.balance,
+            ),
+        };
         let forcing = Forcing {
             dt,
+            age_h: self.age_h,
             lamps: self.lamps,
             powers,
             growth: self.elongation() * gains.growth,
-            gain: self.maturity() * gains.motility,
+            gain: maturity * gains.motility,
             zone,
-            straightening: (plant.tropism.light + plant.tropism.gravity) * zone / plant.tropism.balance,
+            straightening,
             leaf_mass: self.leaf_mass(),
             relaxed_share: 1.0 - math::exp(-dt / plant.stem.lag_h),
         };
@@ -205,12 +221,18 @@ impl Bean {
             self.rod.disturb(|| noise.curvature_step(plant, tick_h));
             self.phase += noise.phase_step(plant, tick_h);
         }
-        Tick { nutation: RotatingNutation::new(plant, self.phase, dt), forcing, substeps: substeps as u32 }
+        let speed = match (&mut self.clock, &plant.internodal) {
+            (Some(clock), Some(internodal)) => clock.speed(internodal, tick_h),
+            _ => 1.0,
+        };
+        let turning = TAU / plant.nutation.period_h * speed;
+        let nutation = RotatingNutation::new(plant, self.phase, turning * dt);
+        Tick { nutation, turning, forcing, substeps: substeps as u32 }
     }
 
     /// Ends a tick: time has passed.
-    fn end_tick(&mut self, tick_h: f64) {
-        self.phase += TAU / self.plant.nutation.period_h * tick_h;
+    fn end_tick(&mut self, tick: &Tick, tick_h: f64) {
+        self.phase += tick.turning * tick_h;
         self.phase %= TAU;
         self.age_h += tick_h;
     }
@@ -357,6 +379,8 @@ struct Tick {
     forcing: Forcing,
     substeps: u32,
     nutation: RotatingNutation,
+    /// Speed of the phase of circumnutation, in rad/h.
+    turning: f64,
 }
 
 /// The rate of curvature by circumnutation, sub-step after sub-step: the phase turns by the addition theorem.
@@ -369,8 +393,8 @@ struct RotatingNutation {
 }
 
 impl RotatingNutation {
-    fn new(plant: &Individual, phase: f64, dt: f64) -> Self {
-        let angle = TAU / plant.nutation.period_h * dt;
+    /// `angle`: by which the phase turns in a sub-step.
+    fn new(plant: &Individual, phase: f64, angle: f64) -> Self {
         Self {
             ellipse: nutation_ellipse(plant),
             cos: math::cos(phase),

@@ -55,8 +55,15 @@ impl Population {
         let Self { beans, order, lanes } = self;
         order.clear();
         let by_work = |(number, bean): (usize, &Bean)| (bean.substep_s.to_bits(), bean.rod.count(), number);
-        order.extend(beans.iter().enumerate().map(by_work));
+        let plain = |(_, bean): &(usize, &Bean)| bean.plant.internodal.is_none();
+        order.extend(beans.iter().enumerate().filter(plain).map(by_work));
         order.sort_unstable();
+        // The lanes know the first physiology alone.
+        for (bean, powers) in beans.iter_mut().zip(lamp_powers) {
+            if bean.plant.internodal.is_some() {
+                bean.advance(powers, minutes);
+            }
+        }
         for equal in order.chunk_by(|(one, ..), (other, ..)| one == other) {
             for group in equal.chunks(LANES) {
                 if let [(.., number)] = *group {
@@ -109,6 +116,6 @@ fn tick_together(
     }
     for (lane, &number) in group.iter().enumerate() {
         lanes.store(lane, &mut beans[number].rod);
-        beans[number].end_tick(tick_h);
+        beans[number].end_tick(&ticks[lane], tick_h);
     }
 }

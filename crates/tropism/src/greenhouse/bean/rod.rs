@@ -23,6 +23,7 @@ use core::f64::consts::PI;
 pub(super) use lanes::{LANES, RodLanes};
 
 use super::Individual;
+use super::internodal::{Internodal, Tissue};
 use crate::greenhouse::view::WALL;
 use crate::lamps::MAX_LAMPS;
 use crate::math;
@@ -65,6 +66,8 @@ const SERIES_LIMIT: f64 = 0.03;
 pub(super) struct Forcing {
     /// Sub-step, in h.
     pub(super) dt: f64,
+    /// Age of the plant, in h.
+    pub(super) age_h: f64,
     /// Places of the lamps, in cm.
     pub(super) lamps: [Vec3; MAX_LAMPS],
     /// Power of each lamp, 0 to 1; 0 for places without a lamp.
@@ -89,6 +92,8 @@ pub(super) struct Rod {
     /// Number of segments.
     count: usize,
     segments: Box<Segments>,
+    /// Tissue of the second physiology; `None` for the first.
+    tissue: Option<Tissue>,
     /// Index of the segment that bears the leaf pair.
     leaf: usize,
     /// Orientation of the base.
@@ -220,7 +225,8 @@ impl Rod {
         segments.length[..SEEDLING_SEGMENTS].fill(plant.growth.start / SEEDLING_SEGMENTS as f64);
         let [x, y] = half_rotation(2.0 * plant.stem.tilt_x, -2.0 * plant.stem.tilt_z, 1.0);
         let base = Rotation([1.0, x, y, 0.0]);
-        Self { count: SEEDLING_SEGMENTS, segments, leaf: LEAF_SEGMENT, base, is_stale: true }
+        let tissue = plant.internodal.as_ref().map(|_| Tissue::seedling(SEEDLING_SEGMENTS, LEAF_SEGMENT));
+        Self { count: SEEDLING_SEGMENTS, segments, tissue, leaf: LEAF_SEGMENT, base, is_stale: true }
     }
 
     /// Tilts the base by `radians` towards positive x.
@@ -276,13 +282,20 @@ impl Rod {
             segments.modulus_ratio[i] =
                 modulus * math::exp(segments.from_apex[i] / plant.stem.modulus_length);
         }
+        if let Some((tissue, internodal)) = self.tissue.as_mut().zip(plant.internodal.as_ref()) {
+            let middle = |i: usize| segments.from_apex[i];
+            tissue.mature(internodal, forcing.age_h, |i| middle(i) - 0.5 * segments.length[i], middle);
+        }
         self.is_stale = true;
     }
 
     /// Adds `noise()`, in 1/cm, to both rest curvatures of each segment, weighted by motility.
     pub(super) fn disturb(&mut self, mut noise: impl FnMut() -> f64) {
         for i in 0..self.count {
-            let motility = 1.0 / (1.0 + self.segments.motility_exp[i]);
+            let motility = match &self.tissue {
+                Some(tissue) => tissue.motility(i),
+                None => 1.0 / (1.0 + self.segments.motility_exp[i]),
+            };
             self.segments.rest1[i] += motility * noise();
             self.segments.rest2[i] += motility * noise();
         }
@@ -296,8 +309,15 @@ impl Rod {
         assert!(n < MAX_NODES);
         segments.orient(n, self.base);
         segments.illuminate(n, plant, forcing, self.is_stale);
-        segments.perceive(n, plant, forcing);
-        segments.grow_differentially(n, plant, forcing, nutation);
+        match (&mut self.tissue, &plant.internodal) {
+            (Some(tissue), Some(internodal)) => {
+                segments.respond(n, plant, forcing, nutation, (internodal, tissue));
+            }
+            _ => {
+                segments.perceive(n, plant, forcing);
+                segments.grow_differentially(n, plant, forcing, nutation);
+            }
+        }
         segments.load_moments(n, plant, forcing, self.leaf);
         segments.relax_elastically(n, plant, forcing);
         segments.elongate(n, plant, forcing);
@@ -326,6 +346,9 @@ impl Rod {
                 self.segments.length[i] *= 0.5;
                 for values in self.segments.state() {
                     values.copy_within(i..self.count, i + 1);
+                }
+                if let Some(tissue) = &mut self.tissue {
+                    tissue.split(i);
                 }
                 self.count += 1;
                 if self.leaf > i {
@@ -512,20 +535,33 @@ impl Segments {
         }
     }
 
+    /// The light at the apex that all segments perceive.
+    fn light_at_apex(&self, n: usize, plant: &Individual) -> Vec3 {
+        let apical = plant.tropism.apical * self.effective[n];
+        core::array::from_fn(|axis| apical * self.light[axis][n])
+    }
+
+    /// Light at a segment, of which the share `local` counts, and at the apex, projected on the cross-section (sine law).
+    #[inline(always)]
+    fn light_signal(&self, i: usize, local: f64, apex: Vec3) -> [f64; 2] {
+        let effective = local * self.effective[i];
+        let x = effective * self.light[0][i] + apex[0];
+        let y = effective * self.light[1][i] + apex[1];
+        let z = effective * self.light[2][i] + apex[2];
+        [
+            x * self.d1[0][i] + y * self.d1[1][i] + z * self.d1[2][i],
+            x * self.d2[0][i] + y * self.d2[1][i] + z * self.d2[2][i],
+        ]
+    }
+
     /// Low-pass filters light and gravity, projected on the cross-section of each segment (sine law).
     fn perceive(&mut self, n: usize, plant: &Individual, forcing: &Forcing) {
         let tropism = &plant.tropism;
         let light_share = (forcing.dt / tropism.light_memory_h).min(1.0);
         let gravity_share = (forcing.dt / tropism.gravity_memory_h).min(1.0);
-        let (local, apical) = (1.0 - tropism.apical, tropism.apical * self.effective[n]);
-        let apex: Vec3 = core::array::from_fn(|axis| apical * self.light[axis][n]);
+        let apex = self.light_at_apex(n, plant);
         for i in 0..n {
-            let effective = local * self.effective[i];
-            let x = effective * self.light[0][i] + apex[0];
-            let y = effective * self.light[1][i] + apex[1];
-            let z = effective * self.light[2][i] + apex[2];
-            let signal1 = x * self.d1[0][i] + y * self.d1[1][i] + z * self.d1[2][i];
-            let signal2 = x * self.d2[0][i] + y * self.d2[1][i] + z * self.d2[2][i];
+            let [signal1, signal2] = self.light_signal(i, 1.0 - tropism.apical, apex);
             self.light_stage1[i] += light_share * (signal1 - self.light_stage1[i]);
             self.light_stage2[i] += light_share * (signal2 - self.light_stage2[i]);
             self.light_memory1[i] += light_share * (self.light_stage1[i] - self.light_memory1[i]);
@@ -548,6 +584,32 @@ impl Segments {
                 tropism.light * self.light_memory2[i] + tropism.gravity * self.gravity_memory2[i] + steady2;
             self.rest1[i] += motile_step * (rate1 - forcing.straightening * self.k1[i]);
             self.rest2[i] += motile_step * (rate2 - forcing.straightening * self.k2[i]);
+        }
+    }
+
+    /// Perception and differential growth of the second physiology.
+    fn respond(
+        &mut self,
+        n: usize,
+        plant: &Individual,
+        forcing: &Forcing,
+        nutation: [f64; 2],
+        (internodal, tissue): (&Internodal, &mut Tissue),
+    ) {
+        let tropism = &plant.tropism;
+        let growth_step = forcing.dt * forcing.gain;
+        let [steady1, steady2] = [nutation[0] + tropism.bias_x, nutation[1] - tropism.bias_z];
+        let apex = self.light_at_apex(n, plant);
+        for i in 0..n {
+            let [light1, light2] = self.light_signal(i, 1.0 - tropism.apical, apex);
+            let stimulus = [
+                tropism.light * light1 + tropism.gravity * self.d1[1][i],
+                tropism.light * light2 + tropism.gravity * self.d2[1][i],
+            ];
+            let [response1, response2] = tissue.respond(internodal, i, stimulus, forcing.dt);
+            let motile_step = growth_step * tissue.motility(i);
+            self.rest1[i] += motile_step * (response1 + steady1 - forcing.straightening * self.k1[i]);
+            self.rest2[i] += motile_step * (response2 + steady2 - forcing.straightening * self.k2[i]);
         }
     }
 

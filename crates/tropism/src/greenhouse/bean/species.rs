@@ -182,6 +182,7 @@ impl Species {
         if random::uniform(&mut rng) < scale * spread.nutation_other_hand {
             plant.nutation.hand = -plant.nutation.hand;
         }
+        plant.internodal = plant.internodal.map(|internodal| internodal.varied(seed, scale, spread));
         plant
     }
 
@@ -193,7 +194,7 @@ impl Species {
 }
 
 /// A positive factor of mean 1 with the coefficient of variation `variation`.
-fn log_normal(rng: &mut impl Rng, variation: f64) -> f64 {
+pub(super) fn log_normal(rng: &mut impl Rng, variation: f64) -> f64 {
     let sigma = math::ln(1.0 + variation * variation).sqrt();
     math::exp(sigma * random::normal(rng) - 0.5 * sigma * sigma)
 }
@@ -201,7 +202,7 @@ fn log_normal(rng: &mut impl Rng, variation: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::greenhouse::bean::experiments;
+    use crate::greenhouse::bean::{Internodal, experiments};
 
     #[test]
     fn draws_keep_the_mean_and_the_spread() {
@@ -220,6 +221,21 @@ mod tests {
         let written: Species = toml::from_str(include_str!("../../../../../beans/common-bean.toml")).unwrap();
         assert_eq!(written, Species::default());
         written.check().unwrap();
+    }
+
+    #[test]
+    fn the_internodal_bean_written_out_has_the_default_physiology() {
+        let text = include_str!("../../../../../beans/internodal-bean.toml");
+        let species: Species = toml::from_str(text).unwrap();
+        species.check().unwrap();
+        assert_eq!(species.typical.internodal, Some(Internodal::default()));
+        let one = species.draw(1, 1.0);
+        assert_eq!(one, species.draw(1, 1.0));
+        assert_ne!(one.internodal, species.draw(2, 1.0).internodal);
+        assert_eq!(species.draw(1, 0.0), species.average());
+        let text = text.replace("subtracted = 0.5", "subtracted = 1.5");
+        let error = toml::from_str::<Species>(&text).unwrap().check().unwrap_err().to_string();
+        assert_eq!(error, "found typical.internodal.subtracted = 1.5, wanted 0 to 1");
     }
 
     #[test]
