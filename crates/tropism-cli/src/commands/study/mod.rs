@@ -25,7 +25,7 @@ use crate::shell::Shell;
 /// same results as without an interruption. `tropism status DIR` tells how far it is.
 ///
 /// A study file with `laboratories` compares recipes instead: each laboratory makes controllers from the tracks of its own
-/// plants, and all steer the same unseen plants. studies/robust.toml does this for three kinds of plants.
+/// plants, and all steer the same unseen plants. studies/robust.toml does this for four kinds of plants.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism study --quick\n  \
