@@ -14,8 +14,10 @@
 
 mod marks;
 mod published;
-mod real;
+mod reliability;
+mod share;
 mod score;
+mod real;
 mod tent;
 
 use std::path::PathBuf;

@@ -6,7 +6,6 @@ use tropism::geometry::{Pixel, Point, Polyline};
 use tropism::math::{self, statistics::quantile_nearest};
 use tropism::photo::{Image, Photo};
 use tropism::vision::detect::silhouette::silhouette_midline;
-use tropism::vision::{Mode, VisionConfig, detect_from_base};
 
 use crate::marks::{Row, rows};
 
@@ -67,26 +66,38 @@ fn apart(found: &Polyline, marked: &Polyline) -> f64 {
     100.0 * 0.5 * (one(found, marked) + one(marked, found)) / marked.length()
 }
 
-/// Whether the leaves of a sunflower seedling are still closed.
-pub(crate) fn is_young(row: &Row) -> bool {
-    ["Hook", "Closed"].contains(&row.text("stage"))
-}
-
-/// Error of the stem that is detected from the marked base, in % of the marked stem's length; `None` where none is
-/// detected.
-pub(crate) fn stem(folder: &Path, row: &Row, mode: Mode) -> Option<f64> {
+/// The marked stem of a row, from base to tip.
+pub(crate) fn marked(row: &Row) -> Vec<Pixel> {
     let number = |text: &str| text.parse::<f64>().expect("a pixel");
-    let marked: Vec<Pixel> = row
-        .text("points_base_to_tip_px")
+    row.text("points_base_to_tip_px")
         .split(';')
         .filter_map(|point| point.split_once(' '))
         .map(|(x, y)| Pixel::new(number(x), number(y)))
-        .collect();
-    let image = open(&folder.join("images").join(row.text("file")));
-    let config = VisionConfig { mode, ..VisionConfig::default() };
-    let found = detect_from_base(&image, Some(marked[0]), &config)?.stem?;
-    let line = |pixels: &[Pixel]| Polyline(pixels.iter().map(|at| Point::new(at.x, at.y)).collect());
-    Some(apart(&line(&found), &line(&marked)))
+        .collect()
+}
+
+/// Errors of a stem.
+pub(crate) struct StemErrors {
+    /// Mean distance from the marked stem, in both directions, in % of its length.
+    pub(crate) distance: f64,
+    /// Error of the length without its sign, in %.
+    pub(crate) length: f64,
+    /// Distance of its end from the marked end, in pixels.
+    pub(crate) end: f64,
+}
+
+impl StemErrors {
+    /// Errors of the stem `found` against the `marked` one.
+    pub(crate) fn between(found: &[Pixel], marked: &[Pixel]) -> Self {
+        let line = |pixels: &[Pixel]| Polyline(pixels.iter().map(|at| Point::new(at.x, at.y)).collect());
+        let (end, marked_end) = (found[found.len() - 1], marked[marked.len() - 1]);
+        let (found, marked) = (line(found), line(marked));
+        Self {
+            distance: apart(&found, &marked),
+            length: 100.0 * (found.length() / marked.length() - 1.0).abs(),
+            end: end.distance(marked_end),
+        }
+    }
 }
 
 /// The numbers of the bean shoots in a folder, sorted.
@@ -100,9 +111,18 @@ pub(crate) fn shoots(folder: &Path) -> Vec<String> {
     numbers
 }
 
-/// Errors of a shoot's midline against the published one: as it is, and smoothed as the published one is. `None`
-/// where no midline is found.
-pub(crate) fn midline(folder: &Path, number: &str) -> Option<[Shoot; 2]> {
+/// Errors of the midline that the library gives for a silhouette.
+pub(crate) fn library_midline(folder: &Path, number: &str) -> Option<[Shoot; 2]> {
+    midline(folder, number, silhouette_midline)
+}
+
+/// Errors of a shoot's midline, as `trace` finds it from the base, against the published one: as it is, and smoothed as
+/// the published one is. `None` where no midline is found.
+pub(crate) fn midline(
+    folder: &Path,
+    number: &str,
+    trace: impl Fn(&Image, Pixel) -> Option<Vec<Pixel>>,
+) -> Option<[Shoot; 2]> {
     let path = |kind: &str| folder.join(format!("{number}_{kind}.csv"));
     // The columns are called x,y in some files and x(pix),y(pix) in others.
     let place = |row: &Row| Some(Pixel::new(row.record[0].parse().ok()?, row.record[1].parse().ok()?));
@@ -110,7 +130,7 @@ pub(crate) fn midline(folder: &Path, number: &str) -> Option<[Shoot; 2]> {
     let (x, y) = ("x_reoriented(pix)", "y_reoriented(pix)");
     let published =
         rows(&path("skeleton")).iter().map(|row| Point::new(row.number(x), row.number(y))).collect();
-    compare(&contour, &Polyline(published))
+    compare(&contour, &Polyline(published), trace)
 }
 
 /// Errors of a shoot's midline.
@@ -123,9 +143,13 @@ pub(crate) struct Shoot {
     pub(crate) distance: f64,
 }
 
-fn compare(contour: &[Pixel], published: &Polyline) -> Option<[Shoot; 2]> {
+fn compare(
+    contour: &[Pixel],
+    published: &Polyline,
+    trace: impl Fn(&Image, Pixel) -> Option<Vec<Pixel>>,
+) -> Option<[Shoot; 2]> {
     let (image, base) = filled(contour);
-    let stem = silhouette_midline(&image, base)?;
+    let stem = trace(&image, base)?;
     let line = Polyline(stem.iter().map(|at| Point::new(at.x, -at.y)).collect());
     let smooth = smoothed(&line, smoothing(published));
     Some([line, smooth].map(|line| {

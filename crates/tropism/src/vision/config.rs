@@ -19,12 +19,44 @@ pub enum Mode {
     Robust,
 }
 
+/// The direction in which a plant grows in its pictures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Direction {
+    /// Upwards.
+    #[default]
+    Up,
+    /// To the left.
+    Left,
+    /// To the right.
+    Right,
+    /// Downwards, as a plant that hangs.
+    Down,
+}
+
+impl std::str::FromStr for Direction {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "up" => Ok(Self::Up),
+            "left" => Ok(Self::Left),
+            "right" => Ok(Self::Right),
+            "down" => Ok(Self::Down),
+            _ => Err(format!("found {word:?}, wanted up, left, right or down")),
+        }
+    }
+}
+
 /// Settings of plant detection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionConfig {
     /// Detection method.
     pub mode: Mode,
+    /// Direction in which the plant grows: what is farthest in it is the tip.
+    #[serde(skip_serializing_if = "is_up")]
+    pub up: Direction,
     /// Region of interest, in pixels; `None` is the whole picture. The paper crops to "the extents of actual plant
     /// growth (to exclude the pot and light sources)" (section 2.2.2).
     pub crop: Option<Region>,
@@ -54,6 +86,7 @@ impl Default for VisionConfig {
     fn default() -> Self {
         Self {
             mode: Mode::default(),
+            up: Direction::default(),
             crop: None,
             sampling_columns: 648,
             sigma: 0.5,
@@ -65,6 +98,11 @@ impl Default for VisionConfig {
             hold: HoldConfig::default(),
         }
     }
+}
+
+/// Whether a direction is the usual one, which settings need not name.
+fn is_up(direction: &Direction) -> bool {
+    *direction == Direction::Up
 }
 
 impl VisionConfig {

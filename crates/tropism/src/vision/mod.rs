@@ -23,7 +23,7 @@ pub mod tip_tracker;
 pub mod overlay;
 
 pub use camera::calibration::Calibration;
-pub use config::{Mode, VisionConfig};
+pub use config::{Direction, Mode, VisionConfig};
 pub use detect::detection::{Detection, Edge};
 pub use detect::lamp_state::lamp_state;
 pub use detect::{detect, detect_from_base};

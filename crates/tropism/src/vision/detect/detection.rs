@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pixel;
+use crate::lamps::Light;
 use crate::vision::detect::occupancy::OccupancyGrid;
 
 /// An edge of the crop that a plant can grow across.
@@ -15,6 +16,8 @@ pub enum Edge {
     Left,
     /// The right edge.
     Right,
+    /// The lower edge, of a plant that does not grow upwards.
+    Bottom,
 }
 
 impl Edge {
@@ -25,6 +28,7 @@ impl Edge {
             Self::Top => "top",
             Self::Left => "left",
             Self::Right => "right",
+            Self::Bottom => "bottom",
         }
     }
 }
@@ -39,6 +43,12 @@ pub struct Detection {
     /// Stem from the base up, where it is configured and found: one point a row in mode `paper`, the midline in
     /// `robust`.
     pub stem: Option<Vec<Pixel>>,
+    /// Width of the stem, where one is found, in pixels. In mode `robust` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stem_width: Option<f64>,
+    /// The lamp that is lit; set by a tracker.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<Light>,
     /// Contrast between plant and background, in standard deviations of the background.
     pub contrast: f64,
     /// Cells that the plant's component occupies. In mode `robust` only.

@@ -54,6 +54,15 @@ const LEAF_TURN: f64 = 0.5;
 /// Least length of a stem past a fork, in stem widths: what is shorter is the shoulder of a leaf.
 const MIN_PAST_FORK: f64 = 2.0;
 
+/// The midline of a stem, and its width.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TracedStem {
+    /// The midline from the base up, with points about a sample apart.
+    pub line: Vec<PlanePoint>,
+    /// Its width over its lower half, in samples.
+    pub width: f64,
+}
+
 /// Traces the midline of the stem of one component, from near `base` up, with points about a sample apart.
 ///
 /// `is_plant` says which samples within `bounds` belong to the component, `top` is its highest point, and gaps of up
@@ -67,7 +76,7 @@ pub fn trace_stem(
     base: PlanePoint,
     top: PlanePoint,
     reach: usize,
-) -> Option<Vec<PlanePoint>> {
+) -> Option<TracedStem> {
     let grid = GeodesicGrid::new(plane, bounds, is_plant, reach);
     let (start, goal) = (grid.nearest_sample(base)?, grid.nearest_sample(top)?);
     let up = grid.shortest_paths(start);
@@ -91,7 +100,7 @@ pub fn trace_stem(
     // A stem goes on past a pair of leaves, but not from a closed hook into what hangs from it.
     let min_thin = line.len() as f64 + if fork.is_some() { MIN_PAST_FORK } else { -MIN_PAST_FORK } * width;
     if let Some(thin) = thin.filter(|thin| thin.len() as f64 >= min_thin) {
-        return Some(thin);
+        return Some(TracedStem { line: thin, width });
     }
     if fork.is_some() {
         lead_to_fork(&grid, &mut line, width);
@@ -99,7 +108,7 @@ pub fn trace_stem(
         // The path ends at the plant's edge, a stem in the middle of its round end.
         line.truncate(line.len().saturating_sub((0.5 * width).round() as usize).max(2));
     }
-    Some(resample(&line, 1.0))
+    Some(TracedStem { line: resample(&line, 1.0), width })
 }
 
 /// The index of the point that lies `widths` stem widths before the end of a line.
@@ -258,7 +267,7 @@ mod tests {
     const ALL: BoundingBox = BoundingBox { left: 0, right: 79, top: 0, bottom: 89 };
 
     fn trace(plane: &Plane, base: PlanePoint, top: PlanePoint) -> Vec<PlanePoint> {
-        trace_stem(plane, ALL, |at| plane.values[at] > 0.5, base, top, 3).unwrap()
+        trace_stem(plane, ALL, |at| plane.values[at] > 0.5, base, top, 3).unwrap().line
     }
 
     #[test]

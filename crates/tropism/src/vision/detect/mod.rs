@@ -23,14 +23,17 @@ pub mod tip;
 pub mod stem;
 mod paper;
 mod occlusion;
+pub mod silhouette;
+mod view;
 mod robust;
 mod ridge;
-pub mod silhouette;
 
-use crate::geometry::Pixel;
-use crate::vision::config::{Mode, VisionConfig};
-use crate::vision::raster::source::PixelSource;
+use crate::geometry::{Pixel, Region};
+use crate::math::statistics::upper_median;
+use crate::vision::config::{Direction, Mode, VisionConfig};
+use crate::vision::raster::source::{PixelSource, full_region};
 use detection::Detection;
+use view::View;
 
 /// Detects a plant in a picture; `None` where there is none, or where the crop does not lie in the picture.
 ///
@@ -60,6 +63,37 @@ pub fn detect_from_base(
     let (width, height) = image.size();
     config.check(width, height).ok()?;
     let crop = config.region(width, height);
+    let is_light = config.mode == Mode::Robust && has_light_background(image);
+    if config.up == Direction::Up && !is_light {
+        return detect_upright(image, crop, base, config);
+    }
+    let detect_as = |is_inverted| {
+        let view = View::new(image, config.up, is_inverted);
+        let base = base.map(|base| view.to_view(base));
+        let found = detect_upright(&view, view.region_to_view(crop), base, config)?;
+        Some(view.detection_to_picture(found))
+    };
+    is_light.then(|| detect_as(true)).flatten().or_else(|| detect_as(false))
+}
+
+/// Median luma from which on a background is light, and a plant may be darker: half of the range.
+const LIGHT: f32 = 128.0;
+
+/// Whether most of a picture is light. Read from means of 8 x 8 pixels, which a JPEG gives without decoding its pixels.
+fn has_light_background(image: &impl PixelSource) -> bool {
+    let (width, height) = image.size();
+    let factor = if width.min(height) < 8 { 1 } else { 8 };
+    let luma = image.downscale_luma(full_region((width, height)), factor);
+    upper_median(&luma, f32::total_cmp).is_some_and(|median| median > LIGHT)
+}
+
+/// Detects a plant that grows upwards and is lighter than its background.
+fn detect_upright(
+    image: &impl PixelSource,
+    crop: Region,
+    base: Option<Pixel>,
+    config: &VisionConfig,
+) -> Option<Detection> {
     match config.mode {
         Mode::Paper => paper::detect(image, crop, config),
         Mode::Robust => {

@@ -37,6 +37,14 @@ impl OccupancyGrid {
         Self { cells, side: self.side }
     }
 
+    /// The grid with the middle of each cell moved to another place.
+    #[must_use]
+    pub(super) fn mapped(&self, place: impl Fn(Pixel) -> Pixel) -> Self {
+        let middle = |at: i32| (f64::from(at) + 0.5) * self.side;
+        let middles = self.cells.iter().map(|&(row, column)| Pixel::new(middle(column), middle(row)));
+        Self::from_pixels(middles.map(place), self.side)
+    }
+
     /// The cells in a square around a pixel, `radius` pixels to each side.
     #[must_use]
     pub fn around(&self, pixel: Pixel, radius: f64) -> Self {

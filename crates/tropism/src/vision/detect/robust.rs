@@ -19,6 +19,7 @@ use crate::vision::detect::detection::{Detection, Edge};
 use crate::vision::detect::hysteresis::{Evidence, double_threshold};
 use crate::vision::detect::occlusion::{fades_towards_tip, has_glare_above, is_in_shadow, stem_exceeds_tip};
 use crate::vision::detect::occupancy::OccupancyGrid;
+use crate::vision::detect::silhouette::{is_silhouette, silhouette_midline};
 use crate::vision::detect::{midline, tip};
 use crate::vision::raster::filter::sample_gaussian;
 use crate::vision::raster::levels::Levels;
@@ -81,36 +82,63 @@ pub(super) fn detect(
     let bounds = components.component(label).bounds;
     let is_plant = |at: usize| components.labels[at] == label;
     let tip = tip::highest_edge(&score, bounds, is_plant, config.threshold as f32)?;
-    let stem = if config.stem { trace_stem(&score, bounds, is_plant, &base, tip) } else { None };
-    let is_occluded = is_outshone
-        || has_glare_above(&luma, &levels, tip)
-        || is_in_shadow(&luma, tip)
-        || fades_towards_tip(&score, stem.as_deref(), tip)
-        || stem_exceeds_tip(stem.as_deref(), tip, step);
+    let tissue = occupancy(&score, bounds, is_plant);
+    let silhouette = base.pixel.filter(|_| config.stem && is_silhouette(&luma, &levels));
+    let is_silhouette = silhouette.is_some();
+    let stem = match silhouette {
+        Some(base) => trace_silhouette(image, crop, base, &tissue),
+        None if config.stem => trace_stem(&score, bounds, is_plant, &base, tip),
+        None => None,
+    };
+    let (stem, stem_width) = stem.unzip();
+    let may_be_occluded = || {
+        is_outshone
+            || has_glare_above(&luma, &levels, tip)
+            || is_in_shadow(&luma, tip)
+            || fades_towards_tip(&score, stem.as_deref(), tip)
+            || stem_exceeds_tip(stem.as_deref(), tip, step)
+    };
+    let is_occluded = !is_silhouette && may_be_occluded();
     Some(Detection {
         tip,
         apex: stem.as_ref().and_then(|stem| stem.last().copied()),
         stem,
+        stem_width,
         contrast: colour.separation,
-        tissue: occupancy(&score, bounds, is_plant),
+        tissue,
         clipped_at: clipped_edge(bounds, score.width),
         is_occluded,
         ..Detection::default()
     })
 }
 
-/// The midline in the photograph, extended straight down to the base where the crop clips the stem's foot.
+/// The midline in the photograph and its width, in pixels, extended straight down to the base where the crop clips the stem's foot.
 fn trace_stem(
     plane: &Plane,
     bounds: BoundingBox,
     is_plant: impl Fn(usize) -> bool,
     base: &StemBase,
     tip: Pixel,
-) -> Option<Vec<Pixel>> {
-    let line = midline::trace_stem(plane, bounds, is_plant, base.anchor, plane.to_sample(tip), REACH)?;
+) -> Option<(Vec<Pixel>, f64)> {
+    let midline::TracedStem { line, width } =
+        midline::trace_stem(plane, bounds, is_plant, base.anchor, plane.to_sample(tip), REACH)?;
     let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plane.to_pixel(x, y)).collect();
     stem.splice(0..0, base.pixel.filter(|base| base.y > stem[0].y + plane.step as f64));
-    Some(stem)
+    Some((stem, width * plane.step as f64))
+}
+
+/// The midline of a silhouette in the photograph and its mean width, in pixels.
+fn trace_silhouette(
+    image: &impl PixelSource,
+    crop: Region,
+    base: Pixel,
+    tissue: &OccupancyGrid,
+) -> Option<(Vec<Pixel>, f64)> {
+    let (x, y) = (crop.x as f64, crop.y as f64);
+    let mut stem = silhouette_midline(&image.crop(crop), Pixel::new(base.x - x, base.y - y))?;
+    stem.iter_mut().for_each(|at| *at = Pixel::new(at.x + x, at.y + y));
+    let length: f64 = stem.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    Some((stem, tissue.area() / length.max(1.0)))
 }
 
 /// The cells that a component occupies.

@@ -5,6 +5,9 @@
 //! like an occlusion, the narrower its gate and the more photographs in a row must agree before it is accepted
 //! outside.
 //!
+//! No scale of the camera enters. Distances are in pixels, and the centimetre of the constants is that of the plant
+//! itself: its stem is [`STEM_WIDTH`] wide.
+//!
 //! Where no other source is given, constants were chosen by hand on rendered frames (`examples/accuracy`, seeds below
 //! 100 000).
 //!
@@ -14,9 +17,10 @@
 
 use std::collections::VecDeque;
 
-use crate::geometry::Point;
+use crate::geometry::{Pixel, Point};
+use crate::lamps::Light;
 use crate::math;
-use crate::vision::camera::calibration::Calibration;
+use crate::math::statistics::quantile_nearest;
 use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::frame_status::FrameStatus;
 use crate::vision::tracking::hold::MAX_HELD_FRAMES;
@@ -58,6 +62,13 @@ impl Interval {
         self.count(MEMORY)
     }
 }
+
+/// Width that a stem is taken to have, in cm. Chosen: with it the virtual rows of `examples/accuracy` keep the figures that
+/// they had when the camera's scale was used.
+const STEM_WIDTH: f64 = 0.35;
+
+/// Number of accepted photographs from which the width of the stem is learned: chosen, half an hour.
+const WIDTHS: usize = 6;
 
 /// Radius of the full gate, in cm per period: no bean was seen to move faster.
 const GATE: f64 = 2.2;
@@ -103,43 +114,59 @@ const MEMORY: usize = CONFIRM_OCCLUSION;
 const DIMMED: f64 = 0.85;
 const STRONGLY_DIMMED: f64 = 0.7;
 
+/// Greatest change of a stem's length from the median of the latest accepted photographs, as a share per period, and the
+/// number of these. Chosen on the first halves of the bean and of the sunflowers (the rows `real/` of
+/// `examples/accuracy`): of 110 marked ends 99 were right, and of the 102 that stay 98 are.
+const MAX_LENGTH_CHANGE: f64 = 0.2;
+const STEM_LENGTHS: usize = 9;
+
 /// Distance from the stem, in cm, above which a tip is a leaf's.
 const LEAF_DISTANCE: f64 = 0.4;
 
-/// A detection converted to centimetres.
+/// What gating sees of a detection, in pixels of the first picture: the camera's shift is undone.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::vision) struct PlantMeasurement {
-    /// Tip, in cm.
+    /// Tip.
     pub(in crate::vision) tip: Point,
-    /// Cells of the plant, with the camera's shift undone.
+    /// Cells of the plant.
     pub(in crate::vision) tissue: OccupancyGrid,
     /// Contrast, in standard deviations of the background.
     pub(in crate::vision) contrast: f64,
-    /// Distance from the tip to the nearest point of the stem, in cm, where there is one.
+    /// The lamp that is lit.
+    pub(in crate::vision) light: Option<Light>,
+    /// Distance from the tip to the nearest point of the stem, where there is one.
     pub(in crate::vision) tip_to_stem: Option<f64>,
+    /// Width of the stem, where there is one.
+    pub(in crate::vision) stem_width: Option<f64>,
+    /// Length of the stem, where there is one.
+    pub(in crate::vision) stem_length: Option<f64>,
     /// Whether something may lie on the tip.
     pub(in crate::vision) is_occluded: bool,
-    pub(in crate::vision) calibration: Calibration,
-}
-
-impl PlantMeasurement {
-    /// Whether the tip is a leaf's.
-    fn has_leaf_tip(&self) -> bool {
-        self.tip_to_stem.is_some_and(|distance| distance > LEAF_DISTANCE)
-    }
 }
 
 /// Appearance of an accepted plant.
 #[derive(Clone, Copy, Debug)]
 struct Appearance {
     contrast: f64,
-    has_leaf_tip: bool,
+    light: Option<Light>,
+    tip_to_stem: Option<f64>,
+    stem_length: Option<f64>,
+}
+
+/// Whether a tip that is so far from the stem is a leaf's.
+fn is_leaf_tip(tip_to_stem: Option<f64>, cm: f64) -> bool {
+    tip_to_stem.is_some_and(|distance| distance > LEAF_DISTANCE * cm)
 }
 
 /// What is known of a plant from the photographs so far.
 #[derive(Clone, Debug, Default)]
 pub(in crate::vision) struct TrackGate {
     interval: Interval,
+    /// Pixels per cm of the camera, for a plant whose stem is never detected.
+    px_per_cm: f64,
+    /// Widths of the stem in the first accepted photographs that show it, in pixels.
+    widths: Vec<f64>,
+    /// In pixels: the gains of a filter depend on the ratios of its deviations alone.
     state: Option<KalmanState>,
     /// Number of accepted measurements.
     accepted: usize,
@@ -154,9 +181,36 @@ pub(in crate::vision) struct TrackGate {
 }
 
 impl TrackGate {
-    /// A gate for photographs that follow each other at `interval`.
-    pub(in crate::vision) fn new(interval: Interval) -> Self {
-        Self { interval, ..Self::default() }
+    /// A gate for photographs that follow each other at `interval`. Their scale counts only where no stem is detected.
+    pub(in crate::vision) fn new(interval: Interval, px_per_cm: f64) -> Self {
+        Self { interval, px_per_cm, ..Self::default() }
+    }
+
+    /// Whether the width of the stem is still being learned.
+    pub(in crate::vision) fn is_learning(&self) -> bool {
+        self.widths.len() < WIDTHS
+    }
+
+    /// Learns from the width of the stem in an accepted photograph.
+    pub(in crate::vision) fn learn(&mut self, stem_width: Option<f64>) {
+        self.widths.extend(stem_width.filter(|_| self.is_learning()));
+    }
+
+    /// A centimetre of the plant, in pixels; of a plant without a stem so far, by the width that `measurement` shows.
+    fn centimetre(&self, measurement: Option<&PlantMeasurement>) -> f64 {
+        let known = (!self.widths.is_empty()).then(|| quantile_nearest(&self.widths, 0.5));
+        let width = known.or_else(|| measurement?.stem_width);
+        width.map_or(self.px_per_cm, |width| width / STEM_WIDTH)
+    }
+
+    /// Whether the stem is about as long as in the accepted photographs before: no stem doubles or halves its length from
+    /// one to the next, but its end may be found in a leaf or below one.
+    pub(in crate::vision) fn has_steady_stem(&self, measurement: &PlantMeasurement) -> bool {
+        let latest = self.appearances.iter().take(self.interval.count(STEM_LENGTHS));
+        let lengths: Vec<f64> = latest.filter_map(|before| before.stem_length).collect();
+        let Some(length) = measurement.stem_length.filter(|_| !lengths.is_empty()) else { return true };
+        let usual = quantile_nearest(&lengths, 0.5);
+        (length - usual).abs() <= MAX_LENGTH_CHANGE * self.interval.periods() * usual
     }
 
     /// Gates a measurement: its status, and how well it fits the expectation, 0 to 1.
@@ -166,14 +220,15 @@ impl TrackGate {
         time_s: f64,
     ) -> (FrameStatus, f64) {
         let (periods, usual) = (self.periods(time_s), self.interval.periods());
-        let full_gate = GATE * periods.max(1.0);
+        let cm = self.centimetre(Some(&measurement));
+        let full_gate = cm * GATE * periods.max(1.0);
         let steps = periods / usual;
         let narrow_gate =
-            usual * (NARROW_GATE + NARROW_GATE_GROWTH * (steps - 1.0).max(0.0)).min(MAX_NARROW_GATE);
-        let anomaly = self.anomaly(&measurement);
+            cm * usual * (NARROW_GATE + NARROW_GATE_GROWTH * (steps - 1.0).max(0.0)).min(MAX_NARROW_GATE);
+        let anomaly = self.anomaly(&measurement, cm);
         let radius = match anomaly {
             Anomaly::None => full_gate,
-            Anomaly::Dimmed => NARROW_GATE * periods.max(1.0),
+            Anomaly::Dimmed => cm * NARROW_GATE * periods.max(1.0),
             Anomaly::HiddenByLeaf => 0.0,
             // An occluded tip is accepted near the expected one, but only for as long as a held tip may steer.
             Anomaly::Occluded if steps > f64::from(MAX_HELD_FRAMES) + 1.5 => 0.0,
@@ -183,9 +238,10 @@ impl TrackGate {
         let unknown = if anomaly == Anomaly::None { 0.0 } else { full_gate };
         let expected = self.state.map(|state| state.extrapolate(periods));
         let distance = expected.map_or(unknown, |expected| expected.distance(measurement.tip));
-        let fit = math::exp(-0.5 * (distance / radius.max(0.1)) * (distance / radius.max(0.1)));
+        let deviations = distance / radius.max(0.1 * cm);
+        let fit = math::exp(-0.5 * deviations * deviations);
         let agreeing = match &self.rejected {
-            Some((before, count)) if agree(&measurement, before, usual) => count + 1,
+            Some((before, count)) if agree(&measurement, before, cm * usual) => count + 1,
             _ => 1,
         };
         let confirmations = if self.accepted <= YOUNG_TRACK {
@@ -194,6 +250,7 @@ impl TrackGate {
             self.interval.count(anomaly.confirmations())
         };
         if distance <= radius || agreeing >= confirmations {
+            self.learn(measurement.stem_width);
             self.accept(measurement.tip, time_s);
             self.remember_appearance(measurement);
             return (FrameStatus::Ok, if distance <= radius { fit } else { 0.5 });
@@ -203,27 +260,34 @@ impl TrackGate {
         (status, fit)
     }
 
-    /// What is wrong with a measurement, compared with those accepted before.
-    fn anomaly(&self, measurement: &PlantMeasurement) -> Anomaly {
+    /// What is wrong with a measurement, compared with those accepted before. `cm` is a centimetre of the plant, in
+    /// pixels.
+    fn anomaly(&self, measurement: &PlantMeasurement, cm: f64) -> Anomaly {
         match (&self.last, self.state) {
             (Some(last), Some(state)) => {
-                let usual = self.interval.periods();
-                let clearest = self.appearances.iter().map(|before| before.contrast).fold(0.0, f64::max);
+                let scale = cm * self.interval.periods();
+                // Another lamp is another contrast.
+                let alike = self.appearances.iter().filter(|before| before.light == measurement.light);
+                let clearest = alike.map(|before| before.contrast).fold(0.0, f64::max);
                 let is_below = |share: f64| measurement.contrast < share * clearest;
-                let leaf_tips = self.appearances.iter().filter(|before| before.has_leaf_tip).count();
+                let leaf_tips =
+                    self.appearances.iter().filter(|before| is_leaf_tip(before.tip_to_stem, cm)).count();
                 // Where two leaves are of one height, now the one is higher, now the other: both were there before.
-                let was_there = measurement.tip.distance(state.tip) > usual * MAX_NARROW_GATE
-                    && last.tissue.is_near(measurement.calibration.pixel(measurement.tip));
-                let has_new_leaf_tip =
-                    measurement.has_leaf_tip() && 2 * leaf_tips < self.appearances.len() && !was_there;
-                let is_changed = || has_changed(measurement, &last.tissue, state.tip, usual);
+                let was_there = measurement.tip.distance(state.tip) > scale * MAX_NARROW_GATE
+                    && last.tissue.is_near(pixel(measurement.tip));
+                let is_changed = has_changed(measurement, &last.tissue, state.tip, cm, scale);
+                // Where no tissue has changed and the stem has another length, another end of it was found.
+                let has_new_leaf_tip = (is_changed || self.has_steady_stem(measurement))
+                    && is_leaf_tip(measurement.tip_to_stem, cm)
+                    && 2 * leaf_tips < self.appearances.len()
+                    && !was_there;
                 match () {
-                    () if has_new_leaf_tip && !is_below(DIMMED) && is_changed() => Anomaly::HiddenByLeaf,
+                    () if has_new_leaf_tip && !is_below(DIMMED) && is_changed => Anomaly::HiddenByLeaf,
                     () if measurement.is_occluded || has_new_leaf_tip || is_below(STRONGLY_DIMMED) => {
                         Anomaly::Occluded
                     }
                     () if is_below(DIMMED) => Anomaly::Dimmed,
-                    () if is_changed() => Anomaly::TissueChanged,
+                    () if is_changed => Anomaly::TissueChanged,
                     () => Anomaly::None,
                 }
             }
@@ -235,8 +299,8 @@ impl TrackGate {
     /// Adds the appearance of the latest accepted measurement.
     pub(in crate::vision) fn remember_appearance(&mut self, measurement: PlantMeasurement) {
         self.appearances.truncate(self.interval.memory() - 1);
-        let (contrast, has_leaf_tip) = (measurement.contrast, measurement.has_leaf_tip());
-        self.appearances.push_front(Appearance { contrast, has_leaf_tip });
+        let PlantMeasurement { contrast, light, tip_to_stem, stem_length, .. } = measurement;
+        self.appearances.push_front(Appearance { contrast, light, tip_to_stem, stem_length });
         self.last = Some(measurement);
     }
 
@@ -244,9 +308,8 @@ impl TrackGate {
     pub(in crate::vision) fn accept(&mut self, tip: Point, time_s: f64) {
         let periods = self.periods(time_s);
         // A tip that has jumped says nothing of velocity: the filter begins anew.
-        let is_steady = |state: &KalmanState| {
-            state.extrapolate(periods).distance(tip) <= MAX_STEADY_MOTION * periods.max(1.0)
-        };
+        let radius = self.centimetre(None) * MAX_STEADY_MOTION * periods.max(1.0);
+        let is_steady = |state: &KalmanState| state.extrapolate(periods).distance(tip) <= radius;
         let state = self.state.filter(is_steady).map(|state| state.predict(periods).update(tip));
         self.state = Some(state.unwrap_or_else(|| KalmanState::initial(tip)));
         self.accepted += 1;
@@ -288,62 +351,77 @@ impl Anomaly {
 /// Whether tissue appeared or vanished since the photograph `before`, whose tip was at `tip`.
 ///
 /// It did if some lies farther from earlier tissue than the tip has moved, if more appeared than vanished, or if the
-/// plant drew back along itself. `usual` is the interval of the series, in periods.
-fn has_changed(measurement: &PlantMeasurement, before: &OccupancyGrid, tip: Point, usual: f64) -> bool {
-    let PlantMeasurement { tissue: now, calibration, .. } = measurement;
+/// plant drew back along itself. `cm` is a centimetre of the plant, and `scale` that times the interval of the series in
+/// periods, in pixels.
+fn has_changed(
+    measurement: &PlantMeasurement,
+    before: &OccupancyGrid,
+    tip: Point,
+    cm: f64,
+    scale: f64,
+) -> bool {
+    let now = &measurement.tissue;
     let moved = measurement.tip.distance(tip);
-    let max_area = MAX_CHANGE * (calibration.px_per_cm * calibration.px_per_cm);
-    let around_tip = |grid: &OccupancyGrid, tip: Point| {
-        grid.around(calibration.pixel(tip), CHANGE_RADIUS * calibration.px_per_cm)
-    };
+    let max_area = MAX_CHANGE * cm * cm;
+    let around_tip = |grid: &OccupancyGrid, tip: Point| grid.around(pixel(tip), CHANGE_RADIUS * cm);
     let (now_at_tip, before_at_tip) = (around_tip(now, measurement.tip), around_tip(before, tip));
-    let appeared = |radius: f64| now_at_tip.area_beyond(before, radius * calibration.px_per_cm);
-    let vanished = |radius: f64| before_at_tip.area_beyond(now, radius * calibration.px_per_cm);
-    let tissue_motion = usual * TISSUE_MOTION;
-    let far = moved.clamp(tissue_motion, usual * GATE);
+    let appeared = |radius: f64| now_at_tip.area_beyond(before, radius);
+    let vanished = |radius: f64| before_at_tip.area_beyond(now, radius);
+    let tissue_motion = scale * TISSUE_MOTION;
+    let far = moved.clamp(tissue_motion, scale * GATE);
     let (new, gone) = (appeared(tissue_motion / 2.0), vanished(tissue_motion / 2.0));
-    let covers = |grid: &OccupancyGrid, point: Point| grid.is_near(calibration.pixel(point));
-    let draws_back = moved > usual * NARROW_GATE && covers(before, measurement.tip) && !covers(now, tip);
+    let covers = |grid: &OccupancyGrid, point: Point| grid.is_near(pixel(point));
+    let draws_back = moved > scale * NARROW_GATE && covers(before, measurement.tip) && !covers(now, tip);
     draws_back
         || appeared(far).max(vanished(far)) > max_area
         || (new - gone).abs() > max_area + MAX_IMBALANCE * new.min(gone)
 }
 
-/// Whether two photographs in a row show the same plant. `usual` is the interval of the series, in periods.
-fn agree(one: &PlantMeasurement, other: &PlantMeasurement, usual: f64) -> bool {
+/// Whether two photographs in a row show the same plant. `scale` is a centimetre of the plant times the interval of the
+/// series in periods, in pixels.
+fn agree(one: &PlantMeasurement, other: &PlantMeasurement, scale: f64) -> bool {
     let moved = one.tip.distance(other.tip);
     let max_area = MAX_DISAGREEMENT * one.tissue.area().max(other.tissue.area());
-    let radius = moved.max(usual * TISSUE_MOTION) * one.calibration.px_per_cm;
+    let radius = moved.max(scale * TISSUE_MOTION);
     let difference = one.tissue.area_beyond(&other.tissue, radius);
-    moved <= usual * GATE && difference.max(other.tissue.area_beyond(&one.tissue, radius)) <= max_area
+    moved <= scale * GATE && difference.max(other.tissue.area_beyond(&one.tissue, radius)) <= max_area
+}
+
+/// A point in pixels as a pixel.
+const fn pixel(point: Point) -> Pixel {
+    Pixel::new(point.x, point.y)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pixel;
 
-    /// A stem at 10 px per cm, with another line of tissue between two pixels.
+    /// A plant whose tip is at `tip` cm: a stem at 10 px per cm, with another line of tissue between two pixels.
     fn measurement(tip: Point, more: Option<[f64; 4]>) -> PlantMeasurement {
-        let base = Pixel::new(300.0, 400.0);
-        let calibration = Calibration::from_scale(base, 10.0, 648, 486);
+        let tip = in_pixels(tip);
         let line = |from: [f64; 2], to: [f64; 2]| {
             (0..=200).map(move |i| {
                 let share = f64::from(i) / 200.0;
                 Pixel::new(from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1]))
             })
         };
-        let stem = line([300.0, 400.0], [300.0 + 10.0 * tip.x, 400.0 - 10.0 * tip.y]);
+        let stem = line([300.0, 400.0], [tip.x, tip.y]);
         let more = more.into_iter().flat_map(|[a, b, c, d]| line([a, b], [c, d]));
         let tissue = OccupancyGrid::from_pixels(stem.chain(more), 2.5);
         PlantMeasurement {
             tip,
             tissue,
             contrast: 20.0,
-            tip_to_stem: Some(0.1),
+            light: Some(Light::LEFT),
+            tip_to_stem: Some(1.0),
+            stem_width: Some(10.0 * STEM_WIDTH),
+            stem_length: Some(100.0),
             is_occluded: false,
-            calibration,
         }
+    }
+
+    fn in_pixels(tip: Point) -> Point {
+        Point::new(300.0 + 10.0 * tip.x, 400.0 - 10.0 * tip.y)
     }
 
     fn tracked(steps: u32) -> TrackGate {
@@ -373,7 +451,7 @@ mod tests {
         assert_eq!(track.gate(occluded(Point::new(0.9, 10.45)), 2_700.0).0, FrameStatus::Ok);
         let misty = PlantMeasurement { contrast: 12.0, ..measurement(Point::new(1.0, 9.9), None) };
         assert_eq!(track.gate(misty, 3_000.0).0, FrameStatus::Ambiguous);
-        let leaf = PlantMeasurement { tip_to_stem: Some(0.9), ..measurement(Point::new(1.0, 11.4), None) };
+        let leaf = PlantMeasurement { tip_to_stem: Some(9.0), ..measurement(Point::new(1.0, 11.4), None) };
         assert_eq!(track.gate(leaf, 3_300.0).0, FrameStatus::Ambiguous);
     }
 
@@ -400,12 +478,53 @@ mod tests {
     }
 
     #[test]
+    fn a_stem_that_ends_elsewhere_is_not_steady_until_it_stays() {
+        let mut track = tracked(8);
+        let shorter = |step: u32| {
+            let tip = Point::new(0.1 * f64::from(step), 10.0 + 0.05 * f64::from(step));
+            PlantMeasurement { stem_length: Some(70.0), ..measurement(tip, None) }
+        };
+        let steady: Vec<bool> = (8..16)
+            .map(|step| {
+                let is_steady = track.has_steady_stem(&shorter(step));
+                track.gate(shorter(step), 300.0 * f64::from(step));
+                is_steady
+            })
+            .collect();
+        assert_eq!(steady, [false, false, false, false, false, true, true, true]);
+    }
+
+    #[test]
+    fn another_lamp_is_no_mist() {
+        let mut track = tracked(8);
+        for (step, light) in (8..20).map(|step| (step, if step < 14 { Light::RIGHT } else { Light::LEFT })) {
+            let tip = Point::new(0.1 * f64::from(step) + 0.3, 10.0 + 0.05 * f64::from(step));
+            let contrast = if light == Light::RIGHT { 12.0 } else { 20.0 };
+            let dimmer = PlantMeasurement { contrast, light: Some(light), ..measurement(tip, None) };
+            assert_eq!(track.gate(dimmer, 300.0 * f64::from(step)).0, FrameStatus::Ok, "{step}");
+        }
+    }
+
+    #[test]
+    fn another_end_of_the_stem_is_no_leaf_where_no_tissue_has_changed() {
+        let mut track = tracked(8);
+        let tip = Point::new(1.15, 10.4);
+        let ends = |stem_length| PlantMeasurement {
+            tip_to_stem: Some(20.0),
+            stem_length: Some(stem_length),
+            ..measurement(tip, None)
+        };
+        assert_eq!(track.clone().gate(ends(60.0), 2_400.0).0, FrameStatus::Ok);
+        assert_eq!(track.gate(ends(90.0), 2_400.0).0, FrameStatus::Ambiguous);
+    }
+
+    #[test]
     fn a_leaf_before_the_tip_is_rejected_even_where_the_tip_is_expected() {
         let mut track = tracked(8);
         let leaf = |step: u32| {
             let tip = Point::new(0.1 * f64::from(step), 10.0 + 0.05 * f64::from(step));
             PlantMeasurement {
-                tip_to_stem: Some(0.9),
+                tip_to_stem: Some(9.0),
                 ..measurement(tip, Some([260.0, 285.0, 350.0, 290.0]))
             }
         };
@@ -420,7 +539,11 @@ mod tests {
     fn of_two_leaves_either_may_be_the_higher() {
         let leaf = [300.0, 300.0, 315.0, 299.0];
         let one = measurement(Point::new(0.0, 10.0), Some(leaf));
-        let other = PlantMeasurement { tip: Point::new(1.5, 10.1), tip_to_stem: Some(1.5), ..one.clone() };
+        let other = PlantMeasurement {
+            tip: in_pixels(Point::new(1.5, 10.1)),
+            tip_to_stem: Some(15.0),
+            ..one.clone()
+        };
         let mut track = TrackGate::default();
         for step in 0..6 {
             assert_eq!(track.gate(one.clone(), 300.0 * f64::from(step)).0, FrameStatus::Ok, "{step}");
@@ -459,10 +582,10 @@ mod tests {
         let mut track = tracked(8);
         // The highest point changes from one leaf to another; both were there all along.
         let wide = |tip| PlantMeasurement {
-            tip,
+            tip: in_pixels(tip),
             ..measurement(Point::new(0.0, 10.0), Some([240.0, 300.0, 340.0, 300.0]))
         };
-        track.accept(Point::new(4.0, 10.0), 2_400.0);
+        track.accept(in_pixels(Point::new(4.0, 10.0)), 2_400.0);
         track.remember_appearance(wide(Point::default()));
         assert_eq!(track.gate(wide(Point::new(-6.0, 10.0)), 2_700.0).0, FrameStatus::Jump);
         assert_eq!(track.gate(wide(Point::new(-6.0, 10.1)), 3_000.0).0, FrameStatus::Ok);
@@ -472,7 +595,12 @@ mod tests {
     fn longer_intervals_widen_the_gate() {
         let far = Point::new(4.0, 10.0);
         let status = |track: &mut TrackGate, time_s| {
-            track.gate(PlantMeasurement { tip: far, ..measurement(Point::new(0.1, 10.05), None) }, time_s).0
+            track
+                .gate(
+                    PlantMeasurement { tip: in_pixels(far), ..measurement(Point::new(0.1, 10.05), None) },
+                    time_s,
+                )
+                .0
         };
         assert_eq!(status(&mut tracked(2), 600.0), FrameStatus::Jump);
         assert_eq!(status(&mut tracked(2), 1_500.0), FrameStatus::Ok);

@@ -55,6 +55,11 @@ impl StemHold {
         (self.last.clone(), is_held)
     }
 
+    /// Whether the stem of the latest step is that of a step before, or none.
+    pub(in crate::vision) const fn is_held(&self) -> bool {
+        self.held > 0
+    }
+
     /// Takes the stem of a step from before an interruption: one that repeats the step before was held.
     pub fn resume(&mut self, stem: Option<&Polyline>) {
         let is_held = stem.is_none() || self.last.as_ref() == stem;

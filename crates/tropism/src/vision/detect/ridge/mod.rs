@@ -96,7 +96,7 @@ pub(super) fn detect(
         return by_colour;
     }
     let Some(ridge) = find_stem(&small, base, config.contrast) else {
-        return by_colour.map(|found| Detection { stem: None, apex: None, ..found });
+        return by_colour.map(|found| Detection { stem: None, stem_width: None, apex: None, ..found });
     };
     let stem: Vec<Pixel> =
         ridge.line.iter().map(|at| Pixel::new(origin.x + scale * at.0, origin.y + scale * at.1)).collect();
@@ -111,7 +111,7 @@ pub(super) fn detect(
         is_occluded: true,
         ..Detection::default()
     });
-    Some(Detection { apex, stem: Some(stem), ..found })
+    Some(Detection { apex, stem: Some(stem), stem_width: Some(ridge.width * scale), ..found })
 }
 
 /// Whether most of what lies just below the base is bright: a pot, not dark soil.
