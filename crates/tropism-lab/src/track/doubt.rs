@@ -7,6 +7,7 @@ use tropism::geometry::{Pixel, Region};
 use tropism::math::statistics::upper_median;
 use tropism::observation::Quality;
 use tropism::track::Track;
+use tropism::vision::Direction;
 
 use super::plants::{PAPER_WIDTH_CM, Plant};
 use super::table::TrackCounts;
@@ -36,6 +37,8 @@ pub enum DoubtKind {
     TipAtEdge,
     /// The scale is that of the paper's camera, because the plan gives none.
     ScaleAssumed,
+    /// The photographs have nothing to do with each other, so their order is no motion.
+    Unrelated,
 }
 
 /// One doubt about a track.
@@ -54,12 +57,21 @@ pub(super) struct Evidence<'a> {
     /// The lowest point of the stem in each photograph with a measured tip, in pixels of the first photograph.
     pub(super) feet: &'a [Pixel],
     pub(super) is_scale_assumed: bool,
+    pub(super) is_unrelated: bool,
+    /// The direction in which the plant grows.
+    pub(super) up: Direction,
 }
 
 impl Evidence<'_> {
     /// The doubts, the gravest first.
     pub(super) fn doubts(&self) -> Vec<Doubt> {
-        let all = [self.few_measured(), self.root_elsewhere(), self.tip_at_edge(), self.scale_assumed()];
+        let all = [
+            self.few_measured(),
+            self.root_elsewhere(),
+            self.tip_at_edge(),
+            self.scale_assumed(),
+            self.unrelated(),
+        ];
         all.into_iter().flatten().collect()
     }
 
@@ -77,6 +89,10 @@ impl Evidence<'_> {
     }
 
     fn root_elsewhere(&self) -> Option<Doubt> {
+        // Beside and above are those of a plant that grows upwards.
+        if self.up != Direction::Up {
+            return None;
+        }
         let middle = |coordinates: Vec<f64>| upper_median(&coordinates, f64::total_cmp);
         let x = middle(self.feet.iter().map(|foot| foot.x).collect())?;
         let y = middle(self.feet.iter().map(|foot| foot.y).collect())?;
@@ -122,11 +138,16 @@ impl Evidence<'_> {
                 DoubtKind::ScaleAssumed,
                 format!(
                     "no scale is given, and the picture is taken to be {PAPER_WIDTH_CM} cm wide at the plant: give \
-                     `px_per_cm` or `calibration`. A wrong scale also costs photographs, for how far a tip may move is \
-                     judged in cm"
+                     `px_per_cm` or `calibration`, or all cm are in an unknown unit"
                 ),
             )
         })
+    }
+
+    fn unrelated(&self) -> Option<Doubt> {
+        let advice = "the photographs are taken to have nothing to do with each other (`each`), so the track is a table, \
+                      and no motion";
+        self.is_unrelated.then(|| Doubt::new(DoubtKind::Unrelated, advice.to_owned()))
     }
 }
 

@@ -17,6 +17,7 @@ mod table;
 mod doubt;
 mod provenance;
 mod plan;
+mod locate;
 mod pipeline;
 mod results;
 mod guide;
@@ -63,7 +64,11 @@ impl Workflow for TrackPlan {
         let found = files::list_photographs(&self.photographs)?;
         found.notes.iter().for_each(|note| monitor.note(note));
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
-        let plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
+        let located = self.located(&series.frames, monitor);
+        let is_located = located.is_some();
+        let plans = located.map_or_else(|| self.plants.clone(), |plant| vec![plant]);
+        let mut plants = place(&plans, &self.scale, &self.vision, &series.frames)?;
+        plants.iter_mut().for_each(|plant| plant.is_located = is_located);
         let lights = self.light.read(&series.frames)?;
         if let Some(folder) = &self.overlay {
             files::make_folder(folder)?;

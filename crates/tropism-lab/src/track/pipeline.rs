@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use tropism::lamps::Light;
 use tropism::photo::{Image, Photo};
 use tropism::vision::raster::source::PixelSource;
-use tropism::vision::{self, FrameStatus, TipTracker, lamp_state};
+use tropism::vision::{self, FrameStatus, TipTracker, VisionError, lamp_state};
 
 use super::journal::{FrameDetections, FrameJournal, PlantDetection};
 use super::overlays::{Annotation, Overlays};
@@ -46,12 +46,14 @@ impl<'a> Pipeline<'a> {
         lights: Option<Vec<Option<Light>>>,
         settings_sha256: &str,
     ) -> Result<Self, Error> {
-        let tracker = |plant: &Plant| {
-            let tracker = TipTracker::new(plant.calibration, plant.vision(&plan.vision));
-            tracker.map(|tracker| tracker.with_period(series.period_min))
+        let is_unrelated = plan.each || series.frames.len() == 1;
+        let tracker = |plant: &Plant| -> Result<TipTracker, VisionError> {
+            let tracker = TipTracker::new(plant.calibration, plant.vision(&plan.vision))?;
+            let tracker = tracker.with_period(series.period_min);
+            Ok(if is_unrelated { tracker.for_unrelated() } else { tracker })
         };
         let mut trackers: Vec<TipTracker> =
-            plants.iter().map(tracker).collect::<Result<_, _>>().map_err(Error::at("vision"))?;
+            plants.iter().map(tracker).collect::<Result<_, VisionError>>().map_err(Error::at("vision"))?;
         let journal = FrameJournal::open(&plan.journal_file(), settings_sha256, plan.resume)?;
         // The background of the first pictures is the reference for the shift of the camera in all others.
         let readable =
@@ -66,7 +68,7 @@ impl<'a> Pipeline<'a> {
             plants,
             lights,
             trackers,
-            tables: plants.iter().map(|plant| Table::new(plant.calibration)).collect(),
+            tables: plants.iter().map(|plant| Table::new(plant.calibration, plan.each)).collect(),
             journal,
             overlays: Overlays::new(folder, sheet, plants, series.frames.len()),
             sha256: String::new(),
@@ -152,20 +154,20 @@ impl<'a> Pipeline<'a> {
         {
             let result = if is_repeated { Err(FrameStatus::Repeated) } else { detection.result() };
             let tracked = tracker.update(result, frame.time_s);
-            table.add(frame, detection.sighting.as_ref(), tracked.clone(), light);
-            seen.push(tracked);
+            // A stem whose end is unknown is not written down.
+            let mut sighting = detection.sighting.clone();
+            if let Some(sighting) = sighting.as_mut().filter(|_| !tracker.has_measured_stem()) {
+                (sighting.stem, sighting.apex) = (None, None);
+            }
+            table.add(frame, sighting.as_ref(), tracked.clone(), light);
+            seen.push((sighting, tracked));
         }
         let Some(image) = &photo.image else { return Ok(()) };
         let annotations: Vec<Annotation<'_>> = self
             .plants
             .iter()
-            .zip(&detections.plants)
             .zip(&seen)
-            .map(|((plant, detection), seen)| Annotation {
-                plant,
-                sighting: detection.sighting.as_ref(),
-                seen,
-            })
+            .map(|(plant, (sighting, seen))| Annotation { plant, sighting: sighting.as_ref(), seen })
             .collect();
         self.overlays.add(index, &frame.name, image, &annotations, light)
     }
@@ -217,7 +219,9 @@ fn detect(
         Ok(Err(error)) => Some(error.to_string()),
         Ok(Ok(picture)) => {
             let (width, height) = picture.size();
-            trackers[0].calibration().check_size(width, height).err().map(|error| error.to_string())
+            let is_foreign = plants.iter().any(|plant| plant.class == FrameStatus::Foreign);
+            let problem = trackers[0].calibration().check_size(width, height).err();
+            problem.filter(|_| is_foreign).map(|error| error.to_string())
         }
     };
     let light = picture.ok().and_then(Result::ok).and_then(|picture| lamp_state(picture, None));

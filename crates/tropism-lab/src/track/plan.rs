@@ -40,6 +40,9 @@ pub struct TrackPlan {
     pub default_period_min: f64,
     /// How plants are detected. The crop of a plant is its region.
     pub vision: VisionConfig,
+    /// Whether the photographs have nothing to do with each other, such as a folder of many plants: none is compared with
+    /// another, and each plant that is detected is accepted. So is the only photograph of a series.
+    pub each: bool,
     /// Folder for a copy of each photograph with the detections drawn in.
     pub overlay: Option<PathBuf>,
     /// JPEG file for a contact sheet of up to 24 photographs with the detections drawn in.
@@ -62,6 +65,7 @@ impl Default for TrackPlan {
             period_min: None,
             default_period_min: PAPER_PERIOD_MIN,
             vision: VisionConfig::default(),
+            each: false,
             overlay: None,
             sheet: None,
             resume: false,

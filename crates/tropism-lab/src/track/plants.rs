@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tropism::geometry::{Pixel, Region};
-use tropism::vision::{Calibration, VisionConfig, VisionError};
+use tropism::vision::{Calibration, Direction, VisionConfig, VisionError};
 
 use super::series::Frame;
 use crate::{Error, files};
@@ -20,7 +20,8 @@ pub struct PlantPlan {
     pub name: String,
     /// The plant without pot and lamps; `None` is the whole picture.
     pub region: Option<Region>,
-    /// Pixel where the stem leaves the soil; `None` is the middle of the region's lower edge.
+    /// Pixel where the stem leaves the soil; `None` is the middle of the region's lower edge, or of the edge opposite to
+    /// the direction in which the plant grows.
     pub base: Option<Pixel>,
 }
 
@@ -62,6 +63,9 @@ pub(super) struct Plant {
     pub(super) name: Option<String>,
     pub(super) region: Option<Region>,
     pub(super) calibration: Calibration,
+    /// Whether region and root were found by the plant's motion.
+    #[serde(skip)]
+    pub(super) is_located: bool,
 }
 
 impl Plant {
@@ -144,11 +148,16 @@ pub(super) fn place(
     let is_alone = plants.len() == 1;
     let place = |plan: &PlantPlan| {
         let region = plan.region.unwrap_or(Region { x: 0, y: 0, width, height });
-        let lower_edge = Pixel::new(
-            region.x as f64 + (region.width as f64 - 1.0) / 2.0,
-            region.y as f64 + region.height as f64 - 1.0,
-        );
-        let base = plan.base.unwrap_or(lower_edge);
+        let (left, top) = (region.x as f64, region.y as f64);
+        let (right, bottom) = (left + region.width as f64 - 1.0, top + region.height as f64 - 1.0);
+        let (centre, middle) = ((left + right) / 2.0, (top + bottom) / 2.0);
+        let foot = match vision.up {
+            Direction::Up => Pixel::new(centre, bottom),
+            Direction::Left => Pixel::new(right, middle),
+            Direction::Right => Pixel::new(left, middle),
+            Direction::Down => Pixel::new(centre, top),
+        };
+        let base = plan.base.unwrap_or(foot);
         let calibration = match *scale {
             TrackScale::Calibration(known) if is_alone && plan.base.is_none() => known,
             TrackScale::Calibration(known) => Calibration { base, ..known },
@@ -159,7 +168,7 @@ pub(super) fn place(
         };
         calibration.check().map_err(|error| Error::Plan(format!("`px_per_cm`: {error}")))?;
         let name = Some(plan.name.clone()).filter(|_| !is_alone);
-        let plant = Plant { name, region: plan.region, calibration };
+        let plant = Plant { name, region: plan.region, calibration, is_located: false };
         plant.vision(vision).check(width, height).map_err(|error| match (&error, &plant.name) {
             (VisionError::Region { .. }, None) => Error::Plan(format!("`region`: {error}")),
             (VisionError::Region { .. }, Some(name)) => Error::Plan(format!("plant {name}: {error}")),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::{Serialize, Serializer};
+use tropism::geometry::Region;
 use tropism::vision::{Calibration, VisionConfig};
 
 use super::doubt::{Doubt, Evidence};
@@ -52,6 +53,10 @@ pub struct PlantTrack {
     pub calibration: Calibration,
     /// Whether the scale is that of the paper's camera, because the plan gives none.
     pub calibration_is_assumed: bool,
+    /// Whether region and root were found by the plant's motion, because the plan gives neither.
+    pub is_located: bool,
+    /// Whether the photographs were taken to have nothing to do with each other.
+    pub is_each: bool,
     /// What speaks against the track; a model is fitted to it only if the plan says so.
     pub doubts: Vec<Doubt>,
     /// SHA-256 of the digests of all photographs, one after the other.
@@ -74,6 +79,8 @@ pub struct TrackSettings {
     period_min: Option<f64>,
     #[serde(serialize_with = "as_text")]
     light: LightSource,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    each: bool,
 }
 
 fn as_text<S: Serializer>(light: &LightSource, serializer: S) -> Result<S::Ok, S::Error> {
@@ -89,6 +96,14 @@ impl Serialize for TrackResults {
     }
 }
 
+impl PlantTrack {
+    /// The plant without pot and lamps; `None` is the whole picture.
+    #[must_use]
+    pub fn region(&self) -> Option<Region> {
+        self.settings.plants.iter().find(|plant| plant.name == self.plant)?.region
+    }
+}
+
 impl TrackSettings {
     pub(super) fn new(plan: &TrackPlan, plants: &[Plant]) -> Self {
         Self {
@@ -98,6 +113,7 @@ impl TrackSettings {
             time: plan.time,
             period_min: plan.period_min,
             light: plan.light.clone(),
+            each: plan.each,
         }
     }
 
@@ -128,6 +144,8 @@ impl Pipeline<'_> {
                 feet: &table.feet,
                 // The camera of the virtual tent is the paper's.
                 is_scale_assumed: calibration_is_assumed && !is_virtual,
+                is_unrelated: self.plan.each,
+                up: self.plan.vision.up,
             };
             let results = PlantTrack {
                 schema: SCHEMA,
@@ -140,6 +158,8 @@ impl Pipeline<'_> {
                 missing_steps: self.series.missing(),
                 calibration: plant.calibration,
                 calibration_is_assumed,
+                is_located: plant.is_located,
+                is_each: self.plan.each,
                 doubts: evidence.doubts(),
                 photographs_sha256: photographs_sha256.clone(),
                 problems: self.problems.clone(),

@@ -46,6 +46,8 @@ struct Measurement {
 /// The rows of one plant.
 pub(super) struct Table {
     calibration: Calibration,
+    /// Whether the photographs have nothing to do with each other.
+    is_unrelated: bool,
     rows: Vec<Row>,
     /// Photographs since the last measured tip.
     gap: usize,
@@ -108,9 +110,10 @@ impl CameraMotion {
 }
 
 impl Table {
-    pub(super) fn new(calibration: Calibration) -> Self {
+    pub(super) fn new(calibration: Calibration, is_unrelated: bool) -> Self {
         Self {
             calibration,
+            is_unrelated,
             rows: Vec::new(),
             gap: 0,
             measured_s: None,
@@ -137,12 +140,14 @@ impl Table {
             tip: seen.tip_px.map(|top| point(&self.calibration, top, shift)),
             is_accepted: is_measured,
         };
+        // The observation holds the stem of an earlier photograph where this one shows none.
+        let stem = observation.stem.filter(|_| sighting.is_some_and(|sighting| sighting.stem.is_some()));
         let measurement = seen.tip_px.filter(|_| is_measured).map(|top| Measurement {
             shift,
             top,
             apex: sighting.and_then(|sighting| sighting.apex),
-            length_cm: observation.stem.as_ref().map(|stem| stem.length()),
-            stem: observation.stem.map(|stem| stem.resampled(STEM_POINTS).0).unwrap_or_default(),
+            length_cm: stem.as_ref().map(|stem| stem.length()),
+            stem: stem.map(|stem| stem.resampled(STEM_POINTS).0).unwrap_or_default(),
         });
         self.rows.push(Row {
             frame: frame.name.clone(),
@@ -185,7 +190,9 @@ impl Table {
         }
         if let Some(sighting) = sighting {
             self.feet.extend(foot(sighting, self.calibration.base).filter(|_| is_measured));
-            counts.camera.add(&frame.name, sighting);
+            if !self.is_unrelated {
+                counts.camera.add(&frame.name, sighting);
+            }
             if let Some(edge) = sighting.clipped_at {
                 *counts.leaves_view_at.entry(edge.name()).or_default() += 1;
             }
@@ -206,7 +213,9 @@ impl Table {
         let samples = self.rows.iter().map(|row| row.sample.clone()).collect();
         let mut track = Track::of(samples);
         self.add_measured_columns(&mut track);
-        self.add_smoothed_columns(&mut track);
+        if !self.is_unrelated {
+            self.add_smoothed_columns(&mut track);
+        }
         Some(track)
     }
 

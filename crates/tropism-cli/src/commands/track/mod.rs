@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use tropism::geometry::{Pixel, Region};
-use tropism::vision::{Calibration, Mode, VisionConfig};
+use tropism::vision::{Calibration, Direction, Mode, VisionConfig};
 use tropism_lab::files;
 use tropism_lab::track::{
     GuidePlan, LightSource, PlantPlan, TimeSource, TrackPlan, TrackScale, numbered_plants, read_plants,
@@ -64,7 +64,8 @@ pub(crate) struct Track {
     #[arg(long, value_name = "X,Y", value_parser = parse_pair, allow_hyphen_values = true)]
     base: Vec<Pair>,
 
-    /// Region of interest: the plant without pot and lamps; the whole picture by default. Once a plant
+    /// Region of interest: the plant without pot and lamps; without region and base the only plant that moves is found,
+    /// or else the whole picture searched. Once a plant
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
     roi: Vec<Region>,
 
@@ -87,6 +88,14 @@ pub(crate) struct Track {
     /// Method of detection: the robust one, or the paper's to the letter
     #[arg(long, value_name = "robust|paper", default_value = "robust", value_parser = parse_mode)]
     mode: Mode,
+
+    /// Direction in which the plant grows in the pictures: up, left, right or down
+    #[arg(long, value_name = "DIRECTION", default_value = "up", hide_default_value = true)]
+    up: Direction,
+
+    /// Take the photographs as unrelated, such as a folder of many plants: none is compared with another
+    #[arg(long, conflicts_with_all = ["guide", "period"])]
+    each: bool,
 
     /// Folder for a copy of each photograph with the detections drawn in
     #[arg(long, value_name = "DIR")]
@@ -167,7 +176,8 @@ impl Track {
             light: self.light,
             time: self.time.into(),
             period_min: self.period,
-            vision: VisionConfig { mode: self.mode, ..VisionConfig::default() },
+            vision: VisionConfig { mode: self.mode, up: self.up, ..VisionConfig::default() },
+            each: self.each,
             overlay: self.overlay,
             sheet: self.sheet,
             resume: self.resume,
@@ -185,7 +195,7 @@ impl Track {
             page,
             time: self.time.into(),
             period_min: self.period,
-            vision: VisionConfig { mode: self.mode, ..VisionConfig::default() },
+            vision: VisionConfig { mode: self.mode, up: self.up, ..VisionConfig::default() },
             ..GuidePlan::default()
         })
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use tropism::lamps;
 use tropism_lab::files::shell_word;
-use tropism_lab::track::{CameraMotion, GuideResults, TrackCounts, TrackPlan, TrackResults};
+use tropism_lab::track::{CameraMotion, GuideResults, PlantTrack, TrackCounts, TrackPlan, TrackResults};
 use tropism_rig::secret::shown;
 
 use crate::progress::with_options;
@@ -38,7 +38,11 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
     }
     for track in &results.tracks {
         let which = track.plant.as_ref().map_or_else(String::new, |name| format!("plant {name}: "));
-        lines.push(format!("{which}{}", frames(&track.counts)));
+        lines.push(format!(
+            "{which}{}",
+            if track.is_each { photographs(&track.counts) } else { frames(&track.counts) }
+        ));
+        lines.extend(located(plan, track));
         lines.push(format!("wrote {}", track.track.display()));
         lines.extend(
             track.doubts.iter().map(|doubt| with_options(&format!("doubtful: {which}{}", doubt.advice))),
@@ -66,6 +70,22 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
         )
     });
     lines.join("\n")
+}
+
+/// A line on the place that was found by the plant's motion; `None` where the plan gives it.
+fn located(plan: &TrackPlan, track: &PlantTrack) -> Option<String> {
+    let region = track.region().filter(|_| track.is_located)?;
+    let base = track.calibration.base;
+    let look = if plan.sheet.is_none() && plan.overlay.is_none() { " (--sheet shows it)" } else { "" };
+    Some(format!(
+        "found by its motion: --roi {},{},{},{} --base {:.0},{:.0}{look}",
+        region.x, region.y, region.width, region.height, base.x, base.y
+    ))
+}
+
+/// The counts of photographs that have nothing to do with each other.
+fn photographs(counts: &TrackCounts) -> String {
+    format!("{} of {} photographs measured ({})", counts.measured, counts.frames, counted(&counts.classes))
 }
 
 fn frames(counts: &TrackCounts) -> String {
