@@ -238,14 +238,10 @@ pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
 
 /// A time such as `6h`, `90m` or `2d`, in minutes.
 pub(crate) fn parse_minutes(text: &str) -> Result<f64, String> {
-    let wanted = || format!("found {text:?}, wanted a time such as 6h, 90m or 2d");
-    let unit = text.chars().last().ok_or_else(wanted)?;
-    let minutes = match unit {
-        'm' => 1.0,
-        'h' => 60.0,
-        'd' => 24.0 * 60.0,
-        _ => return Err(wanted()),
-    };
-    let number: f64 = text[..text.len() - 1].parse().map_err(|_| wanted())?;
-    if number > 0.0 && number.is_finite() { Ok(number * minutes) } else { Err(wanted()) }
+    let minutes = [("m", 1.0), ("h", 60.0), ("d", 24.0 * 60.0)].iter().find_map(|(unit, minutes)| {
+        let number: f64 = text.strip_suffix(unit)?.parse().ok()?;
+        Some(number * minutes)
+    });
+    let minutes = minutes.filter(|minutes| *minutes > 0.0 && minutes.is_finite());
+    minutes.ok_or_else(|| format!("found {text:?}, wanted a time such as 6h, 90m or 2d"))
 }

@@ -186,7 +186,9 @@ impl Real {
     fn with_period(period_min: f64, more: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
-        fs::write(path.join("tent.toml"), TENT).unwrap();
+        // Larger pictures: a plant that moves in 50 milliseconds as in five minutes is lost in the smaller ones.
+        let larger = TENT.replace("width = 324\nheight = 243", "width = 432\nheight = 324");
+        fs::write(path.join("tent.toml"), larger).unwrap();
         done(&tent(path, "tent").output().unwrap());
         let calibration = fs::read_to_string(path.join("tent/calibration.toml")).unwrap();
         let photographs = path.join("tent/photographs");
@@ -195,7 +197,7 @@ impl Real {
             "period_min = {period_min}\n[patience]\nlate_s = inf\nfree_mb = 0\n{more}\n\
              [camera]\ndriver = \"replay\"\nfolder = {photographs:?}\n\
              [lamps]\non_exit = \"dark\"\nleft = {}\nright = {}\ndark = {}\n\
-             [vision.crop]\nx = 4\ny = 10\nwidth = 316\nheight = 190\n\
+             [vision.crop]\nx = 5\ny = 13\nwidth = 421\nheight = 253\n\
              [calibration]\n{}",
             say("left"),
             say("right"),

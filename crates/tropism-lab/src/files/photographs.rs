@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use tropism::photo;
+use tropism::text::plural;
 
 use super::{FileError, disk};
 
@@ -124,11 +125,13 @@ impl Folder {
             ));
         }
         for (name, count) in &self.left {
-            notes.push(format!("left out the folder {name} with {}", counted(*count, "photograph")));
+            notes.push(format!("left out the folder {name} with {}", plural(*count, "photograph")));
         }
         for (extension, names) in &self.others {
-            let what = counted(names.len(), if extension.is_empty() { "file" } else { "" });
-            let what = if extension.is_empty() { what } else { format!("{} .{extension}", what.trim_end()) };
+            let what = match extension.as_str() {
+                "" => plural(names.len(), "file"),
+                _ => format!("{} .{extension}", names.len()),
+            };
             let advice = conversion(extension).map_or_else(String::new, |advice| format!(": {advice}"));
             notes.push(format!("left out {what} ({}){advice}", shortened(names)));
         }
@@ -165,10 +168,6 @@ fn sort(paths: &mut [PathBuf]) {
 
 fn name_of(path: &Path) -> String {
     super::name_text(path.file_name().unwrap_or_default())
-}
-
-fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 || noun.is_empty() { "" } else { "s" })
 }
 
 /// The first names, and how many there are more.

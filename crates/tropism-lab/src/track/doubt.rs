@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use tropism::geometry::{Pixel, Region};
 use tropism::math::statistics::upper_median;
 use tropism::observation::Quality;
+use tropism::text::plural;
 use tropism::track::Track;
 use tropism::vision::Direction;
 
@@ -81,8 +82,9 @@ impl Evidence<'_> {
             Doubt::new(
                 DoubtKind::FewMeasured,
                 format!(
-                    "the tip is measured in {measured} of {frames} photographs, less than half: is the plant in its \
-                     `region`, and its root at `base`? Leave out photographs from before it emerged"
+                    "the tip is measured in {measured} of {}, less than half: is the plant in its `region`, and its root at \
+                     `base`? Leave out photographs from before it emerged",
+                    plural(frames, "photograph")
                 ),
             )
         })
@@ -123,9 +125,9 @@ impl Evidence<'_> {
             Doubt::new(
                 DoubtKind::TipAtEdge,
                 format!(
-                    "in {clipped} of {} photographs the plant reaches the edge of its region ({}), where its tip may lie \
+                    "in {clipped} of {} the plant reaches the edge of its region ({}), where its tip may lie \
                      outside: a `region` with more room there may help",
-                    self.counts.frames,
+                    plural(self.counts.frames, "photograph"),
                     edges.join(", ")
                 ),
             )

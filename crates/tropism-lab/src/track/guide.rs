@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::geometry::Region;
 use tropism::photo::Image;
+use tropism::text::plural;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism::vision::raster::filter;
 use tropism::vision::{TipTracker, VisionConfig, lamp_state};
@@ -136,9 +137,9 @@ impl GuidePlan {
         let first = frames.iter().enumerate().find_map(|(index, frame)| Some((index, decode(frame)?)));
         let Some((first, image)) = first else {
             return Err(Error::Plan(format!(
-                "{}: found no whole photograph among {} files, wanted one",
+                "{}: found no whole photograph among {}, wanted one",
                 frames[0].path.display(),
-                frames.len()
+                plural(frames.len(), "file")
             )));
         };
         let size = (image.width, image.height);

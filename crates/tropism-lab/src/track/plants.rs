@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tropism::geometry::{Pixel, Region};
+use tropism::text::plural;
 use tropism::vision::{Calibration, Direction, VisionConfig, VisionError};
 
 use super::series::Frame;
@@ -194,8 +195,8 @@ fn size_of_first(frames: &[Frame]) -> Result<(usize, usize), Error> {
         }
     }
     Err(Error::Plan(format!(
-        "{}; none of {} files is a whole photograph",
+        "{}; none of {} is a whole photograph",
         first_problem.unwrap_or_default(),
-        frames.len()
+        plural(frames.len(), "file")
     )))
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Serialize, Serializer};
 use tropism::geometry::Region;
+use tropism::text::plural;
 use tropism::vision::{Calibration, VisionConfig};
 
 use super::doubt::{Doubt, Evidence};
@@ -182,9 +183,9 @@ fn not_detected(plant: &Plant, counts: &TrackCounts) -> String {
     let which = plant.name.as_ref().map_or_else(String::new, |name| format!("plant {name}: "));
     let classes: Vec<String> = counts.classes.iter().map(|(name, count)| format!("{name} {count}")).collect();
     format!(
-        "{which}found no plant in any of {} photographs ({}), wanted one in the region of interest, with its foot near \
+        "{which}found no plant in any of {} ({}), wanted one in the region of interest, with its foot near \
          `base`: `guide` writes a page to click both on",
-        counts.frames,
+        plural(counts.frames, "photograph"),
         classes.join(", ")
     )
 }

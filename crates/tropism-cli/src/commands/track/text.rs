@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use tropism::lamps;
 use tropism_lab::files::shell_word;
 use tropism_lab::track::{CameraMotion, GuideResults, PlantTrack, TrackCounts, TrackPlan, TrackResults};
+use tropism_lab::units::plural;
 use tropism_rig::secret::shown;
 
 use crate::progress::with_options;
@@ -15,8 +16,8 @@ const NAMED: usize = 5;
 /// The text after a guide.
 pub(super) fn guide(results: &GuideResults) -> String {
     format!(
-        "{} photographs, {}\nwrote {}: open it in a browser, click, and copy the command",
-        results.series.photographs,
+        "{}, {}\nwrote {}: open it in a browser, click, and copy the command",
+        plural(results.series.photographs, "photograph"),
         results.series,
         results.guide.display()
     )
@@ -27,7 +28,7 @@ pub(super) fn tracks(plan: &TrackPlan, results: &TrackResults) -> String {
     let [first, ..] = results.tracks.as_slice() else { return String::new() };
     let kind = if first.is_virtual { " of a virtual plant" } else { "" };
     let mut lines = vec![
-        format!("{} photographs{kind}, {}", first.counts.frames, results.series),
+        format!("{}{kind}, {}", plural(first.counts.frames, "photograph"), results.series),
         lamps_lit(&first.counts.lights),
     ];
     lines.extend(
@@ -77,15 +78,17 @@ fn located(plan: &TrackPlan, track: &PlantTrack) -> Option<String> {
     let region = track.region().filter(|_| track.is_located)?;
     let base = track.calibration.base;
     let look = if plan.sheet.is_none() && plan.overlay.is_none() { " (--sheet shows it)" } else { "" };
-    Some(format!(
-        "found by its motion: --roi {},{},{},{} --base {:.0},{:.0}{look}",
-        region.x, region.y, region.width, region.height, base.x, base.y
-    ))
+    Some(format!("found by its motion: --roi {region} --base {:.0},{:.0}{look}", base.x, base.y))
 }
 
 /// The counts of photographs that have nothing to do with each other.
 fn photographs(counts: &TrackCounts) -> String {
-    format!("{} of {} photographs measured ({})", counts.measured, counts.frames, counted(&counts.classes))
+    format!(
+        "{} of {} measured ({})",
+        counts.measured,
+        plural(counts.frames, "photograph"),
+        counted(&counts.classes)
+    )
 }
 
 fn frames(counts: &TrackCounts) -> String {
@@ -104,15 +107,16 @@ fn frames(counts: &TrackCounts) -> String {
 fn camera(camera: &CameraMotion, px_per_cm: f64) -> Option<String> {
     let moved = camera.first.as_ref().map(|first| {
         format!(
-            "moved by up to {:.1} px ({:.1} mm) in {} photographs, first in {}: corrected",
+            "moved by up to {:.1} px ({:.1} mm) in {}, first in {}: corrected",
             camera.farthest_px,
             10.0 * camera.farthest_px / px_per_cm,
-            camera.moved,
+            plural(camera.moved, "photograph"),
             shown(first)
         )
     });
-    let unknown = (camera.unknown > 0)
-        .then(|| format!("background not found again in {} photographs: not corrected", camera.unknown));
+    let unknown = (camera.unknown > 0).then(|| {
+        format!("background not found again in {}: not corrected", plural(camera.unknown, "photograph"))
+    });
     let parts: Vec<String> = moved.into_iter().chain(unknown).collect();
     (!parts.is_empty()).then(|| format!("camera {}", parts.join("; ")))
 }

@@ -79,6 +79,9 @@ const NARROW_GATE: f64 = 0.25;
 const NARROW_GATE_GROWTH: f64 = 0.05;
 const MAX_NARROW_GATE: f64 = 0.4;
 
+/// Least radius of a gate, in pixels: in a small picture a tip moves by whole ones.
+const LEAST_GATE: f64 = 1.5;
+
 /// Least distance that tissue may move between two photographs, in cm; it may move as far as the tip.
 const TISSUE_MOTION: f64 = 0.5;
 
@@ -225,10 +228,11 @@ impl TrackGate {
         let steps = periods / usual;
         let narrow_gate =
             cm * usual * (NARROW_GATE + NARROW_GATE_GROWTH * (steps - 1.0).max(0.0)).min(MAX_NARROW_GATE);
+        let narrow_gate = narrow_gate.max(LEAST_GATE);
         let anomaly = self.anomaly(&measurement, cm);
         let radius = match anomaly {
             Anomaly::None => full_gate,
-            Anomaly::Dimmed => cm * NARROW_GATE * periods.max(1.0),
+            Anomaly::Dimmed => (cm * NARROW_GATE * periods.max(1.0)).max(LEAST_GATE),
             Anomaly::HiddenByLeaf => 0.0,
             // An occluded tip is accepted near the expected one, but only for as long as a held tip may steer.
             Anomaly::Occluded if steps > f64::from(MAX_HELD_FRAMES) + 1.5 => 0.0,
