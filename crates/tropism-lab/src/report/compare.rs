@@ -19,7 +19,7 @@ use crate::transfer::TransferResults;
 /// Seed of the bootstrap of intervals: they are to be the same in each report.
 const SEED: u64 = 1;
 
-/// What evolutions are compared by: the best fitness of a run is that of few plants, and selects for their luck.
+/// What evolutions are compared by: the best fitness of a run is that of few plants, so the greatest of many is chosen by chance as well.
 const IN_MODEL: &str = "the mean fitness of each run's champion on unseen plants of its model";
 
 /// Things of one kind that are compared.

@@ -55,7 +55,7 @@ pub struct UnitFindings {
 
 impl UnitFindings {
     /// The values by which settings are compared. Of an evolution those on unseen plants: the best fitness of a run is that of
-    /// as few plants as its setting says, and selects for their luck.
+    /// as few plants as its setting says, so the greatest of many is chosen by chance as well.
     pub(crate) fn compared(&self) -> &[f64] {
         if self.mean_in_model.is_empty() { &self.fitness } else { &self.mean_in_model }
     }

@@ -70,12 +70,6 @@ pub(super) fn locate(frames: &[Frame], vision: &VisionConfig) -> Location {
     locate_in(of(COMPARED), || of(TRIED), vision)
 }
 
-/// A region as the options take it.
-fn words(region: Region) -> String {
-    let Region { x, y, width, height } = region;
-    format!("{x},{y},{width},{height}")
-}
-
 impl TrackPlan {
     /// The plant where it moves. It is looked for if the plan gives a single one neither region nor base, and no
     /// calibration; a plan that is resumed takes what was found before.
@@ -163,7 +157,8 @@ fn locate_in<I: Iterator<Item = Image>>(
         [] => return unsure("nothing in them moves like a plant"),
         [only] => only,
         several => {
-            let places: Vec<String> = several.iter().map(|thing| words(motion.region(thing, 0.0))).collect();
+            let places: Vec<String> =
+                several.iter().map(|thing| motion.region(thing, 0.0).to_string()).collect();
             return Location::Unsure(format!(
                 "{} things in them move, at {}: one plant is wanted, or a `region` for each",
                 several.len(),
@@ -193,8 +188,7 @@ fn locate_in<I: Iterator<Item = Image>>(
     let count = detected.iter().filter(|is_detected| **is_detected).count();
     if (count as f64) < LEAST_DETECTED * detected.len() as f64 {
         return Location::Unsure(format!(
-            "something moves at {}, but a plant is detected there in {count} of {} photographs only",
-            words(region),
+            "something moves at {region}, but a plant is detected there in {count} of {} photographs only",
             detected.len()
         ));
     }

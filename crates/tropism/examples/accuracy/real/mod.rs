@@ -59,6 +59,18 @@ struct Answer {
 }
 
 impl Answer {
+    /// The tracker's answer to the photograph of time `time_s`, in which this was detected.
+    fn of(tracker: &mut TipTracker, detection: Result<Detection, FrameStatus>, time_s: f64) -> Self {
+        let tracked = tracker.update(detection.clone(), time_s);
+        Self {
+            detection: detection.ok(),
+            status: tracked.status,
+            is_measured: tracked.is_measured(),
+            has_stem: tracker.has_measured_stem(),
+            confidence: tracked.confidence,
+        }
+    }
+
     /// The detection, if the track takes it.
     fn measured(&self) -> Option<&Detection> {
         self.detection.as_ref().filter(|_| self.is_measured)
@@ -77,17 +89,12 @@ fn track(files: &[(PathBuf, f64)], calibration: Calibration, config: VisionConfi
     let pictures = frames.iter().filter_map(|frame| frame.picture().ok());
     pictures.take(TipTracker::REFERENCE_FRAMES).for_each(|picture| tracker.set_reference(picture));
     let detections: Vec<_> = frames.par_iter().map(|frame| tracker.detect(frame.picture())).collect();
-    let mut answer = |(detection, frame): (Result<Detection, FrameStatus>, &Frame)| {
-        let tracked = tracker.update(detection.clone(), frame.photo().time_s);
-        Answer {
-            detection: detection.ok(),
-            status: tracked.status,
-            is_measured: tracked.is_measured(),
-            has_stem: tracker.has_measured_stem(),
-            confidence: tracked.confidence,
-        }
-    };
-    detections.into_iter().zip(&frames).map(&mut answer).collect()
+    let times = frames.iter().map(|frame| frame.photo().time_s);
+    detections
+        .into_iter()
+        .zip(times)
+        .map(|(detection, time_s)| Answer::of(&mut tracker, detection, time_s))
+        .collect()
 }
 
 /// The answer to one photograph of a plant whose stem leaves the soil at `base`, without region and scale.
@@ -101,14 +108,7 @@ fn alone_in(frame: &Frame, base: Pixel, mode: Mode) -> Answer {
     let tracker = TipTracker::new(assumed_scale(base, size), config).expect("the whole picture");
     let mut tracker = tracker.for_unrelated();
     let detection = tracker.detect(frame.picture());
-    let tracked = tracker.update(detection.clone(), 0.0);
-    Answer {
-        detection: detection.ok(),
-        status: tracked.status,
-        is_measured: tracked.is_measured(),
-        has_stem: tracker.has_measured_stem(),
-        confidence: tracked.confidence,
-    }
+    Answer::of(&mut tracker, detection, 0.0)
 }
 
 /// The photograph in a file, taken at a time in seconds.
