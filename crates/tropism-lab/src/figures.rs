@@ -7,7 +7,7 @@ use tropism::geometry::Region;
 use tropism::greenhouse::{scene, view};
 use tropism::task::Task;
 use tropism::track::Track;
-use tropism_report::{self as report, Composite, Figure, LeftOut, LitStem, Plants, SetUp, Table};
+use tropism_report::{self as report, Composite, Figure, Goals, LeftOut, LitStem, Plants, SetUp, Table};
 
 use crate::Error;
 use crate::evolve::EvolutionHistory;
@@ -113,8 +113,9 @@ impl Figures {
             format!("Plant {plant}")
         };
         let title = format!("{plant}{remark}, steered by {}", run.config.controller_description());
-        let (targets, fitness) = (run.config.task.targets(), (run.fitness(), run.config.task.best()));
-        self.drawn.push(report::steering("8", &title, &run.track, targets, fitness, run.plants()));
+        let goals = Goals::of(&run.config.task);
+        let fitness = (run.fitness(), run.config.task.best());
+        self.drawn.push(report::steering("8", &title, &run.track, &goals, fitness, run.plants()));
     }
 
     /// Figure 9: the stems of the first run in whose photographs stems are detected.
@@ -188,9 +189,8 @@ fn stems_of_track(track: &Track) -> Vec<LitStem> {
 /// The fitness of steered runs, and the distance of their tips to each target.
 pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
     let row = |run: &FinishedRun| {
-        let targets = run.config.task.as_targets();
-        let distances: Vec<String> = targets
-            .map_or_else(Vec::new, |task| task.crossings(&run.track))
+        let crossings = run.config.task.crossings(&run.track);
+        let distances: Vec<String> = crossings
             .iter()
             .map(|crossing| {
                 crossing.map_or("-".to_owned(), |crossing| format!("{:.1}", crossing.distance_cm))

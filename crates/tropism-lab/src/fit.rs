@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::geometry::{Point, Polyline};
+use tropism::geometry::Point;
 use tropism::math::statistics::range;
 use tropism::observation::Quality;
 use tropism::plant::memory::MemoryModel;
@@ -13,7 +13,7 @@ use tropism::text::plural;
 use tropism::track::{Sample, Track};
 
 use crate::run::RunConfig;
-use crate::track::{doubts_of, is_virtual, stem_at};
+use crate::track::{doubts_of, is_virtual};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Kinds of models.
@@ -128,7 +128,7 @@ impl Workflow for FitPlan {
                 (model.to_json(), model.steps(), model.tips().collect())
             }
             ModelKind::Stem => {
-                tracks.iter_mut().for_each(take_stems);
+                tracks.iter_mut().for_each(Track::take_stems);
                 let model = StemModel::fit(&tracks)?.of_virtual_plants(is_virtual);
                 (model.to_json(), model.steps(), model.tips().collect())
             }
@@ -167,14 +167,6 @@ fn refuse_doubtful(paths: &[PathBuf], tracks: &[Track]) -> Result<(), Error> {
             "{}; wanted tracks without doubts, or `anyway` to fit a model to them all the same",
             doubts.join("; ")
         ))),
-    }
-}
-
-/// Takes the stems of the samples from the columns of a track.
-fn take_stems(track: &mut Track) {
-    let stems: Vec<Option<Polyline>> = (0..track.samples.len()).map(|row| stem_at(track, row)).collect();
-    for (sample, stem) in track.samples.iter_mut().zip(stems) {
-        sample.stem = stem;
     }
 }
 

@@ -1,4 +1,4 @@
-//! Fitness of tracks, eq. (9).
+//! Fitness of tracks: eq. (9), or that of another task.
 
 use std::path::PathBuf;
 
@@ -48,6 +48,9 @@ pub struct TrackScore {
     pub steps: usize,
     /// Where the tip first reached the height of each target; `None` if it never did.
     pub targets: Vec<Option<Crossing>>,
+    /// Whether the plant did all that the task wants; `None` for a task that only has a fitness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub is_done: Option<bool>,
 }
 
 impl Workflow for ScorePlan {
@@ -63,7 +66,8 @@ impl Workflow for ScorePlan {
     fn execute(&self, _monitor: &dyn Monitor) -> Result<Vec<TrackScore>, Error> {
         self.check()?;
         let score = |path: &PathBuf| {
-            let track = files::read_track(path)?;
+            let mut track = files::read_track(path)?;
+            track.take_stems();
             let (task, task_from) = match (&self.task, task::of_track(path)?) {
                 (Some(task), _) => (task.clone(), TaskSource::Plan),
                 (None, Some(task)) => (task, TaskSource::Run),
@@ -74,7 +78,8 @@ impl Workflow for ScorePlan {
                 fitness: task.fitness(&track),
                 best: task.best(),
                 steps: track.samples.len() - 1,
-                targets: task.as_targets().map_or_else(Vec::new, |task| task.crossings(&track)),
+                targets: task.crossings(&track),
+                is_done: task.is_done(&track),
                 task,
                 task_from,
             })

@@ -6,6 +6,7 @@ use tropism::task::{Task, TaskSpec};
 
 use crate::controller::ControllerSpec;
 use crate::run::RunConfig;
+use crate::units::plural;
 use crate::{Error, files};
 
 /// Reads the task of a task file, of a champion or a rule, or of a run folder.
@@ -48,17 +49,21 @@ pub fn is_same_but_for_steps(one: &TaskSpec, other: &TaskSpec) -> bool {
 pub fn in_words(task: &TaskSpec) -> String {
     let targets: Vec<String> =
         task.targets().iter().map(|target| format!("({}, {})", target.x, target.y)).collect();
-    match targets.len() {
+    let targets = match targets.len() {
         0 => "no targets".to_owned(),
         1 => format!("the target {}", targets[0]),
         _ => format!("the targets {}", targets.join(", ")),
+    };
+    match task.obstacles().len() {
+        0 => targets,
+        count => format!("{targets} behind {}", plural(count, "obstacle")),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use tropism::evolve::Champion;
-    use tropism::task::Targets;
+    use tropism::task::{Obstacles, Targets};
 
     use super::*;
 
@@ -88,6 +93,7 @@ mod tests {
     #[test]
     fn a_task_is_told_in_words() {
         assert_eq!(in_words(&TaskSpec::default()), "the targets (3, 6), (-5, 9), (-1, 13.5)");
+        assert_eq!(in_words(&Obstacles::default().into()), "the target (0, 13) behind 1 obstacle");
         let shorter = TaskSpec::default().with_max_steps(9);
         assert!(is_same_but_for_steps(&TaskSpec::default(), &shorter));
     }

@@ -4,7 +4,7 @@ use tropism_neat::Genome;
 
 use super::colour::ColourMap;
 use super::plot::{Axis, Path, Plot};
-use super::trajectories::{axes, draw_steering};
+use super::trajectories::{Goals, axes, draw_steering};
 use super::{Body, Figure, Plants};
 use tropism::control::ShapeError;
 use tropism::control::network_analysis::{Boundary, Decisions, NetworkAnalysis};
@@ -52,7 +52,8 @@ pub fn decision(
     let decisions = Decisions::new(genome, corners(&x, &y))?;
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, 28.0);
     draw_map(&mut plot, &decisions, genome.links().len() + 5 * genome.neurons().len());
-    draw_steering(&mut plot, samples, targets, true);
+    let goals = Goals { targets: targets.to_vec(), ..Goals::default() };
+    draw_steering(&mut plot, samples, &goals, true);
     let depends = ColourMap::Diverging.class(ColourMap::level(PALE[1]));
     plot.legend(&[("left", "left lamp"), ("right", "right lamp"), (&depends, "depends")]);
     let state = match NetworkAnalysis::of(genome) {

@@ -52,7 +52,7 @@ pub use setup::{SetUp, setup};
 pub use shifts::shift_maps;
 pub use speed::speed;
 pub use stems::{LitStem, stems};
-pub use trajectories::{directions, steering, trajectories};
+pub use trajectories::{Goals, directions, steering, trajectories};
 pub use transfer::{ControllerScores, SteeredPlant, score_strips, steering_panels};
 
 /// The kind of plants that results come from. Every caption and every page names it.
@@ -205,7 +205,7 @@ mod tests {
         let empty = Track::default();
         let first = tracks.first().unwrap_or(&empty);
         let best = runs.first().map_or(&[][..], Vec::as_slice);
-        let targets = [Point::new(3.0, 6.0)];
+        let goals = Goals { targets: vec![Point::new(3.0, 6.0)], ..Goals::default() };
         let mut figures = vec![
             composite(&[], Plants::Real),
             speed(tracks, Plants::Real),
@@ -213,8 +213,8 @@ mod tests {
             directions(tracks, Plants::Real),
             fitness_boxes(runs, Plants::ModelOfReal),
             fitness_run(0, best, best, Plants::ModelOfReal),
-            steering("8", "Reality", first, &targets, (-3.25, 15.0), Plants::Real),
-            steering("8", "Reality", first, &[], (0.0, 0.0), Plants::Real),
+            steering("8", "Reality", first, &goals, (-3.25, 15.0), Plants::Real),
+            steering("8", "Reality", first, &Goals::default(), (0.0, 0.0), Plants::Real),
             over_time(tracks, Plants::Real),
         ];
         figures.extend(shift_maps(tracks, Plants::Real));

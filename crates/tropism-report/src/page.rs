@@ -336,9 +336,12 @@ mod tests {
         figures.extend(report::shift_maps(&tracks, plants));
         figures.push(report::fitness_boxes(&[fitness.clone(), fitness.clone()], plants));
         figures.push(report::fitness_run(0, &fitness, &fitness, plants));
-        let targets = [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
+        let goals = report::Goals {
+            targets: vec![Point::new(3.0, 6.0), Point::new(-5.0, 9.0)],
+            ..report::Goals::default()
+        };
         for (number, track) in ["7a", "7b", "8"].into_iter().zip(&tracks) {
-            figures.push(report::steering(number, "A <controller>", track, &targets, (14.3, 15.0), plants));
+            figures.push(report::steering(number, "A <controller>", track, &goals, (14.3, 15.0), plants));
         }
         Page {
             title: "Six beans & one lamp".to_owned(),

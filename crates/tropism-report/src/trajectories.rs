@@ -10,6 +10,8 @@ use super::thinning;
 use super::{Body, Figure, Plants};
 use tropism::geometry::Point;
 use tropism::lamps::Light;
+use tropism::obstacle::Obstacle;
+use tropism::task::Task;
 use tropism::text::plural;
 use tropism::track::{Sample, Track};
 
@@ -205,16 +207,16 @@ pub fn steering(
     number: &'static str,
     title: &str,
     track: &Track,
-    targets: &[Point],
+    goals: &Goals,
     (fitness, best): (f64, f64),
     plants: Plants,
 ) -> Figure {
-    let points = track.samples.iter().map(|sample| &sample.tip).chain(targets);
+    let points = track.samples.iter().map(|sample| &sample.tip).chain(&goals.targets);
     let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
     let legend = lamp::legend(&track.layout, "light on");
     let top = 28.0 + LEGEND_ROW * (legend_rows(&legend, 372.0 + 18.0) - 1) as f64;
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, top);
-    draw_steering(&mut plot, &track.samples, targets, false);
+    draw_steering(&mut plot, &track.samples, goals, false);
     plot.legend(&legend);
     let steps = track.samples.len().saturating_sub(1);
     Figure {
@@ -226,8 +228,9 @@ pub fn steering(
         ),
         caption: format!(
             "The trajectory of the tip over {}, from the circle, coloured by the lamp that the controller lit. \
-             Crosses are the targets in their order, on dotted lines at their heights. {}",
+             Crosses are the targets in their order, on dotted lines at their heights. {}{}",
             plural(steps, "step"),
+            goals.sentence(),
             plants.sentence()
         ),
         data: csv_of_tips(std::slice::from_ref(track)),
@@ -235,9 +238,69 @@ pub fn steering(
     }
 }
 
-/// Draws the trajectory of one steered tip, coloured by the lamp that was lit, and its targets. With `is_outlined` the
+/// What a steered plant is to reach, and what its stem must not touch.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Goals {
+    /// Targets of the tip, in cm.
+    pub targets: Vec<Point>,
+    /// Obstacles; the stem is drawn with them, where the track has it.
+    pub obstacles: Vec<Obstacle>,
+}
+
+impl Goals {
+    /// Those of a task.
+    #[must_use]
+    pub fn of(task: &(impl Task + ?Sized)) -> Self {
+        Self { targets: task.targets().to_vec(), obstacles: task.obstacles().to_vec() }
+    }
+
+    /// What the caption says of obstacles.
+    pub(super) const fn sentence(&self) -> &'static str {
+        if self.obstacles.is_empty() {
+            ""
+        } else {
+            "Obstacles are grey, and the stem is drawn every two hours. "
+        }
+    }
+}
+
+/// Seconds between two stems that are drawn with obstacles.
+const STEMS_S: f64 = 7200.0;
+
+/// Draws obstacles, and the stem of a plant among them.
+fn draw_obstacles(plot: &mut Plot, samples: &[Sample], obstacles: &[Obstacle]) {
+    for obstacle in obstacles {
+        let mut path = Path::default();
+        match *obstacle {
+            Obstacle::Disc { centre, radius_cm } => {
+                let (x, y) = plot.place(centre.x, centre.y);
+                plot.disc("fill dark faint", (x, y), radius_cm * plot.scale());
+            }
+            Obstacle::Box { corners: [one, other] } => {
+                let corners = [(one.x, one.y), (other.x, one.y), (other.x, other.y), (one.x, other.y)];
+                path.line(&corners.map(|(x, y)| plot.place(x, y)));
+                plot.fill("dark faint", &path);
+            }
+            Obstacle::Line { ends } => {
+                path.line(&ends.map(|end| plot.place(end.x, end.y)));
+                plot.path("bold dark", &path);
+            }
+        }
+    }
+    let mut next = 0.0;
+    for sample in samples.iter().filter(|_| !obstacles.is_empty()) {
+        if let Some(stem) = sample.stem.as_ref().filter(|_| sample.time_s >= next) {
+            next = sample.time_s + STEMS_S;
+            plot.line("best thin", stem.0.iter().map(|point| (point.x, point.y)));
+        }
+    }
+}
+
+/// Draws the trajectory of one steered tip, coloured by the lamp that was lit, and its goals. With `is_outlined` the
 /// trajectory has an outline in the colour of the ground.
-pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], targets: &[Point], is_outlined: bool) {
+pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], goals: &Goals, is_outlined: bool) {
+    let targets = &goals.targets;
+    draw_obstacles(plot, samples, &goals.obstacles);
     for target in targets {
         plot.horizontal_line("grid dotted", target.y);
     }
@@ -305,7 +368,7 @@ mod tests {
             "7a",
             "A good controller",
             track,
-            &TARGETS,
+            &Goals { targets: TARGETS.to_vec(), ..Goals::default() },
             (14.3, 15.0),
             Plants::ModelOfVirtual,
         ));

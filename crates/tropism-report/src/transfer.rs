@@ -1,9 +1,8 @@
 //! Figures of a comparison of controllers on many plants: the distribution of their scores, and chosen trajectories.
 
 use super::plot::{Axis, Path, Plot, number};
-use super::trajectories::{axes, draw_steering, tips};
+use super::trajectories::{Goals, axes, draw_steering, tips};
 use super::{Body, Figure, Plants, lamp, plot};
-use tropism::geometry::Point;
 use tropism::math::statistics::quantile_linear;
 use tropism::track::Track;
 
@@ -25,8 +24,8 @@ pub struct SteeredPlant {
     pub title: String,
     /// The track of its tip.
     pub track: Track,
-    /// Its targets, in cm.
-    pub targets: Vec<Point>,
+    /// Its targets and obstacles.
+    pub goals: Goals,
 }
 
 /// Height of a row of [`score_strips`], in pixels.
@@ -158,10 +157,10 @@ pub fn steering_panels(rows: &[(String, Vec<SteeredPlant>)], plants: Plants) -> 
 
 /// The panel of one plant, on axes that hold all `tracks`.
 fn panel(plant: &SteeredPlant, tracks: &[Track]) -> String {
-    let points = tips(tracks).chain(&plant.targets);
+    let points = tips(tracks).chain(&plant.goals.targets);
     let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
     let mut plot = Plot::centimetres(x, y, PANEL, BESIDE, ABOVE);
-    draw_steering(&mut plot, &plant.track.samples, &plant.targets, false);
+    draw_steering(&mut plot, &plant.track.samples, &plant.goals, false);
     plot.legend(&lamp::legend(&plant.track.layout, "light"));
     let (left, _) = plot.place(plot.ends().0.x, 0.0);
     plot.text("label", (left, 14.0), "start", &plant.title);
@@ -172,6 +171,7 @@ fn panel(plant: &SteeredPlant, tracks: &[Track]) -> String {
 mod tests {
     use super::*;
     use crate::testing;
+    use tropism::geometry::Point;
 
     #[test]
     fn the_strips_are_golden() {
@@ -186,8 +186,11 @@ mod tests {
     #[test]
     fn panels_stand_in_rows() {
         let track = testing::swings(1, 60).remove(0);
-        let plant =
-            SteeredPlant { title: "best: plant 1".to_owned(), track, targets: vec![Point::new(3.0, 6.0)] };
+        let plant = SteeredPlant {
+            title: "best: plant 1".to_owned(),
+            track,
+            goals: Goals { targets: vec![Point::new(3.0, 6.0)], ..Goals::default() },
+        };
         let rows = vec![("chase".to_owned(), vec![plant.clone(); 3]), ("rule".to_owned(), vec![plant; 3])];
         let Body::Svg(svg) = steering_panels(&rows, Plants::Virtual).body else { panic!() };
         testing::assert_well_formed(&svg);

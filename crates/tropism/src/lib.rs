@@ -59,6 +59,7 @@ mod parallel;
 
 pub mod lamps;
 pub mod geometry;
+pub mod obstacle;
 pub mod photo;
 pub mod observation;
 pub mod track;

@@ -5,7 +5,7 @@
 
 use std::io::{Read, Write};
 
-use crate::geometry::{Point, Polyline};
+use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::lamps::{Layout, Light, UnknownLight};
 use crate::observation::{Observation, Quality};
 use crate::text::{csv_cell, of_csv_cell};
@@ -254,6 +254,33 @@ impl Track {
     /// Adds a column of numbers, rounded to `decimals`.
     pub fn add_numbers(&mut self, name: &str, decimals: usize, values: impl IntoIterator<Item = f64>) {
         self.columns.push(Column::numbers(name, decimals, values));
+    }
+
+    /// Adds the stems of the samples as columns of ten points each, `stem_1_x_cm` to `stem_10_y_cm` from the base up. Rows
+    /// without a stem are empty.
+    pub fn add_stem_columns(&mut self) {
+        let stems: Vec<Option<Polyline>> =
+            self.samples.iter().map(|sample| Some(sample.stem.as_ref()?.resampled(STEM_POINTS))).collect();
+        for vertex in 0..STEM_POINTS {
+            let point = |stem: &Option<Polyline>| stem.as_ref().and_then(|stem| stem.0.get(vertex).copied());
+            for (axis, of) in [("x", (|point| point.x) as fn(Point) -> f64), ("y", |point| point.y)] {
+                let values: Vec<f64> = stems.iter().map(|stem| point(stem).map_or(f64::NAN, of)).collect();
+                self.add_numbers(&format!("stem_{}_{axis}_cm", vertex + 1), 5, values);
+            }
+        }
+    }
+
+    /// Takes the stems of the samples from the columns of [`Self::add_stem_columns`]; rows that lack a number have none.
+    pub fn take_stems(&mut self) {
+        let column = |vertex: usize, axis| self.numbers(&format!("stem_{}_{axis}_cm", vertex + 1));
+        let columns: Option<Vec<_>> =
+            (0..STEM_POINTS).map(|vertex| column(vertex, 'x').zip(column(vertex, 'y'))).collect();
+        let Some(columns) = columns else { return };
+        for (row, sample) in self.samples.iter_mut().enumerate() {
+            let points = columns.iter().map(|(xs, ys)| Point::new(xs[row], ys[row]));
+            let stem: Vec<Point> = points.filter(|point| point.is_finite()).collect();
+            sample.stem = (stem.len() == STEM_POINTS).then_some(Polyline(stem));
+        }
     }
 
     /// Writes CSV: `step,time_s,tip_x_cm,tip_y_cm,light,quality`, then the further columns. Lengths have five places

@@ -37,14 +37,19 @@ impl Score {
 
 fn text(scores: &[TrackScore]) -> String {
     let mut text = String::from("fitness  steps  distance to each target at its height (cm)  track\n");
-    for TrackScore { track, fitness, steps, targets, .. } in scores {
+    for TrackScore { track, fitness, steps, targets, is_done, .. } in scores {
         let distance = |crossing: &Option<_>| {
             crossing.map_or("-".to_owned(), |tropism::task::Crossing { distance_cm, .. }| {
                 format!("{distance_cm:.2}")
             })
         };
         let distances = targets.iter().map(distance).collect::<Vec<_>>().join("  ");
-        text += &format!("{fitness:7.2}  {steps:5}  {distances:<44}  {}\n", track.display());
+        let done = match is_done {
+            Some(true) => "  (did the task)",
+            Some(false) => "  (did not do the task)",
+            None => "",
+        };
+        text += &format!("{fitness:7.2}  {steps:5}  {distances:<44}  {}{done}\n", track.display());
     }
     let mean = scores.iter().map(|score| score.fitness).sum::<f64>() / scores.len() as f64;
     text += &format!("mean of {}: {mean:.2} cm", scores.len());

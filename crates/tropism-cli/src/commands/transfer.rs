@@ -151,6 +151,14 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
             100.0 * one.under_6,
         );
     }
+    for (one, done) in results.controllers.iter().filter_map(|one| Some((one, one.done?))) {
+        let [low, high] = done.interval.map(|share| 100.0 * share);
+        text += &format!(
+            "{:<longest$}  does the whole task on {:.0} % of the plants ({low:.0} to {high:.0} %)\n",
+            one.name,
+            100.0 * done.share
+        );
+    }
     if let Some(ceiling) = results.mean_ceiling {
         text += &format!("best schedules found with all noise known: {ceiling:.2} on average\n");
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
+use tropism::control::Avoidance;
 use tropism::evolve::RuleSearch;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::Task;
@@ -104,7 +105,8 @@ impl Tune {
 fn text(plan: &TunePlan, results: &TuneResults) -> String {
     let TuneResults { in_model, chase, .. } = results;
     let mut text = String::new();
-    for (name, value) in results.rule.named() {
+    let avoidance = results.rule.avoidance.iter().flat_map(Avoidance::named);
+    for (name, value) in results.rule.named().into_iter().chain(avoidance) {
         let _ = writeln!(text, "{name:16}{value:8.2}");
     }
     let best = plan.task.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use tropism::evolve::Champion;
 use tropism::task::Task;
-use tropism_report::{self as report, Figure, Page, Plants, Table};
+use tropism_report::{self as report, Figure, Goals, Page, Plants, Table};
 
 use super::results::{RealityNumbers, StudyFolder, StudyResults};
 use crate::figures::{Figures, fitness_table};
@@ -134,7 +134,7 @@ impl StudyFolder {
         let track =
             champion::simulate(champion, &self.model, task, self.config.seed).map_err(Error::at(title))?;
         let fitness = (task.fitness(&track), task.best());
-        Ok(report::steering(number, title, &track, task.targets(), fitness, Plants::ModelOfVirtual))
+        Ok(report::steering(number, title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual))
     }
 
     /// The champion's run whose fitness is nearest to the mean: as in the paper, Figure 8 shows one experiment.

@@ -1,8 +1,7 @@
 //! The report of a comparison of controllers.
 
-use tropism::task::Task;
 use tropism::text::plural;
-use tropism_report::{self as report, ControllerScores, Page, Plants, SteeredPlant, Table};
+use tropism_report::{self as report, ControllerScores, Goals, Page, Plants, SteeredPlant, Table};
 
 use super::TransferPlan;
 use super::causes::Cause;
@@ -134,7 +133,7 @@ impl TransferPlan {
                 Ok(SteeredPlant {
                     title: format!("{word}: plant {}, {:.2} cm", plant + 1, fitness[plant]),
                     track: self.read_track(&self.track_path(number, plant))?,
-                    targets: scores.tasks[plant].targets().to_vec(),
+                    goals: Goals::of(&scores.tasks[plant]),
                 })
             };
             let steered = chosen.into_iter().map(steered).collect::<Result<_, Error>>()?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use tropism::geometry::Point;
-use tropism::math::statistics::{mean, quantile_linear, standard_deviation};
+use tropism::math::statistics::{mean, quantile_linear, standard_deviation, wilson_interval};
 use tropism::observation::Quality;
 use tropism::task::{Crossing, Task, TaskSpec};
 use tropism::text::csv_cell;
@@ -95,12 +95,33 @@ pub struct ControllerResults {
     /// Median distance at the crossings of all targets that were reached, in cm; `None` if none was.
     #[serde(default)]
     pub median_cm: Option<f64>,
+    /// Plants that did all that the task wants, where it says what that is: for obstacles, to reach the targets and touch
+    /// nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub done: Option<Share>,
     /// How near the tip came to each target.
     pub targets: Vec<TargetResults>,
     /// Likely causes of missed targets: their numbers.
     pub missed: BTreeMap<Cause, u32>,
     /// The same findings before targets that were reached: what is as frequent here is no cause.
     pub reached: BTreeMap<Cause, u32>,
+}
+
+/// A share of plants.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Share {
+    /// The share, 0 to 1.
+    pub share: f64,
+    /// Its 95 % interval (Wilson).
+    pub interval: [f64; 2],
+}
+
+impl Share {
+    /// The share of those that are true.
+    fn of(all: &[bool]) -> Self {
+        let (count, of) = (all.iter().filter(|is_true| **is_true).count() as f64, all.len() as f64);
+        Self { share: count / of, interval: wilson_interval(count, of) }
+    }
 }
 
 /// How near the tips of all plants came to a target at its height.
@@ -137,6 +158,7 @@ pub(super) struct PlantResult {
     /// Steps at which the tip was held.
     pub(super) held: usize,
     pub(super) final_height_cm: f64,
+    pub(super) is_done: Option<bool>,
     /// For each target where the tip crossed its height, and what is found in the steps before.
     pub(super) targets: Vec<(Option<Crossing>, Cause)>,
 }
@@ -158,8 +180,7 @@ impl Judge<'_> {
         let last = track.samples.last();
         let steps = last.map_or(0, |sample| sample.step);
         let mut from = 0;
-        let crossings = task.as_targets().map_or_else(Vec::new, |task| task.crossings(track));
-        let targets = crossings.into_iter().map(|crossing| {
+        let targets = task.crossings(track).into_iter().map(|crossing| {
             let approach = Approach { from, to: crossing.map_or(steps, |crossing| crossing.step) };
             from = crossing.map_or(from, |crossing| crossing.step);
             let evidence = Evidence::of(track, approach, self.model);
@@ -171,6 +192,7 @@ impl Judge<'_> {
             steps,
             held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
             final_height_cm: last.map_or(0.0, |sample| sample.tip.y),
+            is_done: task.is_done(track),
         }
     }
 }
@@ -247,6 +269,10 @@ impl Scores {
                 let targets = self.plants[number].iter().flat_map(|plant| &plant.targets);
                 quantile_of(targets.filter_map(|(crossing, _)| *crossing), 0.5)
             },
+            done: {
+                let done: Option<Vec<bool>> = self.plants[number].iter().map(|plant| plant.is_done).collect();
+                done.map(|done| Share::of(&done))
+            },
             targets: self.targets(plan, number),
             missed,
             reached,
@@ -294,7 +320,7 @@ impl Scores {
                 .map(|what| format!("target_{target}_{what}"))
         });
         let head = ["controller", "plant", "seed", "fitness_cm", "ceiling_cm", "share_of_ceiling"];
-        let further = ["steps", "held", "final_height_cm"];
+        let further = ["steps", "held", "final_height_cm", "is_done"];
         table.write_record(head.into_iter().chain(further).map(str::to_owned).chain(of_targets))?;
         for (named, plants) in plan.controllers.iter().zip(&self.plants) {
             for (number, (plant, seed)) in plants.iter().zip(plan.seeds()).enumerate() {
@@ -309,6 +335,7 @@ impl Scores {
                     plant.steps.to_string(),
                     plant.held.to_string(),
                     plant.final_height_cm.to_string(),
+                    plant.is_done.map_or_else(String::new, |is_done| is_done.to_string()),
                 ];
                 let places = self.tasks[number].targets();
                 let targets = plant.targets.iter().zip(places).flat_map(|(&(crossing, cause), place)| {
@@ -360,6 +387,7 @@ mod tests {
             steps: 30,
             held: 0,
             final_height_cm: 14.0,
+            is_done: None,
             targets: distances.map(target).to_vec(),
         }
     }

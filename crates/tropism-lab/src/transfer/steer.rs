@@ -57,7 +57,9 @@ impl TransferPlan {
             let track = environment::run(&mut open.rig, &mut *controller, task, &mut watch)
                 .map_err(Error::at(format!("the plant of seed {seed}")))?;
             let truth = open.truth.map_or_else(Vec::new, |tent| tent.truth_json());
-            with_truth(track, &truth).map_err(Error::at(path.display()))?
+            let mut track = with_truth(track, &truth).map_err(Error::at(path.display()))?;
+            track.add_stem_columns();
+            track
         } else {
             self.trial().grow(seed, &mut *controller, task, &mut watch)
         };
@@ -76,7 +78,9 @@ impl TransferPlan {
     pub(super) fn read_track(&self, path: &Path) -> Result<Track, Error> {
         let bytes = files::read(path)?;
         let track = Track::read_csv_of(bytes.as_slice(), &self.greenhouse.layout);
-        Ok(track.map_err(|error| FileError::content(path, error.to_string()))?)
+        let mut track = track.map_err(|error| FileError::content(path, error.to_string()))?;
+        track.take_stems();
+        Ok(track)
     }
 
     /// The plants without photographs.

@@ -158,7 +158,7 @@ impl TunePlan {
             if saved.has_failed() { ControlFlow::Break(()) } else { monitor.answer() }
         };
         let scores = |trials: &[RuleTrial]| saved.scores(trials.len(), || scores(trials), monitor);
-        let found = self.search.tune_by(scores, self.seed, &mut watch);
+        let found = self.search.tune_by(scores, &self.task, self.seed, &mut watch);
         saved.end()?;
         // What was left out at the end of the search counted for nothing.
         let interrupted = || Error::Interrupted { folder: saved::path(&self.out) };

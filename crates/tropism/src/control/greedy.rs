@@ -18,10 +18,10 @@ pub struct Greedy {
 }
 
 impl Greedy {
-    /// Steers towards the targets of `task` (cm, in ascending height) with the outermost lamps of `layout`.
+    /// Steers along the way of `task` with the outermost lamps of `layout`.
     #[must_use]
     pub fn new(task: &(impl Task + ?Sized), layout: &Layout) -> Self {
-        Self::towards(task.targets().to_vec(), layout)
+        Self::towards(task.way(), layout)
     }
 
     /// Steers towards `targets` (cm, in ascending height) with the outermost lamps of `layout`.

@@ -21,7 +21,7 @@ use crate::observation::Observation;
 pub use greedy::Greedy;
 pub use network::{NetworkController, OUTPUTS, ShapeError, outputs};
 pub use periodic::Periodic;
-pub use rule::{PredictiveGreedy, PredictiveRule};
+pub use rule::{Avoidance, PredictiveGreedy, PredictiveRule};
 pub use sensors::{Sensor, SensorState, Sensors, SensorsError, TIP_INPUTS};
 
 /// Decides which lamp is lit until the next observation.

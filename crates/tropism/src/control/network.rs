@@ -73,7 +73,7 @@ impl NetworkController {
         ShapeError::check(genome, sensors, layout)?;
         Ok(Self {
             network: Network::new(genome),
-            sensors: SensorState::new(sensors, task.targets(), layout),
+            sensors: SensorState::new(sensors, &task.way(), layout),
             inputs: Vec::with_capacity(sensors.inputs()),
         })
     }

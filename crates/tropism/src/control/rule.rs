@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::Controller;
 use crate::check::{OutOfRange, ensure};
-use crate::geometry::Point;
+use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
+use crate::obstacle::{Obstacle, clearance};
 use crate::task::Task;
 
 /// Weight of the last shift in its running mean. This and the next constant stood in the first version of the rule; other
@@ -45,6 +46,47 @@ pub struct PredictiveRule {
     pub lean: f64,
     /// How far the expected tip must pass the aim before the other lamp is lit, in cm.
     pub persistence_cm: f64,
+    /// How it keeps the stem away from obstacles, in a task that has some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub avoidance: Option<Avoidance>,
+}
+
+/// Six more numbers of a [`PredictiveRule`]: they move its aim where the stem comes near an obstacle. At 0 they change
+/// nothing.
+///
+/// With c the [clearance](crate::obstacle::clearance) of the seen stem and w its running mean change a step, the aim moves away
+/// from the obstacle by `push (clearance_cm - c - clearance_steps w)` if that is above 0. The tip is expected
+/// `bend (a - b)` further right, with a the x of the tenth and b that of the seventh of ten points of the stem.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Avoidance {
+    /// Shift of the way points of the task to the right, in cm.
+    pub way_x_cm: f64,
+    /// Shift of the way points of the task upwards, in cm.
+    pub way_y_cm: f64,
+    /// Clearance that is kept without moving the aim, in cm.
+    pub clearance_cm: f64,
+    /// By how much the aim moves for each cm that the clearance is less, in cm.
+    pub push: f64,
+    /// How many steps the mean change of the clearance goes on.
+    pub clearance_steps: f64,
+    /// Shift yet to come for each cm by which the upper third of the stem leans.
+    pub bend: f64,
+}
+
+impl Avoidance {
+    /// The numbers by name, in the order of the fields.
+    #[must_use]
+    pub const fn named(&self) -> [(&'static str, f64); 6] {
+        [
+            ("way_x_cm", self.way_x_cm),
+            ("way_y_cm", self.way_y_cm),
+            ("clearance_cm", self.clearance_cm),
+            ("push", self.push),
+            ("clearance_steps", self.clearance_steps),
+            ("bend", self.bend),
+        ]
+    }
 }
 
 impl Default for PredictiveRule {
@@ -60,12 +102,13 @@ impl Default for PredictiveRule {
             light_memory_cm: 0.0,
             lean: 0.0,
             persistence_cm: 0.0,
+            avoidance: None,
         }
     }
 }
 
 impl PredictiveRule {
-    /// The numbers by name, in the order of the fields.
+    /// The nine numbers by name, in the order of the fields; those of [`Avoidance`] have names of their own.
     #[must_use]
     pub const fn named(&self) -> [(&'static str, f64); 9] {
         [
@@ -89,6 +132,9 @@ impl PredictiveRule {
         for (key, value) in self.named() {
             ensure(value.is_finite(), key, value, "a finite number")?;
         }
+        for (key, value) in self.avoidance.iter().flat_map(Avoidance::named) {
+            ensure(value.is_finite(), format!("avoidance.{key}"), value, "a finite number")?;
+        }
         ensure(self.look_ahead_cm > 0.0, "look_ahead_cm", self.look_ahead_cm, "cm above 0")
     }
 }
@@ -108,7 +154,8 @@ impl PredictiveRule {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictiveGreedy {
     rule: PredictiveRule,
-    targets: Vec<Point>,
+    way: Vec<Point>,
+    obstacles: Vec<Obstacle>,
     left: Light,
     right: Light,
     last_x: Option<f64>,
@@ -118,30 +165,58 @@ pub struct PredictiveGreedy {
     light: f64,
     /// The side of the last light; 0 at first.
     last_side: f64,
+    last_clearance: Option<f64>,
+    /// Running mean of the changes of the clearance, in cm a step.
+    clearance_change: f64,
 }
 
 impl PredictiveGreedy {
-    /// Steers towards the targets of `task` with the outermost lamps of `layout`.
+    /// Steers along the way of `task` with the outermost lamps of `layout`.
     #[must_use]
     pub fn new(rule: PredictiveRule, task: &(impl Task + ?Sized), layout: &Layout) -> Self {
+        let targets = task.targets();
+        let shift = |point: Point| match rule.avoidance {
+            Some(avoidance) if !targets.contains(&point) => {
+                Point::new(point.x + avoidance.way_x_cm, point.y + avoidance.way_y_cm)
+            }
+            _ => point,
+        };
         Self {
             rule,
-            targets: task.targets().to_vec(),
+            way: task.way().into_iter().map(shift).collect(),
+            obstacles: task.obstacles().to_vec(),
             left: layout.towards(false),
             right: layout.towards(true),
             last_x: None,
             velocity: 0.0,
             light: 0.0,
             last_side: 0.0,
+            last_clearance: None,
+            clearance_change: 0.0,
         }
+    }
+
+    /// By how much the aim moves away from obstacles, and by how much further right the tip is expected for the lean of the
+    /// upper stem, in cm.
+    fn avoid(&mut self, seen: &Observation) -> (f64, f64) {
+        let Some((avoidance, stem)) = self.rule.avoidance.zip(seen.stem.as_ref()) else { return (0.0, 0.0) };
+        let ten = stem.resampled(STEM_POINTS).0;
+        let lean = if ten.len() == STEM_POINTS { avoidance.bend * (ten[9].x - ten[6].x) } else { 0.0 };
+        let Some(nearest) = clearance(&self.obstacles, stem) else { return (0.0, lean) };
+        let change = nearest.distance_cm - self.last_clearance.unwrap_or(nearest.distance_cm);
+        self.last_clearance = Some(nearest.distance_cm);
+        self.clearance_change += VELOCITY_WEIGHT * (change - self.clearance_change);
+        let expected = nearest.distance_cm + avoidance.clearance_steps * self.clearance_change;
+        let away = if nearest.stem.x < nearest.obstacle.x { -1.0 } else { 1.0 };
+        (away * avoidance.push * (avoidance.clearance_cm - expected).max(0.0), lean)
     }
 
     /// The x at which the tip should be for a height of `y`, in cm; `None` without targets.
     fn aim(&self, y: f64) -> Option<f64> {
         let rule = &self.rule;
-        let last = self.targets.len().checked_sub(1)?;
-        let next = self.targets.iter().position(|target| y < target.y).unwrap_or(last);
-        let (target, after) = (self.targets[next], self.targets[(next + 1).min(last)]);
+        let last = self.way.len().checked_sub(1)?;
+        let next = self.way.iter().position(|target| y < target.y).unwrap_or(last);
+        let (target, after) = (self.way[next], self.way[(next + 1).min(last)]);
         let nearness = (1.0 - (target.y - y) / rule.look_ahead_cm).clamp(0.0, 1.0);
         let approach = rule.next_target * nearness;
         Some(target.x * (1.0 + rule.overshoot) + approach * (after.x - target.x) + rule.offset_cm)
@@ -150,6 +225,7 @@ impl PredictiveGreedy {
 
 impl Controller for PredictiveGreedy {
     fn decide(&mut self, seen: &Observation) -> Light {
+        let (push, bend) = self.avoid(seen);
         let rule = &self.rule;
         let x = seen.tip.x;
         let shift = x - self.last_x.unwrap_or(x);
@@ -159,7 +235,7 @@ impl Controller for PredictiveGreedy {
             + rule.shift_steps * shift
             + rule.light_memory_cm * self.light
             - rule.persistence_cm * self.last_side;
-        let is_right = self.aim(seen.tip.y).is_some_and(|aim| expected < aim);
+        let is_right = self.aim(seen.tip.y).is_some_and(|aim| expected + bend < aim + push);
         self.last_x = Some(x);
         self.last_side = if is_right { 1.0 } else { -1.0 };
         self.light += LIGHT_WEIGHT * (self.last_side - self.light);
@@ -173,7 +249,8 @@ mod tests {
 
     use super::*;
     use crate::control::Greedy;
-    use crate::task::Targets;
+    use crate::geometry::Polyline;
+    use crate::task::{Obstacles, Targets};
 
     fn mirrored(task: &Targets) -> Targets {
         Targets { targets: task.targets.iter().map(|target| target.mirrored()).collect(), ..task.clone() }
@@ -186,6 +263,27 @@ mod tests {
 
     fn tips() -> impl Strategy<Value = Vec<(f64, f64)>> {
         prop::collection::vec((-8.0..8.0, 3.0..15.0), 1..60)
+    }
+
+    #[test]
+    fn near_an_obstacle_the_aim_moves_away() {
+        // A disc of 1 cm at (0, 8); the target stands above it.
+        let task = Obstacles::default();
+        let seen = |x: f64| {
+            let stem = Polyline(vec![Point::new(0.0, 0.0), Point::new(x, 6.0), Point::new(x, 9.0)]);
+            Observation { stem: Some(stem), ..Observation::simulated(Point::new(x, 9.0)) }
+        };
+        let light = |avoidance, x| {
+            let rule = PredictiveRule { avoidance, ..PredictiveRule::default() };
+            PredictiveGreedy::new(rule, &task, &Layout::default()).decide(&seen(x))
+        };
+        let avoidance = Avoidance { clearance_cm: 1.0, push: 4.0, ..Avoidance::default() };
+        assert_eq!(light(None, 1.2), Light::LEFT);
+        assert_eq!(light(Some(Avoidance::default()), 1.2), Light::LEFT);
+        assert_eq!(light(Some(avoidance), 1.2), Light::RIGHT);
+        assert_eq!(light(Some(avoidance), -1.2), Light::LEFT);
+        // Far enough from the disc the target counts.
+        assert_eq!(light(Some(avoidance), 2.1), Light::LEFT);
     }
 
     #[test]
@@ -253,6 +351,7 @@ mod tests {
                 light_memory_cm: light,
                 lean,
                 persistence_cm: persistence,
+                avoidance: None,
             };
             let (task, layout) = (Targets::default(), Layout::default());
             let images: Vec<(f64, f64)> = tips.iter().map(|&(x, y)| (-x, y)).collect();

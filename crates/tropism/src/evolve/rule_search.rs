@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::champion::{Choice, Trial};
 use super::cma_es::CmaEs;
 use crate::check::{OutOfRange, within};
-use crate::control::{PredictiveGreedy, PredictiveRule};
+use crate::control::{Avoidance, PredictiveGreedy, PredictiveRule};
 use crate::math::statistics;
 use crate::parallel;
 use crate::plant::PlantModel;
@@ -24,8 +24,9 @@ use crate::random::{NoiseStream, Purpose};
 use crate::simulation::fitness_of;
 use crate::task::Task;
 
-/// Numbers of a rule that are searched.
+/// Numbers of a rule that are searched, and those of one that avoids obstacles.
 const NUMBERS: usize = 9;
+const AVOIDING_NUMBERS: usize = 15;
 
 /// Generations that steer the same plants. This number, the defaults of [`RuleSearch`] and the units below stood in the first
 /// version of the search; a search of 200 generations was no better.
@@ -46,9 +47,18 @@ const TRIALS_AT_ONCE: usize = 32;
 const MIN_LOOK_AHEAD_CM: f64 = 0.2;
 
 /// The rule of a point: each number has a unit of its own, so that steps of size 1 are sensible in each dimension. The origin
-/// is the greedy rule.
-fn rule_at(point: &[f64; NUMBERS]) -> PredictiveRule {
+/// is the greedy rule; a point of fifteen numbers is a rule that also avoids obstacles.
+fn rule_at(point: &[f64]) -> PredictiveRule {
+    let avoidance = point.get(NUMBERS..AVOIDING_NUMBERS).map(|point| Avoidance {
+        way_x_cm: point[0],
+        way_y_cm: point[1],
+        clearance_cm: 1.0 + 0.5 * point[2],
+        push: 2.0 * point[3].abs(),
+        clearance_steps: 5.0 * point[4],
+        bend: point[5],
+    });
     PredictiveRule {
+        avoidance,
         look_ahead_cm: MIN_LOOK_AHEAD_CM + point[0].abs(),
         overshoot: 0.3 * point[1],
         next_target: 0.3 * point[2],
@@ -149,7 +159,7 @@ impl RuleSearch {
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        self.tune_by(Self::scores_on(model, task, seed), seed, watch)
+        self.tune_by(Self::scores_on(model, task, seed), task, seed, watch)
     }
 
     /// The fitness of trials on simulated plants of `model`, on all threads: [`tune`](Self::tune) searches by it.
@@ -173,24 +183,39 @@ impl RuleSearch {
         }
     }
 
-    /// Searches the rule with the highest mean of `scores`: the fitness of each of some trials, in order. Plants that `scores`
-    /// knows need no model: a search on virtual beans themselves finds what a rule can reach at best.
+    /// Searches the rule with the highest mean of `scores`: the fitness of each of some trials in `task`, in order. Plants that
+    /// `scores` knows need no model: a search on virtual beans themselves finds what a rule can reach at best. In a task with
+    /// obstacles the rule also avoids them.
     ///
     /// # Panics
     /// If [`Self::check`] refuses the numbers.
     pub fn tune_by(
         &self,
         scores: impl Fn(&[RuleTrial]) -> Vec<f64>,
+        task: &(impl Task + ?Sized),
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        let trials_of = |points: &[[f64; NUMBERS]], set: u32, plants: u32| -> Vec<Trial> {
+        if task.obstacles().is_empty() {
+            self.search::<NUMBERS>(scores, seed, watch)
+        } else {
+            self.search::<AVOIDING_NUMBERS>(scores, seed, watch)
+        }
+    }
+
+    fn search<const N: usize>(
+        &self,
+        scores: impl Fn(&[RuleTrial]) -> Vec<f64>,
+        seed: u64,
+        watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
+    ) -> Option<RuleSearchResult> {
+        let trials_of = |points: &[[f64; N]], set: u32, plants: u32| -> Vec<Trial> {
             let trial = |point, plant| RuleTrial { rule: rule_at(point), set, plant };
             let trials: Vec<RuleTrial> =
                 points.iter().flat_map(|point| (0..plants).map(move |plant| trial(point, plant))).collect();
             scores(&trials).chunks(plants as usize).map(Trial::of).collect()
         };
-        let origin = [0.0; NUMBERS];
+        let origin = [0.0; N];
         let mut search = CmaEs::new(origin, 1.0, self.population as usize, seed);
         // The greedy rule is a candidate: what is chosen is not worse on the same plants.
         let mut candidates = vec![origin];

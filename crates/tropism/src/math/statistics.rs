@@ -118,6 +118,25 @@ pub fn five_numbers(values: &[f64]) -> Option<[f64; 5]> {
     (!sorted.is_empty()).then(|| [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| between(&sorted, share)))
 }
 
+/// The 95 % interval of a share: `count` of `of` trials.
+///
+/// # References
+/// Wilson 1927, doi:10.1080/01621459.1927.10502953.
+///
+/// ```
+/// let [low, high] = tropism::math::statistics::wilson_interval(45.0, 90.0);
+/// assert!((low - 0.399).abs() < 1e-3 && (high - 0.601).abs() < 1e-3);
+/// ```
+#[must_use]
+pub fn wilson_interval(count: f64, of: f64) -> [f64; 2] {
+    // The 97.5 % quantile of the normal distribution.
+    const Z: f64 = 1.959_963_984_540_054;
+    let share = count / of;
+    let middle = share + Z * Z / (2.0 * of);
+    let half = Z * (share * (1.0 - share) / of + Z * Z / (4.0 * of * of)).sqrt();
+    [middle - half, middle + half].map(|end| (end / (1.0 + Z * Z / of)).clamp(0.0, 1.0))
+}
+
 fn sorted(values: &[f64]) -> Vec<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

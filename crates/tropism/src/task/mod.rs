@@ -1,17 +1,21 @@
 //! What a plant is to do, and how well it did.
 //!
 //! Observations go in; a fitness comes out. A [`Task`] says where a seedling starts, when an experiment is over, and what
-//! each step is worth. [`Targets`] is the paper's task with eq. (9); [`OpenLoop`] has nothing to reach and only ends. A
-//! task of one's own implements the trait; it sees whole observations, stems included.
+//! each step is worth. [`Targets`] is the paper's task with eq. (9); [`Obstacles`] has targets behind things that the stem
+//! must not touch; [`OpenLoop`] has nothing to reach and only ends. A task of one's own implements the trait; it sees whole
+//! observations, stems included.
 
+mod obstacles;
 mod open_loop;
 mod spec;
 mod targets;
 
 use crate::geometry::Point;
 use crate::observation::Observation;
+use crate::obstacle::Obstacle;
 use crate::track::Track;
 
+pub use obstacles::Obstacles;
 pub use open_loop::OpenLoop;
 pub use spec::TaskSpec;
 pub use targets::{Crossing, Targets};
@@ -46,9 +50,34 @@ pub trait Task: Sync {
         Point::new(0.0, 4.0)
     }
 
-    /// Points that the tip is to visit, in order: for controllers that steer towards them, and for figures.
+    /// Points that the tip is to visit, in order.
     fn targets(&self) -> &[Point] {
         &[]
+    }
+
+    /// Points towards which controllers steer, in ascending height, in cm: the targets, and what points a task has on the way.
+    fn way(&self) -> Vec<Point> {
+        self.targets().to_vec()
+    }
+
+    /// What the stem must not touch.
+    fn obstacles(&self) -> &[Obstacle] {
+        &[]
+    }
+
+    /// For each target, where the tip was when it first reached the target's height; `None` if it never did.
+    fn crossings(&self, track: &Track) -> Vec<Option<Crossing>> {
+        let crossing = |target: &Point| {
+            let sample = track.samples.iter().find(|sample| sample.tip.y >= target.y)?;
+            Some(Crossing { step: sample.step, distance_cm: sample.tip.distance(*target) })
+        };
+        self.targets().iter().map(crossing).collect()
+    }
+
+    /// Whether the plant of a track did all that the task wants; `None` for a task that only has a fitness.
+    fn is_done(&self, track: &Track) -> Option<bool> {
+        let _ = track;
+        None
     }
 
     /// The best fitness there can be, where it is known.

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::{OpenLoop, Targets, Task};
-use crate::check::OutOfRange;
+use super::{Obstacles, OpenLoop, Targets, Task};
+use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
 use crate::observation::Observation;
+use crate::obstacle::Obstacle;
 use crate::track::Track;
 
 /// Any task of this library, as it stands in files.
@@ -25,6 +26,8 @@ use crate::track::Track;
 pub enum TaskSpec {
     /// Visit targets, eq. (9).
     Targets(Targets),
+    /// Visit targets, and touch no obstacle with the stem.
+    Obstacles(Obstacles),
     /// Grow for a number of steps.
     OpenLoop(OpenLoop),
 }
@@ -35,6 +38,7 @@ pub enum TaskSpec {
 enum Kind {
     #[default]
     Targets,
+    Obstacles,
     OpenLoop,
 }
 
@@ -46,7 +50,7 @@ impl Kind {
 }
 
 /// The keys of all kinds: one flat table, so that errors in a file keep their line.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
     #[serde(default, skip_serializing_if = "Kind::is_default")]
@@ -55,6 +59,14 @@ struct Keys {
     start: Option<Point>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     targets: Option<Vec<Point>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    obstacles: Option<Vec<Obstacle>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    way_points: Option<Vec<Point>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reach_cm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stem_radius_cm: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "height")]
     end_height_cm: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -66,12 +78,43 @@ fn height<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> 
     Ok(Some(Option::deserialize(value)?.unwrap_or(f64::INFINITY)))
 }
 
+impl Keys {
+    /// Refuses the keys of obstacles in a task of another kind.
+    fn without_obstacles(&self) -> Result<(), OutOfRange> {
+        let found = [
+            ("obstacles", self.obstacles.is_some()),
+            ("way_points", self.way_points.is_some()),
+            ("reach_cm", self.reach_cm.is_some()),
+            ("stem_radius_cm", self.stem_radius_cm.is_some()),
+        ];
+        found.into_iter().try_for_each(|(key, is_there)| {
+            ensure(!is_there, key, "a value", "this key only beside kind = \"obstacles\"")
+        })
+    }
+}
+
 impl TryFrom<Keys> for TaskSpec {
     type Error = OutOfRange;
 
     fn try_from(keys: Keys) -> Result<Self, OutOfRange> {
         match keys.kind {
+            Kind::Obstacles => {
+                let usual = Obstacles::default();
+                let targets = keys.targets.unwrap_or(usual.targets);
+                let highest = targets.last().map_or(usual.end_height_cm, |target| target.y);
+                Ok(Self::Obstacles(Obstacles {
+                    start: keys.start.unwrap_or(usual.start),
+                    obstacles: keys.obstacles.unwrap_or(usual.obstacles),
+                    way_points: keys.way_points.unwrap_or(usual.way_points),
+                    reach_cm: keys.reach_cm.unwrap_or(usual.reach_cm),
+                    stem_radius_cm: keys.stem_radius_cm.unwrap_or(usual.stem_radius_cm),
+                    end_height_cm: keys.end_height_cm.unwrap_or(highest),
+                    max_steps: keys.max_steps.unwrap_or(usual.max_steps),
+                    targets,
+                }))
+            }
             Kind::Targets => {
+                keys.without_obstacles()?;
                 let paper = Targets::default();
                 Ok(Self::Targets(Targets {
                     start: keys.start.unwrap_or(paper.start),
@@ -81,6 +124,7 @@ impl TryFrom<Keys> for TaskSpec {
                 }))
             }
             Kind::OpenLoop => {
+                keys.without_obstacles()?;
                 let wanted = "only start and max_steps beside kind = \"open_loop\"";
                 if let Some(targets) = keys.targets {
                     return Err(OutOfRange::new("targets", format!("{targets:?}"), wanted));
@@ -106,13 +150,24 @@ impl From<TaskSpec> for Keys {
                 targets: Some(task.targets),
                 end_height_cm: Some(task.end_height_cm),
                 max_steps: Some(task.max_steps),
+                ..Self::default()
+            },
+            TaskSpec::Obstacles(task) => Self {
+                kind: Kind::Obstacles,
+                start: Some(task.start),
+                targets: Some(task.targets),
+                obstacles: Some(task.obstacles),
+                way_points: Some(task.way_points),
+                reach_cm: Some(task.reach_cm),
+                stem_radius_cm: Some(task.stem_radius_cm),
+                end_height_cm: Some(task.end_height_cm),
+                max_steps: Some(task.max_steps),
             },
             TaskSpec::OpenLoop(task) => Self {
                 kind: Kind::OpenLoop,
                 start: Some(task.start),
-                targets: None,
-                end_height_cm: None,
                 max_steps: Some(task.steps),
+                ..Self::default()
             },
         }
     }
@@ -131,6 +186,12 @@ impl From<Targets> for TaskSpec {
     }
 }
 
+impl From<Obstacles> for TaskSpec {
+    fn from(task: Obstacles) -> Self {
+        Self::Obstacles(task)
+    }
+}
+
 impl From<OpenLoop> for TaskSpec {
     fn from(task: OpenLoop) -> Self {
         Self::OpenLoop(task)
@@ -145,19 +206,17 @@ impl TaskSpec {
     pub fn check(&self) -> Result<(), OutOfRange> {
         match self {
             Self::Targets(task) => task.check(),
+            Self::Obstacles(task) => task.check(),
             Self::OpenLoop(OpenLoop { start, steps }) => {
                 Targets { start: *start, max_steps: *steps, ..Targets::open_loop(1) }.check()
             }
         }
     }
 
-    /// The best fitness there can be, in cm: eq. (9) for targets, 0 where nothing is to be reached.
+    /// The best fitness there can be: that of eq. (9) in cm for targets, 0 where nothing is to be reached.
     #[must_use]
     pub fn best(&self) -> f64 {
-        match self {
-            Self::Targets(task) => task.best(),
-            Self::OpenLoop(_) => 0.0,
-        }
+        self.task().best_fitness().unwrap_or(0.0)
     }
 
     /// Steps after which the experiment ends at the latest.
@@ -165,6 +224,7 @@ impl TaskSpec {
     pub const fn max_steps(&self) -> u32 {
         match self {
             Self::Targets(task) => task.max_steps,
+            Self::Obstacles(task) => task.max_steps,
             Self::OpenLoop(task) => task.steps,
         }
     }
@@ -174,6 +234,7 @@ impl TaskSpec {
     pub fn with_max_steps(mut self, steps: u32) -> Self {
         match &mut self {
             Self::Targets(task) => task.max_steps = steps,
+            Self::Obstacles(task) => task.max_steps = steps,
             Self::OpenLoop(task) => task.steps = steps,
         }
         self
@@ -182,6 +243,7 @@ impl TaskSpec {
     fn task(&self) -> &dyn Task {
         match self {
             Self::Targets(task) => task,
+            Self::Obstacles(task) => task,
             Self::OpenLoop(task) => task,
         }
     }
@@ -204,6 +266,18 @@ impl Task for TaskSpec {
         self.task().targets()
     }
 
+    fn way(&self) -> Vec<Point> {
+        self.task().way()
+    }
+
+    fn obstacles(&self) -> &[Obstacle] {
+        self.task().obstacles()
+    }
+
+    fn is_done(&self, track: &Track) -> Option<bool> {
+        self.task().is_done(track)
+    }
+
     fn best_fitness(&self) -> Option<f64> {
         self.task().best_fitness()
     }
@@ -224,8 +298,9 @@ mod tests {
     #[test]
     fn every_kind_comes_back() {
         let endless = Targets { end_height_cm: f64::INFINITY, ..Targets::default() };
-        for spec in [TaskSpec::default(), endless.into(), OpenLoop { steps: 7, ..OpenLoop::default() }.into()]
-        {
+        let round = Obstacles { way_points: vec![Point::new(3.0, 10.0)], ..Obstacles::default() };
+        let short = OpenLoop { steps: 7, ..OpenLoop::default() };
+        for spec in [TaskSpec::default(), endless.into(), round.into(), short.into()] {
             let text = toml::to_string(&spec).unwrap();
             assert_eq!(toml::from_str::<TaskSpec>(&text).unwrap(), spec, "{text}");
             let text = serde_json::to_string(&spec).unwrap();
@@ -239,6 +314,8 @@ mod tests {
         let error =
             toml::from_str::<TaskSpec>("kind = \"open_loop\"\ntargets = [[1, 6]]").unwrap_err().to_string();
         assert!(error.contains("found targets"), "{error}");
+        let error = toml::from_str::<TaskSpec>("reach_cm = 1.0").unwrap_err().to_string();
+        assert!(error.contains("reach_cm") && error.contains("obstacles"), "{error}");
         let error = toml::from_str::<TaskSpec>("goals = []").unwrap_err().to_string();
         assert!(error.contains("goals") && error.contains("line 1"), "{error}");
     }

@@ -6,7 +6,6 @@ use super::Task;
 use crate::check::{OutOfRange, ensure, within};
 use crate::geometry::Point;
 use crate::observation::Observation;
-use crate::track::Track;
 
 /// Targets that the tip is to visit, from the lowest to the highest (section 2.3.1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -87,16 +86,6 @@ impl Targets {
         let stops: Vec<f64> = stops.collect();
         stops.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
     }
-
-    /// For each target, where the tip was when it first reached the target's height; `None` if it never did.
-    #[must_use]
-    pub fn crossings(&self, track: &Track) -> Vec<Option<Crossing>> {
-        let crossing = |target: &Point| {
-            let sample = track.samples.iter().find(|sample| sample.tip.y >= target.y)?;
-            Some(Crossing { step: sample.step, distance_cm: sample.tip.distance(*target) })
-        };
-        self.targets.iter().map(crossing).collect()
-    }
 }
 
 impl Task for Targets {
@@ -144,7 +133,7 @@ mod tests {
     use super::*;
     use crate::lamps::Light;
     use crate::observation::Quality;
-    use crate::track::Sample;
+    use crate::track::{Sample, Track};
     use proptest::prelude::*;
 
     fn track(tips: &[(f64, f64)]) -> Track {

@@ -8,7 +8,6 @@ use rand_chacha::ChaCha8Rng;
 use super::{Bean, Population, Species};
 use crate::control::Controller;
 use crate::environment::{Environment, Recording, run, unwatched};
-use crate::geometry::{Point, STEM_POINTS};
 use crate::greenhouse::detector;
 use crate::lamps::{Layout, Light, MAX_LAMPS};
 use crate::observation::Observation;
@@ -72,14 +71,7 @@ impl Observer {
         for (name, values) in TRUTH.into_iter().zip(self.truth) {
             track.add_numbers(name, 5, values);
         }
-        for vertex in 0..STEM_POINTS {
-            let point = |sample: &Sample| sample.stem.as_ref().and_then(|stem| stem.0.get(vertex).copied());
-            for (axis, of) in [("x", (|point| point.x) as fn(Point) -> f64), ("y", |point| point.y)] {
-                let values: Vec<f64> =
-                    track.samples.iter().map(|sample| point(sample).map_or(f64::NAN, of)).collect();
-                track.add_numbers(&format!("stem_{}_{axis}_cm", vertex + 1), 5, values);
-            }
-        }
+        track.add_stem_columns();
         track
     }
 }
