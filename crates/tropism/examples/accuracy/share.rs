@@ -2,13 +2,9 @@
 
 use std::fmt;
 
-/// 97.5 % quantile of the normal distribution: the interval holds 95 %.
-const Z: f64 = 1.959_964;
+use tropism::math::statistics::wilson_interval;
 
 /// A share of cases, with its 95 % interval.
-///
-/// # References
-/// Wilson 1927, *Probable inference, the law of succession, and statistical inference*, doi:10.2307/2276774.
 #[derive(Clone, Copy)]
 pub(crate) struct Share {
     count: usize,
@@ -24,10 +20,9 @@ impl Share {
 
     /// The share in %, and the ends of its interval.
     fn percent(self) -> [f64; 3] {
-        let (n, share) = (self.all as f64, self.count as f64 / self.all as f64);
-        let middle = (share + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
-        let half = Z / (1.0 + Z * Z / n) * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
-        [share, middle - half, middle + half].map(|value| 100.0 * value)
+        let (count, all) = (self.count as f64, self.all as f64);
+        let [low, high] = wilson_interval(count, all);
+        [count / all, low, high].map(|value| 100.0 * value)
     }
 }
 

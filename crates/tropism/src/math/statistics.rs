@@ -121,7 +121,7 @@ pub fn five_numbers(values: &[f64]) -> Option<[f64; 5]> {
 /// The 95 % interval of a share: `count` of `of` trials.
 ///
 /// # References
-/// Wilson 1927, doi:10.1080/01621459.1927.10502953.
+/// Wilson 1927, *Probable inference, the law of succession, and statistical inference*, doi:10.2307/2276774.
 ///
 /// ```
 /// let [low, high] = tropism::math::statistics::wilson_interval(45.0, 90.0);
