@@ -212,7 +212,7 @@ pub fn steering(
     plants: Plants,
 ) -> Figure {
     let points = track.samples.iter().map(|sample| &sample.tip).chain(&goals.targets);
-    let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
+    let (x, y) = axes((-8.0, 8.0), goals.heights(), points);
     let legend = lamp::legend(&track.layout, "light on");
     let top = 28.0 + LEGEND_ROW * (legend_rows(&legend, 372.0 + 18.0) - 1) as f64;
     let mut plot = Plot::centimetres(x, y, 372.0, 18.0, top);
@@ -252,6 +252,11 @@ impl Goals {
     #[must_use]
     pub fn of(task: &(impl Task + ?Sized)) -> Self {
         Self { targets: task.targets().to_vec(), obstacles: task.obstacles().to_vec() }
+    }
+
+    /// Heights in cm that a figure shows at least: the whole stem where there are obstacles.
+    pub(super) const fn heights(&self) -> (f64, f64) {
+        if self.obstacles.is_empty() { (4.0, 16.0) } else { (0.0, 16.0) }
     }
 
     /// What the caption says of obstacles.

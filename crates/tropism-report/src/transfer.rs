@@ -145,7 +145,8 @@ pub fn steering_panels(rows: &[(String, Vec<SteeredPlant>)], plants: Plants) -> 
         title: "Best, median and worst plant of each controller".to_owned(),
         caption: format!(
             "The trajectory of the tip, from the circle, coloured by the lamp that the controller lit. Crosses are the targets \
-             in their order, on dotted lines at their heights. {}",
+             in their order, on dotted lines at their heights. {}{}",
+            rows.iter().flat_map(|(_, plants)| plants).next().map_or("", |plant| plant.goals.sentence()),
             plants.sentence()
         ),
         data: String::new(),
@@ -158,7 +159,7 @@ pub fn steering_panels(rows: &[(String, Vec<SteeredPlant>)], plants: Plants) -> 
 /// The panel of one plant, on axes that hold all `tracks`.
 fn panel(plant: &SteeredPlant, tracks: &[Track]) -> String {
     let points = tips(tracks).chain(&plant.goals.targets);
-    let (x, y) = axes((-8.0, 8.0), (4.0, 16.0), points);
+    let (x, y) = axes((-8.0, 8.0), plant.goals.heights(), points);
     let mut plot = Plot::centimetres(x, y, PANEL, BESIDE, ABOVE);
     draw_steering(&mut plot, &plant.track.samples, &plant.goals, false);
     plot.legend(&lamp::legend(&plant.track.layout, "light"));

@@ -11,9 +11,10 @@ use crate::options::TaskOption;
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Score tracks by the paper's fitness, eq. (9)
+/// Score tracks by the paper's fitness, eq. (9), or that of another task
 ///
-/// Also prints the distance of the tip to each target when it first reached the target's height. A track in a run folder is
+/// Also prints the distance of the tip to each target when it first reached the target's height, and of a task with obstacles
+/// whether the plant did it. A track in a run folder is
 /// scored by the task of its run, another by that of --task, or the paper's three targets.
 #[derive(Args)]
 #[command(

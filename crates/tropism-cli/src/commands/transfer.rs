@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use tropism::task::Task;
 use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_controllers};
 
 use crate::controller::{ControllerName, conditions_of, note_other_task};
@@ -133,8 +134,9 @@ fn parse_seeds(text: &str) -> Result<Range<u64>, String> {
 
 fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     let longest = results.controllers.iter().map(|one| one.name.len()).max().unwrap_or(0).max(10);
+    let unit = if plan.task.as_targets().is_some() { " in cm" } else { "" };
     let mut text = format!(
-        "{} virtual plants, fitness in cm of at most {:.2}\n{:<longest$}   mean   95 % interval     sd  under 9  under 6  kept  at targets\n",
+        "{} virtual plants, fitness{unit} of at most {:.2}\n{:<longest$}   mean   95 % interval     sd  under 9  under 6  kept  at targets\n",
         results.plants, results.best_possible, "controller"
     );
     for one in &results.controllers {

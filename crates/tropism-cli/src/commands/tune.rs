@@ -20,7 +20,7 @@ use crate::shell::Shell;
 ///
 /// The rule lights the lamp towards the next target, as chase does, but by where the tip is expected, and with an aim that
 /// may lie beyond the target or towards the one after it. An evolution strategy (CMA-ES) searches the numbers on simulated
-/// plants. The model of the stem, `tropism fit --model stem`, is made for this: its plants answer late, as beans do, and
+/// plants. In a task with obstacles six more numbers keep the stem clear of them. The model of the stem, `tropism fit --model stem`, is made for this: its plants answer late, as beans do, and
 /// differ from each other. Ctrl-C saves; --resume continues to the same rule, and `tropism status rule.json` tells how far the
 /// search is.
 #[derive(Args)]

@@ -1,12 +1,13 @@
 //! The report of a comparison of controllers.
 
+use tropism::task::Task;
 use tropism::text::plural;
 use tropism_report::{self as report, ControllerScores, Goals, Page, Plants, SteeredPlant, Table};
 
 use super::TransferPlan;
 use super::causes::Cause;
 use super::results::{ControllerResults, Scores, TransferResults};
-use crate::{Error, files};
+use crate::{Error, files, task};
 
 /// Most pairs of controllers that the page shows; with more, it shows those with the best controller. Chosen: eight
 /// controllers make as many.
@@ -57,16 +58,22 @@ impl TransferPlan {
         } else {
             ""
         };
+        let best = results.best_possible;
+        let fitness = if self.task.as_targets().is_some() {
+            format!(
+                "Fitness is that of eq. (9); at most {best:.2} cm are possible without swinging back{each}.\n\nFitness is not \
+                 arrival: swings on the way cost fitness, and a plant may score well and pass a target far away."
+            )
+        } else {
+            format!("Fitness is that of the task, {}: at most {best:.2}.", task::in_words(&self.task))
+        };
         format!(
             "Each of {} controllers steered the same {} virtual plants ({}, {} times the variation of the species). {tip} \
-             Fitness is that of eq. (9); at most {:.2} cm are possible without swinging back{each}.\n\nFitness is not arrival: \
-             swings on the way cost fitness, and a plant may score well and pass a target far away. The second table has the \
-             distance of the tip from each target at its height.",
+             {fitness} The second table has the distance of the tip from each target at its height.",
             results.controllers.len(),
             results.plants,
             results.species,
             results.scale,
-            results.best_possible,
         )
     }
 
@@ -83,6 +90,8 @@ impl TransferPlan {
             "Kept",
         ];
         let mut head = head.map(str::to_owned).to_vec();
+        let has_done = results.controllers.iter().any(|controller| controller.done.is_some());
+        head.extend(has_done.then(|| "Whole task".to_owned()));
         head.extend(results.bound.as_ref().map(|bound| format!("Of {bound}")));
         head.extend(results.mean_ceiling.map(|_| "Of the ceiling".to_owned()));
         let row = |controller: &ControllerResults| {
@@ -98,6 +107,10 @@ impl TransferPlan {
                 cm(controller.expected),
                 percent(controller.share_of_expected),
             ];
+            row.extend(controller.done.map(|done| {
+                let [low, high] = done.interval.map(|share| 100.0 * share);
+                format!("{:.0} % ({low:.0} to {high:.0})", 100.0 * done.share)
+            }));
             row.extend(results.bound.as_ref().map(|_| percent(controller.share_of_bound)));
             row.extend(results.mean_ceiling.map(|_| percent(controller.share_of_ceiling)));
             row
@@ -107,6 +120,9 @@ impl TransferPlan {
              predicted, and the share of it that was kept. Intervals by bootstrap over the plants.",
             plural(results.plants, "plant")
         );
+        if has_done {
+            caption += " Whole task: plants that reached all targets and touched nothing, with the interval by Wilson.";
+        }
         if let Some(ceiling) = results.mean_ceiling {
             caption += &format!(
                 " A search over schedules of each very plant, with all its noise known, reached {ceiling:.2} cm on average: a \
