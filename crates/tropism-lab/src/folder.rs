@@ -350,7 +350,10 @@ pub(crate) fn read_photo(folder: &Path, step: &StepRecord) -> Result<Photo, File
 }
 
 /// Reads the steps and events of the run in `folder`, also while a program works in it.
-pub(crate) fn read_journal(folder: &Path) -> Result<(Vec<StepRecord>, Vec<Event>), FolderError> {
+///
+/// # Errors
+/// [`FolderError::Journal`] if the journal cannot be read.
+pub fn read_journal(folder: &Path) -> Result<(Vec<StepRecord>, Vec<Event>), FolderError> {
     let path = folder.join("journal.sqlite");
     Journal::open_to_read(&path)
         .and_then(|journal| Ok((journal.steps()?, journal.events()?)))

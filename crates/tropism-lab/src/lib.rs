@@ -73,7 +73,7 @@ pub mod report;
 pub use checkpoint::{Checkpoint, Loaded};
 pub use controller::ControllerSpec;
 pub use error::Error;
-pub use folder::{FolderError, RunFolder};
+pub use folder::{FolderError, RunFolder, read_journal};
 pub use journal::{Downtime, Journal, JournalError, StepRecord};
 pub use lock::{FolderLock, LockError, holder, lock};
 pub use monitor::{Monitor, Part, Silent};

@@ -1,15 +1,16 @@
 //! A controller on simulated plants of a tip-motion model.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::environment::unwatched;
 use tropism::evolve::Trial;
 use tropism::plant::PlantModel;
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{Sample, Track};
 
 use crate::controller::ControllerSpec;
-use crate::{Error, Monitor, Workflow, files, model};
+use crate::{Error, Monitor, Silent, Workflow, files, model};
 
 /// Simulates plants that a controller steers, and writes the track of the first one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,6 +30,27 @@ pub struct SimulatePlan {
     pub out: PathBuf,
     /// Whether a file that is there is replaced.
     pub replace: bool,
+}
+
+/// Tracks of `plants` plants of the model in the file `model`, steered by `controller`: the first plants of a
+/// [`SimulatePlan`] with this seed. Nothing is written.
+///
+/// # Errors
+/// [`Error`] if the model cannot be read, or the controller does not fit its lamps and its period.
+pub fn tracks(
+    model: &Path,
+    controller: &ControllerSpec,
+    task: &TaskSpec,
+    plants: u32,
+    seed: u64,
+) -> Result<Vec<Track>, Error> {
+    let model = model::read_for(model, task, &Silent)?;
+    controller.check(model.layout(), model.period_min())?;
+    let simulate = |plant| {
+        let mut controller = controller.build(task, model.layout(), model.period_min());
+        model::simulate(&model, &mut *controller, task, seed, plant, &mut unwatched)
+    };
+    Ok((0..plants).map(simulate).collect())
 }
 
 impl Default for SimulatePlan {

@@ -26,7 +26,8 @@ pub struct EvolutionRecord {
     pub(super) trial_plants: u32,
     /// Task of the controllers.
     pub task: TaskSpec,
-    pub(super) evolution: EvolutionConfig,
+    /// Number of runs, generations and episodes, and NEAT's parameters.
+    pub evolution: EvolutionConfig,
 }
 
 fn digest(model: &Model) -> String {
@@ -62,7 +63,8 @@ impl EvolutionRecord {
     }
 
     /// The champion that `genome` is in this evolution.
-    pub(crate) fn champion_of(&self, genome: Genome) -> Champion {
+    #[must_use]
+    pub fn champion_of(&self, genome: Genome) -> Champion {
         Champion {
             sensors: self.evolution.sensors.clone(),
             task: Some(self.task.clone()),
@@ -116,8 +118,10 @@ impl EvolutionRecord {
         self.evolution.generations
     }
 
-    /// Run `index` as it was saved in `folder`; `None` without a readable checkpoint. Reads only.
-    pub(super) fn checkpoint(&self, folder: &Path, index: u32) -> Option<EvolutionRun> {
+    /// Run `index` as it was saved in `folder`; `None` without a readable checkpoint. Reads only: the evolution may be at
+    /// work.
+    #[must_use]
+    pub fn checkpoint(&self, folder: &Path, index: u32) -> Option<EvolutionRun> {
         let parse = |text: &str| EvolutionRun::from_json(text, &self.evolution, OUTPUTS, self.seed, index);
         files::read_as(&checkpoint_path(folder, index), parse).ok()
     }
