@@ -20,6 +20,8 @@ mod show;
 mod simulate;
 mod status;
 mod stop;
+#[cfg(feature = "studio")]
+mod studio;
 mod study;
 mod sweep;
 mod timelapse;
@@ -39,6 +41,8 @@ pub(crate) enum Command {
     Check(check::Check),
     Run(run::Run),
     Status(status::Status),
+    #[cfg(feature = "studio")]
+    Studio(studio::Studio),
     Stop(stop::Stop),
     SafeState(safe_state::SafeState),
     #[command(hide = true)]
@@ -88,6 +92,8 @@ impl Command {
             Self::Check(check) => check.execute(shell),
             Self::Run(run) => run.execute(shell),
             Self::Status(status) => status.execute(shell),
+            #[cfg(feature = "studio")]
+            Self::Studio(studio) => studio.execute(shell),
             Self::Stop(stop) => stop.execute(shell),
             Self::SafeState(safe_state) => safe_state.execute(shell),
             Self::Guard(guard) => guard.execute(shell),

@@ -1,0 +1,140 @@
+//! `tropism studio`: the page.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use serde::Serialize;
+use tropism_studio::{StudioPlan, Tokens, Welcome, new_tokens};
+
+use crate::shell::{Shell, tell};
+
+/// Where pages are served if nothing else is said.
+pub(crate) const LISTEN: &str = "127.0.0.1:8217";
+
+/// Serve a page: watch runs and evolutions live, draw a target, look after a plant from a phone
+///
+/// It serves the runs, evolutions, studies and comparisons below FOLDER. They do not need it: it may end and begin again at
+/// any time. On the loopback address everybody on this computer may use it. Any other address asks for a token, which is
+/// printed once with a QR code; there is no encryption, so use it at home or behind a proxy with TLS. Work that a page asks
+/// for waits in a queue, one heavy job at a time, and goes on when the page or the studio ends.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    tropism studio --demo\n  \
+    tropism studio beans --open\n  \
+    tropism studio beans --listen 0.0.0.0:8217\n  \
+    tropism studio beans --listen 0.0.0.0:8217 --new-tokens")]
+pub(crate) struct Studio {
+    /// Folder with runs, evolutions and studies
+    #[arg(value_name = "FOLDER", default_value = ".")]
+    folder: PathBuf,
+
+    /// Address and port to serve on; another one than loopback asks for a token
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN)]
+    listen: SocketAddr,
+
+    /// Open the page in a browser
+    #[arg(long)]
+    open: bool,
+
+    /// Let nobody change anything
+    #[arg(long)]
+    read_only: bool,
+
+    /// A further name of this computer in addresses, such as that of a proxy; can be given several times
+    #[arg(long, value_name = "NAME")]
+    host: Vec<String>,
+
+    /// Show a virtual bean and evolutions that begin now, in a folder that is deleted at the end
+    #[arg(long, conflicts_with_all = ["folder", "new_tokens"])]
+    demo: bool,
+
+    /// Make new tokens for FOLDER: the old ones open nothing any more
+    #[arg(long)]
+    new_tokens: bool,
+}
+
+/// What is printed with `--json` when pages can be had.
+#[derive(Serialize)]
+struct Served<'w> {
+    schema: &'static str,
+    address: &'w str,
+    folder: &'w PathBuf,
+    asks_for_token: bool,
+    token: Option<&'w str>,
+    token_for_looking: Option<&'w str>,
+}
+
+impl Studio {
+    pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
+        if self.new_tokens {
+            std::fs::metadata(&self.folder).with_context(|| self.folder.display().to_string())?;
+            let tokens = new_tokens(&self.folder)?;
+            tell(&token_lines(&tokens));
+        }
+        let plan = StudioPlan {
+            folder: (!self.demo).then_some(self.folder),
+            listen: self.listen,
+            hosts: self.host,
+            read_only: self.read_only,
+            demo: self.demo,
+            program: std::env::current_exe()?,
+        };
+        let mut printed = Ok(());
+        tropism_studio::serve(&plan, |welcome| {
+            printed = shell.result(&text(welcome), &served(welcome));
+            if self.open {
+                open(&welcome.link());
+            }
+        })?;
+        printed
+    }
+}
+
+fn served(welcome: &Welcome) -> Served<'_> {
+    let tokens = welcome.tokens.as_ref();
+    Served {
+        schema: "tropism.studio/1",
+        address: &welcome.address,
+        folder: &welcome.folder,
+        asks_for_token: welcome.asks_for_token,
+        token: tokens.map(|tokens| tokens.change.as_str()),
+        token_for_looking: tokens.map(|tokens| tokens.look.as_str()),
+    }
+}
+
+fn token_lines(tokens: &Tokens) -> String {
+    format!(
+        "token:             {}\ntoken for looking: {}\nThey are shown this once; --new-tokens makes new ones.",
+        tokens.change, tokens.look
+    )
+}
+
+fn text(welcome: &Welcome) -> String {
+    let mut text = format!("{} serves {}", welcome.address, welcome.folder.display());
+    if let Some(tokens) = &welcome.tokens {
+        let qr = welcome.qr().unwrap_or_default();
+        text += &format!("\n{}\n{qr}\n{}", token_lines(tokens), welcome.link());
+    }
+    if welcome.asks_for_token {
+        text += "\nNot encrypted: whoever listens on this network can read along.";
+    }
+    text + "\nCtrl-C ends the page; runs and evolutions go on."
+}
+
+/// Opens an address in the browser of the desktop; without one nothing happens.
+fn open(address: &str) {
+    let program = if cfg!(target_os = "macos") {
+        "open"
+    } else if cfg!(windows) {
+        "explorer"
+    } else {
+        "xdg-open"
+    };
+    let null = std::process::Stdio::null;
+    let opened = std::process::Command::new(program).arg(address).stdout(null()).stderr(null()).spawn();
+    if opened.is_err() {
+        tell(&format!("found no browser to open; the page is at {address}"));
+    }
+}

@@ -1,0 +1,389 @@
+// Shared by all pages: the frame, what the server is asked, live events, hold to confirm, words for times.
+// @ts-check
+
+/** @param {string} selector @param {ParentNode} [within] @returns {any} */
+export const $ = (selector, within = document) => within.querySelector(selector);
+/** @param {string} selector @param {ParentNode} [within] @returns {any[]} */
+export const $$ = (selector, within = document) => [...within.querySelectorAll(selector)];
+
+/** Parameters of this page's address. */
+export const asked = new URLSearchParams(location.search);
+
+/** Markup whose parts are safe: only `html` makes it. */
+class Markup {
+  /** @param {string} text */
+  constructor(text) {
+    this.text = text;
+  }
+  toString() {
+    return this.text;
+  }
+}
+
+/** @param {unknown} value */
+export function escaped(value) {
+  const letters = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#39;" };
+  return String(value).replace(/[&<>"']/g, (letter) => letters[/** @type {"&"} */ (letter)]);
+}
+
+/** @param {any} value @returns {string} */
+function part(value) {
+  if (value instanceof Markup) return value.text;
+  if (Array.isArray(value)) return value.map(part).join("");
+  return value === undefined || value === null || value === false ? "" : escaped(value);
+}
+
+/**
+ * Markup with every value escaped that is not markup itself.
+ * @param {TemplateStringsArray} pieces @param {...any} values
+ */
+export const html = (pieces, ...values) =>
+  new Markup(pieces.reduce((text, piece, index) => text + part(values[index - 1]) + piece));
+
+/** Markup that this program made, such as a figure. @param {string} text */
+export const trusted = (text) => new Markup(text);
+
+/** @param {Element} element @param {any} markup */
+export const put = (element, markup) => {
+  const text = part(markup);
+  // What did not change keeps its focus.
+  if (/** @type {any} */ (element).shown === text) return;
+  /** @type {any} */ (element).shown = text;
+  element.innerHTML = text;
+};
+
+const ICONS = {
+  run: '<path d="M12 21c0-6 .5-9 5-13"/><path d="M14 13c-3 0-5-1.5-6-4 3 0 5 1 6 4z"/><circle class="f" cx="17.5" cy="7" r="2"/>',
+  evolution: '<path d="M4 4v16h16"/><path d="M6 17c4 0 3-9 7-9h6"/>',
+  study: '<path d="M5 4h10l4 4v12H5z"/><path d="M9 12h6M9 16h6"/>',
+  transfer: '<path d="M4 8h14l-4-4M20 16H6l4 4"/>',
+  live: '<circle class="f" cx="12" cy="12" r="5"/><circle cx="12" cy="12" r="9"/>',
+  wait: '<circle cx="12" cy="12" r="9"/><path d="M12 7v5l3 2"/>',
+  pause: '<path d="M8 5v14M16 5v14"/>',
+  done: '<path d="M4 12l5 6L20 6"/>',
+  stop: '<rect x="5" y="5" width="14" height="14" rx="1"/>',
+  warn: '<path d="M12 3l10 18H2z"/><path d="M12 10v5M12 18v.1"/>',
+  info: '<circle cx="12" cy="12" r="9"/><path d="M12 11v6M12 7.5v.1"/>',
+  play: '<path class="f" d="M7 4l13 8-13 8z"/>',
+  menu: '<path d="M4 6h16M4 12h16M4 18h16"/>',
+  prev: '<path d="M15 5l-7 7 7 7"/>',
+  next: '<path d="M9 5l7 7-7 7"/>',
+  bin: '<path d="M5 7h14M10 7V4h4v3M7 7l1 13h8l1-13"/>',
+  lock: '<rect x="5" y="11" width="14" height="9" rx="1"/><path d="M8 11V8a4 4 0 0 1 8 0v3"/>',
+  eye: '<path d="M2 12c4-7 16-7 20 0-4 7-16 7-20 0z"/><circle cx="12" cy="12" r="3"/>',
+  sun: '<circle cx="12" cy="12" r="4"/><path d="M12 2v3M12 19v3M2 12h3M19 12h3M5 5l2 2M17 17l2 2M5 19l2-2M17 7l2-2"/>',
+  dark: '<path d="M9 3a9 9 0 1 0 12 12A8 8 0 0 1 9 3z"/>',
+  redo: '<path d="M4 12a8 8 0 1 1 3 6M4 12V6M4 12h6"/>',
+  copy: '<rect x="8" y="8" width="12" height="12"/><path d="M4 16V4h12"/>',
+  pen: '<path d="M4 20l1-5L16 4l4 4L9 19z"/>',
+  zoom: '<circle cx="10" cy="10" r="6"/><path d="M15 15l6 6M10 7.5v5M7.5 10h5"/>',
+  left: '<path d="M20 12H4l6-6M4 12l6 6"/>',
+  right: '<path d="M4 12h16l-6-6M20 12l-6 6"/>',
+};
+const SAME = { sweep: "study", laboratories: "transfer" };
+
+/** @param {string} name */
+export const icon = (name) => {
+  const drawing = ICONS[/** @type {keyof ICONS} */ (SAME[/** @type {"sweep"} */ (name)] ?? name)] ?? ICONS.study;
+  return trusted(`<svg class="ic" viewBox="0 0 24 24" aria-hidden="true">${drawing}</svg>`);
+};
+
+// Light or dark: as the system says, or as was chosen here.
+/** @param {string | null} theme */
+function setTheme(theme) {
+  if (theme === "light" || theme === "dark") document.documentElement.dataset.theme = theme;
+}
+try {
+  setTheme(asked.get("theme") ?? localStorage.getItem("theme"));
+} catch {
+  // Without storage the system's choice holds.
+}
+
+const PAGES = [
+  ["./", "index", "Overview"],
+  ["draw", "draw", "Draw"],
+  ["tune", "tune", "Tune vision"],
+  ["compare", "compare", "Compare"],
+];
+const MARK =
+  '<svg viewBox="0 0 28 28" aria-hidden="true"><circle class="k-left" cx="4" cy="9" r="3"/><circle class="k-right" cx="24" cy="9" r="3"/><path class="k-stem" d="M13 26c-1-8 1-13 6-15"/></svg>';
+
+/** Draws head and foot of the page. */
+function frame() {
+  const own = document.body.dataset.page ?? "";
+  const bare = document.body.dataset.bare !== undefined;
+  const link = ([address, name, title]) =>
+    html`<a href="${address}" aria-current="${name === own ? "page" : "false"}">${title}</a>`;
+  const nav = bare ? "" : html`<nav class="nav" id="nav" aria-label="Pages">${PAGES.map(link)}</nav>`;
+  const state = bare
+    ? ""
+    : html`<span class="link-state" id="link" role="status"><i></i><span>Connecting</span></span>`;
+  const burger = bare
+    ? ""
+    : html`<button class="btn quiet square burger" id="burger" type="button" aria-expanded="false" aria-controls="nav" aria-label="Pages">${icon("menu")}</button>`;
+  const head = html`<a class="skip" href="#main">To the content</a>
+    <div class="lampline" id="lampline"></div>
+    <header class="top"><div class="bar">
+      <a class="brand" href="./">${trusted(MARK)}tropism studio</a>${nav}<span class="space"></span>${state}
+      <button class="btn quiet square" id="theme" type="button" aria-label="Light or dark">${icon("sun")}</button>${burger}
+    </div></header>`;
+  document.body.insertAdjacentHTML("afterbegin", head.text);
+  document.body.insertAdjacentHTML("beforeend", '<footer class="foot" id="foot"></footer>');
+  $$("[data-ic]").forEach((element) => element.insertAdjacentHTML("afterbegin", icon(element.dataset.ic).text));
+  $("#theme").onclick = () => {
+    const isDark = matchMedia("(prefers-color-scheme:dark)").matches;
+    const now = document.documentElement.dataset.theme ?? (isDark ? "dark" : "light");
+    const theme = now === "dark" ? "light" : "dark";
+    setTheme(theme);
+    try {
+      localStorage.setItem("theme", theme);
+    } catch {
+      // It holds for this page alone.
+    }
+  };
+  const menu = $("#burger");
+  if (!menu) return;
+  menu.onclick = () => menu.setAttribute("aria-expanded", String($("#nav").classList.toggle("open")));
+  addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && $("#nav").classList.contains("open")) {
+      menu.click();
+      menu.focus();
+    }
+  });
+}
+frame();
+
+/** Seconds by which the server's clock is ahead of this one. */
+let ahead = 0;
+/** @param {number} unix */
+export const setClock = (unix) => {
+  ahead = unix - Date.now() / 1000;
+};
+/** Seconds since 1970 by the server's clock. */
+export const now = () => Date.now() / 1000 + ahead;
+
+/**
+ * @typedef {{ csrf: string, read_only: boolean }} Session
+ * @type {Promise<{ session: Session | null, asks_for_token: boolean, folder: string, version: string, is_demo: boolean, now: number }>}
+ */
+export const session = fetch("api/session").then(async (answer) => {
+  const found = await answer.json();
+  setClock(found.now);
+  const own = found.session;
+  if (own?.read_only) document.body.classList.add("read-only");
+  put(
+    $("#foot"),
+    html`<span>tropism ${found.version}</span>${own ? html`<span>folder <code>${found.folder}</code></span>` : ""}
+      <span>${location.host}${found.asks_for_token ? "" : ", this computer only"}</span>
+      ${found.is_demo ? html`<span>a demonstration: every plant is virtual, and the folder is deleted at the end</span>` : ""}
+      ${own?.read_only ? html`<span>for looking only</span>` : ""}
+      ${own && found.asks_for_token ? html`<button class="btn quiet" id="logout" type="button">Log out</button>` : ""}`,
+  );
+  const out = $("#logout");
+  if (out) out.onclick = () => post("api/logout", {}).finally(() => location.assign("login"));
+  return found;
+});
+
+/** @param {Response} answer */
+async function read(answer) {
+  if (answer.status === 401) location.assign("login");
+  const data = await answer.json().catch(() => ({ error: `the studio answered ${answer.status}` }));
+  if (!answer.ok) throw new Error(data.error ?? `the studio answered ${answer.status}`);
+  return data;
+}
+
+/** @param {string} path @param {Record<string, any>} [values] @returns {Promise<any>} */
+export async function get(path, values = {}) {
+  const known = Object.entries(values).filter(([, value]) => value !== undefined && value !== null);
+  const query = new URLSearchParams(known.map(([key, value]) => [key, String(value)]));
+  return read(await fetch(known.length ? `${path}?${query}` : path));
+}
+
+/** @param {string} path @param {any} body @returns {Promise<any>} */
+export async function post(path, body) {
+  const csrf = (await session).session?.csrf ?? "";
+  const headers = { "Content-Type": "application/json", "X-Tropism-Csrf": csrf };
+  return read(await fetch(path, { method: "POST", headers, body: JSON.stringify(body) }));
+}
+
+/** The server breaks its silence every 5 s: after twice as long and a little, the page is cut off. */
+const CUT_OFF_MS = 11_000;
+
+/**
+ * Listens to live events; the browser comes back by itself, with the id of the last event it has.
+ * @param {string} path @param {string} event @param {(data: any) => void} take @param {(isLost: boolean, seconds: number) => void} [lost]
+ */
+export function listen(path, event, take, lost = () => {}) {
+  let heard = Date.now();
+  let isLost = false;
+  /** @type {EventSource} */
+  let source;
+  const state = $("#link");
+  const tell = (is) => {
+    isLost = is;
+    if (!state) return;
+    state.dataset.s = is ? "lost" : "";
+    $("span", state).textContent = is ? "Trying again" : "Connected";
+  };
+  const hear = (unix) => {
+    heard = Date.now();
+    if (Number.isFinite(unix)) setClock(unix);
+    if (isLost || $("span", state)?.textContent !== "Connected") {
+      tell(false);
+      lost(false, 0);
+    }
+  };
+  const open = () => {
+    source = new EventSource(path);
+    source.addEventListener("beat", (message) => hear(Number(message.data)));
+    source.addEventListener(event, (message) => {
+      const data = JSON.parse(message.data);
+      hear(data.now);
+      take(data);
+    });
+    source.onerror = () => tell(true);
+  };
+  open();
+  setInterval(() => {
+    const silent = Date.now() - heard;
+    if (silent > CUT_OFF_MS || isLost) {
+      if (!isLost) tell(true);
+      lost(true, Math.round(silent / 1000));
+    }
+    // A browser gives up where the server answers at all but refuses: perhaps it has begun anew.
+    if (source.readyState === EventSource.CLOSED) {
+      fetch("api/session").then(read).then((found) => {
+        if (!found.session) location.assign("login");
+      }, () => {});
+      open();
+    }
+  }, 2000);
+  addEventListener("pagehide", () => source.close());
+}
+
+/** @param {string} text */
+export function toast(text) {
+  $(".toast")?.remove();
+  const note = document.createElement("div");
+  note.className = "toast";
+  note.setAttribute("role", "status");
+  note.textContent = text;
+  document.body.append(note);
+  setTimeout(() => note.remove(), 5000);
+}
+
+/** Says what went wrong. @param {any} error */
+export const say = (error) => toast(error instanceof Error ? error.message : String(error));
+
+/** How long a button is held until it acts. */
+const HOLD_MS = 1500;
+
+/**
+ * A button that acts when it is held, by finger, mouse, Space or Enter; letting go takes it back.
+ * @param {HTMLElement} button @param {() => void} act @param {() => void} [hint]
+ */
+export function hold(button, act, hint = () => {}) {
+  let began = 0;
+  let timer = 0;
+  let drawing = 0;
+  const fill = () => {
+    button.style.setProperty("--p", String(Math.min(1, (performance.now() - began) / HOLD_MS)));
+    drawing = requestAnimationFrame(fill);
+  };
+  const end = (isFull = false) => {
+    if (!began) return;
+    began = 0;
+    clearTimeout(timer);
+    cancelAnimationFrame(drawing);
+    button.style.setProperty("--p", "0");
+    if (isFull) act();
+    else hint();
+  };
+  const begin = () => {
+    if (button.getAttribute("aria-disabled") === "true" || began) return;
+    began = performance.now();
+    timer = setTimeout(() => end(true), HOLD_MS);
+    fill();
+  };
+  button.addEventListener("pointerdown", (event) => {
+    button.setPointerCapture(event.pointerId);
+    begin();
+  });
+  for (const name of ["pointerup", "pointercancel", "blur"]) button.addEventListener(name, () => end());
+  button.addEventListener("keydown", (event) => {
+    if (event.key !== " " && event.key !== "Enter") return;
+    event.preventDefault();
+    if (!event.repeat) begin();
+  });
+  button.addEventListener("keyup", (event) => {
+    if (event.key === " " || event.key === "Enter") end();
+  });
+  button.addEventListener("contextmenu", (event) => event.preventDefault());
+}
+
+/** A command with a button that copies it. @param {string} text */
+export const command = (text) =>
+  html`<div class="cmd"><code tabindex="0">${text}</code><button class="btn quiet square copy" type="button" aria-label="Copy">${icon("copy")}</button></div>`;
+
+addEventListener("click", (event) => {
+  const button = /** @type {Element} */ (event.target).closest?.(".copy");
+  if (!button) return;
+  const text = $("code", button.parentElement).textContent;
+  const done = navigator.clipboard?.writeText(text) ?? Promise.reject(new Error());
+  done.then(
+    () => toast("Copied."),
+    () => toast("This browser does not copy here: mark the text."),
+  );
+});
+
+/** A number with a true minus. @param {number} value @param {number} [digits] */
+export const num = (value, digits = 2) => value.toFixed(digits).replace("-", "−");
+/** @param {number} seconds */
+export const mmss = (seconds) =>
+  `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
+/** A span of time in words. @param {number} seconds */
+export function span(seconds) {
+  const s = Math.max(0, seconds);
+  if (s < 60) return `${Math.floor(s)} s`;
+  if (s < 3600) return `${Math.floor(s / 60)} min`;
+  if (s < 86_400) return `${Math.floor(s / 3600)} h ${Math.floor((s % 3600) / 60)} min`;
+  return `${Math.floor(s / 86_400)} d ${Math.floor((s % 86_400) / 3600)} h`;
+}
+/** A moment in the words of a person. @param {number} unix */
+export function moment(unix) {
+  const date = new Date(unix * 1000);
+  const days = Math.floor((new Date(now() * 1000).setHours(0, 0, 0, 0) - new Date(date).setHours(0, 0, 0, 0)) / 86_400_000 + 0.5);
+  const clock = date.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hour12: false });
+  if (days === 0) return clock;
+  if (days === 1) return `yesterday ${clock}`;
+  return `${date.toLocaleDateString([], { day: "numeric", month: "short" })} ${clock}`;
+}
+/** Bytes in words. @param {number} bytes */
+export const size = (bytes) => (bytes < 1e9 ? `${Math.round(bytes / 1e6)} MB` : `${Math.round(bytes / 1e9)} GB`);
+/** @param {number} count @param {string} noun */
+export const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
+
+const STATES = {
+  live: ["live", "live", "Live"],
+  overdue: ["warn", "warn", "Photograph late"],
+  paused: ["warn", "warn", "Waits for you"],
+  stopped: ["", "stop", "Stopped"],
+  died: ["bad", "warn", "Ended without a word"],
+  broken: ["bad", "warn", "Cannot be read"],
+  over: ["", "done", "Done"],
+  waiting: ["", "wait", "Waiting"],
+};
+/** State as shape, word and colour. @param {string} state @param {string} [word] */
+export const chip = (state, word) => {
+  const [kind, drawing, text] = STATES[/** @type {"live"} */ (state)] ?? STATES.over;
+  return html`<span class="chip ${kind}">${icon(drawing)}<span>${word ?? text}</span></span>`;
+};
+export const virtual = (word = "virtual") => html`<span class="chip virtual">${word}</span>`;
+
+/** The class of a lamp. @param {string | null} lamp */
+export const lampClass = (lamp) => (lamp === "left" || lamp === "right" ? lamp : "other");
+/** @param {string} text */
+export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+/** The page of a piece of work. @param {string} kind @param {string} at */
+export const pageOf = (kind, at) =>
+  `${kind === "run" || kind === "evolution" ? kind : "work"}?${new URLSearchParams({ at })}`;

@@ -1,0 +1,547 @@
+//! What pages ask for: one function a route.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::body::Body;
+use axum::extract::{Query, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Extension, Json, Router, middleware};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use tropism_lab::safe_state::SafeStatePlan;
+use tropism_lab::status::StatusPlan;
+use tropism_lab::stop::StopPlan;
+use tropism_lab::{RunConfig, Silent, Workflow, files, holder};
+
+use crate::access::{LogInError, Right, Session};
+use crate::error::Refusal;
+use crate::found::{Kind, resolve, resolve_kind};
+use crate::gate::gate;
+use crate::items::{Overview, Reader, name_of};
+use crate::wire::Peer;
+use crate::{Studio, assets, compare, draw, evolution, items, run, stream, tune};
+
+/// The largest body of a request.
+const MAX_BODY: usize = 64 * 1024;
+
+/// How long a body may take to come.
+const BODY_COMES: Duration = Duration::from_secs(10);
+
+/// How long a stop may take before the page is told that it goes on.
+const STOP_WAIT_MIN: f64 = 0.5;
+
+/// Width of a small photograph, in pixels.
+const SMALL: usize = 160;
+
+/// Quality of a small photograph.
+const SMALL_QUALITY: u8 = 70;
+
+type Shared = State<Arc<Studio>>;
+type Answer = Result<Json<Value>, Refusal>;
+
+/// All routes.
+pub(crate) fn router(studio: Arc<Studio>) -> Router {
+    let page = |name: &'static str| get(async move |headers: HeaderMap| assets::page(name, &headers));
+    Router::new()
+        .route("/", page("index.html"))
+        .route("/run", page("run.html"))
+        .route("/evolution", page("evolution.html"))
+        .route("/work", page("work.html"))
+        .route("/draw", page("draw.html"))
+        .route("/tune", page("tune.html"))
+        .route("/compare", page("compare.html"))
+        .route("/login", page("login.html"))
+        .route("/assets/{name}", get(assets::asset))
+        .route("/api/session", get(session))
+        .route("/api/login", post(log_in))
+        .route("/api/logout", post(log_out))
+        .route("/api/events", get(folder_events))
+        .route("/api/items", get(folder_items))
+        .route("/api/work", get(work))
+        .route("/api/run", get(run_about))
+        .route("/api/run/events", get(run_events))
+        .route("/api/run/photo", get(photo))
+        .route("/api/run/stem", get(stem))
+        .route("/api/run/prediction", get(prediction))
+        .route("/api/run/stop", post(stop))
+        .route("/api/run/safe-state", post(safe_state))
+        .route("/api/run/resume", post(resume))
+        .route("/api/evolution", get(evolution_about))
+        .route("/api/evolution/events", get(evolution_events))
+        .route("/api/evolution/champion", get(champion))
+        .route("/api/evolution/pause", post(pause))
+        .route("/api/evolution/resume", post(go_on))
+        .route("/api/reach", get(reach))
+        .route("/api/models", get(models))
+        .route("/api/try", get(try_out))
+        .route("/api/task", get(task_text))
+        .route("/api/draw/evolve", post(draw_evolve))
+        .route("/api/draw/save", post(draw_save))
+        .route("/api/queue/remove", post(queue_remove))
+        .route("/api/compare", get(compared))
+        .route("/api/compare/file", get(compared_file))
+        .route("/api/tune", get(tune_begin))
+        .route("/api/tune/look", get(tune_look))
+        .route("/api/tune/write", post(tune_write))
+        .layer(middleware::from_fn_with_state(studio.clone(), gate))
+        .with_state(studio)
+}
+
+/// Does what reads the disk or computes, away from the threads that serve.
+async fn work_on<T: Send + 'static>(
+    studio: &Arc<Studio>,
+    work: impl FnOnce(&Studio) -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    let _turn = studio.turns.acquire().await.map_err(|_| Refusal::bad("the studio ends"))?;
+    let studio = studio.clone();
+    let done = tokio::task::spawn_blocking(move || work(&studio)).await;
+    done.map_err(|_| Refusal(StatusCode::INTERNAL_SERVER_ERROR, "the studio made a mistake".to_owned()))?
+}
+
+/// The JSON of a body of bounded size that comes in bounded time.
+async fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
+    let too_large = || {
+        Refusal(
+            StatusCode::PAYLOAD_TOO_LARGE,
+            format!("found a body that is too large, wanted {MAX_BODY} bytes at most"),
+        )
+    };
+    let bytes = tokio::time::timeout(BODY_COMES, axum::body::to_bytes(body, MAX_BODY)).await;
+    let bytes =
+        bytes.map_err(|_| Refusal(StatusCode::REQUEST_TIMEOUT, "the request came too slowly".to_owned()))?;
+    let bytes = bytes.map_err(|_| too_large())?;
+    serde_json::from_slice(&bytes).map_err(|error| Refusal::bad(error.to_string()))
+}
+
+/// What lies at a place below the folder.
+#[derive(Deserialize)]
+struct At {
+    #[serde(default)]
+    at: String,
+}
+
+async fn session(State(studio): Shared, session: Option<Extension<Session>>) -> Json<Value> {
+    let own = session.map(|Extension(session)| {
+        json!({ "csrf": session.csrf, "read_only": studio.read_only || session.right == Right::Look })
+    });
+    Json(json!({
+        "session": own,
+        "asks_for_token": studio.access.asks_for_token(),
+        "folder": own_name(&studio),
+        "version": env!("CARGO_PKG_VERSION"),
+        "is_demo": studio.is_demo,
+        "is_encrypted": false,
+        "now": crate::unix_s(),
+    }))
+}
+
+/// The name of the folder; who is not logged in learns no more than the pages show.
+fn own_name(studio: &Studio) -> String {
+    name_of(&studio.root, "")
+}
+
+#[derive(Deserialize)]
+struct LogIn {
+    token: String,
+}
+
+async fn log_in(
+    State(studio): Shared,
+    Extension(Peer(from)): Extension<Peer>,
+    body: Body,
+) -> Result<Response, Refusal> {
+    let LogIn { token } = read(body).await?;
+    let (access, cookie) = (studio.clone(), studio.cookie.clone());
+    let opened = tokio::task::spawn_blocking(move || access.access.log_in(&token, from)).await;
+    match opened.map_err(|_| Refusal::bad("the studio made a mistake"))? {
+        Ok(word) => {
+            let value = format!("{cookie}={word}; HttpOnly; SameSite=Strict; Path=/; Max-Age=43200");
+            let value = HeaderValue::from_str(&value).map_err(|error| Refusal::bad(error.to_string()))?;
+            Ok(([(header::SET_COOKIE, value)], Json(json!({}))).into_response())
+        }
+        Err(LogInError::Wrong(left)) => {
+            let tries = if left == 1 { "1 try is left" } else { &format!("{left} tries are left") };
+            Err(Refusal::forbidden(format!("That was not it. {tries} before a pause.")))
+        }
+        Err(LogInError::Wait(seconds)) => {
+            let refusal =
+                Refusal(StatusCode::TOO_MANY_REQUESTS, format!("Too many tries. Try again in {seconds} s."));
+            let mut response = refusal.into_response();
+            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+            Ok(response)
+        }
+    }
+}
+
+async fn log_out(State(studio): Shared, headers: HeaderMap) -> Json<Value> {
+    if let Some(cookie) = crate::gate::cookie(&headers, &studio.cookie) {
+        studio.access.log_out(cookie);
+    }
+    Json(json!({}))
+}
+
+/// The id of the last event that a page that comes back has.
+fn last_id(headers: &HeaderMap) -> Option<String> {
+    headers.get(HeaderName::from_static("last-event-id"))?.to_str().ok().map(str::to_owned)
+}
+
+fn overview(studio: &Arc<Studio>) -> stream::Latest<Overview> {
+    let (own, mut reader) = (Arc::downgrade(studio), Reader::default());
+    studio.overviews.listen("", items::PAUSE, move |before| {
+        let studio = own.upgrade()?;
+        reader.read(&studio.root, before, studio.queue.to_json())
+    })
+}
+
+async fn folder_events(State(studio): Shared, headers: HeaderMap) -> Response {
+    stream::stream(overview(&studio), last_id(&headers))
+}
+
+/// The overview at once, for a page that has none yet.
+async fn folder_items(State(studio): Shared) -> Answer {
+    use stream::Listened;
+
+    let state = stream::first(overview(&studio))
+        .await
+        .ok_or_else(|| Refusal::missing("the folder cannot be read"))?;
+    let data = state.since(None).pop().map(|message| message.data).unwrap_or_default();
+    Ok(Json(serde_json::from_str(&data).unwrap_or_default()))
+}
+
+/// The status of any work, as `tropism status --json` prints it.
+async fn work(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+    work_on(&studio, move |studio| {
+        let folder = resolve(&studio.root, &at)?;
+        let kind = Kind::of(&folder).ok_or_else(|| Refusal::missing(format!("{at}: found no work")))?;
+        let status = StatusPlan { folder: folder.clone() }.execute(&Silent)?;
+        let word = files::shell_word(std::path::Path::new(if at.is_empty() { "." } else { &at }));
+        let command = format!("tropism status {word}");
+        Ok(Json(
+            json!({ "kind": kind, "name": name_of(&studio.root, &at), "status": status, "command": command }),
+        ))
+    })
+    .await
+}
+
+async fn run_about(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+    work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
+        let mut about = run::about(&folder, &at)?;
+        about["name"] = name_of(&studio.root, &at).into();
+        Ok(Json(about))
+    })
+    .await
+}
+
+async fn run_events(
+    State(studio): Shared,
+    Query(At { at }): Query<At>,
+    headers: HeaderMap,
+) -> Result<Response, Refusal> {
+    let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
+    let mut reader = run::RunReader::new(folder);
+    let latest = studio.runs.listen(&at, run::PAUSE, move |before| reader.read(before));
+    Ok(stream::stream(latest, last_id(&headers)))
+}
+
+#[derive(Deserialize)]
+struct PhotoAt {
+    #[serde(default)]
+    at: String,
+    name: String,
+    #[serde(default)]
+    small: bool,
+}
+
+/// A photograph of a run or of a folder.
+async fn photo(
+    State(studio): Shared,
+    Query(PhotoAt { at, name, small }): Query<PhotoAt>,
+) -> Result<Response, Refusal> {
+    work_on(&studio, move |studio| {
+        if !files::is_plain_name(&name) {
+            return Err(Refusal::missing(format!("found no photograph {name:?}")));
+        }
+        let folder = resolve(&studio.root, &at)?;
+        let is_run = Kind::of(&folder) == Some(Kind::Run);
+        let within = |name: &str| if at.is_empty() { name.to_owned() } else { format!("{at}/{name}") };
+        let place = if is_run { format!("photographs/{name}") } else { name.clone() };
+        let path = resolve(&studio.root, &within(&place))?;
+        let kind = match name.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase()).as_deref() {
+            Some("jpg" | "jpeg") => "image/jpeg",
+            Some("png") => "image/png",
+            _ => return Err(Refusal::missing(format!("{name}: wanted a JPEG or PNG file"))),
+        };
+        let photo = files::read_photo(&path, 0.0)?;
+        let unreadable = |error: tropism::photo::PhotoError| Refusal::bad(error.to_string());
+        let (kind, bytes) = if small {
+            let image = photo.decode().map_err(unreadable)?;
+            ("image/jpeg", tropism_report::scaled(&image, SMALL).to_jpeg(SMALL_QUALITY).map_err(unreadable)?)
+        } else {
+            (kind, photo.bytes)
+        };
+        // A photograph of a run never changes.
+        let keep = if is_run { "private, max-age=31536000, immutable" } else { "no-store" };
+        Ok(([(header::CONTENT_TYPE, kind), (header::CACHE_CONTROL, keep)], bytes).into_response())
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+struct StepAt {
+    #[serde(default)]
+    at: String,
+    step: u32,
+}
+
+async fn stem(State(studio): Shared, Query(StepAt { at, step }): Query<StepAt>) -> Answer {
+    work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
+        Ok(Json(run::stem(&folder, step)?))
+    })
+    .await
+}
+
+/// What is expected of a run, on the model that its controller was made for.
+async fn prediction(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+    work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
+        let config = RunConfig::read(&folder)?;
+        let wanted = config.controller.champion().and_then(|champion| champion.model_sha256.clone());
+        let models: Vec<PathBuf> = draw::models(&studio.root).iter().map(|at| studio.root.join(at)).collect();
+        let digest = |path: &PathBuf| files::read(path).ok().map(|bytes| files::sha256(&bytes));
+        let is_own = |path: &&PathBuf| wanted.is_some() && digest(path) == wanted;
+        let any = models.first().filter(|_| wanted.is_none() && config.is_virtual());
+        let model = models.iter().find(is_own).or(any);
+        let model =
+            model.ok_or_else(|| Refusal::missing("the model of its controller is not in this folder"))?;
+        let mut told = run::prediction(&folder, model)?;
+        told["model"] = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string().into();
+        Ok(Json(told))
+    })
+    .await
+}
+
+async fn stop(State(studio): Shared, body: Body) -> Answer {
+    let At { at } = read(body).await?;
+    end(&studio, at, Kind::Run).await
+}
+
+async fn pause(State(studio): Shared, body: Body) -> Answer {
+    let At { at } = read(body).await?;
+    end(&studio, at, Kind::Evolution).await
+}
+
+async fn end(studio: &Arc<Studio>, at: String, kind: Kind) -> Answer {
+    // Not one of the turns: a stop waits for nobody.
+    let studio = studio.clone();
+    let done = tokio::task::spawn_blocking(move || {
+        let folder = resolve_kind(&studio.root, &at, kind)?;
+        let ended = StopPlan { folder, wait_min: STOP_WAIT_MIN }.execute(&Silent)?;
+        Ok(Json(json!({ "was_running": ended.was_running, "seconds": ended.seconds })))
+    });
+    done.await.map_err(|_| Refusal::bad("the studio made a mistake"))?
+}
+
+async fn safe_state(State(studio): Shared, body: Body) -> Answer {
+    let At { at } = read(body).await?;
+    let done = tokio::task::spawn_blocking(move || {
+        let rig = resolve_kind(&studio.root, &at, Kind::Run)?;
+        let results = SafeStatePlan { rig, dark: true }.execute(&Silent)?;
+        Ok(Json(serde_json::to_value(results).unwrap_or_default()))
+    });
+    done.await.map_err(|_| Refusal::bad("the studio made a mistake"))?
+}
+
+async fn resume(State(studio): Shared, body: Body) -> Answer {
+    let At { at } = read(body).await?;
+    work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
+        if holder(&folder)?.is_some() {
+            return Err(Refusal::bad("the run goes on already"));
+        }
+        let words = run::resume_words(&RunConfig::read(&folder)?, &at);
+        let log = studio.root.join(crate::OWN).join("resume.log");
+        let child = crate::jobs::spawn(&studio.program, &studio.root, &words, &log);
+        let mut child = child.map_err(|error| Refusal::bad(format!("tropism run: {error}")))?;
+        // Until it has the lock, or says why not.
+        for _ in 0..100 {
+            std::thread::sleep(Duration::from_millis(50));
+            if let Ok(Some(_)) = child.try_wait() {
+                let text = files::read_text(&log).unwrap_or_default();
+                let last =
+                    text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it ended at once");
+                return if holder(&folder)?.is_none() && !folder.join("track.csv").exists() {
+                    Err(Refusal::bad(crate::words::clean(last)))
+                } else {
+                    Ok(Json(json!({})))
+                };
+            }
+            if holder(&folder)?.is_some() {
+                break;
+            }
+        }
+        // Its end is waited for, so that the system forgets it.
+        std::thread::spawn(move || child.wait());
+        Ok(Json(json!({})))
+    })
+    .await
+}
+
+async fn evolution_about(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+    work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
+        let mut about = evolution::about(&folder, &at)?;
+        about["name"] = name_of(&studio.root, &at).into();
+        Ok(Json(about))
+    })
+    .await
+}
+
+async fn evolution_events(
+    State(studio): Shared,
+    Query(At { at }): Query<At>,
+    headers: HeaderMap,
+) -> Result<Response, Refusal> {
+    let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
+    let mut reader = evolution::EvolutionReader::new(folder);
+    let latest = studio.evolutions.listen(&at, evolution::PAUSE, move |before| reader.read(before));
+    Ok(stream::stream(latest, last_id(&headers)))
+}
+
+#[derive(Deserialize)]
+struct RunAt {
+    #[serde(default)]
+    at: String,
+    run: Option<u32>,
+}
+
+async fn champion(State(studio): Shared, Query(RunAt { at, run }): Query<RunAt>) -> Answer {
+    work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
+        Ok(Json(evolution::champion(&folder, run)?))
+    })
+    .await
+}
+
+async fn go_on(State(studio): Shared, body: Body) -> Answer {
+    let At { at } = read(body).await?;
+    work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
+        if holder(&folder)?.is_some() || studio.queue.has(&at) {
+            return Err(Refusal::bad("the evolution goes on already, or waits in the queue"));
+        }
+        let out = if at.is_empty() { "." } else { &at };
+        let words = ["evolve", "--out", out, "--resume", "--checkpoint", "1"].map(str::to_owned);
+        let added = studio.queue.add(&at, vec![words.to_vec()]);
+        Ok(Json(json!({ "job": added.map_err(|error| Refusal::bad(error.to_string()))? })))
+    })
+    .await
+}
+
+async fn reach(State(studio): Shared) -> Answer {
+    work_on(&studio, |_| Ok(Json(json!({ "reach": draw::reach(), "is_virtual": true })))).await
+}
+
+async fn models(State(studio): Shared) -> Answer {
+    work_on(&studio, |studio| Ok(Json(json!({ "models": draw::models(&studio.root) })))).await
+}
+
+async fn try_out(State(studio): Shared, Query(plan): Query<draw::TryPlan>) -> Answer {
+    work_on(&studio, move |studio| Ok(Json(draw::try_out(studio, &plan)?))).await
+}
+
+#[derive(Deserialize)]
+struct TaskTargets {
+    targets: String,
+}
+
+async fn task_text(Query(TaskTargets { targets }): Query<TaskTargets>) -> Answer {
+    let targets: Vec<[f64; 2]> =
+        serde_json::from_str(&targets).map_err(|error| Refusal::bad(error.to_string()))?;
+    Ok(Json(json!({ "task": draw::task_text(&targets)? })))
+}
+
+async fn draw_evolve(State(studio): Shared, body: Body) -> Answer {
+    let request: draw::EvolveRequest = read(body).await?;
+    work_on(&studio, move |studio| Ok(Json(draw::evolve(studio, &request)?))).await
+}
+
+#[derive(Deserialize)]
+struct Save {
+    name: String,
+    targets: Vec<[f64; 2]>,
+}
+
+async fn draw_save(State(studio): Shared, body: Body) -> Answer {
+    let Save { name, targets } = read(body).await?;
+    work_on(&studio, move |studio| Ok(Json(draw::save(studio, &name, &targets)?))).await
+}
+
+#[derive(Deserialize)]
+struct JobNumber {
+    number: u64,
+}
+
+async fn queue_remove(State(studio): Shared, body: Body) -> Answer {
+    let JobNumber { number } = read(body).await?;
+    work_on(&studio, move |studio| {
+        let is_removed = studio.queue.remove(number).map_err(|error| Refusal::bad(error.to_string()))?;
+        if is_removed { Ok(Json(json!({}))) } else { Err(Refusal::missing("found no such job that waits")) }
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+struct ManyAt {
+    /// Places below the folder, each in a line of its own.
+    at: String,
+    #[serde(default)]
+    name: String,
+}
+
+impl ManyAt {
+    fn list(&self) -> Vec<String> {
+        self.at.lines().map(str::to_owned).collect()
+    }
+}
+
+async fn compared(State(studio): Shared, Query(many): Query<ManyAt>) -> Answer {
+    work_on(&studio, move |studio| Ok(Json(compare::compare(studio, &many.list())?))).await
+}
+
+async fn compared_file(State(studio): Shared, Query(many): Query<ManyAt>) -> Result<Response, Refusal> {
+    work_on(&studio, move |studio| {
+        let (bytes, kind) = compare::file(studio, &many.list(), &many.name)?;
+        // A drawing alone may have its own styles, but nothing that acts.
+        let policy = "default-src 'none'; style-src 'unsafe-inline'; sandbox";
+        Ok(([(header::CONTENT_TYPE, kind), (header::CONTENT_SECURITY_POLICY, policy)], bytes).into_response())
+    })
+    .await
+}
+
+async fn tune_begin(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
+    work_on(&studio, move |studio| Ok(Json(tune::begin(&studio.root, &at)?))).await
+}
+
+#[derive(Deserialize)]
+struct LookAt {
+    /// JSON of a [`tune::TuneRequest`].
+    plan: String,
+}
+
+async fn tune_look(State(studio): Shared, Query(LookAt { plan }): Query<LookAt>) -> Answer {
+    let request: tune::TuneRequest =
+        serde_json::from_str(&plan).map_err(|error| Refusal::bad(error.to_string()))?;
+    work_on(&studio, move |studio| Ok(Json(tune::look(&studio.root, &request)?))).await
+}
+
+async fn tune_write(State(studio): Shared, body: Body) -> Answer {
+    let request: tune::TuneRequest = read(body).await?;
+    work_on(&studio, move |studio| Ok(Json(tune::write(studio, &request)?))).await
+}

@@ -1,0 +1,141 @@
+//! The pages, scripts and styles, as they are committed.
+
+use std::io::Write;
+use std::sync::LazyLock;
+
+use axum::extract::Path;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+/// A file that is served.
+struct Asset {
+    name: &'static str,
+    kind: &'static str,
+    text: &'static str,
+}
+
+macro_rules! assets {
+    ($($name:literal: $kind:expr),* $(,)?) => {
+        &[$(Asset { name: $name, kind: $kind, text: include_str!(concat!("../assets/", $name)) }),*]
+    };
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+
+const ASSETS: &[Asset] = assets! {
+    "index.html": HTML,
+    "run.html": HTML,
+    "evolution.html": HTML,
+    "work.html": HTML,
+    "draw.html": HTML,
+    "tune.html": HTML,
+    "compare.html": HTML,
+    "login.html": HTML,
+    "style.css": "text/css; charset=utf-8",
+    "icon.svg": "image/svg+xml",
+    "studio.js": SCRIPT,
+    "figure.js": SCRIPT,
+    "index.js": SCRIPT,
+    "run.js": SCRIPT,
+    "evolution.js": SCRIPT,
+    "work.js": SCRIPT,
+    "draw.js": SCRIPT,
+    "tune.js": SCRIPT,
+    "compare.js": SCRIPT,
+    "login.js": SCRIPT,
+};
+
+/// An asset with its compressed bytes and what tells it from others.
+struct Ready {
+    asset: &'static Asset,
+    gzip: Vec<u8>,
+    tag: String,
+}
+
+static READY: LazyLock<Vec<Ready>> = LazyLock::new(|| ASSETS.iter().map(Ready::of).collect());
+
+impl Ready {
+    fn of(asset: &'static Asset) -> Self {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+        // A vector takes every byte.
+        let _ = encoder.write_all(asset.text.as_bytes());
+        let gzip = encoder.finish().unwrap_or_default();
+        let tag = format!("\"{}\"", &tropism_lab::files::sha256(asset.text.as_bytes())[..16]);
+        Self { asset, gzip, tag }
+    }
+
+    fn response(&self, headers: &HeaderMap) -> Response {
+        let asks = |name: header::HeaderName, word: &str| {
+            headers.get(name).and_then(|value| value.to_str().ok()).is_some_and(|value| value.contains(word))
+        };
+        let own = [
+            (header::ETAG, self.tag.as_str()),
+            (header::CACHE_CONTROL, "no-cache"),
+            (header::VARY, "accept-encoding"),
+        ];
+        if asks(header::IF_NONE_MATCH, &self.tag) {
+            return (StatusCode::NOT_MODIFIED, own).into_response();
+        }
+        let kind = [(header::CONTENT_TYPE, self.asset.kind)];
+        if asks(header::ACCEPT_ENCODING, "gzip") {
+            return (own, kind, [(header::CONTENT_ENCODING, "gzip")], self.gzip.clone()).into_response();
+        }
+        (own, kind, self.asset.text).into_response()
+    }
+}
+
+fn find(name: &str) -> Option<&'static Ready> {
+    READY.iter().find(|ready| ready.asset.name == name)
+}
+
+/// `GET assets/NAME`.
+pub(crate) async fn asset(Path(name): Path<String>, headers: HeaderMap) -> Response {
+    let found = find(&name).filter(|ready| ready.asset.kind != HTML);
+    found.map_or_else(|| StatusCode::NOT_FOUND.into_response(), |ready| ready.response(&headers))
+}
+
+/// The page `NAME.html`.
+pub(crate) fn page(name: &str, headers: &HeaderMap) -> Response {
+    find(name).map_or_else(|| StatusCode::NOT_FOUND.into_response(), |ready| ready.response(headers))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_pages_together_are_small() {
+        let size: usize = READY.iter().map(|ready| ready.gzip.len()).sum();
+        assert!(size < 200_000, "{size} bytes compressed");
+        assert!(READY.iter().all(|ready| !ready.gzip.is_empty()));
+    }
+
+    #[test]
+    fn pages_hold_no_scripts_and_no_styles_of_their_own() {
+        for Ready { asset, .. } in READY.iter().filter(|ready| ready.asset.kind == HTML) {
+            for tag in asset.text.split('<').filter(|tag| tag.starts_with("script")) {
+                let is_loaded = tag.contains(" src=\"assets/") && tag.trim_end().ends_with('>');
+                assert!(is_loaded || tag.starts_with("/script"), "{}: <{tag}", asset.name);
+            }
+            for refused in [" style=\"", "<style", " onclick=", "javascript:", "http://", "https://"] {
+                assert!(!asset.text.contains(refused), "{}: {refused}", asset.name);
+            }
+        }
+    }
+
+    #[test]
+    fn scripts_load_only_what_is_there() {
+        for Ready { asset, .. } in READY.iter() {
+            let named = asset
+                .text
+                .split(['"', '\''])
+                .filter_map(|word| word.strip_prefix("assets/").or_else(|| word.strip_prefix("./")));
+            for name in named.filter(|name| name.contains('.') && !name.contains(' ')) {
+                assert!(find(name).is_some(), "{} loads {name}", asset.name);
+            }
+        }
+    }
+}

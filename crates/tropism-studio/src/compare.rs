@@ -1,0 +1,76 @@
+//! Compare: evolutions, studies, runs or sweeps on one axis, by the report of the library.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use tropism_lab::report::{ReportPlan, ReportResults};
+use tropism_lab::{Silent, Workflow, files};
+
+use crate::error::Refusal;
+use crate::{Studio, found, jobs};
+
+/// Things that are compared at once, at most.
+const MOST: usize = 12;
+
+/// Figures that are shown on the page, at most.
+const FIGURES: usize = 12;
+
+/// Where the figures of a comparison of `at` lie.
+fn folder_of(studio: &Studio, at: &[String]) -> PathBuf {
+    let name = files::sha256(at.join("\n").as_bytes());
+    studio.scratch.join(format!("compare-{}", &name[..24]))
+}
+
+/// Compares what lies `at` below the folder of the studio.
+pub(crate) fn compare(studio: &Studio, at: &[String]) -> Result<Value, Refusal> {
+    if at.is_empty() || at.len() > MOST {
+        return Err(Refusal::bad(format!("found {} folders, wanted 1 to {MOST}", at.len())));
+    }
+    let sources = at.iter().map(|at| found::resolve(&studio.root, at)).collect::<Result<Vec<_>, _>>()?;
+    let folder = folder_of(studio, at);
+    let plan = ReportPlan { sources, out: folder.join("report.html"), figures: Some(folder.join("figures")) };
+    let _ = std::fs::remove_dir_all(&folder);
+    files::make_folder(&folder)?;
+    let ReportResults { comparisons, left_out, .. } = plan.execute(&Silent)?;
+    let mut names = names_in(&folder.join("figures"));
+    names.retain(|name| name.ends_with(".svg") || name.ends_with(".jpg"));
+    let base = |name: &String| name.rsplit_once('.').map_or(String::new(), |(base, _)| base.to_owned());
+    let figures: Vec<String> = names.iter().map(base).take(FIGURES).collect();
+    let mut words: Vec<String> = vec!["report".to_owned()];
+    words.extend(at.iter().map(|at| if at.is_empty() { ".".to_owned() } else { at.clone() }));
+    words.extend(["--out", "compare.html", "--figures", "figures"].map(str::to_owned));
+    Ok(json!({
+        "comparisons": comparisons, "left_out": left_out, "figures": figures, "files": names_in(&folder.join("figures")),
+        "command": jobs::line(&words),
+    }))
+}
+
+fn names_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort_unstable();
+    names
+}
+
+/// A file of the comparison of `at`: its bytes and their type.
+pub(crate) fn file(studio: &Studio, at: &[String], name: &str) -> Result<(Vec<u8>, &'static str), Refusal> {
+    let missing = || Refusal::missing(format!("found no figure {name:?}"));
+    let path = if name == "report.html" {
+        folder_of(studio, at).join(name)
+    } else {
+        let folder = folder_of(studio, at).join("figures");
+        if !names_in(&folder).iter().any(|found| found == name) {
+            return Err(missing());
+        }
+        folder.join(name)
+    };
+    let kind = match name.rsplit_once('.').map(|(_, ending)| ending) {
+        Some("svg") => "image/svg+xml",
+        Some("png") => "image/png",
+        Some("jpg") => "image/jpeg",
+        Some("pdf") => "application/pdf",
+        Some("csv") => "text/csv; charset=utf-8",
+        _ => return Err(missing()),
+    };
+    Ok((files::read(&path)?, kind))
+}

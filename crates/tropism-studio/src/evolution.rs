@@ -1,0 +1,300 @@
+//! An evolution, live: its checkpoints, thinned to what a page can draw.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+use serde_json::{Value, json};
+use tropism::math::statistics::five_numbers;
+use tropism::task::{Task, TaskSpec};
+use tropism_lab::controller::ControllerSpec;
+use tropism_lab::evolve::{EvolutionRecord, EvolveResults};
+use tropism_lab::{files, holder, simulate, task};
+use tropism_neat::{Generation, Genome};
+use tropism_report::{self as report, Body, Plants, SteeredTrack};
+
+use crate::error::Refusal;
+use crate::run::thinned;
+use crate::stream::{Listened, Message};
+
+/// How often an evolution is looked at.
+pub(crate) const PAUSE: Duration = Duration::from_millis(500);
+
+/// Generations of a curve that are sent, at most: as many as a page has pixels for.
+const POINTS: usize = 300;
+
+/// Simulated plants that a champion steers on the page.
+const PLANTS: u32 = 6;
+
+/// An evolution at a time.
+pub(crate) struct EvolutionView {
+    version: u64,
+    data: Value,
+}
+
+impl Listened for EvolutionView {
+    fn since(&self, id: Option<&str>) -> Vec<Message> {
+        let id_now = self.version.to_string();
+        if id == Some(id_now.as_str()) {
+            return Vec::new();
+        }
+        vec![Message::new(id_now, "evolution", &self.data)]
+    }
+}
+
+/// The history of one run, as its checkpoint had it.
+#[derive(Clone, Default)]
+struct Known {
+    stamp: Option<(u64, SystemTime)>,
+    history: Vec<Generation>,
+}
+
+/// Reads an evolution again and again.
+pub(crate) struct EvolutionReader {
+    folder: PathBuf,
+    runs: Vec<Known>,
+    holder: Option<Option<u32>>,
+    is_over: bool,
+    /// When so many evaluations were done: their rate.
+    rate: Option<(Instant, u64, f64)>,
+}
+
+impl EvolutionReader {
+    pub(crate) fn new(folder: PathBuf) -> Self {
+        Self { folder, runs: Vec::new(), holder: None, is_over: false, rate: None }
+    }
+
+    /// The evolution after `before`; `None` if nothing changed, or nothing can be read just now.
+    pub(crate) fn read(&mut self, before: Option<&Arc<EvolutionView>>) -> Option<EvolutionView> {
+        use rayon::prelude::*;
+
+        let record = EvolutionRecord::read(&self.folder).ok()?;
+        self.runs.resize_with(record.evolution.runs as usize, Known::default);
+        let folder = &self.folder;
+        let fresh = |index: usize, known: &mut Known| {
+            let data = folder.join(format!("run-{index:02}.json")).metadata().ok();
+            let stamp = data.and_then(|data| Some((data.len(), data.modified().ok()?)));
+            if stamp.is_none() || stamp == known.stamp {
+                return false;
+            }
+            let Some(run) = record.checkpoint(folder, index as u32) else { return false };
+            *known = Known { stamp, history: run.history };
+            true
+        };
+        let is_fresh = self.runs.par_iter_mut().enumerate().map(|(index, known)| fresh(index, known));
+        let is_fresh = is_fresh.reduce(|| false, |one, other| one || other);
+        let (holder, is_over) = (holder(&self.folder).ok()?, self.folder.join("summary.json").exists());
+        let is_news = is_fresh || self.holder != Some(holder) || self.is_over != is_over || before.is_none();
+        if !is_news {
+            return None;
+        }
+        (self.holder, self.is_over) = (Some(holder), is_over);
+        let evaluations: u64 =
+            self.runs.iter().filter_map(|run| run.history.last()).map(|last| last.evaluations).sum();
+        self.measure(evaluations, holder.is_some());
+        let version = before.map_or(1, |before| before.version + 1);
+        Some(EvolutionView { version, data: self.data(&record, holder, is_over, evaluations) })
+    }
+
+    /// Evaluations a second since the last look at which there were fewer.
+    fn measure(&mut self, evaluations: u64, is_at_work: bool) {
+        let now = Instant::now();
+        self.rate = match self.rate {
+            _ if !is_at_work => None,
+            None => Some((now, evaluations, 0.0)),
+            Some((then, fewer, rate)) if evaluations > fewer => {
+                let latest = (evaluations - fewer) as f64 / now.duration_since(then).as_secs_f64().max(1e-3);
+                Some((now, evaluations, if rate > 0.0 { 0.6 * rate + 0.4 * latest } else { latest }))
+            }
+            known => known,
+        };
+    }
+
+    fn data(&self, record: &EvolutionRecord, holder: Option<u32>, is_over: bool, evaluations: u64) -> Value {
+        let generations = record.evolution.generations as usize;
+        let longest = self.runs.iter().map(|run| run.history.len()).max().unwrap_or(0);
+        let stride = longest.div_ceil(POINTS).max(1);
+        let marks: Vec<usize> = marks(longest, stride);
+        let curve = |of: fn(&Generation) -> f64| -> Vec<Vec<f64>> {
+            let values = |run: &Known| -> Vec<f64> {
+                let shown = marks.iter().map_while(|&mark| run.history.get(mark - 1));
+                shown.map(|generation| rounded(of(generation))).collect()
+            };
+            self.runs.iter().map(values).collect()
+        };
+        let best = curve(|generation| generation.best_ever);
+        let over_runs = |curves: &[Vec<f64>]| -> Vec<[f64; 5]> {
+            let at =
+                |place: usize| curves.iter().filter_map(|run| run.get(place).copied()).collect::<Vec<_>>();
+            (0..marks.len()).filter_map(|place| five_numbers(&at(place))).collect()
+        };
+        let means = |curves: &[Vec<f64>]| -> Vec<f64> {
+            let at = |place: usize| curves.iter().filter_map(move |run| run.get(place).copied());
+            let mean = |place| at(place).sum::<f64>() / at(place).count().max(1) as f64;
+            (0..marks.len()).map(mean).map(rounded).collect()
+        };
+        let quartiles = over_runs(&best);
+        let column = |place: usize| quartiles.iter().map(|five| rounded(five[place])).collect::<Vec<f64>>();
+        let done: usize = self.runs.iter().map(|run| run.history.len()).sum();
+        let total = generations * self.runs.len();
+        let population =
+            record.evolution.neat.population as f64 * f64::from(record.evolution.episodes.max(1));
+        let rate = self.rate.map(|(.., rate)| rate).filter(|rate| *rate > 0.0 && !is_over);
+        let latest = |run: &Known| run.history.last().map(|last| rounded(last.best_ever));
+        json!({
+            "state": if is_over { "over" } else if holder.is_some() { "live" } else { "stopped" },
+            "process": holder,
+            "generations": generations,
+            "done": done,
+            "total": total,
+            "evaluations": evaluations,
+            "rate": rate.map(f64::round),
+            "left_s": rate.map(|rate| ((total - done.min(total)) as f64 * population / rate).round()),
+            "marks": marks,
+            "best": best,
+            "q1": column(1), "median": column(2), "q3": column(3), "top": column(4),
+            "species": means(&curve(|generation| generation.species as f64)),
+            "links": means(&curve(|generation| generation.links_mean)),
+            "latest": self.runs.iter().map(latest).collect::<Vec<_>>(),
+            "results": results(&self.folder).filter(|_| is_over),
+            "now": crate::unix_s(),
+        })
+    }
+}
+
+fn rounded(value: f64) -> f64 {
+    (1000.0 * value).round() / 1000.0
+}
+
+/// Generations from 1 that are shown of so many: every `stride`-th, and the last.
+fn marks(longest: usize, stride: usize) -> Vec<usize> {
+    let mut marks: Vec<usize> = (1..=longest).step_by(stride).collect();
+    if longest > 0 && marks.last() != Some(&longest) {
+        marks.push(longest);
+    }
+    marks
+}
+
+/// The runs as their champions were judged, the one to use on plants first.
+fn results(folder: &Path) -> Option<Value> {
+    let results: EvolveResults =
+        files::read_as(&folder.join("summary.json"), |text| serde_json::from_str(text)).ok()?;
+    let row = |(number, run): (usize, &tropism_lab::evolve::EvolutionRunSummary)| {
+        json!({
+            "run": number, "best": run.best_fitness, "mean": run.trial.mean, "expected": run.expected().map(|trial| trial.mean),
+            "sd": run.expected().map(|trial| trial.sd), "links": run.links, "withheld": run.withheld,
+        })
+    };
+    let runs: Vec<Value> = results.runs.iter().enumerate().map(row).collect();
+    Some(json!({ "champion": results.champion, "runs": runs, "seconds": results.wall_seconds }))
+}
+
+/// What does not change in the evolution in `folder`.
+pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
+    let record = EvolutionRecord::read(folder)?;
+    let word = files::shell_word(Path::new(if at.is_empty() { "." } else { at }));
+    Ok(json!({
+        "is_virtual": record.is_virtual,
+        "seed": record.seed,
+        "runs": record.evolution.runs,
+        "generations": record.evolution.generations,
+        "population": record.evolution.neat.population,
+        "task": task::in_words(&record.task),
+        "targets": record.task.targets().iter().map(|&target| <[f64; 2]>::from(target)).collect::<Vec<_>>(),
+        "best": record.task.best_fitness(),
+        "has_model": folder.join("model.json").exists(),
+        "commands": {
+            "status": format!("tropism status {word}"),
+            "stop": format!("tropism stop {word}"),
+            "resume": format!("tropism evolve --out {word} --resume"),
+            "run": format!("tropism run --rig greenhouse --controller {word}/champion.json --out steered"),
+        },
+    }))
+}
+
+/// A champion: its file if it is chosen, or the best so far of run `index`.
+pub(crate) fn controller(folder: &Path, index: Option<u32>) -> Result<ControllerSpec, Refusal> {
+    let file = match index {
+        None => folder.join("champion.json"),
+        Some(index) => folder.join("champions").join(format!("run-{index:02}.json")),
+    };
+    if file.exists() {
+        return Ok(ControllerSpec::read(&file)?);
+    }
+    let record = EvolutionRecord::read(folder)?;
+    let runs = match index {
+        Some(index) => index..index.saturating_add(1).min(record.evolution.runs),
+        None => 0..record.evolution.runs,
+    };
+    let best = runs
+        .filter_map(|index| record.checkpoint(folder, index))
+        .filter_map(|run| run.champion().map(|(genome, fitness)| (genome.clone(), fitness)));
+    let (genome, _) = best
+        .max_by(|(_, one), (_, other)| one.total_cmp(other))
+        .ok_or_else(|| Refusal::missing("no champion yet: the evolution has just begun"))?;
+    Ok(ControllerSpec::network(record.champion_of(genome))?)
+}
+
+/// The network of a champion, its decisions, and its paths on simulated plants.
+pub(crate) fn champion(folder: &Path, index: Option<u32>) -> Result<Value, Refusal> {
+    let record = EvolutionRecord::read(folder)?;
+    let controller = controller(folder, index)?;
+    let genome = controller.champion().map(|champion| champion.genome.clone());
+    let genome = genome.ok_or_else(|| Refusal::missing("found no network"))?;
+    let model = folder.join("model.json");
+    let tracks = if model.exists() {
+        simulate::tracks(&model, &controller, &record.task, PLANTS, record.seed)?
+    } else {
+        Vec::new()
+    };
+    let plants = if record.is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
+    let steered = tracks.first().map(|track| SteeredTrack { track, plants });
+    let figures = figures(&genome, &record.task, steered);
+    let path = |track: &tropism::track::Track| {
+        let points = thinned(track);
+        let every = track.samples.len().div_ceil(120).max(1);
+        let last = track.samples.len().saturating_sub(1);
+        let kept = track.samples.iter().enumerate().filter(|(index, _)| index % every == 0 || *index == last);
+        let lamps: Vec<_> = kept.map(|(_, sample)| sample.light.map(|light| light.to_string())).collect();
+        json!({ "points": points, "lamps": lamps, "fitness": rounded(record.task.fitness(track)) })
+    };
+    Ok(json!({
+        "hidden": genome.neurons().iter().filter(|neuron| neuron.kind == tropism_neat::NeuronKind::Hidden).count(),
+        "links": genome.links().len(),
+        "too_large": report::too_large_to_draw(&genome),
+        "network": figures.0,
+        "decision": figures.1,
+        "paths": tracks.iter().map(path).collect::<Vec<_>>(),
+        "label": plants.sentence(),
+    }))
+}
+
+fn svg(figure: report::Figure) -> Option<Value> {
+    let Body::Svg(svg) = figure.body else { return None };
+    Some(json!({ "svg": svg, "title": figure.title, "caption": figure.caption }))
+}
+
+fn figures(
+    genome: &Genome,
+    task: &TaskSpec,
+    steered: Option<SteeredTrack<'_>>,
+) -> (Option<Value>, Option<Value>) {
+    if report::too_large_to_draw(genome).is_some() {
+        return (None, None);
+    }
+    let map = report::decision(genome, task.targets(), steered).ok();
+    (svg(report::network(genome)), map.and_then(svg))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_curves_are_thinned_and_end_at_their_last_generation() {
+        assert_eq!(marks(0, 1), [0_usize; 0]);
+        assert_eq!(marks(3, 1), [1, 2, 3]);
+        let thin = marks(2000, 2000_usize.div_ceil(POINTS));
+        assert!(thin.len() <= POINTS + 1 && thin.last() == Some(&2000), "{thin:?}");
+    }
+}

@@ -1,0 +1,329 @@
+//! The overview: every piece of work in the folder, kept up to date while pages look at it.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+use serde::Serialize;
+use serde_json::{Value, json};
+use tropism::task::Task;
+use tropism_lab::status::{RunState, RunStatus, StatusPlan, StatusResults};
+use tropism_lab::{RunConfig, Silent, Workflow, files, holder};
+
+use crate::found::{Found, Kind, find};
+use crate::stream::{Listened, Message};
+use crate::{unix_of, words};
+
+/// How often the folder is looked at.
+pub(crate) const PAUSE: Duration = Duration::from_millis(1000);
+
+/// Work that goes on is read again at least so often: ages and what is overdue change by themselves.
+const REREAD: Duration = Duration::from_secs(3);
+
+/// A piece of work as a row of the overview.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Item {
+    at: String,
+    name: String,
+    kind: Option<Kind>,
+    /// `live`, `overdue`, `stopped`, `died`, `paused`, `over` or `broken`.
+    state: &'static str,
+    is_virtual: Option<bool>,
+    began: Option<f64>,
+    /// When it last wrote something.
+    changed: Option<f64>,
+    /// A fitness, in cm, to sort by.
+    value: Option<f64>,
+    /// Best or last, in words.
+    text: String,
+    health: String,
+    step: Option<u32>,
+    photo: Option<f64>,
+    photo_name: Option<String>,
+    next: Option<f64>,
+    lamp: Option<String>,
+    done: Option<u64>,
+    total: Option<u64>,
+}
+
+/// The overview at a time.
+pub(crate) struct Overview {
+    /// Tells overviews of different readers apart.
+    epoch: u64,
+    version: u64,
+    items: BTreeMap<String, (u64, Arc<Item>)>,
+    gone: Vec<(u64, String)>,
+    queue: (u64, Value),
+}
+
+/// Makes overviews, and reads again only what changed.
+#[derive(Default)]
+pub(crate) struct Reader(BTreeMap<String, Read>);
+
+/// What was read of a piece of work, and when.
+struct Read {
+    stamp: Stamp,
+    at: Instant,
+}
+
+impl Read {
+    fn is_fresh(&self, kind: Kind, stamp: &Stamp) -> bool {
+        // All of an evolution is in the files that the stamp is of.
+        let may_change = stamp.holder.is_some() && kind != Kind::Evolution;
+        self.stamp == *stamp && (!may_change || self.at.elapsed() < REREAD)
+    }
+}
+
+/// Names, sizes and times of the files of a folder, and who works in it.
+#[derive(Clone, PartialEq)]
+struct Stamp {
+    files: Vec<(std::ffi::OsString, u64, Option<SystemTime>)>,
+    holder: Option<u32>,
+}
+
+impl Stamp {
+    fn of(folder: &Path) -> Self {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut files: Vec<_> = entries
+            .filter_map(|entry| {
+                let data = entry.metadata().ok()?;
+                Some((entry.file_name(), data.len(), data.modified().ok()))
+            })
+            .collect();
+        files.sort_unstable();
+        Self { files, holder: holder(folder).unwrap_or_default() }
+    }
+
+    fn changed(&self) -> Option<f64> {
+        self.files.iter().filter_map(|(_, _, time)| *time).max().map(unix_of)
+    }
+}
+
+impl Reader {
+    /// The overview of `root` after `before`; `None` if nothing changed.
+    pub(crate) fn read(
+        &mut self,
+        root: &Path,
+        before: Option<&Arc<Overview>>,
+        queue: Value,
+    ) -> Option<Overview> {
+        let version = before.map_or(0, |before| before.version) + 1;
+        let epoch = before.map_or_else(|| crate::unix_s() as u64, |before| before.epoch);
+        let (mut items, mut is_changed) = (BTreeMap::new(), before.is_none());
+        for found in find(root) {
+            let stamp = Stamp::of(&found.path);
+            let known = before.and_then(|before| before.items.get(&found.at));
+            let is_fresh = self.0.get(&found.at).is_some_and(|read| read.is_fresh(found.kind, &stamp));
+            let item = match known {
+                Some(known) if is_fresh => known.clone(),
+                _ => {
+                    let item = Item::of(root, &found, &stamp);
+                    self.0.insert(found.at.clone(), Read { stamp, at: Instant::now() });
+                    let same = known.filter(|(_, known)| **known == item);
+                    is_changed |= same.is_none();
+                    same.cloned().unwrap_or_else(|| (version, Arc::new(item)))
+                }
+            };
+            items.insert(found.at, item);
+        }
+        self.0.retain(|at, _| items.contains_key(at));
+        let mut gone = before.map(|before| before.gone.clone()).unwrap_or_default();
+        let left =
+            before.into_iter().flat_map(|before| before.items.keys()).filter(|at| !items.contains_key(*at));
+        let left: Vec<_> = left.map(|at| (version, at.clone())).collect();
+        let queue = match before {
+            Some(before) if before.queue.1 == queue => before.queue.clone(),
+            _ => (version, queue),
+        };
+        is_changed |= !left.is_empty() || queue.0 == version;
+        gone.extend(left);
+        is_changed.then_some(Overview { epoch, version, items, gone, queue })
+    }
+}
+
+impl Listened for Overview {
+    fn since(&self, id: Option<&str>) -> Vec<Message> {
+        let known = id.and_then(|id| id.split_once('.'));
+        let known =
+            known.and_then(|(epoch, version)| Some((epoch.parse::<u64>().ok()?, version.parse().ok()?)));
+        let from = match known {
+            Some((epoch, version)) if epoch == self.epoch => version,
+            _ => 0_u64,
+        };
+        if from >= self.version {
+            return Vec::new();
+        }
+        let items: Vec<&Item> =
+            self.items.values().filter(|(version, _)| *version > from).map(|(_, item)| &**item).collect();
+        let gone: Vec<&String> =
+            self.gone.iter().filter(|(version, _)| *version > from).map(|(_, at)| at).collect();
+        let queue = (self.queue.0 > from).then_some(&self.queue.1);
+        let data =
+            json!({ "all": from == 0, "items": items, "gone": gone, "queue": queue, "now": crate::unix_s() });
+        vec![Message::new(format!("{}.{}", self.epoch, self.version), "items", &data)]
+    }
+}
+
+/// The name of what lies `at` below `root`.
+pub(crate) fn name_of(root: &Path, at: &str) -> String {
+    if !at.is_empty() {
+        return at.to_owned();
+    }
+    root.file_name().map_or_else(|| "run".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+impl Item {
+    fn of(root: &Path, found: &Found, stamp: &Stamp) -> Self {
+        let began = found.path.join(found.kind.file()).metadata().and_then(|data| data.modified());
+        let base = Self {
+            at: found.at.clone(),
+            name: name_of(root, &found.at),
+            kind: Some(found.kind),
+            began: began.ok().map(unix_of),
+            changed: stamp.changed(),
+            health: "good".to_owned(),
+            ..Self::default()
+        };
+        match (StatusPlan { folder: found.path.clone() }).execute(&Silent) {
+            Ok(status) => base.with(&found.path, status),
+            Err(error) => {
+                let text = words::clean(&error.to_string());
+                Self { state: "broken", text: "cannot be read".to_owned(), health: text, ..base }
+            }
+        }
+    }
+
+    fn with(self, path: &Path, status: StatusResults) -> Self {
+        let work = |process: Option<u32>, is_over: bool| match (process, is_over) {
+            (_, true) => "over",
+            (Some(_), false) => "live",
+            (None, false) => "stopped",
+        };
+        match status {
+            StatusResults::Run(run) => self.with_run(path, &run),
+            StatusResults::Evolution(evolution) => {
+                let best = evolution.runs.iter().filter_map(|run| run.best_fitness).reduce(f64::max);
+                let record = tropism_lab::evolve::EvolutionRecord::read(path).ok();
+                let possible = record.and_then(|record| record.task.best_fitness());
+                Self {
+                    state: work(evolution.process, evolution.is_over),
+                    is_virtual: Some(evolution.is_virtual),
+                    value: best,
+                    text: of_possible(best, possible),
+                    done: Some(evolution.generations_done()),
+                    total: Some(u64::from(evolution.generations) * evolution.runs.len() as u64),
+                    ..self
+                }
+            }
+            StatusResults::Study(study) => {
+                let done = study.stages.iter().filter(|stage| stage.done >= stage.total).count();
+                let now = study.stages.iter().find(|stage| stage.done < stage.total);
+                Self {
+                    state: work(study.process, study.is_over),
+                    is_virtual: Some(true),
+                    text: now.map_or_else(
+                        || "report is written".to_owned(),
+                        |stage| format!("{}: {} of {} {}", stage.name, stage.done, stage.total, stage.unit),
+                    ),
+                    done: Some(done as u64),
+                    total: Some(study.stages.len() as u64),
+                    ..self
+                }
+            }
+            StatusResults::Sweep(sweep) => Self {
+                state: work(sweep.process, sweep.is_over),
+                text: format!("{} of {} units", sweep.done, sweep.total),
+                done: Some(sweep.done as u64),
+                total: Some(sweep.total as u64),
+                ..self
+            },
+            StatusResults::Transfer(transfer) => Self {
+                state: work(transfer.process, transfer.is_over),
+                is_virtual: Some(true),
+                text: format!("{} of {} plants", transfer.done(), transfer.total()),
+                done: Some(transfer.done() as u64),
+                total: Some(transfer.total() as u64),
+                ..self
+            },
+            StatusResults::Laboratories(laboratories) => {
+                let worlds = &laboratories.worlds;
+                let done = worlds.iter().map(|world| world.controllers_done as u64).sum();
+                let total = worlds.iter().map(|world| world.controllers as u64).sum();
+                Self {
+                    state: work(laboratories.process, laboratories.is_over),
+                    is_virtual: Some(true),
+                    text: format!("{done} of {total} controllers"),
+                    done: Some(done),
+                    total: Some(total),
+                    ..self
+                }
+            }
+            StatusResults::Tune(_) => self,
+        }
+    }
+
+    fn with_run(self, path: &Path, run: &RunStatus) -> Self {
+        let fitness = fitness_of(path, run.state);
+        let text = match (fitness, run.tip_x_cm.zip(run.tip_y_cm)) {
+            (Some((fitness, best)), _) => of_possible(Some(fitness), best),
+            (None, Some((x, y))) => format!("tip {x:.1}, {y:.1} cm"),
+            (None, None) => "no photograph yet".to_owned(),
+        };
+        let photo =
+            run.photograph.as_deref().and_then(|photo| photo.metadata().ok()?.modified().ok()).map(unix_of);
+        let period = run.next_step_in_s.zip(run.photograph_age_s).map(|(left, age)| left + age);
+        Self {
+            state: state_word(run.state),
+            is_virtual: Some(run.is_virtual),
+            value: fitness.map(|(fitness, _)| fitness),
+            text,
+            health: words::health(run),
+            step: run.step,
+            photo_name: run
+                .photograph
+                .as_ref()
+                .filter(|_| photo.is_some())
+                .and_then(|photo| Some(photo.file_name()?.to_string_lossy().into_owned())),
+            photo,
+            // To the second: it is reckoned from ages that are read one after the other.
+            next: photo.zip(period).map(|(photo, period)| (photo + period).round()),
+            lamp: run.lamp.map(|lamp| lamp.to_string()),
+            done: run.step.map(u64::from),
+            total: Some(u64::from(run.max_steps)),
+            ..self
+        }
+    }
+}
+
+/// A state in one word, as pages have it.
+pub(crate) const fn state_word(state: RunState) -> &'static str {
+    match state {
+        RunState::Running => "live",
+        RunState::Overdue => "overdue",
+        RunState::Stopped => "stopped",
+        RunState::Died => "died",
+        RunState::Paused => "paused",
+        RunState::Over => "over",
+    }
+}
+
+/// Fitness and greatest possible fitness of a run that is over and has targets.
+fn fitness_of(path: &Path, state: RunState) -> Option<(f64, Option<f64>)> {
+    if state != RunState::Over {
+        return None;
+    }
+    let task = RunConfig::read(path).ok()?.task;
+    let best = task.best_fitness()?;
+    (!task.targets().is_empty()).then_some(())?;
+    let track = files::read_track(&path.join("track.csv")).ok()?;
+    Some((task.fitness(&track), Some(best)))
+}
+
+fn of_possible(value: Option<f64>, possible: Option<f64>) -> String {
+    match (value, possible) {
+        (Some(value), Some(possible)) => format!("{value:.2} of {possible:.0} cm"),
+        (Some(value), None) => format!("{value:.2} cm"),
+        (None, _) => "just begun".to_owned(),
+    }
+}

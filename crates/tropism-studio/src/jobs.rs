@@ -1,0 +1,364 @@
+//! The queue of heavy work: one job at a time, each a process of its own.
+//!
+//! A job is a command of `tropism` in a process group of its own: it lives on when the page closes and when the studio
+//! ends. The queue is the file `queue.json`; the studio that starts next takes over the job that goes on, by the lock of its
+//! folder.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use tropism_lab::files::{self, shell_word};
+use tropism_lab::holder;
+
+use crate::error::StudioError;
+
+/// Jobs that are kept after they have ended.
+const KEPT: usize = 20;
+
+/// Jobs that wait at most.
+pub(crate) const MOST_WAITING: usize = 50;
+
+/// How long a process may take until it holds the lock of its folder.
+const BEGINS: Duration = Duration::from_secs(10);
+
+/// What became of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum JobState {
+    Waiting,
+    Running,
+    Done,
+    /// Ended before it was done, in order: it can go on.
+    Stopped,
+    Failed,
+}
+
+/// A command of `tropism` in the queue.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Job {
+    pub(crate) number: u64,
+    /// The folder that it writes to, below that of the studio.
+    pub(crate) at: String,
+    /// Commands of `tropism`, one after the other, each without the program's name.
+    pub(crate) commands: Vec<Vec<String>>,
+    /// The command that goes on.
+    pub(crate) now: usize,
+    pub(crate) state: JobState,
+    /// Why it failed.
+    #[serde(default)]
+    pub(crate) problem: String,
+}
+
+impl Job {
+    /// The commands as a person types them.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        self.commands.iter().map(|words| line(words)).collect()
+    }
+}
+
+/// A command as a person types it.
+pub(crate) fn line(words: &[String]) -> String {
+    let is_option = |word: &str| {
+        let name = word.strip_prefix("--").unwrap_or_default();
+        !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-')
+    };
+    let words =
+        words.iter().map(|word| if is_option(word) { word.clone() } else { shell_word(Path::new(word)) });
+    std::iter::once("tropism".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// The file of the queue.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Saved {
+    schema: String,
+    next: u64,
+    jobs: Vec<Job>,
+}
+
+const SCHEMA: &str = "tropism.studio-queue/1";
+
+/// The queue of a folder.
+pub(crate) struct Queue {
+    root: PathBuf,
+    program: PathBuf,
+    inner: Mutex<Inner>,
+}
+
+struct Inner {
+    saved: Saved,
+    /// The process of the running job, if this studio started it.
+    child: Option<Child>,
+    /// When the running job was started or taken over.
+    begun: Instant,
+}
+
+impl Queue {
+    /// The queue as the last studio left it.
+    ///
+    /// # Errors
+    /// [`StudioError::File`] if its file cannot be read.
+    pub(crate) fn open(root: &Path, program: &Path) -> Result<Self, StudioError> {
+        let path = Self::path(root);
+        let saved = if path.exists() {
+            files::read_as(&path, |text| serde_json::from_str(text))?
+        } else {
+            Saved { schema: SCHEMA.to_owned(), next: 1, jobs: Vec::new() }
+        };
+        let inner = Mutex::new(Inner { saved, child: None, begun: Instant::now() });
+        Ok(Self { root: root.to_owned(), program: program.to_owned(), inner })
+    }
+
+    fn path(root: &Path) -> PathBuf {
+        root.join(crate::OWN).join("queue.json")
+    }
+
+    fn inner(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn save(&self, saved: &Saved) -> Result<(), StudioError> {
+        files::make_folder(&self.root.join(crate::OWN))?;
+        let text =
+            serde_json::to_string_pretty(saved).map_err(|error| StudioError::System(error.to_string()))?;
+        Ok(files::write(&Self::path(&self.root), text.as_bytes())?)
+    }
+
+    /// Adds a job: its number.
+    ///
+    /// # Errors
+    /// [`StudioError`] if the queue is full or cannot be saved.
+    pub(crate) fn add(&self, at: &str, commands: Vec<Vec<String>>) -> Result<u64, StudioError> {
+        let mut inner = self.inner();
+        let waiting = |job: &&Job| matches!(job.state, JobState::Waiting | JobState::Running);
+        if inner.saved.jobs.iter().filter(waiting).count() >= MOST_WAITING {
+            return Err(StudioError::System(format!("found {MOST_WAITING} jobs in the queue, wanted fewer")));
+        }
+        let number = inner.saved.next;
+        inner.saved.next += 1;
+        let job = Job {
+            number,
+            at: at.to_owned(),
+            commands,
+            now: 0,
+            state: JobState::Waiting,
+            problem: String::new(),
+        };
+        inner.saved.jobs.push(job);
+        let ended = |job: &&Job| !matches!(job.state, JobState::Waiting | JobState::Running);
+        let mut surplus = inner.saved.jobs.iter().filter(ended).count().saturating_sub(KEPT);
+        inner.saved.jobs.retain(|job| {
+            let is_left_out = surplus > 0 && ended(&job);
+            surplus -= usize::from(is_left_out);
+            !is_left_out
+        });
+        self.save(&inner.saved)?;
+        Ok(number)
+    }
+
+    /// Takes a waiting job out of the queue; whether there was one.
+    ///
+    /// # Errors
+    /// [`StudioError`] if the queue cannot be saved.
+    pub(crate) fn remove(&self, number: u64) -> Result<bool, StudioError> {
+        let mut inner = self.inner();
+        let before = inner.saved.jobs.len();
+        inner.saved.jobs.retain(|job| job.number != number || job.state != JobState::Waiting);
+        let is_removed = inner.saved.jobs.len() < before;
+        self.save(&inner.saved)?;
+        Ok(is_removed)
+    }
+
+    #[cfg(test)]
+    fn job(&self, number: u64) -> Option<Job> {
+        self.inner().saved.jobs.iter().find(|job| job.number == number).cloned()
+    }
+
+    /// Whether a job for the folder `at` waits or runs.
+    pub(crate) fn has(&self, at: &str) -> bool {
+        let is_at_work = |job: &Job| matches!(job.state, JobState::Waiting | JobState::Running);
+        self.inner().saved.jobs.iter().any(|job| job.at == at && is_at_work(job))
+    }
+
+    /// The queue for pages.
+    pub(crate) fn to_json(&self) -> Value {
+        let row = |job: &Job| {
+            serde_json::json!({
+                "number": job.number, "at": job.at, "state": job.state, "problem": job.problem, "commands": job.lines(),
+            })
+        };
+        self.inner().saved.jobs.iter().map(row).collect()
+    }
+
+    /// Looks after the running job, and begins the next one. To be called often.
+    pub(crate) fn advance(&self) {
+        let mut inner = self.inner();
+        let Some(index) = inner.saved.jobs.iter().position(|job| job.state == JobState::Running) else {
+            let waiting = inner.saved.jobs.iter().position(|job| job.state == JobState::Waiting);
+            if let Some(index) = waiting {
+                self.start(&mut inner, index);
+            }
+            return;
+        };
+        let ended = match &mut inner.child {
+            Some(child) => match child.try_wait() {
+                Ok(None) => return,
+                Ok(Some(status)) => Some(status.code()),
+                Err(_) => Some(None),
+            },
+            None => None,
+        };
+        let job = inner.saved.jobs[index].clone();
+        match ended {
+            Some(Some(0)) if job.now + 1 < job.commands.len() => {
+                inner.saved.jobs[index].now += 1;
+                self.start(&mut inner, index);
+            }
+            Some(Some(0)) => self.end(&mut inner, index, JobState::Done, String::new()),
+            Some(Some(130)) => self.end(&mut inner, index, JobState::Stopped, String::new()),
+            Some(_) => {
+                let problem = self.last_words(&job);
+                self.end(&mut inner, index, JobState::Failed, problem);
+            }
+            // Of a studio that has ended: its folder tells.
+            None if holder(&self.root.join(&job.at)).is_ok_and(|process| process.is_some()) => {}
+            None if inner.begun.elapsed() < BEGINS => {}
+            None if self.root.join(&job.at).join("summary.json").exists() => {
+                self.end(&mut inner, index, JobState::Done, String::new());
+            }
+            // The computer went down, or the process was killed: it goes on.
+            None => {
+                let job = &mut inner.saved.jobs[index];
+                let has_begun = self.root.join(&job.at).join("evolution.toml").exists();
+                let words = &mut job.commands[job.now];
+                let resume = "--resume".to_owned();
+                if has_begun && !words.contains(&resume) {
+                    words.push(resume);
+                }
+                self.start(&mut inner, index);
+            }
+        }
+    }
+
+    fn start(&self, inner: &mut Inner, index: usize) {
+        let job = &mut inner.saved.jobs[index];
+        // Another job has made it meanwhile.
+        while job.now + 1 < job.commands.len() && is_made(&self.root, &job.commands[job.now]) {
+            job.now += 1;
+        }
+        let words = &job.commands[job.now];
+        match spawn(&self.program, &self.root, words, &self.log(job.number)) {
+            Ok(child) => {
+                job.state = JobState::Running;
+                inner.child = Some(child);
+                inner.begun = Instant::now();
+            }
+            Err(error) => {
+                job.state = JobState::Failed;
+                job.problem = error.to_string();
+            }
+        }
+        // What cannot be saved now is saved with the next change.
+        let _ = self.save(&inner.saved);
+    }
+
+    fn end(&self, inner: &mut Inner, index: usize, state: JobState, problem: String) {
+        let job = &mut inner.saved.jobs[index];
+        (job.state, job.problem) = (state, problem);
+        inner.child = None;
+        let _ = self.save(&inner.saved);
+    }
+
+    fn log(&self, number: u64) -> PathBuf {
+        self.root.join(crate::OWN).join(format!("job-{number}.log"))
+    }
+
+    /// What a job that failed said last.
+    fn last_words(&self, job: &Job) -> String {
+        let text = files::read_text(&self.log(job.number)).unwrap_or_default();
+        let last =
+            text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it ended without a word");
+        crate::words::clean(last)
+    }
+}
+
+/// Whether a command that makes what later ones need has been done: what it writes is there.
+fn is_made(root: &Path, words: &[String]) -> bool {
+    let is_before = words.first().is_some_and(|word| word == "grow" || word == "fit");
+    let out = words.iter().skip_while(|word| *word != "--out").nth(1);
+    is_before && out.is_some_and(|out| root.join(out).exists())
+}
+
+/// Starts `tropism` with `words` in the folder `root`, apart from this process: no signal of this terminal reaches it.
+pub(crate) fn spawn(program: &Path, root: &Path, words: &[String], log: &Path) -> std::io::Result<Child> {
+    if let Some(folder) = log.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let log = File::create(log)?;
+    let mut command = Command::new(program);
+    command.args(words).arg("--quiet").current_dir(root).stdin(Stdio::null());
+    command.stdout(log.try_clone()?).stderr(log);
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    command.spawn()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A queue whose program prints its words.
+    fn queue(root: &Path, program: &str) -> Queue {
+        Queue::open(root, Path::new(program)).unwrap()
+    }
+
+    fn wait_for(queue: &Queue, number: u64, state: JobState) -> Job {
+        for _ in 0..500 {
+            queue.advance();
+            let job = queue.job(number).unwrap();
+            if job.state == state {
+                return job;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        panic!("{:?}", queue.job(number));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn jobs_wait_for_each_other_and_survive_a_restart() {
+        let folder = tempfile::tempdir().unwrap();
+        let words = |text: &str| vec![vec![text.to_owned()]];
+        let first = queue(folder.path(), "sleep");
+        let long = first.add("long", words("0.3")).unwrap();
+        let short = first.add("short", words("0")).unwrap();
+        let taken_out = first.add("none", words("9")).unwrap();
+        assert!(first.remove(taken_out).unwrap() && !first.remove(taken_out).unwrap());
+        first.advance();
+        assert_eq!(
+            [long, short].map(|job| first.job(job).unwrap().state),
+            [JobState::Running, JobState::Waiting]
+        );
+        drop(first);
+        let second = queue(folder.path(), "sleep");
+        assert_eq!(second.job(short).unwrap().state, JobState::Waiting);
+        assert!(second.has("short") && !second.has("none"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_job_that_fails_says_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let queue = queue(folder.path(), "ls");
+        let number = queue.add("x", vec![vec!["no-such-file".to_owned()]]).unwrap();
+        let job = wait_for(&queue, number, JobState::Failed);
+        assert!(!job.problem.is_empty());
+        assert_eq!(job.lines(), ["tropism no-such-file"]);
+    }
+}

@@ -1,0 +1,237 @@
+//! The page of tropism: `tropism studio`.
+//!
+//! It serves the runs, evolutions and other work below a folder: what they do now, read from their files without disturbing
+//! them, by the status functions of `tropism-lab`. Changes go through the same workflows as the commands: a stop is that of
+//! `tropism stop`, an evolution that a page asks for is the process `tropism evolve ...`. Pages are plain modules and styles
+//! in `assets/`, embedded as they are committed.
+//!
+//! `docs/studio.md` says what is guarded and what is not.
+
+mod error;
+mod access;
+mod gate;
+mod wire;
+mod stream;
+mod assets;
+mod found;
+mod words;
+mod items;
+mod run;
+mod evolution;
+mod jobs;
+mod draw;
+mod compare;
+mod tune;
+mod demo;
+mod api;
+
+use std::net::{IpAddr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
+
+pub use access::{Tokens, new_tokens};
+pub use error::StudioError;
+
+/// The folder of the studio's own files in the folder that it serves.
+const OWN: &str = ".tropism-studio";
+
+/// Requests that read or compute at once; others wait.
+const TURNS: usize = 6;
+
+/// How often the queue is looked after.
+const QUEUE_PAUSE: Duration = Duration::from_millis(300);
+
+/// What a studio serves, and to whom.
+#[derive(Clone, Debug)]
+pub struct StudioPlan {
+    /// Folder with runs, evolutions and other work; that of a demonstration by default.
+    pub folder: Option<PathBuf>,
+    /// Address to listen on. Any other than loopback asks for a token.
+    pub listen: SocketAddr,
+    /// Further names of this computer that a browser may ask for, such as that of a proxy.
+    pub hosts: Vec<String>,
+    /// Whether nothing may be changed.
+    pub read_only: bool,
+    /// Whether to show a virtual bean and evolutions that begin now, in a folder that is deleted at the end.
+    pub demo: bool,
+    /// The program `tropism`, which does what pages ask for.
+    pub program: PathBuf,
+}
+
+/// A studio that is served.
+pub(crate) struct Studio {
+    root: PathBuf,
+    program: PathBuf,
+    hosts: Vec<String>,
+    read_only: bool,
+    is_demo: bool,
+    access: access::Access,
+    /// Name of the session's cookie: studios on several ports of one computer share cookies.
+    cookie: String,
+    queue: jobs::Queue,
+    /// For figures of comparisons.
+    scratch: PathBuf,
+    turns: Semaphore,
+    overviews: stream::Topics<items::Overview>,
+    runs: stream::Topics<run::RunView>,
+    evolutions: stream::Topics<evolution::EvolutionView>,
+}
+
+/// What is told when a studio begins to serve.
+#[derive(Clone, Debug)]
+pub struct Welcome {
+    /// Address of the first page.
+    pub address: String,
+    /// The folder.
+    pub folder: PathBuf,
+    /// New tokens, which are shown this once.
+    pub tokens: Option<Tokens>,
+    /// Whether pages ask for a token.
+    pub asks_for_token: bool,
+}
+
+impl Welcome {
+    /// The address with the token that may change things: the part after `#` is never sent.
+    #[must_use]
+    pub fn link(&self) -> String {
+        match &self.tokens {
+            Some(tokens) => format!("{}login#{}", self.address, tokens.change),
+            None => self.address.clone(),
+        }
+    }
+
+    /// The [link](Self::link) as a QR code of half blocks, for a terminal.
+    #[must_use]
+    pub fn qr(&self) -> Option<String> {
+        let code = qrcode::QrCode::new(self.link()).ok()?;
+        Some(code.render::<qrcode::render::unicode::Dense1x2>().quiet_zone(true).build())
+    }
+}
+
+/// Serves `plan` until Ctrl-C or SIGTERM. `welcome` is called when pages can be had.
+///
+/// # Errors
+/// [`StudioError`] if the folder cannot be read or the address cannot be listened on.
+pub fn serve(plan: &StudioPlan, welcome: impl FnOnce(&Welcome)) -> Result<(), StudioError> {
+    let own = match &plan.folder {
+        None if plan.demo => Some(demo::folder()?),
+        _ => None,
+    };
+    let folder = own.clone().or_else(|| plan.folder.clone()).unwrap_or_else(|| PathBuf::from("."));
+    let done = serve_folder(plan, &folder, welcome);
+    own.iter().for_each(|folder| demo::remove(folder));
+    done
+}
+
+fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)) -> Result<(), StudioError> {
+    let root = folder
+        .canonicalize()
+        .map_err(|source| StudioError::Address { address: folder.display().to_string(), source })?;
+    let is_local = plan.listen.ip().is_loopback();
+    let has_tokens = access::path(&root).exists();
+    let tokens = if is_local || has_tokens { None } else { Some(new_tokens(&root)?) };
+    let access = if is_local { access::Access::open()? } else { access::Access::with_tokens(&root)? };
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+    let runtime = runtime.map_err(|error| StudioError::System(format!("threads: {error}")))?;
+    let at = |source| StudioError::Address { address: plan.listen.to_string(), source };
+    let listener = runtime.block_on(TcpListener::bind(plan.listen)).map_err(at)?;
+    let address = listener.local_addr().map_err(at)?;
+    let scratch = std::env::temp_dir().join(format!("tropism-studio-{}", &access::random_word()?[..12]));
+    make_private_folder(&scratch)?;
+    let studio = Arc::new(Studio {
+        queue: jobs::Queue::open(&root, &plan.program)?,
+        program: plan.program.clone(),
+        hosts: plan.hosts.clone(),
+        read_only: plan.read_only,
+        is_demo: plan.demo,
+        access,
+        cookie: format!("tropism-studio-{}", address.port()),
+        scratch: scratch.clone(),
+        turns: Semaphore::new(TURNS),
+        overviews: stream::Topics::default(),
+        runs: stream::Topics::default(),
+        evolutions: stream::Topics::default(),
+        root: root.clone(),
+    });
+    let demo = if plan.demo { Some(demo::Demo::start(&studio)?) } else { None };
+    let queue = Arc::downgrade(&studio);
+    std::thread::spawn(move || {
+        while let Some(studio) = queue.upgrade() {
+            studio.queue.advance();
+            drop(studio);
+            std::thread::sleep(QUEUE_PAUSE);
+        }
+    });
+    let shown = SocketAddr::new(shown_ip(address.ip()), address.port());
+    welcome(&Welcome {
+        address: format!("http://{shown}/"),
+        folder: root,
+        tokens,
+        asks_for_token: studio.access.asks_for_token(),
+    });
+    runtime.block_on(async {
+        tokio::select! {
+            () = wire::serve(listener, api::router(studio.clone())) => {}
+            () = asked_to_end() => {}
+        }
+    });
+    // Pages that listen for ever do not hold it up.
+    runtime.shutdown_timeout(Duration::from_millis(200));
+    drop(demo);
+    let _ = std::fs::remove_dir_all(scratch);
+    Ok(())
+}
+
+#[cfg(unix)]
+fn make_private_folder(path: &Path) -> Result<(), StudioError> {
+    use std::os::unix::fs::DirBuilderExt;
+
+    let made = std::fs::DirBuilder::new().mode(0o700).create(path);
+    made.map_err(|error| StudioError::System(format!("{}: {error}", path.display())))
+}
+
+#[cfg(not(unix))]
+fn make_private_folder(path: &Path) -> Result<(), StudioError> {
+    std::fs::create_dir(path).map_err(|error| StudioError::System(format!("{}: {error}", path.display())))
+}
+
+/// Waits for Ctrl-C or SIGTERM.
+async fn asked_to_end() {
+    #[cfg(unix)]
+    {
+        let term = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate());
+        let Ok(mut term) = term else { return std::future::pending().await };
+        tokio::select! {
+            _ = tokio::signal::ctrl_c() => {}
+            _ = term.recv() => {}
+        }
+    }
+    #[cfg(not(unix))]
+    let _ = tokio::signal::ctrl_c().await;
+}
+
+/// An address of this computer that others reach, where it listens on all of them.
+fn shown_ip(ip: IpAddr) -> IpAddr {
+    if !ip.is_unspecified() {
+        return ip;
+    }
+    // Nothing is sent: the system says by which address it would be.
+    let outward = std::net::UdpSocket::bind("0.0.0.0:0").and_then(|socket| {
+        socket.connect("192.0.2.1:9")?;
+        socket.local_addr()
+    });
+    outward.map_or(IpAddr::from([127, 0, 0, 1]), |address| address.ip())
+}
+
+/// Seconds since 1970.
+fn unix_s() -> f64 {
+    (1000.0 * unix_of(SystemTime::now())).round() / 1000.0
+}
+
+fn unix_of(time: SystemTime) -> f64 {
+    time.duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
+}

@@ -1,0 +1,384 @@
+//! A run, live: its steps and events as they are recorded, read from the journal without disturbing it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+use serde_json::{Value, json};
+use tropism::geometry::{Pixel, Point};
+use tropism::observation::Quality;
+use tropism::rig::Event;
+use tropism::task::{Targets, Task, TaskSpec};
+use tropism::track::Track;
+use tropism::vision::Calibration;
+use tropism_lab::controller::ControllerSpec;
+use tropism_lab::files::shell_word;
+use tropism_lab::status::{RunState, RunStatus, StatusPlan, StatusResults};
+use tropism_lab::{RunConfig, Silent, StepRecord, Workflow, holder, read_journal, simulate};
+
+use crate::error::Refusal;
+use crate::items::state_word;
+use crate::stream::{Listened, Message};
+use crate::{unix_of, words};
+
+/// How often a run is looked at.
+pub(crate) const PAUSE: Duration = Duration::from_millis(500);
+
+/// A run that goes on is read again at least so often: what is overdue changes by itself.
+const REREAD: Duration = Duration::from_secs(3);
+
+/// Simulated plants of a prediction.
+const PREDICTED: u32 = 200;
+
+/// A run at a time.
+pub(crate) struct RunView {
+    version: u64,
+    /// One row of JSON a step; the last one may still change.
+    rows: Vec<String>,
+    /// Rows that do not change any more.
+    settled: usize,
+    events: Vec<String>,
+    status: Value,
+}
+
+impl Listened for RunView {
+    fn since(&self, id: Option<&str>) -> Vec<Message> {
+        let known: Vec<u64> =
+            id.into_iter().flat_map(|id| id.split('.')).map_while(|part| part.parse().ok()).collect();
+        let (mut rows, mut events) = (0, 0);
+        if let [steps, seen, version] = known[..] {
+            if version == self.version {
+                return Vec::new();
+            }
+            // Of a run that is longer than this one nothing is kept: it is another run.
+            if steps as usize <= self.rows.len() && seen as usize <= self.events.len() {
+                (rows, events) = (steps as usize, seen as usize);
+            }
+        }
+        let id = format!("{}.{}.{}", self.settled, self.events.len(), self.version);
+        let data = format!(
+            "{{\"from\":{rows},\"rows\":[{}],\"events_from\":{events},\"events\":[{}],\"status\":{},\"now\":{}}}",
+            self.rows[rows..].join(","),
+            self.events[events..].join(","),
+            self.status,
+            crate::unix_s()
+        );
+        vec![Message { id, event: "run", data }]
+    }
+}
+
+/// Reads a run again and again.
+pub(crate) struct RunReader {
+    folder: PathBuf,
+    stamp: Option<Stamp>,
+    read: Instant,
+}
+
+#[derive(Clone, PartialEq)]
+struct Stamp {
+    files: [Option<(u64, SystemTime)>; 4],
+    holder: Option<u32>,
+}
+
+impl Stamp {
+    fn of(folder: &Path) -> Self {
+        let files = ["journal.sqlite", "journal.sqlite-wal", "track.csv", "guard.log"].map(|name| {
+            let data = folder.join(name).metadata().ok()?;
+            Some((data.len(), data.modified().ok()?))
+        });
+        Self { files, holder: holder(folder).unwrap_or_default() }
+    }
+}
+
+impl RunReader {
+    pub(crate) fn new(folder: PathBuf) -> Self {
+        Self { folder, stamp: None, read: Instant::now() }
+    }
+
+    /// The run after `before`; `None` if nothing changed, or nothing can be read just now.
+    pub(crate) fn read(&mut self, before: Option<&Arc<RunView>>) -> Option<RunView> {
+        let stamp = Stamp::of(&self.folder);
+        let is_due = stamp.holder.is_some() && self.read.elapsed() >= REREAD;
+        if self.stamp.as_ref() == Some(&stamp) && !is_due {
+            return None;
+        }
+        let view = view(&self.folder, before.map_or(1, |before| before.version + 1))?;
+        self.stamp = Some(stamp);
+        self.read = Instant::now();
+        let is_same = before.is_some_and(|before| {
+            before.status == view.status && before.rows == view.rows && before.events == view.events
+        });
+        (!is_same).then_some(view)
+    }
+}
+
+fn view(folder: &Path, version: u64) -> Option<RunView> {
+    let config = RunConfig::read(folder).ok()?;
+    let (steps, events) = match read_journal(folder) {
+        Ok(read) => read,
+        // It has just begun.
+        Err(_) if !folder.join("journal.sqlite").exists() => Default::default(),
+        Err(_) => return None,
+    };
+    let StatusResults::Run(status) = (StatusPlan { folder: folder.to_owned() }).execute(&Silent).ok()? else {
+        return None;
+    };
+    let calibration = config.calibration();
+    let settled = match steps.last() {
+        Some(last) if last.decided.is_none() || !last.is_confirmed => steps.len() - 1,
+        _ => steps.len(),
+    };
+    Some(RunView {
+        version,
+        rows: steps.iter().map(|step| row(step, calibration.as_ref()).to_string()).collect(),
+        settled,
+        events: events.iter().map(|event| event_row(event).to_string()).collect(),
+        status: status_json(folder, &config, &steps, &status),
+    })
+}
+
+fn rounded(value: f64, digits: i32) -> f64 {
+    let factor = 10_f64.powi(digits);
+    (value * factor).round() / factor
+}
+
+/// Step, hours, tip in cm, length of the stem, lamp, whether it confirmed, whether the tip was held, what the photograph
+/// shows, confidence, time, photograph, and the tip in the photograph.
+fn row(step: &StepRecord, calibration: Option<&Calibration>) -> Value {
+    let seen = step.seen.observation.as_ref();
+    let number = |value: Option<f64>, digits| value.map(|value| rounded(value, digits));
+    let pixel = step.seen.tip_px.or_else(|| Some(calibration?.pixel(seen?.tip)));
+    json!([
+        step.step,
+        rounded(step.time_s / 3600.0, 3),
+        number(seen.map(|seen| seen.tip.x), 2),
+        number(seen.map(|seen| seen.tip.y), 2),
+        number(seen.and_then(|seen| Some(seen.stem.as_ref()?.length())), 2),
+        step.decided.map(|light| light.to_string()),
+        u8::from(step.is_confirmed),
+        u8::from(seen.is_none_or(|seen| seen.quality == Quality::Held)),
+        step.seen.status.name(),
+        rounded(step.seen.confidence, 2),
+        number(step.begun.map(|begun| begun.unix_s), 0),
+        if step.photo_bytes > 0 { step.photo.as_str() } else { "" },
+        number(pixel.map(|pixel| pixel.x), 1),
+        number(pixel.map(|pixel| pixel.y), 1),
+    ])
+}
+
+fn event_row(event: &Event) -> Value {
+    let kind = event.kind.name();
+    let (says, todo) = words::of_event(kind);
+    json!({
+        "step": event.step, "kind": kind, "says": says, "todo": todo, "text": words::clean(&event.text),
+        "unix": event.at.map(|at| at.unix_s.round()), "is_warning": words::is_warning(kind),
+    })
+}
+
+fn status_json(folder: &Path, config: &RunConfig, steps: &[StepRecord], status: &RunStatus) -> Value {
+    let written = |step: &StepRecord| {
+        let photo = folder.join("photographs").join(&step.photo);
+        photo.metadata().ok()?.modified().ok().map(unix_of)
+    };
+    let latest = steps.iter().rev().find(|step| step.photo_bytes > 0);
+    let photo_unix = latest.and_then(written);
+    let is_at_work = status.process.is_some();
+    // A virtual plant is as fast as it was at the last step.
+    let pace = || {
+        Some(photo_unix? - steps.iter().rev().filter(|step| step.photo_bytes > 0).nth(1).and_then(written)?)
+    };
+    let period_s = if config.is_virtual() { pace() } else { Some(60.0 * config.rig.period_min) };
+    let next = photo_unix.zip(period_s).filter(|(_, period)| is_at_work && *period >= 1.0);
+    json!({
+        "state": state_word(status.state),
+        "process": status.process,
+        "health": words::health(status),
+        "still_lit": status.still_lit.map(|light| light.to_string()),
+        "photo_unix": photo_unix,
+        "next_unix": next.map(|(photo, period)| rounded(photo + period, 1)),
+        "period_s": period_s,
+        "held": status.held,
+        "held_now": status.held_now,
+        "unconfirmed": status.unconfirmed,
+        "bytes": status.photographs_bytes,
+        // To the gigabyte and the day: they are not news.
+        "disk_gb": status.disk_free_bytes.map(|bytes| bytes / 1_000_000_000),
+        "disk_days": status.disk_lasts_days.map(f64::round),
+        "counts": status.event_counts,
+        "crossings": crossings(&config.task, steps),
+        "fitness": fitness(config, folder, status.state),
+    })
+}
+
+/// For each target, the step at which the tip first reached its height and how far beside it.
+fn crossings(task: &TaskSpec, steps: &[StepRecord]) -> Vec<Value> {
+    let crossing = |target: &Point| {
+        let tips = steps.iter().filter_map(|step| Some((step, step.seen.observation.as_ref()?.tip)));
+        let (step, tip) = tips.into_iter().find(|(_, tip)| tip.y >= target.y)?;
+        let hours = rounded(step.time_s / 3600.0, 2);
+        Some(json!({ "step": step.step, "hours": hours, "beside": rounded((tip.x - target.x).abs(), 2) }))
+    };
+    task.targets().iter().map(|target| crossing(target).unwrap_or(Value::Null)).collect()
+}
+
+fn fitness(config: &RunConfig, folder: &Path, state: RunState) -> Option<f64> {
+    let has_targets = !config.task.targets().is_empty();
+    let track = (state == RunState::Over && has_targets).then(|| folder.join("track.csv"))?;
+    Some(config.task.fitness(&tropism_lab::files::read_track(&track).ok()?))
+}
+
+/// What does not change in the run in `folder`, which lies `at` below the folder of the studio.
+pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
+    let config = RunConfig::read(folder)?;
+    let calibration = config.calibration();
+    let pair = |pixel: Pixel| [pixel.x, pixel.y];
+    let pixel = |point: &Point| calibration.map(|calibration| pair(calibration.pixel(*point)));
+    let targets: Vec<Value> = (config.task.targets().iter())
+        .map(|target| json!({ "x": target.x, "y": target.y, "px": pixel(target) }))
+        .collect();
+    let crop = config.rig.vision.crop.or_else(|| config.rig.greenhouse.as_ref().map(|tent| tent.crop()));
+    let word = shell_word(Path::new(if at.is_empty() { "." } else { at }));
+    Ok(json!({
+        "is_virtual": config.is_virtual(),
+        "controller": config.controller_description(),
+        "period_min": config.rig.period_min,
+        "max_steps": config.task.max_steps(),
+        "targets": targets,
+        "end_height": Some(end_height(&config.task)).filter(|height| height.is_finite()),
+        "best": config.task.best_fitness().filter(|_| !config.task.targets().is_empty()),
+        "lamps": config.rig.layout().map_or_else(|_| Vec::new(), |layout| {
+            layout.lights().map(|light| json!({ "name": layout.name(Some(light)), "side": layout.side(light) })).collect()
+        }),
+        "width": calibration.map(|calibration| calibration.width),
+        "height": calibration.map(|calibration| calibration.height),
+        "px_per_cm": calibration.map(|calibration| calibration.px_per_cm),
+        "base": calibration.map(|calibration| pair(calibration.base)),
+        "crop": crop.map(|crop| [crop.x, crop.y, crop.width, crop.height]),
+        "commands": {
+            "status": format!("tropism status {word}"),
+            "stop": format!("tropism stop {word}"),
+            "safe_state": format!("tropism safe-state {word}"),
+            "resume": crate::jobs::line(&resume_words(&config, at)),
+        },
+        "seed": config.seed,
+    }))
+}
+
+fn end_height(task: &TaskSpec) -> f64 {
+    task.as_targets().map_or(f64::INFINITY, |targets| targets.end_height_cm)
+}
+
+/// A virtual plant that goes on from a page grows so many times as fast as a real one: a photograph every two seconds.
+const SPEED: &str = "150";
+
+/// The words that go on with the run at `at`.
+pub(crate) fn resume_words(config: &RunConfig, at: &str) -> Vec<String> {
+    let out = if at.is_empty() { "." } else { at };
+    let mut words = vec!["run", "--out", out, "--resume"];
+    if config.is_virtual() {
+        words.extend(["--speed", SPEED]);
+    }
+    words.into_iter().map(str::to_owned).collect()
+}
+
+/// The stem in the photograph of `step`, in pixels.
+pub(crate) fn stem(folder: &Path, number: u32) -> Result<Value, Refusal> {
+    let config = RunConfig::read(folder)?;
+    let (steps, _) = read_journal(folder).map_err(tropism_lab::Error::from)?;
+    let step = steps.iter().find(|step| step.step == number);
+    let stem = step.and_then(|step| Some((step, step.seen.observation.as_ref()?.stem.as_ref()?)));
+    let points = stem.zip(config.calibration()).map(|((step, stem), calibration)| {
+        let shift = step.seen.camera_shift.unwrap_or(Pixel::new(0.0, 0.0));
+        let shifted = |point: &Point| {
+            let pixel = calibration.pixel(*point);
+            [rounded(pixel.x + shift.x, 1), rounded(pixel.y + shift.y, 1)]
+        };
+        stem.0.iter().map(shifted).collect::<Vec<_>>()
+    });
+    Ok(json!({ "stem": points }))
+}
+
+/// When and how far beside each target the tip is expected to pass: plants simulated in `model` from where the tip is.
+pub(crate) fn prediction(folder: &Path, model: &Path) -> Result<Value, Refusal> {
+    let config = RunConfig::read(folder)?;
+    let (steps, _) = read_journal(folder).map_err(tropism_lab::Error::from)?;
+    let tip = steps.iter().rev().find_map(|step| Some(step.seen.observation.as_ref()?.tip));
+    let tip = tip.ok_or_else(|| Refusal::missing("no photograph yet"))?;
+    let targets = config.task.as_targets().ok_or_else(|| Refusal::bad("this run has no targets"))?;
+    let left: Vec<Point> = targets.targets.iter().filter(|target| target.y > tip.y).copied().collect();
+    let task = TaskSpec::from(Targets { start: tip, targets: left.clone(), ..targets.clone() });
+    if left.is_empty() || matches!(config.controller, ControllerSpec::Periodic { .. }) {
+        return Err(Refusal::missing("no target is left"));
+    }
+    let tracks = simulate::tracks(model, &config.controller, &task, PREDICTED, config.seed)?;
+    let rows: Vec<Value> =
+        left.iter().map(|target| predicted(target, &tracks, config.rig.period_min)).collect();
+    let fan: Vec<Vec<[f64; 2]>> = tracks.iter().take(12).map(thinned).collect();
+    Ok(json!({ "from": <[f64; 2]>::from(tip), "plants": PREDICTED, "targets": rows, "paths": fan }))
+}
+
+/// Quarter-hour points of a track.
+pub(crate) fn thinned(track: &Track) -> Vec<[f64; 2]> {
+    let every = track.samples.len().div_ceil(120).max(1);
+    let last = track.samples.len().saturating_sub(1);
+    let kept = track.samples.iter().enumerate().filter(|(index, _)| index % every == 0 || *index == last);
+    kept.map(|(_, sample)| [rounded(sample.tip.x, 2), rounded(sample.tip.y, 2)]).collect()
+}
+
+/// The range that holds eight of ten of those plants that reach the height.
+fn predicted(target: &Point, tracks: &[Track], period_min: f64) -> Value {
+    let crossed =
+        tracks.iter().filter_map(|track| track.samples.iter().find(|sample| sample.tip.y >= target.y));
+    let crossed: Vec<(f64, f64)> = crossed
+        .map(|sample| (f64::from(sample.step) * period_min / 60.0, (sample.tip.x - target.x).abs()))
+        .collect();
+    let range = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| rounded(values[((values.len() - 1) as f64 * share).round() as usize], 2);
+        (!values.is_empty()).then(|| [at(0.1), at(0.9)])
+    };
+    json!({
+        "x": target.x, "y": target.y, "reached": crossed.len(),
+        "hours": range(crossed.iter().map(|(hours, _)| *hours).collect()),
+        "beside": range(crossed.iter().map(|(_, beside)| *beside).collect()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view_of(rows: usize, settled: usize, version: u64) -> RunView {
+        let row = |number: usize| format!("[{number}]");
+        RunView {
+            version,
+            rows: (0..rows).map(row).collect(),
+            settled,
+            events: vec!["{}".into()],
+            status: json!({}),
+        }
+    }
+
+    fn only(view: &RunView, id: Option<&str>) -> (String, Value) {
+        let mut messages = view.since(id);
+        assert_eq!(messages.len(), 1);
+        let Message { id, data, .. } = messages.remove(0);
+        (id, serde_json::from_str(&data).unwrap())
+    }
+
+    #[test]
+    fn a_page_that_comes_back_gets_what_it_missed() {
+        let (id, all) = only(&view_of(5, 4, 7), None);
+        assert_eq!((id.as_str(), all["rows"].as_array().unwrap().len()), ("4.1.7", 5));
+        let later = view_of(8, 8, 9);
+        let (_, missed) = only(&later, Some(&id));
+        // The last step may have changed since.
+        assert_eq!((&missed["from"], missed["rows"].as_array().unwrap().len()), (&json!(4), 4));
+        assert!(missed["events"].as_array().unwrap().is_empty());
+        assert!(later.since(Some("8.1.9")).is_empty());
+        // Another run in the same folder, and nonsense.
+        for id in ["900.1.3", "x", "4.1", ""] {
+            assert_eq!(only(&later, Some(id)).1["from"], json!(0), "{id}");
+        }
+    }
+}

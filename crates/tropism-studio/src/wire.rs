@@ -1,0 +1,175 @@
+//! Connections: how many there may be, and how long each may take.
+//!
+//! A connection that has not sent a whole head in [`HEAD`], or takes nothing of an answer for [`STALL`], is dropped. When
+//! there are [`MOST`], the oldest one that has not asked for anything yet makes room: thousands of silent connections do not
+//! keep out a browser.
+
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::io;
+use std::net::{IpAddr, SocketAddr};
+use std::pin::Pin;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::Request;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::AbortHandle;
+use tokio::time::Sleep;
+
+/// Connections at once; chosen, well below the 1024 files that a program may have open by default.
+const MOST: usize = 400;
+
+/// How long the head of a request may take to come.
+const HEAD: Duration = Duration::from_secs(10);
+
+/// How long nothing may go out of what waits to go out.
+const STALL: Duration = Duration::from_secs(20);
+
+/// Largest head of a request, in bytes.
+const MAX_HEAD: usize = 16 * 1024;
+
+/// The address that a request came from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Peer(pub(crate) IpAddr);
+
+/// Connections that have asked for nothing yet, from the oldest.
+type Silent = Arc<Mutex<BTreeMap<u64, AbortHandle>>>;
+
+/// Serves `router` on `listener` for ever.
+pub(crate) async fn serve(listener: TcpListener, router: Router) {
+    let silent = Silent::default();
+    let all_silent = silent.clone();
+    let count = Arc::new(AtomicUsize::new(0));
+    for number in 0_u64.. {
+        let (stream, peer) = match listener.accept().await {
+            Ok(accepted) => accepted,
+            // Too many open files, or a connection that is gone already: room comes back.
+            Err(_) => {
+                tokio::time::sleep(Duration::from_millis(50)).await;
+                continue;
+            }
+        };
+        if count.load(Ordering::Relaxed) >= MOST {
+            let oldest = lock(&silent).pop_first();
+            let Some((_, oldest)) = oldest else { continue };
+            oldest.abort();
+        }
+        let one = Counted::new(&count);
+        // Held while it begins: it takes itself out with its first request.
+        let mut silent = lock(&silent);
+        let begun = connection(stream, peer, router.clone(), number, all_silent.clone(), one);
+        silent.insert(number, tokio::spawn(begun).abort_handle());
+        // Those that ended without a word.
+        if number.is_multiple_of(64) {
+            silent.retain(|_, task| !task.is_finished());
+        }
+    }
+}
+
+fn lock(silent: &Silent) -> std::sync::MutexGuard<'_, BTreeMap<u64, AbortHandle>> {
+    silent.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// One of the connections that are counted, until it is dropped.
+struct Counted(Arc<AtomicUsize>);
+
+impl Counted {
+    fn new(count: &Arc<AtomicUsize>) -> Self {
+        count.fetch_add(1, Ordering::Relaxed);
+        Self(count.clone())
+    }
+}
+
+impl Drop for Counted {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+async fn connection(
+    stream: TcpStream,
+    peer: SocketAddr,
+    router: Router,
+    number: u64,
+    silent: Silent,
+    _one: Counted,
+) {
+    let _ = stream.set_nodelay(true);
+    let service = service_fn(move |request: Request<Incoming>| {
+        lock(&silent).remove(&number);
+        let mut request = request.map(Body::new);
+        request.extensions_mut().insert(Peer(peer.ip()));
+        let router = router.clone();
+        async move { Ok::<_, Infallible>(answer(router, request).await) }
+    });
+    let mut http = http1::Builder::new();
+    http.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(MAX_HEAD).half_close(false);
+    let stream = Moving { stream, stall: None };
+    // An error is the end of one connection: there is nobody to tell.
+    let _ = http.serve_connection(TokioIo::new(stream), service).await;
+}
+
+async fn answer(mut router: Router, request: Request<Body>) -> axum::response::Response {
+    use tower_service::Service;
+
+    let Ok(answer) = Service::<Request<Body>>::call(&mut router, request).await;
+    answer
+}
+
+/// A connection that breaks when nothing of what is to go out goes out.
+struct Moving {
+    stream: TcpStream,
+    stall: Option<Pin<Box<Sleep>>>,
+}
+
+impl Moving {
+    fn watch<T>(&mut self, context: &mut Context<'_>, poll: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
+        if poll.is_ready() {
+            self.stall = None;
+            return poll;
+        }
+        let stall = self.stall.get_or_insert_with(|| Box::pin(tokio::time::sleep(STALL)));
+        ready!(stall.as_mut().poll(context));
+        Poll::Ready(Err(io::ErrorKind::TimedOut.into()))
+    }
+}
+
+impl AsyncRead for Moving {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_read(context, buffer)
+    }
+}
+
+impl AsyncWrite for Moving {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        let poll = Pin::new(&mut self.stream).poll_write(context, bytes);
+        self.watch(context, poll)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        let poll = Pin::new(&mut self.stream).poll_flush(context);
+        self.watch(context, poll)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
