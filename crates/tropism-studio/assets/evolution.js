@@ -1,6 +1,25 @@
 // An evolution, live: is it learning, who wins, and why.
 // @ts-check
-import { $, asked, chip, command, get, html, icon, listen, num, plural, post, put, say, session, span, toast, trusted, virtual } from "./studio.js";
+import {
+  $,
+  asked,
+  chip,
+  command,
+  get,
+  html,
+  icon,
+  listen,
+  num,
+  plural,
+  post,
+  put,
+  say,
+  session,
+  span,
+  toast,
+  trusted,
+  virtual,
+} from "./studio.js";
 import { band, cross, fit, lampPath, line, plot } from "./figure.js";
 
 const at = asked.get("at") ?? "";
@@ -37,8 +56,12 @@ const curve = fit($("#curve"), (width) => {
     yl: "fitness (cm)",
     label: `Best fitness of ${plural(best.length, "run")}: after ${marks.at(-1)} generations the median is ${num(median.at(-1))} cm, the best run has ${num(data.top.at(-1))} of ${num(about.best ?? 0, 0)} cm.`,
     body: (X, Y) => {
-      const possible = about.best ? `<path class="dotted" d="M${X(0)} ${Y(about.best)}H${X(last)}"/><text x="${X(last) - 4}" y="${Y(about.best) + 14}" text-anchor="end">best possible, ${num(about.best, 0)}</text>` : "";
-      const others = best.map((run, index) => (index === shownRun() ? "" : `<path class="stroke thin quiet faint" d="${line(marks, run, X, Y)}"/>`));
+      const possible = about.best
+        ? `<path class="dotted" d="M${X(0)} ${Y(about.best)}H${X(last)}"/><text x="${X(0) + 6}" y="${Y(about.best) + 14}">best possible, ${num(about.best, 0)}</text>`
+        : "";
+      const others = best.map((run, index) =>
+        index === shownRun() ? "" : `<path class="stroke thin quiet faint" d="${line(marks, run, X, Y)}"/>`,
+      );
       return `<clipPath id="inside"><rect x="44" y="0" width="${width}" height="2000"/></clipPath><g clip-path="url(#inside)">${band(marks.slice(0, q1.length), q1, q3, X, Y)}${others.join("")}<path class="stroke bold best" d="${line(marks, median, X, Y)}"/><path class="stroke bold" d="${line(marks, best[shownRun()] ?? [], X, Y)}"/></g>${possible}`;
     },
   });
@@ -72,7 +95,8 @@ $("#curve").addEventListener("pointermove", (event) => {
   let place = data.marks.findIndex((mark) => mark >= generation);
   if (place < 0) place = data.marks.length - 1;
   const own = data.best[shownRun()]?.[place];
-  $("#read").textContent = `generation ${data.marks[place]}: median ${num(data.median[place])}${own === undefined ? "" : `, run ${shownRun()} ${num(own)}`}`;
+  $("#read").textContent =
+    `generation ${data.marks[place]}: median ${num(data.median[place])}${own === undefined ? "" : `, run ${shownRun()} ${num(own)}`}`;
 });
 
 function facts() {
@@ -86,14 +110,42 @@ function facts() {
   $("#done").value = data.total ? data.done / data.total : 0;
   const rate = data.rate ?? (data.results ? data.evaluations / Math.max(0.001, data.results.seconds) : null);
   $("#rate").textContent = rate ? Math.round(rate).toLocaleString("en").replaceAll(",", " ") : "–";
-  $("#left").textContent = data.state === "over" ? "done" : data.state === "live" ? (data.left_s ? span(data.left_s) : "soon known") : "paused";
+  $("#left").textContent =
+    data.state === "over" ? "done" : data.state === "live" ? (data.left_s ? span(data.left_s) : "soon known") : "paused";
 }
 
 function table() {
   const count = data.median.length;
-  const places = [...new Set(Array.from({ length: Math.min(10, count) }, (_, index) => Math.round((index * (count - 1)) / Math.max(1, Math.min(10, count) - 1))))];
-  const row = (place) => html`<tr><th scope="row">${data.marks[place]}</th><td class="n">${num(data.q1[place])}</td><td class="n">${num(data.median[place])}</td><td class="n">${num(data.q3[place])}</td><td class="n">${num(data.top[place])}</td></tr>`;
-  put($("#table"), html`<thead><tr><th scope="col">Generation</th><th scope="col" class="n">Lower quartile</th><th scope="col" class="n">Median</th><th scope="col" class="n">Upper quartile</th><th scope="col" class="n">Best</th></tr></thead><tbody>${places.map(row)}</tbody>`);
+  const places = [
+    ...new Set(
+      Array.from({ length: Math.min(10, count) }, (_, index) =>
+        Math.round((index * (count - 1)) / Math.max(1, Math.min(10, count) - 1)),
+      ),
+    ),
+  ];
+  const row = (place) =>
+    html`<tr>
+      <th scope="row">${data.marks[place]}</th>
+      <td class="n">${num(data.q1[place])}</td>
+      <td class="n">${num(data.median[place])}</td>
+      <td class="n">${num(data.q3[place])}</td>
+      <td class="n">${num(data.top[place])}</td>
+    </tr>`;
+  put(
+    $("#table"),
+    html`<thead>
+        <tr>
+          <th scope="col">Generation</th>
+          <th scope="col" class="n">Lower quartile</th>
+          <th scope="col" class="n">Median</th>
+          <th scope="col" class="n">Upper quartile</th>
+          <th scope="col" class="n">Best</th>
+        </tr>
+      </thead>
+      <tbody>
+        ${places.map(row)}
+      </tbody>`,
+  );
 }
 
 /** The runs from the one to use on plants. */
@@ -107,15 +159,37 @@ let listed = "";
 function runs() {
   const rows = ranked();
   const cell = (value) => html`<td class="n">${value === null || value === undefined ? "–" : num(value)}</td>`;
-  const row = (one) => html`<tr><th scope="row">${one.run}${one.run === bestRun() ? html` <span class="chip live">${data.results ? "champion" : "best"}</span>` : ""}</th>${cell(one.best)}${cell(one.mean)}${cell(one.expected)}</tr>`;
-  put($("#runs"), html`<thead><tr><th scope="col">Run</th><th scope="col" class="n">Best</th><th scope="col" class="n">Mean of 200</th><th scope="col" class="n">Expected</th></tr></thead><tbody>${rows.slice(0, 20).map(row)}</tbody>`);
+  const row = (one) =>
+    html`<tr>
+      <th scope="row">
+        ${one.run}${one.run === bestRun() ? html` <span class="chip live">${data.results ? "champion" : "best"}</span>` : ""}
+      </th>
+      ${cell(one.best)}${cell(one.mean)}${cell(one.expected)}
+    </tr>`;
+  put(
+    $("#runs"),
+    html`<thead>
+        <tr>
+          <th scope="col">Run</th>
+          <th scope="col" class="n">Best</th>
+          <th scope="col" class="n">Mean of 200</th>
+          <th scope="col" class="n">Expected</th>
+        </tr>
+      </thead>
+      <tbody>
+        ${rows.slice(0, 20).map(row)}
+      </tbody>`,
+  );
   $("#ranking").textContent = data.results
     ? "Listed by what each is expected to do on plants it has not met, not by its best single score: a network that fits one model plant too well does worse on others. In cm."
     : "While it evolves, listed by the best single score so far, which selects for luck. The expected fitness on unseen plants is known at the end. In cm.";
   const key = `${data.state} ${rows.length} ${bestRun()}`;
   if (key === listed) return;
   listed = key;
-  const option = (one) => html`<option value="${one.run}">run ${one.run}${one.run === bestRun() ? (data.results ? ", champion" : ", best so far") : ""}</option>`;
+  const option = (one) =>
+    html`<option value="${one.run}">
+      run ${one.run}${one.run === bestRun() ? (data.results ? ", champion" : ", best so far") : ""}
+    </option>`;
   put($("#pick"), rows.map(option));
   $("#pick").value = String(shownRun());
   show();
@@ -139,7 +213,9 @@ async function show() {
   put($("#decision"), champion.decision ? trusted(champion.decision.svg) : "");
   $("#decision-text").textContent = champion.decision?.caption ?? "";
   const scores = champion.paths.map((path) => path.fitness);
-  $("#paths-text").textContent = scores.length ? `${plural(scores.length, "plant")}: ${scores.map((score) => num(score, 1)).join(", ")} cm. ${champion.label}` : "The folder of the evolution has no model.json to simulate with.";
+  $("#paths-text").textContent = scores.length
+    ? `${plural(scores.length, "plant")}: ${scores.map((score) => num(score, 1)).join(", ")} cm. ${champion.label}`
+    : "The folder of the evolution has no model.json to simulate with.";
   paths();
 }
 
@@ -160,7 +236,17 @@ const paths = fit($("#paths"), (width) => {
     label: `Paths of ${plural(all.length, "simulated plant")} past ${plural(targets.length, "target")}`,
     body: (X, Y) =>
       targets.map(([, y]) => `<path class="dotted" d="M${X(-reach)} ${Y(y).toFixed(1)}H${X(reach)}"/>`).join("") +
-      all.map((path, index) => `<g class="${index ? "pale" : ""}">${lampPath(path.points.map(([x, y], step) => ({ x, y, lamp: path.lamps[step] })), X, Y, index ? "thin" : "bold")}</g>`).join("") +
+      all
+        .map(
+          (path, index) =>
+            `<g class="${index ? "pale" : ""}">${lampPath(
+              path.points.map(([x, y], step) => ({ x, y, lamp: path.lamps[step] })),
+              X,
+              Y,
+              index ? "thin" : "bold",
+            )}</g>`,
+        )
+        .join("") +
       targets.map(([x, y], index) => cross(X(x), Y(y), index + 1)).join(""),
   });
 });
@@ -200,13 +286,22 @@ session.then(async ({ session: own }) => {
   try {
     about = await get("api/evolution", { at });
   } catch (error) {
-    put($("#banner"), html`<div class="banner bad" role="alert"><div>${error instanceof Error ? error.message : error}</div></div>`);
+    put(
+      $("#banner"),
+      html`<div class="banner bad" role="alert"><div>${error instanceof Error ? error.message : error}</div></div>`,
+    );
     return;
   }
   $("#name").textContent = about.name;
   document.title = `${about.name} · tropism studio`;
-  $("#about").textContent = `${plural(about.runs, "run")} of ${plural(about.generations, "generation")}, ${about.population} networks each, for ${about.task}. Seed ${about.seed}.`;
-  put($("#commands"), [command(about.commands.status), command(about.commands.stop), command(about.commands.resume), command(about.commands.run)]);
+  $("#about").textContent =
+    `${plural(about.runs, "run")} of ${plural(about.generations, "generation")}, ${about.population} networks each, for ${about.task}. Seed ${about.seed}.`;
+  put($("#commands"), [
+    command(about.commands.status),
+    command(about.commands.stop),
+    command(about.commands.resume),
+    command(about.commands.run),
+  ]);
   $("#try").href = `draw?${new URLSearchParams({ at, targets: JSON.stringify(about.targets) })}`;
   listen(
     `api/evolution/events?${new URLSearchParams({ at })}`,
@@ -222,6 +317,16 @@ session.then(async ({ session: own }) => {
       runs();
     },
     (isLost, seconds) =>
-      put($("#banner"), isLost ? html`<div class="banner" role="status"><div><strong>This page is cut off from studio.</strong> What you see was heard ${span(seconds)} ago. The evolution goes on: it does not need this page.</div></div>` : ""),
+      put(
+        $("#banner"),
+        isLost
+          ? html`<div class="banner" role="status">
+              <div>
+                <strong>This page is cut off from studio.</strong> What you see was heard ${span(seconds)} ago. The evolution goes
+                on: it does not need this page.
+              </div>
+            </div>`
+          : "",
+      ),
   );
 });

@@ -38,7 +38,9 @@ export function plot({ w, h, x, y, xt, yt, xl, yl, m = { l: 44, r: 12, t: 10, b:
   const beside = up.map((value) => `<text x="${m.l - 7}" y="${tenth(Y(value) + 4)}" text-anchor="end">${label(value)}</text>`);
   const names =
     (xl ? `<text class="label" x="${(m.l + w - m.r) / 2}" y="${h - 4}" text-anchor="middle">${xl}</text>` : "") +
-    (yl ? `<text class="label" text-anchor="middle" transform="translate(12 ${(m.t + h - m.b) / 2}) rotate(-90)">${yl}</text>` : "");
+    (yl
+      ? `<text class="label" text-anchor="middle" transform="translate(12 ${(m.t + h - m.b) / 2}) rotate(-90)">${yl}</text>`
+      : "");
   return `<svg class="figure" viewBox="0 0 ${w} ${h}" role="img" aria-label="${escaped(sentence)}"><path class="grid" d="${grid}"/>${body(X, Y)}<path class="axis" d="M${m.l} ${m.t}V${h - m.b}H${w - m.r}"/>${below.join("")}${beside.join("")}${names}</svg>`;
 }
 
@@ -60,7 +62,9 @@ export function line(xs, ys, X, Y) {
 
 /** The area between two lines. @param {number[]} xs @param {number[]} low @param {number[]} high @param {Scale} X @param {Scale} Y */
 export const band = (xs, low, high, X, Y) =>
-  xs.length ? `<path class="band" d="${line(xs, high, X, Y)}${line([...xs].reverse(), [...low].reverse(), X, Y).replace("M", "L")}Z"/>` : "";
+  xs.length
+    ? `<path class="band" d="${line(xs, high, X, Y)}${line([...xs].reverse(), [...low].reverse(), X, Y).replace("M", "L")}Z"/>`
+    : "";
 
 /** A target. @param {number} x @param {number} y @param {string | number} name @param {number} [r] */
 export const cross = (x, y, name, r = 6) =>

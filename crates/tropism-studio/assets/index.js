@@ -1,6 +1,25 @@
 // Overview: what runs, what needs somebody, the queue, everything.
 // @ts-check
-import { $, $$, capital, chip, html, icon, lampClass, listen, mmss, moment, now, pageOf, post, put, say, session, span, virtual } from "./studio.js";
+import {
+  $,
+  $$,
+  capital,
+  chip,
+  html,
+  icon,
+  lampClass,
+  listen,
+  mmss,
+  moment,
+  now,
+  pageOf,
+  post,
+  put,
+  say,
+  session,
+  span,
+  virtual,
+} from "./studio.js";
 
 /**
  * @typedef {{ at: string, name: string, kind: string, state: string, is_virtual: boolean | null, began: number | null, changed: number | null,
@@ -33,14 +52,17 @@ function rows() {
   const shown = all
     .filter((item) => item.name.toLowerCase().includes(wanted) && (!kind.value || item.kind === kind.value))
     .sort(ORDERS[/** @type {"new"} */ (sort.value)]);
-  const row = (/** @type {Item} */ item) => html`<tr>
-    <th class="c-name" scope="row"><a class="open" href="${address(item)}">${item.name}</a></th>
-    <td class="c-kind"><span class="kind">${icon(item.kind)}${item.kind}${item.is_virtual ? html` ${virtual()}` : ""}</span></td>
-    <td class="c-state">${chip(item.state)}</td>
-    <td class="c-since soft">${item.began ? moment(item.began) : ""}</td>
-    <td class="n c-best">${item.text}</td>
-    <td class="c-health">${item.health === "good" ? html`<span class="soft">good</span>` : item.health}</td>
-  </tr>`;
+  const row = (/** @type {Item} */ item) =>
+    html`<tr>
+      <th class="c-name" scope="row"><a class="open" href="${address(item)}">${item.name}</a></th>
+      <td class="c-kind">
+        <span class="kind">${icon(item.kind)}${item.kind}${item.is_virtual ? html` ${virtual()}` : ""}</span>
+      </td>
+      <td class="c-state">${chip(item.state)}</td>
+      <td class="c-since soft">${item.began ? moment(item.began) : ""}</td>
+      <td class="n c-best">${item.text}</td>
+      <td class="c-health">${item.health === "good" ? html`<span class="soft">good</span>` : item.health}</td>
+    </tr>`;
   put($("#rows"), shown.slice(0, 500).map(row));
   $("#count").textContent = `${shown.length} of ${all.length}${shown.length > 500 ? ", 500 shown" : ""}`;
   $("#none").hidden = shown.length > 0 || all.length === 0;
@@ -50,14 +72,24 @@ function rows() {
 function runCard(item) {
   const photo = new URLSearchParams({ at: item.at, name: item.photo_name ?? "" });
   const picture = item.photo_name
-    ? html`<img src="api/run/photo?${photo}" alt="" width="648" height="300"><span class="tag" data-photo="${item.photo}"></span>`
+    ? html`<img src="api/run/photo?${photo}" alt="" width="648" height="300" /><span
+          class="tag"
+          data-photo="${item.photo}"
+        ></span>`
     : html`<span class="tag">no photograph yet</span>`;
   return html`<a class="sheet card" href="${address(item)}">
     <div class="thumb">${picture}</div>
-    <div class="row"><h3>${item.name}</h3>${chip(item.state)}${item.is_virtual ? virtual() : ""}</div>
-    <p class="small">${item.lamp ? html`<span class="lamp ${lampClass(item.lamp)}">${capital(item.lamp)} lamp</span> ` : ""}
-      ${item.next ? html`&ensp;next photograph in <b class="num" data-next="${item.next}"></b>` : ""}</p>
-    <p class="soft small">${item.step === null ? "" : `Step ${item.step}, ${item.text}.`} ${item.health === "good" ? "" : item.health}</p>
+    <div class="row">
+      <h3>${item.name}</h3>
+      ${chip(item.state)}${item.is_virtual ? virtual() : ""}
+    </div>
+    <p class="small">
+      ${item.lamp ? html`<span class="lamp ${lampClass(item.lamp)}">${capital(item.lamp)} lamp</span> ` : ""}
+      ${item.next ? html`&ensp;next photograph in <b class="num" data-next="${item.next}"></b>` : ""}
+    </p>
+    <p class="soft small">
+      ${item.step === null ? "" : `Step ${item.step}, ${item.text}.`} ${item.health === "good" ? "" : item.health}
+    </p>
   </a>`;
 }
 
@@ -65,7 +97,10 @@ function runCard(item) {
 function workCard(item) {
   const share = item.total ? Math.round((100 * (item.done ?? 0)) / item.total) : 0;
   return html`<a class="sheet card" href="${address(item)}">
-    <div class="row"><h3>${item.name}</h3>${chip(item.state, item.kind === "evolution" ? "Evolving" : "Live")}</div>
+    <div class="row">
+      <h3>${item.name}</h3>
+      ${chip(item.state, item.kind === "evolution" ? "Evolving" : "Live")}
+    </div>
     <p class="small">${item.kind === "evolution" ? html`Best <b>${item.text}</b>` : item.text}</p>
     <progress max="100" value="${share}" aria-label="${item.name}: done"></progress>
     <p class="soft small">${share} % done. The page may be closed.</p>
@@ -76,30 +111,51 @@ function queueCard() {
   const open = queue.filter((job) => job.state === "waiting" || job.state === "running");
   const failed = queue.filter((job) => job.state === "failed").slice(-2);
   if (!open.length && !failed.length) return "";
-  const job = (one, place) => html`<li class="row">
-    <span class="chip ${one.state === "running" ? "live" : ""}">${icon(one.state === "running" ? "live" : "wait")}${place + 1}</span>
-    <span>${one.at}</span>
-    ${one.state === "waiting" ? html`<button class="btn quiet push change" type="button" data-remove="${one.number}">Take out</button>` : ""}
-  </li>`;
-  return html`<div class="sheet"><h3>Queue</h3><p class="soft small">One heavy job at a time. The queue survives a restart.</p>
-    <ol class="steps">${open.map(job)}</ol>
-    ${failed.map((one) => html`<p class="small"><b>${one.at} failed:</b> ${one.problem}</p>`)}</div>`;
+  const job = (one, place) =>
+    html`<li class="row">
+      <span class="chip ${one.state === "running" ? "live" : ""}"
+        >${icon(one.state === "running" ? "live" : "wait")}${place + 1}</span
+      >
+      <span>${one.at}</span>
+      ${one.state === "waiting" ? html`<button class="btn quiet push change" type="button" data-remove="${one.number}">Take out</button>` : ""}
+    </li>`;
+  return html`<div class="sheet">
+    <h3>Queue</h3>
+    <p class="soft small">One heavy job at a time. The queue survives a restart.</p>
+    <ol class="steps">
+      ${open.map(job)}
+    </ol>
+    ${failed.map((one) => html`<p class="small"><b>${one.at} failed:</b> ${one.problem}</p>`)}
+  </div>`;
 }
 
 function draw() {
   const all = [...items.values()];
   rows();
-  const live = all.filter((item) => rank(item) && !all.some((other) => other !== item && rank(other) && item.at.startsWith(`${other.at}/`)));
-  const cards = live.sort(ORDERS.new).slice(0, 8).map((item) => (item.kind === "run" ? runCard(item) : workCard(item)));
+  const live = all.filter(
+    (item) => rank(item) && !all.some((other) => other !== item && rank(other) && item.at.startsWith(`${other.at}/`)),
+  );
+  const cards = live
+    .sort(ORDERS.new)
+    .slice(0, 8)
+    .map((item) => (item.kind === "run" ? runCard(item) : workCard(item)));
   put($("#cards"), [cards, queueCard()]);
   $("#now-section").hidden = $("#cards").textContent.trim() === "";
-  const needs = all.filter((item) => ["overdue", "died", "paused", "broken"].includes(item.state) || (item.state === "live" && item.health !== "good"));
+  const needs = all.filter(
+    (item) => ["overdue", "died", "paused", "broken"].includes(item.state) || (item.state === "live" && item.health !== "good"),
+  );
   const one = (item) => html`<li><a href="${address(item)}">${item.name}</a>: ${item.health}.</li>`;
   put(
     $("#needs"),
     needs.length
-      ? html`<div class="banner"><div><strong>${needs.length === 1 ? "One thing needs you." : `${needs.length} things need you.`}</strong>
-          <ul class="plain">${needs.slice(0, 5).map(one)}</ul></div></div>`
+      ? html`<div class="banner">
+          <div>
+            <strong>${needs.length === 1 ? "One thing needs you." : `${needs.length} things need you.`}</strong>
+            <ul class="plain">
+              ${needs.slice(0, 5).map(one)}
+            </ul>
+          </div>
+        </div>`
       : "",
   );
   $("#all-section").hidden = isKnown && all.length === 0;

@@ -97,7 +97,9 @@ function overlay() {
     (x) => x,
     (y) => y,
     "trail",
-  ).replaceAll("stroke trail", "trail").replaceAll("quiet", "other");
+  )
+    .replaceAll("stroke trail", "trail")
+    .replaceAll("quiet", "other");
   const stem = stems.get(one.number);
   const stemLine = stem ? `<path class="stem" d="M${stem.map((point) => point.join(" ")).join("L")}"/>` : "";
   const tip =
@@ -129,14 +131,19 @@ function photograph() {
     const source = photoOf(one, false);
     if (image.getAttribute("src") !== source) image.src = source;
     const side = one.lamp ? ` The ${one.lamp} lamp is lit next.` : "";
-    image.alt = one.x === null ? `Step ${one.number}: no plant found.` : `Step ${one.number}: the tip is at ${num(one.x, 1)}, ${num(one.y, 1)} cm.${side}`;
+    image.alt =
+      one.x === null
+        ? `Step ${one.number}: no plant found.`
+        : `Step ${one.number}: the tip is at ${num(one.x, 1)}, ${num(one.y, 1)} cm.${side}`;
   } else {
     $("#no-photo").textContent = one ? "The camera gave no photograph at this step." : "No photograph yet.";
   }
   put($("#over"), trusted(overlay()));
   wantStem();
   $("#frame").textContent = one?.photo ?? "";
-  $("#where").textContent = latest ? "latest photograph" : `step ${one.number}, ${when(one)}${one.lamp ? `, then ${one.lamp} lamp` : ""}`;
+  $("#where").textContent = latest
+    ? "latest photograph"
+    : `step ${one.number}, ${when(one)}${one.lamp ? `, then ${one.lamp} lamp` : ""}`;
   const scrub = $("#scrub");
   scrub.max = String(Math.max(0, steps.length - 1));
   scrub.value = String(place());
@@ -158,8 +165,10 @@ function strip() {
   const button = (mark, index) => {
     const one = steps[mark];
     const to = marks[index + 1] ?? 1e9;
-    const picture = one.photo ? html`<img src="${photoOf(one, true)}" alt="" loading="lazy">` : "";
-    return html`<button type="button" data-from="${mark}" data-to="${to}" aria-label="Step ${one.number}, ${when(one)}">${picture}</button>`;
+    const picture = one.photo ? html`<img src="${photoOf(one, true)}" alt="" loading="lazy" />` : "";
+    return html`<button type="button" data-from="${mark}" data-to="${to}" aria-label="Step ${one.number}, ${when(one)}">
+      ${picture}
+    </button>`;
   };
   put($("#strip"), marks.map(button));
 }
@@ -233,15 +242,31 @@ function facts() {
   const first = steps[since + 1];
   const hours = last && first ? last.hours - first.hours : 0;
   const unknown = status.still_lit ? `${status.still_lit} may still be lit` : isOn() ? "not decided yet" : "off";
-  const name = has ? html`<span class="lamp ${lampClass(lamp)}">${capital(lamp)}</span>` : html`<span class="lamp">${status.state === "died" && !status.still_lit ? "Unknown" : capital(unknown)}</span>`;
-  const detail = has ? html`<span class="sub">for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}</span>` : "";
+  const name = has
+    ? html`<span class="lamp ${lampClass(lamp)}">${capital(lamp)}</span>`
+    : html`<span class="lamp">${status.state === "died" && !status.still_lit ? "Unknown" : capital(unknown)}</span>`;
+  const detail = has
+    ? html`<span class="sub">for ${num(hours, 1)} h${lit?.isConfirmed ? ", confirmed" : ", not confirmed yet"}</span>`
+    : "";
   put($("#lamp"), [name, detail]);
   put($("#dock-lamp"), name);
   $("#lampline").dataset.lamp = has && !isLost ? lampClass(lamp) : "";
-  const tip = last && last.x !== null ? html`${num(last.x, 1)}, ${num(last.y, 1)} <small>cm</small><span class="sub">${last.isHeld ? html`<b>kept</b>: not found in the photograph` : `measured, confidence ${num(last.confidence, 2)}`}</span>` : "–";
+  const tip =
+    last && last.x !== null
+      ? html`${num(last.x, 1)}, ${num(last.y, 1)} <small>cm</small
+          ><span class="sub"
+            >${last.isHeld ? html`<b>kept</b>: not found in the photograph` : `measured, confidence ${num(last.confidence, 2)}`}</span
+          >`
+      : "–";
   put($("#tip"), tip);
   const grown = growth();
-  put($("#growth"), grown ? html`${num(grown.height, 2)} <small>cm/h</small><span class="sub">in height${grown.length === null ? "" : `, ${num(grown.length, 2)} in length`}</span>` : html`–<span class="sub">after the first hour</span>`);
+  put(
+    $("#growth"),
+    grown
+      ? html`${num(grown.height, 2)} <small>cm/h</small
+          ><span class="sub">in height${grown.length === null ? "" : `, ${num(grown.length, 2)} in length`}</span>`
+      : html`–<span class="sub">after the first hour</span>`,
+  );
 }
 
 // Curves.
@@ -253,11 +278,12 @@ const series = fit($("#series"), (width) => {
   const until = Math.max(1, steps.at(-1).hours);
   const ribbon = (X) => {
     let parts = "";
-    for (let from = 0; from < steps.length - 1; ) {
+    for (let from = 0; from < steps.length - 1;) {
       let to = from + 1;
       while (to < steps.length - 1 && steps[to].lamp === steps[from].lamp) to++;
       const lamp = steps[from].lamp;
-      if (lamp) parts += `<rect class="lit ${lampClass(lamp)}" x="${X(steps[from].hours).toFixed(1)}" y="0" width="${(X(steps[to].hours) - X(steps[from].hours)).toFixed(1)}" height="7"/>`;
+      if (lamp)
+        parts += `<rect class="lit ${lampClass(lamp)}" x="${X(steps[from].hours).toFixed(1)}" y="0" width="${(X(steps[to].hours) - X(steps[from].hours)).toFixed(1)}" height="7"/>`;
       from = to;
     }
     return parts;
@@ -287,14 +313,45 @@ const series = fit($("#series"), (width) => {
     const before = steps.findLast((one) => one.y !== null && one.hours <= now.hours - 0.99);
     return before ? (now.y - before.y) / (now.hours - before.hours) : null;
   });
-  return one(kept.map((one) => one.x), "x (cm)") + one(kept.map((one) => one.y), "y (cm)") + one(hourly, "cm/h", true);
+  return (
+    one(
+      kept.map((one) => one.x),
+      "x (cm)",
+    ) +
+    one(
+      kept.map((one) => one.y),
+      "y (cm)",
+    ) +
+    one(hourly, "cm/h", true)
+  );
 });
 
 function seriesTable() {
   const every = Math.max(1, Math.ceil(steps.length / 12));
   const kept = steps.filter((_, index) => index % every === 0 || index === steps.length - 1);
-  const row = (one) => html`<tr><th scope="row">${one.number}</th><td class="n">${num(one.hours, 1)}</td><td class="n">${one.x === null ? "–" : num(one.x, 1)}</td><td class="n">${one.y === null ? "–" : num(one.y, 1)}</td><td>${one.lamp ?? ""}</td></tr>`;
-  put($("#series-table"), html`<thead><tr><th scope="col">Step</th><th scope="col" class="n">Hours</th><th scope="col" class="n">x (cm)</th><th scope="col" class="n">y (cm)</th><th scope="col">Lamp</th></tr></thead><tbody>${kept.map(row)}</tbody>`);
+  const row = (one) =>
+    html`<tr>
+      <th scope="row">${one.number}</th>
+      <td class="n">${num(one.hours, 1)}</td>
+      <td class="n">${one.x === null ? "–" : num(one.x, 1)}</td>
+      <td class="n">${one.y === null ? "–" : num(one.y, 1)}</td>
+      <td>${one.lamp ?? ""}</td>
+    </tr>`;
+  put(
+    $("#series-table"),
+    html`<thead>
+        <tr>
+          <th scope="col">Step</th>
+          <th scope="col" class="n">Hours</th>
+          <th scope="col" class="n">x (cm)</th>
+          <th scope="col" class="n">y (cm)</th>
+          <th scope="col">Lamp</th>
+        </tr>
+      </thead>
+      <tbody>
+        ${kept.map(row)}
+      </tbody>`,
+  );
 }
 
 const path = fit($("#path"), (width) => {
@@ -306,7 +363,9 @@ const path = fit($("#path"), (width) => {
   const low = Math.min(4, ...ys) - 0.3;
   const high = Math.max(low + 6, about.end_height ?? 0, ...ys) + 0.7;
   const height = Math.min(460, Math.max(240, (width * (high - low)) / (2 * reach)));
-  const sentence = seen.length ? `Path of the tip, now at ${num(seen.at(-1).x, 1)}, ${num(seen.at(-1).y, 1)} cm, past ${plural((status.crossings ?? []).filter(Boolean).length, "target")} of ${targets.length}.` : "No tip yet.";
+  const sentence = seen.length
+    ? `Path of the tip, now at ${num(seen.at(-1).x, 1)}, ${num(seen.at(-1).y, 1)} cm, past ${plural((status.crossings ?? []).filter(Boolean).length, "target")} of ${targets.length}.`
+    : "No tip yet.";
   return plot({
     w: width,
     h: Math.round(height),
@@ -317,11 +376,28 @@ const path = fit($("#path"), (width) => {
     label: sentence,
     body: (X, Y) => {
       const heights = targets.map((target) => `<path class="dotted" d="M${X(-reach)} ${Y(target.y).toFixed(1)}H${X(reach)}"/>`);
-      const fan = (prediction?.paths ?? []).map((points) => `<path class="fan" d="${line(points.map((p) => p[0]), points.map((p) => p[1]), X, Y)}"/>`);
+      const fan = (prediction?.paths ?? []).map(
+        (points) =>
+          `<path class="fan" d="${line(
+            points.map((p) => p[0]),
+            points.map((p) => p[1]),
+            X,
+            Y,
+          )}"/>`,
+      );
       const last = seen.at(-1);
-      const tip = last ? `<circle cx="${X(last.x).toFixed(1)}" cy="${Y(last.y).toFixed(1)}" r="6" class="tip ${lampClass(last.lamp ?? lampNow())}"/>` : "";
+      const tip = last
+        ? `<circle cx="${X(last.x).toFixed(1)}" cy="${Y(last.y).toFixed(1)}" r="6" class="tip ${lampClass(last.lamp ?? lampNow())}"/>`
+        : "";
       const first = seen[0] ? `<circle class="start" cx="${X(seen[0].x)}" cy="${Y(seen[0].y)}" r="5"/>` : "";
-      return heights.join("") + fan.join("") + lampPath(seen, X, Y) + first + tip + targets.map((target, index) => cross(X(target.x), Y(target.y), index + 1)).join("");
+      return (
+        heights.join("") +
+        fan.join("") +
+        lampPath(seen, X, Y) +
+        first +
+        tip +
+        targets.map((target, index) => cross(X(target.x), Y(target.y), index + 1)).join("")
+      );
     },
   });
 });
@@ -333,19 +409,47 @@ function targets() {
   const row = (target, index) => {
     const crossed = status.crossings?.[index];
     const name = html`<th scope="row" class="num">${index + 1} &nbsp;${num(target.x, 1)}, ${num(target.y, 1)}</th>`;
-    if (crossed) return html`<tr>${name}<td>at step ${crossed.step}, after ${num(crossed.hours, 1)} h</td><td class="n">${num(crossed.beside, 1)}</td></tr>`;
+    if (crossed)
+      return html`<tr>
+        ${name}
+        <td>at step ${crossed.step}, after ${num(crossed.hours, 1)} h</td>
+        <td class="n">${num(crossed.beside, 1)}</td>
+      </tr>`;
     const expected = isOn() && prediction?.targets?.find((one) => one.y === target.y);
-    if (expected?.hours) return html`<tr>${name}<td>in ${num(expected.hours[0], 1)} to ${num(expected.hours[1], 1)} h</td><td class="n">${num(expected.beside[0], 1)} to ${num(expected.beside[1], 1)}</td></tr>`;
-    return html`<tr>${name}<td>not yet</td><td class="n">–</td></tr>`;
+    if (expected?.hours)
+      return html`<tr>
+        ${name}
+        <td>in ${num(expected.hours[0], 1)} to ${num(expected.hours[1], 1)} h</td>
+        <td class="n">${num(expected.beside[0], 1)} to ${num(expected.beside[1], 1)}</td>
+      </tr>`;
+    return html`<tr>
+      ${name}
+      <td>not yet</td>
+      <td class="n">–</td>
+    </tr>`;
   };
-  put($("#targets"), html`<thead><tr><th scope="col">Target</th><th scope="col">Crosses its height</th><th scope="col" class="n">Beside it (cm)</th></tr></thead><tbody>${all.map(row)}</tbody>`);
+  put(
+    $("#targets"),
+    html`<thead>
+        <tr>
+          <th scope="col">Target</th>
+          <th scope="col">Crosses its height</th>
+          <th scope="col" class="n">Beside it (cm)</th>
+        </tr>
+      </thead>
+      <tbody>
+        ${all.map(row)}
+      </tbody>`,
+  );
 }
 
 async function predict() {
   if (!isOn() || !(about.targets ?? []).length || steps.length < 2) return;
   prediction = await get("api/run/prediction", { at }).catch(() => undefined);
   $("#fan-key").hidden = !prediction;
-  $("#predicted").textContent = prediction ? `From ${prediction.plants} plants simulated in ${prediction.model}, from where the tip is now: the range of eight in ten. A guess, not a promise.` : "";
+  $("#predicted").textContent = prediction
+    ? `From ${prediction.plants} plants simulated in ${prediction.model}, from where the tip is now: the range of eight in ten. A guess, not a promise.`
+    : "";
   path();
   targets();
 }
@@ -353,7 +457,12 @@ async function predict() {
 // Health.
 function health() {
   const isGood = status.health === "good";
-  put($("#health"), html`<span class="chip ${isGood ? "" : "warn"}">${icon(isGood ? "done" : "warn")}${isGood ? "all checks pass" : "look here"}</span>`);
+  put(
+    $("#health"),
+    html`<span class="chip ${isGood ? "" : "warn"}"
+      >${icon(isGood ? "done" : "warn")}${isGood ? "all checks pass" : "look here"}</span
+    >`,
+  );
   // What says the same again and again is told once, with how often.
   const told = [];
   for (const event of [...events].reverse()) {
@@ -361,50 +470,100 @@ function health() {
     if (same && same.kind === event.kind) same.count++;
     else told.push({ ...event, count: 1 });
   }
-  const item = (event) => html`<li class="event">${icon(event.is_warning ? "warn" : event.kind === "recovered" || event.kind === "finished" ? "done" : "info")}
-    <span>${event.says}${event.count > 1 ? ` ${event.count} times in a row.` : ""}</span>
-    <time>${event.unix ? `${moment(event.unix)}, ` : ""}step ${event.step}</time>
-    ${event.todo ? html`<span class="todo"><b>${event.todo}</b></span>` : ""}
-    ${event.text && event.todo ? html`<span class="todo">${event.text}</span>` : ""}</li>`;
+  const item = (event) =>
+    html`<li class="event">
+      ${icon(event.is_warning ? "warn" : event.kind === "recovered" || event.kind === "finished" ? "done" : "info")}
+      <span>${event.says}${event.count > 1 ? ` ${event.count} times in a row.` : ""}</span>
+      <time>${event.unix ? `${moment(event.unix)}, ` : ""}step ${event.step}</time>
+      ${event.todo ? html`<span class="todo"><b>${event.todo}</b></span>` : ""}
+      ${event.text && event.todo ? html`<span class="todo">${event.text}</span>` : ""}
+    </li>`;
   put($("#events"), told.length ? told.slice(0, 12).map(item) : html`<li class="soft">Nothing happened yet.</li>`);
-  const row = (name, value) => html`<tr><th scope="row">${name}</th><td class="n">${value}</td></tr>`;
-  put($("#numbers"), html`<tbody>
-    ${row("Photographs", `${steps.length}, ${status.held ?? 0} without plant`)}
-    ${row("Lamps confirmed", `${steps.filter((one) => one.isConfirmed).length} of ${steps.filter((one) => one.lamp).length}`)}
-    ${row("Late steps", status.counts?.late ?? 0)}
-    ${row("Missed steps", status.counts?.missed ?? 0)}
-    ${row("Size of the photographs", size(status.bytes ?? 0))}
-    ${status.disk_gb === null || status.disk_gb === undefined ? "" : row("Room on the disk", `${status.disk_gb} GB${status.disk_days ? `, enough for ${span(status.disk_days * 86_400)}` : ""}`)}
-    ${row("Process", status.process ? `${status.process}, at work` : "none")}
-  </tbody>`);
+  const row = (name, value) =>
+    html`<tr>
+      <th scope="row">${name}</th>
+      <td class="n">${value}</td>
+    </tr>`;
+  put(
+    $("#numbers"),
+    html`<tbody>
+      ${row("Photographs", `${steps.length}, ${status.held ?? 0} without plant`)}
+      ${row("Lamps confirmed", `${steps.filter((one) => one.isConfirmed).length} of ${steps.filter((one) => one.lamp).length}`)}
+      ${row("Late steps", status.counts?.late ?? 0)} ${row("Missed steps", status.counts?.missed ?? 0)}
+      ${row("Size of the photographs", size(status.bytes ?? 0))}
+      ${status.disk_gb === null || status.disk_gb === undefined ? "" : row("Room on the disk", `${status.disk_gb} GB${status.disk_days ? `, enough for ${span(status.disk_days * 86_400)}` : ""}`)}
+      ${row("Process", status.process ? `${status.process}, at work` : "none")}
+    </tbody>`,
+  );
 }
 
 // What state the run is in, and what to do.
 function banner() {
   const last = steps.at(-1);
-  const resume = (primary) => html`<button class="btn ${primary ? "primary" : ""} change" type="button" id="resume">Resume from step ${last ? last.number + 1 : 0}</button>`;
+  const resume = (primary) =>
+    html`<button class="btn ${primary ? "primary" : ""} change" type="button" id="resume">
+      Resume from step ${last ? last.number + 1 : 0}
+    </button>`;
   const state = status.state;
-  const word = (kind, role, text, after = "") => html`<div class="banner ${kind}" role="${role}"><div>${text}</div>${after}</div>`;
+  const word = (kind, role, text, after = "") =>
+    html`<div class="banner ${kind}" role="${role}">
+      <div>${text}</div>
+      ${after}
+    </div>`;
   let what = "";
   if (isLost) {
-    what = word("", "status", html`<strong>This page is cut off from studio.</strong> What you see was heard ${span(lostFor)} ago. The run itself goes on: it does not need this page. To stop it meanwhile, at its computer: <code>${about.commands?.stop ?? "tropism stop"}</code>`);
+    what = word(
+      "",
+      "status",
+      html`<strong>This page is cut off from studio.</strong> What you see was heard ${span(lostFor)} ago. The run itself goes on:
+        it does not need this page. To stop it meanwhile, at its computer:
+        <code>${about.commands?.stop ?? "tropism stop"}</code>`,
+    );
   } else if (state === "overdue") {
-    what = word("", "status", html`<strong>The photograph is late.</strong> The camera does not answer; the run keeps trying. Look at the camera’s cable and network.`);
+    what = word(
+      "",
+      "status",
+      html`<strong>The photograph is late.</strong> The camera does not answer; the run keeps trying. Look at the camera’s cable
+        and network.`,
+    );
   } else if (state === "died") {
     const lit = status.still_lit ? html` <b>The ${status.still_lit} lamp may still be lit</b>: use Safe state.` : "";
-    what = word("bad", "alert", html`<strong>The run’s process is gone.</strong> It did not say goodbye: a kill, a crash or a power cut. All ${steps.length} steps are on the disk.${lit}`, resume(true));
+    what = word(
+      "bad",
+      "alert",
+      html`<strong>The run’s process is gone.</strong> It did not say goodbye: a kill, a crash or a power cut. All ${steps.length}
+        steps are on the disk.${lit}`,
+      resume(true),
+    );
   } else if (state === "stopped") {
-    what = word("calm", "status", html`<strong>Stopped in order${last ? ` at step ${last.number}` : ""}.</strong> Lamps and flash are off: the plant stands in the dark.`, resume(true));
+    what = word(
+      "calm",
+      "status",
+      html`<strong>Stopped in order${last ? ` at step ${last.number}` : ""}.</strong> Lamps and flash are off: the plant stands in
+        the dark.`,
+      resume(true),
+    );
   } else if (state === "paused") {
-    what = word("", "status", html`<strong>The run waits for you.</strong> ${events.findLast((event) => event.kind === "paused")?.text ?? ""}`, resume(true));
+    what = word(
+      "",
+      "status",
+      html`<strong>The run waits for you.</strong> ${events.findLast((event) => event.kind === "paused")?.text ?? ""}`,
+      resume(true),
+    );
   } else if (state === "over") {
-    const fitness = status.fitness === null || status.fitness === undefined ? "" : ` Fitness ${num(status.fitness)} of ${num(about.best ?? 0, 0)} cm.`;
+    const fitness =
+      status.fitness === null || status.fitness === undefined
+        ? ""
+        : ` Fitness ${num(status.fitness)} of ${num(about.best ?? 0, 0)} cm.`;
     what = word("calm", "status", html`<strong>The run is over.</strong>${fitness}`);
   } else if (state === "live" && !steps.length) {
     what = word("calm", "status", html`<strong>No photograph yet.</strong> The first one comes soon.`);
   }
   put($("#banner"), what);
-  put($("#state"), [chip(state ?? "waiting", state === "live" && !steps.length ? "Starting" : undefined), about.is_virtual ? virtual("virtual bean") : ""]);
+  put($("#state"), [
+    chip(state ?? "waiting", state === "live" && !steps.length ? "Starting" : undefined),
+    about.is_virtual ? virtual("virtual bean") : "",
+  ]);
   for (const button of $$(".stop")) button.setAttribute("aria-disabled", String(!isOn() || isLost));
   for (const button of $$(".safe")) button.setAttribute("aria-disabled", String(isLost));
   $("#ask-button").disabled = !isOn();
@@ -420,11 +579,18 @@ function tick() {
   $("#age").textContent = !one ? "" : latest && taken ? `taken ${mmss(Math.max(0, now() - taken))} ago` : when(one);
   const photo = $("#photo");
   const isOld = latest && taken && isOn() && status.next_unix && now() > status.next_unix + Math.max(15, status.period_s ?? 0);
-  const stale = isLost ? `Old: last heard ${span(lostFor)} ago` : isOld ? `Old: taken ${mmss(now() - taken)} ago, due ${mmss(now() - status.next_unix)} ago` : status.state === "died" ? "The last one before the run ended" : "";
+  const stale = isLost
+    ? `Old: last heard ${span(lostFor)} ago`
+    : isOld
+      ? `Old: taken ${mmss(now() - taken)} ago, due ${mmss(now() - status.next_unix)} ago`
+      : status.state === "died"
+        ? "The last one before the run ended"
+        : "";
   photo.classList.toggle("stale", Boolean(stale));
   photo.dataset.stale = stale;
   const left = status.next_unix ? status.next_unix - now() : null;
-  const next = !isOn() || isLost ? "–" : left === null ? "soon" : left >= 0 ? mmss(left + 0.99) : left > -10 ? "now" : `${mmss(-left)} late`;
+  const next =
+    !isOn() || isLost ? "–" : left === null ? "soon" : left >= 0 ? mmss(left + 0.99) : left > -10 ? "now" : `${mmss(-left)} late`;
   $("#next").textContent = next;
   $("#dock-next").textContent = next;
   $("#drop").value = left !== null && status.period_s ? Math.min(1, Math.max(0, 1 - left / status.period_s)) : 0;
@@ -458,7 +624,13 @@ for (const button of $$(".safe")) {
     try {
       const { devices, is_virtual: isVirtual } = await post("api/run/safe-state", { at });
       const failed = devices.filter((device) => !device.is_off);
-      toast(isVirtual ? "The lamps are virtual: there is nothing to switch off." : failed.length ? `Not off: ${failed.map((device) => `${device.device}, ${device.problem}`).join("; ")}` : "Lamps and flash are off.");
+      toast(
+        isVirtual
+          ? "The lamps are virtual: there is nothing to switch off."
+          : failed.length
+            ? `Not off: ${failed.map((device) => `${device.device}, ${device.problem}`).join("; ")}`
+            : "Lamps and flash are off.",
+      );
     } catch (error) {
       say(error);
     }
@@ -479,14 +651,21 @@ session.then(async ({ session: own }) => {
   try {
     about = await get("api/run", { at });
   } catch (error) {
-    put($("#banner"), html`<div class="banner bad" role="alert"><div>${error instanceof Error ? error.message : error}</div></div>`);
+    put(
+      $("#banner"),
+      html`<div class="banner bad" role="alert"><div>${error instanceof Error ? error.message : error}</div></div>`,
+    );
     return;
   }
   $("#name").textContent = about.name;
   document.title = `${about.name} · tropism studio`;
   if (about.width) $("#over").setAttribute("viewBox", `0 0 ${about.width} ${about.height}`);
   if (about.width) $("#photo").style.aspectRatio = `${about.width} / ${about.height}`;
-  put($("#about"), html`Steered by ${about.controller}, ${num(about.period_min, about.period_min % 1 ? 1 : 0)} min a step, at most ${plural(about.max_steps, "step")}.`);
+  put(
+    $("#about"),
+    html`Steered by ${about.controller}, ${num(about.period_min, about.period_min % 1 ? 1 : 0)} min a step, at most
+    ${plural(about.max_steps, "step")}.`,
+  );
   put($("#commands"), [command(about.commands.status), command(about.commands.stop), command(about.commands.resume)]);
   listen(
     `api/run/events?${new URLSearchParams({ at })}`,

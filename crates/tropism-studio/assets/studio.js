@@ -115,18 +115,27 @@ function frame() {
   const link = ([address, name, title]) =>
     html`<a href="${address}" aria-current="${name === own ? "page" : "false"}">${title}</a>`;
   const nav = bare ? "" : html`<nav class="nav" id="nav" aria-label="Pages">${PAGES.map(link)}</nav>`;
-  const state = bare
-    ? ""
-    : html`<span class="link-state" id="link" role="status"><i></i><span>Connecting</span></span>`;
+  const state = bare ? "" : html`<span class="link-state" id="link" role="status"><i></i><span>Connecting</span></span>`;
   const burger = bare
     ? ""
-    : html`<button class="btn quiet square burger" id="burger" type="button" aria-expanded="false" aria-controls="nav" aria-label="Pages">${icon("menu")}</button>`;
+    : html`<button
+        class="btn quiet square burger"
+        id="burger"
+        type="button"
+        aria-expanded="false"
+        aria-controls="nav"
+        aria-label="Pages"
+      >
+        ${icon("menu")}
+      </button>`;
   const head = html`<a class="skip" href="#main">To the content</a>
     <div class="lampline" id="lampline"></div>
-    <header class="top"><div class="bar">
-      <a class="brand" href="./">${trusted(MARK)}tropism studio</a>${nav}<span class="space"></span>${state}
-      <button class="btn quiet square" id="theme" type="button" aria-label="Light or dark">${icon("sun")}</button>${burger}
-    </div></header>`;
+    <header class="top">
+      <div class="bar">
+        <a class="brand" href="./">${trusted(MARK)}tropism studio</a>${nav}<span class="space"></span>${state}
+        <button class="btn quiet square" id="theme" type="button" aria-label="Light or dark">${icon("sun")}</button>${burger}
+      </div>
+    </header>`;
   document.body.insertAdjacentHTML("afterbegin", head.text);
   document.body.insertAdjacentHTML("beforeend", '<footer class="foot" id="foot"></footer>');
   $$("[data-ic]").forEach((element) => element.insertAdjacentHTML("afterbegin", icon(element.dataset.ic).text));
@@ -252,9 +261,14 @@ export function listen(path, event, take, lost = () => {}) {
     }
     // A browser gives up where the server answers at all but refuses: perhaps it has begun anew.
     if (source.readyState === EventSource.CLOSED) {
-      fetch("api/session").then(read).then((found) => {
-        if (!found.session) location.assign("login");
-      }, () => {});
+      fetch("api/session")
+        .then(read)
+        .then(
+          (found) => {
+            if (!found.session) location.assign("login");
+          },
+          () => {},
+        );
       open();
     }
   }, 2000);
@@ -323,7 +337,10 @@ export function hold(button, act, hint = () => {}) {
 
 /** A command with a button that copies it. @param {string} text */
 export const command = (text) =>
-  html`<div class="cmd"><code tabindex="0">${text}</code><button class="btn quiet square copy" type="button" aria-label="Copy">${icon("copy")}</button></div>`;
+  html`<div class="cmd">
+    <code tabindex="0">${text}</code
+    ><button class="btn quiet square copy" type="button" aria-label="Copy">${icon("copy")}</button>
+  </div>`;
 
 addEventListener("click", (event) => {
   const button = /** @type {Element} */ (event.target).closest?.(".copy");
@@ -339,8 +356,7 @@ addEventListener("click", (event) => {
 /** A number with a true minus. @param {number} value @param {number} [digits] */
 export const num = (value, digits = 2) => value.toFixed(digits).replace("-", "−");
 /** @param {number} seconds */
-export const mmss = (seconds) =>
-  `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
+export const mmss = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
 /** A span of time in words. @param {number} seconds */
 export function span(seconds) {
   const s = Math.max(0, seconds);
@@ -385,5 +401,4 @@ export const lampClass = (lamp) => (lamp === "left" || lamp === "right" ? lamp :
 /** @param {string} text */
 export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 /** The page of a piece of work. @param {string} kind @param {string} at */
-export const pageOf = (kind, at) =>
-  `${kind === "run" || kind === "evolution" ? kind : "work"}?${new URLSearchParams({ at })}`;
+export const pageOf = (kind, at) => `${kind === "run" || kind === "evolution" ? kind : "work"}?${new URLSearchParams({ at })}`;

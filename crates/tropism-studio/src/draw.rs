@@ -72,15 +72,15 @@ impl Controller for Lean {
     }
 }
 
-/// The farthest place, by height, at which a tip of eight virtual beans arrives there for the first time: each leans to the
-/// side early or late, 19 times. Pairs of height and distance from the root, in cm; the same to both sides.
+/// The farthest place, by height, at which a tip of four virtual beans arrives there for the first time: each leans to the
+/// side early or late, 15 times. Pairs of height and distance from the root, in cm; the same to both sides.
 pub(crate) fn reach() -> &'static [[f64; 2]] {
     static REACH: OnceLock<Vec<[f64; 2]>> = OnceLock::new();
     REACH.get_or_init(|| {
-        const BEANS: u64 = 8;
+        const BEANS: u64 = 4;
         const STEPS: u32 = 600;
         let species = Species::default();
-        let delays: Vec<u32> = (0..STEPS - 60).step_by(30).collect();
+        let delays: Vec<u32> = (0..STEPS - 60).step_by(36).collect();
         let plants: Vec<(u64, u32)> =
             delays.iter().flat_map(|&delay| (1..=BEANS).map(move |seed| (seed, delay))).collect();
         let seeds: Vec<u64> = plants.iter().map(|(seed, _)| *seed).collect();
@@ -97,7 +97,13 @@ pub(crate) fn reach() -> &'static [[f64; 2]] {
         };
         let lean = |place: usize| Lean { upright: plants[place].1, step: 0 };
         Trial::new(&species).grow_all(&seeds, lean, &task, &mut watch);
-        farthest.into_iter().map(|(half, x)| [f64::from(half) / 2.0, round_to_mm(x)]).collect()
+        // What a low plant reaches, a high one reaches too: between the delays that were tried there are others.
+        let mut so_far = 0.0_f64;
+        let widest = farthest.into_iter().map(|(half, x)| {
+            so_far = so_far.max(x);
+            [f64::from(half) / 2.0, round_to_mm(so_far)]
+        });
+        widest.collect()
     })
 }
 

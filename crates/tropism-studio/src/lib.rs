@@ -54,6 +54,8 @@ pub struct StudioPlan {
     pub listen: SocketAddr,
     /// Further names of this computer that a browser may ask for, such as that of a proxy.
     pub hosts: Vec<String>,
+    /// Whether to ask for a token on loopback, too: behind a proxy everybody comes from there.
+    pub ask_token: bool,
     /// Whether nothing may be changed.
     pub read_only: bool,
     /// Whether to show a virtual bean and evolutions that begin now, in a folder that is deleted at the end.
@@ -131,7 +133,7 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
     let root = folder
         .canonicalize()
         .map_err(|source| StudioError::Address { address: folder.display().to_string(), source })?;
-    let is_local = plan.listen.ip().is_loopback();
+    let is_local = plan.listen.ip().is_loopback() && !plan.ask_token;
     let has_tokens = access::path(&root).exists();
     let tokens = if is_local || has_tokens { None } else { Some(new_tokens(&root)?) };
     let access = if is_local { access::Access::open()? } else { access::Access::with_tokens(&root)? };

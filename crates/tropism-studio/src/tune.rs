@@ -39,6 +39,9 @@ pub(crate) struct Settings {
 pub(crate) struct TuneRequest {
     pub(crate) at: String,
     pub(crate) settings: Settings,
+    /// Names of the photographs to look at; taken evenly from all by default.
+    #[serde(default)]
+    photographs: Vec<String>,
     /// Name of the file that is written, without its ending.
     #[serde(default)]
     pub(crate) name: String,
@@ -88,8 +91,14 @@ fn source(root: &Path, at: &str) -> Result<Source, Refusal> {
 }
 
 impl Source {
-    /// Photographs taken evenly.
-    fn sample(&self) -> Vec<&PathBuf> {
+    /// The photographs of these names, or some taken evenly.
+    fn sample(&self, names: &[String]) -> Vec<&PathBuf> {
+        let is_named = |path: &&PathBuf| {
+            names.iter().any(|name| path.file_name().is_some_and(|own| own == name.as_str()))
+        };
+        if !names.is_empty() {
+            return self.photographs.iter().filter(is_named).take(SAMPLES).collect();
+        }
         let count = self.photographs.len();
         let wanted = SAMPLES.min(count);
         (0..wanted).map(|place| &self.photographs[place * (count - 1) / (wanted - 1).max(1)]).collect()
@@ -122,17 +131,19 @@ pub(crate) fn begin(root: &Path, at: &str) -> Result<Value, Refusal> {
     Ok(json!({
         "settings": settings, "width": source.calibration.width, "height": source.calibration.height,
         "photographs": source.photographs.len(), "is_virtual": source.is_virtual,
-        "seen": seen(&source, &settings)?,
+        "seen": seen(&source, &settings, &[])?,
     }))
 }
 
 /// What other settings see in the same photographs.
 pub(crate) fn look(root: &Path, request: &TuneRequest) -> Result<Value, Refusal> {
     let source = source(root, &request.at)?;
-    Ok(json!({ "seen": seen(&source, &request.settings)?, "text": text(&source, &request.settings)? }))
+    Ok(
+        json!({ "seen": seen(&source, &request.settings, &request.photographs)?, "text": text(&source, &request.settings)? }),
+    )
 }
 
-fn seen(source: &Source, settings: &Settings) -> Result<Vec<Value>, Refusal> {
+fn seen(source: &Source, settings: &Settings, names: &[String]) -> Result<Vec<Value>, Refusal> {
     let (calibration, vision) = source.with(settings);
     let tracker = TipTracker::new(calibration, vision).map_err(|error| Refusal::bad(error.to_string()))?;
     let one = |path: &&PathBuf| {
@@ -164,7 +175,7 @@ fn seen(source: &Source, settings: &Settings) -> Result<Vec<Value>, Refusal> {
             "tip": tip, "cm": cm, "stem": stem,
         }))
     };
-    source.sample().par_iter().map(one).collect()
+    source.sample(names).par_iter().map(one).collect()
 }
 
 /// The text of the file of the settings, and the command that tracks with them.

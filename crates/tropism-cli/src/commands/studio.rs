@@ -38,6 +38,10 @@ pub(crate) struct Studio {
     #[arg(long)]
     open: bool,
 
+    /// Ask for a token on the loopback address, too: behind a proxy everybody comes from there
+    #[arg(long)]
+    ask_token: bool,
+
     /// Let nobody change anything
     #[arg(long)]
     read_only: bool,
@@ -77,6 +81,7 @@ impl Studio {
             folder: (!self.demo).then_some(self.folder),
             listen: self.listen,
             hosts: self.host,
+            ask_token: self.ask_token,
             read_only: self.read_only,
             demo: self.demo,
             program: std::env::current_exe()?,

@@ -1,0 +1,419 @@
+//! What a studio refuses, asked as an attacker asks: by bytes on a connection.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use tropism_lab::evolve::EvolvePlan;
+use tropism_lab::fit::FitPlan;
+use tropism_lab::grow::GrowPlan;
+use tropism_lab::{RunConfig, RunPlan, Silent, Workflow};
+use tropism_studio::{StudioPlan, Welcome};
+
+/// A studio that is served until the test ends.
+struct Served {
+    address: SocketAddr,
+    welcome: Welcome,
+    folder: tempfile::TempDir,
+}
+
+fn served(change: impl FnOnce(&mut StudioPlan, &Path)) -> Served {
+    let folder = tempfile::tempdir().unwrap();
+    let mut plan = StudioPlan {
+        folder: Some(folder.path().to_owned()),
+        listen: "127.0.0.1:0".parse().unwrap(),
+        hosts: vec!["beans.example.org".to_owned()],
+        ask_token: false,
+        read_only: false,
+        demo: false,
+        program: PathBuf::from("/bin/false"),
+    };
+    change(&mut plan, folder.path());
+    let (sender, receiver) = mpsc::channel();
+    std::thread::spawn(move || {
+        let told = tropism_studio::serve(&plan, |welcome| sender.send(Ok(welcome.clone())).unwrap());
+        told.map_err(|error| sender.send(Err(error.to_string())))
+    });
+    let welcome = receiver.recv_timeout(Duration::from_secs(20)).unwrap().unwrap();
+    let address = welcome.address.trim_start_matches("http://").trim_end_matches('/').parse().unwrap();
+    Served { address, welcome, folder }
+}
+
+impl Served {
+    /// Status, head and body of the answer to `head`, whose lines end as HTTP asks for, and `body`.
+    fn ask(&self, head: &str, body: &str) -> (u16, String, String) {
+        let mut stream = TcpStream::connect(self.address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        let head = head.trim().replace('\n', "\r\n");
+        write!(stream, "{head}\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}", body.len())
+            .unwrap();
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let answer = String::from_utf8_lossy(&answer).into_owned();
+        let status = answer.split(' ').nth(1).and_then(|word| word.parse().ok()).unwrap_or(0);
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap_or((&answer, ""));
+        (status, head.to_ascii_lowercase(), body.to_owned())
+    }
+
+    fn get(&self, path: &str) -> (u16, String, String) {
+        self.ask(&format!("GET {path} HTTP/1.1\nHost: {}", self.address), "")
+    }
+
+    fn post(&self, path: &str, more: &str, body: &str) -> (u16, String, String) {
+        self.ask(&format!("POST {path} HTTP/1.1\nHost: {}\n{more}", self.address), body)
+    }
+
+    /// The word that a page sends with each change.
+    fn csrf(&self, cookie: &str) -> String {
+        let head = format!("GET /api/session HTTP/1.1\nHost: {}\nCookie: {cookie}", self.address);
+        let (_, _, body) = self.ask(&head, "");
+        body.split("\"csrf\":\"").nth(1).unwrap_or_default().split('"').next().unwrap_or_default().to_owned()
+    }
+
+    fn log_in(&self, token: &str) -> (u16, String) {
+        let (status, head, _) = self.post("/api/login", "", &format!("{{\"token\":\"{token}\"}}"));
+        let cookie = head.split("set-cookie: ").nth(1).unwrap_or_default();
+        (status, cookie.split(';').next().unwrap_or_default().to_owned())
+    }
+}
+
+/// A run of a few steps, and an evolution of a few generations, in the folder.
+fn with_work(_: &mut StudioPlan, folder: &Path) {
+    let mut config = RunConfig::default();
+    config.task = config.task.with_max_steps(3);
+    RunPlan { out: folder.join("bean"), config, ..RunPlan::default() }.execute(&Silent).unwrap();
+    let tracks = folder.join("tracks");
+    GrowPlan { plants: 2, out: tracks.clone(), ..GrowPlan::default() }.execute(&Silent).unwrap();
+    let model = folder.join("model.json");
+    FitPlan { tracks: vec![tracks], out: model.clone(), ..FitPlan::default() }.execute(&Silent).unwrap();
+    let mut plan =
+        EvolvePlan { model, out: folder.join("evolution"), trial_plants: 2, ..EvolvePlan::default() };
+    (plan.evolution.runs, plan.evolution.generations) = (2, 3);
+    plan.evolution.neat.population = 10;
+    plan.execute(&Silent).unwrap();
+}
+
+/// Every route that reads.
+const READS: [&str; 28] = [
+    "/",
+    "/run",
+    "/evolution",
+    "/work",
+    "/draw",
+    "/tune",
+    "/compare",
+    "/login",
+    "/assets/studio.js",
+    "/assets/style.css",
+    "/api/session",
+    "/api/items",
+    "/api/events",
+    "/api/work?at=bean",
+    "/api/run?at=bean",
+    "/api/run/events?at=bean",
+    "/api/run/photo?at=bean&name=000000.jpg",
+    "/api/run/stem?at=bean&step=0",
+    "/api/run/prediction?at=bean",
+    "/api/evolution?at=evolution",
+    "/api/evolution/events?at=evolution",
+    "/api/evolution/champion?at=evolution",
+    "/api/models",
+    "/api/task?targets=[[0,6]]",
+    "/api/compare?at=evolution",
+    "/api/tune?at=bean",
+    "/nothing",
+    "/api/reach",
+];
+
+/// Every route that changes.
+const CHANGES: [&str; 10] = [
+    "/api/run/stop",
+    "/api/run/safe-state",
+    "/api/run/resume",
+    "/api/evolution/pause",
+    "/api/evolution/resume",
+    "/api/draw/evolve",
+    "/api/draw/save",
+    "/api/queue/remove",
+    "/api/tune/write",
+    "/api/logout",
+];
+
+#[test]
+fn a_foreign_host_is_refused_on_every_route() {
+    let studio = served(|_, _| {});
+    for host in ["evil.example", "localhost.evil.example", "127.0.0.1.evil.example:8217", "[::1", ""] {
+        for path in READS {
+            let (status, ..) = studio.ask(&format!("GET {path} HTTP/1.1\nHost: {host}"), "");
+            assert!(matches!(status, 400 | 421), "{path} of {host:?}: {status}");
+        }
+        for path in CHANGES {
+            let (status, ..) = studio.ask(&format!("POST {path} HTTP/1.1\nHost: {host}"), "{}");
+            assert!(matches!(status, 400 | 421), "{path} of {host:?}: {status}");
+        }
+    }
+    for host in ["localhost:1", "beans.example.org", "greenhouse.local", "192.168.0.7:8217"] {
+        assert_eq!(studio.ask(&format!("GET / HTTP/1.1\nHost: {host}"), "").0, 200, "{host}");
+    }
+    let two = format!("GET / HTTP/1.1\nHost: {}\nHost: evil.example", studio.address);
+    assert_eq!(studio.ask(&two, "").0, 400);
+}
+
+#[test]
+fn a_post_of_another_site_is_refused_on_every_route() {
+    let studio = served(|_, _| {});
+    let csrf = studio.csrf("");
+    assert!(csrf.len() > 20);
+    let own = format!("X-Tropism-Csrf: {csrf}");
+    for path in CHANGES {
+        for headers in [
+            String::new(),
+            "X-Tropism-Csrf: guess".to_owned(),
+            format!("{own}\nOrigin: http://evil.example"),
+            format!("{own}\nOrigin: null"),
+            format!("{own}\nSec-Fetch-Site: cross-site"),
+            format!("{own}\nSec-Fetch-Site: same-site"),
+        ] {
+            let (status, _, body) = studio.post(path, &headers, "{}");
+            assert_eq!(status, 403, "{path} with {headers:?}: {body}");
+        }
+    }
+    let good = format!("{own}\nOrigin: http://{}\nSec-Fetch-Site: same-origin", studio.address);
+    let (status, _, body) = studio.post("/api/draw/save", &good, "{\"name\":\"t\",\"targets\":[[1,6]]}");
+    assert_eq!(status, 200, "{body}");
+    assert!(studio.folder.path().join("t.toml").exists());
+    let (_, head, _) = studio.get("/api/session");
+    assert!(!head.contains("access-control-allow"), "{head}");
+}
+
+#[test]
+fn no_path_leads_out_of_the_folder() {
+    let studio = served(with_work);
+    let secret = studio.folder.path().parent().unwrap().join("secret-beside-the-folder.jpg");
+    std::fs::write(&secret, b"\xff\xd8secret").unwrap();
+    std::fs::create_dir_all(studio.folder.path().join(".tropism-studio")).unwrap();
+    std::fs::write(studio.folder.path().join(".tropism-studio/access.json"), "secret").unwrap();
+    let out = [
+        "../",
+        "..%2f",
+        "%2e%2e%2f",
+        "..%5c",
+        "bean/../../",
+        "/",
+        "%2f",
+        "//",
+        "bean%00",
+        ".tropism-studio/",
+        "%2etropism-studio",
+    ];
+    for at in out {
+        for path in [
+            "work",
+            "run",
+            "run/events",
+            "run/prediction",
+            "evolution",
+            "evolution/champion",
+            "tune",
+            "compare",
+        ] {
+            let (status, _, body) = studio.get(&format!("/api/{path}?at={at}etc"));
+            assert!(
+                (400..500).contains(&status) && !body.contains("secret"),
+                "{path}?at={at}: {status} {body}"
+            );
+        }
+        let name = "secret-beside-the-folder.jpg";
+        for address in [
+            format!("/api/run/photo?at={at}&name={name}"),
+            format!("/api/run/photo?at=bean&name={at}{name}"),
+            format!("/api/run/photo?at={at}&name=access.json"),
+            format!("/api/compare/file?at=evolution&name={at}{name}"),
+            format!("/assets/{at}{name}"),
+        ] {
+            let (status, _, body) = studio.get(&address);
+            assert!(status >= 400 && !body.contains("secret\""), "{address}: {status}");
+            assert!(!body.starts_with("\u{fffd}\u{fffd}secret"), "{address}");
+        }
+    }
+    std::fs::remove_file(secret).unwrap();
+    let (status, head, _) = studio.get("/api/run/photo?at=bean&name=000000.jpg");
+    assert!(status == 200 && head.contains("content-type: image/jpeg"), "{head}");
+}
+
+#[test]
+fn scripts_in_names_are_text() {
+    let name = "<img src=x onerror=alert(1)>";
+    let studio = served(|plan, folder| {
+        with_work(plan, folder);
+        std::fs::rename(folder.join("bean"), folder.join(name)).unwrap();
+    });
+    let (status, head, body) = studio.get("/api/items");
+    assert!(status == 200 && body.contains(name), "{body}");
+    // JSON is never taken for a page, and a page runs no script of its own text.
+    assert!(
+        head.contains("content-type: application/json") && head.contains("x-content-type-options: nosniff"),
+        "{head}"
+    );
+    for path in READS.iter().filter(|path| !path.contains("events")) {
+        let (_, head, _) = studio.get(path);
+        for wanted in [
+            "x-content-type-options: nosniff",
+            "content-security-policy: default-src 'none'",
+            "referrer-policy: no-referrer",
+        ] {
+            assert!(head.contains(wanted), "{path}: {head}");
+        }
+        assert!(!head.contains("script-src 'unsafe"), "{path}: {head}");
+    }
+    let csrf = format!("X-Tropism-Csrf: {}", studio.csrf(""));
+    let body = "{\"name\":\"<b>\",\"targets\":[[1,6]]}";
+    assert_eq!(studio.post("/api/draw/save", &csrf, body).0, 400);
+}
+
+#[test]
+fn large_and_slow_bodies_are_refused() {
+    let studio = served(|_, _| {});
+    let csrf = studio.csrf("");
+    let mut stream = TcpStream::connect(studio.address).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let size = 1_u64 << 30;
+    let head = format!(
+        "POST /api/draw/save HTTP/1.1\r\nHost: {}\r\nX-Tropism-Csrf: {csrf}\r\nContent-Length: {size}\r\n\r\n",
+        studio.address
+    );
+    stream.write_all(head.as_bytes()).unwrap();
+    let piece = vec![b' '; 1 << 16];
+    let mut sent = 0;
+    while sent < size {
+        match stream.write(&piece) {
+            Ok(count) => sent += count as u64,
+            Err(_) => break,
+        }
+        if sent > 64 << 20 {
+            break;
+        }
+    }
+    assert!(sent < 64 << 20, "{sent} bytes of a body were taken");
+    let mut answer = [0; 12];
+    if stream.read_exact(&mut answer).is_ok() {
+        assert_eq!(&answer, b"HTTP/1.1 413");
+    }
+    assert_eq!(studio.get("/").0, 200);
+}
+
+#[test]
+fn silent_connections_keep_nobody_out() {
+    let studio = served(|_, _| {});
+    let mut silent = Vec::new();
+    // Ten thousand in all; no more at a time than this process may have open.
+    for number in 0..10_000 {
+        match TcpStream::connect(studio.address) {
+            Ok(mut stream) => {
+                let _ = stream.write_all(b"GET / HTTP/1.1\r\nHost: 127");
+                silent.push(stream);
+            }
+            Err(error) => assert_ne!(error.kind(), ErrorKind::ConnectionRefused, "after {number}"),
+        }
+        if silent.len() > 450 {
+            silent.remove(0);
+        }
+        if number % 2_500 == 2_499 {
+            let began = Instant::now();
+            assert_eq!(studio.get("/").0, 200, "after {number} silent connections");
+            assert!(began.elapsed() < Duration::from_secs(10));
+        }
+    }
+}
+
+#[test]
+fn nothing_is_shown_without_a_token() {
+    let studio = served(|plan, folder| {
+        plan.ask_token = true;
+        tropism_studio::new_tokens(folder).unwrap();
+    });
+    for path in READS.iter().filter(|path| path.starts_with("/api/") && **path != "/api/session") {
+        assert_eq!(studio.get(path).0, 401, "{path}");
+    }
+    for path in CHANGES {
+        assert_eq!(studio.post(path, "", "{}").0, 401, "{path}");
+    }
+    let (status, head, _) = studio.get("/run");
+    assert!(status == 303 && head.contains("location: login"), "{head}");
+    let (_, _, body) = studio.get("/api/session");
+    assert!(body.contains("\"session\":null"), "{body}");
+    for cookie in ["x", "", "../..", "aaaaaaaaaaaaaaaaaaaaaaaaaa"] {
+        let head = format!(
+            "GET /api/items HTTP/1.1\nHost: {0}\nCookie: tropism-studio-{1}={cookie}",
+            studio.address,
+            studio.address.port()
+        );
+        assert_eq!(studio.ask(&head, "").0, 401);
+    }
+}
+
+#[test]
+fn tokens_open_what_they_may_and_guessing_is_slow() {
+    let studio = served(|plan, _| plan.listen = "0.0.0.0:0".parse().unwrap());
+    // Another address than loopback made tokens by itself; the test asks by loopback all the same.
+    let address: SocketAddr = format!("127.0.0.1:{}", studio.address.port()).parse().unwrap();
+    let studio = Served { address, ..studio };
+    let tokens = studio.welcome.tokens.clone().unwrap();
+    assert!(studio.welcome.asks_for_token && studio.welcome.qr().unwrap().lines().count() > 10);
+    assert!(studio.welcome.link().ends_with(&format!("/login#{}", tokens.change)));
+    let (status, cookie) = studio.log_in(&tokens.look);
+    assert_eq!(status, 200);
+    let (_, head, _) = studio.post("/api/login", "", &format!("{{\"token\":\"{}\"}}", tokens.change));
+    assert!(head.contains("httponly; samesite=strict; path=/"), "{head}");
+    let change = |cookie: &str| {
+        let headers = format!("Cookie: {cookie}\nX-Tropism-Csrf: {}", studio.csrf(cookie));
+        studio.post("/api/draw/save", &headers, "{\"name\":\"t\",\"targets\":[[1,6]]}").0
+    };
+    assert_eq!(change(&cookie), 403, "who may look only changes nothing");
+    let (_, cookie) = studio.log_in(&tokens.change);
+    assert_eq!(change(&cookie), 200);
+    let (_, other) = studio.log_in(&tokens.change);
+    let stolen = format!("Cookie: {cookie}\nX-Tropism-Csrf: {}", studio.csrf(&other));
+    assert_eq!(studio.post("/api/draw/save", &stolen, "{}").0, 403, "the word of another session");
+    let statuses: Vec<u16> = (0..8).map(|_| studio.log_in("guess").0).collect();
+    assert_eq!(statuses[..4], [403; 4], "{statuses:?}");
+    assert!(statuses[4..].iter().all(|&status| status == 429), "{statuses:?}");
+    assert_eq!(studio.log_in(&tokens.change).0, 429);
+    // Who is in stays in.
+    assert_eq!(change(&cookie), 200);
+}
+
+#[test]
+fn a_studio_for_looking_changes_nothing() {
+    let studio = served(|plan, _| plan.read_only = true);
+    let csrf = format!("X-Tropism-Csrf: {}", studio.csrf(""));
+    for path in CHANGES.iter().filter(|path| **path != "/api/logout") {
+        assert_eq!(studio.post(path, &csrf, "{}").0, 403, "{path}");
+    }
+}
+
+#[test]
+fn pages_answer_what_they_are_asked() {
+    let studio = served(with_work);
+    for path in READS.iter().filter(|path| !path.contains("events")) {
+        let (status, _, body) = studio.get(path);
+        let wanted = match *path {
+            "/nothing" | "/api/run/prediction?at=bean" => 400..500,
+            _ => 200..201,
+        };
+        assert!(wanted.contains(&status), "{path}: {status} {body}");
+    }
+    let (_, _, champion) = studio.get("/api/evolution/champion?at=evolution");
+    assert!(champion.contains("<svg") && champion.contains("\"paths\":[{"), "{champion}");
+    for bad in [
+        "/api/try?who=you&targets=x&seed=1",
+        "/api/try?who=you&targets=[[0,6]]&seed=1&lights=lx",
+        "/api/task?targets=[]",
+    ] {
+        assert_eq!(studio.get(bad).0, 400, "{bad}");
+    }
+    let (status, _, body) = studio.get("/api/try?who=you&targets=[[0,6]]&seed=1&lights=llrr&from=2");
+    assert!(status == 200 && body.contains("\"from\":2") && body.matches("\"stem\"").count() == 3, "{body}");
+}
