@@ -108,6 +108,27 @@ fn an_interrupted_evolution_resumes_to_the_same_champion() {
 }
 
 #[test]
+fn an_extended_evolution_is_the_longer_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = plan(folder.path(), "whole");
+    let results = whole.execute(&Silent).unwrap();
+    let mut extended = plan(folder.path(), "extended");
+    extended.evolution.generations = 12;
+    extended.execute(&Silent).unwrap();
+    (extended.resume, extended.evolution.generations) = (true, 30);
+    assert_eq!(extended.execute(&Silent).unwrap().runs, results.runs);
+    for file in ["champion.json", "history.csv", "evolution.toml"] {
+        assert!(
+            fs::read(whole.out.join(file)).unwrap() == fs::read(extended.out.join(file)).unwrap(),
+            "{file}"
+        );
+    }
+    extended.evolution.generations = 20;
+    let refusal = extended.execute(&Silent).unwrap_err().to_string();
+    assert!(refusal.contains("found an evolution of other settings"), "{refusal}");
+}
+
+#[test]
 fn a_champion_is_simulated_scored_and_shown() {
     let folder = tempfile::tempdir().unwrap();
     let evolve = plan(folder.path(), "evolution");

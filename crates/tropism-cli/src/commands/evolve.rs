@@ -64,7 +64,7 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
 
-    /// Continue the evolution in DIR; it needs no file
+    /// Continue the evolution in DIR; it needs no file, and may be given more generations
     #[arg(long)]
     resume: bool,
 

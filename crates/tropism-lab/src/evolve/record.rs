@@ -88,6 +88,7 @@ impl EvolutionRecord {
     pub(super) fn claim(&self, folder: &Path, is_resumed: bool) -> Result<FolderLock, Error> {
         let path = Self::path(folder);
         let text = files::toml_of(&path, self)?;
+        let mut is_extended = false;
         if path.exists() {
             if !is_resumed {
                 return Err(Error::Plan(format!(
@@ -95,7 +96,9 @@ impl EvolutionRecord {
                     folder.display()
                 )));
             }
-            if files::read_text(&path)? != text {
+            let known = files::read_text(&path)?;
+            is_extended = files::parse_toml(&path, &known).is_ok_and(|known| self.extends(&known));
+            if known != text && !is_extended {
                 return Err(Error::Plan(format!(
                     "{}: found an evolution of other settings or another model, wanted the same; use another folder",
                     path.display()
@@ -104,8 +107,21 @@ impl EvolutionRecord {
         }
         files::make_folder(&folder.join("champions"))?;
         let lock = lock(folder)?;
+        if is_extended {
+            // They are of fewer generations.
+            for name in ["summary.json", "champion.json"] {
+                files::remove(&folder.join(name))?;
+            }
+        }
         files::write(&path, text.as_bytes())?;
         Ok(lock)
+    }
+
+    /// Whether this is the evolution `known` with more generations: the first of them are the same to the bit.
+    fn extends(&self, known: &Self) -> bool {
+        let generations = known.evolution.generations;
+        let shortened = EvolutionConfig { generations, ..self.evolution.clone() };
+        self.evolution.generations > generations && Self { evolution: shortened, ..self.clone() } == *known
     }
 
     /// Number of runs.
