@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::EvolutionRecord;
 use super::record::checkpoint_path;
+use super::{EvolutionRecord, EvolutionRunSummary, EvolveResults};
 use crate::{Error, files, holder};
 
 /// What an evolution does now.
@@ -57,14 +57,27 @@ pub(crate) fn status(folder: &Path) -> Result<EvolutionStatus, Error> {
             best_fitness: run.champion().map(|(_, fitness)| fitness),
         })
     };
+    let summary = folder.join("summary.json");
+    let is_over = summary.exists();
+    // A summary is small, and checkpoints are not.
+    let results: Option<EvolveResults> =
+        is_over.then(|| files::read_as(&summary, |text| serde_json::from_str(text)).ok()).flatten();
+    let of_summary = |run: &EvolutionRunSummary| RunProgress {
+        generation: run.generations,
+        best_fitness: Some(run.best_fitness),
+    };
+    let runs = match &results {
+        Some(results) => results.runs.iter().map(of_summary).collect(),
+        None => (0..record.runs()).map(|index| progress(index).unwrap_or_default()).collect(),
+    };
     let saved = (0..record.runs()).filter_map(|index| files::age_s(&checkpoint_path(folder, index)));
     Ok(EvolutionStatus {
         evolution: folder.to_owned(),
-        is_over: folder.join("summary.json").exists(),
+        is_over,
         is_virtual: record.is_virtual,
         process: holder(folder)?,
         generations: record.generations(),
-        runs: (0..record.runs()).map(|index| progress(index).unwrap_or_default()).collect(),
+        runs,
         saved_ago_s: saved.reduce(f64::min),
     })
 }
