@@ -5,6 +5,8 @@ mod signals;
 mod shell;
 mod progress;
 mod announce;
+#[cfg(feature = "studio")]
+mod page;
 mod controller;
 mod commands;
 

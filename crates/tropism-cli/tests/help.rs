@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 25] = [
+const COMMANDS: [&str; 26] = [
     "study",
     "check",
     "run",
@@ -28,6 +28,7 @@ const COMMANDS: [&str; 25] = [
     "timelapse",
     "completions",
     "man",
+    "studio",
 ];
 
 fn help(words: &[&str]) -> String {

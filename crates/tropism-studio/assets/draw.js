@@ -1,6 +1,23 @@
 // Draw targets, evolve a controller for them, try it on a virtual bean, save the task.
 // @ts-check
-import { $, $$, asked, command, get, html, icon, listen, num, plural, post, put, say, session, toast } from "./studio.js";
+import {
+  $,
+  $$,
+  asked,
+  command,
+  escaped,
+  get,
+  html,
+  icon,
+  listen,
+  num,
+  plural,
+  post,
+  put,
+  say,
+  session,
+  toast,
+} from "./studio.js";
 import { cross, fit, line, plot } from "./figure.js";
 
 /** @typedef {{ x: number, y: number }} Target */
@@ -101,7 +118,7 @@ function smooth(points) {
 
 /** @param {Trial | undefined} trial */
 function plant(trial) {
-  if (phase !== "try") return `<path class="bean" d="M${ROOT} ${SOIL}V${Y(4)}"/>`;
+  if (phase !== "try") return backdrop ? "" : `<path class="bean" d="M${ROOT} ${SOIL}V${Y(4)}"/>`;
   const frame = trial?.frames[trial.at];
   if (!frame) return "";
   const stem = smooth([[0, 0], ...frame.stem]);
@@ -135,6 +152,31 @@ function lampNow() {
   const trial = trials[who];
   return trial?.frames[trial.at]?.lamp ?? (who === "you" ? (yours === "l" ? "left" : "right") : null);
 }
+
+/** A photograph behind the drawing, in its own scale. @type {{ href: string, x: number, y: number, w: number, h: number } | null} */
+let backdrop = null;
+$("#backdrop").onchange = async () => {
+  const run = $("#backdrop").value;
+  backdrop = null;
+  if (run !== "") {
+    try {
+      const [about, { items }] = await Promise.all([get("api/run", { at: run }), get("api/items")]);
+      const name = items.find((item) => item.at === run)?.photo_name;
+      if (!name || !about.base) throw new Error("This run has no photograph, or no scale.");
+      const [x, y] = about.base.map((pixels) => pixels / about.px_per_cm);
+      const href = `api/run/photo?${new URLSearchParams({ at: run, name })}`;
+      backdrop = { href, x: X(-x), y: Y(y), w: (U * about.width) / about.px_per_cm, h: (U * about.height) / about.px_per_cm };
+    } catch (error) {
+      say(error);
+    }
+  }
+  $("#plane").classList.toggle("on-photo", backdrop !== null);
+  draw();
+};
+const behind = () =>
+  backdrop && phase === "draw"
+    ? `<image href="${escaped(backdrop.href)}" x="${backdrop.x}" y="${backdrop.y}" width="${backdrop.w}" height="${backdrop.h}"/>`
+    : "";
 
 const HATCH =
   '<defs><pattern id="hatch" width="11" height="11" patternTransform="rotate(45)" patternUnits="userSpaceOnUse"><path class="hatch" d="M0 0V11"/></pattern></defs>';
@@ -177,12 +219,15 @@ function draw() {
     return `<g tabindex="0" role="button" data-target="${targets.indexOf(target)}" aria-label="Target ${index + 1} at ${num(target.x, 1)}, ${num(target.y, 1)} cm${text ? `, ${text}` : ""}. Arrow keys move it, Delete removes it.">${body}<circle class="t-hit" cx="${X(target.x)}" cy="${Y(target.y)}" r="${hit()}"/></g>`;
   });
   const dotted = all.map(({ y }) => `<path class="dotted" d="M0 ${Y(y)}H${W}"/>`);
-  const pot = `<path class="pot" d="M${ROOT - 52} ${SOIL}H${ROOT + 52}L${ROOT + 42} ${H}H${ROOT - 42}Z"/>`;
+  const pot =
+    backdrop && phase === "draw"
+      ? ""
+      : `<path class="pot" d="M${ROOT - 52} ${SOIL}H${ROOT + 52}L${ROOT + 42} ${H}H${ROOT - 42}Z"/>`;
   const scale = Math.max(1, W / Math.max(1, $("#plane").clientWidth));
   $("#plane").style.setProperty("--u", scale.toFixed(2));
   const focused = /** @type {any} */ (document.activeElement)?.dataset?.target;
   $("#plane").innerHTML =
-    `<svg class="figure" viewBox="0 0 ${W} ${H}">${HATCH}<path class="grid" d="${grid}"/>${area()}${heights.join("")}${dotted.join("")}${lampAt(-1, "left")}${lampAt(1, "right")}${pot}<path class="soil" d="M0 ${SOIL}H${W}"/>${ghosts.join("")}${trail(trial)}${plant(trial)}${marks.join("")}</svg>`;
+    `<svg class="figure" viewBox="0 0 ${W} ${H}">${HATCH}${behind()}<path class="grid" d="${grid}"/>${area()}${heights.join("")}${dotted.join("")}${lampAt(-1, "left")}${lampAt(1, "right")}${pot}<path class="soil" d="M0 ${SOIL}H${W}"/>${ghosts.join("")}${trail(trial)}${plant(trial)}${marks.join("")}</svg>`;
   if (focused !== undefined) $(`#plane [data-target="${focused}"]`)?.focus();
 }
 /** Half of what a finger meets, whatever the scale of the drawing. */
@@ -624,6 +669,13 @@ session.then(async ({ session: own }) => {
   if (!own) return;
   drawn();
   listen("api/events", "items", () => {});
+  get("api/items").then(({ items }) => {
+    const runs = items.filter((item) => item.kind === "run" && item.photo_name);
+    put($("#backdrop"), [
+      html`<option value="">no run</option>`,
+      runs.map((run) => html`<option value="${run.at}">${run.name}</option>`),
+    ]);
+  }, say);
   get("api/models").then(
     ({ models }) =>
       put($("#model"), [html`<option value="">of virtual beans</option>`, models.map((name) => html`<option>${name}</option>`)]),

@@ -262,7 +262,18 @@ function state() {
   put($("#state"), [chip(data.state, word), about.is_virtual ? virtual("on a model of virtual beans") : ""]);
   const button = $("#pause");
   button.hidden = data.state === "over";
+  $("#extend").disabled = data.state === "live";
   put(button, data.state === "live" ? html`${icon("pause")}Pause` : html`${icon("play")}Go on`);
+}
+
+function all() {
+  state();
+  facts();
+  curve();
+  species();
+  links();
+  table();
+  runs();
 }
 
 $("#pause").onclick = async () => {
@@ -281,6 +292,40 @@ $("#pause").onclick = async () => {
   $("#pause").disabled = false;
 };
 
+$("#extend").onclick = () => {
+  $("#until").min = String(data.generations + 1);
+  $("#until").value = String(2 * data.generations);
+  $("#more").showModal();
+};
+$("#more").onclose = async () => {
+  if ($("#more").returnValue !== "yes") return;
+  await post("api/evolution/extend", { at, generations: Number($("#until").value) }).then(
+    () => toast("It goes on when its turn comes."),
+    say,
+  );
+};
+
+// Both are asked for at once: neither waits for the other.
+listen(
+  `api/evolution/events?${new URLSearchParams({ at })}`,
+  "evolution",
+  (found) => {
+    data = found;
+    all();
+  },
+  (isLost, seconds) =>
+    put(
+      $("#banner"),
+      isLost
+        ? html`<div class="banner" role="status">
+            <div>
+              <strong>This page is cut off from studio.</strong> What you see was heard ${span(seconds)} ago. The evolution goes
+              on: it does not need this page.
+            </div>
+          </div>`
+        : "",
+    ),
+);
 session.then(async ({ session: own }) => {
   if (!own) return;
   try {
@@ -300,33 +345,10 @@ session.then(async ({ session: own }) => {
     command(about.commands.status),
     command(about.commands.stop),
     command(about.commands.resume),
+    command(about.commands.extend),
     command(about.commands.run),
   ]);
   $("#try").href = `draw?${new URLSearchParams({ at, targets: JSON.stringify(about.targets) })}`;
-  listen(
-    `api/evolution/events?${new URLSearchParams({ at })}`,
-    "evolution",
-    (found) => {
-      data = found;
-      state();
-      facts();
-      curve();
-      species();
-      links();
-      table();
-      runs();
-    },
-    (isLost, seconds) =>
-      put(
-        $("#banner"),
-        isLost
-          ? html`<div class="banner" role="status">
-              <div>
-                <strong>This page is cut off from studio.</strong> What you see was heard ${span(seconds)} ago. The evolution goes
-                on: it does not need this page.
-              </div>
-            </div>`
-          : "",
-      ),
-  );
+  if (data) all();
+  paths();
 });

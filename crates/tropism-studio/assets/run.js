@@ -566,7 +566,7 @@ function banner() {
   ]);
   for (const button of $$(".stop")) button.setAttribute("aria-disabled", String(!isOn() || isLost));
   for (const button of $$(".safe")) button.setAttribute("aria-disabled", String(isLost));
-  $("#ask-button").disabled = !isOn();
+  $("#ask-button").hidden = !isOn();
   $("#dock").hidden = state === "over";
   document.body.classList.toggle("has-dock", state !== "over");
 }
@@ -646,6 +646,28 @@ $("#banner").onclick = async (event) => {
   await post("api/run/resume", { at }).then(() => toast("It goes on."), say);
 };
 
+// Both are asked for at once: neither waits for the other.
+listen(
+  `api/run/events?${new URLSearchParams({ at })}`,
+  "run",
+  (data) => {
+    const isFirst = !steps.length;
+    steps = [...steps.slice(0, data.from), ...data.rows.map(step)];
+    events = [...events.slice(0, data.events_from), ...data.events];
+    status = data.status;
+    if (shown !== null && shown >= steps.length) shown = null;
+    all();
+    if (isFirst && about.targets) predict();
+  },
+  (is, seconds) => {
+    [isLost, lostFor] = [is, seconds];
+    banner();
+    facts();
+    tick();
+  },
+);
+setInterval(tick, 1000);
+setInterval(predict, 60_000);
 session.then(async ({ session: own }) => {
   if (!own) return;
   try {
@@ -667,25 +689,6 @@ session.then(async ({ session: own }) => {
     ${plural(about.max_steps, "step")}.`,
   );
   put($("#commands"), [command(about.commands.status), command(about.commands.stop), command(about.commands.resume)]);
-  listen(
-    `api/run/events?${new URLSearchParams({ at })}`,
-    "run",
-    (data) => {
-      const isFirst = !steps.length;
-      steps = [...steps.slice(0, data.from), ...data.rows.map(step)];
-      events = [...events.slice(0, data.events_from), ...data.events];
-      status = data.status;
-      if (shown !== null && shown >= steps.length) shown = null;
-      all();
-      if (isFirst) predict();
-    },
-    (is, seconds) => {
-      [isLost, lostFor] = [is, seconds];
-      banner();
-      facts();
-      tick();
-    },
-  );
-  setInterval(tick, 1000);
-  setInterval(predict, 60_000);
+  all();
+  predict();
 });

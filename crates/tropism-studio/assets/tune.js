@@ -142,7 +142,9 @@ function changed() {
   timer = setTimeout(async () => {
     const ask = ++asks;
     try {
-      const found = await get("api/tune/look", { plan: JSON.stringify({ at, settings, photographs: before.map((one) => one.photo) }) });
+      const found = await get("api/tune/look", {
+        plan: JSON.stringify({ at, settings, photographs: before.map((one) => one.photo) }),
+      });
       if (ask !== asks) return;
       seen = found.seen;
       $("#toml").textContent = found.text.toml;

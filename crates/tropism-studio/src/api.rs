@@ -13,6 +13,7 @@ use axum::{Extension, Json, Router, middleware};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+use tropism_lab::evolve::EvolutionRecord;
 use tropism_lab::safe_state::SafeStatePlan;
 use tropism_lab::status::StatusPlan;
 use tropism_lab::stop::StopPlan;
@@ -76,6 +77,7 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
         .route("/api/evolution/champion", get(champion))
         .route("/api/evolution/pause", post(pause))
         .route("/api/evolution/resume", post(go_on))
+        .route("/api/evolution/extend", post(extend))
         .route("/api/reach", get(reach))
         .route("/api/models", get(models))
         .route("/api/try", get(try_out))
@@ -431,14 +433,43 @@ async fn champion(State(studio): Shared, Query(RunAt { at, run }): Query<RunAt>)
 
 async fn go_on(State(studio): Shared, body: Body) -> Answer {
     let At { at } = read(body).await?;
-    work_on(&studio, move |studio| {
+    evolve_on(&studio, at, None).await
+}
+
+/// An evolution and the generations that it is to have.
+#[derive(Deserialize)]
+struct Extend {
+    #[serde(default)]
+    at: String,
+    generations: u32,
+}
+
+async fn extend(State(studio): Shared, body: Body) -> Answer {
+    let Extend { at, generations } = read(body).await?;
+    evolve_on(&studio, at, Some(generations)).await
+}
+
+/// Puts the rest of an evolution into the queue.
+async fn evolve_on(studio: &Arc<Studio>, at: String, generations: Option<u32>) -> Answer {
+    work_on(studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
         if holder(&folder)?.is_some() || studio.queue.has(&at) {
             return Err(Refusal::bad("the evolution goes on already, or waits in the queue"));
         }
         let out = if at.is_empty() { "." } else { &at };
-        let words = ["evolve", "--out", out, "--resume", "--checkpoint", "1"].map(str::to_owned);
-        let added = studio.queue.add(&at, vec![words.to_vec()]);
+        let mut words = ["evolve", "--out", out, "--resume", "--checkpoint", "1"].map(str::to_owned).to_vec();
+        if let Some(generations) = generations {
+            let known = EvolutionRecord::read(&folder)?.evolution.generations;
+            if generations <= known || generations > draw::MOST_GENERATIONS {
+                let most = draw::MOST_GENERATIONS;
+                return Err(Refusal::bad(format!(
+                    "found {generations} generations, wanted {} to {most}",
+                    known + 1
+                )));
+            }
+            words.extend(["--generations".to_owned(), generations.to_string()]);
+        }
+        let added = studio.queue.add(&at, vec![words]);
         Ok(Json(json!({ "job": added.map_err(|error| Refusal::bad(error.to_string()))? })))
     })
     .await

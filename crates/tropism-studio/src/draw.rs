@@ -21,6 +21,9 @@ use tropism_lab::files;
 use crate::error::Refusal;
 use crate::{Studio, evolution, found, jobs};
 
+/// Generations of an evolution that a page asks for, at most.
+pub(crate) const MOST_GENERATIONS: u32 = 100_000;
+
 /// Targets of a drawing, at most.
 const MOST_TARGETS: usize = 8;
 
@@ -284,7 +287,7 @@ pub(crate) fn check_name(name: &str) -> Result<(), Refusal> {
 pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, Refusal> {
     let EvolveRequest { name, targets, runs, generations, seed, model } = request;
     let saved = save(studio, name, targets)?;
-    if !(1..=1000).contains(runs) || !(1..=100_000).contains(generations) {
+    if !(1..=1000).contains(runs) || !(1..=MOST_GENERATIONS).contains(generations) {
         return Err(Refusal::bad("wanted 1 to 1000 runs of 1 to 100000 generations"));
     }
     if studio.root.join(name).exists() || studio.queue.has(name) {

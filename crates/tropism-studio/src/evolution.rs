@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
+use serde::Deserialize;
 use serde_json::{Value, json};
 use tropism::math::statistics::five_numbers;
 use tropism::task::{Task, TaskSpec};
@@ -57,17 +58,48 @@ pub(crate) struct EvolutionReader {
     is_over: bool,
     /// When so many evaluations were done: their rate.
     rate: Option<(Instant, u64, f64)>,
+    read: Instant,
+    /// How long it took.
+    cost: Duration,
+}
+
+/// The history of a checkpoint, without its population and its check sum: those who go on with it check it.
+fn history(path: &Path) -> Option<Vec<Generation>> {
+    #[derive(Deserialize)]
+    struct Saved {
+        run: SavedRun,
+    }
+    #[derive(Deserialize)]
+    struct SavedRun {
+        history: Vec<Generation>,
+    }
+    let saved: Saved = files::read_as(path, |text| serde_json::from_str(text)).ok()?;
+    Some(saved.run.history)
 }
 
 impl EvolutionReader {
     pub(crate) fn new(folder: PathBuf) -> Self {
-        Self { folder, runs: Vec::new(), holder: None, is_over: false, rate: None }
+        Self {
+            folder,
+            runs: Vec::new(),
+            holder: None,
+            is_over: false,
+            rate: None,
+            read: Instant::now(),
+            cost: Duration::ZERO,
+        }
     }
 
     /// The evolution after `before`; `None` if nothing changed, or nothing can be read just now.
     pub(crate) fn read(&mut self, before: Option<&Arc<EvolutionView>>) -> Option<EvolutionView> {
         use rayon::prelude::*;
 
+        let (at_work, is_over) = (holder(&self.folder).ok()?, self.folder.join("summary.json").exists());
+        let is_as_before = self.holder == Some(at_work) && self.is_over == is_over;
+        if is_as_before && self.read.elapsed() < crate::REST * self.cost {
+            return None;
+        }
+        let began = Instant::now();
         let record = EvolutionRecord::read(&self.folder).ok()?;
         self.runs.resize_with(record.evolution.runs as usize, Known::default);
         let folder = &self.folder;
@@ -77,23 +109,22 @@ impl EvolutionReader {
             if stamp.is_none() || stamp == known.stamp {
                 return false;
             }
-            let Some(run) = record.checkpoint(folder, index as u32) else { return false };
-            *known = Known { stamp, history: run.history };
+            let Some(history) = history(&folder.join(format!("run-{index:02}.json"))) else { return false };
+            *known = Known { stamp, history };
             true
         };
         let is_fresh = self.runs.par_iter_mut().enumerate().map(|(index, known)| fresh(index, known));
         let is_fresh = is_fresh.reduce(|| false, |one, other| one || other);
-        let (holder, is_over) = (holder(&self.folder).ok()?, self.folder.join("summary.json").exists());
-        let is_news = is_fresh || self.holder != Some(holder) || self.is_over != is_over || before.is_none();
-        if !is_news {
+        (self.read, self.cost) = (Instant::now(), began.elapsed());
+        if !is_fresh && is_as_before && before.is_some() {
             return None;
         }
-        (self.holder, self.is_over) = (Some(holder), is_over);
+        (self.holder, self.is_over) = (Some(at_work), is_over);
         let evaluations: u64 =
             self.runs.iter().filter_map(|run| run.history.last()).map(|last| last.evaluations).sum();
-        self.measure(evaluations, holder.is_some());
+        self.measure(evaluations, at_work.is_some());
         let version = before.map_or(1, |before| before.version + 1);
-        Some(EvolutionView { version, data: self.data(&record, holder, is_over, evaluations) })
+        Some(EvolutionView { version, data: self.data(&record, at_work, is_over, evaluations) })
     }
 
     /// Evaluations a second since the last look at which there were fewer.
@@ -207,6 +238,7 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
             "status": format!("tropism status {word}"),
             "stop": format!("tropism stop {word}"),
             "resume": format!("tropism evolve --out {word} --resume"),
+            "extend": format!("tropism evolve --out {word} --resume --generations N"),
             "run": format!("tropism run --rig greenhouse --controller {word}/champion.json --out steered"),
         },
     }))

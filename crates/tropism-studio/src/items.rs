@@ -65,12 +65,18 @@ pub(crate) struct Reader(BTreeMap<String, Read>);
 struct Read {
     stamp: Stamp,
     at: Instant,
+    /// How long it took.
+    cost: Duration,
 }
 
 impl Read {
     fn is_fresh(&self, kind: Kind, stamp: &Stamp) -> bool {
         // All of an evolution is in the files that the stamp is of.
         let may_change = stamp.holder.is_some() && kind != Kind::Evolution;
+        // What takes long to read is read less often, unless somebody began or ended to work on it.
+        if self.at.elapsed() < crate::REST * self.cost && self.stamp.holder == stamp.holder {
+            return true;
+        }
         self.stamp == *stamp && (!may_change || self.at.elapsed() < REREAD)
     }
 }
@@ -118,8 +124,10 @@ impl Reader {
             let item = match known {
                 Some(known) if is_fresh => known.clone(),
                 _ => {
+                    let began = Instant::now();
                     let item = Item::of(root, &found, &stamp);
-                    self.0.insert(found.at.clone(), Read { stamp, at: Instant::now() });
+                    let cost = began.elapsed();
+                    self.0.insert(found.at.clone(), Read { stamp, at: Instant::now(), cost });
                     let same = known.filter(|(_, known)| **known == item);
                     is_changed |= same.is_none();
                     same.cloned().unwrap_or_else(|| (version, Arc::new(item)))

@@ -15,10 +15,10 @@ mod stream;
 mod assets;
 mod found;
 mod words;
+mod jobs;
 mod items;
 mod run;
 mod evolution;
-mod jobs;
 mod draw;
 mod compare;
 mod tune;
@@ -41,6 +41,9 @@ const OWN: &str = ".tropism-studio";
 
 /// Requests that read or compute at once; others wait.
 const TURNS: usize = 6;
+
+/// Reading what changes rests so many times as long as it took: it costs a twentieth of a core at most.
+const REST: u32 = 20;
 
 /// How often the queue is looked after.
 const QUEUE_PAUSE: Duration = Duration::from_millis(300);

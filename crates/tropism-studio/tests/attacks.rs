@@ -128,7 +128,8 @@ const READS: [&str; 28] = [
 ];
 
 /// Every route that changes.
-const CHANGES: [&str; 10] = [
+const CHANGES: [&str; 11] = [
+    "/api/evolution/extend",
     "/api/run/stop",
     "/api/run/safe-state",
     "/api/run/resume",

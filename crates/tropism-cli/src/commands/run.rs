@@ -64,6 +64,11 @@ pub(crate) struct Run {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
 
+    /// Serve a page of this run beside it, in a process of its own, until the run ends
+    #[cfg(feature = "studio")]
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = crate::page::LISTEN)]
+    studio: Option<std::net::SocketAddr>,
+
     #[command(flatten, next_help_heading = "The virtual tent (--rig greenhouse)")]
     tent: TentOptions,
 }
@@ -85,6 +90,8 @@ impl Run {
         let config = self.config(shell)?;
         // This program again, as it was when the run began.
         let guard = std::env::current_exe().ok();
+        #[cfg(feature = "studio")]
+        let _page = self.studio.map(|address| crate::page::Beside::start(&self.out, address)).transpose()?;
         let plan = RunPlan { out: self.out, resume: self.resume, speed: self.speed.0, guard, config };
         if plan.config.is_virtual() {
             shell.note("a virtual plant in a virtual tent");

@@ -2,16 +2,15 @@
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
 use tropism_studio::{StudioPlan, Tokens, Welcome, new_tokens};
 
+use crate::page::LISTEN;
 use crate::shell::{Shell, tell};
-
-/// Where pages are served if nothing else is said.
-pub(crate) const LISTEN: &str = "127.0.0.1:8217";
 
 /// Serve a page: watch runs and evolutions live, draw a target, look after a plant from a phone
 ///
@@ -137,8 +136,7 @@ fn open(address: &str) {
     } else {
         "xdg-open"
     };
-    let null = std::process::Stdio::null;
-    let opened = std::process::Command::new(program).arg(address).stdout(null()).stderr(null()).spawn();
+    let opened = Command::new(program).arg(address).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     if opened.is_err() {
         tell(&format!("found no browser to open; the page is at {address}"));
     }
