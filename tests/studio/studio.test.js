@@ -1,0 +1,266 @@
+// The studio in a real browser: what a person does with it.
+import assert from "node:assert/strict";
+import fs from "node:fs";
+import { createRequire } from "node:module";
+import path from "node:path";
+import { after, test } from "node:test";
+import { close, folder, page, photographs, run, start, studio, until } from "./helpers.js";
+
+const AXE = fs.readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const PHONE = { viewport: { width: 360, height: 780 }, hasTouch: true, isMobile: true };
+const DESK = { viewport: { width: 1280, height: 900 } };
+
+after(close);
+
+const live = (t, cwd, out, speed = "300") =>
+  start(t, cwd, "run", "--rig", "greenhouse", "--controller", "chase", "--out", out, "--speed", speed);
+const chipOf = (opened) => opened.locator("#state .chip").first();
+/** Presses for `ms`, by mouse. */
+async function press(opened, button, ms) {
+  await button.scrollIntoViewIfNeeded();
+  const box = await button.boundingBox();
+  await opened.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await opened.mouse.down();
+  await opened.waitForTimeout(ms);
+  await opened.mouse.up();
+}
+
+test("three targets are drawn, evolved for and tried", async (t) => {
+  const cwd = folder(t);
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}draw`);
+  const plane = opened.locator("#plane svg");
+  await plane.waitFor();
+  // The paper's three are there: they are taken out, and three others drawn.
+  for (let left = 3; left > 0; left--) await opened.locator("#targets [data-remove]").first().click();
+  assert.equal(await opened.locator("#targets .target-row").count(), 0);
+  const box = await plane.boundingBox();
+  const at = (x, y) => ({ x: ((340 + 34 * x) / 680) * box.width, y: ((600 - 34 * y) / 660) * box.height });
+  for (const [x, y] of [
+    [2, 6],
+    [-3, 8.5],
+    [1, 11],
+  ])
+    await plane.click({ position: at(x, y) });
+  const rows = opened.locator("#targets .target-row");
+  assert.equal(await rows.count(), 3);
+  assert.deepEqual(await rows.locator("input").evaluateAll((fields) => fields.map((field) => field.value)), [
+    "2",
+    "6",
+    "-3",
+    "8.5",
+    "1",
+    "11",
+  ]);
+  await until(async () => (await rows.last().textContent()).includes("within reach"), "what is within reach");
+  await rows.first().locator("input").first().fill("-9");
+  await rows.first().locator("input").first().blur();
+  assert.match(await rows.first().textContent(), /out of reach on the left/);
+  await opened.click("#undo");
+  assert.match(await rows.first().textContent(), /within reach/);
+
+  await opened.click("#p-draw summary");
+  await opened.fill("#name", "mine");
+  await opened.fill("#runs", "3");
+  await opened.fill("#generations", "150");
+  await opened.click("#evolve");
+  await opened.locator("#curve svg").waitFor({ timeout: 90_000 });
+  const generation = async () => Number((await opened.textContent("#generation")).match(/generation (\d+)/)?.[1] ?? 0);
+  const first = await generation();
+  await until(async () => (await generation()) > first || (await opened.locator("#p-try").isVisible()), "the curve grows");
+  await opened.locator("#p-try").waitFor({ timeout: 120_000 });
+  assert.ok(fs.existsSync(path.join(cwd, "mine", "champion.json")));
+  assert.match(fs.readFileSync(path.join(cwd, "mine.toml"), "utf8"), /targets = \[\[2.0, 6.0\], \[-3.0, 8.5\], \[1.0, 11.0\]\]/);
+
+  // The champion plays by itself, then greedy, then oneself with two buttons.
+  const hours = async () => Number((await opened.textContent("#hour b")).match(/^(\d+) h/)[1]);
+  await opened.click("[data-speed='96']");
+  await until(async () => (await hours()) >= 4, "the champion steers the bean");
+  // Who steers changes while it plays.
+  await opened.click("[data-who=greedy]");
+  await until(async () => (await hours()) >= 4, "greedy steers the bean");
+  await opened.click("[data-who=you]");
+  await opened.click("#right");
+  await until(async () => (await hours()) >= 8, "a person steers the bean");
+  assert.equal(await opened.locator("#right").getAttribute("aria-pressed"), "true");
+  const tip = async () => Number((await opened.textContent("#hour")).match(/tip ([−\d.]+)/)?.[1].replace("−", "-"));
+  await until(async () => (await tip()) > 0.5, "the bean bends to the lamp that the person lights");
+  await opened.keyboard.press("ArrowLeft");
+  assert.equal(await opened.locator("#left").getAttribute("aria-pressed"), "true");
+});
+
+test("a run is watched, stopped by hold and resumed", async (t) => {
+  const cwd = folder(t);
+  live(t, cwd, "bean");
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}run?at=bean`, PHONE);
+  const frame = () => opened.textContent("#frame");
+  await until(async () => /^\d+\.jpg$/.test(await frame()), "a photograph");
+  const first = await frame();
+  await until(async () => (await frame()) !== first, "the next photograph");
+  assert.match(await opened.textContent("#age"), /^taken \d+:\d\d ago$/);
+  await until(async () => /left|right/i.test(await opened.textContent("#dock-lamp")), "the lamp");
+  const natural = await opened.evaluate(() => document.querySelector("#img").naturalWidth);
+  assert.equal(natural, 648);
+
+  const stop = opened.locator("#dock .stop");
+  await press(opened, stop, 400);
+  assert.match(await opened.textContent(".toast"), /Hold it/);
+  assert.match(await chipOf(opened).textContent(), /Live/);
+  await press(opened, stop, 1700);
+  await until(async () => /Stopped/.test(await chipOf(opened).textContent()), "the run is stopped", 20);
+  const left = photographs(cwd, "bean");
+  await opened.waitForTimeout(2500);
+  assert.equal(photographs(cwd, "bean"), left);
+  await opened.click("#resume");
+  await until(() => photographs(cwd, "bean") > left, "the run goes on");
+  await until(async () => /Live/.test(await chipOf(opened).textContent()), "the page says so");
+
+  // The film: back by a key, and to the latest.
+  await opened.locator("#scrub").focus();
+  await opened.keyboard.press("Home");
+  assert.equal(await frame(), "000000.jpg");
+  await opened.click("#latest");
+  assert.notEqual(await frame(), "000000.jpg");
+  // By keyboard alone: held Space stops, too.
+  await stop.focus();
+  await opened.keyboard.down("Space");
+  await opened.waitForTimeout(1700);
+  await opened.keyboard.up("Space");
+  await until(async () => /Stopped/.test(await chipOf(opened).textContent()), "the keyboard stops it", 20);
+});
+
+test("a killed run shows as such within five seconds", async (t) => {
+  const cwd = folder(t);
+  const bean = live(t, cwd, "bean");
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}run?at=bean`);
+  await until(async () => /Live/.test(await chipOf(opened).textContent()), "it lives");
+  await until(() => photographs(cwd, "bean") > 2, "photographs");
+  bean.kill("SIGKILL");
+  await until(async () => /Ended without a word/.test(await chipOf(opened).textContent()), "the page says that it died", 5);
+  assert.match(await opened.textContent("#banner"), /process is gone/);
+});
+
+test("killing the studio touches no run, and the page catches up", async (t) => {
+  const cwd = folder(t);
+  live(t, cwd, "bean");
+  const { child, address } = await studio(t, cwd);
+  const port = new URL(address).port;
+  const opened = await page(t, `${address}run?at=bean`);
+  await until(async () => /^\d+\.jpg$/.test(await opened.textContent("#frame")), "a photograph");
+  child.kill("SIGKILL");
+  const then = photographs(cwd, "bean");
+  await until(() => photographs(cwd, "bean") > then + 2, "the run goes on without the studio");
+  await until(async () => /cut off/.test(await opened.textContent("#banner")), "the page says that it is cut off");
+  await studio(t, cwd, port);
+  await until(async () => /Connected/.test(await opened.textContent("#link")), "the page is back", 30);
+  await until(async () => Number((await opened.textContent("#frame")).slice(0, 6)) > then, "it has what it missed", 30);
+});
+
+test("every page is accessible and fits, on phone and desk, light and dark", async (t) => {
+  const cwd = folder(t);
+  await run(t, cwd, "grow", "--plants", "2", "--out", "tracks");
+  await run(t, cwd, "fit", "tracks", "--out", "model.json");
+  await run(t, cwd, "evolve", "--model", "model.json", "--out", "evolution", "--runs", "3", "--generations", "20");
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "evolution/champion.json", "--out", "over", "--steps", "30");
+  live(t, cwd, "bean", "60");
+  const { address } = await studio(t, cwd);
+  const targets = encodeURIComponent("[[3,6],[-5,9]]");
+  const pages = [
+    "",
+    "run?at=bean",
+    "run?at=over",
+    "evolution?at=evolution",
+    "draw",
+    `draw?at=evolution&targets=${targets}`,
+    "tune?at=over",
+    "compare?at=evolution",
+    "login",
+  ];
+  for (const [size, device] of Object.entries({ phone: PHONE, desk: DESK })) {
+    for (const colorScheme of ["light", "dark"]) {
+      await t.test(`${size}, ${colorScheme}`, async (t) => {
+        for (const name of pages) {
+          const opened = await page(t, address + name, { ...device, colorScheme, bypassCSP: true });
+          if (name !== "login")
+            await until(async () => /Connected/.test(await opened.textContent("#link")), `${name} is connected`);
+          await opened.waitForTimeout(1500);
+          if (name === "evolution?at=evolution") await opened.locator("#network svg").waitFor();
+          await opened.evaluate(AXE);
+          const { violations } = await opened.evaluate(() => globalThis.axe.run());
+          const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
+          const told = serious.map(
+            ({ id, nodes }) =>
+              `${id}: ${nodes
+                .slice(0, 3)
+                .map((node) => `${node.target} ${node.any[0]?.message ?? ""}`)
+                .join("; ")}`,
+          );
+          assert.deepEqual(told, [], name);
+          const [wide, width] = await opened.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+          assert.ok(wide <= width, `${name} is ${wide} wide in ${width}`);
+          if (process.env.SHOTS)
+            await opened.screenshot({
+              path: `${process.env.SHOTS}/${name.split("?")[0] || "index"}-${size}-${colorScheme}.png`,
+              fullPage: true,
+            });
+          await opened.context().close();
+        }
+      });
+    }
+  }
+});
+
+test("a run serves its own page, which cannot end it", async (t) => {
+  const cwd = folder(t);
+  const words = ["run", "--rig", "greenhouse", "--controller", "chase", "--out", "bean", "--speed", "300"];
+  const bean = start(t, cwd, ...words, "--studio", "127.0.0.1:0");
+  const address = await until(() => bean.said.match(/http:\/\/\S+/)?.[0], "the page's address");
+  const opened = await page(t, `${address}run`);
+  await until(async () => /^\d+\.jpg$/.test(await opened.textContent("#frame")), "a photograph");
+  assert.equal(await opened.textContent("#name"), "bean");
+  const children = fs.readFileSync(`/proc/${bean.pid}/task/${bean.pid}/children`, "utf8").trim().split(" ");
+  for (const child of children) process.kill(Number(child), "SIGKILL");
+  const then = photographs(cwd, "bean");
+  await until(() => photographs(cwd, "bean") > then + 2, "the run goes on without its page");
+  assert.equal(bean.exitCode, null);
+});
+
+test("targets are drawn with the keyboard alone", async (t) => {
+  const { address } = await studio(t, folder(t));
+  const opened = await page(t, `${address}draw`);
+  await opened.locator("#plane svg").waitFor();
+  const focused = () =>
+    opened.evaluate(() => document.activeElement.getAttribute("aria-label") ?? document.activeElement.textContent);
+  const tabTo = async (pattern) => {
+    for (let keys = 0; keys < 80; keys++) {
+      await opened.keyboard.press("Tab");
+      if (pattern.test((await focused()) ?? "")) return;
+    }
+    throw new Error(`no Tab leads to ${pattern}`);
+  };
+  await tabTo(/^Target 1 at 3.0, 6.0/);
+  await opened.keyboard.press("ArrowRight");
+  await opened.keyboard.press("ArrowUp");
+  assert.match(await focused(), /^Target 1 at 3.5, 6.5/);
+  await opened.keyboard.press("Delete");
+  assert.equal(await opened.locator("#targets .target-row").count(), 2);
+  await tabTo(/^Add$/);
+  await opened.keyboard.press("Enter");
+  assert.equal(await opened.locator("#targets .target-row").count(), 3);
+});
+
+test("the demonstration shows everything within ten seconds", async (t) => {
+  const child = start(t, folder(t), "studio", "--demo", "--listen", "127.0.0.1:0");
+  const address = await until(() => child.said.match(/http:\/\/\S+/)?.[0], "the address", 10);
+  const opened = await page(t, address);
+  await opened.locator(".card img").first().waitFor();
+  await until(
+    async () => /three-targets/.test(await opened.textContent("#rows")) && /bean-1/.test(await opened.textContent("#rows")),
+    "a run and an evolution",
+  );
+  const place = child.said.match(/serves (\S+)/)[1];
+  child.kill("SIGTERM");
+  await until(() => child.exitCode !== null && !fs.existsSync(place), "its folder is deleted", 20);
+});
