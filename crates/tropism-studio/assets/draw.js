@@ -384,7 +384,7 @@ $("#targets").addEventListener("click", (event) => {
 });
 
 // Phases.
-/** @param {typeof phase} to */
+/** @param {"draw" | "evolve" | "try"} to */
 function enter(to) {
   phase = to;
   for (const name of ["draw", "evolve", "try"]) $(`#p-${name}`).hidden = name !== to;
@@ -495,7 +495,7 @@ const SAYS = {
   greedy: "Lights the lamp on the side of the next target: the rule that a person would write by hand.",
   you: "You light the lamps: buttons, or the left and right arrow keys. Light early: the bean answers late.",
 };
-/** @param {typeof who} next */
+/** @param {"champion" | "greedy" | "you"} next */
 async function steer(next) {
   who = next;
   for (const button of $$("[data-who]")) button.setAttribute("aria-pressed", String(button.dataset.who === next));

@@ -505,11 +505,13 @@ function banner() {
       Resume from step ${last ? last.number + 1 : 0}
     </button>`;
   const state = status.state;
+  /** @param {string} kind @param {string} role @param {any} text @param {any} [after] */
   const word = (kind, role, text, after = "") =>
     html`<div class="banner ${kind}" role="${role}">
       <div>${text}</div>
       ${after}
     </div>`;
+  /** @type {any} */
   let what = "";
   if (isLost) {
     what = word(
