@@ -227,6 +227,35 @@ test("a run serves its own page, which cannot end it", async (t) => {
   assert.equal(bean.exitCode, null);
 });
 
+test("a job lives on when the studio is killed, and the next one takes it over", async (t) => {
+  const cwd = folder(t);
+  const first = await studio(t, cwd);
+  const ask = async (address, body) => {
+    const { session } = await (await fetch(`${address}api/session`)).json();
+    const headers = { "Content-Type": "application/json", "X-Tropism-Csrf": session.csrf };
+    const answer = await fetch(`${address}api/draw/evolve`, { method: "POST", headers, body: JSON.stringify(body) });
+    assert.equal(answer.status, 200, await answer.text());
+  };
+  const targets = [
+    [3, 6],
+    [-5, 9],
+    [-1, 13.5],
+  ];
+  await ask(first.address, { name: "long", targets, runs: 2, generations: 800 });
+  await ask(first.address, { name: "short", targets, runs: 1, generations: 3 });
+  const saved = path.join(cwd, "long", "run-00.json");
+  await until(() => fs.existsSync(saved), "a checkpoint");
+  first.child.kill("SIGKILL");
+  const then = fs.statSync(saved).mtimeMs;
+  await until(() => fs.statSync(saved).mtimeMs > then, "the job goes on without the studio");
+  assert.ok(!fs.existsSync(path.join(cwd, "short")), "one job at a time");
+  const { address } = await studio(t, cwd);
+  const states = async () => (await (await fetch(`${address}api/items`)).json()).queue.map((job) => `${job.at} ${job.state}`);
+  assert.deepEqual(await states(), ["long running", "short waiting"]);
+  await until(async () => String(await states()) === "long done,short done", "both are done", 120);
+  assert.ok(fs.existsSync(path.join(cwd, "short", "champion.json")));
+});
+
 test("targets are drawn with the keyboard alone", async (t) => {
   const { address } = await studio(t, folder(t));
   const opened = await page(t, `${address}draw`);
