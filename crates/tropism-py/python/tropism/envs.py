@@ -1,0 +1,409 @@
+"""Learning environments (Gymnasium 1.x): a plant is to be led from target to target by the choice of the lit lamp.
+
+| id | plant | observation |
+|---|---|---|
+| tropism/TipModel-v0 | a plant of the tip-motion model, eqs. (1)-(8) | the tip, (x, y) in cm |
+| tropism/Bean-v0 | a virtual bean | its true tip, or that of the paper's detector, (x, y) in cm |
+| tropism/Stem-v0 | a plant of the model of the whole stem | the tip, and ten points of the stem from the base up, in cm |
+| tropism/Tent-v0 | a virtual bean through photographs | the picture, (height, width, 3) |
+
+All: the action is the number of the lamp that is lit for one step of five minutes (0 left, 1 right). The reward is the fitness
+of the step, eq. (9), in cm; its sum is the fitness of the episode, at most 15 for the paper's targets. An episode ends at the
+height of 13.8 cm, and is truncated after 1000 steps. `reset(seed=s)` gives the plants of `tropism simulate --seed s` and
+`tropism grow --seed s`, in order: the first with the seed, then the next one at each reset without a seed.
+
+`gymnasium.make_vec(id, num_envs=1024)` steps many plants side by side in Rust. An episode that is over begins anew at the next
+step, whose action is ignored (AutoresetMode.NEXT_STEP). Plant i has the seed s + i.
+
+Options: `task` (keys of a task file), `greenhouse` (keys of docs/formats.md: `scale` is how much plants vary, `bean` the species,
+which may be `tropism.loop.species("beans/internodal-bean.toml")`, a second reality with other equations; `faults` of the camera
+in Tent-v0), `period_min`, `model` (a `Model` or a model file).
+
+Version history: v0, the first.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from tropism import _core
+from tropism._core import Model
+
+__all__ = [
+    "BeanEnv",
+    "BeanVector",
+    "StemEnv",
+    "StemVector",
+    "TentEnv",
+    "TipModelEnv",
+    "TipModelVector",
+]
+
+Floats = NDArray[np.float64]
+Settings = Mapping[str, Any]
+
+#: Bounds of places, in cm: an experiment of 1000 steps ends below 40 cm.
+FARTHEST_CM = 100.0
+#: Rows and columns of a rendered picture.
+PICTURE = (324, 432)
+#: Pixels per cm of a picture, and the row of the soil: those of a photograph of the virtual tent.
+PX_PER_CM = PICTURE[1] / 74.0
+SOIL_ROW = (PICTURE[0] - 1) / 2 + 20 * PX_PER_CM
+
+_MODELS: dict[str, Model] = {}
+
+
+def default_model(kind: str) -> Model:
+    """The model of six virtual beans (seed 1) under periodic lamps, as in the paper's open-loop experiments."""
+    if kind not in _MODELS:
+        _MODELS[kind] = Model.of_virtual_beans(kind)
+    return _MODELS[kind]
+
+
+def _model(model: Model | str | os.PathLike[str] | None, kind: str) -> Model:
+    if model is None:
+        return default_model(kind)
+    return model if isinstance(model, Model) else Model.read(model)
+
+
+def _json(settings: Settings | None) -> str:
+    return json.dumps(dict(settings or {}))
+
+
+def _box(width: int) -> spaces.Space[Floats]:
+    return cast("spaces.Space[Floats]", spaces.Box(-FARTHEST_CM, FARTHEST_CM, (width,), np.float64))
+
+
+class _PlantEnv(gymnasium.Env[Floats, np.int64]):
+    """One plant whose places are observed."""
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 12}
+
+    def __init__(self, batch: _core.Batch, render_mode: str | None) -> None:
+        self._batch = batch
+        self.observation_space = _box(batch.width)
+        self.action_space = cast("spaces.Space[np.int64]", spaces.Discrete(len(batch.lamps)))
+        self.render_mode = render_mode
+        self._is_begun = False
+        self._fitness = 0.0
+        self._trail: list[tuple[float, float]] = []
+        self._window: _Window | None = None
+
+    def _info(self) -> dict[str, Any]:
+        step, episode, seed = self._batch.state()
+        return {"step": step, "episode": episode, "seed": seed, "fitness": self._fitness, "is_virtual": True}
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
+        """Begins an episode: the first plant of `seed`, or the next one without a seed."""
+        super().reset(seed=seed)
+        if seed is None and not self._is_begun:
+            seed = int(self.np_random.integers(2**32))
+        seen = self._batch.reset(None if seed is None else [seed])[0]
+        self._is_begun, self._fitness = True, 0.0
+        self._trail = [(float(seen[0]), float(seen[1]))]
+        self._show()
+        return seen, self._info()
+
+    def step(self, action: np.int64 | int) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        """Lights a lamp for one step."""
+        seen, reward, terminated, truncated = self._batch.step_one(int(action))
+        self._fitness += reward
+        if self.render_mode is not None:
+            self._trail.append((seen[0], seen[1]))
+            self._show()
+        return np.array(seen), reward, terminated, truncated, self._info()
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """A picture of the plant, (324, 432, 3), in the mode rgb_array."""
+        return self._picture() if self.render_mode == "rgb_array" else None
+
+    def _picture(self) -> NDArray[np.uint8]:
+        photograph = self._batch.photograph(0, PICTURE[1], PICTURE[0])
+        picture = np.zeros((*PICTURE, 3), np.uint8) if photograph is None else photograph
+        for target in self._batch.targets:
+            _dot(picture, target, 4, (230, 60, 60))
+        for tip in self._trail[:-1]:
+            _dot(picture, tip, 1, (90, 120, 200))
+        if photograph is None:
+            lit = self._batch.lit()
+            for lamp, x in ((0, -35.0), (1, 35.0)):
+                _dot(picture, (x, 30.0), 9, (255, 220, 120) if lit == lamp else (60, 60, 60))
+            _line(picture, (-30.0, 0.0), (30.0, 0.0), (90, 70, 50))
+            self._draw_plant(picture)
+        return picture
+
+    def _draw_plant(self, picture: NDArray[np.uint8]) -> None:
+        _line(picture, (0.0, 0.0), self._trail[-1], (120, 190, 90))
+        _dot(picture, self._trail[-1], 3, (180, 255, 140))
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._window = self._window or _Window()
+            self._window.show(self._picture(), self.metadata["render_fps"])
+
+    def close(self) -> None:
+        """Closes the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+
+class TipModelEnv(_PlantEnv):
+    """A plant of the tip-motion model. `model`: a `Model` or a model file; by default that of six virtual beans."""
+
+    def __init__(
+        self,
+        model: Model | str | os.PathLike[str] | None = None,
+        task: Settings | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(_core.Batch.of_model(_model(model, "tip"), _json(task)), render_mode)
+
+
+class StemEnv(_PlantEnv):
+    """A plant of the model of the whole stem: 22 numbers, the tip and ten points from the base up."""
+
+    def __init__(
+        self,
+        model: Model | str | os.PathLike[str] | None = None,
+        task: Settings | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(_core.Batch.of_model(_model(model, "stem"), _json(task), has_stem=True), render_mode)
+        self._stem: Floats = np.zeros(0)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
+        seen, info = super().reset(seed=seed, options=options)
+        self._stem = seen
+        return seen, info
+
+    def step(self, action: np.int64 | int) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        found = super().step(action)
+        self._stem = found[0]
+        return found
+
+    def _draw_plant(self, picture: NDArray[np.uint8]) -> None:
+        points = self._stem[2:].reshape(-1, 2)
+        for low, high in zip(points[:-1], points[1:], strict=True):
+            _line(picture, (low[0], low[1]), (high[0], high[1]), (120, 190, 90))
+        _dot(picture, self._trail[-1], 3, (180, 255, 140))
+
+
+class BeanEnv(_PlantEnv):
+    """A virtual bean without photographs. `tip`: "true", or "detector" with the grid and the noise of the paper's detector."""
+
+    def __init__(
+        self,
+        greenhouse: Settings | None = None,
+        task: Settings | None = None,
+        tip: str = "true",
+        period_min: float = 5.0,
+        render_mode: str | None = None,
+    ) -> None:
+        batch = _core.Batch.of_beans(_json(greenhouse), _json(task), 1, period_min, tip)
+        super().__init__(batch, render_mode)
+
+
+class TentEnv(gymnasium.Env[NDArray[np.uint8], np.int64]):
+    """A virtual bean through photographs with flash; the reward is of the tip that the tracker finds in them.
+
+    `width` and `height` are those of the photographs; `vision` has the keys of docs/formats.md. The environment works on the
+    thread on which it was made.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 12}
+
+    def __init__(
+        self,
+        greenhouse: Settings | None = None,
+        task: Settings | None = None,
+        vision: Settings | None = None,
+        width: int = 432,
+        height: int = 324,
+        period_min: float = 5.0,
+        render_mode: str | None = None,
+    ) -> None:
+        settings = dict(greenhouse or {})
+        settings["scene"] = {"width": width, "height": height, **settings.get("scene", {})}
+        self._tent = _core.TentEpisodes(_json(settings), _json(task), _json(vision), period_min)
+        columns, rows = self._tent.size
+        box = spaces.Box(0, 255, (rows, columns, 3), np.uint8)
+        self.observation_space = cast("spaces.Space[NDArray[np.uint8]]", box)
+        self.action_space = cast("spaces.Space[np.int64]", spaces.Discrete(len(self._tent.lamps)))
+        self.render_mode = render_mode
+        self._seed: int | None = None
+        self._fitness = 0.0
+        self._step = 0
+        self._window: _Window | None = None
+
+    def _seen(self) -> NDArray[np.uint8]:
+        picture = self._tent.pixels()
+        if self.render_mode == "human":
+            self._window = self._window or _Window()
+            self._window.show(picture, self.metadata["render_fps"])
+        return picture
+
+    def _info(self, tip: tuple[float, float], quality: str) -> dict[str, Any]:
+        info = {"step": self._step, "seed": self._seed, "fitness": self._fitness, "is_virtual": True}
+        return {**info, "tip": tip, "quality": quality}
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.uint8], dict[str, Any]]:
+        """Begins an episode: the plant of `seed`, as `tropism run --seed` has it; without a seed, a new one."""
+        super().reset(seed=seed)
+        self._seed = int(self.np_random.integers(2**32)) if seed is None else seed
+        x, y, quality = self._tent.reset(self._seed)
+        self._fitness, self._step = 0.0, 0
+        return self._seen(), self._info((x, y), quality)
+
+    def step(self, action: np.int64 | int) -> tuple[NDArray[np.uint8], float, bool, bool, dict[str, Any]]:
+        """Lights a lamp for one step, and takes a photograph."""
+        x, y, quality, reward, terminated, truncated = self._tent.step(int(action))
+        self._fitness += reward
+        self._step += 1
+        return self._seen(), reward, terminated, truncated, self._info((x, y), quality)
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """The last photograph, in the mode rgb_array."""
+        return self._tent.pixels() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Closes the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+
+class _PlantVector(VectorEnv[Floats, NDArray[np.int64], NDArray[Any]]):
+    """Many plants side by side."""
+
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
+
+    def __init__(self, batch: _core.Batch) -> None:
+        self._batch = batch
+        self.num_envs = len(batch)
+        self.single_observation_space = _box(batch.width)
+        self.single_action_space = cast("spaces.Space[Any]", spaces.Discrete(len(batch.lamps)))
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._is_begun = False
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begins all episodes. Plant i has the seed `seed` + i, or its own of a list."""
+        super().reset(seed=seed if isinstance(seed, int) else None)
+        if seed is None:
+            first = None if self._is_begun else int(self.np_random.integers(2**32))
+            seeds = None if first is None else [first + place for place in range(self.num_envs)]
+        elif isinstance(seed, (int, np.integer)):
+            seeds = [int(seed) + place for place in range(self.num_envs)]
+        else:
+            drawn = self.np_random.integers(2**32, size=len(seed))
+            seeds = [int(new if own is None else own) for own, new in zip(seed, drawn, strict=True)]
+        self._is_begun = True
+        return self._batch.reset(seeds), {}
+
+    def step(
+        self, actions: NDArray[np.int64]
+    ) -> tuple[Floats, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        """Lights a lamp for each plant, for one step. Plants whose episode was over begin anew: their reward is 0."""
+        seen, rewards, terminated, truncated = self._batch.step(np.ascontiguousarray(actions, np.int64))
+        return seen, rewards, terminated, truncated, {}
+
+
+class TipModelVector(_PlantVector):
+    """Many plants of the tip-motion model."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        model: Model | str | os.PathLike[str] | None = None,
+        task: Settings | None = None,
+    ) -> None:
+        super().__init__(_core.Batch.of_model(_model(model, "tip"), _json(task), num_envs))
+
+
+class StemVector(_PlantVector):
+    """Many plants of the model of the whole stem."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        model: Model | str | os.PathLike[str] | None = None,
+        task: Settings | None = None,
+    ) -> None:
+        super().__init__(_core.Batch.of_model(_model(model, "stem"), _json(task), num_envs, has_stem=True))
+
+
+class BeanVector(_PlantVector):
+    """Many virtual beans without photographs."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        greenhouse: Settings | None = None,
+        task: Settings | None = None,
+        tip: str = "true",
+        period_min: float = 5.0,
+    ) -> None:
+        super().__init__(_core.Batch.of_beans(_json(greenhouse), _json(task), num_envs, period_min, tip))
+
+
+def _pixel(place: tuple[float, float]) -> tuple[int, int]:
+    """Row and column of a place in cm."""
+    return round(SOIL_ROW - place[1] * PX_PER_CM), round((PICTURE[1] - 1) / 2 + place[0] * PX_PER_CM)
+
+
+def _dot(picture: NDArray[np.uint8], place: tuple[float, float], radius: int, colour: tuple[int, int, int]) -> None:
+    row, column = _pixel(place)
+    rows, columns = np.ogrid[: picture.shape[0], : picture.shape[1]]
+    picture[(rows - row) ** 2 + (columns - column) ** 2 <= radius * radius] = colour
+
+
+def _line(
+    picture: NDArray[np.uint8], start: tuple[float, float], end: tuple[float, float], colour: tuple[int, int, int]
+) -> None:
+    (row, column), (last_row, last_column) = _pixel(start), _pixel(end)
+    count = max(abs(last_row - row), abs(last_column - column), 1) + 1
+    rows = np.linspace(row, last_row, count).round().astype(int)
+    columns = np.linspace(column, last_column, count).round().astype(int)
+    for aside in (0, 1):
+        inside = (rows >= 0) & (rows < picture.shape[0]) & (columns + aside >= 0) & (columns + aside < picture.shape[1])
+        picture[rows[inside], columns[inside] + aside] = colour
+
+
+class _Window:
+    """A window that shows pictures, by pygame."""
+
+    def __init__(self) -> None:
+        try:
+            import pygame
+        except ImportError as error:
+            text = 'found no pygame, wanted it for render_mode "human": pip install pygame'
+            raise gymnasium.error.DependencyNotInstalled(text) from error
+        self._pygame: Any = pygame
+        pygame.init()
+        self._screen = pygame.display.set_mode((PICTURE[1], PICTURE[0]))
+        self._clock = pygame.time.Clock()
+
+    def show(self, picture: NDArray[np.uint8], fps: int) -> None:
+        surface = self._pygame.surfarray.make_surface(picture.swapaxes(0, 1))
+        self._screen.blit(self._pygame.transform.scale(surface, self._screen.get_size()), (0, 0))
+        self._pygame.event.pump()
+        self._pygame.display.flip()
+        self._clock.tick(fps)
+
+    def close(self) -> None:
+        self._pygame.quit()

@@ -1,0 +1,307 @@
+"""The closed loop with parts of your own: photograph, tip, controller, lamps, plant.
+
+    class Upright(Controller):
+        def decide(self, seen):
+            return "left" if seen.x > 0 else "right"
+
+    track, fitness = grow(Upright(), seed=1)          # a virtual bean, without photographs
+    tent = Tent(seed=1)
+    track, fitness = run(tent, Upright())             # the same bean through photographs
+    model = Model.of_virtual_beans()
+    track, fitness = simulate(model, Upright())       # the tip-motion model
+
+Each part may be a subclass of a class here: `PlantModel`, `Task`, `Controller`, `Camera`, `Lamps`, `Flash`, `Clock`. An
+exception of a part ends the loop, puts the lamps out, and is raised. Places are (x, y) in cm.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from tropism import _core
+from tropism._core import Genome, Model, Noise, Observation
+from tropism.tracks import Track
+
+__all__ = [
+    "Camera",
+    "Clock",
+    "Controller",
+    "Evolved",
+    "Flash",
+    "Lamps",
+    "Model",
+    "NetworkController",
+    "Noise",
+    "Observation",
+    "PlantModel",
+    "Rig",
+    "Task",
+    "Tent",
+    "evolve",
+    "grow",
+    "run",
+    "simulate",
+    "species",
+]
+
+Point: TypeAlias = "tuple[float, float]"
+Settings: TypeAlias = Mapping[str, Any]
+
+
+class Controller:
+    """Decides which lamp is lit until the next observation."""
+
+    def decide(self, seen: Observation) -> int | str:
+        """The lamp for what is seen now, by number or name. Called once a step, in order: a controller may remember."""
+        raise NotImplementedError(f"{type(self).__name__} lacks decide(seen)")
+
+    def miss(self, steps: int) -> None:
+        """Tells that `steps` steps have passed at which nothing was decided."""
+
+
+class Task:
+    """What a plant is to do, and how well it did."""
+
+    #: Tip of the seedling at the start of a simulated experiment, in cm.
+    start: Point = (0.0, 4.0)
+    #: Points to visit, from the lowest to the highest, in cm: for controllers that steer towards them.
+    targets: Sequence[Point] = ()
+
+    def is_over(self, step: int, seen: Observation) -> bool:
+        """Whether an experiment is over when the plant is `seen` at `step` (from 0)."""
+        raise NotImplementedError(f"{type(self).__name__} lacks is_over(step, seen)")
+
+    def step_fitness(self, first: Observation, before: Observation, after: Observation) -> float:
+        """What the step from `before` to `after` is worth; larger is better. `first` is the first observation."""
+        raise NotImplementedError(f"{type(self).__name__} lacks step_fitness(first, before, after)")
+
+
+class PlantModel:
+    """A model of how a plant moves and grows: the model is fixed, the plant is a value of any type."""
+
+    #: Minutes of a step.
+    period_min: float = 5.0
+    #: Lamps, {"name", "at": [x, y, z]} each, x to the right, y up, z towards the camera, in cm. None: the paper's two.
+    lamps: Sequence[Settings] | None = None
+
+    def seedling(self, start: Point, noise: Noise) -> Any:
+        """The plant at the start of an experiment, with its tip at `start` (cm)."""
+        raise NotImplementedError(f"{type(self).__name__} lacks seedling(start, noise)")
+
+    def step(self, plant: Any, light: int, noise: Noise) -> Any:
+        """The plant after one step under lamp `light`. It is a new value: `plant` itself must not change."""
+        raise NotImplementedError(f"{type(self).__name__} lacks step(plant, light, noise)")
+
+    def observe(self, plant: Any) -> Point | tuple[float, float, Sequence[Point]]:
+        """What a camera would see: (x, y) of the tip, or (x, y, points of the stem from the base up), in cm."""
+        raise NotImplementedError(f"{type(self).__name__} lacks observe(plant)")
+
+
+class Camera:
+    """Takes photographs."""
+
+    def photograph(self) -> bytes:
+        """A fresh photograph: a JPEG, PNG or TIFF file; empty bytes if there is none."""
+        raise NotImplementedError(f"{type(self).__name__} lacks photograph()")
+
+    def can_repeat(self) -> bool:
+        """Whether another photograph of the same step may come out better."""
+        return False
+
+
+class Lamps:
+    """The lamps, of which at most one is lit."""
+
+    def light(self, light: str | None) -> None:
+        """Lights the lamp of this name and darkens the others; None darkens all."""
+        raise NotImplementedError(f"{type(self).__name__} lacks light(name)")
+
+
+class Flash:
+    """The flash that makes the plant bright in a photograph. This one is none."""
+
+    def flash(self, is_on: bool) -> None:
+        """Switches the flash."""
+
+
+class Clock:
+    """Time since the start of an experiment. This one sleeps."""
+
+    def __init__(self) -> None:
+        self._start: float | None = None
+
+    def wait_until(self, since_start_s: float) -> None:
+        """Returns when this time since the start has come; at once if it has passed."""
+        import time
+
+        now = time.monotonic()
+        if self._start is None:
+            self._start = now
+        time.sleep(max(0.0, self._start + since_start_s - now))
+
+
+_PAPER_LAMPS = [{"name": "left", "at": [-35.0, 30.0, -8.0]}, {"name": "right", "at": [35.0, 30.0, -8.0]}]
+
+
+@dataclass
+class Rig:
+    """A tent: its devices, and how its photographs are read.
+
+    `calibration` and `vision` have the keys of docs/formats.md; `vision["crop"]` is the region of the plant.
+    """
+
+    camera: Any
+    lamps: Any
+    calibration: Settings
+    flash: Any = field(default_factory=Flash)
+    clock: Any = field(default_factory=Clock)
+    vision: Settings = field(default_factory=dict)
+    layout: Sequence[Settings] = field(default_factory=lambda: _PAPER_LAMPS)
+    period_min: float = 5.0
+
+
+class Tent:
+    """The virtual tent with one bean: camera, lamps, flash and clock, which jumps. Results of it are virtual.
+
+    `greenhouse` has the keys of docs/formats.md: species, variation, scene and faults; `seed` selects the plant.
+    """
+
+    def __init__(self, seed: int = 1, greenhouse: Settings | None = None, period_min: float = 5.0) -> None:
+        self._tent = _core.Tent(json.dumps(dict(greenhouse or {})), seed, period_min)
+        self.period_min = period_min
+
+    def photograph(self) -> bytes:
+        """A photograph of the present moment (JPEG); empty if the camera drops it."""
+        return self._tent.photograph()
+
+    def can_repeat(self) -> bool:
+        """False: faults depend on the step alone."""
+        return self._tent.can_repeat()
+
+    def light(self, light: str | int | None) -> None:
+        """Lights a lamp by its name or number; None darkens all."""
+        self._tent.light(light)
+
+    def flash(self, is_on: bool) -> None:
+        """Switches the flash."""
+        self._tent.flash(is_on)
+
+    def wait_until(self, since_start_s: float) -> None:
+        """Lets the plant grow until a time since the start, in s."""
+        self._tent.wait_until(since_start_s)
+
+    def truth_csv(self) -> str:
+        """Ground truth so far, as CSV. Never read by vision."""
+        return self._tent.truth_csv()
+
+    def rig(self, camera: Any = None, lamps: Any = None) -> Rig:
+        """This tent as a rig, with a camera and lamps of your own in place of its own."""
+        calibration: dict[str, Any] = json.loads(self._tent.calibration())
+        return Rig(
+            camera=self if camera is None else camera,
+            lamps=self if lamps is None else lamps,
+            flash=self,
+            clock=self,
+            calibration=calibration,
+            vision={"crop": json.loads(self._tent.crop())},
+            layout=json.loads(self._tent.layout),
+            period_min=self.period_min,
+        )
+
+
+class NetworkController(Controller):
+    """A genome as a controller: it sees x and y of the tip, and its one output lights the right lamp above 0.5."""
+
+    def __init__(self, genome: Genome) -> None:
+        self._network = _core.Network(genome)
+
+    def decide(self, seen: Observation) -> int:
+        return int(self._network.activate([seen.x, seen.y])[0] > 0.5)
+
+
+def _settings(value: Any) -> Any:
+    """Settings as JSON, an object of Python as it is; None is the paper's."""
+    if value is None:
+        return "{}"
+    return json.dumps(dict(value)) if isinstance(value, Mapping) else value
+
+
+_GREEDY: Settings = {"kind": "greedy"}
+
+
+def simulate(
+    model: Model | PlantModel,
+    controller: Controller | Settings = _GREEDY,
+    task: Task | Settings | None = None,
+    seed: int = 1,
+    episode: int = 0,
+) -> tuple[Track, float]:
+    """Steers plant number `episode` of a model under `seed`: its track and its fitness."""
+    layout = json.dumps(list(getattr(model, "lamps", None) or _PAPER_LAMPS)) if isinstance(model, PlantModel) else "[]"
+    track, fitness = _core.simulate_loop(model, _settings(controller), _settings(task), layout, seed, episode)
+    return Track(track), fitness
+
+
+def grow(
+    controller: Controller | Settings = _GREEDY,
+    task: Task | Settings | None = None,
+    seed: int = 1,
+    greenhouse: Settings | None = None,
+    period_min: float = 5.0,
+) -> tuple[Track, float]:
+    """Steers the virtual bean of `seed` without photographs: its track and its fitness."""
+    track, fitness = _core.grow_loop(_settings(greenhouse), _settings(controller), _settings(task), seed, period_min)
+    return Track(track), fitness
+
+
+def run(
+    rig: Rig | Tent, controller: Controller | Settings = _GREEDY, task: Task | Settings | None = None
+) -> tuple[Track, float]:
+    """Closes the loop over a rig until the task is over, and puts the lamps out: the track and the fitness.
+
+    Nothing is recorded on the disk: `tropism.run` makes run folders, which survive a power cut.
+    """
+    rig = rig.rig() if isinstance(rig, Tent) else rig
+    track, fitness = _core.rig_loop(
+        rig.camera,
+        rig.lamps,
+        rig.flash,
+        rig.clock,
+        json.dumps(dict(rig.calibration)),
+        json.dumps(dict(rig.vision)),
+        json.dumps(list(rig.layout)),
+        rig.period_min,
+        _settings(controller),
+        _settings(task),
+    )
+    return Track(track), fitness
+
+
+@dataclass(frozen=True)
+class Evolved:
+    """The best genome of a run of evolution, its fitness, and statistics of each generation."""
+
+    genome: Genome
+    fitness: float
+    history: list[dict[str, float]]
+
+
+def evolve(
+    model: Model | PlantModel, task: Task | Settings | None = None, seed: int = 1, **evolution: Any
+) -> list[Evolved]:
+    """Evolves networks for a task on a model, either of which may be your own: one result a run.
+
+    `evolution` has the keys of studies/evolution.toml: runs, generations, episodes, neat, sensors.
+    """
+    layout = json.dumps(list(getattr(model, "lamps", None) or _PAPER_LAMPS)) if isinstance(model, PlantModel) else "[]"
+    runs = _core.evolve_loop(model, _settings(task), json.dumps(evolution), layout, seed)
+    return [Evolved(genome, fitness, json.loads(history)) for genome, fitness, history in runs]
+
+
+def species(path: Any) -> dict[str, Any]:
+    """The plants of a bean file, for the key `bean` of a greenhouse: `beans/internodal-bean.toml` bends by other equations."""
+    values: dict[str, Any] = json.loads(_core.read_species(path))
+    return values

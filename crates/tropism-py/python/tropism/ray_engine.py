@@ -1,0 +1,142 @@
+"""Sweeps on Ray: each unit of work is a task of the cluster.
+
+A unit saves checkpoints in its folder, which all machines share. Ray starts a unit whose worker was lost on another one, where it
+goes on from its last checkpoint to the same bits.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tropism import _core
+from tropism.monitor import Monitor, Progress
+from tropism.results import Results
+from tropism.workflows import SweepPlan, execute
+
+
+def _absolute(plan: SweepPlan) -> SweepPlan:
+    """The plan with paths that mean the same on each worker, whose working folder is another one."""
+    config = dict(plan.config or {})
+    folder = os.path.abspath(os.fspath(plan.folder)) if plan.folder else os.getcwd()
+    if config.get("model"):
+        config["model"] = os.path.join(folder, os.fspath(config["model"]))
+    out = os.path.abspath(os.fspath(plan.out)) if plan.out else os.path.abspath("sweep")
+    return replace(plan, config=config, folder=folder, out=out)
+
+
+def _unit(plan: str, number: int, threads: int) -> dict[str, Any]:
+    """Executes one unit on a worker: what it found, and what it cost."""
+    import resource
+    import socket
+    import time
+
+    began = time.monotonic()
+    before = resource.getrusage(resource.RUSAGE_SELF)
+    text = _core.execute_workflow("sweep_unit", json.dumps({"sweep": json.loads(plan), "unit": number}), None, threads)
+    after = resource.getrusage(resource.RUSAGE_SELF)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    found = {"number": number, "results": json.loads(text), "host": socket.gethostname(), "process": os.getpid()}
+    return {**found, "wall_seconds": time.monotonic() - began, "cpu_seconds": cpu, "bytes": len(text)}
+
+
+def execute_units(
+    plan: SweepPlan, *, address: str | None, workers: int | None, threads: int, retries: int
+) -> list[dict[str, Any]]:
+    """Executes the units of a sweep as tasks of a Ray cluster: what each of them cost, and where it worked."""
+    try:
+        import ray
+        import ray.exceptions
+    except ImportError as error:
+        text = 'found no Ray, wanted it for the engine ray: pip install "ray[default]"'
+        raise _core.TropismError(text) from error
+    plan = _absolute(replace(plan, threads=None))
+    plan.check()
+    units: list[dict[str, Any]] = json.loads(_core.sweep_units(plan.to_json()))
+    out = Path(os.fspath(plan.out or "sweep"))
+    if (out / "sweep.toml").exists() and not plan.resume:
+        raise _core.PlanError(f"{out}: found a sweep here already, wanted a new folder (`out`) or `resume`")
+    monitor: Monitor | None = Progress() if plan.monitor is None else plan.monitor or None
+    started = not ray.is_initialized()
+    if started:
+        count = None if address or workers is None else workers * threads
+        context = ray.init(address=address, num_cpus=count, log_to_driver=False)
+        if monitor is not None and context.dashboard_url:
+            monitor.note(f"Ray's dashboard: http://{context.dashboard_url}")
+    # A worker that is lost is no fault of its unit; an exception is, and is raised at once.
+    task = ray.remote(num_cpus=threads, max_retries=retries, retry_exceptions=False)(_unit)
+    text = ray.put(plan.to_json())
+    named = {unit["number"]: f"{unit['setting']}; seed {unit['seed']}" for unit in units}
+    waiting: list[int] = [unit["number"] for unit in units]
+    running: dict[Any, int] = {}
+    costs: list[dict[str, Any]] = []
+    most = workers or len(units)
+    try:
+        if monitor is not None:
+            monitor.stage("units of the sweep", len(units))
+        while waiting or running:
+            while waiting and len(running) < most:
+                number = waiting.pop(0)
+                named_task = task.options(name=f"unit {number}: {named[number]}")
+                running[named_task.remote(text, number, threads)] = number
+            done, _ = ray.wait(list(running), timeout=0.1)
+            for reference in done:
+                costs.append(ray.get(reference))
+                del running[reference]
+                if monitor is not None:
+                    monitor.advance(1)
+                    monitor.status(named[costs[-1]["number"]])
+            if monitor is not None and not monitor.may_go_on():
+                raise _core.Interrupted(f"interrupted: {out} is saved; `resume` goes on")
+    except ray.exceptions.RayTaskError as error:
+        raise _core.TropismError(str(error.cause)) from error
+    except ray.exceptions.WorkerCrashedError as error:
+        text = f"{out}: a unit lost its worker more than {retries} times; `resume` goes on"
+        raise _core.TropismError(text) from error
+    finally:
+        # Units that still work are ended; what they did is saved.
+        for reference in running:
+            ray.cancel(reference, force=True)
+        if isinstance(monitor, Progress):
+            monitor.close()
+        if started:
+            ray.shutdown()
+    return sorted(costs, key=lambda cost: cost["number"])
+
+
+def sweep_on_ray(plan: SweepPlan, *, address: str | None, workers: int | None, threads: int, retries: int) -> Results:
+    """Executes the units of a sweep on Ray, and then makes the table from their folders.
+
+    `units` of the results tells what each unit cost and where it worked.
+    """
+    costs = execute_units(plan, address=address, workers=workers, threads=threads, retries=retries)
+    results = execute(replace(_absolute(plan), threads=None, resume=True, monitor=False))
+    keys = ("number", "host", "process", "wall_seconds", "cpu_seconds", "bytes")
+    return Results({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
+
+
+def main() -> int:
+    """What `tropism sweep --engine ray` starts: the plan and the cluster stand as JSON on stdin."""
+    wanted = json.load(sys.stdin)
+    try:
+        execute_units(
+            SweepPlan(**wanted["plan"]),
+            address=wanted.get("address"),
+            workers=wanted.get("workers"),
+            threads=1,
+            retries=3,
+        )
+    except KeyboardInterrupt:
+        return 130
+    except _core.TropismError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,74 @@
+"""Sweeps: seeds times settings, on this machine or on the machines of a Ray cluster."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+from tropism import _core
+from tropism.monitor import Monitor
+from tropism.results import Results
+from tropism.workflows import PathLike, SweepPlan, execute
+
+
+def sweep(
+    plan: SweepPlan | Mapping[str, Any] | PathLike,
+    grid: Mapping[str, Any] | None = None,
+    *,
+    engine: Literal["local", "ray"] = "local",
+    model: PathLike | None = None,
+    out: PathLike | None = None,
+    resume: bool | None = None,
+    address: str | None = None,
+    workers: int | None = None,
+    threads: int | None = None,
+    retries: int = 3,
+    monitor: Monitor | Literal[False] | None = None,
+) -> Results:
+    """Executes a sweep: seeds times settings, one unit of work each, and one table.
+
+    `plan` is a SweepPlan, the settings of a sweep file as a mapping, or the path of such a file. `grid` and `model` replace those
+    of the plan. The units' results are the same bits with any engine, number of workers and order.
+
+    `engine="ray"` executes each unit as a task of a Ray cluster (`address`; None starts one on this machine). `out` must then
+    be a folder that all machines share, for units save checkpoints there: a unit whose worker is lost goes on from its last
+    checkpoint, `retries` times at most. `workers` bounds the units that work at once, `threads` the threads of each (1 by
+    default with Ray).
+    """
+    chosen = as_plan(plan)
+    config = dict(chosen.config or {})
+    if grid is not None:
+        config["grid"] = dict(grid)
+    if model is not None:
+        config["model"] = os.path.abspath(os.fspath(model))
+    chosen = replace(chosen, config=config, monitor=monitor, threads=threads)
+    if out is not None:
+        chosen = replace(chosen, out=out)
+    if resume is not None:
+        chosen = replace(chosen, resume=resume)
+    if engine == "local":
+        return execute(chosen)
+    if engine != "ray":
+        raise _core.PlanError(f"found engine {engine!r}, wanted local or ray")
+    from tropism.ray_engine import sweep_on_ray
+
+    return sweep_on_ray(chosen, address=address, workers=workers, threads=threads or 1, retries=retries)
+
+
+def as_plan(plan: SweepPlan | Mapping[str, Any] | PathLike) -> SweepPlan:
+    """The plan of a sweep: as it is, of the settings of a sweep file, or of the file at a path."""
+    if isinstance(plan, SweepPlan):
+        return plan
+    if isinstance(plan, Mapping):
+        return SweepPlan(config=plan)
+    folder = os.path.dirname(os.path.abspath(os.fspath(plan)))
+    return SweepPlan(config=json.loads(_core.read_sweep(plan)), folder=folder)
+
+
+def sweep_units(plan: SweepPlan | Mapping[str, Any] | PathLike) -> list[dict[str, Any]]:
+    """The units of work of a sweep, in order: number, name, setting and seed of each."""
+    units: list[dict[str, Any]] = json.loads(_core.sweep_units(as_plan(plan).to_json()))
+    return units

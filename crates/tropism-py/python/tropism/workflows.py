@@ -1,0 +1,332 @@
+"""Workflows: a plan goes in, results come out.
+
+Each workflow is a function of keyword arguments, and a dataclass of the same keys: `tropism.evolve(model="model.json")` is
+`tropism.execute(EvolvePlan(model="model.json"))`. What is left out is the paper's. Nested settings, such as
+`evolution={"runs": 4}`, have the keys of the files that docs/formats.md describes; unknown keys are refused by name.
+
+Every function takes, beside the keys of its plan, `monitor` (a `Monitor`, or False for none; by default progress is shown if
+tqdm is installed) and `threads` (by default one a core). The interpreter's lock is released. Ctrl-C ends a workflow within
+a tenth of a second, saves what was done, and raises `Interrupted`, a KeyboardInterrupt; `resume=True` goes on to the same
+results.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar, Literal, ParamSpec, TypeAlias
+
+from tropism import _core
+from tropism.monitor import Monitor, Progress
+from tropism.results import Results
+
+PathLike: TypeAlias = "str | os.PathLike[str]"
+Settings: TypeAlias = Mapping[str, Any]
+#: A controller as data: {"kind": "greedy"}, {"kind": "periodic", "minutes": 360}, or what `controller_of` reads.
+ControllerSpec: TypeAlias = Mapping[str, Any]
+_P = ParamSpec("_P")
+
+
+def _plain(value: Any) -> Any:
+    """`value` as JSON knows it."""
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, range):
+        return list(value)
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """A plan of a workflow. Keys that are None are the workflow's own defaults, which `complete` shows.
+
+    `monitor` and `threads` change no result and are no part of the plan's JSON.
+    """
+
+    workflow: ClassVar[str] = ""
+    monitor: Monitor | Literal[False] | None = field(default=None, repr=False, compare=False)
+    threads: int | None = field(default=None, repr=False, compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys that are set, as JSON knows them."""
+        names = [field.name for field in fields(self) if field.name not in ("monitor", "threads")]
+        values = {name: getattr(self, name) for name in names}
+        return {key: _plain(value) for key, value in values.items() if value is not None}
+
+    def to_json(self) -> str:
+        """The plan as JSON: what a page and the command line exchange."""
+        return json.dumps(self.to_dict())
+
+    def complete(self) -> dict[str, Any]:
+        """All keys with their values, defaults included.
+
+        Raises PlanError if a key is unknown or a value has the wrong type.
+        """
+        complete: dict[str, Any] = json.loads(_core.complete_plan(self.workflow, self.to_json()))
+        return complete
+
+    def check(self) -> None:
+        """Raises PlanError, which names the key, if the plan cannot be executed."""
+        _core.check_plan(self.workflow, self.to_json())
+
+
+@dataclass(frozen=True, kw_only=True)
+class GrowPlan(Plan):
+    """Grows virtual beans: tracks, or photographs with their ground truth."""
+
+    workflow: ClassVar[str] = "grow"
+    plants: int | None = None
+    controller: ControllerSpec | None = None
+    task: Settings | None = None
+    greenhouse: Settings | None = None
+    period_min: float | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    photographs: bool | None = None
+    resume: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunPlan(Plan):
+    """An experiment in a real or virtual tent, recorded in a run folder. `config` has the keys of `run.toml`."""
+
+    workflow: ClassVar[str] = "run"
+    out: PathLike | None = None
+    resume: bool | None = None
+    speed: float | None = None
+    config: Settings | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackPlan(Plan):
+    """Tracks of photographs of plants."""
+
+    workflow: ClassVar[str] = "track"
+    photographs: Sequence[PathLike] | None = None
+    out: PathLike | None = None
+    scale: Any = None
+    plants: Sequence[Settings] | None = None
+    light: Any = None
+    time: Any = None
+    period_min: float | None = None
+    default_period_min: float | None = None
+    vision: Settings | None = None
+    each: bool | None = None
+    overlay: PathLike | None = None
+    sheet: PathLike | None = None
+    resume: bool | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitPlan(Plan):
+    """A model of tracks: `kind` is tip, memory or stem."""
+
+    workflow: ClassVar[str] = "fit"
+    tracks: Sequence[PathLike] | None = None
+    kind: Literal["tip", "memory", "stem"] | None = None
+    model: Settings | None = None
+    anyway: bool | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvolvePlan(Plan):
+    """Evolves controllers on a model."""
+
+    workflow: ClassVar[str] = "evolve"
+    model: PathLike | None = None
+    out: PathLike | None = None
+    task: Settings | None = None
+    evolution: Settings | None = None
+    trial_plants: int | None = None
+    seed: int | None = None
+    resume: bool | None = None
+    checkpoint_s: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TunePlan(Plan):
+    """Tunes a rule of nine numbers on a model."""
+
+    workflow: ClassVar[str] = "tune"
+    model: PathLike | None = None
+    beans: Settings | None = None
+    period_min: float | None = None
+    task: Settings | None = None
+    search: Settings | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    resume: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatePlan(Plan):
+    """Steers simulated plants of a model."""
+
+    workflow: ClassVar[str] = "simulate"
+    model: PathLike | None = None
+    controller: ControllerSpec | None = None
+    task: Settings | None = None
+    episodes: int | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+    replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScorePlan(Plan):
+    """The fitness of tracks, eq. (9)."""
+
+    workflow: ClassVar[str] = "score"
+    tracks: Sequence[PathLike] | None = None
+    task: Settings | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShowPlan(Plan):
+    """A network and its decisions."""
+
+    workflow: ClassVar[str] = "show"
+    source: PathLike | None = None
+    out: PathLike | None = None
+    format: str | None = None
+    model: PathLike | None = None
+    task: Settings | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransferPlan(Plan):
+    """Compares controllers on the same unseen virtual plants."""
+
+    workflow: ClassVar[str] = "transfer"
+    controllers: Sequence[Settings] | None = None
+    plants: int | None = None
+    plant_seeds: Settings | None = None
+    task: Settings | None = None
+    random_targets: bool | None = None
+    greenhouse: Settings | None = None
+    period_min: float | None = None
+    photographs: bool | None = None
+    model: PathLike | None = None
+    ceiling: bool | None = None
+    bound: str | None = None
+    seed: int | None = None
+    resume: bool | None = None
+    out: PathLike | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyPlan(Plan):
+    """The whole paper on virtual beans. `config` has the keys of `studies/paper.toml`; `quick_study` is a small one."""
+
+    workflow: ClassVar[str] = "study"
+    out: PathLike | None = None
+    resume: bool | None = None
+    keep_photographs: bool | None = None
+    config: Settings | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepPlan(Plan):
+    """Seeds times settings of evolutions or of studies of laboratories. `config` has the keys of `studies/sweep.toml`."""
+
+    workflow: ClassVar[str] = "sweep"
+    out: PathLike | None = None
+    resume: bool | None = None
+    folder: PathLike | None = None
+    config: Settings | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportPlan(Plan):
+    """A page of figures, and with `figures` each as a file."""
+
+    workflow: ClassVar[str] = "report"
+    sources: Sequence[PathLike] | None = None
+    out: PathLike | None = None
+    figures: PathLike | None = None
+
+
+#: The plan of each workflow.
+PLANS: dict[str, type[Plan]] = {plan.workflow: plan for plan in Plan.__subclasses__()}
+
+
+def execute(plan: Plan) -> Results:
+    """Executes a plan.
+
+    Raises PlanError if the plan cannot be executed, TropismError if it fails, Paused if a run needs its user, and Interrupted
+    after Ctrl-C.
+    """
+    monitor = plan.monitor
+    progress = Progress() if monitor is None else None
+    listener = progress if progress is not None else monitor or None
+    try:
+        text = _core.execute_workflow(plan.workflow, plan.to_json(), listener, plan.threads)
+    finally:
+        if progress is not None:
+            progress.close()
+    found = json.loads(text)
+    results: dict[str, Any] = {"list": found} if isinstance(found, list) else found
+    if isinstance(plan, ReportPlan) and plan.figures is not None:
+        results["_figures"] = os.fspath(plan.figures)
+    return Results(results)
+
+
+def _function(plan: Callable[_P, Plan], name: str) -> Callable[_P, Results]:
+    """The function of a workflow: it takes the keys of the plan."""
+
+    def call(*args: _P.args, **kwargs: _P.kwargs) -> Results:
+        return execute(plan(*args, **kwargs))
+
+    call.__name__ = call.__qualname__ = name
+    call.__doc__ = plan.__doc__
+    call.__wrapped__ = plan  # type: ignore[attr-defined]
+    return call
+
+
+grow = _function(GrowPlan, "grow")
+run = _function(RunPlan, "run")
+track = _function(TrackPlan, "track")
+fit = _function(FitPlan, "fit")
+evolve = _function(EvolvePlan, "evolve")
+tune = _function(TunePlan, "tune")
+simulate = _function(SimulatePlan, "simulate")
+score = _function(ScorePlan, "score")
+show = _function(ShowPlan, "show")
+transfer = _function(TransferPlan, "transfer")
+study = _function(StudyPlan, "study")
+report = _function(ReportPlan, "report")
+
+
+def resume(
+    folder: PathLike,
+    workflow: Literal["run", "study", "sweep"],
+    *,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> Results:
+    """Goes on with the run, study or sweep in `folder`, from this folder alone."""
+    plan = PLANS[workflow](**json.loads(_core.plan_of_folder(workflow, folder)))
+    return execute(replace(plan, monitor=monitor, threads=threads))
+
+
+def quick_study() -> dict[str, Any]:
+    """The settings of a study of about a minute: `tropism.study(config=tropism.quick_study())`."""
+    config: dict[str, Any] = json.loads(_core.quick_study())
+    return config
+
+
+def controller_of(path: PathLike) -> dict[str, Any]:
+    """The controller in a champion or rule file, as data for the `controller` of a plan."""
+    spec: dict[str, Any] = json.loads(_core.read_controller(path))
+    return spec

@@ -1,0 +1,196 @@
+//! The closed loop with parts of the core or of Python, and evolution on any of them.
+
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+use std::rc::Rc;
+use std::time::Duration;
+
+use pyo3::prelude::*;
+use tropism::control::Controller;
+use tropism::environment;
+use tropism::evolve::{Evolution, EvolutionConfig};
+use tropism::greenhouse::bean::Trial;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::lamps::Layout;
+use tropism::plant::PlantModel;
+use tropism::random::{NoiseStream, Purpose};
+use tropism::rig::Rig;
+use tropism::simulation::Simulation;
+use tropism::task::Task;
+use tropism::track::Sample;
+use tropism::vision::{Calibration, TipTracker, VisionConfig};
+use tropism_lab::ControllerSpec;
+
+use crate::error::{TropismError, parsed, refused};
+use crate::model::{AnyModel, Model};
+use crate::neat::Genome;
+use crate::parts::{AnyTask, Device, PythonController, PythonModel, Trouble};
+use crate::threads::check_fork;
+use crate::track::Track;
+
+/// Time between two looks at signals.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// The controller that `value` is: the JSON of a plan's controller, or an object.
+fn controller_of(
+    value: &Bound<'_, PyAny>,
+    task: &AnyTask,
+    layout: &Layout,
+    period_min: f64,
+    trouble: &Trouble,
+) -> PyResult<Box<dyn Controller>> {
+    let Ok(json) = value.extract::<String>() else {
+        return Ok(Box::new(PythonController::of(value, layout, trouble)));
+    };
+    let spec: ControllerSpec = parsed("controller", &json)?;
+    spec.check(layout, period_min).map_err(refused)?;
+    Ok(spec.build(&task.spec(), layout, period_min))
+}
+
+/// What a loop made: its track and its fitness.
+fn finished(track: tropism::track::Track, task: &AnyTask, trouble: &Trouble) -> PyResult<(Track, f64)> {
+    trouble.take()?;
+    let fitness = task.fitness(&track);
+    trouble.take()?;
+    Ok((Track(track), fitness))
+}
+
+fn model_of<T>(
+    value: &Bound<'_, PyAny>,
+    layout: &str,
+    trouble: &Trouble,
+    use_it: impl FnOnce(&AnyModel) -> PyResult<T>,
+) -> PyResult<T> {
+    if let Ok(model) = value.cast::<Model>() {
+        return use_it(&model.get().0);
+    }
+    let layout: Layout = parsed("layout", layout)?;
+    use_it(&AnyModel::Python(PythonModel::of(value, layout, trouble)?))
+}
+
+/// Steers plant number `episode` of a model under `seed`; returns the track and the fitness.
+#[pyfunction]
+pub(crate) fn simulate_loop(
+    py: Python<'_>,
+    model: &Bound<'_, PyAny>,
+    controller: &Bound<'_, PyAny>,
+    task: &Bound<'_, PyAny>,
+    layout: &str,
+    seed: u64,
+    episode: u32,
+) -> PyResult<(Track, f64)> {
+    let trouble = Trouble::default();
+    let task = AnyTask::of(task, &trouble)?;
+    model_of(model, layout, &trouble, |model| {
+        let mut controller = controller_of(controller, &task, model.layout(), model.period_min(), &trouble)?;
+        let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
+        let mut world = Simulation::new(model, &task, noise);
+        let watch = &mut |_: &Sample| trouble.flow(py);
+        let Ok(track) = environment::run(&mut world, &mut *controller, &task, watch);
+        finished(track, &task, &trouble)
+    })
+}
+
+/// Steers the virtual bean of `seed` without photographs; returns the track and the fitness.
+#[pyfunction]
+pub(crate) fn grow_loop(
+    py: Python<'_>,
+    greenhouse: &str,
+    controller: &Bound<'_, PyAny>,
+    task: &Bound<'_, PyAny>,
+    seed: u64,
+    period_min: f64,
+) -> PyResult<(Track, f64)> {
+    let trouble = Trouble::default();
+    let task = AnyTask::of(task, &trouble)?;
+    let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
+    greenhouse.check().map_err(refused)?;
+    let Greenhouse { scale, bean, layout, .. } = greenhouse;
+    let mut controller = controller_of(controller, &task, &layout, period_min, &trouble)?;
+    let trial = Trial { scale, layout, period_min, ..Trial::new(&bean) };
+    let track = trial.grow(seed, &mut *controller, &task, &mut |_| trouble.flow(py));
+    finished(track, &task, &trouble)
+}
+
+/// Closes the loop over devices of Python; returns the track and the fitness.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub(crate) fn rig_loop<'py>(
+    py: Python<'py>,
+    camera: Bound<'py, PyAny>,
+    lamps: Bound<'py, PyAny>,
+    flash: Bound<'py, PyAny>,
+    clock: Bound<'py, PyAny>,
+    calibration: &str,
+    vision: &str,
+    layout: &str,
+    period_min: f64,
+    controller: &Bound<'py, PyAny>,
+    task: &Bound<'py, PyAny>,
+) -> PyResult<(Track, f64)> {
+    let trouble = Trouble::default();
+    let task = AnyTask::of(task, &trouble)?;
+    let layout: Layout = parsed("layout", layout)?;
+    let calibration: Calibration = parsed("calibration", calibration)?;
+    let vision: VisionConfig = parsed("vision", vision)?;
+    let tracker = TipTracker::new(calibration, vision).map_err(refused)?.with_period(period_min);
+    let mut controller = controller_of(controller, &task, &layout, period_min, &trouble)?;
+    let period = Duration::try_from_secs_f64(period_min * 60.0).map_err(refused)?;
+    let (names, now_s) = (Rc::new(layout.clone()), Rc::new(RefCell::new(0.0)));
+    let device = |object: Bound<'py, PyAny>| Device {
+        object,
+        layout: Rc::clone(&names),
+        trouble: trouble.clone(),
+        now_s: Rc::clone(&now_s),
+    };
+    let (camera, lamps, flash, clock) = (device(camera), device(lamps), device(flash), device(clock));
+    let mut rig = Rig::new(camera, lamps, flash, clock, tracker, period).with_layout(layout);
+    let track = environment::run(&mut rig, &mut *controller, &task, &mut |_| trouble.flow(py));
+    let closed = rig.close();
+    trouble.take()?;
+    let track = track.map_err(|error| TropismError::new_err(error.to_string()))?;
+    closed.map_err(|error| TropismError::new_err(error.to_string()))?;
+    finished(track, &task, &trouble)
+}
+
+/// Evolves networks for a task on a model, either of which may be of Python. Returns the best genome of each run, its fitness
+/// and the statistics of its generations (JSON).
+#[pyfunction]
+pub(crate) fn evolve_loop(
+    py: Python<'_>,
+    model: &Bound<'_, PyAny>,
+    task: &Bound<'_, PyAny>,
+    config: &str,
+    layout: &str,
+    seed: u64,
+) -> PyResult<Vec<(Genome, f64, String)>> {
+    check_fork()?;
+    let trouble = Trouble::default();
+    let task = AnyTask::of(task, &trouble)?;
+    let config: EvolutionConfig = parsed("config", config)?;
+    model_of(model, layout, &trouble, |model| {
+        let evolution = Evolution::new(model, &task, config, seed).map_err(refused)?;
+        let watch = |_, _: &_| {
+            if trouble.is_there() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let runs = std::thread::scope(|scope| {
+            let worker = scope.spawn(|| evolution.evolve(&watch));
+            // Signals reach the thread that called, and only while it holds the lock.
+            while !worker.is_finished() {
+                let _ = trouble.flow(py);
+                py.detach(|| std::thread::sleep(LOOK));
+            }
+            worker.join()
+        });
+        let runs = runs.unwrap_or_else(|panic| std::panic::resume_unwind(panic)).map_err(refused)?;
+        trouble.take()?;
+        let runs = runs.ok_or_else(|| refused("found an evolution that was broken off"))?;
+        runs.into_iter()
+            .map(|run| {
+                let (genome, fitness) = run.champion().ok_or_else(|| refused("found no generation"))?;
+                let history = serde_json::to_string(&run.history).map_err(refused)?;
+                Ok((Genome(genome.clone()), fitness, history))
+            })
+            .collect()
+    })
+}

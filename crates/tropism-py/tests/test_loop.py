@@ -1,0 +1,202 @@
+"""The closed loop with parts in Python: own controller, task, plant model, camera and lamps."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tropism
+from tropism import loop, neat
+from tropism.loop import Camera, Controller, Lamps, Model, Noise, Observation, PlantModel, Task, Tent
+
+SMALL = {"scene": {"width": 432, "height": 324}}
+
+
+class Greedy(Controller):
+    """The greedy rule, in Python."""
+
+    targets = ((3.0, 6.0), (-5.0, 9.0), (-1.0, 13.5))
+
+    def decide(self, seen: Observation) -> str:
+        x = next((x for x, y in self.targets if seen.y < y), self.targets[-1][0])
+        return "right" if seen.x < x else "left"
+
+
+class Paper(Task):
+    """The paper's task, in Python."""
+
+    targets = Greedy.targets
+
+    def __init__(self, max_steps: int = 1000) -> None:
+        self.max_steps = max_steps
+
+    def is_over(self, step: int, seen: Observation) -> bool:
+        return seen.y >= 13.8 or step >= self.max_steps
+
+    def step_fitness(self, first: Observation, before: Observation, after: Observation) -> float:
+        if after.y < first.y:
+            return 0.0
+        x = next((x for x, y in self.targets if after.y < y), None)
+        if x is None:
+            return 0.0
+        shift = after.x - before.x
+        return shift if after.x < x else -shift if after.x > x else abs(shift)
+
+
+class Leaning(PlantModel):
+    """Leans 1 mm a step towards the lit lamp and grows 0.3 mm."""
+
+    def seedling(self, start: tuple[float, float], noise: Noise) -> tuple[float, float]:
+        return start
+
+    def step(self, plant: tuple[float, float], light: int, noise: Noise) -> tuple[float, float]:
+        return plant[0] + (0.1 if light == 1 else -0.1), plant[1] + 0.03 + 0.01 * noise.normal()
+
+    def observe(self, plant: tuple[float, float]) -> tuple[float, float]:
+        return plant
+
+
+@pytest.fixture(scope="module")
+def tip_model() -> Model:
+    return Model.of_virtual_beans(plants=2, steps=400)
+
+
+def test_own_controller_and_task_are_as_those_of_the_core(tip_model: Model) -> None:
+    wanted = loop.simulate(tip_model, {"kind": "greedy"}, seed=3, episode=2)
+    found = loop.simulate(tip_model, Greedy(), Paper(), seed=3, episode=2)
+    assert found == wanted
+    assert wanted[0].fitness() == wanted[1]
+
+
+def test_own_parts_in_the_virtual_tent() -> None:
+    """Own camera, lamps, controller and task before the virtual bean: the same photographs, track and fitness."""
+    wanted = loop.run(Tent(seed=2, greenhouse=SMALL), {"kind": "greedy"}, {"max_steps": 30})
+    tent = Tent(seed=2, greenhouse=SMALL)
+    lit: list[str | None] = []
+    sizes: list[int] = []
+
+    class OwnCamera(Camera):
+        def photograph(self) -> bytes:
+            photograph = tent.photograph()
+            sizes.append(len(photograph))
+            return photograph
+
+    class OwnLamps(Lamps):
+        def light(self, light: str | None) -> None:
+            lit.append(light)
+            tent.light(light)
+
+    found = loop.run(tent.rig(camera=OwnCamera(), lamps=OwnLamps()), Greedy(), Paper(30))
+    assert found == wanted
+    assert len(sizes) == 31 and min(sizes) > 1000
+    assert lit[:-1] == found[0].columns()["light"][:-1]
+    assert lit[-1] is None, "the lamps are out at the end"
+    assert tent.truth_csv().count("\n") == 32
+
+
+def test_own_pictures_are_tracked() -> None:
+    """A camera that gives PNG files of a drawn plant: the tracker finds its tip, and the loop ends at its height."""
+    image = pytest.importorskip("PIL.Image")
+    import io
+
+    tent = Tent(seed=5, greenhouse=SMALL)
+
+    class Png(Camera):
+        def photograph(self) -> bytes:
+            file = io.BytesIO()
+            image.open(io.BytesIO(tent.photograph())).save(file, "PNG")
+            return file.getvalue()
+
+    jpeg = loop.run(Tent(seed=5, greenhouse=SMALL), Greedy(), Paper(5))[0]
+    png = loop.run(tent.rig(camera=Png()), Greedy(), Paper(5))[0]
+    assert np.abs(png.tips - jpeg.tips).max() < 0.1 and len(png) == 6
+
+
+def test_own_plant_model_is_steered_and_evolved_on() -> None:
+    track, fitness = loop.simulate(Leaning(), Greedy(), seed=1)
+    assert fitness > 8.0 and track.tips[0].tolist() == [0.0, 4.0]
+    assert loop.simulate(Leaning(), Greedy(), seed=1) == (track, fitness)
+    assert loop.simulate(Leaning(), Greedy(), seed=2) != (track, fitness)
+    runs = loop.evolve(
+        Leaning(), {"max_steps": 60}, seed=1, runs=2, generations=3, neat=neat.config("wahby2016", population=12)
+    )
+    assert len(runs) == 2 and len(runs[0].history) == 3
+    again = loop.simulate(Leaning(), loop.NetworkController(runs[0].genome), {"max_steps": 60})
+    assert math.isfinite(again[1])
+
+
+def test_own_task_is_evolved_for(tip_model: Model) -> None:
+    own = loop.evolve(tip_model, Paper(80), seed=2, runs=1, generations=3, neat=neat.config("wahby2016", population=10))
+    core = loop.evolve(
+        tip_model, {"max_steps": 80}, seed=2, runs=1, generations=3, neat=neat.config("wahby2016", population=10)
+    )
+    assert own[0].genome == core[0].genome
+    assert own[0].fitness == pytest.approx(core[0].fitness, abs=1e-9)
+
+
+def test_a_stem_is_seen(tip_model: Model) -> None:
+    stems: list[Any] = []
+
+    class Looking(Controller):
+        def decide(self, seen: Observation) -> int:
+            stems.append(seen.stem)
+            return 0
+
+    loop.grow(Looking(), {"kind": "open_loop", "max_steps": 3}, seed=1)
+    assert stems[0].shape == (10, 2)
+    loop.simulate(tip_model, Looking(), {"kind": "open_loop", "max_steps": 1})
+    assert stems[-1] is None
+
+
+@pytest.mark.parametrize("part", ["decide", "is_over", "step_fitness", "observe", "step", "photograph", "light"])
+def test_an_exception_of_a_part_is_raised_and_the_lamps_go_out(part: str, tip_model: Model) -> None:
+    def fails(*_: object) -> None:
+        raise LookupError(part)
+
+    def failing(kind: type[Any], *arguments: Any) -> Any:
+        return type("Failing", (kind,), {part: fails})(*arguments)
+
+    with pytest.raises(LookupError, match=part):
+        if part == "decide":
+            loop.simulate(tip_model, failing(Greedy))
+        elif part in ("is_over", "step_fitness"):
+            loop.simulate(tip_model, Greedy(), failing(Paper))
+        elif part in ("observe", "step"):
+            loop.simulate(failing(Leaning), Greedy())
+        else:
+            tent = Tent(greenhouse=SMALL)
+            camera = failing(Camera) if part == "photograph" else None
+            lamps = failing(Lamps) if part == "light" else None
+            loop.run(tent.rig(camera=camera, lamps=lamps), Greedy(), Paper(3))
+
+
+def test_answers_that_cannot_be_are_refused(tip_model: Model) -> None:
+    class Far(Controller):
+        def decide(self, seen: Observation) -> int:
+            return 7
+
+    with pytest.raises(tropism.PlanError, match="found light 7, wanted 0 to 1"):
+        loop.simulate(tip_model, Far())
+
+    class Forgets(Leaning):
+        def step(self, plant: Any, light: int, noise: Noise) -> Any:
+            return None
+
+    with pytest.raises(tropism.PlanError, match="found None from step"):
+        loop.simulate(Forgets(), Greedy())
+    with pytest.raises(NotImplementedError, match="Controller lacks decide"):
+        loop.simulate(tip_model, Controller())
+
+
+def test_a_model_is_a_file(tip_model: Model, tmp_path: Path) -> None:
+    path = tmp_path / "model.json"
+    path.write_text(tip_model.to_json())
+    again = Model.read(path)
+    assert (again.kind, again.is_virtual, again.lamps) == ("tip", True, ["left", "right"])
+    assert loop.simulate(again, seed=3) == loop.simulate(tip_model, seed=3)
+    path.write_text("{}")
+    with pytest.raises(tropism.PlanError, match=r"model\.json"):
+        Model.read(path)

@@ -1,0 +1,215 @@
+"""Workflows: plans, results, monitors, errors and interruptions."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import tropism
+from tropism import _core
+from tropism.workflows import EvolvePlan, Plan, SimulatePlan
+
+SMALL = {"runs": 2, "generations": 5, "neat": {"population": 20}}
+
+
+@pytest.mark.parametrize("plan", tropism.PLANS.values(), ids=tropism.PLANS)
+def test_a_dataclass_has_the_keys_of_its_workflow(plan: type[Plan]) -> None:
+    with pytest.raises(tropism.PlanError) as refusal:
+        _core.complete_plan(plan.workflow, '{"nonsense": 1}')
+    wanted = set(re.findall(r"`(\w+)`", str(refusal.value))) - {"nonsense"}
+    assert {field.name for field in dataclasses.fields(plan)} - {"monitor", "threads"} == wanted
+    assert set(plan().complete()) <= wanted
+
+
+def test_what_is_left_out_is_the_papers() -> None:
+    complete = EvolvePlan(seed=7).complete()
+    assert complete["seed"] == 7
+    assert complete["evolution"]["runs"] == 20
+    assert complete["evolution"]["neat"]["population"] == 50
+
+
+def test_unknown_keys_are_refused_by_name() -> None:
+    with pytest.raises(tropism.PlanError, match=r"evolution\.neat\.populaton: unknown field"):
+        tropism.evolve(evolution={"neat": {"populaton": 3}})
+    with pytest.raises(TypeError, match="modle"):
+        tropism.evolve(modle="model.json")  # type: ignore[call-arg]
+
+
+def test_errors_name_the_file(tmp_path: Path) -> None:
+    with pytest.raises(tropism.TropismError, match=r"nowhere\.json"):
+        tropism.evolve(model=tmp_path / "nowhere.json", out=tmp_path / "out", monitor=False)
+
+
+def test_the_whole_way_from_beans_to_a_report(model: Path, tmp_path: Path) -> None:
+    evolved = tropism.evolve(model=model, out=tmp_path / "evolution", evolution=SMALL, monitor=False)
+    assert len(evolved.runs) == 2
+    champion = tropism.controller_of(tmp_path / "evolution/champion.json")
+    track = tmp_path / "track.csv"
+    simulated = tropism.simulate(model=model, controller=champion, episodes=3, out=track, monitor=False)
+    scores = tropism.score(tracks=[track], monitor=False)
+    assert scores.list[0].steps > 100
+    assert simulated.episodes == 3
+    compared = tropism.transfer(
+        controllers=[{"name": "champion", "controller": champion}, {"name": "chase", "controller": {"kind": "greedy"}}],
+        plants=4,
+        out=tmp_path / "transfer",
+        monitor=False,
+    )
+    assert compared.is_virtual and [row.name for row in compared.controllers] == ["champion", "chase"]
+    assert "virtual plants" in compared._repr_html_()
+    figures = tmp_path / "figures"
+    report = tropism.report(
+        sources=[tmp_path / "evolution"], out=tmp_path / "report.html", figures=figures, monitor=False
+    )
+    assert report.figures() and "<svg" in report._repr_html_()
+
+
+def test_a_run_in_the_virtual_tent_becomes_a_track(tmp_path: Path) -> None:
+    config = tropism.PLANS["run"]().complete()["config"]
+    config["task"] = {"kind": "open_loop", "max_steps": 4}
+    config["rig"]["greenhouse"]["scene"].update(width=432, height=324)
+    results = tropism.run(out=tmp_path / "run", config=config, monitor=False)
+    assert results.is_virtual and results.steps == 4
+    # What every photograph of the virtual tent shows: 74 cm in width, the middle 20 cm above the soil.
+    px_per_cm = 432 / 74
+    tropism.track(
+        photographs=[tmp_path / "run" / "photographs"],
+        scale={"px_per_cm": px_per_cm},
+        plants=[{"name": "1", "base": [215.5, 161.5 + 20 * px_per_cm]}],
+        out=tmp_path / "again.csv",
+        monitor=False,
+    )
+    again = tropism.score(tracks=[tmp_path / "again.csv", tmp_path / "run" / "track.csv"], monitor=False)
+    assert [track.steps for track in again.list] == [4, 4]
+
+
+class Listening(tropism.Monitor):
+    """Writes down what it hears; asks for an end after some generations."""
+
+    def __init__(self, most: int | None = None) -> None:
+        self.heard: list[str] = []
+        self.generations: list[tuple[int, dict[str, float]]] = []
+        self.thread = threading.get_ident()
+        self.most = most
+
+    def stage(self, name: str, total: int) -> None:
+        self.heard.append(f"{name} {total}")
+
+    def generation(self, run: int, statistics: str) -> None:
+        assert threading.get_ident() == self.thread
+        self.generations.append((run, json.loads(statistics)))
+
+    def may_go_on(self) -> bool:
+        return self.most is None or len(self.generations) < self.most
+
+
+def test_a_monitor_hears_each_generation(model: Path, tmp_path: Path) -> None:
+    monitor = Listening()
+    tropism.evolve(model=model, out=tmp_path / "e", evolution=SMALL, monitor=monitor)
+    assert monitor.heard[0] == "evolve 10"
+    assert sorted((run, found["generation"]) for run, found in monitor.generations) == [
+        (run, generation) for run in range(2) for generation in range(5)
+    ]
+
+
+def test_a_monitor_that_asks_for_an_end_gets_it_and_the_work_goes_on_to_the_same(model: Path, tmp_path: Path) -> None:
+    evolution = {"runs": 2, "generations": 300, "neat": {"population": 20}}
+    plan = EvolvePlan(model=model, evolution=evolution, monitor=False)
+    whole = tmp_path / "whole"
+    tropism.execute(_with(plan, out=whole))
+    part = tmp_path / "part"
+    with pytest.raises(tropism.Interrupted, match="is saved"):
+        tropism.execute(_with(plan, out=part, monitor=Listening(most=10)))
+    assert not (part / "champion.json").exists()
+    tropism.execute(_with(plan, out=part, resume=True, threads=1))
+    assert (part / "champion.json").read_bytes() == (whole / "champion.json").read_bytes()
+
+
+def _with(plan: Plan, **changes: object) -> Plan:
+    return dataclasses.replace(plan, **changes)  # type: ignore[arg-type]
+
+
+def test_an_exception_of_a_monitor_is_raised(model: Path, tmp_path: Path) -> None:
+    class Broken(tropism.Monitor):
+        def stage(self, name: str, total: int) -> None:
+            raise LookupError("not in the mood")
+
+    with pytest.raises(LookupError, match="not in the mood"):
+        tropism.evolve(model=model, out=tmp_path / "e", evolution=SMALL, monitor=Broken())
+
+
+def test_ctrl_c_is_a_keyboard_interrupt_and_saves(model: Path, tmp_path: Path) -> None:
+    code = (
+        "import sys, tropism\n"
+        "class Tell(tropism.Monitor):\n"
+        "    def generation(self, run, statistics): print('going', flush=True)\n"
+        "try:\n"
+        f"    tropism.evolve(model={str(model)!r}, out={str(tmp_path / 'e')!r}, monitor=Tell(),\n"
+        "        evolution={'runs': 2, 'generations': 1000000})\n"
+        "except KeyboardInterrupt as end:\n"
+        "    print(type(end).__name__, end, flush=True)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "going\n"
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=120)[0].splitlines()[-1]
+    assert said.startswith("Interrupted interrupted:") and "is saved" in said
+    assert any((tmp_path / "e").iterdir())
+
+
+def test_other_threads_work_while_a_workflow_does(model: Path, tmp_path: Path) -> None:
+    counted = []
+    stop = threading.Event()
+
+    def count() -> None:
+        while not stop.is_set():
+            counted.append(1)
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    before = len(counted)
+    tropism.simulate(model=model, episodes=200, out=tmp_path / "t.csv", monitor=False)
+    during = len(counted) - before
+    stop.set()
+    thread.join()
+    assert during > 3
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+def test_a_fork_with_threads_is_refused(model: Path, tmp_path: Path) -> None:
+    code = (
+        "import os, sys, tropism\n"
+        f"tropism.simulate(model={str(model)!r}, episodes=2, out={str(tmp_path / 'a.csv')!r}, monitor=False)\n"
+        "if os.fork() == 0:\n"
+        "    try:\n"
+        f"        tropism.simulate(model={str(model)!r}, out={str(tmp_path / 'b.csv')!r}, monitor=False)\n"
+        "    except RuntimeError as error:\n"
+        "        print(error, flush=True)\n"
+        "    os._exit(0)\n"
+        "os.wait()\n"
+    )
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, timeout=120)
+    assert "forked after tropism had started threads" in done.stdout, done.stderr
+
+
+def test_threads_change_no_bit(model: Path, tmp_path: Path) -> None:
+    for threads in (1, 2):
+        tropism.evolve(model=model, out=tmp_path / str(threads), evolution=SMALL, monitor=False, threads=threads)
+    one, two = ((tmp_path / name / "champion.json").read_bytes() for name in "12")
+    assert one == two
+
+
+def test_plans_are_data() -> None:
+    plan = SimulatePlan(model=Path("m.json"), episodes=3, monitor=False)
+    assert json.loads(plan.to_json()) == {"model": "m.json", "episodes": 3}
+    assert SimulatePlan(**plan.complete()).complete() == plan.complete()
