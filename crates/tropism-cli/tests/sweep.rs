@@ -271,3 +271,15 @@ worlds = [{ name = "bean" }]
         "{report}"
     );
 }
+
+#[test]
+fn the_engine_ray_says_what_to_install_where_there_is_no_python() {
+    let folder = folder();
+    let output =
+        command(&folder, &["sweep", "sweep.toml", "--engine", "ray"]).env("PATH", "").output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && error.contains("wanted Python with tropism and Ray"), "{error}");
+    let output = tropism(&folder, &["sweep", "sweep.toml", "--workers", "2"]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && error.contains("wanted --engine ray with them"), "{error}");
+}

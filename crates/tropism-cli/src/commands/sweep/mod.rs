@@ -1,11 +1,12 @@
 //! `tropism sweep`: seeds times settings, in one table.
 
+mod ray;
 mod table;
 
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use tropism_lab::sweep::{SweepConfig, SweepPlan, SweepUnit, UnitPlan};
 
 use crate::progress::{execute_and_print, for_user};
@@ -20,7 +21,8 @@ use crate::shell::Shell;
 /// how far it is.
 ///
 /// The units of work are independent: on a cluster each of them can be executed alone by --unit, on any machine that shares
-/// DIR and in any order. The sweep then finds them finished and prints the table.
+/// DIR and in any order. The sweep then finds them finished and prints the table. --engine ray leaves that to a Ray cluster,
+/// and needs Python with tropism and Ray (docs/scale.md).
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism sweep studies/sweep.toml --model model.json --out sweep\n  \
@@ -59,6 +61,25 @@ pub(crate) struct Sweep {
     /// List the units of work, and do nothing
     #[arg(long, conflicts_with = "unit")]
     list: bool,
+
+    /// What executes the units: this program, or the workers of a Ray cluster that share DIR
+    #[arg(long, value_name = "ENGINE", value_enum, default_value_t = Engine::Local, conflicts_with_all = ["unit", "list"])]
+    engine: Engine,
+
+    /// Address of the Ray cluster; without it one is started on this machine
+    #[arg(long, value_name = "HOST:PORT")]
+    address: Option<String>,
+
+    /// Units that work at once on Ray; without it as many as the cluster has cores
+    #[arg(long, value_name = "N")]
+    workers: Option<u32>,
+}
+
+/// What executes the units of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    Local,
+    Ray,
 }
 
 impl Sweep {
@@ -67,6 +88,15 @@ impl Sweep {
         if self.list {
             let units = plan.units().map_err(for_user)?;
             return shell.result(&listed(&units), &units);
+        }
+        if self.engine == Engine::Local && (self.address.is_some() || self.workers.is_some()) {
+            bail!("found --address or --workers, wanted --engine ray with them");
+        }
+        if self.engine == Engine::Ray {
+            ray::execute_units(&plan, self.address.as_deref(), self.workers)?;
+            // All units are finished: what is left is the table.
+            let plan = SweepPlan { resume: true, ..plan };
+            return execute_and_print(&plan, shell, |results| table::sweep(results, &plan.out));
         }
         match self.unit {
             Some(unit) => {
