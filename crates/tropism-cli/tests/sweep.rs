@@ -283,3 +283,42 @@ fn the_engine_ray_says_what_to_install_where_there_is_no_python() {
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && error.contains("wanted --engine ray with them"), "{error}");
 }
+
+/// Stands in for Slurm: executes each task of an array at once, the last first.
+#[cfg(unix)]
+const SBATCH: &str = r#"#!/usr/bin/env bash
+for word in "$@"; do case $word in
+  --array=*) last=${word#--array=1-} ;;
+  --wrap=*) wrap=${word#--wrap=} ;;
+esac; done
+for ((task = ${last:-1}; task > 0; task--)); do SLURM_ARRAY_TASK_ID=$task bash -c "$wrap" >&2 || exit 1; done
+echo 7
+"#;
+
+#[cfg(unix)]
+#[test]
+fn an_array_job_gives_the_same_as_one_program() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let sbatch = folder.path().join("sbatch");
+    fs::write(&sbatch, SBATCH).unwrap();
+    fs::set_permissions(&sbatch, fs::Permissions::from_mode(0o755)).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/slurm/sweep");
+    let output = Command::new(script)
+        .current_dir(&folder)
+        .args(["sweep.toml", "array job", "--", "--time=10"])
+        .env("SBATCH", &sbatch)
+        .env("TROPISM", env!("CARGO_BIN_EXE_tropism"))
+        .output()
+        .unwrap();
+    assert!(assert_ok(&output).contains("4 units as job 7"));
+    assert_ok(&tropism(&folder, &["sweep", "sweep.toml", "--out", "alone"]));
+    let units = |out: &str| -> Vec<Vec<u8>> {
+        let names = ["setting-1-seed-3", "setting-1-seed-8", "setting-2-seed-3", "setting-2-seed-8"];
+        names
+            .map(|name| fs::read(folder.path().join(out).join("units").join(name).join("unit.json")).unwrap())
+            .to_vec()
+    };
+    assert!(units("array job") == units("alone"));
+    assert!(folder.path().join("array job/sweep.csv").exists());
+}

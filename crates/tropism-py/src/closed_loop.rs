@@ -9,14 +9,16 @@ use pyo3::prelude::*;
 use tropism::control::Controller;
 use tropism::environment;
 use tropism::evolve::{Evolution, EvolutionConfig};
+use tropism::geometry::{Point, Polyline};
 use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Layout;
+use tropism::observation::Observation;
 use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::rig::Rig;
 use tropism::simulation::Simulation;
-use tropism::task::Task;
+use tropism::task::{Task, TaskSpec};
 use tropism::track::Sample;
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_lab::ControllerSpec;
@@ -45,6 +47,31 @@ fn controller_of(
     let spec: ControllerSpec = parsed("controller", &json)?;
     spec.check(layout, period_min).map_err(refused)?;
     Ok(spec.build(&task.spec(), layout, period_min))
+}
+
+/// A controller of the core, decided by hand: greedy, periodic, an evolved network or a tuned rule.
+#[pyclass(unsendable, module = "tropism.loop")]
+pub(crate) struct Decider(Box<dyn Controller>);
+
+#[pymethods]
+impl Decider {
+    /// `controller`, `task` and `layout` are JSON.
+    #[new]
+    fn new(controller: &str, task: &str, layout: &str, period_min: f64) -> PyResult<Self> {
+        let spec: ControllerSpec = parsed("controller", controller)?;
+        let layout: Layout = parsed("layout", layout)?;
+        spec.check(&layout, period_min).map_err(refused)?;
+        Ok(Self(spec.build(&parsed::<TaskSpec>("task", task)?, &layout, period_min)))
+    }
+
+    /// The lamp for what is seen now. Called once a step, in order: a controller may remember.
+    #[pyo3(signature = (x, y, stem=None))]
+    fn decide(&mut self, x: f64, y: f64, stem: Option<Vec<(f64, f64)>>) -> usize {
+        let points =
+            |stem: Vec<(f64, f64)>| Polyline(stem.into_iter().map(|(x, y)| Point::new(x, y)).collect());
+        let seen = Observation { stem: stem.map(points), ..Observation::simulated(Point::new(x, y)) };
+        self.0.decide(&seen).index()
+    }
 }
 
 /// What a loop made: its track and its fitness.

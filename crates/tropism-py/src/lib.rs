@@ -26,6 +26,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::Batch>()?;
     module.add_class::<tent::Tent>()?;
     module.add_class::<tent::TentEpisodes>()?;
+    module.add_class::<closed_loop::Decider>()?;
     module.add_function(wrap_pyfunction!(tent::decode, module)?)?;
     module.add_function(wrap_pyfunction!(workflow::read_species, module)?)?;
     module.add_function(wrap_pyfunction!(closed_loop::simulate_loop, module)?)?;

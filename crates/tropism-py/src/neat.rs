@@ -14,6 +14,9 @@ use tropism_neat::{Config, Novelty as CoreNovelty, NoveltyConfig};
 use crate::error::{parsed, refused};
 use crate::threads::check_fork;
 
+/// A neuron in Python's words: id, kind, depth, activation, slope and shift.
+type NeuronRow = (u32, String, f64, String, f64, f64);
+
 /// A genome: neurons and links, as NEAT breeds them. It does not change.
 #[pyclass(frozen, eq, module = "tropism.neat")]
 #[derive(PartialEq)]
@@ -48,7 +51,7 @@ impl Genome {
 
     /// Neurons: (id, kind, depth, activation, a, b) each.
     #[getter]
-    fn neurons(&self) -> PyResult<Vec<(u32, String, f64, String, f64, f64)>> {
+    fn neurons(&self) -> PyResult<Vec<NeuronRow>> {
         let word = |value: serde_json::Result<serde_json::Value>| {
             value.map(|word| word.as_str().unwrap_or_default().to_owned()).map_err(refused)
         };

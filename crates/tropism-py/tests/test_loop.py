@@ -71,6 +71,14 @@ def test_own_controller_and_task_are_as_those_of_the_core(tip_model: Model) -> N
     assert wanted[0].fitness() == wanted[1]
 
 
+def test_a_controller_of_the_core_is_an_object(tip_model: Model) -> None:
+    for spec in ({"kind": "greedy"}, {"kind": "periodic", "minutes": 30}):
+        found = loop.simulate(tip_model, loop.CoreController(spec), {"max_steps": 200}, seed=1)
+        assert found == loop.simulate(tip_model, spec, {"max_steps": 200}, seed=1)
+    with pytest.raises(tropism.PlanError, match="a switch every 1 minutes"):
+        loop.CoreController({"kind": "periodic", "minutes": 1})
+
+
 def test_own_parts_in_the_virtual_tent() -> None:
     """Own camera, lamps, controller and task before the virtual bean: the same photographs, track and fitness."""
     wanted = loop.run(Tent(seed=2, greenhouse=SMALL), {"kind": "greedy"}, {"max_steps": 30})

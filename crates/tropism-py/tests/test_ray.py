@@ -61,6 +61,7 @@ def cluster() -> object:
     ray.shutdown()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="processes are found in /proc")
 def test_a_killed_worker_changes_no_bit(model: Path, tmp_path: Path, cluster: object) -> None:
     settings = config(model, 800)
@@ -76,6 +77,7 @@ def test_a_killed_worker_changes_no_bit(model: Path, tmp_path: Path, cluster: ob
     assert fitness == [[row[key] for key in ("setting", "mean", "sd", "runs")] for row in alone["rows"]]
 
 
+@pytest.mark.slow
 def test_a_unit_that_fails_says_why(tmp_path: Path, cluster: object) -> None:
     with pytest.raises(tropism.TropismError, match=r"nowhere\.json"):
         tropism.sweep(config(tmp_path / "nowhere.json", 5), out=tmp_path / "out", engine="ray", monitor=False)

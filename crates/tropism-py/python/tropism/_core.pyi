@@ -13,6 +13,7 @@ _Float = NDArray[np.float64]
 __version__: str
 __all__ = [
     "Batch",
+    "Decider",
     "Genome",
     "Interrupted",
     "Model",
@@ -274,6 +275,11 @@ class TentEpisodes:
     def size(self) -> tuple[int, int]: ...
     @property
     def best_fitness(self) -> float | None: ...
+
+@final
+class Decider:
+    def __new__(cls, controller: str, task: str, layout: str, period_min: float) -> Decider: ...
+    def decide(self, x: float, y: float, stem: Sequence[tuple[float, float]] | None = None) -> int: ...
 
 def decode(picture: bytes) -> NDArray[np.uint8]: ...
 def read_species(path: _Path) -> str: ...

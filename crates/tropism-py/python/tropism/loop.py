@@ -29,6 +29,7 @@ __all__ = [
     "Camera",
     "Clock",
     "Controller",
+    "CoreController",
     "Evolved",
     "Flash",
     "Lamps",
@@ -220,6 +221,31 @@ class NetworkController(Controller):
 
     def decide(self, seen: Observation) -> int:
         return int(self._network.activate([seen.x, seen.y])[0] > 0.5)
+
+
+class CoreController(Controller):
+    """A controller of the core as an object: greedy, periodic, an evolved network or a tuned rule.
+
+    `spec` is data: {"kind": "greedy"}, {"kind": "periodic", "minutes": 360}, or what `tropism.controller_of` reads.
+    """
+
+    def __init__(
+        self,
+        spec: Settings,
+        task: Settings | None = None,
+        layout: Sequence[Settings] | None = None,
+        period_min: float = 5.0,
+    ) -> None:
+        lamps = json.dumps(list(layout or _PAPER_LAMPS))
+        self._decider = _core.Decider(json.dumps(dict(spec)), json.dumps(dict(task or {})), lamps, period_min)
+
+    def decide(self, seen: Observation) -> int:
+        stem = None if seen.stem is None else seen.stem.tolist()
+        return self._decider.decide(seen.x, seen.y, stem)
+
+    def decide_at(self, x: float, y: float) -> int:
+        """The lamp for a tip at (x, y), in cm."""
+        return self._decider.decide(x, y)
 
 
 def _settings(value: Any) -> Any:

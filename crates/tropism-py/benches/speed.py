@@ -1,0 +1,294 @@
+"""Prints how fast the package is: python speed.py [PART...]; docs/python.md and docs/scale.md hold what it printed.
+
+Parts: import, calls, environments, neat, evolve (beside the command of PROGRAM), interrupt, sweep (needs Ray).
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import timeit
+from pathlib import Path
+
+import numpy as np
+import tropism
+from tropism import neat
+
+QUIET = {"monitor": False}
+
+
+def say(what: str, value: float, unit: str) -> None:
+    print(f"{what:<62} {value:>12,.2f} {unit}", flush=True)
+
+
+def best(work, rounds: int = 5) -> float:
+    """The least processor time of some rounds, in s: other programs only add to it."""
+    times = []
+    for _ in range(rounds):
+        began = time.process_time()
+        work()
+        times.append(time.process_time() - began)
+    return min(times)
+
+
+def model(folder: Path) -> Path:
+    tropism.grow(out=folder / "beans", **QUIET)
+    tropism.fit(tracks=[folder / "beans"], out=folder / "model.json", **QUIET)
+    return folder / "model.json"
+
+
+def imports(_: Path) -> None:
+    code = "import time; t = time.perf_counter(); import tropism; print(time.perf_counter() - t)"
+    times = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(7)]
+    say("import tropism, median of 7", 1000 * sorted(times)[3], "ms")
+
+
+def calls(_: Path) -> None:
+    import gymnasium
+
+    run = neat.Neat(2, 1, seed=1)
+    network = neat.Network(run.ask()[0])
+    array = np.array([1.0, 0.5])
+    env = gymnasium.make("tropism/TipModel-v0").unwrapped
+    env.reset(seed=1)
+    cases = {
+        "Network.activate, list": lambda: network.activate([1.0, 0.5]),
+        "Network.activate, numpy": lambda: network.activate(array),
+        "a step of TipModel-v0 in the core": lambda: env._batch.step_one(1),
+        "TipModel-v0 env.step": lambda: env.step(1),
+    }
+    for name, call in cases.items():
+        say(name, 1e6 * min(timeit.repeat(call, number=50_000, repeat=5)) / 50_000, "us a call")
+
+
+def environments(_: Path) -> None:
+    import gymnasium
+
+    for name, count, steps in (("TipModel", 1024, 1500), ("Stem", 256, 400), ("Bean", 1024, 400)):
+        env = gymnasium.make_vec(f"tropism/{name}-v0", num_envs=count)
+        env.reset(seed=1)
+        actions = np.random.default_rng(1).integers(0, 2, (steps, count))
+
+        def work(env=env, actions=actions):
+            for row in actions:
+                env.step(row)
+
+        say(f"{name}-v0, {count} plants", count * steps / best(work, 3) / 1000, "thousand steps a second and core")
+
+
+NEAT_PYTHON = """
+[NEAT]
+fitness_criterion = max
+fitness_threshold = 99
+pop_size = 150
+reset_on_extinction = False
+no_fitness_termination = True
+[DefaultGenome]
+activation_default = sigmoid
+activation_mutate_rate = 0.0
+activation_options = sigmoid
+aggregation_default = sum
+aggregation_mutate_rate = 0.0
+aggregation_options = sum
+bias_init_mean = 0.0
+bias_init_stdev = 1.0
+bias_init_type = gaussian
+bias_max_value = 30.0
+bias_min_value = -30.0
+bias_mutate_power = 0.5
+bias_mutate_rate = 0.7
+bias_replace_rate = 0.1
+compatibility_disjoint_coefficient = 1.0
+compatibility_weight_coefficient = 0.5
+conn_add_prob = 0.5
+conn_delete_prob = 0.5
+enabled_default = True
+enabled_mutate_rate = 0.01
+enabled_rate_to_true_add = 0.0
+enabled_rate_to_false_add = 0.0
+feed_forward = True
+initial_connection = full_direct
+node_add_prob = 0.2
+node_delete_prob = 0.2
+num_hidden = 0
+num_inputs = 2
+num_outputs = 1
+response_init_mean = 1.0
+response_init_stdev = 0.0
+response_init_type = gaussian
+response_max_value = 30.0
+response_min_value = -30.0
+response_mutate_power = 0.0
+response_mutate_rate = 0.0
+response_replace_rate = 0.0
+single_structural_mutation = false
+structural_mutation_surer = default
+weight_init_mean = 0.0
+weight_init_stdev = 1.0
+weight_init_type = gaussian
+weight_max_value = 30.0
+weight_min_value = -30.0
+weight_mutate_power = 0.5
+weight_mutate_rate = 0.8
+weight_replace_rate = 0.1
+[DefaultSpeciesSet]
+compatibility_threshold = 3.0
+[DefaultStagnation]
+species_fitness_func = max
+max_stagnation = 20
+species_elitism = 2
+[DefaultReproduction]
+elitism = 2
+survival_threshold = 0.2
+min_species_size = 2
+"""
+CASES = [((0.0, 0.0), 0.0), ((0.0, 1.0), 1.0), ((1.0, 0.0), 1.0), ((1.0, 1.0), 0.0)]
+GENERATIONS = 100
+
+
+def neats(folder: Path) -> None:
+    """XOR at population 150, with the fitness in Python, one network at a time."""
+    run = neat.Neat(2, 1, seed=1, preset="stanley2002", feed_forward=True)
+
+    def fitness(genome) -> float:
+        network = neat.Network(genome)
+        return 4.0 - sum((network.run(inputs)[0] - target) ** 2 for inputs, target in CASES)
+
+    own = best(lambda: run.evolve(fitness, GENERATIONS), 3) / GENERATIONS
+    say("tropism.neat, XOR, population 150, fitness in Python", 1000 * own, "ms a generation")
+    array = np.array([inputs for inputs, _ in CASES])
+    targets = np.array([target for _, target in CASES])
+    other = neat.Neat(2, 1, seed=1, preset="stanley2002", feed_forward=True)
+
+    def vectorised() -> None:
+        for _ in range(GENERATIONS):
+            outputs = other.networks().run(array)[:, :, 0]
+            other.tell(4.0 - ((outputs - targets) ** 2).sum(axis=1))
+
+    say("tropism.neat, the same over numpy arrays", 1000 * best(vectorised, 3) / GENERATIONS, "ms a generation")
+    try:
+        import neat as neat_python
+    except ImportError:
+        print("no neat-python (pip install neat-python): not compared")
+        return
+    (folder / "neat.ini").write_text(NEAT_PYTHON)
+    config = neat_python.Config(
+        neat_python.DefaultGenome,
+        neat_python.DefaultReproduction,
+        neat_python.DefaultSpeciesSet,
+        neat_python.DefaultStagnation,
+        str(folder / "neat.ini"),
+    )
+
+    def evaluate(genomes, config) -> None:
+        for _, genome in genomes:
+            network = neat_python.nn.FeedForwardNetwork.create(genome, config)
+            genome.fitness = 4.0 - sum((network.activate(inputs)[0] - target) ** 2 for inputs, target in CASES)
+
+    theirs = best(lambda: neat_python.Population(config).run(evaluate, GENERATIONS), 3) / GENERATIONS
+    say("neat-python, the same task", 1000 * theirs, "ms a generation")
+    say("neat-python's time over tropism.neat's", theirs / own, "times")
+
+
+def evolve(folder: Path) -> None:
+    """An evolution from Python and from the command line, in turn; the least of each."""
+    path, evolution = model(folder), {"runs": 4, "generations": 500}
+    program = os.environ.get("PROGRAM")
+    times: dict[str, list[float]] = {"Python": [], "command": []}
+    (folder / "e.toml").write_text("[evolution]\nruns = 4\ngenerations = 500\n")
+    for number in range(3):
+        began = time.perf_counter()
+        tropism.evolve(model=path, out=folder / f"p{number}", evolution=evolution, **QUIET)
+        times["Python"].append(time.perf_counter() - began)
+        if program:
+            words = [
+                program,
+                "evolve",
+                str(path),
+                "--config",
+                str(folder / "e.toml"),
+                "--out",
+                str(folder / f"c{number}"),
+            ]
+            began = time.perf_counter()
+            subprocess.run([*words, "--quiet"], check=True)
+            times["command"].append(time.perf_counter() - began)
+    for name, own in times.items():
+        if own:
+            say(f"evolve, 4 runs of 500 generations, from {name}", min(own), "s")
+
+
+def interrupt(folder: Path) -> None:
+    """From SIGINT to the exception, while an evolution works."""
+    code = (
+        "import sys, time, tropism\n"
+        "class Tell(tropism.Monitor):\n"
+        "    told = False\n"
+        "    def generation(self, run, statistics):\n"
+        "        if not self.told: print('going', flush=True)\n"
+        "        self.told = True\n"
+        "try: tropism.evolve(model=sys.argv[1], out=sys.argv[2], monitor=Tell(), evolution={'generations': 1000000})\n"
+        "except KeyboardInterrupt: print(time.time(), flush=True)\n"
+    )
+    path, times = model(folder), []
+    for number in range(10):
+        words = [sys.executable, "-c", code, str(path), str(folder / f"i{number}")]
+        process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+        process.stdout.readline()
+        time.sleep(0.3)
+        began = time.time()
+        process.send_signal(signal.SIGINT)
+        times.append(float(process.stdout.read()) - began)
+        process.wait()
+    say("from Ctrl-C to Interrupted, saved: median of 10", 1000 * sorted(times)[5], "ms")
+    say("from Ctrl-C to Interrupted, saved: greatest of 10", 1000 * max(times), "ms")
+
+
+def sweep(folder: Path) -> None:
+    """24 units on one worker and on two, with one thread each."""
+    import ray
+
+    config = {"model": str(model(folder)), "seeds": 24, "evolve": {"evolution": {"runs": 1, "generations": 1200}}}
+    walls, digests = {}, {}
+    for workers in (1, 2):
+        ray.init(num_cpus=workers, log_to_driver=False, include_dashboard=False)
+        # Workers are started, and have imported tropism, before the clock runs.
+        ray.get([ray.remote(lambda: __import__("tropism")._core.__version__).remote() for _ in range(workers)])
+        began, out = time.perf_counter(), folder / f"sweep-{workers}"
+        results = tropism.sweep(config, out=out, engine="ray", workers=workers, monitor=False)
+        walls[workers] = time.perf_counter() - began
+        digests[workers] = [path.read_bytes() for path in sorted(out.glob("units/*/unit.json"))]
+        say(f"sweep of 24 units on Ray, workers: {workers}", walls[workers], "s")
+        say("  processor time of the units", sum(unit["cpu_seconds"] for unit in results.units), "s")
+        say("  results through Ray", sum(unit["bytes"] for unit in results.units) / 24, "bytes a unit")
+        ray.shutdown()
+    files = [path.stat().st_size for path in (folder / "sweep-1" / "units").rglob("*") if path.is_file()]
+    say("  files in the shared folder", sum(files) / 24 / 1024, "KiB a unit")
+    say("wall time of two workers over one's", walls[2] / walls[1], "")
+    print("the same bits:", digests[1] == digests[2])
+
+
+PARTS = {
+    "import": imports,
+    "calls": calls,
+    "environments": environments,
+    "neat": neats,
+    "evolve": evolve,
+    "interrupt": interrupt,
+    "sweep": sweep,
+}
+
+
+def main() -> None:
+    os.environ.setdefault("RAY_AUTH_MODE", "disabled")
+    print(json.dumps({"version": tropism.__version__, "python": sys.version.split()[0], "cores": os.cpu_count()}))
+    for name in sys.argv[1:] or PARTS:
+        with tempfile.TemporaryDirectory() as folder:
+            PARTS[name](Path(folder))
+
+
+if __name__ == "__main__":
+    main()
