@@ -151,25 +151,29 @@ GENERATIONS = 100
 
 def neats(folder: Path) -> None:
     """XOR at population 150, with the fitness in Python, one network at a time."""
-    run = neat.Neat(2, 1, seed=1, preset="stanley2002", feed_forward=True)
+
+    def begun() -> neat.Neat:
+        return neat.Neat(2, 1, seed=1, preset="stanley2002", feed_forward=True)
 
     def fitness(genome) -> float:
         network = neat.Network(genome)
         return 4.0 - sum((network.run(inputs)[0] - target) ** 2 for inputs, target in CASES)
 
-    own = best(lambda: run.evolve(fitness, GENERATIONS), 3) / GENERATIONS
+    own = best(lambda: begun().evolve(fitness, GENERATIONS), 3) / GENERATIONS
     say("tropism.neat, XOR, population 150, fitness in Python", 1000 * own, "ms a generation")
     array = np.array([inputs for inputs, _ in CASES])
     targets = np.array([target for _, target in CASES])
-    other = neat.Neat(2, 1, seed=1, preset="stanley2002", feed_forward=True)
 
     def vectorised() -> None:
+        other = begun()
         for _ in range(GENERATIONS):
             outputs = other.networks().run(array)[:, :, 0]
             other.tell(4.0 - ((outputs - targets) ** 2).sum(axis=1))
 
     say("tropism.neat, the same over numpy arrays", 1000 * best(vectorised, 3) / GENERATIONS, "ms a generation")
     try:
+        import random
+
         import neat as neat_python
     except ImportError:
         print("no neat-python (pip install neat-python): not compared")
@@ -188,7 +192,11 @@ def neats(folder: Path) -> None:
             network = neat_python.nn.FeedForwardNetwork.create(genome, config)
             genome.fitness = 4.0 - sum((network.activate(inputs)[0] - target) ** 2 for inputs, target in CASES)
 
-    theirs = best(lambda: neat_python.Population(config).run(evaluate, GENERATIONS), 3) / GENERATIONS
+    def their_evolution() -> None:
+        random.seed(1)
+        neat_python.Population(config).run(evaluate, GENERATIONS)
+
+    theirs = best(their_evolution, 3) / GENERATIONS
     say("neat-python, the same task", 1000 * theirs, "ms a generation")
     say("neat-python's time over tropism.neat's", theirs / own, "times")
 

@@ -96,12 +96,13 @@ class _PlantEnv(gymnasium.Env[Floats, np.int64]):
         self.render_mode = render_mode
         self._is_begun = False
         self._fitness = 0.0
+        self._step = 0
+        self._plant: dict[str, int] = {}
         self._trail: list[tuple[float, float]] = []
         self._window: _Window | None = None
 
     def _info(self) -> dict[str, Any]:
-        step, episode, seed = self._batch.state()
-        return {"step": step, "episode": episode, "seed": seed, "fitness": self._fitness, "is_virtual": True}
+        return {"step": self._step, **self._plant, "fitness": self._fitness, "is_virtual": True}
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats, dict[str, Any]]:
         """Begins an episode: the first plant of `seed`, or the next one without a seed."""
@@ -109,15 +110,18 @@ class _PlantEnv(gymnasium.Env[Floats, np.int64]):
         if seed is None and not self._is_begun:
             seed = int(self.np_random.integers(2**32))
         seen = self._batch.reset(None if seed is None else [seed])[0]
-        self._is_begun, self._fitness = True, 0.0
+        self._is_begun, self._fitness, self._step = True, 0.0, 0
+        _, episode, seed = self._batch.state()
+        self._plant = {"episode": episode, "seed": seed}
         self._trail = [(float(seen[0]), float(seen[1]))]
         self._show()
         return seen, self._info()
 
     def step(self, action: np.int64 | int) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         """Lights a lamp for one step."""
-        seen, reward, terminated, truncated = self._batch.step_one(int(action))
+        seen, reward, terminated, truncated = self._batch.step_one(action)
         self._fitness += reward
+        self._step += 1
         if self.render_mode is not None:
             self._trail.append((seen[0], seen[1]))
             self._show()

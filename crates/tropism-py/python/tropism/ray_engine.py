@@ -64,7 +64,7 @@ def execute_units(
     started = not ray.is_initialized()
     if started:
         count = None if address or workers is None else workers * threads
-        context = ray.init(address=address, num_cpus=count, log_to_driver=False)
+        context = ray.init(address=address, num_cpus=count, log_to_driver=False, logging_level="warning")
         if monitor is not None and context.dashboard_url:
             monitor.note(f"Ray's dashboard: http://{context.dashboard_url}")
     # A worker that is lost is no fault of its unit; an exception is, and is raised at once.
@@ -133,7 +133,9 @@ def main() -> int:
     except KeyboardInterrupt:
         return 130
     except _core.TropismError as error:
-        print(error, file=sys.stderr)
+        # The keys of the plan as options of the command.
+        text = str(error).replace("`resume`", "--resume").replace("`out`", "--out")
+        print(text, file=sys.stderr)
         return 1
     return 0
 
