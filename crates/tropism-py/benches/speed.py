@@ -67,16 +67,20 @@ def calls(_: Path) -> None:
 def environments(_: Path) -> None:
     import gymnasium
 
-    for name, count, steps in (("TipModel", 1024, 1500), ("Stem", 256, 400), ("Bean", 1024, 400)):
+    for name, count, steps in (("TipModel", 1024, 1500), ("Stem", 256, 400), ("Bean", 1024, 100), ("Bean", 1024, 400)):
         env = gymnasium.make_vec(f"tropism/{name}-v0", num_envs=count)
-        env.reset(seed=1)
         actions = np.random.default_rng(1).integers(0, 2, (steps, count))
 
         def work(env=env, actions=actions):
+            env.reset(seed=1)
             for row in actions:
                 env.step(row)
 
-        say(f"{name}-v0, {count} plants", count * steps / best(work, 3) / 1000, "thousand steps a second and core")
+        say(
+            f"{name}-v0, {count} plants, {steps} steps each",
+            count * steps / best(work, 3) / 1000,
+            "thousand steps a second and core",
+        )
 
 
 NEAT_PYTHON = """

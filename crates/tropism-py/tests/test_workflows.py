@@ -213,3 +213,28 @@ def test_plans_are_data() -> None:
     plan = SimulatePlan(model=Path("m.json"), episodes=3, monitor=False)
     assert json.loads(plan.to_json()) == {"model": "m.json", "episodes": 3}
     assert SimulatePlan(**plan.complete()).complete() == plan.complete()
+
+
+def test_a_sweep_is_resumed_from_its_folder(model: Path, tmp_path: Path) -> None:
+    settings = {"model": str(model), "seeds": [3], "evolve": {"trial_plants": 5, "evolution": SMALL}}
+    grid = {"evolution": {"generations": [2, 4]}}
+    results = tropism.sweep(settings, grid, out=tmp_path / "sweep", monitor=False)
+    assert [row.setting for row in results.rows] == ["generations=2", "generations=4"]
+    plan = tropism.PLANS["sweep"](config={**settings, "grid": grid})
+    assert [unit["seed"] for unit in tropism.sweep_units(plan)] == [3, 3]
+    again = tropism.resume(tmp_path / "sweep", "sweep", monitor=False)
+    assert again == results
+    with pytest.raises(tropism.PlanError, match="found a sweep here already"):
+        tropism.sweep(settings, grid, out=tmp_path / "sweep", monitor=False)
+
+
+@pytest.mark.slow
+def test_a_small_study_has_its_report(tmp_path: Path) -> None:
+    config = tropism.quick_study()
+    config.update(
+        experiments=2, steps=200, random_controllers=1000, reality_plants=1, judging_plants=4, trial_plants=10
+    )
+    config["evolution"].update(generations=5, runs=2)
+    results = tropism.study(config=config, out=tmp_path / "study", monitor=False)
+    assert results.is_virtual and (tmp_path / "study" / "report.html").exists()
+    assert tropism.resume(tmp_path / "study", "study", monitor=False)["is_virtual"]
