@@ -63,7 +63,9 @@ impl FinishedRun {
                 path.display()
             )));
         }
-        Ok(Self { path: path.to_owned(), config, track: files::read_track(&file)? })
+        let mut track = files::read_track(&file)?;
+        track.take_stems();
+        Ok(Self { path: path.to_owned(), config, track })
     }
 
     /// Reads the runs in the folders `1`, `2` and so on of `path`.

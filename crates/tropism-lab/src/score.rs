@@ -68,11 +68,18 @@ impl Workflow for ScorePlan {
         let score = |path: &PathBuf| {
             let mut track = files::read_track(path)?;
             track.take_stems();
+            let has_stems = track.samples.iter().any(|sample| sample.stem.is_some());
             let (task, task_from) = match (&self.task, task::of_track(path)?) {
                 (Some(task), _) => (task.clone(), TaskSource::Plan),
                 (None, Some(task)) => (task, TaskSource::Run),
                 (None, None) => (TaskSpec::default(), TaskSource::Paper),
             };
+            if !task.obstacles().is_empty() && !has_stems {
+                return Err(Error::Plan(format!(
+                    "{}: found no stems, wanted the columns stem_1_x_cm to stem_10_y_cm to score a task with obstacles",
+                    path.display()
+                )));
+            }
             Ok(TrackScore {
                 track: path.clone(),
                 fitness: task.fitness(&track),

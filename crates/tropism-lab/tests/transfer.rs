@@ -5,12 +5,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use tropism::geometry::Point;
 use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::observation::Quality;
-use tropism::task::{OpenLoop, Targets, Task, TaskSpec};
+use tropism::obstacle::Obstacle;
+use tropism::task::{Obstacles, OpenLoop, Targets, Task, TaskSpec};
 use tropism::vision::VisionConfig;
 use tropism_lab::fit::FitPlan;
+use tropism_lab::score::ScorePlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::transfer::{ControllerSource, TransferPlan, read_controllers};
 use tropism_lab::{ControllerSpec, Error, Monitor, RunConfig, RunPlan, Silent, Workflow, files};
@@ -149,7 +152,7 @@ fn each_plant_has_a_sequence_of_its_own_that_neither_threads_nor_resuming_change
     assert_eq!(plan("one", true).execute(&Silent).unwrap(), one);
     assert!(one.random_targets && one.controllers[0].targets.iter().all(|target| target.target.is_none()));
     let table = fs::read_to_string(folder.path().join("one/plants.csv")).unwrap();
-    let place = |row: &str| row.split(',').nth(9).map(str::to_owned);
+    let place = |row: &str| row.split(',').nth(10).map(str::to_owned);
     let places: Vec<_> = table.lines().map(place).collect();
     // The heading, three plants under chase, and the same three under the periodic rule.
     assert_eq!(places[0].as_deref(), Some("target_1_x_cm"));
@@ -205,4 +208,48 @@ fn bad_plans_are_refused_before_anything_is_written() {
     is_refused(&TransferPlan { model: Some("absent.json".into()), ..plan() }, "absent.json: cannot read");
     let absent = read_controllers(&[ControllerSource::Path("absent.json".into())]).unwrap_err().to_string();
     assert!(absent.contains("absent.json: cannot read"), "{absent}");
+}
+
+/// Obstacles in the way of a tip that goes straight up: a low bar which it meets within hours.
+fn behind_a_bar() -> TaskSpec {
+    let bar = Obstacle::Line { ends: [Point::new(-8.0, 5.0), Point::new(8.0, 5.0)] };
+    let task =
+        Obstacles { targets: vec![Point::new(0.0, 5.5)], obstacles: vec![bar], ..Obstacles::default() };
+    Obstacles { end_height_cm: 5.5, max_steps: 60, ..task }.into()
+}
+
+#[test]
+fn a_task_with_obstacles_is_judged_by_the_seen_stems_with_and_without_photographs() {
+    let folder = tempfile::tempdir().unwrap();
+    for photographs in [false, true] {
+        let out = folder.path().join(format!("photographs-{photographs}"));
+        let plan =
+            TransferPlan { plants: 1, task: behind_a_bar(), photographs, out, ..TransferPlan::default() };
+        let results = plan.execute(&Silent).unwrap();
+        for controller in &results.controllers {
+            // Nobody comes through the bar without touching it.
+            assert_eq!(controller.done.unwrap().share, 0.0, "{controller:?}");
+            assert!(controller.mean < 0.0, "{controller:?}");
+        }
+        // The same from the written tracks.
+        let again = TransferPlan { resume: true, ..plan }.execute(&Silent).unwrap();
+        assert_eq!(again, results);
+    }
+}
+
+#[test]
+fn a_run_among_obstacles_is_scored_from_its_folder_as_it_was_steered() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let config = RunConfig::new(RunConfig::default().rig, ControllerSpec::Greedy, behind_a_bar(), 3);
+    let run = RunPlan { config, out: out.clone(), ..RunPlan::default() }.execute(&Silent).unwrap();
+    let scores = ScorePlan { tracks: vec![out.clone()], task: None }.execute(&Silent).unwrap();
+    assert!((scores[0].fitness - run.fitness.unwrap()).abs() < 1e-3, "{scores:?} {:?}", run.fitness);
+    assert_eq!(scores[0].is_done, Some(false));
+    // A track without stems cannot be scored so.
+    let tips = folder.path().join("tips.csv");
+    fs::write(&tips, "tip_x_cm,tip_y_cm,light\n0,4,left\n0,6,dark\n").unwrap();
+    let plan = ScorePlan { tracks: vec![tips], task: Some(behind_a_bar()) };
+    let error = plan.execute(&Silent).unwrap_err().to_string();
+    assert!(error.contains("tips.csv: found no stems, wanted the columns stem_1_x_cm"), "{error}");
 }

@@ -176,7 +176,7 @@ impl RunPlan {
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
         }
         self.write_calibration()?;
-        let track = recorder.folder().write_track(&track)?;
+        let track = recorder.folder().write_track(&track, !self.config.task.obstacles().is_empty())?;
         if recorder.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
             recorder.report(EventKind::Finished, steps_text(&track))?;
         }

@@ -152,7 +152,9 @@ impl Task for Obstacles {
         Some(TARGET_WORTH * self.targets.len() as f64)
     }
 
+    /// `None` for a track without stems.
     fn is_done(&self, track: &Track) -> Option<bool> {
+        track.samples.iter().find(|sample| sample.stem.is_some())?;
         let is_reached = |crossing: &Option<super::Crossing>| {
             crossing.is_some_and(|crossing| crossing.distance_cm <= self.reach_cm)
         };
@@ -207,6 +209,13 @@ mod tests {
         let expected = 2.0 - 2.0 - 2.0 * 0.02 - 3.0 * 1.15;
         assert!((task.fitness(&through) - expected).abs() < 1e-9, "{}", task.fitness(&through));
         assert_eq!((task.contacts(&through), task.is_done(&through)), (2, Some(false)));
+    }
+
+    #[test]
+    fn a_track_without_stems_does_not_say_whether_the_task_was_done() {
+        let mut tips = track(&[&[(0.0, 4.0)], &[(0.0, 13.0)]]);
+        tips.samples.iter_mut().for_each(|sample| sample.stem = None);
+        assert_eq!(Obstacles::default().is_done(&tips), None);
     }
 
     #[test]
