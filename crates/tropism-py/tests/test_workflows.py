@@ -148,8 +148,10 @@ def test_an_exception_of_a_monitor_is_raised(model: Path, tmp_path: Path) -> Non
 
 
 def test_ctrl_c_is_a_keyboard_interrupt_and_saves(model: Path, tmp_path: Path) -> None:
+    # What started the tests may ignore the signal, and children would do so, too.
     code = (
-        "import sys, tropism\n"
+        "import signal, sys, tropism\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "class Tell(tropism.Monitor):\n"
         "    def generation(self, run, statistics): print('going', flush=True)\n"
         "try:\n"
