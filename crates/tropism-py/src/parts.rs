@@ -16,11 +16,13 @@ use tropism::control::Controller;
 use tropism::geometry::{Point, Polyline};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
+use tropism::obstacle::Obstacle;
 use tropism::photo::Photo;
 use tropism::plant::PlantModel;
 use tropism::random::StepNoise;
 use tropism::rig::{Camera, Clock, Flash, Lamps, RigError};
 use tropism::task::{Targets, Task, TaskSpec};
+use tropism::track::Track;
 
 use crate::error::refused;
 
@@ -209,6 +211,18 @@ impl Task for AnyTask {
 
     fn targets(&self) -> &[Point] {
         self.task().targets()
+    }
+
+    fn way(&self) -> Vec<Point> {
+        self.task().way()
+    }
+
+    fn obstacles(&self) -> &[Obstacle] {
+        self.task().obstacles()
+    }
+
+    fn is_done(&self, track: &Track) -> Option<bool> {
+        self.task().is_done(track)
     }
 
     fn best_fitness(&self) -> Option<f64> {
