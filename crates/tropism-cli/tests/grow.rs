@@ -50,7 +50,19 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
     // The track is that of the same plant without photographs.
     tropism(
         here,
-        &["grow", "--plants", "2", "--controller", "periodic:1h", "--steps", "16", "--out", "bare"],
+        &[
+            "grow",
+            "--plants",
+            "2",
+            "--cameras",
+            "2",
+            "--controller",
+            "periodic:1h",
+            "--steps",
+            "16",
+            "--out",
+            "bare",
+        ],
     )
     .unwrap();
     for plant in ["plant-0001", "plant-0002"] {
@@ -115,7 +127,7 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
 #[test]
 fn what_is_about_photographs_is_refused_without_them() {
     let folder = tempfile::tempdir().unwrap();
-    let refused = tropism(folder.path(), &["grow", "--cameras", "2", "--out", "beans"]).unwrap_err();
+    let refused = tropism(folder.path(), &["grow", "--faults", "fly=0.1", "--out", "beans"]).unwrap_err();
     assert!(refused.contains("wanted --photographs"), "{refused}");
     let refused = tropism(folder.path(), &["grow", "--resume", "--out", "beans"]).unwrap_err();
     assert!(refused.contains("--photographs"), "{refused}");

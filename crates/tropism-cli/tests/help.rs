@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 26] = [
+const COMMANDS: [&str; 27] = [
     "study",
     "check",
     "run",
@@ -14,6 +14,7 @@ const COMMANDS: [&str; 26] = [
     "track",
     "depth",
     "fit",
+    "forecast",
     "evolve",
     "sweep",
     "baseline",
@@ -51,9 +52,20 @@ fn every_command_shows_an_example() {
         for option in ["--json", "--quiet"] {
             assert!(text.contains(option), "{command} lacks {option}");
         }
-        let has_chance =
-            ["study", "run", "evolve", "baseline", "tune", "simulate", "grow", "transfer", "calibrate"]
-                .contains(&command);
+        let has_chance = [
+            "study",
+            "run",
+            "fit",
+            "forecast",
+            "evolve",
+            "baseline",
+            "tune",
+            "simulate",
+            "grow",
+            "transfer",
+            "calibrate",
+        ]
+        .contains(&command);
         assert_eq!(text.contains("--seed"), has_chance, "{command}");
         insta::assert_snapshot!(format!("help-{command}"), text);
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use tropism::control::{Controller, Greedy, Periodic};
+use tropism::control::{Controller, Greedy, Periodic, PredictiveGreedy};
 use tropism::evolve::{Champion, Trial, TunedRule};
 use tropism::lamps::{Layout, Light};
 use tropism::task::{OpenLoop, TaskSpec};
@@ -182,7 +182,9 @@ impl ControllerSpec {
             Self::Rule { tuned } => {
                 tuned.check().map_err(Error::in_plan("controller"))?;
                 let found = (tuned.layout.len(), tuned.period_min);
-                if found.0 == layout.len() && is_same_period(found.1, period_min) {
+                // A rule steers by the places of the lamps: it may have been tuned with some of them.
+                let has_lamps = tuned.layout.lamps().iter().all(|lamp| layout.lamps().contains(lamp));
+                if (found.0 == layout.len() || has_lamps) && is_same_period(found.1, period_min) {
                     return Ok(());
                 }
                 Err(Error::Plan(format!(
@@ -212,7 +214,7 @@ impl ControllerSpec {
             Self::Network { champion } => {
                 Box::new(champion.controller(task).expect("a controller that was checked"))
             }
-            Self::Rule { tuned } => Box::new(tuned.controller(task)),
+            Self::Rule { tuned } => Box::new(PredictiveGreedy::new(tuned.rule, task, layout)),
         }
     }
 
@@ -252,6 +254,8 @@ mod tests {
     use tropism::geometry::Point;
     use tropism::observation::Observation;
     use tropism::task::{Targets, Task};
+
+    use tropism::lamps::Lamp;
 
     use super::*;
 
@@ -330,7 +334,15 @@ mod tests {
         let spec = rule();
         assert_eq!(spec.default_task(), Targets { max_steps: 500, ..Targets::default() }.into());
         assert!(spec.check(&Layout::default(), 5.0).is_ok());
-        for (layout, period_min) in [(Layout::four_sides(), 5.0), (Layout::default(), 10.0)] {
+        // Its lamps stand in this layout, too.
+        assert!(spec.check(&Layout::four_sides(), 5.0).is_ok());
+        let top = Lamp::new("top", [0.0, 80.0, 0.0]);
+        let others = Layout::new(vec![
+            top.clone(),
+            Lamp { name: "low".to_owned(), ..top.clone() },
+            Lamp { name: "mid".to_owned(), ..top },
+        ]);
+        for (layout, period_min) in [(others.unwrap(), 5.0), (Layout::default(), 10.0)] {
             let error = spec.check(&layout, period_min).unwrap_err().to_string();
             assert!(error.contains("found a rule for 2 lamps and steps of 5 minutes"), "{error}");
         }

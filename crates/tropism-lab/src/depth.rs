@@ -6,15 +6,14 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::geometry::{Point, Polyline, STEM_POINTS};
-use tropism::observation::Quality;
-use tropism::track::{Column, Sample, Track};
+use tropism::geometry::space::{SpacePoint, length};
+use tropism::geometry::{Point, Polyline};
+use tropism::observation::{Depth, Quality};
+use tropism::track::{Sample, Track};
 use tropism::vision::Calibration;
-use tropism::vision::camera::stereo::{
-    CameraPose, MAX_RAY_GAP_CM, Side, SpacePoint, StereoPair, Triangulation, length, resampled,
-};
+use tropism::vision::camera::stereo::{CameraPose, MAX_RAY_GAP_CM, Side, StereoPair, Triangulation};
 
-use crate::track::{point_at, stem_at};
+use crate::track::point_at;
 use crate::{Error, Monitor, Workflow, files};
 
 /// Two tracks to triangulate. The default has both cameras at the distance of the paper's (section 2.1).
@@ -28,22 +27,11 @@ pub struct DepthPlan {
     /// From the lens of each camera to the plane through the root, in cm, the front camera's first.
     pub distance_cm: [f64; 2],
     /// Where the second camera stands, as the first sees it.
-    pub from: SideView,
+    pub from: Side,
     /// CSV file of the track in space; a JSON file of the same name is written beside it.
     pub out: PathBuf,
     /// Whether to replace a file at `out`.
     pub replace: bool,
-}
-
-/// The side of the plant from which the second camera sees it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SideView {
-    /// From the left.
-    Left,
-    /// From the right.
-    #[default]
-    Right,
 }
 
 /// A track in space, in numbers: the JSON file beside it.
@@ -67,7 +55,7 @@ impl Default for DepthPlan {
             front: PathBuf::from("front.csv"),
             side: PathBuf::from("side.csv"),
             distance_cm: [74.0; 2],
-            from: SideView::default(),
+            from: Side::default(),
             out: PathBuf::from("space.csv"),
             replace: false,
         }
@@ -106,10 +94,7 @@ impl Workflow for DepthPlan {
         let views = StereoPair {
             front: CameraPose::new(&beside_front.calibration, self.distance_cm[0]),
             side: CameraPose::new(&beside_side.calibration, self.distance_cm[1]),
-            side_from: match self.from {
-                SideView::Left => Side::Left,
-                SideView::Right => Side::Right,
-            },
+            side_from: self.from,
         };
         let rows = triangulate(&views, &front, &side);
         if rows.is_empty() {
@@ -165,6 +150,15 @@ struct Row {
 }
 
 impl Row {
+    /// The sample with its tip in space, and its stem where it is whole.
+    fn in_space(&self) -> Sample {
+        let stem = if self.has_whole_stem() { self.stem.as_slice() } else { &[] };
+        let plane = Polyline(stem.iter().map(|&[x, y, _]| Point::new(x, y)).collect());
+        let depth = Depth { tip_cm: self.tip.point[2], stem_cm: stem.iter().map(|point| point[2]).collect() };
+        let stem = (!stem.is_empty()).then_some(plane);
+        Sample { stem, depth: Some(depth), ..self.sample.clone() }
+    }
+
     /// Whether the stem reaches from base to apex.
     const fn has_whole_stem(&self) -> bool {
         self.apex.is_some() && self.stem.len() > 1
@@ -185,43 +179,28 @@ fn triangulate(views: &StereoPair, front: &Track, side: &Track) -> Vec<Row> {
         let tip = views.triangulate(sample.tip, side.samples[other].tip);
         let apex = point_at(front, "apex", row).zip(point_at(side, "apex", other));
         let apex = apex.map(|(front, side)| views.triangulate(front, side));
-        let stems: Option<(Polyline, Polyline)> = stem_at(front, row).zip(stem_at(side, other));
+        let stems = sample.stem.as_ref().zip(side.samples[other].stem.as_ref());
         rows.push(Row {
             sample: Sample { tip: Point::new(tip.point[0], tip.point[1]), ..sample.clone() },
             tip,
             apex: apex.filter(|apex| apex.gap_cm <= MAX_RAY_GAP_CM),
-            stem: stems.map_or_else(Vec::new, |(front, side)| views.triangulate_midline(&front, &side)),
+            stem: stems.map_or_else(Vec::new, |(front, side)| views.triangulate_midline(front, side)),
         });
     }
     rows
 }
 
 fn table(rows: &[Row]) -> Track {
-    let mut track = Track::of(rows.iter().map(|row| row.sample.clone()).collect());
-    let mut column = |name: String, value: &dyn Fn(&Row) -> Option<f64>| {
-        let text = |row: &Row| value(row).map_or_else(String::new, |value| format!("{value:.4}"));
-        track.columns.push(Column::parsed(&name, rows.iter().map(text).collect()));
+    let mut track = Track::of(rows.iter().map(Row::in_space).collect());
+    track.add_stem_columns();
+    let mut column = |name: &str, value: &dyn Fn(&Row) -> Option<f64>| {
+        track.add_numbers(name, 4, rows.iter().map(|row| value(row).unwrap_or(f64::NAN)));
     };
-    column("tip_z_cm".to_owned(), &|row| Some(row.tip.point[2]));
-    column("tip_gap_cm".to_owned(), &|row| Some(row.tip.gap_cm));
-    let axes = ["x", "y", "z"];
-    for (index, axis) in axes.iter().enumerate() {
-        column(format!("apex_{axis}_cm"), &|row| Some(row.apex?.point[index]));
+    column("tip_gap_cm", &|row| Some(row.tip.gap_cm));
+    for (index, axis) in ["x", "y", "z"].iter().enumerate() {
+        column(&format!("apex_{axis}_cm"), &|row| Some(row.apex?.point[index]));
     }
-    column("apex_gap_cm".to_owned(), &|row| Some(row.apex?.gap_cm));
-    column("length_cm".to_owned(), &|row| Some(length(&row.stem)).filter(|_| row.has_whole_stem()));
-    let points = |row: &Row| {
-        if row.has_whole_stem() { resampled(&row.stem, STEM_POINTS) } else { Vec::new() }
-    };
-    let stems: Vec<Vec<SpacePoint>> = rows.iter().map(points).collect();
-    for vertex in 0..STEM_POINTS {
-        for (index, axis) in axes.iter().enumerate() {
-            let text = |stem: &Vec<SpacePoint>| {
-                stem.get(vertex).map_or_else(String::new, |place| format!("{:.4}", place[index]))
-            };
-            let name = format!("stem_{}_{axis}_cm", vertex + 1);
-            track.columns.push(Column::parsed(&name, stems.iter().map(text).collect()));
-        }
-    }
+    column("apex_gap_cm", &|row| Some(row.apex?.gap_cm));
+    column("length_cm", &|row| Some(length(&row.stem)).filter(|_| row.has_whole_stem()));
     track
 }

@@ -12,7 +12,6 @@ use tropism_report::{self as report, Composite, Figure, Goals, LeftOut, LitStem,
 use crate::Error;
 use crate::evolve::EvolutionHistory;
 use crate::finished_run::FinishedRun;
-use crate::track::stem_at;
 
 /// Figures, and which are left out because there are no data for them.
 #[derive(Default)]
@@ -33,7 +32,7 @@ impl Figures {
                 let of_tent = |place: [f64; 3]| run.config.is_virtual().then_some(place);
                 let setup = SetUp {
                     layout: &layout,
-                    targets: run.config.task.targets(),
+                    targets: &run.config.task.targets(),
                     camera: of_tent(view::CAMERA),
                     flash: of_tent(scene::FLASH),
                     period_min: run.config.rig.period_min,
@@ -177,13 +176,12 @@ fn around_both(a: Region, b: Region) -> Region {
 /// Largest number of stems of a track in Figure 9; chosen: some 150 bytes each.
 const MAX_STEMS: usize = 4000;
 
-/// The stems in the columns of a track, each with the light that followed; of a long track at equal distances.
+/// The stems of a track, each with the light that followed; of a long track at equal distances.
 fn stems_of_track(track: &Track) -> Vec<LitStem> {
-    let Some(bases) = track.numbers("stem_1_x_cm") else { return Vec::new() };
-    let rows: Vec<usize> = (0..bases.len()).filter(|&row| bases[row].is_finite()).collect();
-    let stride = rows.len().div_ceil(MAX_STEMS).max(1);
-    let drawn = rows.into_iter().step_by(stride);
-    drawn.filter_map(|row| Some((stem_at(track, row)?, track.samples[row].light))).collect()
+    let stems: Vec<LitStem> =
+        track.samples.iter().filter_map(|sample| Some((sample.stem.clone()?, sample.light))).collect();
+    let stride = stems.len().div_ceil(MAX_STEMS).max(1);
+    stems.into_iter().step_by(stride).collect()
 }
 
 /// The fitness of steered runs, and the distance of their tips to each target.

@@ -63,8 +63,7 @@ impl FinishedRun {
                 path.display()
             )));
         }
-        let mut track = files::read_track(&file)?;
-        track.take_stems();
+        let track = files::read_track(&file)?;
         Ok(Self { path: path.to_owned(), config, track })
     }
 

@@ -201,15 +201,17 @@ impl RunFolder {
     ///
     /// # Errors
     /// [`FileError::Disk`].
-    pub fn write_photo(&self, name: &str, bytes: &[u8]) -> Result<(), FileError> {
-        let path = photo_path(&self.path, name);
+    pub fn write_photo(&self, view: PhotoFolder, name: &str, bytes: &[u8]) -> Result<(), FileError> {
+        let path = photo_path(&self.path, view, name);
         if path.is_file() {
             if files::read(&path).is_ok_and(|found| found == bytes) {
                 return Ok(());
             }
-            let folder = self.path.join("unrecorded");
+            let folder = self.path.join("unrecorded").join(view.unrecorded());
             files::make_folder(&folder)?;
             files::move_aside(&path, &folder.join(name))?;
+        } else if view == PhotoFolder::Side {
+            files::make_folder(&self.path.join(view.name()))?;
         }
         files::write_with(&path, bytes, self.durability == Durability::Full)
     }
@@ -220,6 +222,15 @@ impl RunFolder {
     /// [`FileError`] if it is missing, or its SHA-256 is not the recorded one.
     pub fn read_photo(&self, step: &StepRecord) -> Result<Photo, FileError> {
         read_photo(&self.path, step)
+    }
+
+    /// Reads the photograph of the camera at the side of a recorded step; without bytes where there was none.
+    ///
+    /// # Errors
+    /// As [`Self::read_photo`].
+    pub fn read_side_photo(&self, step: &StepRecord) -> Result<Photo, FileError> {
+        let recorded = step.side.as_deref().map_or((0, ""), |side| (side.photo_bytes, &*side.photo_sha256));
+        read_recorded(&self.path, PhotoFolder::Side, step, recorded)
     }
 
     fn ballast_path(&self) -> PathBuf {
@@ -329,26 +340,60 @@ fn set_aside(config_path: &Path) -> Result<String, FileError> {
     Ok(format!("run.toml: it is not what the journal holds; made again, and kept as {name}"))
 }
 
-fn photo_path(folder: &Path, name: &str) -> PathBuf {
-    folder.join("photographs").join(name)
+/// The folder of a camera's photographs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhotoFolder {
+    /// `photographs`, of the camera in front.
+    Front,
+    /// `side`, of the camera at the side.
+    Side,
+}
+
+impl PhotoFolder {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Front => "photographs",
+            Self::Side => "side",
+        }
+    }
+
+    /// Where in `unrecorded` its photographs go.
+    const fn unrecorded(self) -> &'static str {
+        match self {
+            Self::Front => "",
+            Self::Side => "side",
+        }
+    }
+}
+
+fn photo_path(folder: &Path, view: PhotoFolder, name: &str) -> PathBuf {
+    folder.join(view.name()).join(name)
 }
 
 /// Reads the photograph of a recorded step of the run in `folder`: [`RunFolder::read_photo`] without opening the folder.
 pub(crate) fn read_photo(folder: &Path, step: &StepRecord) -> Result<Photo, FileError> {
-    if step.photo_bytes == 0 {
+    read_recorded(folder, PhotoFolder::Front, step, (step.photo_bytes, &step.photo_sha256))
+}
+
+/// The photograph of a step by the camera of `view`, of which the journal says the number of bytes and the SHA-256.
+fn read_recorded(
+    folder: &Path,
+    view: PhotoFolder,
+    step: &StepRecord,
+    (bytes, sha256): (u64, &str),
+) -> Result<Photo, FileError> {
+    if bytes == 0 {
         return Ok(Photo { name: step.photo.clone(), bytes: Vec::new(), time_s: step.time_s });
     }
-    let path = photo_path(folder, &step.photo);
+    let path = photo_path(folder, view, &step.photo);
     let photo = files::read_photo(&path, step.time_s)?;
     let found = files::sha256(&photo.bytes);
-    if found == step.photo_sha256 {
+    if found == sha256 {
         return Ok(photo);
     }
     let problem = format!(
-        "found {} bytes with SHA-256 {found}, wanted {} with {}, as the journal says",
-        photo.bytes.len(),
-        step.photo_bytes,
-        step.photo_sha256
+        "found {} bytes with SHA-256 {found}, wanted {bytes} with {sha256}, as the journal says",
+        photo.bytes.len()
     );
     Err(FileError::content(&path, problem))
 }

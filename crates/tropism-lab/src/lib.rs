@@ -13,6 +13,7 @@
 //! | [`CalibrateCameraPlan`](calibrate_camera::CalibrateCameraPlan) | the calibration of a camera |
 //! | [`TrackPlan`](track::TrackPlan), [`DepthPlan`](depth::DepthPlan) | tracks of photographs, in the plane and in space |
 //! | [`FitPlan`](fit::FitPlan) | a model of tracks |
+//! | [`ForecastPlan`](forecast::ForecastPlan) | models compared by what they predict of plants that were left out |
 //! | [`EvolvePlan`](evolve::EvolvePlan), [`BaselinePlan`](baseline::BaselinePlan) | champions, and the fitness of random controllers |
 //! | [`TunePlan`](tune::TunePlan) | a rule of nine numbers for a model |
 //! | [`SimulatePlan`](simulate::SimulatePlan), [`ScorePlan`](score::ScorePlan), [`ShowPlan`](show::ShowPlan) | a controller on the model, the fitness of tracks, a network and its decisions |
@@ -61,6 +62,7 @@ pub mod score;
 pub mod show;
 pub mod grow;
 pub mod calibrate;
+pub mod forecast;
 mod finished_run;
 mod figures;
 pub mod transfer;
@@ -73,8 +75,8 @@ pub mod report;
 pub use checkpoint::{Checkpoint, Loaded};
 pub use controller::ControllerSpec;
 pub use error::Error;
-pub use folder::{FolderError, RunFolder, read_journal};
-pub use journal::{Downtime, Journal, JournalError, StepRecord};
+pub use folder::{FolderError, PhotoFolder, RunFolder, read_journal};
+pub use journal::{Downtime, Journal, JournalError, SideRecord, StepRecord};
 pub use lock::{FolderLock, LockError, holder, lock};
 pub use monitor::{Monitor, Part, Silent};
 pub use recorder::{RecordError, Recorder, Supervision};

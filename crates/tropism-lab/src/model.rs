@@ -10,6 +10,7 @@ use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
 use tropism::plant::PlantModel;
+use tropism::plant::lstm::{LstmModel, LstmState};
 use tropism::plant::memory::{MemoryModel, MemoryState};
 use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{ModelError, TipModel, TipState};
@@ -37,8 +38,10 @@ pub(crate) enum Model {
     Tip(Box<TipModel>),
     /// The model with memory.
     Memory(Box<MemoryModel>),
-    /// The model of the whole stem.
+    /// The linear model of the whole stem.
     Stem(Box<StemModel>),
+    /// The LSTM of the whole stem.
+    Lstm(Box<LstmModel>),
 }
 
 /// The state of one plant of a [`Model`].
@@ -47,6 +50,7 @@ pub(crate) enum ModelState {
     Tip(TipState),
     Memory(MemoryState),
     Stem(StemState),
+    Lstm(Box<LstmState>),
 }
 
 impl From<TipModel> for Model {
@@ -67,6 +71,12 @@ impl From<StemModel> for Model {
     }
 }
 
+impl From<LstmModel> for Model {
+    fn from(model: LstmModel) -> Self {
+        Self::Lstm(Box::new(model))
+    }
+}
+
 impl Model {
     /// Reads any kind, told apart by the schema.
     fn from_json(text: &str) -> Result<Self, ModelError> {
@@ -74,6 +84,8 @@ impl Model {
             MemoryModel::from_json(text).map(Self::from)
         } else if StemModel::is_named_in(text) {
             StemModel::from_json(text).map(Self::from)
+        } else if LstmModel::is_named_in(text) {
+            LstmModel::from_json(text).map(Self::from)
         } else {
             TipModel::from_json(text).map(Self::from)
         }
@@ -84,6 +96,7 @@ impl Model {
             Self::Tip(model) => model.to_json(),
             Self::Memory(model) => model.to_json(),
             Self::Stem(model) => model.to_json(),
+            Self::Lstm(model) => model.to_json(),
         }
     }
 
@@ -92,6 +105,7 @@ impl Model {
             Self::Tip(model) => model.is_virtual(),
             Self::Memory(model) => model.is_virtual(),
             Self::Stem(model) => model.is_virtual(),
+            Self::Lstm(model) => model.is_virtual(),
         }
     }
 
@@ -101,6 +115,7 @@ impl Model {
             Self::Tip(model) => model.share_without_data(samples),
             Self::Memory(model) => model.share_without_data(samples),
             Self::Stem(model) => model.share_without_data(samples),
+            Self::Lstm(model) => model.share_without_data(samples),
         }
     }
 
@@ -110,6 +125,7 @@ impl Model {
             Self::Tip(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
             Self::Memory(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
             Self::Stem(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
+            Self::Lstm(model) => model.of_each_plant(most).into_iter().map(Self::from).collect(),
         })
     }
 
@@ -117,7 +133,7 @@ impl Model {
     fn has_data(&self, tip: Point) -> bool {
         match self {
             Self::Tip(model) => model.layout().lights().any(|light| model.mean_shift(tip, light).is_some()),
-            Self::Memory(_) | Self::Stem(_) => self.gap_cm(tip) <= NEAR_CM,
+            Self::Memory(_) | Self::Stem(_) | Self::Lstm(_) => self.gap_cm(tip) <= NEAR_CM,
         }
     }
 
@@ -129,6 +145,7 @@ impl Model {
             Self::Tip(model) => model.observed().iter().map(|shift| shift.tip).fold(f64::INFINITY, nearer),
             Self::Memory(model) => model.tips().fold(f64::INFINITY, nearer),
             Self::Stem(model) => model.tips().fold(f64::INFINITY, nearer),
+            Self::Lstm(model) => model.tips().fold(f64::INFINITY, nearer),
         }
     }
 }
@@ -141,6 +158,16 @@ impl PlantModel for Model {
             Self::Tip(model) => ModelState::Tip(model.seedling(start, noise)),
             Self::Memory(model) => ModelState::Memory(model.seedling(start, noise)),
             Self::Stem(model) => ModelState::Stem(model.seedling(start, noise)),
+            Self::Lstm(model) => ModelState::Lstm(Box::new(model.seedling(start, noise))),
+        }
+    }
+
+    fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> ModelState {
+        match self {
+            Self::Tip(model) => ModelState::Tip(model.resumed(past, noise)),
+            Self::Memory(model) => ModelState::Memory(model.resumed(past, noise)),
+            Self::Stem(model) => ModelState::Stem(model.resumed(past, noise)),
+            Self::Lstm(model) => ModelState::Lstm(Box::new(model.resumed(past, noise))),
         }
     }
 
@@ -149,6 +176,7 @@ impl PlantModel for Model {
             (Self::Tip(model), ModelState::Tip(plant)) => model.step(plant, light, noise),
             (Self::Memory(model), ModelState::Memory(plant)) => model.step(plant, light, noise),
             (Self::Stem(model), ModelState::Stem(plant)) => model.step(plant, light, noise),
+            (Self::Lstm(model), ModelState::Lstm(plant)) => model.step(plant, light, noise),
             _ => unreachable!("a plant of another model"),
         }
     }
@@ -158,6 +186,7 @@ impl PlantModel for Model {
             (Self::Tip(model), ModelState::Tip(plant)) => model.observe(plant),
             (Self::Memory(model), ModelState::Memory(plant)) => model.observe(plant),
             (Self::Stem(model), ModelState::Stem(plant)) => model.observe(plant),
+            (Self::Lstm(model), ModelState::Lstm(plant)) => model.observe(plant),
             _ => unreachable!("a plant of another model"),
         }
     }
@@ -167,6 +196,7 @@ impl PlantModel for Model {
             Self::Tip(model) => model.layout(),
             Self::Memory(model) => model.layout(),
             Self::Stem(model) => model.layout(),
+            Self::Lstm(model) => model.layout(),
         }
     }
 
@@ -175,6 +205,7 @@ impl PlantModel for Model {
             Self::Tip(model) => model.period_min(),
             Self::Memory(model) => model.period_min(),
             Self::Stem(model) => model.period_min(),
+            Self::Lstm(model) => model.period_min(),
         }
     }
 }
@@ -190,6 +221,7 @@ impl BatchModel for Model {
             Self::Tip(model) => model.score(task, sensors, episodes),
             Self::Memory(model) => model.score(task, sensors, episodes),
             Self::Stem(model) => model.score(task, sensors, episodes),
+            Self::Lstm(model) => model.score(task, sensors, episodes),
         }
     }
 
@@ -202,6 +234,7 @@ impl BatchModel for Model {
             Self::Tip(model) => model.score_linear(task, episodes),
             Self::Memory(model) => model.score_linear(task, episodes),
             Self::Stem(model) => model.score_linear(task, episodes),
+            Self::Lstm(model) => model.score_linear(task, episodes),
         }
     }
 }
@@ -246,7 +279,9 @@ pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> R
     }
     let over_gap = match model {
         Model::Tip(_) => "simulated plants grow straight over this gap",
-        Model::Memory(_) | Model::Stem(_) => "simulated plants move there as at the nearest data",
+        Model::Memory(_) | Model::Stem(_) | Model::Lstm(_) => {
+            "simulated plants move there as at the nearest data"
+        }
     };
     monitor.note(&format!("{found}; {over_gap}"));
     Ok(model)

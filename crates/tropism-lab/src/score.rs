@@ -66,17 +66,22 @@ impl Workflow for ScorePlan {
     fn execute(&self, _monitor: &dyn Monitor) -> Result<Vec<TrackScore>, Error> {
         self.check()?;
         let score = |path: &PathBuf| {
-            let mut track = files::read_track(path)?;
-            track.take_stems();
+            let track = files::read_track(path)?;
             let has_stems = track.samples.iter().any(|sample| sample.stem.is_some());
             let (task, task_from) = match (&self.task, task::of_track(path)?) {
                 (Some(task), _) => (task.clone(), TaskSource::Plan),
                 (None, Some(task)) => (task, TaskSource::Run),
                 (None, None) => (TaskSpec::default(), TaskSource::Paper),
             };
-            if !task.obstacles().is_empty() && !has_stems {
+            if task.is_about_stem() && !has_stems {
                 return Err(Error::Plan(format!(
-                    "{}: found no stems, wanted the columns stem_1_x_cm to stem_10_y_cm to score a task with obstacles",
+                    "{}: found no stems, wanted the columns stem_1_x_cm to stem_10_y_cm to score a task for the stem",
+                    path.display()
+                )));
+            }
+            if task.is_in_space() && track.samples.iter().all(|sample| sample.depth.is_none()) {
+                return Err(Error::Plan(format!(
+                    "{}: found no depth, wanted the column tip_z_cm to score a task in space",
                     path.display()
                 )));
             }

@@ -180,12 +180,14 @@ impl Workflow for StatusPlan {
         config.rig.check().map_err(Error::at(self.folder.display()))?;
         let (steps, events) = read_journal(&self.folder)?;
         let process = holder(&self.folder)?;
-        let run = status(&self.folder, &config, &steps, &events, process);
+        let run = of_run(&self.folder, &config, &steps, &events, process);
         Ok(StatusResults::Run(Box::new(run)))
     }
 }
 
-fn status(
+/// The status of the run in `folder` of which `steps` and `events` are known, and on which `process` works.
+#[must_use]
+pub fn of_run(
     folder: &Path,
     config: &RunConfig,
     steps: &[StepRecord],
@@ -199,7 +201,7 @@ fn status(
     let photograph = last.map(|step| folder.join("photographs").join(&step.photo));
     let age = photograph.as_deref().and_then(files::age_s);
     let next_step_in_s = age.filter(|_| process.is_some() && !config.is_virtual()).map(|age| period_s - age);
-    let tip = last.and_then(|step| step.seen.observation.as_ref()).map(|seen| seen.tip);
+    let tip = last.and_then(|step| step.observation()).map(|seen| seen.tip);
     let photographs_bytes = steps.iter().map(|step| step.photo_bytes).sum();
     let disk_free_bytes = files::free_bytes(folder).ok();
     let per_day = SECONDS_PER_DAY / period_s * photographs_bytes as f64 / steps.len().max(1) as f64;

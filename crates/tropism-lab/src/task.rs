@@ -35,7 +35,7 @@ pub fn read(path: &Path) -> Result<TaskSpec, Error> {
 pub fn of_track(track: &Path) -> Result<Option<TaskSpec>, Error> {
     let folder = track.parent().filter(|folder| folder.join("run.toml").exists());
     let task = folder.map(RunConfig::read).transpose()?.map(|run| run.task);
-    Ok(task.filter(|task| !task.targets().is_empty()))
+    Ok(task.filter(|task| task.has_goal()))
 }
 
 /// Whether two tasks are the same but for the most steps that they may take.
@@ -47,8 +47,16 @@ pub fn is_same_but_for_steps(one: &TaskSpec, other: &TaskSpec) -> bool {
 /// A task in a few words: `the targets (3, 6), (-5, 9), (-1, 13.5)`.
 #[must_use]
 pub fn in_words(task: &TaskSpec) -> String {
-    let targets: Vec<String> =
-        task.targets().iter().map(|target| format!("({}, {})", target.x, target.y)).collect();
+    if let Some(pole) = task.pole() {
+        return format!("winding round a pole of {} cm", 2.0 * pole.radius_cm);
+    }
+    if task.targets().is_empty() && task.has_goal() {
+        return "a form of the stem".to_owned();
+    }
+    let targets: Vec<String> = match task.way_in_space() {
+        Some(way) => way.iter().map(|[x, y, z]| format!("({x}, {y}, {z})")).collect(),
+        None => task.targets().iter().map(|target| format!("({}, {})", target.x, target.y)).collect(),
+    };
     let targets = match targets.len() {
         0 => "no targets".to_owned(),
         1 => format!("the target {}", targets[0]),

@@ -11,7 +11,7 @@ use tropism::observation::{Observation, Quality};
 use tropism::random::{self, Purpose};
 use tropism::rig::{Boot, Durability, Event, EventKind};
 use tropism::vision::{FrameStatus, TrackedFrame};
-use tropism_lab::{RunFolder, StepRecord, files};
+use tropism_lab::{PhotoFolder, RunFolder, StepRecord, files};
 
 const SETTINGS: &str = "seed = 1\n# The settings of a run.\n";
 const STEPS: u32 = 24;
@@ -29,11 +29,11 @@ fn write_run(run: &Path, logged: &Path, checkpointed: &Path) {
     journal.record_boot(&Boot { id: "a".to_owned(), start_s: 12.5, is_wall_set: true }).unwrap();
     for step in 0..STEPS {
         let (photo, bytes) = (format!("{step:06}.jpg"), vec![step as u8; 40]);
-        folder.write_photo(&photo, &bytes).unwrap();
+        folder.write_photo(PhotoFolder::Front, &photo, &bytes).unwrap();
         let tip = Point::new(0.1 * f64::from(step), 3.0 + 0.01 * f64::from(step));
         let stem = Polyline((0..10).map(|at| Point::new(tip.x * f64::from(at) / 9.0, tip.y)).collect());
         let seen = TrackedFrame {
-            observation: Some(Observation { tip, stem: Some(stem), quality: Quality::Measured }),
+            observation: Some(Observation { tip, stem: Some(stem), depth: None, quality: Quality::Measured }),
             tip_px: Some(Pixel::new(300.5 + tip.x, 200.25)),
             status: FrameStatus::Ok,
             confidence: 0.9,
@@ -41,6 +41,7 @@ fn write_run(run: &Path, logged: &Path, checkpointed: &Path) {
         };
         journal
             .record_observation(&StepRecord {
+                side: None,
                 step,
                 time_s: 300.0 * f64::from(step),
                 photo_bytes: bytes.len() as u64,

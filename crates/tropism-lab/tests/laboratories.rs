@@ -8,6 +8,7 @@ use tropism_lab::fit::ModelKind;
 use tropism_lab::laboratories::{
     LaboratoriesConfig, LaboratoriesPlan, LaboratoriesStatus, Method, Recipe, World,
 };
+use tropism_lab::report::ReportPlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::{Error, Monitor, Silent, Workflow};
 
@@ -31,7 +32,7 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
     let search = RuleSearch { generations: 2, population: 4, episodes: 2 };
     let evolution = Box::new(EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() });
     let recipe = |name: &str, method| Recipe { name: name.to_owned(), method };
-    let world = |name: &str, scale| World { name: name.to_owned(), bean: None, scale };
+    let world = |name: &str, scale| World { name: name.to_owned(), bean: None, scale, task: None };
     let config = LaboratoriesConfig {
         laboratories: 2,
         plants: 2,
@@ -61,10 +62,20 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
         assert_eq!((paper.laboratories.len(), rule.laboratories.len()), (2, 2));
         let [low, high] = rule.fitness.interval;
         assert!(low <= rule.fitness.mean && rule.fitness.mean <= high, "{rule:?}");
-        let difference = rule.fitness.mean - world.chase.mean;
+        let difference = rule.fitness.mean - world.chase.fitness.mean;
         assert!((rule.over_chase.mean - difference).abs() < 1e-9, "{rule:?}");
         assert!(rule.over_bound.is_some() && rule.worst_prediction.is_some());
     }
+
+    // A report compares the recipes of each world by their laboratories.
+    let out = folder.path().join("report.html");
+    let report = ReportPlan { sources: vec![whole.out.clone()], out, figures: None };
+    let compared = report.execute(&Silent).unwrap().comparisons;
+    let titles: Vec<&str> = compared.iter().map(|comparison| comparison.title.as_str()).collect();
+    assert_eq!(titles, ["Recipes compared: alike", "Recipes compared: varied"]);
+    assert!(
+        compared.iter().all(|comparison| comparison.pairs.len() == 1 && comparison.pairs[0].sizes == [2, 2])
+    );
 
     // Interrupted again and again, the same results come out.
     let mut again = plan(folder.path().join("again"));
@@ -83,10 +94,10 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     assert!(interruptions > 0);
     let LaboratoriesStatus { is_over, worlds, .. } = status(&again);
     let judged: Vec<_> = worlds.iter().map(|world| world.judged.as_ref().unwrap().done()).collect();
-    // Chase, the bound and four controllers on three plants.
+    // A lamp that stays lit, chase, the bound and four controllers on three plants.
     assert_eq!(
         (is_over, worlds[1].has_bound, worlds[1].controllers_done, judged),
-        (true, Some(true), 4, vec![18; 2])
+        (true, Some(true), 4, vec![21; 2])
     );
     for (one, other) in results.worlds.iter().zip(&resumed.worlds) {
         for (one, other) in one.recipes.iter().zip(&other.recipes) {

@@ -84,6 +84,6 @@ fn a_value_out_of_range_is_named() {
     study.config.evolution.runs = 0;
     is_refused(&study, "evolution: found runs = 0");
     let mut grow = GrowPlan::default();
-    grow.greenhouse.scene.cameras = 2;
+    grow.greenhouse.scene.width = 800;
     is_refused(&grow, "wanted `photographs` with them");
 }

@@ -119,8 +119,8 @@ impl Beans {
     }
 
     fn seedling(&self, seed: u64) -> Bean {
-        let Greenhouse { bean, scale, layout, .. } = &self.greenhouse;
-        Bean::new(bean.draw(seed, *scale), seed).under(layout)
+        let Greenhouse { bean, scale, layout, solids, .. } = &self.greenhouse;
+        Bean::new(bean.draw(seed, *scale), seed).under(layout).among(solids)
     }
 }
 

@@ -10,7 +10,6 @@ use tropism::control::Controller;
 use tropism::environment;
 use tropism::evolve::{Evolution, EvolutionConfig};
 use tropism::geometry::{Point, Polyline};
-use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Layout;
 use tropism::observation::Observation;
@@ -18,7 +17,7 @@ use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::rig::Rig;
 use tropism::simulation::Simulation;
-use tropism::task::{Task, TaskSpec};
+use tropism::task::TaskSpec;
 use tropism::track::Sample;
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_lab::ControllerSpec;
@@ -77,7 +76,7 @@ impl Decider {
 /// What a loop made: its track and its fitness.
 fn finished(track: tropism::track::Track, task: &AnyTask, trouble: &Trouble) -> PyResult<(Track, f64)> {
     trouble.take()?;
-    let fitness = task.fitness(&track);
+    let fitness = task.task().fitness(&track);
     trouble.take()?;
     Ok((Track(track), fitness))
 }
@@ -111,9 +110,9 @@ pub(crate) fn simulate_loop(
     model_of(model, layout, &trouble, |model| {
         let mut controller = controller_of(controller, &task, model.layout(), model.period_min(), &trouble)?;
         let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
-        let mut world = Simulation::new(model, &task, noise);
+        let mut world = Simulation::new(model, task.task(), noise);
         let watch = &mut |_: &Sample| trouble.flow(py);
-        let Ok(track) = environment::run(&mut world, &mut *controller, &task, watch);
+        let Ok(track) = environment::run(&mut world, &mut *controller, task.task(), watch);
         finished(track, &task, &trouble)
     })
 }
@@ -131,11 +130,11 @@ pub(crate) fn grow_loop(
     let trouble = Trouble::default();
     let task = AnyTask::of(task, &trouble)?;
     let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
+    let greenhouse = greenhouse.for_task(task.task()).among(&task.task().solids());
     greenhouse.check().map_err(refused)?;
-    let Greenhouse { scale, bean, layout, .. } = greenhouse;
-    let mut controller = controller_of(controller, &task, &layout, period_min, &trouble)?;
-    let trial = Trial { scale, layout, period_min, ..Trial::new(&bean) };
-    let track = trial.grow(seed, &mut *controller, &task, &mut |_| trouble.flow(py));
+    let mut controller = controller_of(controller, &task, &greenhouse.layout, period_min, &trouble)?;
+    let trial = greenhouse.trial(period_min);
+    let track = trial.grow(seed, &mut *controller, task.task(), &mut |_| trouble.flow(py));
     finished(track, &task, &trouble)
 }
 
@@ -172,7 +171,7 @@ pub(crate) fn rig_loop<'py>(
     };
     let (camera, lamps, flash, clock) = (device(camera), device(lamps), device(flash), device(clock));
     let mut rig = Rig::new(camera, lamps, flash, clock, tracker, period).with_layout(layout);
-    let track = environment::run(&mut rig, &mut *controller, &task, &mut |_| trouble.flow(py));
+    let track = environment::run(&mut rig, &mut *controller, task.task(), &mut |_| trouble.flow(py));
     let closed = rig.close();
     trouble.take()?;
     let track = track.map_err(|error| TropismError::new_err(error.to_string()))?;
@@ -196,7 +195,7 @@ pub(crate) fn evolve_loop(
     let task = AnyTask::of(task, &trouble)?;
     let config: EvolutionConfig = parsed("config", config)?;
     model_of(model, layout, &trouble, |model| {
-        let evolution = Evolution::new(model, &task, config, seed).map_err(refused)?;
+        let evolution = Evolution::new(model, task.task(), config, seed).map_err(refused)?;
         let watch = |_, _: &_| {
             if trouble.is_there() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };

@@ -16,13 +16,11 @@ use tropism::control::Controller;
 use tropism::geometry::{Point, Polyline};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
-use tropism::obstacle::Obstacle;
 use tropism::photo::Photo;
 use tropism::plant::PlantModel;
 use tropism::random::StepNoise;
 use tropism::rig::{Camera, Clock, Flash, Lamps, RigError};
 use tropism::task::{Targets, Task, TaskSpec};
-use tropism::track::Track;
 
 use crate::error::refused;
 
@@ -188,49 +186,12 @@ impl AnyTask {
         }
     }
 
-    fn task(&self) -> &dyn Task {
+    /// The task itself.
+    pub(crate) fn task(&self) -> &dyn Task {
         match self {
             Self::Spec(spec) => spec,
             Self::Python(task) => task,
         }
-    }
-}
-
-impl Task for AnyTask {
-    fn is_over(&self, step: u32, seen: &Observation) -> bool {
-        self.task().is_over(step, seen)
-    }
-
-    fn step_fitness(&self, first: &Observation, before: &Observation, after: &Observation) -> f64 {
-        self.task().step_fitness(first, before, after)
-    }
-
-    fn start(&self) -> Point {
-        self.task().start()
-    }
-
-    fn targets(&self) -> &[Point] {
-        self.task().targets()
-    }
-
-    fn way(&self) -> Vec<Point> {
-        self.task().way()
-    }
-
-    fn obstacles(&self) -> &[Obstacle] {
-        self.task().obstacles()
-    }
-
-    fn is_done(&self, track: &Track) -> Option<bool> {
-        self.task().is_done(track)
-    }
-
-    fn best_fitness(&self) -> Option<f64> {
-        self.task().best_fitness()
-    }
-
-    fn as_targets(&self) -> Option<&Targets> {
-        self.task().as_targets()
     }
 }
 
@@ -267,8 +228,8 @@ impl Task for PythonTask {
         self.start
     }
 
-    fn targets(&self) -> &[Point] {
-        &self.targets
+    fn targets(&self) -> Vec<Point> {
+        self.targets.clone()
     }
 }
 

@@ -34,6 +34,7 @@ mod speed;
 mod stems;
 mod transfer;
 mod comparison;
+mod forecast;
 
 use std::collections::BTreeMap;
 
@@ -43,6 +44,7 @@ pub use composite::{Composite, composite};
 pub use decision::{SteeredTrack, decision, decision_text, rule};
 pub use evolution::{fitness_boxes, fitness_run};
 pub use film::{Film, FilmStep};
+pub use forecast::{ForecastErrors, ForecastPanel, forecast_errors};
 pub use kinematics::{KinematicValue, kinematics};
 pub use network::{network, network_dot, too_large_to_draw};
 pub use over_time::over_time;

@@ -13,6 +13,7 @@ pub(super) fn track(rows: &[(f64, f64, char)]) -> Track {
         time_s: step as f64 * 300.0,
         tip: Point::new(x, y),
         stem: None,
+        depth: None,
         light: match light {
             'l' => Some(Light::LEFT),
             'r' => Some(Light::RIGHT),

@@ -243,6 +243,8 @@ pub fn steering(
 pub struct Goals {
     /// Targets of the tip, in cm.
     pub targets: Vec<Point>,
+    /// Line on which the stem is to lie, in cm; the stem is drawn with it, where the track has it.
+    pub line: Vec<Point>,
     /// Obstacles; the stem is drawn with them, where the track has it.
     pub obstacles: Vec<Obstacle>,
 }
@@ -251,20 +253,28 @@ impl Goals {
     /// Those of a task.
     #[must_use]
     pub fn of(task: &(impl Task + ?Sized)) -> Self {
-        Self { targets: task.targets().to_vec(), obstacles: task.obstacles().to_vec() }
+        Self { targets: task.targets(), line: task.shape().to_vec(), obstacles: task.obstacles().to_vec() }
     }
 
-    /// Heights in cm that a figure shows at least: the whole stem where there are obstacles.
+    /// Whether the whole stem counts, and not the tip alone.
+    const fn has_stem(&self) -> bool {
+        !self.obstacles.is_empty() || !self.line.is_empty()
+    }
+
+    /// Heights in cm that a figure shows at least: the whole stem where it counts.
     pub(super) const fn heights(&self) -> (f64, f64) {
-        if self.obstacles.is_empty() { (4.0, 16.0) } else { (0.0, 16.0) }
+        if self.has_stem() { (0.0, 16.0) } else { (4.0, 16.0) }
     }
 
-    /// What the caption says of obstacles.
+    /// What the caption says of obstacles and of the form of the stem.
     pub(super) const fn sentence(&self) -> &'static str {
-        if self.obstacles.is_empty() {
-            ""
-        } else {
-            "Obstacles are grey, and the stem is drawn every two hours. "
+        match (self.obstacles.is_empty(), self.line.is_empty()) {
+            (true, true) => "",
+            (false, true) => "Obstacles are grey, and the stem is drawn every two hours. ",
+            (true, false) => "The stem is to end on the dashed line; it is drawn every two hours. ",
+            (false, false) => {
+                "Obstacles are grey, the stem is to end on the dashed line, and is drawn every two hours. "
+            }
         }
     }
 }
@@ -272,9 +282,10 @@ impl Goals {
 /// Seconds between two stems that are drawn with obstacles.
 const STEMS_S: f64 = 7200.0;
 
-/// Draws obstacles, and the stem of a plant among them.
-fn draw_obstacles(plot: &mut Plot, samples: &[Sample], obstacles: &[Obstacle]) {
-    for obstacle in obstacles {
+/// Draws obstacles and the line of a form, and the stem of a plant where the goals are about it.
+fn draw_stems(plot: &mut Plot, samples: &[Sample], goals: &Goals) {
+    plot.line("bold target dashed", goals.line.iter().map(|point| (point.x, point.y)));
+    for obstacle in &goals.obstacles {
         let mut path = Path::default();
         match *obstacle {
             Obstacle::Disc { centre, radius_cm } => {
@@ -293,7 +304,7 @@ fn draw_obstacles(plot: &mut Plot, samples: &[Sample], obstacles: &[Obstacle]) {
         }
     }
     let mut next = 0.0;
-    for sample in samples.iter().filter(|_| !obstacles.is_empty()) {
+    for sample in samples.iter().filter(|_| goals.has_stem()) {
         if let Some(stem) = sample.stem.as_ref().filter(|_| sample.time_s >= next) {
             next = sample.time_s + STEMS_S;
             plot.line("best thin", stem.0.iter().map(|point| (point.x, point.y)));
@@ -305,7 +316,7 @@ fn draw_obstacles(plot: &mut Plot, samples: &[Sample], obstacles: &[Obstacle]) {
 /// trajectory has an outline in the colour of the ground.
 pub(super) fn draw_steering(plot: &mut Plot, samples: &[Sample], goals: &Goals, is_outlined: bool) {
     let targets = &goals.targets;
-    draw_obstacles(plot, samples, &goals.obstacles);
+    draw_stems(plot, samples, goals);
     for target in targets {
         plot.horizontal_line("grid dotted", target.y);
     }

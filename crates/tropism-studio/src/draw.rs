@@ -182,6 +182,7 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
             light,
             quality: Quality::Simulated,
             stem: None,
+            depth: None,
         });
         let Some(light) = light else { break };
         let Ok(()) = bean.step(light);

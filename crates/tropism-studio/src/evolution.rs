@@ -314,7 +314,7 @@ fn figures(
     if report::too_large_to_draw(genome).is_some() {
         return (None, None);
     }
-    let map = report::decision(genome, task.targets(), steered).ok();
+    let map = report::decision(genome, &task.targets(), steered).ok();
     (svg(report::network(genome)), map.and_then(svg))
 }
 

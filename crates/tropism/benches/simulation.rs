@@ -30,6 +30,7 @@ fn model(steps: u32) -> TipModel {
             time_s: 300.0 * f64::from(step),
             tip: Point::new(0.2 * f64::from(lean) - 5.0 + own, 4.0 + 0.03 * f64::from(age)),
             stem: None,
+            depth: None,
             light: Some(if phase < 40 { Light::RIGHT } else { Light::LEFT }),
             quality: Quality::Measured,
         }

@@ -101,6 +101,7 @@ impl Recording {
             time_s: f64::from(step) * self.track.period_min * 60.0,
             tip: seen.tip,
             stem: seen.stem,
+            depth: seen.depth,
             light,
             quality: seen.quality,
         };

@@ -1,5 +1,7 @@
 //! Points of the plant's plane in centimetres and places in a photograph in pixels: two types, never mixed.
 
+pub mod space;
+
 use std::fmt;
 
 use serde::{Deserialize, Serialize};

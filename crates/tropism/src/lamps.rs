@@ -11,6 +11,8 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::math::hypot;
+
 /// The largest number of lamps in a layout.
 pub const MAX_LAMPS: usize = 8;
 
@@ -302,6 +304,24 @@ impl Layout {
         let sign = if is_right { 1.0 } else { -1.0 };
         let reach = |light: &Light| sign * self.lamps[light.index()].at[0];
         self.lights().max_by(|a, b| reach(a).total_cmp(&reach(b)).then(b.cmp(a))).unwrap_or(Light::LEFT)
+    }
+
+    /// The lamp whose direction from the root, seen from above, is nearest to that of (x, z).
+    ///
+    /// ```
+    /// use tropism::lamps::{Layout, Light};
+    /// let four = Layout::four_sides();
+    /// assert_eq!(four.along(0.5, 2.0), Light::FRONT);
+    /// assert_eq!(four.along(-1.0, 0.0), Light::LEFT);
+    /// ```
+    #[must_use]
+    pub fn along(&self, x: f64, z: f64) -> Light {
+        let cosine = |light: &Light| {
+            let [lamp_x, _, lamp_z] = self.lamps[light.index()].at;
+            let far = hypot(lamp_x, lamp_z);
+            if far > 0.0 { (lamp_x * x + lamp_z * z) / far } else { 0.0 }
+        };
+        self.lights().max_by(|a, b| cosine(a).total_cmp(&cosine(b)).then(b.cmp(a))).unwrap_or(Light::LEFT)
     }
 }
 

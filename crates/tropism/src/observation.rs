@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Point, Polyline};
+use crate::geometry::{Point, Polyline, STEM_POINTS};
+use crate::math::vector::Vec3;
 
 /// How an observation came about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -48,13 +49,27 @@ impl FromStr for Quality {
     }
 }
 
+/// How far the plant stands in front of the plane through the root, towards the front camera: what a second camera at the side
+/// adds to (x, y).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Depth {
+    /// z of the tip, in cm.
+    pub tip_cm: f64,
+    /// z of each point of the stem, in cm; empty where the stem is not known in space.
+    pub stem_cm: Vec<f64>,
+}
+
 /// What a controller may know of the plant at one step.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Observation {
     /// Tip, in cm: the highest point of the plant in the paper's definition (section 2.2.2).
     pub tip: Point,
     /// Stem from the base up, in cm, where the world or the photograph shows one.
     pub stem: Option<Polyline>,
+    /// The third coordinate of tip and stem, where the world knows it.
+    pub depth: Option<Depth>,
     /// Whether it was measured, held or simulated.
     pub quality: Quality,
 }
@@ -63,6 +78,27 @@ impl Observation {
     /// A tip that a model computed.
     #[must_use]
     pub const fn simulated(tip: Point) -> Self {
-        Self { tip, stem: None, quality: Quality::Simulated }
+        Self { tip, stem: None, depth: None, quality: Quality::Simulated }
+    }
+
+    /// Ten points of the stem from the base up, in cm; `None` without a stem that has a length.
+    #[must_use]
+    pub fn ten_points(&self) -> Option<[Point; STEM_POINTS]> {
+        let stem = self.stem.as_ref().filter(|stem| stem.length() > 0.0)?;
+        stem.resampled(STEM_POINTS).0.try_into().ok()
+    }
+
+    /// The tip in space, in cm; `None` where its depth is not known.
+    #[must_use]
+    pub fn tip_in_space(&self) -> Option<Vec3> {
+        self.depth.as_ref().map(|depth| [self.tip.x, self.tip.y, depth.tip_cm])
+    }
+
+    /// The stem in space from the base up, in cm; `None` where it is not known there.
+    #[must_use]
+    pub fn stem_in_space(&self) -> Option<Vec<Vec3>> {
+        let (stem, depth) = (self.stem.as_ref()?, self.depth.as_ref()?);
+        let points = stem.0.iter().zip(&depth.stem_cm).map(|(point, &z)| [point.x, point.y, z]);
+        (stem.0.len() == depth.stem_cm.len()).then(|| points.collect())
     }
 }

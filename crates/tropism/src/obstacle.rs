@@ -1,5 +1,6 @@
-//! Things that a stem must not touch: discs, boxes and lines in the plane of the plant.
+//! Obstacles: discs, boxes and lines in the plane of the plant, and poles in space.
 //!
+//! A task has obstacles in its plane, which a stem must not touch. The virtual tent also has poles, on which a stem leans.
 //! Distances are signed: above 0 outside, below 0 inside.
 //!
 //! # References
@@ -8,7 +9,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::check::{OutOfRange, ensure};
+use crate::geometry::space::SpacePoint;
 use crate::geometry::{Point, Polyline};
+use crate::math;
 
 /// Distance of the points at which a stem is held against an obstacle, in cm. A point between two of them is nearer by
 /// 0.013 cm at most for a disc of 1 mm, less for larger ones.
@@ -47,18 +50,54 @@ pub enum Obstacle {
     },
 }
 
+/// An upright round pole that stands in the soil.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pole {
+    /// Its axis: x to the right, z towards the camera, from the base of the plant, in cm.
+    pub at: [f64; 2],
+    /// Its radius, in cm.
+    pub radius_cm: f64,
+    /// Its height above the soil, in cm; infinite for a pole that leaves the tent.
+    pub height_cm: f64,
+}
+
+/// A solid thing in the tent, through which no stem passes.
+///
+/// ```
+/// use tropism::obstacle::{Pole, Solid};
+/// let pole: Solid = serde_json::from_str(r#"{"pole": [2, 0], "radius_cm": 0.4, "height_cm": 30}"#)?;
+/// assert_eq!(pole, Solid::Pole(Pole { at: [2.0, 0.0], radius_cm: 0.4, height_cm: 30.0 }));
+/// let disc: Solid = serde_json::from_str(r#"{"disc": [0, 8], "radius_cm": 1}"#)?;
+/// assert!(matches!(disc, Solid::Plane(_)));
+/// # Ok::<(), serde_json::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Keys", into = "Keys")]
+pub enum Solid {
+    /// An obstacle of the plane: a rod or a sheet that points at the front camera, so that the camera sees its end.
+    Plane(Obstacle),
+    /// A pole.
+    Pole(Pole),
+}
+
 /// The keys of all kinds, so that a wrong one is told by name.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     disc: Option<Point>,
+    /// x and z of a pole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pole: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     radius_cm: Option<f64>,
     #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
     corners: Option<[Point; 2]>,
     #[serde(default, rename = "line", skip_serializing_if = "Option::is_none")]
     ends: Option<[Point; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    height_cm: Option<f64>,
 }
 
 impl TryFrom<Keys> for Obstacle {
@@ -66,15 +105,105 @@ impl TryFrom<Keys> for Obstacle {
 
     fn try_from(keys: Keys) -> Result<Self, &'static str> {
         match keys {
-            Keys { disc: Some(centre), radius_cm: Some(radius_cm), corners: None, ends: None } => {
+            Keys { pole: Some(_), .. } | Keys { height_cm: Some(_), .. } => {
+                Err("an obstacle of a task lies in its plane, and a pole does not: wanted disc, box or line")
+            }
+            Keys { disc: Some(centre), radius_cm: Some(radius_cm), corners: None, ends: None, .. } => {
                 Ok(Self::Disc { centre, radius_cm })
             }
-            Keys { disc: None, radius_cm: None, corners: Some(corners), ends: None } => {
+            Keys { disc: None, radius_cm: None, corners: Some(corners), ends: None, .. } => {
                 Ok(Self::Box { corners })
             }
-            Keys { disc: None, radius_cm: None, corners: None, ends: Some(ends) } => Ok(Self::Line { ends }),
+            Keys { disc: None, radius_cm: None, corners: None, ends: Some(ends), .. } => {
+                Ok(Self::Line { ends })
+            }
             _ => Err("an obstacle is { disc = [x, y], radius_cm = r }, { box = [[x, y], [x, y]] } or \
                       { line = [[x, y], [x, y]] }"),
+        }
+    }
+}
+
+impl TryFrom<Keys> for Solid {
+    type Error = &'static str;
+
+    fn try_from(keys: Keys) -> Result<Self, &'static str> {
+        let Some(at) = keys.pole else { return Obstacle::try_from(keys).map(Self::Plane) };
+        match keys {
+            Keys { radius_cm: Some(radius_cm), height_cm, disc: None, corners: None, ends: None, .. } => {
+                Ok(Self::Pole(Pole { at, radius_cm, height_cm: height_cm.unwrap_or(f64::INFINITY) }))
+            }
+            _ => Err(
+                "a pole is { pole = [x, z], radius_cm = r, height_cm = h }; without a height it leaves the tent",
+            ),
+        }
+    }
+}
+
+impl From<Solid> for Keys {
+    fn from(solid: Solid) -> Self {
+        match solid {
+            Solid::Plane(obstacle) => obstacle.into(),
+            Solid::Pole(Pole { at, radius_cm, height_cm }) => Self {
+                pole: Some(at),
+                radius_cm: Some(radius_cm),
+                height_cm: Some(height_cm).filter(|height| height.is_finite()),
+                ..Self::default()
+            },
+        }
+    }
+}
+
+impl From<Obstacle> for Solid {
+    fn from(obstacle: Obstacle) -> Self {
+        Self::Plane(obstacle)
+    }
+}
+
+impl From<Pole> for Solid {
+    fn from(pole: Pole) -> Self {
+        Self::Pole(pole)
+    }
+}
+
+impl Pole {
+    /// Horizontal distance of a point from the surface of the pole, in cm; below 0 inside. Its end is not looked at.
+    #[must_use]
+    pub fn distance(&self, point: SpacePoint) -> f64 {
+        math::hypot(point[0] - self.at[0], point[2] - self.at[1]) - self.radius_cm
+    }
+
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names the key, its value and the allowed values.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let Self { at, radius_cm, height_cm } = *self;
+        ensure(at.iter().all(|axis| axis.is_finite()), "pole", format!("{at:?}"), "finite numbers of cm")?;
+        ensure(radius_cm > 0.0 && radius_cm.is_finite(), "radius_cm", radius_cm, "cm above 0")?;
+        ensure(height_cm > 0.0, "height_cm", height_cm, "cm above 0")
+    }
+}
+
+impl Solid {
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names the key, its value and the allowed values.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        match self {
+            Self::Plane(obstacle) => obstacle.check(),
+            Self::Pole(pole) => pole.check(),
+        }
+    }
+
+    /// The same solid in a mirror: x changes sign.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        match self {
+            Self::Plane(obstacle) => Self::Plane(obstacle.mirrored()),
+            Self::Pole(Pole { at: [x, z], radius_cm, height_cm }) => {
+                Self::Pole(Pole { at: [-x, z], radius_cm, height_cm })
+            }
         }
     }
 }
@@ -123,6 +252,20 @@ impl Obstacle {
         }
     }
 
+    /// The lower left and the upper right corner of the rectangle that holds it, in cm.
+    #[must_use]
+    pub fn extent(&self) -> (Point, Point) {
+        let (points, by) = match *self {
+            Self::Disc { centre, radius_cm } => ([centre; 2], radius_cm),
+            Self::Box { corners: points } | Self::Line { ends: points } => (points, 0.0),
+        };
+        let [one, other] = points;
+        (
+            Point::new(one.x.min(other.x) - by, one.y.min(other.y) - by),
+            Point::new(one.x.max(other.x) + by, one.y.max(other.y) + by),
+        )
+    }
+
     /// The same obstacle in a mirror: x changes sign.
     #[must_use]
     pub fn mirrored(self) -> Self {
@@ -146,6 +289,37 @@ impl Obstacle {
                 if x.max(y) < 0.0 { x.max(y) } else { point.distance(self.nearest(point)) }
             }
         }
+    }
+
+    /// Distance from `point` to the obstacle, as [`Self::distance`] to 1e-12 cm, and the direction in which it grows.
+    #[must_use]
+    pub fn distance_and_normal(&self, point: Point) -> (f64, [f64; 2]) {
+        if let Self::Box { corners: [one, other] } = *self {
+            // Inside, the nearest side decides.
+            let outside = |value: f64, a: f64, b: f64| {
+                let (low, high) = (a.min(b) - value, value - a.max(b));
+                if low > high { (low, -1.0) } else { (high, 1.0) }
+            };
+            let ((x, left), (y, down)) = (outside(point.x, one.x, other.x), outside(point.y, one.y, other.y));
+            if x.max(y) < 0.0 {
+                return if x > y { (x, [left, 0.0]) } else { (y, [0.0, down]) };
+            }
+        }
+        let (from, radius) = match *self {
+            Self::Disc { centre, radius_cm } => (centre, radius_cm),
+            _ => (self.nearest(point), 0.0),
+        };
+        let away = [point.x - from.x, point.y - from.y];
+        let length = math::vector::norm(away);
+        let normal = if length > 0.0 {
+            away.map(|axis| axis / length)
+        } else if let Self::Line { ends: [from, to] } = *self {
+            // On the line itself either side will do.
+            math::vector::normalize_or([to.y - from.y, from.x - to.x], [0.0, 1.0])
+        } else {
+            [0.0, 1.0]
+        };
+        (length - radius, normal)
     }
 
     /// The point from which a stem at `point` keeps away: see [`Clearance::obstacle`].
@@ -219,6 +393,22 @@ mod tests {
     }
 
     #[test]
+    fn a_pole_is_no_obstacle_of_a_task() {
+        let text = "pole = [1.0, -2.0]\nradius_cm = 0.3\n";
+        let pole = Pole { at: [1.0, -2.0], radius_cm: 0.3, height_cm: f64::INFINITY };
+        assert_eq!(toml::from_str::<Solid>(text).unwrap(), Solid::Pole(pole));
+        assert_eq!(toml::to_string(&Solid::Pole(pole)).unwrap(), text);
+        assert!(toml::from_str::<Obstacle>(text).unwrap_err().to_string().contains("lies in its plane"));
+        let error = toml::from_str::<Solid>("pole = [1.0, 0.0]").unwrap_err().to_string();
+        assert!(error.contains("height_cm = h"), "{error}");
+        let flat = Pole { height_cm: 0.0, ..pole };
+        assert_eq!(
+            Solid::Pole(flat).check().unwrap_err().to_string(),
+            "found height_cm = 0, wanted cm above 0"
+        );
+    }
+
+    #[test]
     fn what_is_no_obstacle_is_refused() {
         let error = |text| toml::from_str::<Obstacle>(text).unwrap_err().to_string();
         assert!(error("disc = [0, 8]").contains("radius_cm = r"));
@@ -232,6 +422,15 @@ mod tests {
         fn obstacles_come_back_from_files(obstacle in obstacle()) {
             let text = toml::to_string(&obstacle).unwrap();
             prop_assert_eq!(toml::from_str::<Obstacle>(&text).unwrap(), obstacle);
+        }
+
+        #[test]
+        fn the_distance_grows_along_the_normal(obstacle in obstacle(), point in point()) {
+            let (distance, [x, y]) = obstacle.distance_and_normal(point);
+            prop_assert!((distance - obstacle.distance(point)).abs() < 1e-12);
+            prop_assert!((math::hypot(x, y) - 1.0).abs() < 1e-12);
+            let ahead = Point::new(point.x + 1e-6 * x, point.y + 1e-6 * y);
+            prop_assert!((obstacle.distance(ahead) - distance - 1e-6).abs() < 1e-9);
         }
 
         #[test]

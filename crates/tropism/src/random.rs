@@ -45,6 +45,12 @@ pub enum Purpose {
     Tuning = 15,
     /// Random sequences of targets.
     Targets = 16,
+    /// Random schedules of lamps.
+    Schedule = 17,
+    /// First weights of a recurrent network, and the order of its examples.
+    Training = 18,
+    /// Simulated plants of a forecast.
+    Forecast = 19,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

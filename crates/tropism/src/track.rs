@@ -5,9 +5,9 @@
 
 use std::io::{Read, Write};
 
-use crate::geometry::{Point, Polyline, STEM_POINTS};
+use crate::geometry::{Point, Polyline, STEM_POINTS, space};
 use crate::lamps::{Layout, Light, UnknownLight};
-use crate::observation::{Observation, Quality};
+use crate::observation::{Depth, Observation, Quality};
 use crate::text::{csv_cell, of_csv_cell};
 
 /// Minutes between two steps in the paper (section 2.2.1): the default of a track, a rig and a model.
@@ -25,8 +25,10 @@ pub struct Sample {
     pub time_s: f64,
     /// Tip, in cm.
     pub tip: Point,
-    /// Stem from the base up, in cm, where one was seen. Not part of the CSV.
+    /// Stem from the base up, in cm, where one was seen. In a file: the columns of [`Track::add_stem_columns`].
     pub stem: Option<Polyline>,
+    /// The third coordinate of tip and stem, where it is known. In a file: `tip_z_cm`, and z beside x and y of the stem.
+    pub depth: Option<Depth>,
     /// The lamp lit from this step to the next; `None` is dark.
     pub light: Option<Light>,
     /// How the tip came about.
@@ -37,7 +39,12 @@ impl Sample {
     /// What was seen at this step.
     #[must_use]
     pub fn observation(&self) -> Observation {
-        Observation { tip: self.tip, stem: self.stem.clone(), quality: self.quality }
+        Observation {
+            tip: self.tip,
+            stem: self.stem.clone(),
+            depth: self.depth.clone(),
+            quality: self.quality,
+        }
     }
 }
 
@@ -256,30 +263,46 @@ impl Track {
         self.columns.push(Column::numbers(name, decimals, values));
     }
 
-    /// Adds the stems of the samples as columns of ten points each, `stem_1_x_cm` to `stem_10_y_cm` from the base up. Rows
-    /// without a stem are empty.
+    /// Adds the stems of the samples as columns of ten points each, `stem_1_x_cm` to `stem_10_y_cm` from the base up, and where
+    /// depth is known `tip_z_cm` and `stem_1_z_cm` to `stem_10_z_cm`. Rows without a stem are empty.
     pub fn add_stem_columns(&mut self) {
-        let stems: Vec<Option<Polyline>> =
-            self.samples.iter().map(|sample| Some(sample.stem.as_ref()?.resampled(STEM_POINTS))).collect();
+        if self.samples.iter().any(|sample| sample.depth.is_some()) {
+            let tip = |sample: &Sample| sample.depth.as_ref().map_or(f64::NAN, |depth| depth.tip_cm);
+            let tips: Vec<f64> = self.samples.iter().map(tip).collect();
+            self.add_numbers("tip_z_cm", 5, tips);
+        }
+        let stems: Vec<Option<[Vec<f64>; 3]>> = self.samples.iter().map(ten_points).collect();
         for vertex in 0..STEM_POINTS {
-            let point = |stem: &Option<Polyline>| stem.as_ref().and_then(|stem| stem.0.get(vertex).copied());
-            for (axis, of) in [("x", (|point| point.x) as fn(Point) -> f64), ("y", |point| point.y)] {
-                let values: Vec<f64> = stems.iter().map(|stem| point(stem).map_or(f64::NAN, of)).collect();
-                self.add_numbers(&format!("stem_{}_{axis}_cm", vertex + 1), 5, values);
+            for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+                let value = |stem: &Option<[Vec<f64>; 3]>| {
+                    stem.as_ref().and_then(|stem| stem[axis].get(vertex).copied()).unwrap_or(f64::NAN)
+                };
+                let values: Vec<f64> = stems.iter().map(value).collect();
+                if axis < 2 || values.iter().any(|value| value.is_finite()) {
+                    self.add_numbers(&stem_column(vertex, name), 5, values);
+                }
             }
         }
     }
 
-    /// Takes the stems of the samples from the columns of [`Self::add_stem_columns`]; rows that lack a number have none.
-    pub fn take_stems(&mut self) {
-        let column = |vertex: usize, axis| self.numbers(&format!("stem_{}_{axis}_cm", vertex + 1));
-        let columns: Option<Vec<_>> =
-            (0..STEM_POINTS).map(|vertex| column(vertex, 'x').zip(column(vertex, 'y'))).collect();
-        let Some(columns) = columns else { return };
+    /// Takes stems and depths of the samples from the columns of [`Self::add_stem_columns`]; rows that lack a number have
+    /// none.
+    fn take_stems(&mut self) {
+        let axis = |name: &str| -> Option<Vec<Vec<f64>>> {
+            (0..STEM_POINTS).map(|vertex| self.numbers(&stem_column(vertex, name))).collect()
+        };
+        let at = |columns: &Option<Vec<Vec<f64>>>, row: usize| -> Option<Vec<f64>> {
+            let values: Vec<f64> = columns.as_ref()?.iter().map(|values| values[row]).collect();
+            values.iter().all(|value| value.is_finite()).then_some(values)
+        };
+        let (xs, ys, zs, tips) = (axis("x"), axis("y"), axis("z"), self.numbers("tip_z_cm"));
         for (row, sample) in self.samples.iter_mut().enumerate() {
-            let points = columns.iter().map(|(xs, ys)| Point::new(xs[row], ys[row]));
-            let stem: Vec<Point> = points.filter(|point| point.is_finite()).collect();
-            sample.stem = (stem.len() == STEM_POINTS).then_some(Polyline(stem));
+            let stem = at(&xs, row).zip(at(&ys, row));
+            sample.stem = stem
+                .map(|(xs, ys)| Polyline(xs.into_iter().zip(ys).map(|(x, y)| Point::new(x, y)).collect()));
+            let tip = tips.as_ref().map(|tips| tips[row]).filter(|tip| tip.is_finite());
+            let stem_cm = at(&zs, row).filter(|_| sample.stem.is_some()).unwrap_or_default();
+            sample.depth = tip.map(|tip_cm| Depth { tip_cm, stem_cm });
         }
     }
 
@@ -315,7 +338,8 @@ impl Track {
         Ok(())
     }
 
-    /// Reads CSV with a header; `tip_x_cm`, `tip_y_cm` and `light` are required.
+    /// Reads CSV with a header; `tip_x_cm`, `tip_y_cm` and `light` are required. Stems and depths come from the columns of
+    /// [`Self::add_stem_columns`], where they are there.
     ///
     /// Where `step`, `time_s` or `quality` are missing, rows are numbered from 0, five minutes apart, and measured. The
     /// lamps are the paper's two, or those of [`Layout::four_sides`] where `front` or `back` is lit.
@@ -387,6 +411,7 @@ impl Track {
                 },
                 tip,
                 stem: None,
+                depth: None,
                 light: layout.parse(&record[lit]).map_err(|source| TrackError::Light { line, source })?,
                 quality: match quality {
                     None => Quality::Measured,
@@ -408,8 +433,26 @@ impl Track {
         let columns = further.iter().zip(texts);
         track.columns = columns.map(|(&at, texts)| Column::parsed(of_csv_cell(&header[at]), texts)).collect();
         track.period_min = period_of(&track.samples).unwrap_or(PAPER_PERIOD_MIN);
+        track.take_stems();
         Ok(track)
     }
+}
+
+/// Column of the coordinate `axis` of the point `vertex` of a stem, from 0 at the base.
+fn stem_column(vertex: usize, axis: &str) -> String {
+    format!("stem_{}_{axis}_cm", vertex + 1)
+}
+
+/// The coordinates of ten points at equal distances along the stem of a sample: x, y, and z where it is known.
+fn ten_points(sample: &Sample) -> Option<[Vec<f64>; 3]> {
+    let seen = sample.observation();
+    if let Some(stem) = seen.stem_in_space() {
+        let ten = space::resampled(&stem, STEM_POINTS);
+        return Some(core::array::from_fn(|axis| ten.iter().map(|point| point[axis]).collect()));
+    }
+    let ten = seen.stem?.resampled(STEM_POINTS);
+    let (xs, ys) = ten.0.iter().map(|point| (point.x, point.y)).unzip();
+    Some([xs, ys, Vec::new()])
 }
 
 /// Minutes between two steps: the median of the times between rows a step apart, to a tenth of a second.
@@ -438,6 +481,7 @@ mod tests {
                 time_s: step as f64 * 300.0,
                 tip: Point::new(f64::from(x) / 1e5, f64::from(y) / 1e5),
                 stem: None,
+                depth: None,
                 light: [Some(Light::LEFT), Some(Light::RIGHT), None][light],
                 quality: [Quality::Measured, Quality::Held, Quality::Simulated][quality],
             });
@@ -495,6 +539,7 @@ mod tests {
             time_s: 300.0 * step as f64,
             tip: Point::new(x, 4.0),
             stem: None,
+            depth: None,
             light: None,
             quality: Quality::Measured,
         });

@@ -1,5 +1,7 @@
 //! The virtual bean against its reference run, its symmetries, and the acceptance table.
 
+#[path = "bean/contact.rs"]
+mod contact;
 #[path = "bean/rk4.rs"]
 mod rk4;
 
@@ -311,7 +313,7 @@ fn tracks_grown_side_by_side_are_those_of_single_plants_to_the_bit() {
         (&internodal, 1.0, Layout::default(), 5.0),
         (&internodal, 2.0, Layout::four_sides(), 10.0),
     ] {
-        let trial = Trial { species, scale, layout, period_min };
+        let trial = Trial { scale, layout, period_min, ..Trial::new(species) };
         // Plants end at different steps, so that others take their lanes.
         let task = Targets { max_steps: 160, end_height_cm: 7.0, ..Targets::default() };
         let greedy = || Greedy::new(&task, &trial.layout);

@@ -72,9 +72,8 @@ impl Task for Lean {
         (before.tip.x - 3.0).abs() - (after.tip.x - 3.0).abs()
     }
 
-    fn targets(&self) -> &[Point] {
-        const TARGET: [Point; 1] = [Point::new(3.0, 8.0)];
-        &TARGET
+    fn targets(&self) -> Vec<Point> {
+        vec![Point::new(3.0, 8.0)]
     }
 
     fn best_fitness(&self) -> Option<f64> {

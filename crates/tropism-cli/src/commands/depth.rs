@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use tropism_lab::depth::{DepthPlan, DepthResults, SideView};
+use tropism::vision::camera::stereo::Side;
+use tropism_lab::depth::{DepthPlan, DepthResults};
 use tropism_lab::units::plural;
 
 use crate::options::parse_pair;
@@ -61,8 +62,8 @@ impl Depth {
             side: self.side,
             distance_cm: self.distance,
             from: match self.from {
-                SideName::Left => SideView::Left,
-                SideName::Right => SideView::Right,
+                SideName::Left => Side::Left,
+                SideName::Right => Side::Right,
             },
             out: self.out,
             replace: self.force,

@@ -9,6 +9,7 @@ mod depth;
 mod evolve;
 mod export;
 mod fit;
+mod forecast;
 mod grow;
 mod guard;
 mod man;
@@ -52,6 +53,7 @@ pub(crate) enum Command {
     Track(track::Track),
     Depth(depth::Depth),
     Fit(fit::Fit),
+    Forecast(forecast::Forecast),
     Evolve(evolve::Evolve),
     Sweep(sweep::Sweep),
     Baseline(baseline::Baseline),
@@ -76,7 +78,7 @@ impl Command {
             Self::Status(_)
                 | Self::CalibrateCamera(_)
                 | Self::Depth(_)
-                | Self::Fit(_)
+                | Self::Forecast(_)
                 | Self::Score(_)
                 | Self::Show(_)
                 | Self::Report(_)
@@ -102,6 +104,7 @@ impl Command {
             Self::Track(track) => track.execute(shell),
             Self::Depth(depth) => depth.execute(shell),
             Self::Fit(fit) => fit.execute(shell),
+            Self::Forecast(forecast) => forecast.execute(shell),
             Self::Evolve(evolve) => evolve.execute(shell),
             Self::Sweep(sweep) => sweep.execute(shell),
             Self::Baseline(baseline) => baseline.execute(shell),

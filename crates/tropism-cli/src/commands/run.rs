@@ -6,6 +6,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use clap::error::ErrorKind;
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::task::TaskSpec;
 use tropism::vision::VisionConfig;
 use tropism_lab::files::{self, shell_word};
 use tropism_lab::units::plural;
@@ -115,6 +116,12 @@ impl Run {
             (None, Some(found)) => found.controller.clone(),
             (Some(name), _) => name.load()?,
         };
+        let task = match &found {
+            Some(found) if self.task.task.is_none() => {
+                found.task.clone().with_max_steps(self.steps.unwrap_or(found.task.max_steps()))
+            }
+            _ => task_for(&controller, &self.task, self.steps, shell)?,
+        };
         let rig = match (&self.rig, &found) {
             (None, None) => missing("--rig", &self.out),
             (None, Some(found)) => {
@@ -127,13 +134,7 @@ impl Run {
                 }
                 found.rig.clone()
             }
-            (Some(path), _) => load_rig(path, tent, controller.own_period_min())?,
-        };
-        let task = match &found {
-            Some(found) if self.task.task.is_none() => {
-                found.task.clone().with_max_steps(self.steps.unwrap_or(found.task.max_steps()))
-            }
-            _ => task_for(&controller, &self.task, self.steps, shell)?,
+            (Some(path), _) => load_rig(path, tent, &task, controller.own_period_min())?,
         };
         let seed = self.seed.or(found.map(|found| found.seed)).unwrap_or(1);
         Ok(RunConfig::new(rig, controller, task, seed))
@@ -146,10 +147,15 @@ fn missing(option: &str, out: &Path) -> ! {
     clap::Error::raw(ErrorKind::MissingRequiredArgument, text).exit()
 }
 
-/// The virtual `tent` at the interval of the controller, if it has one, or the rig of a file.
-fn load_rig(path: &Path, tent: Option<Greenhouse>, period_min: Option<f64>) -> Result<RigFile> {
+/// The virtual `tent` with what the task needs, at the interval of the controller, if it has one; or the rig of a file.
+fn load_rig(
+    path: &Path,
+    tent: Option<Greenhouse>,
+    task: &TaskSpec,
+    period_min: Option<f64>,
+) -> Result<RigFile> {
     if path == Path::new("greenhouse") {
-        let rig = RigFile::greenhouse(tent.unwrap_or_default(), VisionConfig::default());
+        let rig = RigFile::greenhouse(tent.unwrap_or_default().for_task(task), VisionConfig::default());
         return Ok(RigFile { period_min: period_min.unwrap_or(rig.period_min), ..rig });
     }
     ensure!(

@@ -84,11 +84,13 @@ impl Tune {
         let bean = self.bean.load()?;
         ensure!(bean.is_none() || self.beans, "found --bean without --beans, wanted both or none");
         let scale = checked_scale(self.scale)?;
-        let beans =
-            self.beans.then(|| Greenhouse { bean: bean.unwrap_or_default(), scale, ..Greenhouse::default() });
+        let task = self.task.load()?;
+        let beans = self.beans.then(|| {
+            Greenhouse { bean: bean.unwrap_or_default(), scale, ..Greenhouse::default() }.for_task(&task)
+        });
         let defaults = TunePlan::default();
         let plan = TunePlan {
-            task: self.task.load()?,
+            task,
             model: self.model.unwrap_or(defaults.model),
             beans,
             search: RuleSearch { generations, population, episodes },

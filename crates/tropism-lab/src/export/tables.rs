@@ -77,13 +77,14 @@ fn track(steps: &[StepRecord], layout: &Layout) -> Track {
         .iter()
         .zip(lights_that_acted(steps))
         .filter(is_in_track)
-        .filter_map(|(step, light)| Some(((step, step.seen.observation.as_ref()?), light)))
+        .filter_map(|(step, light)| Some(((step, step.observation()?), light)))
         .unzip();
     let samples = steps.iter().zip(lights).map(|((step, seen), light)| Sample {
         step: step.step,
         time_s: step.time_s,
         tip: seen.tip,
         stem: seen.stem.clone(),
+        depth: seen.depth.clone(),
         light,
         quality: seen.quality,
     });

@@ -15,6 +15,7 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::Trial;
+use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
@@ -103,12 +104,13 @@ impl Workflow for GrowPlan {
     fn check(&self) -> Result<(), Error> {
         Error::check_range("plants", self.plants, 1_000_000)?;
         self.config(0).check()?;
-        let Greenhouse { scale, bean, layout, .. } = self.greenhouse.clone();
-        let without_camera = Greenhouse { scale, bean, layout, ..Greenhouse::default() };
-        if !self.photographs && self.greenhouse != without_camera {
+        let Greenhouse { scale, bean, layout, scene, solids, .. } = self.greenhouse.clone();
+        let scene = Scene { cameras: scene.cameras, ..Scene::default() };
+        let without_photographs = Greenhouse { scale, bean, layout, scene, solids, ..Greenhouse::default() };
+        if !self.photographs && self.greenhouse != without_photographs {
             return Err(Error::Plan(
-                "found `greenhouse.scene`, `greenhouse.scene.cameras` or `greenhouse.faults`, wanted `photographs` with \
-                 them: they only change photographs"
+                "found `greenhouse.scene` or `greenhouse.faults`, wanted `photographs` with them: they only change \
+                 photographs"
                     .to_owned(),
             ));
         }
@@ -120,7 +122,7 @@ impl Workflow for GrowPlan {
         files::make_folder(&self.out)?;
         let plants = if self.photographs { self.photograph(monitor)? } else { self.grow(monitor)? };
         let count = plants.len() as f64;
-        let fitness: Option<Vec<f64>> = (!self.task.targets().is_empty())
+        let fitness: Option<Vec<f64>> = (self.task.has_goal())
             .then(|| plants.iter().map(|(_, track)| self.task.fitness(track)).collect());
         let heights = plants.iter().map(|(_, track)| track.samples[track.samples.len() - 1].tip.y);
         Ok(GrowResults {
@@ -147,11 +149,16 @@ impl GrowPlan {
         random::derive(self.seed, Purpose::Plant, plant.into()) >> 1
     }
 
+    /// The tent with the solids of the task.
+    fn tent(&self) -> Greenhouse {
+        self.greenhouse.clone().among(&self.task.solids())
+    }
+
     /// The run that would grow and photograph the plant of `seed`.
     fn config(&self, seed: u64) -> RunConfig {
         let rig = RigFile {
             period_min: self.period_min,
-            ..RigFile::greenhouse(self.greenhouse.clone(), VisionConfig::default())
+            ..RigFile::greenhouse(self.tent(), VisionConfig::default())
         };
         RunConfig::new(rig, self.controller.clone(), self.task.clone(), seed)
     }
@@ -176,11 +183,9 @@ impl GrowPlan {
         plants: &[u32],
         monitor: &dyn Monitor,
     ) -> Result<Vec<Option<GrownPlant>>, Error> {
-        let Greenhouse { bean, scale, layout, .. } = &self.greenhouse;
-        let trial =
-            Trial { species: bean, scale: *scale, layout: layout.clone(), period_min: self.period_min };
+        let trial = Trial { solids: self.tent().solids, ..self.greenhouse.trial(self.period_min) };
         let seeds: Vec<u64> = plants.iter().map(|&plant| self.seed_of(plant)).collect();
-        let make_controller = |_| self.controller.build(&self.task, layout, self.period_min);
+        let make_controller = |_| self.controller.build(&self.task, &trial.layout, self.period_min);
         let mut is_whole = vec![true; plants.len()];
         let mut watch = |place: usize, sample: &Sample| {
             is_whole[place] = monitor.may_go_on();

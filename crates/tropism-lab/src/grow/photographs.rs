@@ -120,7 +120,7 @@ impl GrowPlan {
                 ControlFlow::Break(())
             }
         };
-        let (tent, period_min) = (&self.greenhouse, self.period_min);
+        let (tent, period_min) = (self.tent(), self.period_min);
         let mut controller = self.controller.build(&self.task, &tent.layout, period_min);
         let track = tent.grow(seed, period_min, &mut *controller, &self.task, &mut watch);
         written?;

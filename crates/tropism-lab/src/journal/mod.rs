@@ -18,6 +18,7 @@ mod step;
 mod downtime;
 
 use std::cell::RefCell;
+use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
@@ -34,12 +35,12 @@ use step::columns;
 
 pub use downtime::Downtime;
 pub use error::JournalError;
-pub use step::StepRecord;
 pub(crate) use step::lights_that_acted;
+pub use step::{SideRecord, StepRecord};
 
-/// The schema that is written. 6 added the chain of entries and the settings, 5 the stem of each step, 4 the shift of the
+/// The schema that is written. 7 added the camera at the side, 6 the chain of entries and the settings, 5 the stem of each step, 4 the shift of the
 /// camera, 3 events, boots and wall times.
-const SCHEMA: i64 = 6;
+const SCHEMA: i64 = 7;
 
 /// The oldest schema that can be read. Only a journal of [`SCHEMA`] can be resumed.
 const OLDEST_READABLE: i64 = 2;
@@ -51,7 +52,7 @@ const TABLES: &str = "
         tip_x_cm REAL, tip_y_cm REAL, tip_x_px REAL, tip_y_px REAL,
         quality TEXT, class TEXT NOT NULL, confidence REAL NOT NULL,
         decided TEXT, done INTEGER NOT NULL DEFAULT 0,
-        begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL, stem TEXT);
+        begun_s REAL, unix_s REAL, lit TEXT, moved_x_px REAL, moved_y_px REAL, stem TEXT, side TEXT);
     CREATE TABLE event (
         id INTEGER PRIMARY KEY, step INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
         since_start_s REAL, unix_s REAL);
@@ -80,7 +81,7 @@ const STATEMENTS: [(&str, &str); 6] = [
         concat!(
             "INSERT OR REPLACE INTO steps (",
             columns!(),
-            ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+            ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
         ),
     ),
     ("decided", "UPDATE steps SET decided = ? WHERE step = ?"),
@@ -147,6 +148,19 @@ impl Journal {
                 Err(JournalError::Damaged("no such file".to_owned()))
             }
             survey => Self::replayed(&survey?.history),
+        }
+    }
+
+    /// Opens the journal at `path` to follow it while a run writes it: what it holds is taken as it is, and its chain and its
+    /// mirror are not looked at. [`Self::open_to_read`] checks them, which takes time for each entry.
+    ///
+    /// # Errors
+    /// [`JournalError`] if there is no journal, or it is of another schema.
+    pub fn follow(path: &Path) -> Result<Self, JournalError> {
+        let db = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        match db.query_row("PRAGMA user_version", [], |row| row.get(0))? {
+            SCHEMA => Ok(Self::with_schema(db, SCHEMA)),
+            other => Err(JournalError::Schema(other)),
         }
     }
 
@@ -322,9 +336,18 @@ impl Journal {
     /// # Errors
     /// [`JournalError`] names the step and the column that cannot be read.
     pub fn steps(&self) -> Result<Vec<StepRecord>, JournalError> {
+        self.steps_in(0..u32::MAX)
+    }
+
+    /// Reads the recorded steps whose numbers are in `numbers`, in order.
+    ///
+    /// # Errors
+    /// As [`Self::steps`].
+    pub fn steps_in(&self, numbers: Range<u32>) -> Result<Vec<StepRecord>, JournalError> {
         let columns = StepRecord::columns(self.schema);
-        let mut statement = self.db.prepare(&format!("SELECT {columns} FROM steps ORDER BY step"))?;
-        let mut found = statement.query([])?;
+        let query = format!("SELECT {columns} FROM steps WHERE step >= ? AND step < ? ORDER BY step");
+        let mut statement = self.db.prepare(&query)?;
+        let mut found = statement.query([numbers.start, numbers.end])?;
         let mut steps = Vec::new();
         while let Some(row) = found.next()? {
             steps.push(StepRecord::read(row)?);
@@ -364,12 +387,20 @@ impl Journal {
     /// # Errors
     /// [`JournalError`] names the event that cannot be read.
     pub fn events(&self) -> Result<Vec<Event>, JournalError> {
+        self.events_after(0)
+    }
+
+    /// Reads all events but the first `count`, in order; none in a journal before schema 3.
+    ///
+    /// # Errors
+    /// As [`Self::events`].
+    pub fn events_after(&self, count: usize) -> Result<Vec<Event>, JournalError> {
         if self.schema < 3 {
             return Ok(Vec::new());
         }
-        let mut statement =
-            self.db.prepare("SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id")?;
-        let mut found = statement.query([])?;
+        let query = "SELECT step, kind, text, since_start_s, unix_s FROM event ORDER BY id LIMIT -1 OFFSET ?";
+        let mut statement = self.db.prepare(query)?;
+        let mut found = statement.query([count as i64])?;
         let mut events = Vec::new();
         while let Some(row) = found.next()? {
             let (step, word): (u32, String) = (row.get(0)?, row.get(1)?);

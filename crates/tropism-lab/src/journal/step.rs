@@ -1,6 +1,7 @@
 //! A recorded step, and the columns of the table `steps` that hold it.
 
 use rusqlite::types::Value;
+use serde::{Deserialize, Serialize};
 use tropism::geometry::{Pixel, Point, Polyline};
 use tropism::lamps::{self, Light};
 use tropism::observation::{Observation, Quality};
@@ -9,6 +10,19 @@ use tropism::vision::{FrameStatus, TrackedFrame};
 
 use super::{JournalError, moment};
 use crate::files::is_plain_name;
+
+/// What a second camera at the side saw at a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideRecord {
+    /// Size of its photograph, in bytes; 0 if the camera gave none.
+    pub photo_bytes: u64,
+    /// SHA-256 of its photograph, in hexadecimal.
+    pub photo_sha256: String,
+    /// What the tip tracker made of its photograph.
+    pub seen: TrackedFrame,
+    /// Tip and stem in space, from both cameras.
+    pub observation: Observation,
+}
 
 /// A step as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +39,8 @@ pub struct StepRecord {
     pub photo_sha256: String,
     /// What the tip tracker made of the photograph. Journals before schema 5 hold no stem.
     pub seen: TrackedFrame,
+    /// What a second camera saw at the side; `None` without one.
+    pub side: Option<Box<SideRecord>>,
     /// The light that was decided; `None` before the decision, at the last step, and where the plant was not detected for
     /// so long that nothing was decided.
     pub decided: Option<Light>,
@@ -40,7 +56,7 @@ pub struct StepRecord {
 macro_rules! columns {
     () => {
         "step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, \
-         confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px, stem"
+         confidence, begun_s, unix_s, lit, moved_x_px, moved_y_px, stem, side"
     };
 }
 pub(super) use columns;
@@ -59,8 +75,14 @@ pub(crate) fn lights_that_acted(steps: &[StepRecord]) -> Vec<Option<Light>> {
 }
 
 impl StepRecord {
+    /// What the loop saw: tip and stem in space with two cameras, else those of the one; `None` where the plant was never seen.
+    #[must_use]
+    pub fn observation(&self) -> Option<&Observation> {
+        self.side.as_deref().map(|side| &side.observation).or(self.seen.observation.as_ref())
+    }
+
     /// Values of the `columns!` that a photograph and its detection fill.
-    pub(super) fn values(&self) -> [Value; 18] {
+    pub(super) fn values(&self) -> [Value; 19] {
         let text = |text: &str| Value::from(text.to_owned());
         let (seen, observation) = (&self.seen, self.seen.observation.as_ref());
         [
@@ -82,16 +104,18 @@ impl StepRecord {
             seen.camera_shift.map(|shift| shift.x).into(),
             seen.camera_shift.map(|shift| shift.y).into(),
             observation.and_then(|seen| seen.stem.as_ref()).map(stem_text).into(),
+            self.side.as_deref().map(side_text).into(),
         ]
     }
 
     /// Columns that [`Self::read`] reads from a journal of `schema`.
     pub(super) fn columns(schema: i64) -> String {
         let later = match schema {
-            ..3 => "NULL, NULL, NULL, NULL, NULL, NULL",
-            3 => "begun_s, unix_s, lit, NULL, NULL, NULL",
-            4 => "begun_s, unix_s, lit, moved_x_px, moved_y_px, NULL",
-            _ => "begun_s, unix_s, lit, moved_x_px, moved_y_px, stem",
+            ..3 => "NULL, NULL, NULL, NULL, NULL, NULL, NULL",
+            3 => "begun_s, unix_s, lit, NULL, NULL, NULL, NULL",
+            4 => "begun_s, unix_s, lit, moved_x_px, moved_y_px, NULL, NULL",
+            5 | 6 => "begun_s, unix_s, lit, moved_x_px, moved_y_px, stem, NULL",
+            _ => "begun_s, unix_s, lit, moved_x_px, moved_y_px, stem, side",
         };
         format!(
             "step, time_s, photo, photo_bytes, photo_sha256, tip_x_cm, tip_y_cm, tip_x_px, tip_y_px, quality, class, \
@@ -113,6 +137,7 @@ impl StepRecord {
             photo_bytes: row.get::<_, i64>(3)? as u64,
             photo_sha256: row.get(4)?,
             seen: read_seen(step, row)?,
+            side: row.get::<_, Option<String>>(20)?.map(|text| parse_side(step, text)).transpose()?,
             decided: read_light(step, "decided", row.get(12)?)?.flatten(),
             is_confirmed: row.get(13)?,
             begun: moment(row.get(14)?, row.get(15)?),
@@ -131,8 +156,12 @@ fn read_seen(step: u32, row: &rusqlite::Row<'_>) -> Result<TrackedFrame, Journal
     let status: FrameStatus = parse(step, "class", row.get(10)?, "a class of photograph")?;
     let stem: Option<String> = row.get(19)?;
     let stem = stem.map(|text| parse_stem(step, text)).transpose()?;
-    let observation =
-        pair(5, 6)?.zip(quality).map(|(tip, quality)| Observation { tip: Point::from(tip), stem, quality });
+    let observation = pair(5, 6)?.zip(quality).map(|(tip, quality)| Observation {
+        tip: Point::from(tip),
+        stem,
+        depth: None,
+        quality,
+    });
     let pixel = |[x, y]: [f64; 2]| Pixel::new(x, y);
     Ok(TrackedFrame {
         observation,
@@ -165,28 +194,100 @@ fn read_light(
 
 /// The points of a stem as JSON, `[[x, y], ...]` in cm; exact to the bit.
 fn stem_text(stem: &Polyline) -> String {
-    let points: Vec<[f64; 2]> = stem.0.iter().map(|&point| point.into()).collect();
-    serde_json::to_string(&points).expect("numbers are always written")
+    serde_json::to_string(stem).expect("numbers are always written")
 }
 
 /// The stem of [`stem_text`].
 fn parse_stem(step: u32, text: String) -> Result<Polyline, JournalError> {
-    match serde_json::from_str::<Vec<[f64; 2]>>(&text) {
-        Ok(points) => Ok(Polyline(points.into_iter().map(Point::from).collect())),
+    serde_json::from_str(&text).map_err(|_| {
+        let wanted = "[[x, y], ...] in cm";
+        JournalError::Value { step, column: "stem", found: text, wanted }
+    })
+}
+
+/// What a camera at the side saw, as JSON; exact to the bit.
+#[derive(Serialize, Deserialize)]
+struct SideText {
+    bytes: u64,
+    sha256: String,
+    /// The plant as the camera at the side sees it.
+    plant: Option<Observation>,
+    tip_px: Option<[f64; 2]>,
+    class: String,
+    confidence: f64,
+    moved_px: Option<[f64; 2]>,
+    /// The plant in space.
+    space: Observation,
+}
+
+fn side_text(side: &SideRecord) -> String {
+    let pair = |pixel: Pixel| [pixel.x, pixel.y];
+    let text = SideText {
+        bytes: side.photo_bytes,
+        sha256: side.photo_sha256.clone(),
+        plant: side.seen.observation.clone(),
+        tip_px: side.seen.tip_px.map(pair),
+        class: side.seen.status.name().to_owned(),
+        confidence: side.seen.confidence,
+        moved_px: side.seen.camera_shift.map(pair),
+        space: side.observation.clone(),
+    };
+    serde_json::to_string(&text).expect("numbers are always written")
+}
+
+/// What [`side_text`] wrote.
+fn parse_side(step: u32, text: String) -> Result<Box<SideRecord>, JournalError> {
+    let found = match serde_json::from_str::<SideText>(&text) {
+        Ok(found) => found,
         Err(_) => {
-            Err(JournalError::Value { step, column: "stem", found: text, wanted: "[[x, y], ...] in cm" })
+            let wanted = "what a camera at the side saw, as JSON";
+            return Err(JournalError::Value { step, column: "side", found: text, wanted });
         }
-    }
+    };
+    let pixel = |[x, y]: [f64; 2]| Pixel::new(x, y);
+    let seen = TrackedFrame {
+        observation: found.plant,
+        tip_px: found.tip_px.map(pixel),
+        status: parse(step, "side", found.class, "a class of photograph")?,
+        confidence: found.confidence,
+        camera_shift: found.moved_px.map(pixel),
+    };
+    Ok(Box::new(SideRecord {
+        photo_bytes: found.bytes,
+        photo_sha256: found.sha256,
+        seen,
+        observation: found.space,
+    }))
 }
 
 #[cfg(test)]
 mod tests {
+    use tropism::observation::Depth;
+
     use super::*;
 
     #[test]
     fn a_stem_comes_back_to_the_bit() {
         let stem = Polyline((1..=10).map(|point| Point::new(1.0 / f64::from(point), 1e-7 + 0.1)).collect());
         assert_eq!(parse_stem(3, stem_text(&stem)).unwrap(), stem);
+        let depth = Depth { tip_cm: 1.0 / 3.0, stem_cm: vec![0.1, 1e-9] };
+        let plant =
+            Observation { tip: stem.0[3], stem: Some(stem), depth: Some(depth), quality: Quality::Held };
+        let side = SideRecord {
+            photo_bytes: 7,
+            photo_sha256: "ab".to_owned(),
+            seen: TrackedFrame {
+                observation: Some(Observation { depth: None, ..plant.clone() }),
+                tip_px: Some(Pixel::new(0.1, 2.0 / 3.0)),
+                status: FrameStatus::Dark,
+                confidence: 0.7,
+                camera_shift: None,
+            },
+            observation: plant,
+        };
+        assert_eq!(*parse_side(3, side_text(&side)).unwrap(), side);
+        let error = parse_side(3, "{}".to_owned()).unwrap_err().to_string();
+        assert!(error.starts_with("step 3: found side \"{}\""), "{error}");
         let error = parse_stem(3, "[[1]".to_owned()).unwrap_err().to_string();
         assert_eq!(error, "step 3: found stem \"[[1]\", wanted [[x, y], ...] in cm");
     }

@@ -15,11 +15,12 @@ use serde::{Deserialize, Serialize};
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::lamps::Light;
 use tropism::random::{self, Purpose};
 use tropism::task::{OpenLoop, Task, TaskSpec};
 
 pub use self::results::{
-    LaboratoriesResults, LaboratoryResults, MeanAndInterval, RecipeResults, WorldResults,
+    BaselineResults, LaboratoriesResults, LaboratoryResults, MeanAndInterval, RecipeResults, WorldResults,
 };
 pub(crate) use self::status::status;
 pub use self::status::{LaboratoriesStatus, WorldStatus};
@@ -36,6 +37,12 @@ use crate::{Error, Monitor, Workflow};
 
 /// Name of the greedy rule among the controllers of a world.
 const CHASE: &str = "chase";
+
+/// Name of the dormant control: one lamp that stays lit.
+const CONSTANT: &str = "constant";
+
+/// Minutes for which the lamp of the dormant control stays lit: longer than any experiment.
+const ALWAYS_MIN: f64 = 1e6;
 
 /// Name of the rule that was tuned on virtual plants themselves.
 const BOUND: &str = "bound";
@@ -82,6 +89,9 @@ pub struct World {
     /// Individual variation of the plants as a multiple of that of the species.
     #[serde(default = "one")]
     pub scale: f64,
+    /// File of the task of this world; that of the study by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task: Option<PathBuf>,
 }
 
 const fn one() -> f64 {
@@ -128,7 +138,7 @@ impl Default for LaboratoriesConfig {
             photographs: false,
             bound: None,
             recipes: vec![Recipe { name: "rule".to_owned(), method: rule }],
-            worlds: vec![World { name: "common-bean".to_owned(), bean: None, scale: 1.0 }],
+            worlds: vec![World { name: "common-bean".to_owned(), bean: None, scale: 1.0, task: None }],
         }
     }
 }
@@ -159,6 +169,7 @@ struct LaboratoriesRecord<'p> {
     is_virtual: bool,
     config: &'p LaboratoriesConfig,
     species: Vec<Species>,
+    tasks: Vec<TaskSpec>,
 }
 
 impl LaboratoriesConfig {
@@ -174,8 +185,8 @@ impl LaboratoriesConfig {
 
     /// Looks for the files that it names from `folder` on.
     pub(crate) fn find_files_in(&mut self, folder: &Path) {
-        for bean in self.worlds.iter_mut().filter_map(|world| world.bean.as_mut()) {
-            *bean = folder.join(&*bean);
+        for file in self.worlds.iter_mut().flat_map(|world| [&mut world.bean, &mut world.task]).flatten() {
+            *file = folder.join(&*file);
         }
     }
 
@@ -185,7 +196,7 @@ impl LaboratoriesConfig {
     /// [`Error::Plan`] names the key, what was found and what was wanted.
     pub fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
-        if self.task.targets().is_empty() {
+        if !self.task.has_goal() {
             return Err(Error::Plan(
                 "`task`: found no targets, wanted a task with targets to reach".to_owned(),
             ));
@@ -217,17 +228,19 @@ impl LaboratoriesConfig {
 
 /// Checks that names are parts of file names, and that each comes once.
 fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<(), Error> {
-    let mut known = vec![CHASE, BOUND];
+    let reserved = [CHASE, BOUND, CONSTANT];
+    let mut known = reserved.to_vec();
     for name in names {
         check_name(key, name)?;
         if known.contains(&name) {
             return Err(Error::Plan(format!(
-                "`{key}`: found the name {name:?} twice, wanted each name once, and neither {CHASE} nor {BOUND}"
+                "`{key}`: found the name {name:?} twice, wanted each name once, and none of {}",
+                reserved.join(", ")
             )));
         }
         known.push(name);
     }
-    if known.len() == 2 {
+    if known.len() == reserved.len() {
         return Err(Error::Plan(format!("`{key}`: found none, wanted at least one")));
     }
     Ok(())
@@ -244,12 +257,14 @@ impl Workflow for LaboratoriesPlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<LaboratoriesResults, Error> {
         self.check()?;
-        let greenhouses = self.greenhouses()?;
-        let _lock = self.claim(&greenhouses)?;
+        let tasks = self.tasks()?;
+        let greenhouses = self.greenhouses(&tasks)?;
+        let _lock = self.claim(&greenhouses, &tasks)?;
         monitor.note("virtual plants: nothing here is a measurement of a living plant");
         let worlds =
-            self.config.worlds.iter().zip(greenhouses).enumerate().map(|(number, (world, greenhouse))| {
-                let stages = Stages { plan: self, world, number: number as u64, greenhouse, monitor };
+            self.config.worlds.iter().zip(greenhouses).zip(tasks).enumerate().map(|(number, world)| {
+                let ((world, greenhouse), task) = world;
+                let stages = Stages { plan: self, world, number: number as u64, greenhouse, task, monitor };
                 stages.execute().map_err(|error| error.of_part(&self.out))
             });
         let results = LaboratoriesResults::new(&self.config, worlds.collect::<Result<_, _>>()?);
@@ -283,19 +298,37 @@ impl LaboratoriesPlan {
         ["json", "seconds"].map(|end| folder.join(format!("{}.{end}", recipe.name)))
     }
 
-    fn greenhouses(&self) -> Result<Vec<Greenhouse>, Error> {
-        let greenhouse = |world: &World| {
+    /// The task of each world.
+    fn tasks(&self) -> Result<Vec<TaskSpec>, Error> {
+        let task = |world: &World| {
+            let Some(file) = &world.task else { return Ok(self.config.task.clone()) };
+            let task = crate::task::read(file)?;
+            if task.has_goal() {
+                return Ok(task);
+            }
+            Err(FileError::content(
+                file,
+                "found no targets, wanted a task with something to reach".to_owned(),
+            )
+            .into())
+        };
+        self.config.worlds.iter().map(task).collect()
+    }
+
+    /// The tent of each world, with what its task needs.
+    fn greenhouses(&self, tasks: &[TaskSpec]) -> Result<Vec<Greenhouse>, Error> {
+        let greenhouse = |(world, task): (&World, &TaskSpec)| {
             let bean: Species = world.bean.as_deref().map(files::read_toml).transpose()?.unwrap_or_default();
-            let greenhouse = Greenhouse { bean, scale: world.scale, ..Greenhouse::default() };
+            let greenhouse = Greenhouse { bean, scale: world.scale, ..Greenhouse::default() }.for_task(task);
             let file = world.bean.clone().unwrap_or_default();
             greenhouse.check().map_err(|error| FileError::content(&file, error.to_string()))?;
             Ok(greenhouse)
         };
-        self.config.worlds.iter().map(greenhouse).collect()
+        self.config.worlds.iter().zip(tasks).map(greenhouse).collect()
     }
 
     /// Makes the folder, or checks that the comparison in it is this one, and locks it until the result is dropped.
-    fn claim(&self, greenhouses: &[Greenhouse]) -> Result<FolderLock, Error> {
+    fn claim(&self, greenhouses: &[Greenhouse], tasks: &[TaskSpec]) -> Result<FolderLock, Error> {
         let path = self.out.join("laboratories.toml");
         let record = LaboratoriesRecord {
             schema: Self::SCHEMA,
@@ -303,6 +336,7 @@ impl LaboratoriesPlan {
             is_virtual: true,
             config: &self.config,
             species: greenhouses.iter().map(|greenhouse| greenhouse.bean.clone()).collect(),
+            tasks: tasks.to_vec(),
         };
         let text = files::toml_of(&path, &record)?;
         check_same(&path, &text, self.resume, "comparison", "with other settings")?;
@@ -320,14 +354,18 @@ struct Stages<'p> {
     /// Its number, from 0.
     number: u64,
     greenhouse: Greenhouse,
+    task: TaskSpec,
     monitor: &'p dyn Monitor,
 }
 
 impl Stages<'_> {
     fn execute(&self) -> Result<WorldResults, Error> {
         let config = &self.plan.config;
-        let mut controllers =
-            vec![NamedController { name: CHASE.to_owned(), controller: ControllerSpec::Greedy }];
+        let constant = ControllerSpec::Periodic { minutes: ALWAYS_MIN, first: Light::LEFT };
+        let mut controllers = vec![
+            NamedController { name: CHASE.to_owned(), controller: ControllerSpec::Greedy },
+            NamedController { name: CONSTANT.to_owned(), controller: constant },
+        ];
         let mut costs = Vec::new();
         if let Some(search) = &config.bound {
             self.monitor.note(&format!("{}: the bound", self.world.name));
@@ -347,7 +385,7 @@ impl Stages<'_> {
         }
         self.monitor.note(&format!("{}: judging", self.world.name));
         let judged = self.judge(controllers)?;
-        Ok(WorldResults::new(config, self.world, &self.greenhouse, &judged, &costs))
+        Ok(WorldResults::new(config, self.world, &self.greenhouse, &judged, &costs, self.task.best_fitness()))
     }
 
     fn folder(&self) -> PathBuf {
@@ -380,7 +418,7 @@ impl Stages<'_> {
                 let plan = EvolvePlan {
                     model,
                     out: out.clone(),
-                    task: self.plan.config.task.clone(),
+                    task: self.task.clone(),
                     evolution: (**evolution).clone(),
                     trial_plants: TRIAL_PLANTS,
                     seed,
@@ -398,12 +436,7 @@ impl Stages<'_> {
 
     /// The model of a laboratory, which grows its plants first.
     fn model(&self, folder: &Path, kind: ModelKind, seed: u64) -> Result<PathBuf, Error> {
-        let name = match kind {
-            ModelKind::Tip => "tip-model.json",
-            ModelKind::Memory => "memory-model.json",
-            ModelKind::Stem => "stem-model.json",
-        };
-        let out = folder.join(name);
+        let out = folder.join(format!("{}-model.json", kind.name()));
         if out.exists() {
             return Ok(out);
         }
@@ -411,7 +444,12 @@ impl Stages<'_> {
         let grow = GrowPlan {
             plants: config.plants,
             task: OpenLoop { steps: config.steps, ..OpenLoop::default() }.into(),
-            greenhouse: self.greenhouse.clone(),
+            // Models know the plane of the front camera, and its two lamps.
+            greenhouse: Greenhouse {
+                bean: self.greenhouse.bean.clone(),
+                scale: self.greenhouse.scale,
+                ..Greenhouse::default()
+            },
             seed,
             out: folder.join("open-loop"),
             ..GrowPlan::default()
@@ -428,7 +466,7 @@ impl Stages<'_> {
         let plan = TunePlan {
             model: model.unwrap_or(Path::new("")).to_owned(),
             beans: model.is_none().then(|| self.greenhouse.clone()),
-            task: self.plan.config.task.clone(),
+            task: self.task.clone(),
             search: *search,
             seed,
             out: out.to_owned(),
@@ -445,7 +483,7 @@ impl Stages<'_> {
         let plan = TransferPlan {
             controllers,
             plants: config.judging_plants,
-            task: config.task.clone(),
+            task: self.task.clone(),
             greenhouse: self.greenhouse.clone(),
             photographs: config.photographs,
             bound: config.bound.map(|_| BOUND.to_owned()),

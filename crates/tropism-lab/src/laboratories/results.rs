@@ -3,12 +3,11 @@
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::math::statistics::mean;
-use tropism::task::Task;
 
-use super::{BOUND, CHASE, LaboratoriesConfig, LaboratoriesPlan, World, controller_name};
+use super::{BOUND, CHASE, CONSTANT, LaboratoriesConfig, LaboratoriesPlan, World, controller_name};
 use crate::Workflow;
 use crate::statistics::interval_over_laboratories;
-use crate::transfer::{ControllerResults, TransferResults};
+use crate::transfer::{ControllerResults, Share, TransferResults};
 
 /// A mean with its 95 % interval, by bootstrap over laboratories and plants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,8 +41,6 @@ pub struct LaboratoriesResults {
     pub laboratories: u32,
     /// Plants that judge the controllers of a world.
     pub judging_plants: u32,
-    /// Greatest possible fitness.
-    pub best_possible: Option<f64>,
     /// One entry a world.
     pub worlds: Vec<WorldResults>,
 }
@@ -57,16 +54,42 @@ pub struct WorldResults {
     pub species: String,
     /// Individual variation of the plants as a multiple of that of the species.
     pub scale: f64,
+    /// Greatest possible fitness.
+    pub best_possible: Option<f64>,
+    /// The dormant control: the left lamp stays lit.
+    pub constant: BaselineResults,
     /// The greedy rule.
-    pub chase: MeanAndInterval,
-    /// Share of plants with a fitness under 6 cm under the greedy rule.
-    pub chase_under_6: f64,
+    pub chase: BaselineResults,
     /// The rule that was tuned on virtual plants themselves.
-    pub bound: Option<MeanAndInterval>,
-    /// Share of plants with a fitness under 6 cm under that rule.
-    pub bound_under_6: Option<f64>,
+    pub bound: Option<BaselineResults>,
     /// One entry a recipe.
     pub recipes: Vec<RecipeResults>,
+}
+
+/// A controller that no laboratory makes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BaselineResults {
+    /// Fitness over the plants.
+    #[serde(flatten)]
+    pub fitness: MeanAndInterval,
+    /// Share of plants with a fitness under 6 cm.
+    pub under_6: f64,
+    /// Share of plants on which the whole task was done, where it says what that is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub done: Option<Share>,
+    /// Median distance at the crossings of all targets, in cm; `None` if none was reached.
+    pub median_cm: Option<f64>,
+}
+
+impl BaselineResults {
+    fn of(one: &ControllerResults) -> Self {
+        Self {
+            fitness: MeanAndInterval { mean: one.mean, interval: one.interval },
+            under_6: one.under_6,
+            done: one.done,
+            median_cm: one.median_cm,
+        }
+    }
 }
 
 /// A recipe in one world.
@@ -82,6 +105,9 @@ pub struct RecipeResults {
     pub over_bound: Option<MeanAndInterval>,
     /// Share of plants with a fitness under 6 cm.
     pub under_6: f64,
+    /// Share of plants on which the whole task was done, as a mean over laboratories.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub done: Option<f64>,
     /// Median distance at the crossing of each target's height, in cm, as a mean over laboratories; `None` if no plant of one
     /// reached it.
     pub target_medians_cm: Vec<Option<f64>>,
@@ -106,6 +132,9 @@ pub struct LaboratoryResults {
     pub interval: [f64; 2],
     /// Share of plants with a fitness under 6 cm.
     pub under_6: f64,
+    /// Share of plants on which the whole task was done.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub done: Option<Share>,
 }
 
 impl LaboratoriesResults {
@@ -116,7 +145,6 @@ impl LaboratoriesResults {
             is_virtual: true,
             laboratories: config.laboratories,
             judging_plants: config.judging_plants,
-            best_possible: config.task.best_fitness(),
             worlds,
         }
     }
@@ -130,11 +158,12 @@ impl WorldResults {
         greenhouse: &Greenhouse,
         judged: &TransferResults,
         costs: &[f64],
+        best_possible: Option<f64>,
     ) -> Self {
         let find = |name: &str| judged.controllers.iter().find(|one| one.name == name);
         let chase = find(CHASE).expect("the greedy rule is judged");
+        let constant = find(CONSTANT).expect("the dormant control is judged");
         let bound = find(BOUND);
-        let whole = |one: &ControllerResults| MeanAndInterval { mean: one.mean, interval: one.interval };
         let recipes = config.recipes.iter().enumerate().map(|(number, recipe)| {
             let names = (0..config.laboratories).map(|laboratory| controller_name(recipe, laboratory));
             let of_laboratories: Vec<&ControllerResults> =
@@ -146,10 +175,10 @@ impl WorldResults {
             name: world.name.clone(),
             species: greenhouse.bean.name.clone(),
             scale: world.scale,
-            chase: whole(chase),
-            chase_under_6: chase.under_6,
-            bound: bound.map(whole),
-            bound_under_6: bound.map(|bound| bound.under_6),
+            best_possible,
+            constant: BaselineResults::of(constant),
+            chase: BaselineResults::of(chase),
+            bound: bound.map(BaselineResults::of),
             recipes: recipes.collect(),
         }
     }
@@ -183,9 +212,12 @@ impl RecipeResults {
             mean: one.mean,
             interval: one.interval,
             under_6: one.under_6,
+            done: one.done,
         };
+        let done: Option<Vec<f64>> = of_laboratories.iter().map(|one| Some(one.done?.share)).collect();
         Self {
             name: name.to_owned(),
+            done: done.map(mean),
             fitness: MeanAndInterval::of(&fitness, seed),
             over_chase: over(chase),
             over_bound: bound.map(over),

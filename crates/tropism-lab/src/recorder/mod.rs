@@ -16,15 +16,15 @@ mod replay;
 use tropism::environment::Environment;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
-use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError};
+use tropism::rig::{Camera, Clock, Flash, Lamps, Moment, Rig, RigError, Shot, SideView};
 use tropism::rig::{Event, EventKind, FaultPolicy, LampsInView, NoMonitor, RunMonitor};
 use tropism::text::plural;
 use tropism::vision::Frame;
 use tropism_rig::secret::shown;
 
 use crate::files::{self, FileError};
-use crate::folder::{FolderError, RunFolder};
-use crate::journal::{Journal, JournalError, StepRecord};
+use crate::folder::{FolderError, PhotoFolder, RunFolder};
+use crate::journal::{Journal, JournalError, SideRecord, StepRecord};
 use health::Health;
 use lamps::{Command, LightHours};
 use replay::Replay;
@@ -273,12 +273,20 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
 
     /// Records the photograph of this step and its detection, and checks the health of the run.
     fn record(&mut self, frame: &Frame, begun: Option<Moment>) -> Result<(), RecordError> {
-        let Some(seen) = self.rig.shot().map(|shot| shot.seen.clone()) else { return Ok(()) };
+        let Some(Shot { seen, side, .. }) = self.rig.shot().cloned() else { return Ok(()) };
         let lit = self.lit_in(frame, seen.status);
         let photo = frame.photo();
         // An empty one stands in for what the camera did not give.
         if !photo.bytes.is_empty() {
-            self.keep_photo(photo)?;
+            self.keep_photo(PhotoFolder::Front, photo)?;
+        }
+        // A file without bytes says that the camera at the side gave none.
+        if let Some(side) = &side {
+            self.keep_photo(PhotoFolder::Side, &side.photo)?;
+        }
+        if let Some(problem) = self.rig.side().and_then(SideView::problem) {
+            let text = format!("at the side: {problem}; the last depth stands in");
+            self.report(EventKind::Camera, text)?;
         }
         let record = StepRecord {
             step: self.step,
@@ -287,6 +295,14 @@ impl<'a, C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'a, C, L, F, K> {
             photo_bytes: photo.bytes.len() as u64,
             photo_sha256: files::sha256(&photo.bytes),
             seen,
+            side: side.map(|side| {
+                Box::new(SideRecord {
+                    photo_bytes: side.photo.bytes.len() as u64,
+                    photo_sha256: files::sha256(&side.photo.bytes),
+                    seen: side.seen,
+                    observation: side.observation,
+                })
+            }),
             decided: None,
             is_confirmed: false,
             begun,
@@ -301,8 +317,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
     type Error = RecordError;
 
     fn observe(&mut self) -> Result<Observation, RecordError> {
-        while let Some(StepRecord { step, seen, decided, .. }) = self.replay.next().cloned() {
-            self.advance(step, seen.is_measured());
+        while let Some(record) = self.replay.next().cloned() {
+            let StepRecord { step, decided, .. } = record;
+            self.advance(step, record.seen.is_measured());
             if decided.is_none() && self.is_undecidable(step) {
                 self.replay_undecided()?;
                 continue;
@@ -310,7 +327,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Environment for Recorder<'_, C, L,
             self.observed += 1;
             let wanted = "a tip: each step has one, measured or held";
             let error = JournalError::Value { step, column: "tip_x_cm", found: "none".to_owned(), wanted };
-            return seen.observation.ok_or(RecordError::Journal(error));
+            return record.observation().cloned().ok_or(RecordError::Journal(error));
         }
         loop {
             let (frame, begun) = self.photograph()?;

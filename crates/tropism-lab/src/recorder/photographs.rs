@@ -6,6 +6,7 @@ use tropism::vision::Frame;
 
 use super::lamps::RETRY_AFTER;
 use super::{DISK_FULL, RecordError, Recorder};
+use crate::folder::PhotoFolder;
 
 impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     /// Takes the photograph of the next step, and tells when it was begun. If the camera fails, an empty photograph stands
@@ -112,7 +113,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     }
 
     /// Writes a photograph, if the disk has room for it beside what the journal needs.
-    pub(super) fn keep_photo(&mut self, photo: &Photo) -> Result<(), RecordError> {
+    pub(super) fn keep_photo(&mut self, view: PhotoFolder, photo: &Photo) -> Result<(), RecordError> {
         if self.is_disk_full {
             // Room for eight photographs beside the ballast; chosen by hand.
             let ballast = u64::from(self.supervision.policy.ballast_mb) << 20;
@@ -123,7 +124,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
             self.is_disk_full = false;
             self.reserve_ballast()?;
         }
-        match self.folder.write_photo(&photo.name, &photo.bytes) {
+        match self.folder.write_photo(view, &photo.name, &photo.bytes) {
             Err(error) if error.is_disk_full() => {
                 self.is_disk_full = true;
                 self.folder.release_ballast();

@@ -2,11 +2,12 @@
 
 use tropism::lamps::Light;
 use tropism::photo::Photo;
-use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, OnFault, Shot};
-use tropism::vision::{FrameStatus, TipTracker};
+use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, OnFault, Shot, SideShot};
+use tropism::vision::{FrameStatus, TipTracker, TrackedFrame};
 
 use super::lamps::Command;
 use super::{RecordError, Recorder};
+use crate::files::FileError;
 use crate::journal::StepRecord;
 
 /// The recorded steps of a run, and how far the loop has come.
@@ -15,22 +16,44 @@ pub(super) struct Replay {
     steps: Vec<StepRecord>,
     /// How many steps were replayed or observed since.
     position: usize,
-    /// Steps whose photographs the tip tracker needs: those up to `references` for its reference picture, and those from
-    /// `memory` on, the latest in which the plant was detected.
+    /// Photographs that the tip tracker of each camera needs.
+    front: Needed,
+    side: Needed,
+}
+
+/// Photographs that a tip tracker needs to go on: those up to the step `references` for its reference picture, and those from
+/// `memory` on, the latest in which the plant was detected.
+#[derive(Debug)]
+struct Needed {
     references: usize,
     memory: usize,
 }
 
+impl Needed {
+    /// Of a tracker that remembers `memory_frames` photographs and has `seen` these.
+    fn of(seen: &[Option<&TrackedFrame>], memory_frames: usize) -> Self {
+        let is_picture = |seen: &TrackedFrame| {
+            ![FrameStatus::Corrupt, FrameStatus::Foreign, FrameStatus::Repeated].contains(&seen.status)
+        };
+        let mut pictures = (0..seen.len()).filter(|&index| seen[index].is_some_and(is_picture));
+        let references = pictures.nth(TipTracker::REFERENCE_FRAMES - 1).unwrap_or(seen.len());
+        let mut measured =
+            (0..seen.len()).rev().filter(|&index| seen[index].is_some_and(TrackedFrame::is_measured));
+        let memory = measured.nth(memory_frames - 1).unwrap_or(0);
+        Self { references, memory }
+    }
+
+    const fn has(&self, index: usize) -> bool {
+        index <= self.references || index >= self.memory
+    }
+}
+
 impl Replay {
     pub(super) fn new(steps: Vec<StepRecord>, memory_frames: usize) -> Self {
-        let is_picture = |step: &StepRecord| {
-            ![FrameStatus::Corrupt, FrameStatus::Foreign, FrameStatus::Repeated].contains(&step.seen.status)
-        };
-        let mut pictures = (0..steps.len()).filter(|&index| is_picture(&steps[index]));
-        let references = pictures.nth(TipTracker::REFERENCE_FRAMES - 1).unwrap_or(steps.len());
-        let mut measured = (0..steps.len()).rev().filter(|&index| steps[index].seen.is_measured());
-        let memory = measured.nth(memory_frames - 1).unwrap_or(0);
-        Self { steps, position: 0, references, memory }
+        let front: Vec<_> = steps.iter().map(|step| Some(&step.seen)).collect();
+        let side: Vec<_> = steps.iter().map(|step| step.side.as_deref().map(|side| &side.seen)).collect();
+        let (front, side) = (Needed::of(&front, memory_frames), Needed::of(&side, memory_frames));
+        Self { steps, position: 0, front, side }
     }
 
     /// How many steps were recorded before.
@@ -106,15 +129,25 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Recorder<'_, C, L, F, K> {
     fn recorded_shot(&mut self, index: usize) -> Result<Shot, RecordError> {
         let record = self.replay.steps[index].clone();
         let empty = Photo { name: record.photo.clone(), bytes: Vec::new(), time_s: record.time_s };
-        let is_needed = index <= self.replay.references || index >= self.replay.memory;
-        let photo = match is_needed.then(|| self.folder.read_photo(&record)) {
-            None => empty,
-            Some(Ok(photo)) => photo,
-            Some(Err(error)) => {
-                self.report(EventKind::Damaged, format!("{error}; going on without it"))?;
-                empty
+        let front = self.replay.front.has(index).then(|| self.folder.read_photo(&record));
+        let side = self.replay.side.has(index).then(|| self.folder.read_side_photo(&record));
+        let mut or_empty = |photo: Option<Result<Photo, FileError>>| -> Result<Photo, RecordError> {
+            match photo {
+                None => Ok(empty.clone()),
+                Some(Ok(photo)) => Ok(photo),
+                Some(Err(error)) => {
+                    self.report(EventKind::Damaged, format!("{error}; going on without it"))?;
+                    Ok(empty.clone())
+                }
             }
         };
-        Ok(Shot { photo, seen: record.seen })
+        let front = or_empty(front)?;
+        let side_photo = or_empty(side)?;
+        let side = record.side.map(|side| SideShot {
+            photo: side_photo,
+            seen: side.seen,
+            observation: side.observation,
+        });
+        Ok(Shot { photo: front, seen: record.seen, side })
     }
 }

@@ -1,7 +1,8 @@
-//! Evolutions, studies or the settings of a sweep beside each other: figures, tables and rank tests.
+//! Evolutions, studies, controllers, recipes or the settings of a sweep beside each other: figures, tables and rank tests.
 
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use tropism::math::statistics::{five_numbers, mean, standard_deviation};
 use tropism::task::{Task, TaskSpec};
 use tropism_report::{self as report, ComparedRuns, Figure, Plants, Table};
@@ -11,10 +12,11 @@ use crate::Error;
 use crate::comparison::{self, NamedSample};
 use crate::evolve::{EvolutionHistory, EvolutionRecord, EvolveResults};
 use crate::files;
+use crate::laboratories::{LaboratoriesPlan, LaboratoriesResults};
 use crate::statistics::Bootstrap;
 use crate::study::StudyPlan;
 use crate::sweep::{Method, Setting, SweepPlan, UnitFindings, unit_folder};
-use crate::transfer::TransferResults;
+use crate::transfer::{TransferPlan, TransferResults};
 
 /// Seed of the bootstrap of intervals: they are to be the same in each report.
 const SEED: u64 = 1;
@@ -112,6 +114,61 @@ impl Comparison {
                 let comparison = all.iter_mut().find(|(case, _)| *case == found.case);
                 let Some((_, comparison)) = comparison else { continue };
                 comparison.groups[place].add(found, &settings[place], &own)?;
+            }
+        }
+        Ok(all.into_iter().map(|(_, comparison)| comparison).collect())
+    }
+
+    /// The controllers of all transfers in `folders`, by their fitness on each plant.
+    pub(super) fn of_transfers(folders: &[&Path]) -> Result<Self, Error> {
+        let mut all = Self::new(
+            "Controllers compared",
+            "a plant",
+            "the fitness of each controller on each unseen plant. Controllers of one transfer have the same plants, which these \
+             tests do not make use of; its own report does",
+            Plants::Virtual,
+        );
+        for (folder, name) in folders.iter().zip(short_names(folders)) {
+            let results: TransferResults = read_results(folder, "transfer.json", "transfer")?;
+            let task = TransferPlan::of_folder(folder)?.task;
+            for controller in results.controllers {
+                let name = if folders.len() > 1 {
+                    format!("{} of {name}", controller.name)
+                } else {
+                    controller.name
+                };
+                let (best, model) = (Vec::new(), None);
+                all.groups.push(Group { name, best, values: controller.fitness, task: task.clone(), model });
+            }
+        }
+        Ok(all)
+    }
+
+    /// The recipes of all comparisons over laboratories in `folders`, by the means of their laboratories: one comparison for
+    /// each world.
+    pub(super) fn of_laboratories(folders: &[&Path]) -> Result<Vec<Self>, Error> {
+        let mut all: Vec<(String, Self)> = Vec::new();
+        for (folder, name) in folders.iter().zip(short_names(folders)) {
+            let results: LaboratoriesResults = read_results(folder, "laboratories.json", "laboratories")?;
+            let task = LaboratoriesPlan::of_folder(folder)?.config.task;
+            for world in results.worlds {
+                if !all.iter().any(|(known, _)| *known == world.name) {
+                    let title = format!("Recipes compared: {}", world.name);
+                    let values = "the mean fitness of each laboratory's controller over its judging plants";
+                    all.push((
+                        world.name.clone(),
+                        Self::new(&title, "a laboratory", values, Plants::Virtual),
+                    ));
+                }
+                let comparison = all.iter_mut().find(|(known, _)| *known == world.name);
+                let Some((_, comparison)) = comparison else { continue };
+                for recipe in world.recipes {
+                    let name =
+                        if folders.len() > 1 { format!("{} of {name}", recipe.name) } else { recipe.name };
+                    let values = recipe.laboratories.iter().map(|laboratory| laboratory.mean).collect();
+                    let (best, model) = (Vec::new(), None);
+                    comparison.groups.push(Group { name, best, values, task: task.clone(), model });
+                }
             }
         }
         Ok(all.into_iter().map(|(_, comparison)| comparison).collect())
@@ -233,6 +290,18 @@ impl Group {
         }
         Ok(())
     }
+}
+
+/// The results in `folder`, whose `command` may not have ended yet.
+fn read_results<T: DeserializeOwned>(folder: &Path, name: &str, command: &str) -> Result<T, Error> {
+    let path = folder.join(name);
+    if !path.exists() {
+        return Err(Error::Plan(format!(
+            "{}: found no {name}, wanted a finished comparison; go on with it by `tropism {command} --out DIR --resume`",
+            folder.display()
+        )));
+    }
+    Ok(files::read_as(&path, |text| serde_json::from_str(text))?)
 }
 
 const fn plants_of(is_virtual: bool) -> Plants {

@@ -1,5 +1,6 @@
-//! Reports: one HTML page of figures and tables from runs, tracks, evolutions, studies or sweeps. Several evolutions, several
-//! studies and the settings of a sweep are compared.
+//! Reports: one HTML page of figures and tables from runs, tracks, evolutions, studies, transfers, laboratories or sweeps.
+//! Several evolutions, several studies, the controllers of transfers, the recipes of laboratories and the settings of a sweep
+//! are compared.
 
 mod compare;
 
@@ -24,7 +25,8 @@ use crate::{Error, Monitor, Workflow, files, study};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ReportPlan {
-    /// Folders of runs, evolutions and studies and track files, or the folder of one study or of one sweep.
+    /// Folders of runs, evolutions, studies, transfers and laboratories and track files, or the folder of one study or of one
+    /// sweep.
     pub sources: Vec<PathBuf>,
     /// HTML file of the report.
     pub out: PathBuf,
@@ -156,6 +158,11 @@ impl Sources {
         if studies.len() > 1 {
             self.comparisons.extend(Comparison::of_studies(&studies)?);
         }
+        let (transfers, laboratories) = (with("transfer.toml"), with("laboratories.toml"));
+        if !transfers.is_empty() {
+            self.comparisons.push(Comparison::of_transfers(&transfers)?);
+        }
+        self.comparisons.extend(Comparison::of_laboratories(&laboratories)?);
         for sweep in with("sweep.toml") {
             self.comparisons.extend(Comparison::of_sweep(sweep)?);
         }
@@ -170,23 +177,25 @@ impl Sources {
         } else if path.join("run.toml").exists() {
             let run = FinishedRun::read(path)?;
             self.is_virtual |= run.config.is_virtual();
-            let runs =
-                if run.config.task.targets().is_empty() { &mut self.open_loop } else { &mut self.steered };
+            let runs = if !run.config.task.has_goal() { &mut self.open_loop } else { &mut self.steered };
             runs.push(run);
         } else if path.join("history.csv").exists() {
             let is_virtual = EvolutionRecord::read(path)?.is_virtual;
             self.is_virtual |= is_virtual;
             let plants = if is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
             self.evolutions.push((EvolutionHistory::read(&path.join("history.csv"))?, plants));
-        } else if is_study(path) {
-            // Only compared with others: alone it has a page of its own.
+        } else if is_study(path)
+            || path.join("transfer.toml").exists()
+            || path.join("laboratories.toml").exists()
+        {
+            // Only compared: a study alone has a page of its own. Their plants are always virtual.
             self.is_virtual = true;
         } else if path.join("sweep.toml").exists() {
             self.is_virtual |= SweepPlan::is_virtual(path)?;
         } else {
             return Err(Error::Plan(format!(
-                "{}: found no run.toml, history.csv, study.toml or sweep.toml, wanted the folder of a finished run, evolution, \
-                 study or sweep",
+                "{}: found no run.toml, history.csv, study.toml, sweep.toml, transfer.toml or laboratories.toml, wanted the folder \
+                 of a finished run, evolution, study, sweep or comparison",
                 path.display()
             )));
         }

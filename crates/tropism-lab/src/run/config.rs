@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::Champion;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::task::TaskSpec;
+use tropism::task::{Task, TaskSpec};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_neat::Genome;
 use tropism_report::Plants;
@@ -51,9 +51,15 @@ impl Default for RunConfig {
 }
 
 impl RunConfig {
-    /// The configuration of a run of `controller` in `rig`.
+    /// The configuration of a run of `controller` in `rig`. The solids of `task` come into the virtual tent; of a real one,
+    /// whose settings name none, vision is told of the task's obstacles.
     #[must_use]
-    pub fn new(rig: RigFile, controller: ControllerSpec, task: TaskSpec, seed: u64) -> Self {
+    pub fn new(mut rig: RigFile, controller: ControllerSpec, task: TaskSpec, seed: u64) -> Self {
+        match rig.greenhouse.take() {
+            Some(tent) => rig.greenhouse = Some(tent.among(&task.solids())),
+            None if rig.vision.obstacles.is_empty() => rig.vision.obstacles = task.obstacles().to_vec(),
+            None => {}
+        }
         Self {
             schema: SCHEMA.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -80,15 +86,31 @@ impl RunConfig {
             Some(text) => text,
             None => files::read_text(&path)?,
         };
-        match schema_of(&path, &text)?.as_str() {
-            SCHEMA => Ok(files::parse_toml(&path, &text)?),
+        Self::parse(&path, &text)
+    }
+
+    /// As [`Self::read`], but takes a whole journal as it is: see [`Journal::follow`].
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn follow(folder: &Path) -> Result<Self, Error> {
+        match Journal::follow(&folder.join("journal.sqlite")).and_then(|journal| journal.settings()) {
+            Ok(Some(text)) => Self::parse(&folder.join("run.toml"), &text),
+            _ => Self::read(folder),
+        }
+    }
+
+    /// Reads the text of the `run.toml` at `path`.
+    fn parse(path: &Path, text: &str) -> Result<Self, Error> {
+        match schema_of(path, text)?.as_str() {
+            SCHEMA => Ok(files::parse_toml(path, text)?),
             SCHEMA_1 => {
-                let config = files::parse_toml::<Config1>(&path, &text)?.upgraded();
-                Ok(config.map_err(|problem| FileError::content(&path, problem))?)
+                let config = files::parse_toml::<Config1>(path, text)?.upgraded();
+                Ok(config.map_err(|problem| FileError::content(path, problem))?)
             }
             other => {
                 let problem = format!("found schema {other:?}, wanted {SCHEMA:?} or {SCHEMA_1:?}");
-                Err(FileError::content(&path, problem).into())
+                Err(FileError::content(path, problem).into())
             }
         }
     }
@@ -129,9 +151,9 @@ impl RunConfig {
     #[must_use]
     pub fn tracker(&self) -> Option<TipTracker> {
         let vision = &self.rig.vision;
-        let crop = vision.crop.or_else(|| self.rig.greenhouse.as_ref().map(Greenhouse::crop));
-        let tracker =
-            TipTracker::new(self.rig.calibration()?, VisionConfig { crop, ..vision.clone() }).ok()?;
+        let tent = self.rig.greenhouse.as_ref();
+        let vision = tent.map_or_else(|| vision.clone(), |tent| tent.vision(vision));
+        let tracker = TipTracker::new(self.rig.calibration()?, vision).ok()?;
         Some(tracker.with_period(self.rig.period_min))
     }
 

@@ -10,7 +10,7 @@ mod config;
 mod start;
 
 use std::cell::RefCell;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -25,7 +25,7 @@ use tropism::text::plural;
 use tropism::track::{Sample, Track};
 
 use crate::error::Error;
-use crate::files::{self, FileError};
+use crate::files;
 use crate::folder::RunFolder;
 use crate::journal::Journal;
 use crate::monitor::Monitor;
@@ -61,6 +61,20 @@ impl Default for RunPlan {
     fn default() -> Self {
         Self { out: "run".into(), resume: false, speed: None, guard: None, config: RunConfig::default() }
     }
+}
+
+/// Speeds of a virtual tent that can be asked for.
+const SPEEDS: RangeInclusive<f64> = 0.001..=1e9;
+
+/// The file of the speed of a virtual tent. No result depends on it.
+const SPEED: &str = "speed";
+
+/// How many times as fast as a real plant the virtual one of the run in `folder` grew last; `None` if it grew as fast as the
+/// machine could.
+#[must_use]
+pub fn speed_of(folder: &Path) -> Option<f64> {
+    let speed: f64 = files::read_text(&folder.join(SPEED)).ok()?.trim().parse().ok()?;
+    SPEEDS.contains(&speed).then_some(speed)
 }
 
 /// What a run left.
@@ -142,11 +156,7 @@ impl RunPlan {
     ) -> Result<Track, Error> {
         let (rig, out) = (&self.config.rig, &*self.out);
         let mut is_over = true;
-        let mut side = Ok(());
         let mut watch = |sample: &Sample| {
-            if let Some(device) = tent.filter(|_| side.is_ok()) {
-                side = keep_side_photograph(device, &out.join("side"));
-            }
             if let Some(pace) = &mut pace {
                 pace.wait_for(sample.step);
             }
@@ -166,7 +176,6 @@ impl RunPlan {
             Err(RecordError::Paused(reason)) => return Err(Error::Paused { folder: out.to_owned(), reason }),
             other => other?,
         };
-        side?;
         if !is_over {
             recorder.report(EventKind::Stopped, "asked to end".to_owned())?;
             return Err(interrupted());
@@ -176,16 +185,22 @@ impl RunPlan {
             files::write(&out.join("truth.jsonl"), &device.truth_json())?;
         }
         self.write_calibration()?;
-        let track = recorder.folder().write_track(&track, !self.config.task.obstacles().is_empty())?;
+        let task = &self.config.task;
+        let track = recorder.folder().write_track(&track, task.is_about_stem() || task.is_in_space())?;
         if recorder.folder().journal().state()?.is_none_or(|state| state.kind != EventKind::Finished) {
             recorder.report(EventKind::Finished, steps_text(&track))?;
         }
         Ok(track)
     }
 
-    /// What holds the steps of a virtual tent back, if anything does.
+    /// What holds the steps of a virtual tent back, if anything does. The folder keeps the speed for those who go on with it.
     fn pace<'a>(&self, monitor: &'a dyn Monitor) -> Result<Option<Pace<'a>>, Error> {
-        let Some(speed) = self.speed else { return Ok(None) };
+        let kept = self.out.join(SPEED);
+        let Some(speed) = self.speed else {
+            files::remove(&kept)?;
+            return Ok(None);
+        };
+        files::write(&kept, format!("{speed}\n").as_bytes())?;
         let journal = self.out.join("journal.sqlite");
         let past = Journal::find(&journal)
             .and_then(|journal| journal.map_or(Ok(0), |journal| journal.step_count()))
@@ -200,6 +215,9 @@ impl RunPlan {
         files::write(&self.out.join("calibration.toml"), text.as_bytes())?;
         let side = self.out.join("side");
         if side.exists() {
+            // The cameras of a virtual tent are alike.
+            let own = self.config.rig.side.as_ref().map(|side| toml::to_string(&side.calibration));
+            let text = own.transpose().map_err(Error::at("calibration.toml"))?.unwrap_or(text);
             files::write(&side.join("calibration.toml"), text.as_bytes())?;
         }
         Ok(())
@@ -212,7 +230,7 @@ impl Workflow for RunPlan {
 
     fn check(&self) -> Result<(), Error> {
         if let Some(speed) = self.speed {
-            if !(0.001..=1e9).contains(&speed) {
+            if !SPEEDS.contains(&speed) {
                 return Err(Error::Plan(format!("`speed` {speed}: wanted 0.001 to 1e9")));
             }
             if !self.config.is_virtual() {
@@ -255,7 +273,7 @@ impl Workflow for RunPlan {
             steps: last_step(&track),
             missed: missed_steps(&track),
             held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
-            fitness: (!task.targets().is_empty()).then(|| task.fitness(&track)),
+            fitness: (task.has_goal()).then(|| task.fitness(&track)),
             track_file: self.out.join("track.csv"),
             track,
         })
@@ -303,17 +321,6 @@ impl Pace<'_> {
             std::thread::sleep(left.min(Duration::from_millis(50)));
         }
     }
-}
-
-/// Keeps this step's photograph of the camera at the side, if there is one and it is not kept already.
-fn keep_side_photograph(device: &TentHandle, folder: &Path) -> Result<(), FileError> {
-    let Some((step, bytes)) = device.side_photograph() else { return Ok(()) };
-    let path = folder.join(format!("{step:06}.jpg"));
-    if path.exists() {
-        return Ok(());
-    }
-    files::make_folder(folder)?;
-    files::write(&path, &bytes)
 }
 
 #[cfg(test)]

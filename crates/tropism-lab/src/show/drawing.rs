@@ -34,7 +34,7 @@ impl ShownChampion {
         if let Some(sentence) = too_large {
             return format!("{}\n{plant}{sentence}\n", properties.summary());
         }
-        let map = report::decision_text(&self.champion.genome, self.task.targets()).unwrap_or_default();
+        let map = report::decision_text(&self.champion.genome, &self.task.targets()).unwrap_or_default();
         let key = if map.is_empty() {
             ""
         } else {
@@ -46,7 +46,7 @@ impl ShownChampion {
     /// The network, and the map if it is a controller.
     fn figures(&self) -> Vec<Figure> {
         let steered = self.steered.as_ref().map(|(track, plants)| SteeredTrack { track, plants: *plants });
-        let map = report::decision(&self.champion.genome, self.task.targets(), steered).ok();
+        let map = report::decision(&self.champion.genome, &self.task.targets(), steered).ok();
         [Some(report::network(&self.champion.genome)), map].into_iter().flatten().collect()
     }
 

@@ -53,7 +53,7 @@ impl Source {
         film.plants = Some(config.plants());
         film.calibration = config.calibration();
         film.layout = config.rig.layout().map_err(Error::at(folder.display()))?;
-        film.targets = config.task.targets().to_vec();
+        film.targets = config.task.targets();
         let journal = folder.join("journal.sqlite");
         if !journal.exists() {
             // `tropism grow` writes the track of a plant without a journal.

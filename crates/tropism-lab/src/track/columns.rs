@@ -1,6 +1,6 @@
-//! Points and stems in the further columns of a track, as [`TrackPlan`](super::TrackPlan) writes them.
+//! Points in the further columns of a track, as [`TrackPlan`](super::TrackPlan) writes them.
 
-use tropism::geometry::{Point, Polyline};
+use tropism::geometry::Point;
 use tropism::track::Track;
 
 /// The point in the columns `NAME_x_cm` and `NAME_y_cm` of one row; `None` if a column or a value is missing.
@@ -12,11 +12,4 @@ pub fn point_at(track: &Track, name: &str, row: usize) -> Option<Point> {
         column.values.text(row).parse().ok().filter(|value: &f64| value.is_finite())
     };
     Some(Point::new(coordinate('x')?, coordinate('y')?))
-}
-
-/// The ten points of the stem in one row, from the base up; `None` if one is missing.
-#[must_use]
-pub fn stem_at(track: &Track, row: usize) -> Option<Polyline> {
-    let points = (1..=10).map(|vertex| point_at(track, &format!("stem_{vertex}"), row));
-    points.collect::<Option<_>>().map(Polyline)
 }

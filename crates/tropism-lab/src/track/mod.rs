@@ -22,7 +22,7 @@ mod pipeline;
 mod results;
 mod guide;
 
-pub use columns::{point_at, stem_at};
+pub use columns::point_at;
 pub use doubt::{Doubt, DoubtKind, doubts_of};
 pub use guide::{GuidePlan, GuideResults};
 pub use light::LightSource;

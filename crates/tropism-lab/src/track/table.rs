@@ -156,6 +156,7 @@ impl Table {
                 time_s: frame.time_s,
                 tip: observation.tip,
                 stem: None,
+                depth: None,
                 light,
                 quality: observation.quality,
             },

@@ -28,7 +28,7 @@ pub use self::causes::{Cause, MISS_CM};
 use self::causes::{Reference, Response};
 pub(crate) use self::controllers::check_name;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
-pub use self::results::{ControllerPair, ControllerResults, TargetResults, TransferResults};
+pub use self::results::{ControllerPair, ControllerResults, Share, TargetResults, TransferResults};
 use self::results::{Judge, PlantResult, Scores};
 pub(crate) use self::status::status;
 pub use self::status::{SteeredPlants, TransferStatus};
@@ -124,7 +124,7 @@ struct TransferRecord<'p> {
     task: &'p TaskSpec,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     random_targets: bool,
-    greenhouse: &'p Greenhouse,
+    greenhouse: Greenhouse,
     controllers: &'p [NamedController],
 }
 
@@ -135,9 +135,15 @@ impl Workflow for TransferPlan {
 
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
-        if self.task.targets().is_empty() {
+        if !self.task.has_goal() {
             return Err(Error::Plan(
                 "`task`: found no targets, wanted a task with targets to reach".to_owned(),
+            ));
+        }
+        if self.task.is_in_space() && self.greenhouse.scene.cameras < 2 {
+            return Err(Error::Plan(
+                "`task`: found targets in space and one camera, wanted `greenhouse.scene.cameras` = 2"
+                    .to_owned(),
             ));
         }
         self.rig().check().map_err(|error| Error::Plan(error.to_string()))?;
@@ -211,7 +217,7 @@ impl TransferPlan {
             plant_seeds: self.seeds(),
             task: &self.task,
             random_targets: self.random_targets,
-            greenhouse: &self.greenhouse,
+            greenhouse: self.tent(),
             controllers: &self.controllers,
         };
         let text = files::toml_of(&path, &record)?;

@@ -127,7 +127,7 @@ impl Share {
 /// How near the tips of all plants came to a target at its height.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TargetResults {
-    /// The target; `None` if each plant had its own.
+    /// The target as the front camera sees it; `None` if each plant had its own, or what is measured is a form.
     pub target: Option<Point>,
     /// Median distance at the crossing of its height, of the plants that reached it; `None` if none did.
     pub median_cm: Option<f64>,
@@ -281,8 +281,9 @@ impl Scores {
     }
 
     fn targets(&self, plan: &TransferPlan, number: usize) -> Vec<TargetResults> {
-        let of_target = |(place, &target): (usize, &Point)| {
-            let target = (!plan.random_targets).then_some(target);
+        let points = plan.task.targets();
+        let of_target = |place: usize| {
+            let target = points.get(place).copied().filter(|_| !plan.random_targets);
             let crossings: Vec<Option<Crossing>> =
                 self.plants[number].iter().map(|plant| plant.targets[place].0).collect();
             let quantile = |share| quantile_of(crossings.iter().flatten().copied(), share);
@@ -294,7 +295,7 @@ impl Scores {
                 never: crossings.iter().filter(|crossing| crossing.is_none()).count() as u32,
             }
         };
-        plan.task.targets().iter().enumerate().map(of_target).collect()
+        (0..self.plants[number].first().map_or(0, |plant| plant.targets.len())).map(of_target).collect()
     }
 
     fn pairs(&self, plan: &TransferPlan, bootstrap: &Bootstrap) -> Vec<ControllerPair> {
@@ -315,7 +316,8 @@ impl Scores {
     /// `plants.csv`: one row a plant and controller.
     pub(super) fn csv(&self, plan: &TransferPlan) -> Result<Vec<u8>, csv::Error> {
         let mut table = csv::Writer::from_writer(Vec::new());
-        let of_targets = (1..=plan.task.targets().len()).flat_map(|target| {
+        let count = self.plants.iter().flatten().next().map_or(0, |plant| plant.targets.len());
+        let of_targets = (1..=count).flat_map(|target| {
             ["x_cm", "y_cm", "step", "distance_cm", "missed", "cause"]
                 .map(|what| format!("target_{target}_{what}"))
         });
@@ -338,11 +340,11 @@ impl Scores {
                     plant.is_done.map_or_else(String::new, |is_done| is_done.to_string()),
                 ];
                 let places = self.tasks[number].targets();
-                let targets = plant.targets.iter().zip(places).flat_map(|(&(crossing, cause), place)| {
-                    let is_missed = is_missed(crossing);
+                let targets = plant.targets.iter().enumerate().flat_map(|(number, &(crossing, cause))| {
+                    let (is_missed, place) = (is_missed(crossing), places.get(number));
                     [
-                        place.x.to_string(),
-                        place.y.to_string(),
+                        or_empty(place.map(|place| place.x)),
+                        or_empty(place.map(|place| place.y)),
                         crossing.map_or_else(String::new, |crossing| crossing.step.to_string()),
                         or_empty(crossing.map(|crossing| crossing.distance_cm)),
                         is_missed.to_string(),

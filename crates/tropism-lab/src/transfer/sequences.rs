@@ -54,7 +54,7 @@ impl Controller for Drawn {
 /// A random sequence of targets for number `index` under `seed`, after the rule above; `trial` is the species, whose individual
 /// variation does not count. `None` if its typical plant is never as high as the highest target of `task`.
 pub(super) fn draw(task: &Targets, trial: &Trial<'_>, seed: u64, index: u64) -> Option<Targets> {
-    let typical = Trial { scale: 0.0, layout: trial.layout.clone(), ..*trial };
+    let typical = Trial { scale: 0.0, ..trial.clone() };
     let mut rng = random::stream(seed, Purpose::Targets, index);
     let highest = task.targets.last()?.y;
     let band = (highest - task.start.y) / task.targets.len() as f64;
@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn sequences_differ_and_rise_within_the_way_of_the_task() {
         let (task, species) = (Targets::default(), Species::default());
-        let trial = Trial { species: &species, scale: 1.0, layout: Layout::default(), period_min: 5.0 };
+        let trial = Trial::new(&species);
         let drawn: Vec<Targets> = (0..12).map(|index| draw(&task, &trial, 7, index).unwrap()).collect();
         for targets in &drawn {
             targets.check().unwrap();
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn a_height_that_no_plant_reaches_has_no_sequence() {
         let species = Species::default();
-        let trial = Trial { species: &species, scale: 1.0, layout: Layout::default(), period_min: 5.0 };
+        let trial = Trial::new(&species);
         let task = Targets {
             targets: vec![Point::new(0.0, 500.0)],
             end_height_cm: 501.0,

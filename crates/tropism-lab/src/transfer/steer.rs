@@ -12,7 +12,7 @@ use serde::Serialize;
 use tropism::environment;
 use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
-use tropism::task::TaskSpec;
+use tropism::task::{Task, TaskSpec};
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_rig::file::RigFile;
@@ -78,23 +78,22 @@ impl TransferPlan {
     pub(super) fn read_track(&self, path: &Path) -> Result<Track, Error> {
         let bytes = files::read(path)?;
         let track = Track::read_csv_of(bytes.as_slice(), &self.greenhouse.layout);
-        let mut track = track.map_err(|error| FileError::content(path, error.to_string()))?;
-        track.take_stems();
-        Ok(track)
+        Ok(track.map_err(|error| FileError::content(path, error.to_string()))?)
+    }
+
+    /// The tent with the solids of the task.
+    pub(super) fn tent(&self) -> Greenhouse {
+        self.greenhouse.clone().among(&self.task.solids())
     }
 
     /// The plants without photographs.
     pub(super) fn trial(&self) -> Trial<'_> {
-        let Greenhouse { bean, scale, layout, .. } = &self.greenhouse;
-        Trial { species: bean, scale: *scale, layout: layout.clone(), period_min: self.period_min }
+        Trial { solids: self.tent().solids, ..self.greenhouse.trial(self.period_min) }
     }
 
     /// The virtual tent as a rig.
     pub(super) fn rig(&self) -> RigFile {
-        RigFile {
-            period_min: self.period_min,
-            ..RigFile::greenhouse(self.greenhouse.clone(), VisionConfig::default())
-        }
+        RigFile { period_min: self.period_min, ..RigFile::greenhouse(self.tent(), VisionConfig::default()) }
     }
 }
 

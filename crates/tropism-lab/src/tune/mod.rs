@@ -14,7 +14,6 @@ use serde::{Deserialize, Serialize};
 use tropism::control::{PredictiveGreedy, PredictiveRule};
 use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
-use tropism::greenhouse::bean;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
@@ -165,8 +164,18 @@ impl TunePlan {
         found.filter(|_| monitor.may_go_on()).ok_or_else(interrupted)
     }
 
-    /// Searches on simulated plants of the model.
+    /// Searches on simulated plants of the model. Models know the plane of the front camera: for targets in space the rule is
+    /// tuned to reach them as that camera sees them, and then steers by it along x and z.
     fn tune_on_model(&self, monitor: &dyn Monitor) -> Result<Tuned, Error> {
+        if let Some(task) = self.task.in_front() {
+            monitor
+                .note("the model is one of the plane: the rule is tuned for the targets without their depth");
+            let plan = Self { task: task.into(), ..self.clone() };
+            let (tuned, found, _) = plan.tune_on_model(monitor)?;
+            let withheld = "the model knows nothing of the depth of the targets".to_owned();
+            let tuned = TunedRule { task: Some(self.task.clone()), expected: None, ..tuned };
+            return Ok((tuned, found, Some(withheld)));
+        }
         let model = model::read_for(&self.model, &self.task, monitor)?;
         let json = model.to_json();
         let scores = RuleSearch::scores_on(&model, &self.task, self.seed);
@@ -184,9 +193,9 @@ impl TunePlan {
 
     /// Searches on virtual beans, which grow side by side in all threads.
     fn tune_on_beans(&self, greenhouse: &Greenhouse, monitor: &dyn Monitor) -> Result<Tuned, Error> {
-        let Greenhouse { bean: species, scale, layout, .. } = greenhouse;
-        let trial =
-            bean::Trial { species, scale: *scale, layout: layout.clone(), period_min: self.period_min };
+        let tent = greenhouse.clone().among(&self.task.solids());
+        let trial = tent.trial(self.period_min);
+        let layout = &greenhouse.layout;
         let seed = |trial: &RuleTrial| {
             let plant = u64::from(trial.set) << 32 | u64::from(trial.plant);
             random::derive(self.seed, Purpose::Tuning, plant) >> 1

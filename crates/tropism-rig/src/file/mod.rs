@@ -7,9 +7,10 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::{Greenhouse, TentHandle};
 use tropism::lamps::{Layout, Light};
-use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError};
+use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError, SideView};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
+use tropism::vision::camera::stereo::{CameraPose, Side, StereoPair};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 
 use crate::alert::Alerts;
@@ -63,9 +64,72 @@ pub struct RigFile {
     /// How the real camera's photographs map to centimetres. The virtual camera knows its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
+    /// A second real camera at the side of the plant; tip and stem are then known in space. A virtual tent has it by
+    /// `scene.cameras = 2`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side: Option<SideTable>,
     /// How the plant is detected in the photographs.
     #[serde(default)]
     pub vision: VisionConfig,
+}
+
+/// A camera at the side of the plant, at a right angle to the one in front.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SideTable {
+    /// From the lens of each camera to the plane through the root that it faces, in cm, the front camera's first. Default:
+    /// that of the paper's (section 2.1).
+    #[serde(default = "paper_distances")]
+    pub distance_cm: [f64; 2],
+    /// Where it stands, as the front camera sees it.
+    #[serde(default)]
+    pub from: Side,
+    /// The camera.
+    pub camera: CameraDriver,
+    /// How its photographs map to centimetres.
+    pub calibration: Calibration,
+    /// How the plant is detected in its photographs.
+    #[serde(default)]
+    pub vision: VisionConfig,
+}
+
+const fn paper_distances() -> [f64; 2] {
+    [74.0; 2]
+}
+
+impl SideTable {
+    /// What is wrong with it.
+    fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        if !self.distance_cm.iter().all(|distance| *distance > 0.0 && distance.is_finite()) {
+            faults.push(format!(
+                "side: found distance_cm = {:?}, wanted two distances above 0 cm",
+                self.distance_cm
+            ));
+        }
+        let Calibration { width, height, .. } = self.calibration;
+        let checks = [
+            self.camera.check().map_err(|problem| format!("side.camera: {problem}")),
+            self.calibration.check().map_err(|problem| format!("side: {problem}")),
+            self.vision.check(width, height).map_err(|problem| format!("side: {problem}")),
+        ];
+        faults.extend(checks.into_iter().filter_map(Result::err));
+        faults
+    }
+
+    /// Opens the camera. `front` is the calibration of the one in front.
+    fn open(&self, front: &Calibration, period_min: f64) -> Result<SideView, RigFileError> {
+        let found = |problem: String| RigFileError(format!("side: {problem}"));
+        let tracker = TipTracker::new(self.calibration, self.vision.clone());
+        let tracker = tracker.map_err(|problem| found(problem.to_string()))?.with_period(period_min);
+        let camera = self.camera.open().map_err(|problem| found(problem.to_string()))?;
+        let views = StereoPair {
+            front: CameraPose::new(front, self.distance_cm[0]),
+            side: CameraPose::new(&self.calibration, self.distance_cm[1]),
+            side_from: self.from,
+        };
+        Ok(SideView::new(camera, tracker, views))
+    }
 }
 
 const fn five() -> f64 {
@@ -101,6 +165,7 @@ impl RigFile {
             mqtt: None,
             alert: Vec::new(),
             calibration: None,
+            side: None,
             vision,
         }
     }
@@ -190,6 +255,7 @@ impl RigFile {
             || self.flash.is_some()
             || self.mqtt.is_some()
             || self.calibration.is_some()
+            || self.side.is_some()
     }
 
     /// What is wrong with the settings of real devices.
@@ -217,6 +283,7 @@ impl RigFile {
                 add(Err(format!("flash: found it on the line, plug or programs of {name}, wanted its own")));
             }
         }
+        self.side.iter().flat_map(SideTable::faults).for_each(|fault| add(Err(fault)));
         if let Some(calibration) = &self.calibration {
             add(calibration.check().map_err(|problem| problem.to_string()));
             let vision = self.vision.check(calibration.width, calibration.height);
@@ -235,6 +302,7 @@ impl RigFile {
         if let Some(greenhouse) = &self.greenhouse {
             let (device, tracker) = greenhouse.open(seed, self.period_min, &self.vision).map_err(found)?;
             let hand = || device.clone();
+            let side = greenhouse.open_side(&device, self.period_min, &self.vision).map_err(found)?;
             let rig = Rig::new(
                 Box::new(hand()) as Box<dyn Camera>,
                 Box::new(hand()) as Box<dyn Lamps>,
@@ -243,7 +311,8 @@ impl RigFile {
                 tracker,
                 period,
             )
-            .with_layout(greenhouse.layout.clone());
+            .with_layout(greenhouse.layout.clone())
+            .with_side(side);
             return Ok(OpenRig { rig, truth: Some(device) });
         }
         let (Some(camera), Some(lamps), Some(calibration)) = (&self.camera, &self.lamps, self.calibration)
@@ -263,8 +332,11 @@ impl RigFile {
         let (camera, lamps) =
             (camera.open().map_err(device)?, lamps.open(self.mqtt.as_ref()).map_err(device)?);
         let lamps = Box::new(LockedLamps { lamps, _locks: locks }) as Box<dyn Lamps>;
-        let rig =
-            Rig::new(camera, lamps, flash, clock, tracker, period).with_layout(layout).with_on_exit(on_exit);
+        let side = self.side.as_ref().map(|side| side.open(&calibration, self.period_min)).transpose()?;
+        let rig = Rig::new(camera, lamps, flash, clock, tracker, period)
+            .with_layout(layout)
+            .with_on_exit(on_exit)
+            .with_side(side);
         Ok(OpenRig { rig, truth: None })
     }
 }

@@ -367,3 +367,24 @@ fn places_in_the_photograph_are_those_of_the_lamps() {
     assert!(view(&["left"]).check().unwrap_err().to_string().contains("found no place of right"));
     assert!(view(&["left", "front"]).check().unwrap_err().to_string().contains("the place of front"));
 }
+
+#[test]
+fn a_camera_at_the_side_has_its_own_calibration() {
+    let front = "[camera]\ndriver = \"folder\"\nfolder = \"front\"\n\
+                 [lamps.left]\ndriver = \"command\"\non = [\"left\"]\noff = [\"left-off\"]\n\
+                 [lamps.right]\ndriver = \"command\"\non = [\"right\"]\noff = [\"right-off\"]\n\
+                 [calibration]\npx_per_cm = 8.0\nwidth = 640\nheight = 480\nbase = { x = 320.0, y = 440.0 }\n";
+    let side = "[side.camera]\ndriver = \"folder\"\nfolder = \"side\"\n\
+                [side.calibration]\npx_per_cm = 9.0\nwidth = 640\nheight = 480\nbase = { x = 300.0, y = 440.0 }\n";
+    let rig: RigFile = toml::from_str(&format!("{front}{side}")).unwrap();
+    let table = rig.side.as_ref().unwrap();
+    assert_eq!(table.distance_cm, [74.0; 2]);
+    assert!(table.faults().is_empty(), "{:?}", table.faults());
+    let again: RigFile = toml::from_str(&toml::to_string(&rig).unwrap()).unwrap();
+    assert_eq!(again, rig);
+    let near = format!("{front}[side]\ndistance_cm = [74.0, 0.0]\n{side}");
+    let faults = toml::from_str::<RigFile>(&near).unwrap().faults();
+    assert!(faults.iter().any(|fault| fault.to_string().contains("side: found distance_cm = [74.0, 0.0]")));
+    let beside_tent = toml::from_str::<RigFile>(&format!("[greenhouse]\n{side}")).unwrap().check();
+    assert!(beside_tent.unwrap_err().to_string().contains("greenhouse beside real devices"));
+}

@@ -8,6 +8,7 @@
 //!
 //! A controller of one's own implements [`Controller`].
 
+mod steering;
 mod greedy;
 mod network;
 pub mod network_analysis;

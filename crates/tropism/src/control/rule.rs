@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::Controller;
+use super::steering::Steering;
 use crate::check::{OutOfRange, ensure};
+use crate::geometry::space::SpacePoint;
 use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
@@ -154,43 +156,70 @@ impl PredictiveRule {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictiveGreedy {
     rule: PredictiveRule,
-    way: Vec<Point>,
+    way: Vec<SpacePoint>,
     obstacles: Vec<Obstacle>,
-    left: Light,
-    right: Light,
-    last_x: Option<f64>,
-    /// Running mean of the shifts in x, in cm a step.
-    velocity: f64,
-    /// Running mean of the light: -1 left, 1 right.
-    light: f64,
-    /// The side of the last light; 0 at first.
-    last_side: f64,
+    steering: Steering,
+    /// x and z. For a task in the plane the second is not used.
+    axes: [Axis; 2],
     last_clearance: Option<f64>,
     /// Running mean of the changes of the clearance, in cm a step.
     clearance_change: f64,
 }
 
+/// What is remembered of the tip and of the light along one axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Axis {
+    last: Option<f64>,
+    /// Running mean of the shifts, in cm a step.
+    velocity: f64,
+    /// Running mean of the light: -1 to the negative side, 1 to the positive side.
+    light: f64,
+    /// The side of the last light; 0 at first, and where that light was of the other axis.
+    last_side: f64,
+}
+
+impl Axis {
+    /// Where a tip at `at` is expected, in cm.
+    fn expected(&mut self, rule: &PredictiveRule, at: f64) -> f64 {
+        let shift = at - self.last.unwrap_or(at);
+        self.velocity += VELOCITY_WEIGHT * (shift - self.velocity);
+        self.last = Some(at);
+        at * (1.0 + rule.lean)
+            + rule.velocity_steps * self.velocity
+            + rule.shift_steps * shift
+            + rule.light_memory_cm * self.light
+            - rule.persistence_cm * self.last_side
+    }
+
+    /// Remembers the light.
+    fn lit(&mut self, side: f64) {
+        self.last_side = side;
+        self.light += LIGHT_WEIGHT * (side - self.light);
+    }
+}
+
 impl PredictiveGreedy {
-    /// Steers along the way of `task` with the outermost lamps of `layout`.
+    /// Steers along the way of `task`: with the outermost lamps of `layout`, or for a task in space with all of them and the
+    /// same rule along x and z.
     #[must_use]
     pub fn new(rule: PredictiveRule, task: &(impl Task + ?Sized), layout: &Layout) -> Self {
         let targets = task.targets();
         let shift = |point: Point| match rule.avoidance {
             Some(avoidance) if !targets.contains(&point) => {
-                Point::new(point.x + avoidance.way_x_cm, point.y + avoidance.way_y_cm)
+                [point.x + avoidance.way_x_cm, point.y + avoidance.way_y_cm, 0.0]
             }
-            _ => point,
+            _ => [point.x, point.y, 0.0],
+        };
+        let (way, steering) = match task.way_in_space() {
+            Some(way) => (way, Steering::in_space(layout)),
+            None => (task.way().into_iter().map(shift).collect(), Steering::in_plane(layout)),
         };
         Self {
             rule,
-            way: task.way().into_iter().map(shift).collect(),
+            way,
             obstacles: task.obstacles().to_vec(),
-            left: layout.towards(false),
-            right: layout.towards(true),
-            last_x: None,
-            velocity: 0.0,
-            light: 0.0,
-            last_side: 0.0,
+            steering,
+            axes: [Axis::default(); 2],
             last_clearance: None,
             clearance_change: 0.0,
         }
@@ -211,35 +240,35 @@ impl PredictiveGreedy {
         (away * avoidance.push * (avoidance.clearance_cm - expected).max(0.0), lean)
     }
 
-    /// The x at which the tip should be for a height of `y`, in cm; `None` without targets.
-    fn aim(&self, y: f64) -> Option<f64> {
+    /// The x and z at which the tip should be for a height of `y`, in cm; `None` without targets.
+    fn aim(&self, y: f64) -> Option<[f64; 2]> {
         let rule = &self.rule;
         let last = self.way.len().checked_sub(1)?;
-        let next = self.way.iter().position(|target| y < target.y).unwrap_or(last);
+        let next = self.way.iter().position(|target| y < target[1]).unwrap_or(last);
         let (target, after) = (self.way[next], self.way[(next + 1).min(last)]);
-        let nearness = (1.0 - (target.y - y) / rule.look_ahead_cm).clamp(0.0, 1.0);
+        let nearness = (1.0 - (target[1] - y) / rule.look_ahead_cm).clamp(0.0, 1.0);
         let approach = rule.next_target * nearness;
-        Some(target.x * (1.0 + rule.overshoot) + approach * (after.x - target.x) + rule.offset_cm)
+        let aim = |axis: usize, offset: f64| {
+            target[axis] * (1.0 + rule.overshoot) + approach * (after[axis] - target[axis]) + offset
+        };
+        Some([aim(0, rule.offset_cm), aim(2, 0.0)])
     }
 }
 
 impl Controller for PredictiveGreedy {
     fn decide(&mut self, seen: &Observation) -> Light {
         let (push, bend) = self.avoid(seen);
-        let rule = &self.rule;
-        let x = seen.tip.x;
-        let shift = x - self.last_x.unwrap_or(x);
-        self.velocity += VELOCITY_WEIGHT * (shift - self.velocity);
-        let expected = x * (1.0 + rule.lean)
-            + rule.velocity_steps * self.velocity
-            + rule.shift_steps * shift
-            + rule.light_memory_cm * self.light
-            - rule.persistence_cm * self.last_side;
-        let is_right = self.aim(seen.tip.y).is_some_and(|aim| expected + bend < aim + push);
-        self.last_x = Some(x);
-        self.last_side = if is_right { 1.0 } else { -1.0 };
-        self.light += LIGHT_WEIGHT * (self.last_side - self.light);
-        if is_right { self.right } else { self.left }
+        let aim = self.aim(seen.tip.y);
+        let [x, z] = &mut self.axes;
+        let to_right = aim.map(|[aim, _]| aim + push).zip(Some(x.expected(&self.rule, seen.tip.x) + bend));
+        let to_front =
+            aim.zip(seen.depth.as_ref()).map(|([_, aim], depth)| (aim, z.expected(&self.rule, depth.tip_cm)));
+        let way = |there: Option<(f64, f64)>| there.map_or(0.0, |(aim, expected)| aim - expected);
+        let light = self.steering.towards([way(to_right), way(to_front)]);
+        for (axis, side) in self.axes.iter_mut().zip(self.steering.sides(light)) {
+            axis.lit(side);
+        }
+        light
     }
 }
 

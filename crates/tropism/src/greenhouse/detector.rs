@@ -9,10 +9,12 @@ use std::sync::LazyLock;
 use rand::Rng;
 
 use super::pose::{Leaf, Pose};
-use super::view::{self};
+use super::view::{self, View};
+use crate::geometry::space::{self, SpacePoint};
 use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::math::interpolate::lerp;
 use crate::math::vector::{Vec3, distance};
+use crate::observation::{Depth, Observation};
 use crate::random;
 
 /// Size of the pixels of the detector, in cm. Chosen by hand: a coarse grid as in section 2.2.2.
@@ -54,6 +56,24 @@ pub fn detect_stem(pose: &Pose, rng: &mut impl Rng) -> Polyline {
         point.y += STEM_NOISE_SD_CM * random::normal(rng);
     }
     stem
+}
+
+/// What two cameras know of a plant that the front one has `seen`: the tip is triangulated from the detector's tips of both,
+/// and the stem is ten points in space with the noise of [`detect_stem`]. `rng` is that of the camera at the side.
+pub fn detect_in_space(pose: &Pose, seen: Observation, rng: &mut impl Rng) -> Observation {
+    let side = detect(&pose.seen_from(View::Side), rng);
+    let [x, y, z] = view::STEREO.triangulate(seen.tip, side).point;
+    let nodes: Vec<SpacePoint> = pose.stem.iter().map(|node| node.at).collect();
+    let mut stem = space::resampled(&nodes, STEM_POINTS);
+    for point in stem.iter_mut().skip(1) {
+        *point = point.map(|axis| axis + STEM_NOISE_SD_CM * random::normal(rng));
+    }
+    Observation {
+        tip: Point::new(x, y),
+        stem: Some(Polyline(stem.iter().map(|&[x, y, _]| Point::new(x, y)).collect())),
+        depth: Some(Depth { tip_cm: z, stem_cm: stem.iter().map(|point| point[2]).collect() }),
+        ..seen
+    }
 }
 
 /// The highest point of the plant on the detector's grid: the middle of the highest row that shows some of it.

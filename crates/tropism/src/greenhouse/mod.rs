@@ -4,6 +4,7 @@
 //! which sees its photographs only. Results from it are virtual and must be labelled so.
 
 pub mod view;
+mod solid;
 pub mod pose;
 pub mod detector;
 pub mod bean;

@@ -203,6 +203,11 @@ impl Lighting {
         scale(LAMP_TINT, self.lamp * self.glow / 0.20 * falloff)
     }
 
+    /// Where the light of the lit lamp comes from, in the camera's coordinates, in cm.
+    pub(super) fn bulb(&self) -> Option<Vec3> {
+        self.lit.map(|lit| lit.bulb)
+    }
+
     pub(super) fn lit(&self) -> Option<Light> {
         self.lit.map(|lit| lit.light)
     }

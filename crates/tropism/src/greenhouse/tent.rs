@@ -9,19 +9,21 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::bean::{Bean, Observer, Species, lamp_powers};
+use super::bean::{Bean, Observer, Species, Trial, lamp_powers};
 use super::fault::{self, Fault, FaultEvent, Faults, has_fault};
 use super::render::{Renderer, Truth};
 use super::scene::Scene;
-use super::view::{Frame, View};
+use super::solid::covers_base;
+use super::view::{self, Frame, View};
 use crate::check::{self, OutOfRange};
 use crate::control::Controller;
 use crate::environment::{Environment, run};
 use crate::geometry::{Point, Region};
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
+use crate::obstacle::Solid;
 use crate::photo::Photo;
-use crate::rig::{Camera, Clock, Flash, Lamps, RigError};
+use crate::rig::{Camera, Clock, Flash, Lamps, RigError, SideView};
 use crate::task::Task;
 use crate::track::{Sample, Track};
 use crate::vision::{Calibration, TipTracker, VisionConfig, VisionError};
@@ -39,6 +41,9 @@ pub struct Greenhouse {
     /// The lamps. Default: the paper's two. A lamp behind the back wall stands in an opening of the cloth.
     #[serde(skip_serializing_if = "is_papers")]
     pub layout: Layout,
+    /// Solids through which no stem passes. Default: none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub solids: Vec<Solid>,
     /// Fault rates of its photographs.
     pub faults: Faults,
 }
@@ -50,6 +55,7 @@ impl Default for Greenhouse {
             bean: Species::default(),
             scene: Scene::default(),
             layout: Layout::default(),
+            solids: Vec::new(),
             faults: Faults::default(),
         }
     }
@@ -68,6 +74,9 @@ pub enum GreenhouseError {
     /// A setting of the scene.
     #[error("greenhouse.scene: {0}")]
     Scene(OutOfRange),
+    /// A solid.
+    #[error("greenhouse.{0}")]
+    Solids(OutOfRange),
     /// A fault rate.
     #[error("greenhouse.faults: {0}")]
     Faults(OutOfRange),
@@ -191,7 +200,54 @@ impl Greenhouse {
         check::within("greenhouse.scale", self.scale, 0.0..=2.0).map_err(GreenhouseError::Scale)?;
         self.bean.check().map_err(GreenhouseError::Bean)?;
         self.scene.check().map_err(GreenhouseError::Scene)?;
+        self.check_solids().map_err(GreenhouseError::Solids)?;
         self.faults.check().map_err(GreenhouseError::Faults)
+    }
+
+    /// The same tent with what `task` needs. For a task in space: a camera at the side, and four lamps instead of the paper's
+    /// two.
+    #[must_use]
+    pub fn for_task(mut self, task: &(impl Task + ?Sized)) -> Self {
+        if task.is_in_space() {
+            self.scene.cameras = 2;
+            if is_papers(&self.layout) {
+                self.layout = Layout::four_sides();
+            }
+        }
+        self
+    }
+
+    /// The same tent with the solids of a task beside its own; each stands there once.
+    #[must_use]
+    pub fn among(mut self, solids: &[Solid]) -> Self {
+        for solid in solids {
+            if !self.solids.contains(solid) {
+                self.solids.push(*solid);
+            }
+        }
+        self
+    }
+
+    /// Experiments on its plants without photographs; with a camera at the side, tip and stem are known in space.
+    #[must_use]
+    pub fn trial(&self, period_min: f64) -> Trial<'_> {
+        Trial {
+            scale: self.scale,
+            layout: self.layout.clone(),
+            period_min,
+            in_space: self.scene.cameras > 1,
+            solids: self.solids.clone(),
+            ..Trial::new(&self.bean)
+        }
+    }
+
+    fn check_solids(&self) -> Result<(), OutOfRange> {
+        for (index, solid) in self.solids.iter().enumerate() {
+            solid.check().map_err(|error| error.in_table(&format!("solids[{index}]")))?;
+            let wanted = "a solid that leaves room for the base of the stem";
+            check::ensure(!covers_base(solid), format!("solids[{index}]"), format!("{solid:?}"), wanted)?;
+        }
+        Ok(())
     }
 
     /// Calibration of the photographs, the same for both cameras: each measures in the plane through the base of the plant that
@@ -220,7 +276,7 @@ impl Greenhouse {
     }
 
     /// Opens the tent with the plant of `seed`, for steps of `period_min` minutes: a handle on the tent, and a tracker for its
-    /// photographs. If `vision` has no crop, [`Self::crop`] is used.
+    /// photographs. If `vision` has no crop, [`Self::crop`] is used; if it names no obstacles, those among the solids.
     ///
     /// # Errors
     /// [`VisionError`] if `vision` is out of range for this tent's photographs.
@@ -230,9 +286,42 @@ impl Greenhouse {
         period_min: f64,
         vision: &VisionConfig,
     ) -> Result<(TentHandle, TipTracker), VisionError> {
-        let vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
+        let vision = self.vision(vision);
         let tracker = TipTracker::new(self.calibration(), vision)?.with_period(period_min);
         Ok((self.handle(seed, period_min), tracker))
+    }
+
+    /// The camera at the side of an open tent, if it has one: its photographs are read with the same settings.
+    ///
+    /// # Errors
+    /// [`VisionError`] if `vision` is out of range for this tent's photographs.
+    pub fn open_side(
+        &self,
+        handle: &TentHandle,
+        period_min: f64,
+        vision: &VisionConfig,
+    ) -> Result<Option<SideView>, VisionError> {
+        if self.scene.cameras < 2 {
+            return Ok(None);
+        }
+        // Obstacles are those of the plane that the front camera faces.
+        let vision = VisionConfig { obstacles: Vec::new(), ..self.vision(vision) };
+        let tracker = TipTracker::new(self.calibration(), vision)?.with_period(period_min);
+        Ok(Some(SideView::new(Box::new(SideHandle(handle.clone())), tracker, view::STEREO)))
+    }
+
+    /// `vision` with what it does not name and the tent knows: the crop, and the obstacles among the solids. Vision cannot be
+    /// told of poles, before which a plant may stand: it may take one for the plant.
+    #[must_use]
+    pub fn vision(&self, vision: &VisionConfig) -> VisionConfig {
+        let mut vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
+        if vision.obstacles.is_empty() {
+            vision.obstacles.extend(self.solids.iter().filter_map(|solid| match solid {
+                Solid::Plane(obstacle) => Some(*obstacle),
+                Solid::Pole(_) => None,
+            }));
+        }
+        vision
     }
 
     /// A handle on the tent with the plant of `seed`, for steps of `period_min` minutes.
@@ -242,10 +331,10 @@ impl Greenhouse {
             layout: self.layout.clone(),
             period_min,
             faults: self.faults.clone(),
-            bean: Bean::new(self.bean.draw(seed, self.scale), seed).under(&self.layout),
-            renderer: Renderer::new(&self.scene, seed).under(&self.layout),
+            bean: Bean::new(self.bean.draw(seed, self.scale), seed).under(&self.layout).among(&self.solids),
+            renderer: Renderer::new(&self.scene, seed).under(&self.layout).among(&self.solids),
             side: (self.scene.cameras > 1)
-                .then(|| Renderer::at(View::Side, &self.scene, seed).under(&self.layout)),
+                .then(|| Renderer::at(View::Side, &self.scene, seed).under(&self.layout).among(&self.solids)),
             lit: None,
             has_flash: false,
             now_min: 0.0,
@@ -274,7 +363,7 @@ impl Greenhouse {
             layout: self.layout.clone(),
             period_min,
             handle: handle.clone(),
-            observer: Observer::of(seed),
+            observer: Observer::of(seed, self.scene.cameras > 1),
             step: 0,
         };
         let Ok(track) = run(&mut growing, controller, task, &mut |sample| watch(sample, &handle));
@@ -370,6 +459,21 @@ impl Camera for TentHandle {
 
     fn can_repeat(&self) -> bool {
         // Faults depend on the step alone.
+        false
+    }
+}
+
+/// The camera at the side.
+struct SideHandle(TentHandle);
+
+impl Camera for SideHandle {
+    fn photograph(&mut self) -> Result<Photo, RigError> {
+        let time_s = self.0.0.borrow().now_min * 60.0;
+        let bytes = self.0.side_photograph().map_or_else(Vec::new, |(_, bytes)| bytes);
+        Ok(Photo { name: String::new(), bytes, time_s })
+    }
+
+    fn can_repeat(&self) -> bool {
         false
     }
 }

@@ -4,6 +4,7 @@
 
 use crate::geometry::{Pixel, Point};
 use crate::math::vector::Vec3;
+use crate::vision::camera::stereo::{CameraPose, Side, StereoPair};
 
 /// The camera's place: 32 cm above the floor (20 cm above the soil), 74 cm in front of the pot's axis.
 pub const CAMERA: Vec3 = [0.0, 20.0, 74.0];
@@ -13,6 +14,13 @@ pub const WALL: f64 = -8.0;
 
 /// The x of the left side wall, in cm: half of a tent 120 cm wide.
 pub const SIDE_WALL: f64 = -60.0;
+
+/// Both cameras of the tent, for triangulation.
+pub const STEREO: StereoPair = StereoPair { front: POSE, side: POSE, side_from: Side::Right };
+
+/// The pose of each camera to the plane through the root that it faces.
+const POSE: CameraPose =
+    CameraPose { principal_point: Point::new(CAMERA[0], CAMERA[1]), distance_cm: CAMERA[2] };
 
 /// A camera of the tent. In its own coordinates each camera stands at [`CAMERA`] and looks along negative z; those of the front
 /// camera are the coordinates of the tent.

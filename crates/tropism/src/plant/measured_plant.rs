@@ -8,6 +8,7 @@ use crate::file::schema_of;
 use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::Layout;
 use crate::observation::Quality;
+use crate::random::StepNoise;
 use crate::track::{SAME_PERIOD, Sample, Track};
 
 /// Longest step of a model with memory, in minutes: with longer ones two windows of the light are the same step.
@@ -21,7 +22,14 @@ const USED_MIN: f64 = 2500.0;
 pub(super) const MAX_HEIGHT_CM: f64 = 16.0;
 
 /// Gains of simulated plants, all equally likely. Between virtual beans gains differ by some 20 %.
-pub(super) const GAINS: [f64; 5] = [0.7, 0.85, 1.0, 1.15, 1.3];
+const GAINS: [f64; 5] = [0.7, 0.85, 1.0, 1.15, 1.3];
+
+/// Which of the measured plants a simulated one is: its number of `count`, its own gain of the light, and -1 if it is the mirror
+/// image of that plant, else 1.
+pub(super) fn draw_plant(count: usize, noise: &mut StepNoise) -> (usize, f64, f64) {
+    let mut among = |count: usize| (noise.uniform() * count as f64) as usize;
+    (among(count), GAINS[among(GAINS.len())], [1.0, -1.0][among(2)])
+}
 
 /// Coordinates beyond this are no plant.
 const FARTHEST_CM: f64 = 1000.0;
@@ -44,9 +52,14 @@ impl MeasuredPlant {
     /// The steps of `track` that models use.
     fn of_track(track: &Track) -> Self {
         let steps = (USED_MIN / track.period_min).ceil() as usize;
+        Self::of_samples(&track.samples, &track.layout, steps)
+    }
+
+    /// The first `steps` steps of `samples` under the lamps of `layout`.
+    pub(super) fn of_samples(samples: &[Sample], layout: &Layout, steps: usize) -> Self {
         let mut data = Self { tips: Vec::new(), stems: Vec::new(), sides: Vec::new() };
-        let first = track.samples.first().map_or(0, |sample| sample.step);
-        for sample in &track.samples {
+        let first = samples.first().map_or(0, |sample| sample.step);
+        for sample in samples {
             let step = sample.step.wrapping_sub(first) as usize;
             if step > steps {
                 break;
@@ -56,16 +69,19 @@ impl MeasuredPlant {
             data.sides.resize(step + 1, None);
             let is_measured = sample.quality != Quality::Held;
             data.tips[step] = is_measured.then_some(sample.tip);
-            data.stems[step] = stem_of(sample).filter(|_| is_measured);
-            data.sides[step] = Some(sample.light.map_or(0.0, |light| track.layout.side(light)));
+            data.stems[step] = sample.observation().ten_points().filter(|_| is_measured);
+            data.sides[step] = Some(sample.light.map_or(0.0, |light| layout.side(light)));
         }
         data
     }
-}
 
-fn stem_of(sample: &Sample) -> Option<Stem> {
-    let stem = sample.stem.as_ref().filter(|stem| stem.length() > 0.0)?;
-    stem.resampled(STEM_POINTS).0.try_into().ok()
+    /// Mean of the lowest points of the stems, in cm.
+    pub(super) fn mean_base(&self) -> Point {
+        let mean = |axis: fn(Point) -> f64| {
+            crate::math::statistics::mean(self.stems.iter().flatten().map(|stem| axis(stem[0])))
+        };
+        Point::new(mean(|base| base.x), mean(|base| base.y))
+    }
 }
 
 /// Plants under the same two lamps, observed at the same period.
@@ -131,9 +147,19 @@ impl MeasuredPlants {
         Self { plants: vec![plant.clone()], layout: self.layout.clone(), ..*self }
     }
 
-    /// JSON of this `schema`.
-    pub(super) fn to_json(&self, schema: &str) -> String {
+    /// Checks that each plant has stems.
+    pub(super) fn check_stems(&self) -> Result<(), ModelError> {
+        let has_none = |plant: &MeasuredPlant| plant.stems.iter().all(Option::is_none);
+        match self.plants.iter().position(has_none) {
+            Some(track) => Err(ModelError::NoStem { track: track + 1 }),
+            None => Ok(()),
+        }
+    }
+
+    /// JSON of this `schema`, with the `network` of a model that has one.
+    pub(super) fn to_json(&self, schema: &str, network: Option<&Network>) -> String {
         let file = File {
+            network: network.cloned(),
             schema: schema.to_owned(),
             layout: self.layout.clone(),
             period_min: self.period_min,
@@ -144,7 +170,7 @@ impl MeasuredPlants {
     }
 
     /// Reads [`Self::to_json`] of the same schema.
-    pub(super) fn from_json(text: &str, wanted: &'static str) -> Result<Self, ModelError> {
+    pub(super) fn from_json(text: &str, wanted: &'static str) -> Result<(Self, Option<Network>), ModelError> {
         let schema = schema_of(text)?;
         if schema != wanted {
             return Err(ModelError::Schema { found: schema, wanted });
@@ -152,12 +178,50 @@ impl MeasuredPlants {
         let file: File = serde_json::from_str(text)?;
         let plants = file.plants.iter().enumerate();
         let plants = plants.map(|(index, plant)| plant.measured(index)).collect::<Result<_, _>>()?;
-        let File { layout, period_min, is_virtual, .. } = file;
+        let File { layout, period_min, is_virtual, network, .. } = file;
         let measured = Self { layout, period_min, is_virtual, plants };
         measured.check()?;
-        Ok(measured)
+        Ok((measured, network))
     }
 }
+
+/// What models of measured plants tell of their data alike: a model has the fields `measured`, `plants` and `extent`.
+macro_rules! tell_of_measured_plants {
+    ($model:ident) => {
+        impl $model {
+            /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.
+            #[must_use]
+            pub const fn of_virtual_plants(mut self, is_virtual: bool) -> Self {
+                self.measured.is_virtual = is_virtual;
+                self
+            }
+
+            /// Whether it was made of virtual plants.
+            #[must_use]
+            pub const fn is_virtual(&self) -> bool {
+                self.measured.is_virtual
+            }
+
+            /// How many measured steps are replayed, without their mirror images.
+            #[must_use]
+            pub fn steps(&self) -> usize {
+                self.plants.iter().map(|plant| plant.replay.records.len()).sum()
+            }
+
+            /// The measured tips that it is made of, in cm.
+            pub fn tips(&self) -> impl Iterator<Item = Point> {
+                self.measured.tips()
+            }
+
+            /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, higher or lower than all data.
+            #[must_use]
+            pub fn share_without_data(&self, samples: &[Sample]) -> f64 {
+                self.extent.share_outside(samples, BLOCK_REACH_CM)
+            }
+        }
+    };
+}
+pub(super) use tell_of_measured_plants;
 
 /// Whether `text` calls itself a file of `schema`, of any version.
 pub(super) fn is_named_in(text: &str, schema: &str) -> bool {
@@ -173,6 +237,31 @@ struct File {
     period_min: f64,
     is_virtual: bool,
     plants: Vec<FilePlant>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    network: Option<Network>,
+}
+
+/// What was learnt of plants, as it stands in a file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Network {
+    /// Weights of the network.
+    pub(super) weights: Vec<f64>,
+    /// Gain of each plant, above 0.
+    pub(super) gains: Vec<f64>,
+}
+
+impl Network {
+    /// Checks the numbers of weights and plants, and that all are finite.
+    pub(super) fn check(&self, weights: usize, plants: usize) -> Result<(), ModelError> {
+        let found = [self.weights.len(), self.gains.len()];
+        let is_known = self.weights.iter().all(|weight| weight.is_finite())
+            && self.gains.iter().all(|gain| gain.is_finite() && *gain > 0.0);
+        if found == [weights, plants] && is_known {
+            return Ok(());
+        }
+        Err(ModelError::Network { found, wanted: [weights, plants] })
+    }
 }
 
 /// One entry a step from the first observation of a plant.

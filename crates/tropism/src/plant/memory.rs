@@ -11,7 +11,9 @@
 //! Where stems were measured, [`super::stem`] predicts better.
 
 use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
-use super::measured_plant::{Extent, GAINS, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, is_named_in};
+use super::measured_plant::{
+    Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, draw_plant, is_named_in, tell_of_measured_plants,
+};
 use super::regression::{dot, ridge_regression};
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 use super::tip::ModelError;
@@ -191,6 +193,8 @@ pub struct MemoryModel {
     extent: Extent,
 }
 
+tell_of_measured_plants!(MemoryModel);
+
 impl MemoryModel {
     /// A model of the first 500 steps (at five minutes) of `tracks` and their mirror images, below 16 cm.
     ///
@@ -214,30 +218,6 @@ impl MemoryModel {
         Ok(Self { windows, plants, extent, measured })
     }
 
-    /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.
-    #[must_use]
-    pub const fn of_virtual_plants(mut self, is_virtual: bool) -> Self {
-        self.measured.is_virtual = is_virtual;
-        self
-    }
-
-    /// Whether it was made of virtual plants.
-    #[must_use]
-    pub const fn is_virtual(&self) -> bool {
-        self.measured.is_virtual
-    }
-
-    /// How many steps the model is made of, without their mirror images.
-    #[must_use]
-    pub fn steps(&self) -> usize {
-        self.plants.iter().map(|plant| plant.replay.records.len()).sum()
-    }
-
-    /// The measured tips that it is made of, in cm.
-    pub fn tips(&self) -> impl Iterator<Item = Point> {
-        self.measured.tips()
-    }
-
     /// One model for each plant, made of its steps alone. Plants without a usable step are left out. Of more than `most`
     /// plants, as many as that are taken, evenly in their order.
     ///
@@ -249,16 +229,10 @@ impl MemoryModel {
         evenly(&usable, most).map(|plant| Self::of_measured(self.measured.alone(plant))).collect()
     }
 
-    /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, higher or lower than all data.
-    #[must_use]
-    pub fn share_without_data(&self, samples: &[Sample]) -> f64 {
-        self.extent.share_outside(samples, BLOCK_REACH_CM)
-    }
-
     /// Readable JSON with all data, schema `tropism.memory-model/1`; see `docs/formats.md`.
     #[must_use]
     pub fn to_json(&self) -> String {
-        self.measured.to_json(SCHEMA)
+        self.measured.to_json(SCHEMA, None)
     }
 
     /// Whether `text` calls itself a model with memory, of any version.
@@ -272,7 +246,7 @@ impl MemoryModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?)
+        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?.0)
     }
 }
 
@@ -295,10 +269,23 @@ impl PlantModel for MemoryModel {
     type Plant = MemoryState;
 
     fn seedling(&self, start: Point, noise: &mut StepNoise) -> MemoryState {
-        let mut among = |count: usize| (noise.uniform() * count as f64) as usize;
-        let (plant, gain) = (among(self.plants.len()), GAINS[among(GAINS.len())]);
-        let mirror = [1.0, -1.0][among(2)];
+        let (plant, gain, mirror) = draw_plant(self.plants.len(), noise);
         MemoryState { tip: start, plant, mirror, gain, past: Memory::new(), record: None }
+    }
+
+    /// The tip as it was seen last, with the light and the shifts of the past.
+    fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> MemoryState {
+        let last = &past[past.len() - 1];
+        let steps = self.windows[self.windows.len() - 1][1];
+        let from = past.partition_point(|sample| (sample.step as usize) + steps < last.step as usize);
+        let seen = MeasuredPlant::of_samples(&past[from..], &self.measured.layout, steps);
+        let mut plant = self.seedling(last.tip, noise);
+        for (pair, side) in seen.tips.windows(2).zip(&seen.sides) {
+            plant.past.light.add([side.unwrap_or(0.0)]);
+            let shift = pair[0].zip(pair[1]).map_or(0.0, |(from, to)| to.x - from.x);
+            plant.past.add_shift(shift);
+        }
+        plant
     }
 
     fn step(&self, plant: &mut MemoryState, light: Light, noise: &mut StepNoise) {
@@ -353,6 +340,7 @@ pub(super) mod tests {
                 time_s: f64::from(step) * 60.0 * period_min,
                 tip,
                 stem: None,
+                depth: None,
                 light: (step < 399).then_some(light),
                 quality: Quality::Measured,
             };

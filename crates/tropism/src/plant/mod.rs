@@ -3,7 +3,8 @@
 //! Tracks come in; a [`PlantModel`] comes out: given the state of a plant and the lit lamp, what is its state one step
 //! later? [`tip`] is the paper's tip-motion model, eqs. (1)-(8), with a look-up table of constant cost; [`window`] is the
 //! same model written straight from the equations, its reference. [`shifts`] is the data of both. [`memory`] is a model of
-//! ours that remembers the light and differs from plant to plant, [`stem`] one of the whole stem.
+//! ours that remembers the light and differs from plant to plant, [`stem`] one of the whole stem, and
+//! [`lstm`] another one, which is a recurrent network.
 //!
 //! A model of one's own implements [`PlantModel`]; evolution, simulation and figures take it as they take these.
 //!
@@ -20,13 +21,17 @@ mod history;
 mod measured_plant;
 mod regression;
 mod replay;
+mod stem_shape;
 pub mod memory;
 pub mod stem;
+mod recurrent;
+pub mod lstm;
 
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
 use crate::random::StepNoise;
+use crate::track::Sample;
 
 /// A model of how a plant moves and grows: the model is fixed, the plant is a value.
 ///
@@ -64,6 +69,13 @@ pub trait PlantModel: Sync {
 
     /// The plant at the start of an experiment, with its tip at `start` (cm). `noise` is for individual parameters.
     fn seedling(&self, start: Point, noise: &mut StepNoise) -> Self::Plant;
+
+    /// The plant whose `past` was observed, as it was at the last of these samples: at least one, in order, under lamps of
+    /// [`layout`](Self::layout). `noise` is for what the past does not tell. A model that remembers nothing takes the last
+    /// tip for a seedling.
+    fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> Self::Plant {
+        self.seedling(past[past.len() - 1].tip, noise)
+    }
 
     /// Advances the plant by one step under `light`. `noise` holds the standard normal draws of this step, as many as the
     /// model needs: eq. (4) needs one.

@@ -16,27 +16,26 @@
 //! Stephens et al. 2008, doi:10.1371/journal.pcbi.1000028 (modes of the angles along a body).
 
 use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
-use super::measured_plant::{Extent, GAINS, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, Stem, is_named_in};
+use super::measured_plant::{
+    Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, draw_plant, is_named_in, tell_of_measured_plants,
+};
 use super::regression::{dot, ridge_regression};
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
+pub use super::stem_shape::MODES;
+use super::stem_shape::{
+    Body, Errors, Happened, LIKE_LIGHT_MIN, Modes, Past, Scores, low_angles, smooth_lengths, stem_of, top_of,
+};
 use super::tip::ModelError;
 use super::{PlantModel, evenly};
-use crate::geometry::{Point, Polyline, STEM_POINTS};
+use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::math;
-use crate::math::matrix::{eigen_symmetric, transform};
 use crate::observation::Observation;
 use crate::random::StepNoise;
 use crate::track::{Sample, Track};
 
 /// The schema of the file.
 const SCHEMA: &str = "tropism.stem-model/1";
-
-const SEGMENTS: usize = STEM_POINTS - 1;
-
-/// Modes of the angles: they hold 99.96 % of the variance of virtual beans. A fourth one changed the predicted fitness by
-/// less than 0.1 cm.
-pub const MODES: usize = 3;
 
 /// Terms of the line: five of light, these times the length and times its square, the scores, these times the length and
 /// times its square, their cubes, and four past changes of each score.
@@ -61,18 +60,6 @@ const POOLED_RIDGE: f64 = 30.0;
 /// the greedy rule best in five laboratories of virtual beans.
 const PLANT_RIDGE: f64 = 100.0;
 
-/// Minutes to either side over which the length is averaged: a plant does not shrink and grow again within an hour.
-const LENGTH_SMOOTHING_MIN: f64 = 25.0;
-
-/// Minutes of light by which a block is chosen to be like the plant now, and how many units of the first score a whole unit
-/// of mean light counts. Chosen in five laboratories of virtual beans: their plants gave 8.3 cm under the greedy rule on
-/// average, and the model 7.4 without a choice, 7.8 by the score alone, and 8.3 with the light.
-const LIKE_LIGHT_MIN: f64 = 50.0;
-const LIKE_LIGHT_WEIGHT: f64 = 0.5;
-
-/// One number for each mode.
-type Scores = [f64; MODES];
-
 /// The terms of the line. In a mirror all of them change sign.
 fn terms(light: [f64; 5], length_cm: f64, scores: Scores, changes: [Scores; 4]) -> [f64; TERMS] {
     let length = (length_cm - MIDDLE_LENGTH_CM) / LENGTH_SCALE_CM;
@@ -94,36 +81,6 @@ fn terms(light: [f64; 5], length_cm: f64, scores: Scores, changes: [Scores; 4]) 
     terms
 }
 
-/// The angles of the segments of a stem from the vertical, in radians, right positive. They do not jump along the stem.
-fn angles(stem: &Stem) -> [f64; SEGMENTS] {
-    let mut last = 0.0;
-    core::array::from_fn(|segment| {
-        let (from, to) = (stem[segment], stem[segment + 1]);
-        let angle = math::atan2(to.x - from.x, to.y - from.y);
-        let turns = ((angle - last) / core::f64::consts::TAU).round();
-        last = angle - turns * core::f64::consts::TAU;
-        last
-    })
-}
-
-/// A stem of segments of equal length from `base` up.
-fn stem_of(base: Point, angles: &[f64; SEGMENTS], length_cm: f64) -> Stem {
-    let segment_cm = length_cm / SEGMENTS as f64;
-    let mut at = base;
-    core::array::from_fn(|point| {
-        if point > 0 {
-            let angle = angles[point - 1];
-            at = Point::new(at.x + segment_cm * math::sin(angle), at.y + segment_cm * math::cos(angle));
-        }
-        at
-    })
-}
-
-/// The highest point of a stem; of equals the lowest along it.
-fn top_of(stem: &Stem) -> Point {
-    stem.iter().copied().fold(stem[0], |top, point| if point.y > top.y { point } else { top })
-}
-
 /// One usable step of a plant.
 struct Row {
     step: usize,
@@ -131,19 +88,6 @@ struct Row {
     change: Scores,
     happened: Happened,
     length_cm: f64,
-}
-
-/// What happened in a step, as it is replayed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Happened {
-    /// What the line does not explain of the change of the scores.
-    residual: Scores,
-    /// Growth in length, in cm.
-    growth: f64,
-    /// From the highest point of the stem of the model to the tip, after the step, in cm.
-    offset: Point,
-    /// First score before the step, and mean light of the last [`LIKE_LIGHT_MIN`] minutes.
-    state: [f64; 2],
 }
 
 /// Windows of the memory, in steps.
@@ -165,19 +109,6 @@ impl Windows {
     }
 }
 
-/// The length at each step, averaged over an hour; `None` without a stem.
-fn smooth_lengths(plant: &MeasuredPlant, period_min: f64) -> Vec<Option<f64>> {
-    let reach = (LENGTH_SMOOTHING_MIN / period_min).round() as usize;
-    let length = |stem: &Stem| stem.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f64>();
-    let lengths: Vec<Option<f64>> = plant.stems.iter().map(|stem| stem.as_ref().map(length)).collect();
-    let mean = |(step, stem): (usize, &Option<f64>)| {
-        stem.as_ref()?;
-        let around = &lengths[step.saturating_sub(reach)..(step + reach + 1).min(lengths.len())];
-        Some(math::statistics::mean(around.iter().flatten().copied()))
-    };
-    lengths.iter().enumerate().map(mean).collect()
-}
-
 /// The usable steps of a plant: all that enters the terms is known, and stem and tip are measured before and after.
 fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64) -> Vec<Row> {
     let light_memory = windows.light[windows.light.len() - 1][1];
@@ -185,9 +116,8 @@ fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64
     // Steps until what is not known has left the memory.
     let (mut light_gap, mut change_gap) = (0, 0_usize);
     let (mut light, mut changes) = (History::<1>::new(), History::<MODES>::new());
-    let lengths = smooth_lengths(plant, period_min);
-    let scores: Vec<Option<Scores>> =
-        plant.stems.iter().map(|stem| stem.as_ref().map(|stem| modes.scores(&angles(stem)))).collect();
+    let lengths = smooth_lengths(plant, modes, period_min);
+    let scores = plant.scores(modes);
     let mut rows = Vec::new();
     for step in 0..plant.tips.len().saturating_sub(1) {
         light.add([plant.sides[step].unwrap_or(0.0)]);
@@ -201,10 +131,15 @@ fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64
             let (tip, after) = (plant.tips[step]?, plant.tips[step + 1]?);
             let (length_cm, next_length_cm) = (lengths[step]?, lengths[step + 1]?);
             let (change, scores, next) = (change?, scores[step]?, scores[step + 1]?);
-            let base = plant.stems[step + 1]?[0];
             let is_usable = light_gap == 0 && change_gap == 0 && tip.y < MAX_HEIGHT_CM;
-            let top = top_of(&stem_of(base, &modes.angles(next), next_length_cm));
-            let offset = Point::new(after.x - top.x, after.y - top.y);
+            let offset = |tip: Point, base: Point, scores, length_cm| {
+                let top = top_of(&stem_of(base, &modes.angles(scores), length_cm));
+                Point::new(tip.x - top.x, tip.y - top.y)
+            };
+            let offsets = [
+                offset(tip, plant.stems[step]?[0], scores, length_cm),
+                offset(after, plant.stems[step + 1]?[0], next, next_length_cm),
+            ];
             let past = windows.changes.map(|window| changes.mean(window));
             let lights = windows.light.map(|window| light.mean(window)[0]);
             is_usable.then(|| Row {
@@ -214,7 +149,7 @@ fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64
                 happened: Happened {
                     residual: change,
                     growth: next_length_cm - length_cm,
-                    offset,
+                    offsets,
                     state: [scores[0], light.mean(windows.like)[0]],
                 },
                 length_cm,
@@ -226,38 +161,6 @@ fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64
         light_gap = light_gap.saturating_sub(1);
     }
     rows
-}
-
-/// The principal modes of the angles: orthonormal, the one with the most variance first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Modes([[f64; SEGMENTS]; MODES]);
-
-impl Modes {
-    /// The modes of some angles and their mirror images, whose mean is 0.
-    fn of(angles: impl Iterator<Item = [f64; SEGMENTS]>) -> Self {
-        let mut products = [[0.0; SEGMENTS]; SEGMENTS];
-        for angles in angles {
-            for (row, one) in products.iter_mut().zip(angles) {
-                for (product, other) in row.iter_mut().zip(angles) {
-                    *product += one * other;
-                }
-            }
-        }
-        let (variances, modes) = eigen_symmetric(products);
-        let mut order: [usize; SEGMENTS] = core::array::from_fn(|at| at);
-        order.sort_by(|&one, &other| variances[other].total_cmp(&variances[one]));
-        Self(core::array::from_fn(|mode| modes[order[mode]]))
-    }
-
-    fn scores(&self, angles: &[f64; SEGMENTS]) -> Scores {
-        transform(&self.0, *angles)
-    }
-
-    fn angles(&self, scores: Scores) -> [f64; SEGMENTS] {
-        core::array::from_fn(|segment| {
-            self.0.iter().zip(scores).map(|(mode, score)| mode[segment] * score).sum()
-        })
-    }
 }
 
 /// How one measured plant answers.
@@ -286,10 +189,7 @@ impl Response {
                 ..row.happened
             },
         };
-        let bases = || plant.stems.iter().flatten().map(|stem| stem[0]);
-        let mean = |axis: fn(Point) -> f64| math::statistics::mean(bases().map(axis));
-        let base = Point::new(mean(|base| base.x), mean(|base| base.y));
-        Self { weights, replay: Replay::new(rows.into_iter().map(record).collect()), base }
+        Self { weights, replay: Replay::new(rows.into_iter().map(record).collect()), base: plant.mean_base() }
     }
 }
 
@@ -329,6 +229,7 @@ pub struct StemModel {
     measured: MeasuredPlants,
     windows: Windows,
     modes: Modes,
+    errors: Errors,
     plants: Vec<Response>,
     extent: Extent,
     /// Greatest size of each score in the data. Beyond it the plant answers as it does there.
@@ -336,6 +237,8 @@ pub struct StemModel {
     /// Least and greatest length of the data, in cm. Beyond them the plant answers as it does there.
     lengths_cm: [f64; 2],
 }
+
+tell_of_measured_plants!(StemModel);
 
 impl StemModel {
     /// A model of the first 500 steps (at five minutes) of `tracks` with stems and of their mirror images, below 16 cm.
@@ -345,23 +248,14 @@ impl StemModel {
     /// the lamps are not two mirror images.
     pub fn fit<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
         let measured = MeasuredPlants::of_tracks(tracks)?;
-        let has_none = |plant: &MeasuredPlant| plant.stems.iter().all(Option::is_none);
-        if let Some(track) = measured.plants.iter().position(has_none) {
-            return Err(ModelError::NoStem { track: track + 1 });
-        }
+        measured.check_stems()?;
         Self::of_measured(measured)
     }
 
     fn of_measured(measured: MeasuredPlants) -> Result<Self, ModelError> {
         let period_min = measured.period_min;
         let windows = Windows::of(period_min);
-        let low = |plant: &MeasuredPlant| -> Vec<[f64; SEGMENTS]> {
-            let steps = plant.tips.iter().zip(&plant.stems);
-            let low = steps.filter(|(tip, _)| tip.is_some_and(|tip| tip.y < MAX_HEIGHT_CM));
-            low.filter_map(|(_, stem)| stem.as_ref()).map(angles).collect()
-        };
-        let all: Vec<[f64; SEGMENTS]> = measured.plants.iter().flat_map(low).collect();
-        let modes = Modes::of(all.iter().copied());
+        let modes = Modes::of_low(&measured);
         let of_plants = measured.plants.iter();
         let of_plants: Vec<(&MeasuredPlant, Vec<Row>)> = of_plants
             .map(|plant| (plant, rows(plant, &modes, &windows, period_min)))
@@ -378,38 +272,15 @@ impl StemModel {
         let pooled = weights_of(rows(), &[[0.0; TERMS]; MODES], &scale.map(|scale| POOLED_RIDGE * scale));
         let lengths_cm = math::statistics::range(rows().map(|row| row.length_cm));
         let most_scores = core::array::from_fn(|mode| {
-            let sizes = all.iter().map(|angles| modes.scores(angles)[mode].abs());
+            let sizes = low_angles(&measured).map(|angles| modes.scores(&angles)[mode].abs());
             sizes.fold(0.0, f64::max)
         });
         let low_tips = measured.tips().filter(|tip| tip.y < MAX_HEIGHT_CM);
         let extent = Extent::of(low_tips);
         let plants =
             of_plants.into_iter().map(|(plant, rows)| Response::new(plant, rows, &pooled, &scale)).collect();
-        Ok(Self { windows, modes, plants, extent, most_scores, lengths_cm, measured })
-    }
-
-    /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.
-    #[must_use]
-    pub const fn of_virtual_plants(mut self, is_virtual: bool) -> Self {
-        self.measured.is_virtual = is_virtual;
-        self
-    }
-
-    /// Whether it was made of virtual plants.
-    #[must_use]
-    pub const fn is_virtual(&self) -> bool {
-        self.measured.is_virtual
-    }
-
-    /// How many steps the model is made of, without their mirror images.
-    #[must_use]
-    pub fn steps(&self) -> usize {
-        self.plants.iter().map(|plant| plant.replay.records.len()).sum()
-    }
-
-    /// The measured tips that it is made of, in cm.
-    pub fn tips(&self) -> impl Iterator<Item = Point> {
-        self.measured.tips()
+        let errors = Errors::of(&measured.plants, &modes);
+        Ok(Self { windows, modes, errors, plants, extent, most_scores, lengths_cm, measured })
     }
 
     /// One model for each plant, made of its steps alone. Plants without a usable step are left out. Of more than `most`
@@ -424,16 +295,10 @@ impl StemModel {
         evenly(&usable, most).map(|plant| Self::of_measured(measured.alone(plant))).collect()
     }
 
-    /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, higher or lower than all data.
-    #[must_use]
-    pub fn share_without_data(&self, samples: &[Sample]) -> f64 {
-        self.extent.share_outside(samples, BLOCK_REACH_CM)
-    }
-
     /// Readable JSON with all data, schema `tropism.stem-model/1`; see `docs/formats.md`.
     #[must_use]
     pub fn to_json(&self) -> String {
-        self.measured.to_json(SCHEMA)
+        self.measured.to_json(SCHEMA, None)
     }
 
     /// Whether `text` calls itself a model of stems, of any version.
@@ -447,25 +312,19 @@ impl StemModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?)
+        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?.0)
     }
 }
 
 /// The state of one plant of the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StemState {
-    tip: Point,
-    base: Point,
-    scores: Scores,
-    length_cm: f64,
+    body: Body,
     /// Which measured plant it is.
     plant: usize,
     /// Factor of the light's terms.
     gain: f64,
-    light: History<1>,
     changes: History<MODES>,
-    /// The record that is replayed, and -1 if its mirror image is, else 1.
-    record: Option<(usize, f64)>,
 }
 
 impl PlantModel for StemModel {
@@ -473,62 +332,53 @@ impl PlantModel for StemModel {
 
     /// A straight stem from the base of a measured plant to `start`.
     fn seedling(&self, start: Point, noise: &mut StepNoise) -> StemState {
-        let mut among = |count: usize| (noise.uniform() * count as f64) as usize;
-        let (plant, gain) = (among(self.plants.len()), GAINS[among(GAINS.len())]);
+        let (plant, gain, mirror) = draw_plant(self.plants.len(), noise);
         let Point { x, y } = self.plants[plant].base;
-        let base = Point::new([x, -x][among(2)], y);
-        let lean = math::atan2(start.x - base.x, start.y - base.y);
-        StemState {
-            tip: start,
-            base,
-            scores: self.modes.scores(&[lean; SEGMENTS]),
-            length_cm: base.distance(start),
-            plant,
-            gain,
-            light: History::new(),
-            changes: History::new(),
-            record: None,
+        let base = Point::new(mirror * x, y);
+        let body = Body::upright(&self.modes, base, start);
+        StemState { body, plant, gain, changes: History::new() }
+    }
+
+    /// The stem as it was seen last, with the light and the changes of the past.
+    fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> StemState {
+        let Self { measured, modes, windows, errors, .. } = self;
+        let steps = windows.light[4][1].max(windows.changes[3][1]).max(windows.like[1]);
+        let mut plant = self.seedling(past[past.len() - 1].tip, noise);
+        let seen = Past::of(past, steps, (measured, modes, errors), noise);
+        let Some(body) = Body::observed(&seen) else { return plant };
+        plant.body = body;
+        for pair in seen.scores.windows(2) {
+            let change = |(from, to): (Scores, Scores)| core::array::from_fn(|mode| to[mode] - from[mode]);
+            plant.changes.add(pair[0].zip(pair[1]).map_or([0.0; MODES], change));
         }
+        plant
     }
 
     fn step(&self, plant: &mut StemState, light: Light, noise: &mut StepNoise) {
+        let Self { measured, modes, windows, .. } = self;
         let Response { weights, replay, .. } = &self.plants[plant.plant];
-        plant.light.add([self.measured.layout.side(light)]);
-        let (score, lit) = (plant.scores[0], plant.light.mean(self.windows.like)[0]);
-        let apart = |what: &Happened, mirror: f64| {
-            let [their_score, their_light] = what.state;
-            (mirror * their_score - score).abs() + LIKE_LIGHT_WEIGHT * (mirror * their_light - lit).abs()
-        };
-        let period_min = self.measured.period_min;
-        let (place, mirror) = replay.next_like(plant.record, plant.length_cm, period_min, apart, noise);
-        let Happened { residual, growth, offset, .. } = replay.records[place].what;
-
-        let clamped = |mode: usize| plant.scores[mode].clamp(-self.most_scores[mode], self.most_scores[mode]);
+        plant.body.light.add([measured.layout.side(light)]);
+        let (happened, mirror) = plant.body.draw(replay, modes, windows.like, measured.period_min, noise);
+        let Body { scores, length_cm, light, .. } = &plant.body;
+        let clamped = |mode: usize| scores[mode].clamp(-self.most_scores[mode], self.most_scores[mode]);
         let terms = terms(
-            self.windows.light.map(|window| plant.light.mean(window)[0]),
-            plant.length_cm.clamp(self.lengths_cm[0], self.lengths_cm[1]),
+            windows.light.map(|window| light.mean(window)[0]),
+            length_cm.clamp(self.lengths_cm[0], self.lengths_cm[1]),
             core::array::from_fn(clamped),
-            self.windows.changes.map(|window| plant.changes.mean(window)),
+            windows.changes.map(|window| plant.changes.mean(window)),
         );
         let (of_light, others) = terms.split_at(LIGHT_TERMS);
         let change: Scores = core::array::from_fn(|mode| {
             let (light_weights, other_weights) = weights[mode].split_at(LIGHT_TERMS);
             let expected = plant.gain * dot(light_weights, of_light) + dot(other_weights, others);
-            expected + mirror * residual[mode]
+            expected + mirror * happened.residual[mode]
         });
-        for (score, change) in plant.scores.iter_mut().zip(change) {
-            *score += change;
-        }
         plant.changes.add(change);
-        plant.length_cm += growth;
-        plant.record = Some((place, mirror));
-        let top = top_of(&self.stem(plant));
-        plant.tip = Point::new(top.x + mirror * offset.x, top.y + offset.y);
+        plant.body.step(modes, change, (happened, mirror), measured.period_min);
     }
 
-    /// The tip as it would be measured, and the stem without noise.
     fn observe(&self, plant: &StemState) -> Observation {
-        Observation { stem: Some(Polyline(self.stem(plant).to_vec())), ..Observation::simulated(plant.tip) }
+        plant.body.observe(&self.modes)
     }
 
     fn layout(&self) -> &Layout {
@@ -540,14 +390,9 @@ impl PlantModel for StemModel {
     }
 }
 
-impl StemModel {
-    fn stem(&self, plant: &StemState) -> Stem {
-        stem_of(plant.base, &self.modes.angles(plant.scores), plant.length_cm)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::stem_shape::angles;
     use super::*;
     use crate::control::Periodic;
     use crate::environment::unwatched;
@@ -605,19 +450,17 @@ mod tests {
     fn a_mirrored_plant_moves_in_a_mirror() {
         let model = model();
         let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
-        let mut image = StemState {
-            tip: plant.tip.mirrored(),
-            base: plant.base.mirrored(),
-            scores: plant.scores.map(|score| -score),
-            ..plant.clone()
-        };
+        let mut image = plant.clone();
+        image.body.tip = plant.body.tip.mirrored();
+        image.body.base = plant.body.base.mirrored();
+        image.body.scores = plant.body.scores.map(|score| -score);
         for step in 0..300 {
             let light = if step % 17 < 9 { Light::LEFT } else { Light::RIGHT };
             model.step(&mut plant, light, &mut step_noise(step));
             model.step(&mut image, model.layout().mirrored(light).unwrap(), &mut step_noise(step));
-            assert_eq!(plant.tip, image.tip.mirrored(), "step {step}");
+            assert_eq!(plant.body.tip, image.body.tip.mirrored(), "step {step}");
         }
-        assert!(plant.tip.y > 7.0, "{:?}", plant.tip);
+        assert!(plant.body.tip.y > 7.0, "{:?}", plant.body.tip);
     }
 
     #[test]
@@ -629,8 +472,9 @@ mod tests {
             for step in 0..150 {
                 model.step(&mut plant, Light::RIGHT, &mut noise.at(step));
             }
-            assert!(plant.tip.x.abs() < 12.0 && (3.0..14.0).contains(&plant.tip.y), "{:?}", plant.tip);
-            sum += plant.tip.x;
+            let tip = plant.body.tip;
+            assert!(tip.x.abs() < 12.0 && (3.0..14.0).contains(&tip.y), "{tip:?}");
+            sum += tip.x;
         }
         assert!(sum > 20.0 * 1.5, "{sum}");
     }

@@ -43,6 +43,22 @@ pub enum ModelError {
         /// Position of the track, from 1.
         track: usize,
     },
+    /// Tracks without a stretch that is long enough for an LSTM.
+    #[error(
+        "found no stretch of eight hours in {tracks} tracks, wanted successive measured stems below 16 cm for as long"
+    )]
+    NoStretch {
+        /// How many tracks were read.
+        tracks: usize,
+    },
+    /// The network in the file is not the one of this version.
+    #[error("found {found:?} weights and gains of plants, wanted {wanted:?}, all finite")]
+    Network {
+        /// Number of weights and gains.
+        found: [usize; 2],
+        /// What they should be.
+        wanted: [usize; 2],
+    },
     /// Tracks of different intervals: a shift of one is no shift of the other.
     #[error("track {track}: found {found} minutes between steps, wanted {wanted} as in the first track")]
     Period {

@@ -5,6 +5,7 @@
 
 pub mod event;
 pub mod fault_policy;
+mod side;
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -19,6 +20,7 @@ use crate::vision::{Frame, TipTracker, TrackedFrame};
 
 pub use event::{Event, EventKind, HealthProblem, NoMonitor, RunMonitor};
 pub use fault_policy::{Durability, FaultPolicy, LampsInView, OnDowntime, OnFault};
+pub use side::{SideShot, SideView};
 
 /// Takes photographs.
 pub trait Camera {
@@ -217,6 +219,17 @@ pub struct Shot {
     pub photo: Photo,
     /// What was seen.
     pub seen: TrackedFrame,
+    /// What a second camera saw, if there is one.
+    pub side: Option<SideShot>,
+}
+
+impl Shot {
+    /// What the loop sees: tip and stem in space with two cameras, else those of the one; `None` where the plant was never
+    /// seen.
+    #[must_use]
+    pub fn observation(&self) -> Option<&Observation> {
+        self.side.as_ref().map(|side| &side.observation).or(self.seen.observation.as_ref())
+    }
 }
 
 /// A tent: its devices and the tracker that reads its photographs.
@@ -229,6 +242,7 @@ pub struct Rig<C, L: Lamps, F, K> {
     flash: F,
     clock: K,
     tracker: TipTracker,
+    side: Option<SideView>,
     layout: Layout,
     period: Duration,
     on_exit: OnExit,
@@ -253,6 +267,7 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
             flash,
             clock,
             tracker,
+            side: None,
             layout,
             period,
             on_exit: OnExit::Dark,
@@ -267,6 +282,18 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     pub fn with_layout(mut self, layout: Layout) -> Self {
         self.layout = layout;
         self
+    }
+
+    /// The same tent with a second camera at the side of the plant, or without one.
+    #[must_use]
+    pub fn with_side(mut self, side: Option<SideView>) -> Self {
+        self.side = side;
+        self
+    }
+
+    /// The second camera.
+    pub const fn side(&self) -> Option<&SideView> {
+        self.side.as_ref()
     }
 
     /// The same tent, whose lamps become what `on_exit` says when it is closed.
@@ -331,14 +358,17 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     /// # Errors
     /// Those of camera and flash; the flash is told to be off all the same.
     pub fn photograph(&mut self) -> Result<Frame, RigError> {
+        let (name, time_s) = (photo_name(self.step), self.due(self.step).as_secs_f64());
         let lit = self.flash.flash(true);
+        if let Some(side) = self.side.as_mut().filter(|_| lit.is_ok()) {
+            side.photograph(&name, time_s);
+        }
         let photo = lit.and_then(|()| self.camera.photograph());
         // Off again whether or not flash and camera obeyed.
         let off = self.flash.flash(false);
         let mut photo = photo?;
         off?;
-        photo.name = photo_name(self.step);
-        photo.time_s = self.due(self.step).as_secs_f64();
+        (photo.name, photo.time_s) = (name, time_s);
         Ok(Frame::new(photo))
     }
 
@@ -367,8 +397,10 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
         let Some(observation) = seen.observation.clone() else {
             return Err(RigError::NeverSeen { photo: photo.name, class: seen.status.to_string() });
         };
+        let side = self.side.as_mut().map(|side| side.see(&observation, &photo.name, photo.time_s));
         self.step += 1;
-        self.shot = Some(Shot { photo, seen });
+        let observation = side.as_ref().map_or(observation, |side| side.observation.clone());
+        self.shot = Some(Shot { photo, seen, side });
         Ok(observation)
     }
 
@@ -391,6 +423,9 @@ impl<C: Camera, L: Lamps, F: Flash, K: Clock> Rig<C, L, F, K> {
     pub fn restore(&mut self, step: u32, shot: &Shot) {
         self.tracker.resume(&shot.photo, &shot.seen);
         self.camera.skip();
+        if let Some((side, shot)) = self.side.as_mut().zip(shot.side.as_ref()) {
+            side.resume(shot);
+        }
         self.step = step + 1;
     }
 }

@@ -6,6 +6,7 @@ use super::batch::{self, LinearController};
 use super::fitness_of;
 use crate::control::{NetworkController, Sensors};
 use crate::plant::PlantModel;
+use crate::plant::lstm::LstmModel;
 use crate::plant::memory::MemoryModel;
 use crate::plant::stem::StemModel;
 use crate::plant::tip::TipModel;
@@ -97,3 +98,5 @@ impl BatchModel for WindowModel {}
 impl BatchModel for MemoryModel {}
 
 impl BatchModel for StemModel {}
+
+impl BatchModel for LstmModel {}

@@ -2,22 +2,30 @@
 //!
 //! Observations go in; a fitness comes out. A [`Task`] says where a seedling starts, when an experiment is over, and what
 //! each step is worth. [`Targets`] is the paper's task with eq. (9); [`Obstacles`] has targets behind things that the stem
-//! must not touch; [`OpenLoop`] has nothing to reach and only ends. A task of one's own implements the trait; it sees whole
-//! observations, stems included.
+//! must not touch; [`Shape`] wants a form of the whole stem; [`Space`] has targets in three coordinates; [`Spiral`] counts the
+//! turns of the stem round a pole; [`OpenLoop`] has nothing to reach and only ends. A task of one's own implements the trait;
+//! it sees whole observations, stems included.
 
 mod obstacles;
 mod open_loop;
+mod shape;
+mod space;
+mod spiral;
 mod spec;
 mod targets;
 
 use crate::geometry::Point;
+use crate::geometry::space::SpacePoint;
 use crate::observation::Observation;
-use crate::obstacle::Obstacle;
+use crate::obstacle::{Obstacle, Pole, Solid};
 use crate::track::Track;
 
 pub use obstacles::Obstacles;
 pub use open_loop::OpenLoop;
+pub use shape::Shape;
+pub use space::Space;
 pub use spec::TaskSpec;
+pub use spiral::Spiral;
 pub use targets::{Crossing, Targets};
 
 /// A task for a plant.
@@ -50,19 +58,59 @@ pub trait Task: Sync {
         Point::new(0.0, 4.0)
     }
 
-    /// Points that the tip is to visit, in order.
-    fn targets(&self) -> &[Point] {
-        &[]
+    /// Points that the tip is to visit, in order, as the front camera sees them.
+    fn targets(&self) -> Vec<Point> {
+        Vec::new()
+    }
+
+    /// Whether there is anything to reach, so that fitness means something.
+    fn has_goal(&self) -> bool {
+        !self.targets().is_empty()
     }
 
     /// Points towards which controllers steer, in ascending height, in cm: the targets, and what points a task has on the way.
     fn way(&self) -> Vec<Point> {
-        self.targets().to_vec()
+        self.targets()
+    }
+
+    /// The way of a task in space, in ascending height, in cm; `None` for a task in the plane of the front camera.
+    fn way_in_space(&self) -> Option<Vec<SpacePoint>> {
+        None
+    }
+
+    /// Whether the whole stem counts, so that a track needs it.
+    fn is_about_stem(&self) -> bool {
+        !self.obstacles().is_empty() || self.pole().is_some()
+    }
+
+    /// The task as the front camera sees it, for a task with targets in space.
+    fn in_front(&self) -> Option<Targets> {
+        None
+    }
+
+    /// Whether the task takes a plant that is seen in space.
+    fn is_in_space(&self) -> bool {
+        self.way_in_space().is_some() || self.pole().is_some()
     }
 
     /// What the stem must not touch.
     fn obstacles(&self) -> &[Obstacle] {
         &[]
+    }
+
+    /// Line on which the stem is to lie, from the root upwards, in cm; empty for a task without one.
+    fn shape(&self) -> &[Point] {
+        &[]
+    }
+
+    /// The pole round which the stem is to wind.
+    fn pole(&self) -> Option<Pole> {
+        None
+    }
+
+    /// Solids of this task in the virtual tent: its obstacles, and what it wants beside them.
+    fn solids(&self) -> Vec<Solid> {
+        self.obstacles().iter().copied().map(Solid::from).chain(self.pole().map(Solid::from)).collect()
     }
 
     /// For each target, where the tip was when it first reached the target's height; `None` if it never did.

@@ -1,7 +1,7 @@
 //! Targets behind obstacles: the tip is to come near them, and the stem must touch nothing on the way.
 //!
-//! The paper names obstacle avoidance as future work (section 5). Touching is judged by the seen stem and its radius; the
-//! plant is not held back by what it touches.
+//! The paper names obstacle avoidance as future work (section 5). Touching is judged by the seen stem and its radius. A plant
+//! that leans on an obstacle touches it without going in; a model of the stem knows no contact and goes in.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +21,14 @@ const STEP_COST: f64 = 0.02;
 
 /// What each cm costs by which the stem is pushed deeper into an obstacle.
 const DEPTH_COST_PER_CM: f64 = 3.0;
+
+/// Gap below which a stem touches, in cm: the stem of a plant that leans on an obstacle is seen beside it, and may be thicker
+/// than the task says. Chosen by measurement (docs/beyond.md).
+const TOUCH_CM: f64 = 0.05;
+
+/// Depth that costs nothing, in cm. A stem that leans on an obstacle for hours is seen now a little deeper in it and now less,
+/// by the noise of vision; that is no movement.
+const DENT_CM: f64 = 0.15;
 
 /// What a target is worth that the tip passes within reach.
 const TARGET_WORTH: f64 = 2.0;
@@ -92,17 +100,24 @@ impl Obstacles {
         ensure(is_length(self.stem_radius_cm), "stem_radius_cm", self.stem_radius_cm, "cm above 0")
     }
 
-    /// How deep the stem is in an obstacle, in cm; 0 if it touches none, or none is seen.
+    /// Gap between the surfaces of stem and obstacles, in cm, below 0 if the stem is in one; infinite if no stem or no obstacle
+    /// is seen.
     #[must_use]
-    pub fn depth(&self, seen: &Observation) -> f64 {
+    pub fn gap(&self, seen: &Observation) -> f64 {
         let nearest = seen.stem.as_ref().and_then(|stem| clearance(&self.obstacles, stem));
-        nearest.map_or(0.0, |nearest| (self.stem_radius_cm - nearest.distance_cm).max(0.0))
+        nearest.map_or(f64::INFINITY, |nearest| nearest.distance_cm - self.stem_radius_cm)
+    }
+
+    /// Whether the stem touches an obstacle: with a gap below 0.05 cm.
+    #[must_use]
+    pub fn touches(&self, seen: &Observation) -> bool {
+        self.gap(seen) < TOUCH_CM
     }
 
     /// Steps at which the stem of a track touches an obstacle.
     #[must_use]
     pub fn contacts(&self, track: &Track) -> usize {
-        track.samples.iter().filter(|sample| self.depth(&sample.observation()) > 0.0).count()
+        track.samples.iter().filter(|sample| self.touches(&sample.observation())).count()
     }
 }
 
@@ -112,7 +127,7 @@ impl Task for Obstacles {
     }
 
     /// A target within reach is worth 2; beyond that each cm costs 1. Each contact costs 2, each step of it 0.02, and each cm
-    /// that the stem goes deeper into an obstacle 3.
+    /// that the stem goes deeper into an obstacle 3, which only a model does.
     fn step_fitness(&self, _first: &Observation, before: &Observation, after: &Observation) -> f64 {
         let mut worth = 0.0;
         for target in &self.targets {
@@ -122,10 +137,12 @@ impl Task for Obstacles {
                 worth += if distance <= self.reach_cm { TARGET_WORTH } else { 0.0 };
             }
         }
-        let (was, depth) = (self.depth(before), self.depth(after));
-        if depth > 0.0 {
-            let onset = if was > 0.0 { 0.0 } else { CONTACT_COST };
-            worth -= onset + STEP_COST + DEPTH_COST_PER_CM * (depth - was).max(0.0);
+        let (was, gap) = (self.gap(before), self.gap(after));
+        if gap < TOUCH_CM {
+            let onset = if was < TOUCH_CM { 0.0 } else { CONTACT_COST };
+            let depth = |gap: f64| (-gap - DENT_CM).max(0.0);
+            let deeper = depth(gap) - depth(was);
+            worth -= onset + STEP_COST + DEPTH_COST_PER_CM * deeper.max(0.0);
         }
         worth
     }
@@ -134,8 +151,8 @@ impl Task for Obstacles {
         self.start
     }
 
-    fn targets(&self) -> &[Point] {
-        &self.targets
+    fn targets(&self) -> Vec<Point> {
+        self.targets.clone()
     }
 
     fn way(&self) -> Vec<Point> {
@@ -183,6 +200,7 @@ mod tests {
                 time_s: 0.0,
                 tip: points[points.len() - 1],
                 stem: Some(Polyline(points)),
+                depth: None,
                 light: None,
                 quality: Quality::Simulated,
             }
@@ -205,8 +223,8 @@ mod tests {
     fn a_way_through_the_disc_costs_more_than_the_target_is_worth() {
         let task = Obstacles::default();
         let through = track(&[&[(0.0, 4.0)], &[(0.0, 7.5)], &[(0.0, 13.0)]]);
-        // 0.65 cm deep at first, then to the centre: 1.15 cm; two steps of contact, one target.
-        let expected = 2.0 - 2.0 - 2.0 * 0.02 - 3.0 * 1.15;
+        // 0.65 cm deep at first, then to the centre: 1.15 cm, of which 0.15 cost nothing; two steps of contact, one target.
+        let expected = 2.0 - 2.0 - 2.0 * 0.02 - 3.0 * 1.0;
         assert!((task.fitness(&through) - expected).abs() < 1e-9, "{}", task.fitness(&through));
         assert_eq!((task.contacts(&through), task.is_done(&through)), (2, Some(false)));
     }

@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::{Obstacles, OpenLoop, Targets, Task};
+use super::{Crossing, Obstacles, OpenLoop, Shape, Space, Spiral, Targets, Task};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
+use crate::geometry::space::SpacePoint;
 use crate::observation::Observation;
-use crate::obstacle::Obstacle;
+use crate::obstacle::{Obstacle, Pole, Solid};
 use crate::track::Track;
 
 /// Any task of this library, as it stands in files.
@@ -28,6 +29,12 @@ pub enum TaskSpec {
     Targets(Targets),
     /// Visit targets, and touch no obstacle with the stem.
     Obstacles(Obstacles),
+    /// Grow into a form.
+    Shape(Shape),
+    /// Visit targets in space.
+    Space(Space),
+    /// Wind round a pole.
+    Spiral(Spiral),
     /// Grow for a number of steps.
     OpenLoop(OpenLoop),
 }
@@ -39,10 +46,31 @@ enum Kind {
     #[default]
     Targets,
     Obstacles,
+    Shape,
+    Space,
+    Spiral,
     OpenLoop,
 }
 
 impl Kind {
+    const ALL: [Self; 6] =
+        [Self::Targets, Self::Obstacles, Self::Shape, Self::Space, Self::Spiral, Self::OpenLoop];
+
+    /// The keys that a task of this kind has beside `kind`, `start` and `max_steps`.
+    const fn keys(self) -> &'static [&'static str] {
+        match self {
+            Self::Targets | Self::Space => &["targets", "end_height_cm"],
+            Self::Obstacles => {
+                &["targets", "end_height_cm", "obstacles", "way_points", "reach_cm", "stem_radius_cm"]
+            }
+            Self::Shape => {
+                &["end_height_cm", "line", "apex", "radius_cm", "inflection", "lean_deg", "within_cm"]
+            }
+            Self::Spiral => &["end_height_cm", "pole", "turns"],
+            Self::OpenLoop => &[],
+        }
+    }
+
     #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
     fn is_default(&self) -> bool {
         *self == Self::Targets
@@ -58,7 +86,7 @@ struct Keys {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     start: Option<Point>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    targets: Option<Vec<Point>>,
+    targets: Option<Vec<Place>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     obstacles: Option<Vec<Obstacle>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -67,11 +95,32 @@ struct Keys {
     reach_cm: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stem_radius_cm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    line: Option<Vec<Point>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    apex: Option<Point>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    radius_cm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    inflection: Option<Point>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    lean_deg: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    within_cm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pole: Option<Pole>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    turns: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "height")]
     end_height_cm: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     max_steps: Option<u32>,
 }
+
+/// A target: two coordinates in the plane, or three in space.
+#[derive(Serialize, Deserialize)]
+#[serde(transparent)]
+struct Place(Vec<f64>);
 
 /// A height, which may be infinite: `inf` in TOML, and `null` in JSON, which has no infinity.
 fn height<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
@@ -79,30 +128,71 @@ fn height<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> 
 }
 
 impl Keys {
-    /// Refuses the keys of obstacles in a task of another kind.
-    fn without_obstacles(&self) -> Result<(), OutOfRange> {
+    /// Refuses keys that belong to tasks of other kinds.
+    fn check(&self) -> Result<(), OutOfRange> {
         let found = [
+            ("targets", self.targets.is_some()),
             ("obstacles", self.obstacles.is_some()),
             ("way_points", self.way_points.is_some()),
             ("reach_cm", self.reach_cm.is_some()),
             ("stem_radius_cm", self.stem_radius_cm.is_some()),
+            ("line", self.line.is_some()),
+            ("apex", self.apex.is_some()),
+            ("radius_cm", self.radius_cm.is_some()),
+            ("inflection", self.inflection.is_some()),
+            ("lean_deg", self.lean_deg.is_some()),
+            ("within_cm", self.within_cm.is_some()),
+            ("pole", self.pole.is_some()),
+            ("turns", self.turns.is_some()),
+            ("end_height_cm", self.end_height_cm.is_some()),
         ];
         found.into_iter().try_for_each(|(key, is_there)| {
-            ensure(!is_there, key, "a value", "this key only beside kind = \"obstacles\"")
+            let kinds = Kind::ALL.into_iter().filter(|kind| kind.keys().contains(&key));
+            let kinds: Vec<String> =
+                kinds.map(|kind| serde_json::to_string(&kind).unwrap_or_default()).collect();
+            let is_known = !is_there || self.kind.keys().contains(&key);
+            let wanted = format!("this key only beside kind = {}", kinds.join(" or "));
+            ensure(is_known, key, "a value", wanted)
         })
     }
+}
+
+/// The coordinates of `targets`, `N` each.
+fn places<const N: usize>(targets: Vec<Place>) -> Result<Vec<[f64; N]>, OutOfRange> {
+    let place = |(index, Place(found)): (usize, Place)| {
+        let shown = format!("{found:?}");
+        found.try_into().map_err(|_| {
+            OutOfRange::new(format!("targets[{index}]"), shown, format!("{N} coordinates in cm"))
+        })
+    };
+    targets.into_iter().enumerate().map(place).collect()
+}
+
+/// `targets` in the plane.
+fn points(targets: Vec<Place>) -> Result<Vec<Point>, OutOfRange> {
+    Ok(places::<2>(targets)?.into_iter().map(Point::from).collect())
 }
 
 impl TryFrom<Keys> for TaskSpec {
     type Error = OutOfRange;
 
     fn try_from(keys: Keys) -> Result<Self, OutOfRange> {
-        match keys.kind {
+        keys.check()?;
+        Ok(match keys.kind {
+            Kind::Targets => {
+                let usual = Targets::default();
+                Self::Targets(Targets {
+                    start: keys.start.unwrap_or(usual.start),
+                    targets: keys.targets.map_or(Ok(usual.targets), points)?,
+                    end_height_cm: keys.end_height_cm.unwrap_or(usual.end_height_cm),
+                    max_steps: keys.max_steps.unwrap_or(usual.max_steps),
+                })
+            }
             Kind::Obstacles => {
                 let usual = Obstacles::default();
-                let targets = keys.targets.unwrap_or(usual.targets);
+                let targets = keys.targets.map_or(Ok(usual.targets), points)?;
                 let highest = targets.last().map_or(usual.end_height_cm, |target| target.y);
-                Ok(Self::Obstacles(Obstacles {
+                Self::Obstacles(Obstacles {
                     start: keys.start.unwrap_or(usual.start),
                     obstacles: keys.obstacles.unwrap_or(usual.obstacles),
                     way_points: keys.way_points.unwrap_or(usual.way_points),
@@ -111,43 +201,66 @@ impl TryFrom<Keys> for TaskSpec {
                     end_height_cm: keys.end_height_cm.unwrap_or(highest),
                     max_steps: keys.max_steps.unwrap_or(usual.max_steps),
                     targets,
-                }))
+                })
             }
-            Kind::Targets => {
-                keys.without_obstacles()?;
-                let paper = Targets::default();
-                Ok(Self::Targets(Targets {
-                    start: keys.start.unwrap_or(paper.start),
-                    targets: keys.targets.unwrap_or(paper.targets),
-                    end_height_cm: keys.end_height_cm.unwrap_or(paper.end_height_cm),
-                    max_steps: keys.max_steps.unwrap_or(paper.max_steps),
-                }))
+            Kind::Shape => {
+                let usual = Shape::of(Targets::default().start);
+                let line = keys.line.unwrap_or_default();
+                let highest = line.last().map_or(usual.end_height_cm, |point| point.y);
+                Self::Shape(Shape {
+                    start: keys.start.unwrap_or(usual.start),
+                    line,
+                    apex: keys.apex,
+                    radius_cm: keys.radius_cm,
+                    inflection: keys.inflection,
+                    lean_deg: keys.lean_deg,
+                    within_cm: keys.within_cm.unwrap_or(usual.within_cm),
+                    end_height_cm: keys.end_height_cm.unwrap_or(highest),
+                    max_steps: keys.max_steps.unwrap_or(usual.max_steps),
+                })
+            }
+            Kind::Space => {
+                let usual = Space::default();
+                let targets: Vec<SpacePoint> = keys.targets.map_or(Ok(usual.targets), places::<3>)?;
+                let highest = targets.last().map_or(usual.end_height_cm, |target| target[1]);
+                Self::Space(Space {
+                    start: keys.start.unwrap_or(usual.start),
+                    targets,
+                    end_height_cm: keys.end_height_cm.unwrap_or(highest),
+                    max_steps: keys.max_steps.unwrap_or(usual.max_steps),
+                })
+            }
+            Kind::Spiral => {
+                let usual = Spiral::default();
+                Self::Spiral(Spiral {
+                    start: keys.start.unwrap_or(usual.start),
+                    pole: keys.pole.unwrap_or(usual.pole),
+                    turns: keys.turns.unwrap_or(usual.turns),
+                    end_height_cm: keys.end_height_cm.unwrap_or(usual.end_height_cm),
+                    max_steps: keys.max_steps.unwrap_or(usual.max_steps),
+                })
             }
             Kind::OpenLoop => {
-                keys.without_obstacles()?;
-                let wanted = "only start and max_steps beside kind = \"open_loop\"";
-                if let Some(targets) = keys.targets {
-                    return Err(OutOfRange::new("targets", format!("{targets:?}"), wanted));
-                }
-                if let Some(height) = keys.end_height_cm {
-                    return Err(OutOfRange::new("end_height_cm", height.to_string(), wanted));
-                }
-                let paper = OpenLoop::default();
-                let (start, steps) =
-                    (keys.start.unwrap_or(paper.start), keys.max_steps.unwrap_or(paper.steps));
-                Ok(Self::OpenLoop(OpenLoop { start, steps }))
+                let usual = OpenLoop::default();
+                Self::OpenLoop(OpenLoop {
+                    start: keys.start.unwrap_or(usual.start),
+                    steps: keys.max_steps.unwrap_or(usual.steps),
+                })
             }
-        }
+        })
     }
 }
 
 impl From<TaskSpec> for Keys {
     fn from(spec: TaskSpec) -> Self {
+        let in_plane = |targets: Vec<Point>| {
+            targets.into_iter().map(|target| Place(<[f64; 2]>::from(target).to_vec())).collect()
+        };
         match spec {
             TaskSpec::Targets(task) => Self {
                 kind: Kind::Targets,
                 start: Some(task.start),
-                targets: Some(task.targets),
+                targets: Some(in_plane(task.targets)),
                 end_height_cm: Some(task.end_height_cm),
                 max_steps: Some(task.max_steps),
                 ..Self::default()
@@ -155,13 +268,44 @@ impl From<TaskSpec> for Keys {
             TaskSpec::Obstacles(task) => Self {
                 kind: Kind::Obstacles,
                 start: Some(task.start),
-                targets: Some(task.targets),
+                targets: Some(in_plane(task.targets)),
                 obstacles: Some(task.obstacles),
                 way_points: Some(task.way_points),
                 reach_cm: Some(task.reach_cm),
                 stem_radius_cm: Some(task.stem_radius_cm),
                 end_height_cm: Some(task.end_height_cm),
                 max_steps: Some(task.max_steps),
+                ..Self::default()
+            },
+            TaskSpec::Shape(task) => Self {
+                kind: Kind::Shape,
+                start: Some(task.start),
+                line: Some(task.line).filter(|line| !line.is_empty()),
+                apex: task.apex,
+                radius_cm: task.radius_cm,
+                inflection: task.inflection,
+                lean_deg: task.lean_deg,
+                within_cm: Some(task.within_cm),
+                end_height_cm: Some(task.end_height_cm),
+                max_steps: Some(task.max_steps),
+                ..Self::default()
+            },
+            TaskSpec::Space(task) => Self {
+                kind: Kind::Space,
+                start: Some(task.start),
+                targets: Some(task.targets.into_iter().map(|target| Place(target.to_vec())).collect()),
+                end_height_cm: Some(task.end_height_cm),
+                max_steps: Some(task.max_steps),
+                ..Self::default()
+            },
+            TaskSpec::Spiral(task) => Self {
+                kind: Kind::Spiral,
+                start: Some(task.start),
+                pole: Some(task.pole),
+                turns: Some(task.turns),
+                end_height_cm: Some(task.end_height_cm),
+                max_steps: Some(task.max_steps),
+                ..Self::default()
             },
             TaskSpec::OpenLoop(task) => Self {
                 kind: Kind::OpenLoop,
@@ -192,6 +336,24 @@ impl From<Obstacles> for TaskSpec {
     }
 }
 
+impl From<Shape> for TaskSpec {
+    fn from(task: Shape) -> Self {
+        Self::Shape(task)
+    }
+}
+
+impl From<Space> for TaskSpec {
+    fn from(task: Space) -> Self {
+        Self::Space(task)
+    }
+}
+
+impl From<Spiral> for TaskSpec {
+    fn from(task: Spiral) -> Self {
+        Self::Spiral(task)
+    }
+}
+
 impl From<OpenLoop> for TaskSpec {
     fn from(task: OpenLoop) -> Self {
         Self::OpenLoop(task)
@@ -207,6 +369,9 @@ impl TaskSpec {
         match self {
             Self::Targets(task) => task.check(),
             Self::Obstacles(task) => task.check(),
+            Self::Shape(task) => task.check(),
+            Self::Space(task) => task.check(),
+            Self::Spiral(task) => task.check(),
             Self::OpenLoop(OpenLoop { start, steps }) => {
                 Targets { start: *start, max_steps: *steps, ..Targets::open_loop(1) }.check()
             }
@@ -225,6 +390,9 @@ impl TaskSpec {
         match self {
             Self::Targets(task) => task.max_steps,
             Self::Obstacles(task) => task.max_steps,
+            Self::Shape(task) => task.max_steps,
+            Self::Space(task) => task.max_steps,
+            Self::Spiral(task) => task.max_steps,
             Self::OpenLoop(task) => task.steps,
         }
     }
@@ -235,6 +403,9 @@ impl TaskSpec {
         match &mut self {
             Self::Targets(task) => task.max_steps = steps,
             Self::Obstacles(task) => task.max_steps = steps,
+            Self::Shape(task) => task.max_steps = steps,
+            Self::Space(task) => task.max_steps = steps,
+            Self::Spiral(task) => task.max_steps = steps,
             Self::OpenLoop(task) => task.steps = steps,
         }
         self
@@ -244,6 +415,9 @@ impl TaskSpec {
         match self {
             Self::Targets(task) => task,
             Self::Obstacles(task) => task,
+            Self::Shape(task) => task,
+            Self::Space(task) => task,
+            Self::Spiral(task) => task,
             Self::OpenLoop(task) => task,
         }
     }
@@ -262,16 +436,48 @@ impl Task for TaskSpec {
         self.task().start()
     }
 
-    fn targets(&self) -> &[Point] {
+    fn targets(&self) -> Vec<Point> {
         self.task().targets()
+    }
+
+    fn has_goal(&self) -> bool {
+        self.task().has_goal()
+    }
+
+    fn in_front(&self) -> Option<Targets> {
+        self.task().in_front()
+    }
+
+    fn is_about_stem(&self) -> bool {
+        self.task().is_about_stem()
     }
 
     fn way(&self) -> Vec<Point> {
         self.task().way()
     }
 
+    fn way_in_space(&self) -> Option<Vec<SpacePoint>> {
+        self.task().way_in_space()
+    }
+
     fn obstacles(&self) -> &[Obstacle] {
         self.task().obstacles()
+    }
+
+    fn shape(&self) -> &[Point] {
+        self.task().shape()
+    }
+
+    fn pole(&self) -> Option<Pole> {
+        self.task().pole()
+    }
+
+    fn crossings(&self, track: &Track) -> Vec<Option<Crossing>> {
+        self.task().crossings(track)
+    }
+
+    fn solids(&self) -> Vec<Solid> {
+        self.task().solids()
     }
 
     fn is_done(&self, track: &Track) -> Option<bool> {
@@ -300,7 +506,10 @@ mod tests {
         let endless = Targets { end_height_cm: f64::INFINITY, ..Targets::default() };
         let round = Obstacles { way_points: vec![Point::new(3.0, 10.0)], ..Obstacles::default() };
         let short = OpenLoop { steps: 7, ..OpenLoop::default() };
-        for spec in [TaskSpec::default(), endless.into(), round.into(), short.into()] {
+        let bow = Shape { radius_cm: Some(7.0), ..Shape::default() };
+        let in_space = [Space::default().into(), Spiral::default().into(), bow.into()];
+        let in_plane = [TaskSpec::default(), endless.into(), round.into(), short.into()];
+        for spec in in_plane.into_iter().chain(in_space) {
             let text = toml::to_string(&spec).unwrap();
             assert_eq!(toml::from_str::<TaskSpec>(&text).unwrap(), spec, "{text}");
             let text = serde_json::to_string(&spec).unwrap();
@@ -316,6 +525,8 @@ mod tests {
         assert!(error.contains("found targets"), "{error}");
         let error = toml::from_str::<TaskSpec>("reach_cm = 1.0").unwrap_err().to_string();
         assert!(error.contains("reach_cm") && error.contains("obstacles"), "{error}");
+        let error = toml::from_str::<TaskSpec>("targets = [[1, 6], [2, 7, 8]]").unwrap_err().to_string();
+        assert!(error.contains("targets[1]") && error.contains("2 coordinates"), "{error}");
         let error = toml::from_str::<TaskSpec>("goals = []").unwrap_err().to_string();
         assert!(error.contains("goals") && error.contains("line 1"), "{error}");
     }

@@ -115,8 +115,8 @@ impl Task for Targets {
         self.start
     }
 
-    fn targets(&self) -> &[Point] {
-        &self.targets
+    fn targets(&self) -> Vec<Point> {
+        self.targets.clone()
     }
 
     fn best_fitness(&self) -> Option<f64> {
@@ -139,6 +139,7 @@ mod tests {
     fn track(tips: &[(f64, f64)]) -> Track {
         let samples = tips.iter().enumerate().map(|(step, &(x, y))| Sample {
             stem: None,
+            depth: None,
             step: step as u32,
             time_s: 0.0,
             tip: Point::new(x, y),

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Region;
+use crate::obstacle::Obstacle;
 use crate::vision::error::VisionError;
 
 /// Detection method.
@@ -80,6 +81,9 @@ pub struct VisionConfig {
     pub gates: StemConfig,
     /// Plausibility bounds of eq. (11), for mode `paper`.
     pub hold: HoldConfig,
+    /// Obstacles in view, in cm, as the camera sees them: pixels within them are no plant.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
 }
 
 impl Default for VisionConfig {
@@ -96,6 +100,7 @@ impl Default for VisionConfig {
             stem: true,
             gates: StemConfig::default(),
             hold: HoldConfig::default(),
+            obstacles: Vec::new(),
         }
     }
 }
@@ -131,6 +136,11 @@ impl VisionConfig {
         for (key, value) in [("length", self.hold.length), ("start", self.hold.start), ("end", self.hold.end)]
         {
             number(key, value, value > 0.0, "a share of the length above 0")?;
+        }
+        for (index, obstacle) in self.obstacles.iter().enumerate() {
+            obstacle
+                .check()
+                .map_err(|error| VisionError::Obstacle(error.in_table(&format!("obstacles[{index}]"))))?;
         }
         let region = self.region(width, height);
         if region.fits(width, height) { Ok(()) } else { Err(VisionError::Region { region, width, height }) }

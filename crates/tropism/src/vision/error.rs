@@ -1,5 +1,6 @@
 //! Errors of vision.
 
+use crate::check::OutOfRange;
 use crate::geometry::Region;
 
 /// Why a configuration, a calibration or a picture cannot be used.
@@ -26,6 +27,9 @@ pub enum VisionError {
         /// Rows of the picture.
         height: usize,
     },
+    /// An obstacle in view.
+    #[error(transparent)]
+    Obstacle(OutOfRange),
     /// A picture of another size than the calibration's.
     #[error("found a picture of {width} x {height}, wanted {wanted_width} x {wanted_height} as calibrated")]
     Size {

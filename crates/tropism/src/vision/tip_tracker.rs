@@ -16,6 +16,7 @@ use crate::vision::detect::detection::Detection;
 use crate::vision::detect::lamp_state::lamp_state;
 use crate::vision::error::VisionError;
 use crate::vision::frame_status::FrameStatus;
+use crate::vision::raster::Masked;
 use crate::vision::raster::frame::{Frame, OpenPicture};
 use crate::vision::raster::source::PixelSource;
 use crate::vision::tracking::background::{Background, is_black};
@@ -31,6 +32,9 @@ const MAX_INTERVAL: f64 = 1.5;
 /// 94 % are right.
 const CLEAR_ALONE: f64 = 0.85;
 const DOUBTFUL_ALONE: f64 = 0.5;
+
+/// Width of the blurred edge of an obstacle that is left out with it, in cm. Chosen by hand: half a pixel of the paper's crop.
+const OBSTACLE_EDGE_CM: f64 = 0.05;
 
 /// One photograph after detection and tracking.
 #[derive(Clone, Debug, PartialEq)]
@@ -262,13 +266,47 @@ impl TipTracker {
             if self.is_unrelated { self.root_shift((width, height)) } else { estimate.unwrap_or_default() };
         let base = Pixel::new(self.calibration.base.x + shift.x, self.calibration.base.y + shift.y);
         let crop = self.config.crop.map(|crop| shift_region(crop, shift, (width, height)));
-        let detection = detect_from_base(image, Some(base), &VisionConfig { crop, ..self.config.clone() })
+        let config = VisionConfig { crop, ..self.config.clone() };
+        let detection = self
+            .detect_beside_obstacles(image, base, shift, &config)
             .ok_or_else(|| if self.lacks_light(image) { FrameStatus::Dark } else { FrameStatus::NoPlant })?;
         let is_misty = reference.is_some_and(|reference| reference.is_misty(image, shift));
         // Without the flash, lit cloth may pass for a part of the plant.
         let is_occluded = detection.is_occluded || is_unregistered || is_misty || self.is_darkened(image);
         let light = lamp_state(image, None);
         Ok(Detection { camera_shift: shift, light, is_occluded, is_unregistered, ..detection })
+    }
+
+    /// Detects the plant with the stem's base at `base` where no obstacle is, in a picture shifted by `shift`.
+    fn detect_beside_obstacles(
+        &self,
+        image: &impl PixelSource,
+        base: Pixel,
+        shift: Pixel,
+        config: &VisionConfig,
+    ) -> Option<Detection> {
+        if config.obstacles.is_empty() {
+            return detect_from_base(image, Some(base), config);
+        }
+        let (width, height) = image.size();
+        let regions = config.obstacles.iter().map(|obstacle| {
+            let (low, high) = obstacle.extent();
+            let margin = OBSTACLE_EDGE_CM + 1.0 / self.calibration.px_per_cm;
+            let corner = |x, y| {
+                let pixel = self.calibration.pixel(Point::new(x, y));
+                let whole = |value: f64, most: usize| (value.max(0.0) as usize).min(most);
+                (whole(pixel.x + shift.x, width), whole(pixel.y + shift.y, height))
+            };
+            let (left, top) = corner(low.x - margin, high.y + margin);
+            let (right, bottom) = corner(high.x + margin, low.y - margin);
+            Region { x: left, y: top, width: right.saturating_sub(left), height: bottom.saturating_sub(top) }
+        });
+        let is_obstacle = |pixel: Pixel| {
+            let point = self.calibration.point(Pixel::new(pixel.x - shift.x, pixel.y - shift.y));
+            config.obstacles.iter().any(|obstacle| obstacle.distance(point) < OBSTACLE_EDGE_CM)
+        };
+        let masked = Masked::new(image, config.region(width, height), regions.collect(), &is_obstacle);
+        detect_from_base(&masked, Some(base), config)
     }
 
     /// Shift of the root in a picture of another size than the calibration's, whose root has the same place in proportion.
@@ -344,7 +382,7 @@ impl TipTracker {
             None => self.confidence / 2.0,
         };
         self.tip = accepted.map(|detection| self.point(detection.tip, detection.camera_shift)).or(self.tip);
-        let observation = self.tip.map(|tip| Observation { tip, stem, quality });
+        let observation = self.tip.map(|tip| Observation { tip, stem, depth: None, quality });
         TrackedFrame { observation, tip_px, status, confidence: self.confidence, camera_shift }
     }
 

@@ -89,11 +89,12 @@ impl Grow {
             return check::execute(greenhouse.bean, self.seed.seed, shell);
         };
         let controller = self.controller.load()?;
+        let task = task_for(&controller, &self.task, self.steps, shell)?;
         let plan = GrowPlan {
             plants: self.plants,
-            task: task_for(&controller, &self.task, self.steps, shell)?,
+            greenhouse: greenhouse.for_task(&task),
+            task,
             controller,
-            greenhouse,
             period_min: self.period,
             seed: self.seed.seed,
             out,

@@ -3,13 +3,14 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use tropism_lab::laboratories::{LaboratoriesResults, MeanAndInterval, RecipeResults, WorldResults};
+use tropism_lab::laboratories::{
+    BaselineResults, LaboratoriesResults, MeanAndInterval, RecipeResults, WorldResults,
+};
 use tropism_lab::units::plural;
 
 pub(super) fn text(results: &LaboratoriesResults, out: &Path) -> String {
-    let best = results.best_possible.map_or_else(String::new, |best| format!(" of at most {best:.2}"));
     let mut text = format!(
-        "virtual plants, fitness in cm{best}: {}, {} in each world\n",
+        "virtual plants: {}, {} in each world\n",
         plural(results.laboratories, "laboratory"),
         plural(results.judging_plants, "unseen plant")
     );
@@ -23,22 +24,29 @@ pub(super) fn text(results: &LaboratoriesResults, out: &Path) -> String {
 }
 
 fn add_world(text: &mut String, world: &WorldResults) {
-    let _ = writeln!(text, "\n{} ({}, variation {})", world.name, world.species, world.scale);
+    let best = world.best_possible.map_or_else(String::new, |best| format!(", fitness of at most {best:.2}"));
+    let _ = writeln!(text, "\n{} ({}, variation {}{best})", world.name, world.species, world.scale);
     let _ = writeln!(
         text,
-        "  {:<12} {:<22} {:<24} {:<24} {:>7}  {:<19} s a laboratory",
-        "", "mean and interval", "over chase", "over the bound", "under 6", "prediction off by"
+        "  {:<12} {:<22} {:<24} {:<24} {:>9}  {:<19} s a laboratory",
+        "",
+        "mean and interval",
+        "over chase",
+        "over the bound",
+        if world.chase.done.is_some() { "all done" } else { "under 6" },
+        "prediction off by"
     );
-    add_baseline(text, "chase", &world.chase, world.chase_under_6);
-    if let Some((bound, under_6)) = world.bound.as_ref().zip(world.bound_under_6) {
-        add_baseline(text, "bound", bound, under_6);
+    add_baseline(text, "constant", &world.constant);
+    add_baseline(text, "chase", &world.chase);
+    if let Some(bound) = &world.bound {
+        add_baseline(text, "bound", bound);
     }
     world.recipes.iter().for_each(|recipe| add_recipe(text, recipe));
 }
 
-fn add_baseline(text: &mut String, name: &str, fitness: &MeanAndInterval, under_6: f64) {
-    let _ =
-        writeln!(text, "  {name:<12} {:<22} {:<24} {:<24} {:>5.0} %", of(fitness), "", "", 100.0 * under_6);
+fn add_baseline(text: &mut String, name: &str, one: &BaselineResults) {
+    let share = 100.0 * one.done.map_or(one.under_6, |done| done.share);
+    let _ = writeln!(text, "  {name:<12} {:<22} {:<24} {:<24} {share:>7.0} %", of(&one.fitness), "", "");
 }
 
 fn add_recipe(text: &mut String, recipe: &RecipeResults) {
@@ -48,12 +56,12 @@ fn add_recipe(text: &mut String, recipe: &RecipeResults) {
     };
     let _ = writeln!(
         text,
-        "  {:<12} {:<22} {:<24} {:<24} {:>5.0} %  {prediction:<19} {:.0}",
+        "  {:<12} {:<22} {:<24} {:<24} {:>7.0} %  {prediction:<19} {:.0}",
         recipe.name,
         of(&recipe.fitness),
         signed(&recipe.over_chase),
         recipe.over_bound.as_ref().map_or_else(String::new, signed),
-        100.0 * recipe.under_6,
+        100.0 * recipe.done.unwrap_or(recipe.under_6),
         recipe.cpu_seconds,
     );
 }

@@ -11,6 +11,7 @@ use crate::environment::{Environment, Recording, run, unwatched};
 use crate::greenhouse::detector;
 use crate::lamps::{Layout, Light, MAX_LAMPS};
 use crate::observation::Observation;
+use crate::obstacle::Solid;
 use crate::random::{self, Purpose};
 use crate::task::Task;
 use crate::track::{PAPER_PERIOD_MIN, Sample, Track};
@@ -38,15 +39,17 @@ fn powers_in(layout: &Layout, light: Light) -> [f64; MAX_LAMPS] {
 pub(in crate::greenhouse) struct Observer {
     /// The detector's noise of the tip and that of the stem; `None` leaves the rounding of the tip to the grid alone.
     noise: Option<[ChaCha8Rng; 2]>,
+    /// The noise of a second camera, which sees the plant from the side; `None` without one.
+    side: Option<ChaCha8Rng>,
     /// Ground truth at each observation, in the order of [`TRUTH`].
     truth: [Vec<f64>; 5],
 }
 
 impl Observer {
-    /// An observer with the detector noise of the plant of `seed`.
-    pub(in crate::greenhouse) fn of(seed: u64) -> Self {
+    /// An observer with the detector noise of the plant of `seed`; with `in_space` a second camera sees it from the side.
+    pub(in crate::greenhouse) fn of(seed: u64, in_space: bool) -> Self {
         let stream = |index| random::stream(seed, Purpose::Camera, index);
-        Self { noise: Some([stream(0), stream(1)]), ..Self::default() }
+        Self { noise: Some([stream(0), stream(1)]), side: in_space.then(|| stream(2)), ..Self::default() }
     }
 
     /// The tip and the stem as the detector places them.
@@ -63,7 +66,11 @@ impl Observer {
             }
             None => (detector::highest_point(&pose), detector::midline(&pose)),
         };
-        Observation { stem: Some(stem), ..Observation::simulated(tip) }
+        let seen = Observation { stem: Some(stem), ..Observation::simulated(tip) };
+        match &mut self.side {
+            Some(noise) => detector::detect_in_space(&pose, seen, noise),
+            None => seen,
+        }
     }
 
     /// Adds the ground truth at each sample and the points of the stems to `track`, in further columns.
@@ -110,6 +117,18 @@ impl Environment for Specimen {
 }
 
 impl Specimen {
+    /// The tip and the stem as a detector without noise places them. The tip is on the detector's grid.
+    #[must_use]
+    pub fn without_noise(&self) -> Observation {
+        Observer::default().observe(&self.bean)
+    }
+
+    /// The plant as it is.
+    #[must_use]
+    pub fn bean(&self) -> &Bean {
+        &self.bean
+    }
+
     fn run(
         mut self,
         controller: &mut (impl Controller + ?Sized),
@@ -159,13 +178,24 @@ pub struct Trial<'s> {
     pub layout: Layout,
     /// Minutes between observations. Default: the paper's.
     pub period_min: f64,
+    /// Whether a second camera sees the plants from the side, so that tip and stem are known in space. Default: no.
+    pub in_space: bool,
+    /// Solids through which no stem passes. Default: none.
+    pub solids: Vec<Solid>,
 }
 
 impl<'s> Trial<'s> {
-    /// An experiment with the variation of the species, the paper's lamps and the paper's period.
+    /// An experiment with the variation of the species, the paper's lamps and period, and no solids.
     #[must_use]
     pub fn new(species: &'s Species) -> Self {
-        Self { species, scale: 1.0, layout: Layout::default(), period_min: PAPER_PERIOD_MIN }
+        Self {
+            species,
+            scale: 1.0,
+            layout: Layout::default(),
+            period_min: PAPER_PERIOD_MIN,
+            in_space: false,
+            solids: Vec::new(),
+        }
     }
 
     /// Grows the plant of `seed` under `controller` until `task` is over or `watch` breaks off.
@@ -215,11 +245,11 @@ impl<'s> Trial<'s> {
         loop {
             let free = SIDE_BY_SIDE - growing.len();
             for (place, seed) in waiting.by_ref().take(free) {
-                population.beans.push(self.seedling(seed).under(&self.layout));
+                population.beans.push(self.seedling(seed).under(&self.layout).among(&self.solids));
                 growing.push(Growing {
                     place,
                     controller: make_controller(place),
-                    observer: Observer::of(seed),
+                    observer: Observer::of(seed, self.in_space),
                     recording: Recording::new(self.layout.clone(), self.period_min),
                 });
             }
@@ -251,11 +281,11 @@ impl<'s> Trial<'s> {
     /// The plant of `seed` before its first step, as [`grow`](Self::grow) grows it.
     #[must_use]
     pub fn specimen(&self, seed: u64) -> Specimen {
-        self.observed(self.seedling(seed), Observer::of(seed))
+        self.observed(self.seedling(seed), Observer::of(seed, self.in_space))
     }
 
     fn observed(&self, bean: Bean, observer: Observer) -> Specimen {
-        let bean = bean.under(&self.layout);
+        let bean = bean.under(&self.layout).among(&self.solids);
         Specimen { layout: self.layout.clone(), period_min: self.period_min, bean, observer }
     }
 }

@@ -40,6 +40,7 @@ use super::pose::{Leaf, Node, Pose};
 use crate::lamps::{Layout, MAX_LAMPS};
 use crate::math;
 use crate::math::vector::Vec3;
+use crate::obstacle::Solid;
 use internodal::Clock;
 use noise::{Gains, PlantNoise};
 use rod::{Forcing, Rod};
@@ -67,6 +68,17 @@ const SPREADING: (f64, f64) = (3.0, 1.0);
 const WITHERING: f64 = 0.3;
 /// Mean angle of a leaf blade to the horizontal, in rad. Chosen by hand.
 const LEAF_ANGLE: f64 = -0.35;
+
+/// Where a stem touches a solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPoint {
+    /// Number of the solid, in the order of [`Bean::among`].
+    pub solid: usize,
+    /// The point of the stem's midline, in cm.
+    pub at: Vec3,
+    /// Force of the solid on the stem, in dyn.
+    pub force: Vec3,
+}
 
 /// A virtual bean plant.
 ///
@@ -136,6 +148,54 @@ impl Bean {
             *place = lamp.at;
         }
         self
+    }
+
+    /// The same bean among solids, through which its stem does not pass; without this, with the back wall alone.
+    ///
+    /// The stem slides on them with friction (coefficient 0.4). Leaves do not touch them. Docs: `docs/virtual-bean.md`.
+    ///
+    /// ```
+    /// use tropism::geometry::Point;
+    /// use tropism::greenhouse::bean::{Bean, Individual};
+    /// use tropism::obstacle::Obstacle;
+    /// let disc = Obstacle::Disc { centre: Point::new(4.0, 8.0), radius_cm: 1.0 };
+    /// let mut bean = Bean::noise_free(Individual::default()).among(&[disc.into()]);
+    /// bean.advance(&[0.0, 1.0], 30.0 * 60.0);
+    /// assert!(!bean.contacts().is_empty());
+    /// assert!(bean.pose().stem.iter().all(|node| Point::new(node.at[0], node.at[1]).distance(Point::new(4.0, 8.0)) > 1.0));
+    /// ```
+    ///
+    /// # Panics
+    /// If [`Solid::check`] refuses a solid.
+    #[must_use]
+    pub fn among(mut self, solids: &[Solid]) -> Self {
+        for (number, solid) in solids.iter().enumerate() {
+            if let Err(error) = solid.check() {
+                panic!("solid {number}: {error}");
+            }
+        }
+        self.rod.set_solids(solids);
+        self
+    }
+
+    /// The same bean with another coefficient of friction on the solids of [`Self::among`].
+    ///
+    /// # Panics
+    /// If the coefficient is negative or not finite.
+    #[must_use]
+    pub fn with_friction(mut self, coefficient: f64) -> Self {
+        assert!(
+            coefficient >= 0.0 && coefficient.is_finite(),
+            "found a coefficient of friction of {coefficient}, wanted 0 or more"
+        );
+        self.rod.set_friction(coefficient);
+        self
+    }
+
+    /// Where the stem pressed on solids in the last sub-step.
+    #[must_use]
+    pub fn contacts(&self) -> Vec<ContactPoint> {
+        self.rod.contacts()
     }
 
     /// The same bean with another sub-step of the integration, in s.

@@ -96,8 +96,8 @@ fn tick_together(
     for lane in 0..LANES {
         // Lanes without a plant repeat the first one; nothing comes of them.
         let place = if lane < group.len() { lane } else { 0 };
-        let bean = &beans[group[place]];
-        lanes.load(lane, &bean.rod, &bean.plant, &ticks[place].forcing);
+        let Bean { rod, plant, .. } = &mut beans[group[place]];
+        lanes.load(lane, rod, plant, &ticks[place].forcing);
     }
     let mut nutation = [[0.0; 2]; LANES];
     for _ in 0..ticks[0].substeps {

@@ -16,18 +16,21 @@
 //! doi:10.1073/pnas.1214301109: gravitropism balanced by proprioception. Bastien, Douady, Moulia 2015,
 //! doi:10.1371/journal.pcbi.1004037: phototropism and its power law of irradiance.
 
+mod contact;
 mod lanes;
 
 use core::f64::consts::PI;
 
 pub(super) use lanes::{LANES, RodLanes};
 
-use super::Individual;
 use super::internodal::{Internodal, Tissue};
+use super::{ContactPoint, Individual};
 use crate::greenhouse::view::WALL;
 use crate::lamps::MAX_LAMPS;
 use crate::math;
 use crate::math::vector::Vec3;
+use crate::obstacle::Solid;
+use contact::Contact;
 
 /// A segment longer than this splits, in cm. Chosen by hand: 8 to some 65 segments a stem.
 const MAX_SEGMENT_CM: f64 = 0.75;
@@ -98,6 +101,8 @@ pub(super) struct Rod {
     leaf: usize,
     /// Orientation of the base.
     base: Rotation,
+    /// Solids and contacts with them; `None` without solids.
+    contact: Option<Box<Contact>>,
     /// Whether the Taylor series must start from fresh values.
     is_stale: bool,
 }
@@ -226,7 +231,32 @@ impl Rod {
         let [x, y] = half_rotation(2.0 * plant.stem.tilt_x, -2.0 * plant.stem.tilt_z, 1.0);
         let base = Rotation([1.0, x, y, 0.0]);
         let tissue = plant.internodal.as_ref().map(|_| Tissue::seedling(SEEDLING_SEGMENTS, LEAF_SEGMENT));
-        Self { count: SEEDLING_SEGMENTS, segments, tissue, leaf: LEAF_SEGMENT, base, is_stale: true }
+        Self {
+            count: SEEDLING_SEGMENTS,
+            segments,
+            tissue,
+            leaf: LEAF_SEGMENT,
+            base,
+            contact: None,
+            is_stale: true,
+        }
+    }
+
+    /// Puts the rod among solids.
+    pub(super) fn set_solids(&mut self, solids: &[Solid]) {
+        self.contact = (!solids.is_empty()).then(|| Box::new(Contact::new(solids, contact::FRICTION)));
+    }
+
+    /// Sets the coefficient of friction on the solids.
+    pub(super) fn set_friction(&mut self, coefficient: f64) {
+        if let Some(contact) = &mut self.contact {
+            contact.friction = coefficient;
+        }
+    }
+
+    /// Where the rod touches solids.
+    pub(super) fn contacts(&self) -> Vec<ContactPoint> {
+        self.contact.as_ref().map_or_else(Vec::new, |contact| contact.points().collect())
     }
 
     /// Tilts the base by `radians` towards positive x.
@@ -319,7 +349,19 @@ impl Rod {
             }
         }
         segments.load_moments(n, plant, forcing, self.leaf);
+        let is_pressed = self
+            .contact
+            .as_mut()
+            .is_some_and(|contact| contact.is_due() && contact.solve(n, segments, plant, forcing));
         segments.relax_elastically(n, plant, forcing);
+        if let Some(contact) = self.contact.as_ref().filter(|_| is_pressed) {
+            for (i, bent) in contact.bending()[..n].iter().enumerate() {
+                segments.k1[i] += bent.actual[0];
+                segments.k2[i] += bent.actual[1];
+                segments.rest1[i] += bent.rest[0];
+                segments.rest2[i] += bent.rest[1];
+            }
+        }
         segments.elongate(n, plant, forcing);
         self.is_stale = false;
         self.split_overlong(plant, forcing);
@@ -349,6 +391,9 @@ impl Rod {
                 }
                 if let Some(tissue) = &mut self.tissue {
                     tissue.split(i);
+                }
+                if let Some(contact) = &mut self.contact {
+                    contact.split(i);
                 }
                 self.count += 1;
                 if self.leaf > i {
@@ -654,14 +699,20 @@ impl Segments {
         }
     }
 
+    /// 1 over the flexural rigidity of a segment, in 1/(dyn cm^2).
+    #[inline(always)]
+    fn compliance(&self, i: usize, plant: &Individual) -> f64 {
+        let mature = plant.stem.modulus_mature_mpa * MEGAPASCAL * PI / 4.0;
+        let radius = radius(plant, self.from_apex[i]);
+        let area = radius * radius;
+        1.0 / (mature * self.modulus_ratio[i].min(1.0) * area * area)
+    }
+
     /// Elastic rod: the curvature relaxes to the rest curvature plus moment over flexural rigidity (overdamped).
     fn relax_elastically(&mut self, n: usize, plant: &Individual, forcing: &Forcing) {
         let relaxed_share = forcing.relaxed_share;
-        let mature = plant.stem.modulus_mature_mpa * MEGAPASCAL * PI / 4.0;
         for i in 0..n {
-            let radius = radius(plant, self.from_apex[i]);
-            let area = radius * radius;
-            let compliance = 1.0 / (mature * self.modulus_ratio[i].min(1.0) * area * area);
+            let compliance = self.compliance(i, plant);
             let [x, y, z] = [self.moment[0][i], self.moment[1][i], self.moment[2][i]];
             let bending_moment1 = x * self.d2[0][i] + y * self.d2[1][i] + z * self.d2[2][i];
             let bending_moment2 = x * self.d1[0][i] + y * self.d1[1][i] + z * self.d1[2][i];

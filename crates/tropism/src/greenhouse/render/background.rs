@@ -3,16 +3,20 @@
 //! It is rendered once for each state of the lights and cached, because only the plant moves. Colours and strengths are chosen
 //! by hand on photographs of a real tent unless stated otherwise.
 
-use super::body::nearness;
+use super::body::{Body, nearness};
 use super::cloth::{Cloth, Texture};
 use super::paint::Canvas;
+use super::solids::Solids;
 use super::tone::ToneCurve;
 use crate::geometry::{Pixel, Point};
-use crate::greenhouse::scene::{LAMP_HEIGHT, LAMP_RADIUS, Lighting, POT_DEPTH, POT_RADIUS, Rgb, Scene};
+use crate::greenhouse::scene::{
+    FLASH, LAMP_HEIGHT, LAMP_RADIUS, Lighting, POT_DEPTH, POT_RADIUS, Rgb, Scene,
+};
 use crate::greenhouse::view::{CAMERA, View, WALL, project};
 use crate::lamps::{Lamp, Layout, Light};
 use crate::math;
 use crate::math::vector::{Vec3, add, norm, normalize_or, scale, sub};
+use crate::obstacle::Solid;
 
 /// Albedo of black cloth: two dull browns, because its dye reflects near infrared.
 const CLOTH: [Rgb; 2] = [[0.068, 0.040, 0.044], [0.055, 0.047, 0.030]];
@@ -40,6 +44,7 @@ pub(super) struct Background {
     texture: Texture,
     view: View,
     lamps: Vec<Coil>,
+    solids: Solids,
 }
 
 /// A lamp: an upright cylinder around which its strip of diodes is coiled.
@@ -68,6 +73,8 @@ enum Thing {
     Matt,
     Pot,
     Coil(Light),
+    Wood,
+    Metal,
 }
 
 impl Coil {
@@ -92,7 +99,8 @@ impl Coil {
 impl Background {
     pub(super) fn new(scene: &Scene, layout: &Layout, seed: u64, view: View) -> Self {
         let cloth = Cloth::new(scene, seed, view);
-        let mut background = Self { cloth, texture: Texture { seed }, view, lamps: Vec::new() };
+        let mut background =
+            Self { cloth, texture: Texture { seed }, view, lamps: Vec::new(), solids: Solids::default() };
         background.set_lamps(layout);
         background
     }
@@ -108,8 +116,14 @@ impl Background {
         self.lamps = layout.lights().zip(layout.lamps()).map(coil).collect();
     }
 
-    /// Erases the parts of a painted plant that a lamp occludes.
-    pub(super) fn mask(&self, canvas: &mut Canvas<'_>) {
+    /// Exchanges the solids.
+    pub(super) fn set_solids(&mut self, solids: &[Solid]) {
+        self.solids = Solids { solids: solids.to_vec(), view: self.view };
+    }
+
+    /// Erases the parts of a painted plant that a lamp or a solid occludes.
+    pub(super) fn mask(&self, body: &Body, canvas: &mut Canvas<'_>) {
+        self.mask_by_solids(body, canvas);
         let (columns, rows) = (canvas.pixmap.width() as usize, canvas.pixmap.height() as usize);
         let ([left, top], frame) = (canvas.corner, canvas.frame);
         for coil in self.lamps.iter().filter(|coil| coil.is_before_plant()) {
@@ -128,6 +142,28 @@ impl Background {
                         let at = 4 * (row * columns + column);
                         canvas.pixmap.data_mut()[at..at + 4].fill(0);
                     }
+                }
+            }
+        }
+    }
+
+    fn mask_by_solids(&self, body: &Body, canvas: &mut Canvas<'_>) {
+        let Some((low, high)) = self.solids.extent() else { return };
+        let (columns, rows) = (canvas.pixmap.width() as usize, canvas.pixmap.height() as usize);
+        let ([left, top], frame) = (canvas.corner, canvas.frame);
+        let (from, to) = (frame.pixel(Point::new(low.x, high.y)), frame.pixel(Point::new(high.x, low.y)));
+        let span = |from: f64, to: f64, corner: i64, size: usize| {
+            let within = |pixel: f64| (pixel - corner as f64).clamp(0.0, size as f64) as usize;
+            within(from.floor())..within(to.ceil() + 1.0)
+        };
+        for row in span(from.y, to.y, top, rows) {
+            for column in span(from.x, to.x, left, columns) {
+                let at = 4 * (row * columns + column);
+                let pixel = Pixel::new((left + column as i64) as f64, (top + row as i64) as f64);
+                if canvas.pixmap.data()[at + 3] > 0
+                    && self.solids.hides(body, frame.point(pixel), 1.0 / frame.px_per_cm)
+                {
+                    canvas.pixmap.data_mut()[at..at + 4].fill(0);
                 }
             }
         }
@@ -168,9 +204,10 @@ impl Background {
             Thing::Wall => self.on_wall(&hit, lighting),
             Thing::Coil(_) => lighting.at(hit.at, hit.normal, 0.2),
             Thing::Matt | Thing::Pot => lighting.at(hit.at, hit.normal, 0.3),
+            Thing::Wood | Thing::Metal => lighting.at(hit.at, hit.normal, 0.1),
         };
         let mut shine = core::array::from_fn(|band| light[band] * hit.colour[band]);
-        if hit.what == Thing::Pot {
+        if hit.what == Thing::Pot || hit.what == Thing::Metal {
             shine = add(shine, scale(lighting.gloss(hit.at, hit.normal), 0.35));
         }
         let veil = self.lit(lighting).map_or([0.0; 3], |coil| lighting.veil(self.off_coil(point, coil)));
@@ -190,8 +227,9 @@ impl Background {
             let near = 9.0 / norm(from_lamp).max(4.0);
             2.3 * (1.0 + 2.5 * near * near * near * near) * self.beam(from_lamp, coil.light)
         });
-        let lamp = lighting.by_lamp(hit.at, hit.normal, 0.1);
-        let flash = scale(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35);
+        let shade = |lamp: Vec3| self.solids.share_of_light(hit.at, lamp);
+        let lamp = scale(lighting.by_lamp(hit.at, hit.normal, 0.1), lighting.bulb().map_or(1.0, shade));
+        let flash = scale(lighting.by_flash(hit.at, hit.normal, 0.0), 1.35 * shade(FLASH));
         let lamp = core::array::from_fn(|band| lamp[band] * flood * BLUE_ON_CLOTH[band]);
         add(add(scale(lighting.bounced(), BETWEEN), flash), lamp)
     }
@@ -210,7 +248,13 @@ impl Background {
     /// The nearest intersection along a ray from the camera.
     fn meet(&self, along: Vec3) -> Hit {
         let lamps = self.lamps.iter().filter_map(|coil| self.meet_lamp(along, coil));
-        let things = self.meet_pot(along).into_iter().chain(lamps);
+        let solid = self.solids.meet(along, self.texture).map(|hit| Hit {
+            at: hit.at,
+            normal: hit.normal,
+            colour: hit.colour,
+            what: if hit.is_glossy { Thing::Metal } else { Thing::Wood },
+        });
+        let things = self.meet_pot(along).into_iter().chain(lamps).chain(solid);
         things.max_by(|a, b| a.at[2].total_cmp(&b.at[2])).unwrap_or_else(|| self.meet_wall(along))
     }
 
@@ -374,7 +418,7 @@ impl Background {
             let (centre, half_width, half_height) = coil.extent();
             (point.x - centre.x).abs() < half_width && (point.y - centre.y).abs() < half_height
         });
-        !pot && !lamps
+        !pot && !lamps && !self.solids.is_near(point)
     }
 }
 

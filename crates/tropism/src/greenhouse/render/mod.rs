@@ -8,6 +8,7 @@ mod body;
 mod cloth;
 mod tone;
 mod paint;
+mod solids;
 mod background;
 mod ycbcr;
 mod jpeg;
@@ -26,6 +27,7 @@ use super::scene::{Lighting, Scene};
 use super::view::{Frame, View};
 use crate::lamps::{Layout, Light};
 use crate::math::interpolate::bilinear;
+use crate::obstacle::Solid;
 use crate::photo::Image;
 
 /// A camera in front of a virtual tent.
@@ -82,6 +84,16 @@ impl Renderer {
         self
     }
 
+    /// The same camera in a tent with `solids`; without this, with none.
+    ///
+    /// They are of wood, sheets of metal. They occlude what of the plant is behind them, and shade the walls.
+    #[must_use]
+    pub fn among(mut self, solids: &[Solid]) -> Self {
+        self.background.set_solids(solids);
+        self.backgrounds.clear();
+        self
+    }
+
     /// The view of the camera.
     #[must_use]
     pub const fn view(&self) -> View {
@@ -121,12 +133,11 @@ impl Renderer {
         let mut film = std::mem::take(&mut self.film);
         film.clone_from(self.background(&lighting, flash));
         let margin = self.blur.reach() as i64 + 1;
-        if let Some(mut canvas) =
-            Canvas::paint(&Body::new(&pose.seen_from(self.view)), self.frame(), margin, &lighting, &self.tone)
-        {
+        let body = Body::new(&pose.seen_from(self.view));
+        if let Some(mut canvas) = Canvas::paint(&body, self.frame(), margin, &lighting, &self.tone) {
             let columns = canvas.pixmap.width() as usize;
             self.blur.apply(canvas.pixmap.data_mut(), columns, 4);
-            self.background.mask(&mut canvas);
+            self.background.mask(&body, &mut canvas);
             film.lay_over(&canvas);
         }
         self.noise.add(&mut film.luma, film.width, frame_index);

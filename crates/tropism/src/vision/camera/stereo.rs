@@ -9,12 +9,12 @@
 //! Hartley and Zisserman 2003, *Multiple View Geometry in Computer Vision*, chapters 9 (epipolar geometry) and 12
 //! (triangulation).
 
-use crate::geometry::{Pixel, Point, Polyline};
-use crate::math::vector::{Vec3, along, distance, dot, sub};
-use crate::vision::camera::calibration::Calibration;
+use serde::{Deserialize, Serialize};
 
-/// A point in space, in cm: x to the right of the root as the front camera sees it, y up, z towards the front camera.
-pub type SpacePoint = Vec3;
+use crate::geometry::space::SpacePoint;
+use crate::geometry::{Pixel, Point, Polyline};
+use crate::math::vector::{along, dot, sub};
+use crate::vision::camera::calibration::Calibration;
 
 /// Pose of a camera whose optical axis is perpendicular to its calibrated plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +43,16 @@ impl CameraPose {
         )
     }
 
+    /// The point of the plane `z` cm nearer to the camera that it sees at `point` of its own plane, in cm.
+    #[must_use]
+    pub fn at_depth(&self, point: Point, z: f64) -> Point {
+        let share = (self.distance_cm - z) / self.distance_cm;
+        Point::new(
+            self.principal_point.x + (point.x - self.principal_point.x) * share,
+            self.principal_point.y + (point.y - self.principal_point.y) * share,
+        )
+    }
+
     /// The centre of projection, in camera coordinates.
     const fn centre(&self) -> SpacePoint {
         [self.principal_point.x, self.principal_point.y, self.distance_cm]
@@ -53,11 +63,13 @@ impl CameraPose {
 pub const MAX_RAY_GAP_CM: f64 = 0.3;
 
 /// Side of the plant on which the second camera stands, as the front camera sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Left: what is nearer to the front camera lies further to the right in its picture.
     Left,
     /// Right: what is nearer to the front camera lies further to the left in its picture.
+    #[default]
     Right,
 }
 
@@ -176,40 +188,11 @@ impl StereoPair {
     }
 }
 
-/// Length of a polyline in space, in cm.
-#[must_use]
-pub fn length(points: &[SpacePoint]) -> f64 {
-    points.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
-}
-
-/// Resamples a polyline in space to `count` points at equal distances along it; both ends are kept. Fewer than two
-/// points are returned as they are.
-#[must_use]
-pub fn resampled(points: &[SpacePoint], count: usize) -> Vec<SpacePoint> {
-    let total = length(points);
-    if points.len() < 2 || count < 2 || total == 0.0 {
-        return points.to_vec();
-    }
-    let mut walked = 0.0;
-    let mut found = vec![points[0]];
-    for pair in points.windows(2) {
-        let step = distance(pair[0], pair[1]);
-        while found.len() + 1 < count && step > 0.0 {
-            let wanted = total * found.len() as f64 / (count - 1) as f64;
-            if wanted > walked + step {
-                break;
-            }
-            found.push(along(pair[0], sub(pair[1], pair[0]), (wanted - walked) / step));
-        }
-        walked += step;
-    }
-    found.push(points[points.len() - 1]);
-    found
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::space::{length, resampled};
+    use crate::math::vector::distance;
     use crate::math::{cos, sin};
     use proptest::prelude::*;
 

@@ -8,4 +8,7 @@ pub mod plane;
 pub mod filter;
 pub mod levels;
 pub mod source;
+mod masked;
 pub mod frame;
+
+pub(in crate::vision) use masked::Masked;

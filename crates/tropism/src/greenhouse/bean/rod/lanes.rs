@@ -6,15 +6,17 @@
 //!
 //! Plants have different numbers of segments. Rows beyond the apex of a plant have length 0, so they lie at its apex, weigh
 //! nothing and need no mask. A plant whose segment has become too long is stored, split as a plain rod, and loaded again.
+//! Contacts with solids are few: they are computed plant by plant, by the code of the plain rod.
 
 #![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
 
 use core::f64::consts::PI;
 
+use super::contact::Contact;
 use super::{
     DENSITY, Forcing, GRAVITY, GROWTH_EDGE_CM, LAMP_DISTANCE, LAMP_RADIUS, MAX_NODES, MAX_SEGMENT_CM,
-    MEGAPASCAL, Rod, Rotation, SATURATION, SERIES_LIMIT, TAPER_CM, TOUCH_CM, WALL_STIFFNESS, half_rotation,
-    small_exp,
+    MEGAPASCAL, Rod, Rotation, SATURATION, SERIES_LIMIT, Segments, TAPER_CM, TOUCH_CM, WALL_STIFFNESS,
+    half_rotation, small_exp,
 };
 use crate::greenhouse::bean::Individual;
 use crate::greenhouse::view::WALL;
@@ -136,6 +138,19 @@ pub(in crate::greenhouse::bean) struct RodLanes {
     weight: PerPlant,
     /// The least z of each plant.
     nearest: PerPlant,
+    /// Plants among solids, and memory for the segments of one of them.
+    guests: [Option<Guest>; LANES],
+    segments: Option<Box<Segments>>,
+}
+
+/// What a plant among solids needs beside its lane.
+struct Guest {
+    plant: Individual,
+    forcing: Forcing,
+    /// `None` while the plant splits a segment as a plain rod.
+    contact: Option<Box<Contact>>,
+    /// Whether contacts bend the plant in this sub-step.
+    is_pressed: bool,
 }
 
 impl RodLanes {
@@ -175,6 +190,8 @@ impl RodLanes {
             longest: NONE,
             weight: NONE,
             nearest: NONE,
+            guests: [const { None }; LANES],
+            segments: None,
         }
     }
 
@@ -190,7 +207,7 @@ impl RodLanes {
     pub(in crate::greenhouse::bean) fn load(
         &mut self,
         lane: usize,
-        rod: &Rod,
+        rod: &mut Rod,
         plant: &Individual,
         forcing: &Forcing,
     ) {
@@ -225,11 +242,20 @@ impl RodLanes {
         of.mature[lane] = stem.modulus_mature_mpa * MEGAPASCAL * PI / 4.0;
         of.elongation[lane] = forcing.dt * forcing.growth;
         (of.per_edge[lane], of.per_modulus_length[lane]) = (1.0 / motility.edge, 1.0 / stem.modulus_length);
+        self.guests[lane] = rod.contact.is_some().then(|| Guest {
+            plant: plant.clone(),
+            forcing: forcing.clone(),
+            contact: None,
+            is_pressed: false,
+        });
         self.load_segments(lane, rod);
     }
 
     /// Puts the segments of a rod into a lane, after they were refreshed.
-    pub(in crate::greenhouse::bean) fn load_segments(&mut self, lane: usize, rod: &Rod) {
+    pub(in crate::greenhouse::bean) fn load_segments(&mut self, lane: usize, rod: &mut Rod) {
+        if let Some(guest) = &mut self.guests[lane] {
+            guest.contact = rod.contact.take();
+        }
         let (count, segments) = (rod.count, &*rod.segments);
         if count > self.most {
             // The rows that come to use lie beyond the apex of all plants, as the last one has.
@@ -277,7 +303,10 @@ impl RodLanes {
     }
 
     /// Puts the state of a lane back into its rod.
-    pub(in crate::greenhouse::bean) fn store(&self, lane: usize, rod: &mut Rod) {
+    pub(in crate::greenhouse::bean) fn store(&mut self, lane: usize, rod: &mut Rod) {
+        if let Some(guest) = &mut self.guests[lane] {
+            rod.contact = guest.contact.take();
+        }
         let segments = &mut *rod.segments;
         for (i, row) in self.rows[..rod.count].iter().enumerate() {
             segments.length[i] = row.length[lane];
@@ -304,6 +333,40 @@ impl RodLanes {
     /// `nutation` is the rate of curvature of circumnutation of each plant towards d1 and d2, in 1/cm/h.
     pub(in crate::greenhouse::bean) fn step(&mut self, nutation: &[[f64; 2]; LANES]) {
         dispatch(Substep { rods: self, nutation });
+    }
+
+    /// Finds the contacts of the plants among solids, and their forces.
+    #[inline(never)]
+    fn press(&mut self) {
+        for lane in 0..LANES {
+            let Some(guest) = &mut self.guests[lane] else { continue };
+            let Some(contact) = guest.contact.as_deref_mut() else { continue };
+            guest.is_pressed = false;
+            if contact.is_due() {
+                let (n, segments) =
+                    (self.counts[lane], self.segments.get_or_insert_with(|| Box::new(Segments::zero())));
+                for (i, row) in self.rows[..=n].iter().enumerate() {
+                    row.copy_to(segments, i, lane);
+                }
+                segments.load_moments(n, &guest.plant, &guest.forcing, self.leaves[lane]);
+                guest.is_pressed = contact.solve(n, segments, &guest.plant, &guest.forcing);
+            }
+        }
+    }
+
+    /// Adds the bending by contacts to the relaxed curvatures.
+    #[inline(never)]
+    fn bend_by_contacts(&mut self) {
+        for lane in 0..LANES {
+            let Some(guest) = self.guests[lane].as_ref().filter(|guest| guest.is_pressed) else { continue };
+            let Some(contact) = &guest.contact else { continue };
+            for (row, bent) in self.rows[..self.counts[lane]].iter_mut().zip(contact.bending()) {
+                row.k1[lane] += bent.actual[0];
+                row.k2[lane] += bent.actual[1];
+                row.rest1[lane] += bent.rest[0];
+                row.rest2[lane] += bent.rest[1];
+            }
+        }
     }
 
     /// Integrates curvature along the rods to frames and places.
@@ -455,6 +518,23 @@ struct Above {
 /// The work on one row. Each loop is a function of its own: what it writes and what it reads are then known to be apart, and
 /// the compiler makes vectors of it.
 impl Row {
+    /// Copies what contacts read of a plant.
+    fn copy_to(&self, segments: &mut Segments, i: usize, lane: usize) {
+        segments.length[i] = self.length[lane];
+        segments.k1[i] = self.k1[lane];
+        segments.k2[i] = self.k2[lane];
+        segments.rest1[i] = self.rest1[lane];
+        segments.rest2[i] = self.rest2[lane];
+        segments.from_apex[i] = self.from_apex[lane];
+        segments.growth_exp[i] = self.growth_exp[lane];
+        segments.modulus_ratio[i] = self.modulus_ratio[lane];
+        for axis in 0..3 {
+            segments.d1[axis][i] = self.d1[axis][lane];
+            segments.d2[axis][i] = self.d2[axis][lane];
+            segments.middle[axis][i] = self.middle[axis][lane];
+        }
+    }
+
     #[inline(always)]
     fn orient(&mut self, end: &mut Ends) {
         for lane in 0..LANES {
@@ -661,10 +741,17 @@ impl Kernel for Substep<'_> {
         } else {
             rods.bend::<false>(nutation);
         }
+        let has_guests = rods.guests.iter().any(Option::is_some);
+        if has_guests {
+            rods.press();
+        }
         if rods.nearest.iter().any(|&nearest| nearest < WALL + TOUCH_CM) {
             rods.relax::<true>();
         } else {
             rods.relax::<false>();
+        }
+        if has_guests {
+            rods.bend_by_contacts();
         }
     }
 }

@@ -1,0 +1,112 @@
+//! From tracks to models that are compared on plants that were left out, and an LSTM on the way.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+fn tropism(folder: &Path, words: &[&str]) -> Result<String, String> {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_tropism")).current_dir(folder).args(words).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    if output.status.success() { Ok(text(&output.stdout)) } else { Err(text(&output.stderr)) }
+}
+
+/// A folder with tracks of three virtual beans, their models of the tip and of the stem, and tracks of two further beans.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    tropism(here, &["grow", "--plants", "3", "--steps", "300", "--out", "beans"]).unwrap();
+    tropism(here, &["grow", "--plants", "2", "--steps", "200", "--seed", "2", "--out", "others"]).unwrap();
+    for model in ["tip", "stem"] {
+        tropism(here, &["fit", "beans", "--model", model, "--out", &format!("{model}.json")]).unwrap();
+    }
+    folder
+}
+
+fn json(folder: &Path, words: &[&str]) -> Value {
+    serde_json::from_str(&tropism(folder, &[words, &["--json"]].concat()).unwrap()).unwrap()
+}
+
+#[test]
+fn models_are_compared_on_virtual_beans_to_the_same_bits_on_any_number_of_threads() {
+    let folder = folder();
+    let here = folder.path();
+    let forecast = [
+        "forecast",
+        "--models",
+        "tip.json",
+        "stem.json",
+        "--plants",
+        "3",
+        "--horizons",
+        "5,60",
+        "--interval",
+        "120",
+    ];
+    let one = json(here, &[&forecast[..], &["--threads", "1", "--out", "forecast"]].concat());
+    let two = json(here, &[&forecast[..], &["--threads", "2"]].concat());
+    assert_eq!(one, two);
+    assert_eq!((&one["truth"], &one["is_virtual"]), (&"noise-free".into(), &true.into()));
+    let lights = one["lights"].as_array().unwrap();
+    assert_eq!(
+        lights.iter().map(|light| light["light"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["six-hour", "random"]
+    );
+    for light in lights {
+        let names: Vec<&str> =
+            light["models"].as_array().unwrap().iter().map(|model| model["name"].as_str().unwrap()).collect();
+        assert_eq!(names, ["standing still", "tip", "stem"]);
+        let after_an_hour =
+            |model: usize, part: &str| light["models"][model][part][1]["mean_cm"].as_f64().unwrap();
+        assert!(after_an_hour(2, "tip") < after_an_hour(0, "tip"), "{light}");
+        assert!(after_an_hour(2, "stem") < after_an_hour(0, "stem"), "{light}");
+        let within = light["models"][2]["stem"][1]["within_90"].as_f64().unwrap();
+        assert!((0.5..=1.0).contains(&within), "{light}");
+        assert!(light["models"][1]["stem"].is_null() && light["models"][0]["tip"][0]["within_90"].is_null());
+    }
+    let figure = fs::read_to_string(here.join("forecast/figure-forecast.svg")).unwrap();
+    assert!(figure.contains("stem, random light") && figure.contains("standing still"));
+    let saved: Value =
+        serde_json::from_str(&fs::read_to_string(here.join("forecast/forecast.json")).unwrap()).unwrap();
+    assert_eq!(saved, one);
+}
+
+#[test]
+fn tracks_that_were_left_out_judge_too() {
+    let folder = folder();
+    let here = folder.path();
+    let forecast = ["forecast", "--models", "stem.json", "--tracks", "others", "--horizons", "30"];
+    let told = tropism(here, &forecast).unwrap();
+    assert!(told.contains("2 virtual plants left out") && told.contains("measured tips and stems"), "{told}");
+    let error = |words: &[&str]| tropism(here, words).unwrap_err();
+    let far = error(&["forecast", "--models", "stem.json", "--tracks", "others", "--horizons", "3000"]);
+    assert!(far.contains("found no start in the 2 plants"), "{far}");
+    let none = error(&["forecast", "--models", "stem.json", "--horizons", "0"]);
+    assert!(none.contains("--horizons") && none.contains("1 to 10000 minutes"), "{none}");
+}
+
+#[test]
+fn an_lstm_has_the_same_bytes_on_any_number_of_threads_and_serves_as_a_model() {
+    let folder = folder();
+    let here = folder.path();
+    for (threads, out) in [("1", "one.json"), ("2", "two.json")] {
+        let fit = ["fit", "beans", "--model", "lstm", "--epochs", "3", "--threads", threads, "--out", out];
+        let told = tropism(here, &fit).unwrap();
+        assert!(told.contains("trained for ") && told.contains("next: tropism tune"), "{told}");
+    }
+    let model = fs::read(here.join("one.json")).unwrap();
+    assert!(model == fs::read(here.join("two.json")).unwrap(), "models of one and two threads differ");
+    fs::write(here.join("task.toml"), "max_steps = 30\n").unwrap();
+    let tune = ["tune", "--model", "one.json", "--generations", "2", "--population", "4", "--episodes", "4"];
+    tropism(here, &[&tune[..], &["--task", "task.toml", "--out", "rule.json"]].concat()).unwrap();
+    let evolve =
+        ["evolve", "--model", "one.json", "--task", "task.toml", "--out", "evolution", "--runs", "1"];
+    tropism(here, &[&evolve[..], &["--generations", "2"]].concat()).unwrap();
+    let simulate = ["simulate", "--model", "one.json", "--controller", "rule.json", "--out", "simulated.csv"];
+    assert!(tropism(here, &simulate).unwrap().contains("simulated plant"));
+    let told =
+        tropism(here, &["forecast", "--models", "one.json", "--plants", "2", "--horizons", "5"]).unwrap();
+    assert!(told.contains("one "), "{told}");
+}

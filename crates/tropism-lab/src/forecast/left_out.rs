@@ -1,0 +1,209 @@
+//! Plants that were left out: what was observed of them, and what is taken for true.
+
+use std::convert::Infallible;
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+use tropism::control::{Controller, Periodic};
+use tropism::environment::{self, Environment};
+use tropism::geometry::{Point, STEM_POINTS};
+use tropism::greenhouse::bean::{Specimen, Trial};
+use tropism::lamps::{Layout, Light};
+use tropism::observation::{Observation, Quality};
+use tropism::random::{self, NoiseStream, Purpose};
+use tropism::task::OpenLoop;
+use tropism::track::{Sample, Track};
+
+use super::ForecastPlan;
+use crate::controller::PAPER_SWITCH_MIN;
+use crate::fit::is_of_virtual_plant;
+use crate::{Error, Monitor, files};
+
+/// Forecasts start below this height, in cm: models with memory are made of data below it.
+pub(super) const HIGHEST_START_CM: f64 = 16.0;
+
+/// Minutes of observation before the first start: the longest memory of a linear model.
+const MEMORY_MIN: f64 = 70.0;
+
+/// How long a virtual bean grows, in minutes: as much of a track as models with memory use.
+const GROWN_MIN: f64 = 2500.0;
+
+/// Least and greatest time for which a random lamp is lit, in minutes.
+const RANDOM_MIN: [f64; 2] = [30.0, 360.0];
+
+/// Ten points of a stem.
+pub(super) type Points = [Point; STEM_POINTS];
+
+/// What is taken for true at one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TrueState {
+    pub(super) tip: Point,
+    pub(super) stem: Option<Points>,
+}
+
+impl TrueState {
+    fn of(seen: &Observation) -> Self {
+        Self { tip: seen.tip, stem: seen.ten_points() }
+    }
+}
+
+/// A plant that was left out.
+pub(super) struct LeftOut {
+    /// The file, or the number of a virtual bean.
+    pub(super) name: String,
+    pub(super) is_virtual: bool,
+    /// What was observed; its samples are one step apart.
+    pub(super) observed: Track,
+    /// The truth at each sample; `None` where nothing was measured.
+    pub(super) truth: Vec<Option<TrueState>>,
+}
+
+impl LeftOut {
+    /// The samples from which all horizons can be judged: `every_min` apart, after the memory of the models.
+    pub(super) fn starts(&self, horizons_min: &[f64], every_min: f64) -> Vec<usize> {
+        let steps = |minutes: f64| steps_of(minutes, self.observed.period_min);
+        let longest = horizons_min.iter().map(|&minutes| steps(minutes)).max().unwrap_or(1);
+        let samples = &self.observed.samples;
+        let is_start = |&start: &usize| {
+            let is_known = |minutes: &f64| {
+                let after = self.truth[start + steps(*minutes)];
+                // Of a plant with a stem the stem is judged, too.
+                after.is_some_and(|after| after.stem.is_some() || samples[start].stem.is_none())
+            };
+            let is_low = samples[start].tip.y < HIGHEST_START_CM && self.truth[start].is_some();
+            let is_lit = || samples[start..start + longest].iter().all(|sample| sample.light.is_some());
+            is_low && is_lit() && horizons_min.iter().all(is_known)
+        };
+        let last = samples.len().saturating_sub(longest);
+        (steps(MEMORY_MIN)..last).step_by(steps(every_min)).filter(is_start).collect()
+    }
+}
+
+/// Minutes in steps, at least one.
+pub(super) fn steps_of(minutes: f64, period_min: f64) -> usize {
+    ((minutes / period_min).round() as usize).max(1)
+}
+
+/// The plants of tracks that were measured. Steps that are missing in a track are held.
+pub(super) fn measured(paths: &[PathBuf]) -> Result<Vec<LeftOut>, Error> {
+    let read = |path: &PathBuf| {
+        let track = files::read_track(path)?;
+        let is_virtual = is_of_virtual_plant(path, &track);
+        Ok(of_measured(path.display().to_string(), track, is_virtual))
+    };
+    files::track_files(paths)?.iter().map(read).collect()
+}
+
+fn of_measured(name: String, track: Track, is_virtual: bool) -> LeftOut {
+    let mut samples: Vec<Sample> = Vec::new();
+    for sample in &track.samples {
+        while let Some(before) = samples.last().cloned()
+            && before.step + 1 < sample.step
+        {
+            let step = before.step + 1;
+            samples.push(Sample { step, quality: Quality::Held, light: None, ..before });
+        }
+        samples.push(sample.clone());
+    }
+    let truth = samples.iter().map(|sample| {
+        let is_measured = sample.quality != Quality::Held;
+        is_measured.then(|| TrueState::of(&sample.observation()))
+    });
+    LeftOut { name, is_virtual, truth: truth.collect(), observed: Track { samples, ..track } }
+}
+
+/// Virtual beans under both kinds of light: the lamps in turn for six hours each, and for random times.
+pub(super) fn grown(
+    plan: &ForecastPlan,
+    layout: &Layout,
+    period_min: f64,
+    monitor: &dyn Monitor,
+) -> Result<Vec<(String, Vec<LeftOut>)>, Error> {
+    monitor.stage("growing unseen beans", u64::from(2 * plan.plants));
+    let trial = Trial { layout: layout.clone(), ..plan.greenhouse.trial(period_min) };
+    let steps = steps_of(GROWN_MIN, period_min);
+    let grow = |light: &str, make: &(dyn Fn(u32) -> Box<dyn Controller> + Sync)| {
+        let plant = |plant: u32| {
+            if !monitor.may_go_on() {
+                return Err(Error::cancelled());
+            }
+            let seed = random::derive(plan.seed, Purpose::Judge, plant.into()) >> 1;
+            let grown = grow(&trial, seed, &mut *make(plant), steps, format!("virtual bean {}", plant + 1));
+            monitor.advance(1);
+            Ok(grown)
+        };
+        let plants: Result<Vec<LeftOut>, Error> = (0..plan.plants).into_par_iter().map(plant).collect();
+        plants.map(|plants| (light.to_owned(), plants))
+    };
+    let six_hours =
+        |_| -> Box<dyn Controller> { Box::new(Periodic::every(PAPER_SWITCH_MIN / period_min, layout)) };
+    let random = |plant| -> Box<dyn Controller> {
+        Box::new(Schedule::random(plan.seed, plant, layout, steps, period_min))
+    };
+    Ok(vec![grow("six-hour", &six_hours)?, grow("random", &random)?])
+}
+
+fn grow(
+    trial: &Trial<'_>,
+    seed: u64,
+    controller: &mut dyn Controller,
+    steps: usize,
+    name: String,
+) -> LeftOut {
+    let mut world = Witnessed { specimen: trial.specimen(seed), truth: Vec::new() };
+    let task = OpenLoop { steps: steps as u32, ..OpenLoop::default() };
+    let Ok(observed) = environment::run(&mut world, controller, &task, &mut environment::unwatched);
+    LeftOut { name, is_virtual: true, observed, truth: world.truth }
+}
+
+/// A virtual bean of which the truth is kept beside what is observed.
+struct Witnessed {
+    specimen: Specimen,
+    truth: Vec<Option<TrueState>>,
+}
+
+impl Environment for Witnessed {
+    type Error = Infallible;
+
+    fn observe(&mut self) -> Result<Observation, Infallible> {
+        self.truth.push(Some(TrueState::of(&self.specimen.without_noise())));
+        self.specimen.observe()
+    }
+
+    fn step(&mut self, light: Light) -> Result<(), Infallible> {
+        self.specimen.step(light)
+    }
+
+    fn period_min(&self) -> f64 {
+        self.specimen.period_min()
+    }
+
+    fn layout(&self) -> &Layout {
+        self.specimen.layout()
+    }
+}
+
+/// Lights that were drawn beforehand.
+struct Schedule(std::vec::IntoIter<Light>);
+
+impl Schedule {
+    /// The lamps of `layout` in turn from a random one on, each for a random time.
+    fn random(seed: u64, plant: u32, layout: &Layout, steps: usize, period_min: f64) -> Self {
+        let all: Vec<Light> = layout.lights().collect();
+        let mut draws = NoiseStream::new(seed, Purpose::Schedule, [plant, 0, 0]).of_seedling();
+        let mut lamp = (draws.uniform() * all.len() as f64) as usize;
+        let mut lights = Vec::with_capacity(steps + 1);
+        while lights.len() <= steps {
+            let minutes = RANDOM_MIN[0] + (RANDOM_MIN[1] - RANDOM_MIN[0]) * draws.uniform();
+            lights.extend(std::iter::repeat_n(all[lamp % all.len()], steps_of(minutes, period_min)));
+            lamp += 1;
+        }
+        Self(lights.into_iter())
+    }
+}
+
+impl Controller for Schedule {
+    fn decide(&mut self, _seen: &Observation) -> Light {
+        self.0.next().expect("as many lights as steps")
+    }
+}

@@ -1,0 +1,336 @@
+//! How well models predict plants that were left out.
+//!
+//! In: models, and tracks of plants of which no model was made; without tracks, virtual beans that no other command grows.
+//! Out: by how much the predicted tip and stem miss the plant after some time, and how often it is where the model expects
+//! it. From each start a model runs on by itself, under the lights of the track: it never sees the plant again.
+
+mod left_out;
+mod score;
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::math::statistics::{mean, standard_deviation};
+use tropism::plant::PlantModel;
+use tropism::track::SAME_PERIOD;
+use tropism_report::{self as report, ForecastErrors, ForecastPanel, Plants};
+
+use self::left_out::{LeftOut, grown, measured};
+use self::score::{PlantScore, score, score_still};
+use crate::model::{self, Model};
+use crate::statistics::{Bootstrap, interval_over_laboratories};
+use crate::{Error, Monitor, Workflow, files};
+
+/// Compares models by their forecasts of plants that were left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ForecastPlan {
+    /// Model files. Those of one file name are one model of several laboratories.
+    pub models: Vec<PathBuf>,
+    /// Tracks of plants that were left out: track files (CSV), and folders of runs or of track files. Without any, virtual
+    /// beans are grown, under two kinds of light.
+    pub tracks: Vec<PathBuf>,
+    /// Number of virtual beans, 1 to 10000, the same ones under each kind of light.
+    pub plants: u32,
+    /// Time of the forecasts, in minutes after the start.
+    pub horizons_min: Vec<f64>,
+    /// Time from one start to the next, in minutes.
+    pub interval_min: f64,
+    /// Species and variation of the virtual beans, and their lamps.
+    pub greenhouse: Greenhouse,
+    /// Seed of the virtual beans and of the forecasts.
+    pub seed: u64,
+    /// Folder for `forecast.json` and the figure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out: Option<PathBuf>,
+}
+
+impl Default for ForecastPlan {
+    fn default() -> Self {
+        Self {
+            models: Vec::new(),
+            tracks: Vec::new(),
+            plants: 12,
+            horizons_min: vec![5.0, 60.0, 360.0],
+            interval_min: 60.0,
+            greenhouse: Greenhouse::default(),
+            seed: 1,
+            out: None,
+        }
+    }
+}
+
+/// What forecasts are compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Truth {
+    /// The virtual plant as a detector without noise sees it.
+    NoiseFree,
+    /// Measured tips and stems, with their noise.
+    Measured,
+}
+
+/// How well models predict plants that were left out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ForecastResults {
+    /// Whether the plants are virtual.
+    pub is_virtual: bool,
+    /// What forecasts are compared with.
+    pub truth: Truth,
+    /// Time of the forecasts, in minutes after the start.
+    pub horizons_min: Vec<f64>,
+    /// One entry for each kind of light; one for tracks.
+    pub lights: Vec<LightForecasts>,
+}
+
+/// Forecasts under one kind of light.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LightForecasts {
+    /// `six-hour`, `random` or `tracks`.
+    pub light: String,
+    /// Number of plants with a start.
+    pub plants: usize,
+    /// Number of starts, over all plants.
+    pub starts: usize,
+    /// The plant that stands still first, then one row for each file name of models.
+    pub models: Vec<ModelForecasts>,
+}
+
+/// How well a model predicts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModelForecasts {
+    /// Its name: the file without its extension, or `standing still`.
+    pub name: String,
+    /// Number of models of this name.
+    pub laboratories: usize,
+    /// Of the tip, at each horizon.
+    pub tip: Vec<ForecastError>,
+    /// Of the ten points of the stem, at each horizon; `None` for a model of the tip.
+    pub stem: Option<Vec<ForecastError>>,
+}
+
+/// The error of forecasts at one horizon.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ForecastError {
+    /// Distance from the mean forecast to the truth, in cm: mean over starts, then over plants and laboratories.
+    pub mean_cm: f64,
+    /// 95 % interval of that mean, by bootstrap over plants and laboratories.
+    pub interval_cm: [f64; 2],
+    /// Standard deviation over the plants, in cm.
+    pub sd_cm: f64,
+    /// Share of true coordinates in the 90 % interval of the forecasts, 0 to 1; `None` for the plant that stands still.
+    pub within_90: Option<f64>,
+}
+
+impl Workflow for ForecastPlan {
+    type Results = ForecastResults;
+
+    const SCHEMA: &'static str = "tropism.forecast/1";
+
+    fn check(&self) -> Result<(), Error> {
+        if self.models.is_empty() {
+            return Err(Error::Plan("found no `models`, wanted at least one".to_owned()));
+        }
+        Error::check_range("plants", self.plants, 10_000)?;
+        let is_time = |minutes: &f64| (1.0..=10_000.0).contains(minutes);
+        if self.horizons_min.is_empty() || !self.horizons_min.iter().all(is_time) {
+            return Err(Error::Plan(format!(
+                "found `horizons_min` {:?}, wanted at least one time of 1 to 10000 minutes",
+                self.horizons_min
+            )));
+        }
+        if !is_time(&self.interval_min) {
+            return Err(Error::Plan(format!(
+                "found `interval_min` {}, wanted 1 to 10000 minutes",
+                self.interval_min
+            )));
+        }
+        let inputs: Vec<PathBuf> = self.models.iter().chain(&self.tracks).cloned().collect();
+        files::check_outputs(&self.outputs(), &inputs)
+    }
+
+    fn execute(&self, monitor: &dyn Monitor) -> Result<ForecastResults, Error> {
+        self.check()?;
+        let groups = self.groups()?;
+        let models = || groups.iter().flat_map(|(_, models)| models);
+        let first = models().next().expect("at least one model, as checked");
+        let (truth, lights) = if self.tracks.is_empty() {
+            let period_min = first.period_min();
+            (Truth::NoiseFree, grown(self, first.layout(), period_min, monitor)?)
+        } else {
+            (Truth::Measured, vec![("tracks".to_owned(), measured(&self.tracks)?)])
+        };
+        let is_virtual = lights.iter().flat_map(|(_, plants)| plants).any(|plant| plant.is_virtual);
+        let units: usize = lights.iter().map(|(_, plants)| plants.len() * models().count()).sum();
+        monitor.stage("forecast", units as u64);
+        let lights = lights.into_iter().map(|(light, plants)| self.judge(light, &plants, &groups, monitor));
+        let results = ForecastResults {
+            is_virtual,
+            truth,
+            horizons_min: self.horizons_min.clone(),
+            lights: lights.collect::<Result<_, _>>()?,
+        };
+        if let Some(out) = &self.out {
+            files::make_folder(out)?;
+            files::write_json(&out.join("forecast.json"), &results)?;
+            let (name, bytes) = figure(&results).files().remove(0);
+            files::write(&out.join(name), &bytes)?;
+        }
+        Ok(results)
+    }
+}
+
+impl ForecastPlan {
+    /// The files that are written.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        let names = ["forecast.json", "figure-forecast.svg"];
+        self.out.iter().flat_map(|out| names.map(|name| out.join(name))).collect()
+    }
+
+    /// The models by their names, in the order in which the names come first.
+    fn groups(&self) -> Result<Vec<(String, Vec<Model>)>, Error> {
+        let mut groups: Vec<(String, Vec<Model>)> = Vec::new();
+        for path in &self.models {
+            let model = model::read(path)?;
+            let name = name_of(path);
+            match groups.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, models)) => models.push(model),
+                None => groups.push((name, vec![model])),
+            }
+        }
+        Ok(groups)
+    }
+
+    fn judge(
+        &self,
+        light: String,
+        plants: &[LeftOut],
+        groups: &[(String, Vec<Model>)],
+        monitor: &dyn Monitor,
+    ) -> Result<LightForecasts, Error> {
+        for model in groups.iter().flat_map(|(_, models)| models) {
+            plants.iter().try_for_each(|plant| check_fits(model, plant))?;
+        }
+        let starts: Vec<Vec<usize>> =
+            plants.iter().map(|plant| plant.starts(&self.horizons_min, self.interval_min)).collect();
+        // Plants without a start judge nothing.
+        let judging: Vec<(u32, &LeftOut, &Vec<usize>)> =
+            (0..).zip(plants).zip(&starts).map(|((number, plant), starts)| (number, plant, starts)).collect();
+        let judging: Vec<_> = judging.into_iter().filter(|(.., starts)| !starts.is_empty()).collect();
+        if judging.is_empty() {
+            let longest = self.horizons_min.iter().copied().fold(0.0, f64::max);
+            return Err(Error::Plan(format!(
+                "found no start in the {} plants, wanted a measured tip below {} cm with {longest} minutes of lit steps after it, \
+                 at least one",
+                plants.len(),
+                left_out::HIGHEST_START_CM
+            )));
+        }
+        let still = judging.iter().map(|(_, plant, starts)| score_still(plant, starts, &self.horizons_min));
+        let mut models = vec![self.row("standing still", &[still.collect()])];
+        for (name, laboratories) in groups {
+            let of_laboratory = |model: &Model| -> Result<Vec<PlantScore>, Error> {
+                let of_plant = |(number, plant, starts): &(u32, &LeftOut, &Vec<usize>)| {
+                    if !monitor.may_go_on() {
+                        return Err(Error::cancelled());
+                    }
+                    let scored = score(model, plant, starts, &self.horizons_min, self.seed, *number);
+                    monitor.advance(1);
+                    Ok(scored)
+                };
+                judging.par_iter().map(of_plant).collect()
+            };
+            let scores = laboratories.iter().map(of_laboratory).collect::<Result<Vec<_>, _>>()?;
+            models.push(self.row(name, &scores));
+        }
+        Ok(LightForecasts { light, plants: judging.len(), starts: starts.iter().map(Vec::len).sum(), models })
+    }
+
+    /// The row of a model, from the scores of each laboratory on each plant.
+    fn row(&self, name: &str, scores: &[Vec<PlantScore>]) -> ModelForecasts {
+        let errors = |of: &dyn Fn(&PlantScore) -> Option<Vec<score::Miss>>| -> Option<Vec<ForecastError>> {
+            let misses: Vec<Vec<Vec<score::Miss>>> =
+                scores.iter().map(|plants| plants.iter().map(of).collect()).collect::<Option<_>>()?;
+            Some((0..self.horizons_min.len()).map(|horizon| self.error(&misses, horizon)).collect())
+        };
+        ModelForecasts {
+            name: name.to_owned(),
+            laboratories: scores.len(),
+            tip: errors(&|plant| Some(plant.tip.clone())).unwrap_or_default(),
+            stem: errors(&|plant| plant.stem.clone()),
+        }
+    }
+
+    fn error(&self, misses: &[Vec<Vec<score::Miss>>], horizon: usize) -> ForecastError {
+        let values = |of: fn(&score::Miss) -> f64| -> Vec<Vec<f64>> {
+            misses.iter().map(|plants| plants.iter().map(|plant| of(&plant[horizon])).collect()).collect()
+        };
+        let distances = values(|miss| miss.distance_cm);
+        let plants = distances[0].len();
+        let of_plants: Vec<f64> =
+            (0..plants).map(|plant| mean(distances.iter().map(|laboratory| laboratory[plant]))).collect();
+        let interval_cm = match distances.as_slice() {
+            [one] => Bootstrap::new(self.seed, plants).interval_of_mean(one),
+            many => interval_over_laboratories(many, self.seed),
+        };
+        let is_forecast = misses[0][0][horizon].within_90.is_some();
+        let within = values(|miss| miss.within_90.unwrap_or_default());
+        ForecastError {
+            mean_cm: mean(of_plants.iter().copied()),
+            interval_cm,
+            sd_cm: standard_deviation(&of_plants),
+            within_90: is_forecast.then(|| mean(within.into_iter().flatten())),
+        }
+    }
+}
+
+/// The name of a model: its file without the extension.
+fn name_of(path: &Path) -> String {
+    path.file_stem().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+/// Checks that a model is of the lamps and the period of a track.
+fn check_fits(model: &Model, plant: &LeftOut) -> Result<(), Error> {
+    let (found, wanted) = (plant.observed.period_min, model.period_min());
+    if (found / wanted - 1.0).abs() > SAME_PERIOD || plant.observed.layout.len() != model.layout().len() {
+        return Err(Error::Plan(format!(
+            "{}: found {} lamps and {found} minutes between steps, wanted {} lamps and {wanted} minutes as in the models",
+            plant.name,
+            plant.observed.layout.len(),
+            model.layout().len()
+        )));
+    }
+    Ok(())
+}
+
+/// The figure of the errors: a panel for the tip and one for the stem under each kind of light.
+fn figure(results: &ForecastResults) -> tropism_report::Figure {
+    let hours: Vec<f64> = results.horizons_min.iter().map(|minutes| minutes / 60.0).collect();
+    let mut panels = Vec::new();
+    for light in &results.lights {
+        let lines = |of: &dyn Fn(&ModelForecasts) -> Option<Vec<ForecastError>>| -> Vec<ForecastErrors> {
+            let line = |model: &ModelForecasts| {
+                let errors = of(model)?;
+                let at = hours.iter().zip(errors);
+                Some(ForecastErrors {
+                    name: model.name.clone(),
+                    errors_cm: at.map(|(&hours, error)| (hours, error.mean_cm, error.interval_cm)).collect(),
+                })
+            };
+            light.models.iter().filter_map(line).collect()
+        };
+        for (what, lines) in
+            [("tip", lines(&|model| Some(model.tip.clone()))), ("stem", lines(&|model| model.stem.clone()))]
+        {
+            if !lines.is_empty() {
+                let of_light =
+                    if light.light == "tracks" { String::new() } else { format!(", {} light", light.light) };
+                panels.push(ForecastPanel { title: format!("{what}{of_light}"), lines });
+            }
+        }
+    }
+    report::forecast_errors(&panels, if results.is_virtual { Plants::Virtual } else { Plants::Real })
+}

@@ -1,0 +1,107 @@
+//! A run with two cameras: tip and stem in space, a side camera that fails, and a resume at any step.
+
+use std::path::Path;
+
+use tropism::greenhouse::fault::Faults;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::greenhouse::view::View;
+use tropism::observation::Quality;
+use tropism::task::{Space, Task, TaskSpec};
+use tropism::track::Track;
+use tropism::vision::VisionConfig;
+use tropism_lab::controller::ControllerSpec;
+use tropism_lab::run::{RunConfig, RunPlan};
+use tropism_lab::{Error, Monitor, Silent, Workflow, read_journal};
+use tropism_rig::file::RigFile;
+
+const STEPS: u32 = 24;
+
+fn tent_faults() -> Faults {
+    Faults { dropped: 0.15, ..Faults::default() }
+}
+
+/// A tent whose camera at the side drops photographs now and then.
+fn config() -> RunConfig {
+    let task: TaskSpec = Space { max_steps: STEPS, ..Space::default() }.into();
+    let mut tent = Greenhouse::default().for_task(&task);
+    tent.faults = tent_faults();
+    let rig = RigFile { period_min: 20.0, ..RigFile::greenhouse(tent, VisionConfig::default()) };
+    // A plant whose first photographs are there.
+    let is_whole = |seed: &u64| {
+        View::BOTH
+            .iter()
+            .all(|view| (0..2).all(|frame| tent_faults().events_for(*view, *seed, frame).is_empty()))
+    };
+    let seed = (5..100).find(is_whole).unwrap();
+    RunConfig::new(rig, ControllerSpec::Greedy, task, seed)
+}
+
+/// Asks for an end after some steps.
+struct EndsAt(std::sync::atomic::AtomicU32, u32);
+
+impl Monitor for EndsAt {
+    fn advance(&self, by: u64) {
+        self.0.fetch_add(by as u32, std::sync::atomic::Ordering::Relaxed);
+    }
+
+    fn may_go_on(&self) -> bool {
+        self.0.load(std::sync::atomic::Ordering::Relaxed) < self.1
+    }
+}
+
+fn run(out: &Path, resume: bool, monitor: &dyn Monitor) -> Result<Track, Error> {
+    let plan = RunPlan { out: out.to_owned(), resume, config: config(), ..RunPlan::default() };
+    plan.execute(monitor).map(|results| results.track)
+}
+
+#[test]
+fn a_run_in_space_survives_gaps_of_one_camera_and_interruptions() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole_at = folder.path().join("whole");
+    let whole = run(&whole_at, false, &Silent).unwrap();
+    assert_eq!(whole.samples.len() as u32, STEPS + 1);
+    let (steps, _) = read_journal(&whole_at).unwrap();
+    let missing = |step: &&tropism_lab::StepRecord| step.side.as_ref().unwrap().photo_bytes == 0;
+    let gaps = steps.iter().filter(missing).count();
+    assert!(gaps > 0 && gaps < steps.len() / 2, "{gaps} photographs from the side are missing");
+    // The depth is held over gaps.
+    let known = whole.samples.iter().skip_while(|sample| sample.depth.is_none());
+    assert!(known.clone().count() > 20 && known.clone().all(|sample| sample.depth.is_some()));
+    assert!(whole.samples.iter().any(|sample| sample.observation().stem_in_space().is_some()));
+
+    for end in [1, 7, 16] {
+        let out = folder.path().join(format!("broken-{end}"));
+        assert!(matches!(run(&out, false, &EndsAt(0.into(), end)), Err(Error::Interrupted { .. })));
+        assert_eq!(run(&out, true, &Silent).unwrap(), whole, "broken off at step {end}");
+        let same = |name: &str| {
+            std::fs::read(out.join(name)).unwrap() == std::fs::read(whole_at.join(name)).unwrap()
+        };
+        assert!(same("track.csv") && same("truth.jsonl"));
+    }
+    // The file tells the task as much as the run did.
+    let file = Track::read_csv(std::fs::File::open(whole_at.join("track.csv")).unwrap()).unwrap();
+    let task = config().task;
+    assert!((task.fitness(&file) - task.fitness(&whole)).abs() < 1e-3);
+}
+
+#[test]
+fn two_cameras_place_the_tip_in_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let track = run(&out, false, &Silent).unwrap();
+    let truth = std::fs::read_to_string(out.join("truth.jsonl")).unwrap();
+    let tops = truth.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let mut errors: Vec<f64> = track
+        .samples
+        .iter()
+        .zip(tops)
+        .filter(|(sample, _)| sample.quality == Quality::Measured)
+        .filter_map(|(sample, truth)| {
+            // Near the plane of the side camera its x is minus the depth.
+            let side = truth["side"]["top"][0].as_f64().unwrap();
+            Some((sample.depth.as_ref()?.tip_cm + side).abs())
+        })
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    assert!(errors.len() > 12 && errors[errors.len() / 2] < 0.2, "{errors:?}");
+}

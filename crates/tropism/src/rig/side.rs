@@ -1,0 +1,138 @@
+//! A second camera at the side of the plant: with it, tip and stem are known in space.
+//!
+//! In: what the front camera's tracker saw, and a photograph from the side of the same moment. Out: one observation in space.
+//! Where the side camera has no tip, or another part of the plant, the last known depth is held.
+
+use std::fmt;
+
+use super::{Camera, RigError};
+use crate::geometry::{Point, Polyline, STEM_POINTS, space};
+use crate::observation::{Depth, Observation, Quality};
+use crate::photo::Photo;
+use crate::vision::camera::stereo::{MAX_RAY_GAP_CM, StereoPair};
+use crate::vision::{Frame, TipTracker, TrackedFrame};
+
+/// Greatest distance between the rays to the tips of both cameras, in cm. Beyond, they are not the same part of the plant.
+/// Chosen by hand: the width of a young leaf.
+const MAX_TIP_GAP_CM: f64 = 1.0;
+
+/// A camera at the side, and what reads its photographs.
+pub struct SideView {
+    camera: Box<dyn Camera>,
+    tracker: TipTracker,
+    views: StereoPair,
+    /// The photograph of the next step, once it is taken.
+    frame: Option<Frame>,
+    /// Why the camera gave none.
+    problem: Option<RigError>,
+    /// Last known depth of the tip, in cm.
+    depth_cm: Option<f64>,
+}
+
+impl fmt::Debug for SideView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SideView")
+            .field("views", &self.views)
+            .field("depth_cm", &self.depth_cm)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What the camera at the side saw at a step, and what both cameras know together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideShot {
+    /// The photograph; without bytes if the camera gave none.
+    pub photo: Photo,
+    /// What was seen in it.
+    pub seen: TrackedFrame,
+    /// Tip and stem in space.
+    pub observation: Observation,
+}
+
+impl SideView {
+    /// A camera whose photographs `tracker` reads, and how it stands to the one in front.
+    #[must_use]
+    pub fn new(camera: Box<dyn Camera>, tracker: TipTracker, views: StereoPair) -> Self {
+        Self { camera, tracker, views, frame: None, problem: None, depth_cm: None }
+    }
+
+    /// What reads its photographs.
+    #[must_use]
+    pub const fn tracker(&self) -> &TipTracker {
+        &self.tracker
+    }
+
+    /// Why the camera gave no photograph of the next step; `None` if it gave one.
+    #[must_use]
+    pub const fn problem(&self) -> Option<&RigError> {
+        self.problem.as_ref()
+    }
+
+    /// Takes the photograph of a step. If the camera fails, a file without bytes stands for it.
+    pub(super) fn photograph(&mut self, name: &str, time_s: f64) {
+        let (bytes, problem) = match self.camera.photograph() {
+            Ok(photo) => (photo.bytes, None),
+            Err(error) => (Vec::new(), Some(error)),
+        };
+        self.problem = problem;
+        self.frame = Some(Frame::new(Photo { name: name.to_owned(), bytes, time_s }));
+    }
+
+    /// Reads the photograph of a step at which the front camera saw `front`. Where none was taken, a file without bytes
+    /// stands for it.
+    pub(super) fn see(&mut self, front: &Observation, name: &str, time_s: f64) -> SideShot {
+        let none = || Frame::new(Photo { name: name.to_owned(), bytes: Vec::new(), time_s });
+        let frame = self.frame.take().unwrap_or_else(none);
+        let seen = self.tracker.observe(&frame);
+        let observation = self.in_space(front, &seen);
+        SideShot { photo: frame.photo().clone(), seen, observation }
+    }
+
+    /// Takes in a recorded step.
+    pub(super) fn resume(&mut self, shot: &SideShot) {
+        self.tracker.resume(&shot.photo, &shot.seen);
+        self.camera.skip();
+        self.frame = None;
+        if let Some(depth) = &shot.observation.depth {
+            self.depth_cm = Some(depth.tip_cm);
+        }
+    }
+
+    /// What both cameras know together.
+    fn in_space(&mut self, front: &Observation, side: &TrackedFrame) -> Observation {
+        let other =
+            side.observation.as_ref().filter(|_| front.quality == Quality::Measured && side.is_measured());
+        let found = other.map(|other| self.views.triangulate(front.tip, other.tip));
+        let found = found.filter(|found| found.gap_cm <= MAX_TIP_GAP_CM);
+        let tip = match (found, self.depth_cm) {
+            (Some(found), _) => found.point,
+            (None, Some(z)) => {
+                let Point { x, y } = self.views.front.at_depth(front.tip, z);
+                [x, y, z]
+            }
+            (None, None) => return front.clone(),
+        };
+        self.depth_cm = Some(tip[2]);
+        let stems = front.stem.as_ref().zip(other.and_then(|other| other.stem.as_ref()));
+        let stem = stems.and_then(|(front, side)| self.stem_in_space(front, side));
+        let (stem, stem_cm) = match stem {
+            Some(points) => {
+                let plane = points.iter().map(|&[x, y, _]| Point::new(x, y)).collect();
+                (Some(Polyline(plane)), points.iter().map(|point| point[2]).collect())
+            }
+            None => (front.stem.clone(), Vec::new()),
+        };
+        let depth = Some(Depth { tip_cm: tip[2], stem_cm });
+        Observation { tip: Point::new(tip[0], tip[1]), stem, depth, quality: front.quality }
+    }
+
+    /// Ten points of the stem in space; `None` where the cameras see different ends of it.
+    fn stem_in_space(&self, front: &Polyline, side: &Polyline) -> Option<Vec<space::SpacePoint>> {
+        let ends = self.views.triangulate(*front.0.last()?, *side.0.last()?);
+        if ends.gap_cm > MAX_RAY_GAP_CM {
+            return None;
+        }
+        let points = space::resampled(&self.views.triangulate_midline(front, side), STEM_POINTS);
+        (points.len() == STEM_POINTS).then_some(points)
+    }
+}
