@@ -128,12 +128,14 @@ class TrackPlan(Plan):
 
 @dataclass(frozen=True, kw_only=True)
 class FitPlan(Plan):
-    """A model of tracks: `kind` is tip, memory or stem."""
+    """A model of tracks: `kind` is tip, memory, stem or lstm; `epochs` and `seed` are for the last alone."""
 
     workflow: ClassVar[str] = "fit"
     tracks: Sequence[PathLike] | None = None
-    kind: Literal["tip", "memory", "stem"] | None = None
+    kind: Literal["tip", "memory", "stem", "lstm"] | None = None
     model: Settings | None = None
+    epochs: int | None = None
+    seed: int | None = None
     anyway: bool | None = None
     out: PathLike | None = None
     replace: bool | None = None
