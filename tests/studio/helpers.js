@@ -1,5 +1,5 @@
 // What the tests share: a folder, the program, a browser.
-import { spawn } from "node:child_process";
+import { spawn, spawnSync } from "node:child_process";
 import fs from "node:fs";
 import os from "node:os";
 import path from "node:path";
@@ -44,14 +44,16 @@ export async function run(t, cwd, ...words) {
 /** A studio of `cwd`: its process and its address. */
 export async function studio(t, cwd, port = 0, ...more) {
   const child = start(t, cwd, "studio", ".", "--listen", `127.0.0.1:${port}`, ...more);
-  const address = await until(() => child.said.match(/http:\/\/\S+/)?.[0], "the studio's address");
+  const address = await until(() => child.said.match(/https?:\/\/\S+/)?.[0], "the studio's address");
   return { child, address };
 }
 
 let browser;
 /** A page at `address`; what goes wrong on it fails the test. */
 export async function page(t, address, options = {}) {
-  browser ??= await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox"] });
+  // A name that no name server knows, for a proxy.
+  const args = ["--no-sandbox", "--host-resolver-rules=MAP plants.example.org 127.0.0.1"];
+  browser ??= await chromium.launch({ executablePath: CHROMIUM, args });
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
   const opened = await context.newPage();
   opened.problems = [];
@@ -65,6 +67,11 @@ export async function page(t, address, options = {}) {
     await context.close();
     if (opened.problems.length) throw new Error(opened.problems.join("\n"));
   });
+  // While one works on the pages: as they are in the sources, without a build.
+  if (process.env.ASSETS)
+    await context.route(/\/assets\/\w+\.(js|css)$/, (route) =>
+      route.fulfill({ path: path.join(process.env.ASSETS, path.basename(new URL(route.request().url()).pathname)) }),
+    );
   await opened.goto(address);
   return opened;
 }
@@ -75,3 +82,46 @@ export const photographs = (cwd, at) => {
   const place = path.join(cwd, at, "photographs");
   return fs.existsSync(place) ? fs.readdirSync(place).length : 0;
 };
+
+/** A run of a real rig that goes on in `cwd/bean`: recorded photographs, a step every `seconds` by the clock. */
+export async function realRun(t, cwd, seconds) {
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "periodic", "--steps", "250", "--out", "tent");
+  const calibration = fs.readFileSync(path.join(cwd, "tent/calibration.toml"), "utf8").replace("[base]", "[calibration.base]");
+  const lamp = (name) => `${name} = ["true", "${name}"]`;
+  fs.writeFileSync(
+    path.join(cwd, "rig.toml"),
+    `period_min = ${seconds / 60}
+[patience]
+free_mb = 0
+[camera]
+driver = "replay"
+folder = ${JSON.stringify(path.join(cwd, "tent/photographs"))}
+[lamps]
+${["left", "right", "dark"].map(lamp).join("\n")}
+[vision.crop]
+x = 8
+y = 20
+width = 631
+height = 379
+[calibration]
+${calibration}`,
+  );
+  return start(t, cwd, "run", "--rig", "rig.toml", "--controller", "periodic", "--steps", "249", "--out", "bean");
+}
+
+/** The journal of the run in `cwd/at`: numbers of the steps that were seen, decided and confirmed, and kinds of events. */
+export function journal(cwd, at) {
+  const lines = fs.readFileSync(path.join(cwd, at, "journal.jsonl"), "utf8").trim().split("\n");
+  const entries = lines.map((line) => JSON.parse(line).slice(1));
+  const of = (name, place) => entries.filter((entry) => entry[0] === name).map((entry) => entry[place]);
+  return { saw: of("saw", 1), decided: of("decided", 2), done: of("done", 1), events: of("event", 2) };
+}
+
+/** Makes a certificate for `names` in `cwd` that nobody has signed. */
+export function certificate(cwd, names) {
+  const words = ["req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2"];
+  const files = ["-keyout", "key.pem", "-out", "certificate.pem", "-subj", "/CN=beans"];
+  const made = spawnSync("openssl", [...words, ...files, "-addext", `subjectAltName=${names}`], { cwd });
+  if (made.status !== 0) throw new Error(`openssl: ${made.stderr}`);
+  fs.chmodSync(path.join(cwd, "key.pem"), 0o600);
+}

@@ -114,6 +114,7 @@ test("a run is watched, stopped by hold and resumed", async (t) => {
   assert.equal(photographs(cwd, "bean"), left);
   await opened.click("#resume");
   await until(() => photographs(cwd, "bean") > left, "the run goes on");
+  assert.equal(fs.readFileSync(path.join(cwd, "bean", "speed"), "utf8"), "300\n", "as fast as before");
   await until(async () => /Live/.test(await chipOf(opened).textContent()), "the page says so");
 
   // The film: back by a key, and to the latest.
@@ -164,18 +165,28 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
   await run(t, cwd, "fit", "tracks", "--out", "model.json");
   await run(t, cwd, "evolve", "--model", "model.json", "--out", "evolution", "--runs", "3", "--generations", "20");
   await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "evolution/champion.json", "--out", "over", "--steps", "30");
+  await run(t, cwd, "fit", "tracks", "--model", "stem", "--out", "stem.json");
+  await run(t, cwd, "tune", "--model", "stem.json", "--out", "rule.json", "--generations", "3", "--population", "4", "--episodes", "4");
+  await run(t, cwd, "transfer", "--controllers", "chase", "rule.json", "--plants", "6", "--out", "transfer");
   live(t, cwd, "bean", "60");
   const { address } = await studio(t, cwd);
-  const targets = encodeURIComponent("[[3,6],[-5,9]]");
+  const drawing = encodeURIComponent('{"targets":[[3,6],[-5,9]]}');
+  const behind = encodeURIComponent(
+    '{"targets":[[0,13]],"way_points":[[-3,10]],"obstacles":[{"disc":[0,8],"radius_cm":1},{"box":[[3,6],[5,7]]},{"line":[[-8,6],[-5,6]]}]}',
+  );
   const pages = [
     "",
     "run?at=bean",
     "run?at=over",
     "evolution?at=evolution",
     "draw",
-    `draw?at=evolution&targets=${targets}`,
+    `draw?drawing=${behind}`,
+    `draw?at=evolution&drawing=${drawing}`,
     "tune?at=over",
     "compare?at=evolution",
+    "compare?at=transfer",
+    "work?at=transfer",
+    "work?at=rule.json",
     "login",
   ];
   for (const [size, device] of Object.entries({ phone: PHONE, desk: DESK })) {
@@ -202,7 +213,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
           assert.ok(wide <= width, `${name} is ${wide} wide in ${width}`);
           if (process.env.SHOTS)
             await opened.screenshot({
-              path: `${process.env.SHOTS}/${name.split("?")[0] || "index"}-${size}-${colorScheme}.png`,
+              path: `${process.env.SHOTS}/${name.replace(/\W.*|^$/, (rest) => (rest ? `-${pages.indexOf(name)}` : "index"))}-${size}-${colorScheme}.png`,
               fullPage: true,
             });
           await opened.context().close();
@@ -241,8 +252,8 @@ test("a job lives on when the studio is killed, and the next one takes it over",
     [-5, 9],
     [-1, 13.5],
   ];
-  await ask(first.address, { name: "long", targets, runs: 2, generations: 10000 });
-  await ask(first.address, { name: "short", targets, runs: 1, generations: 3 });
+  await ask(first.address, { name: "long", drawing: { targets }, runs: 2, generations: 10000 });
+  await ask(first.address, { name: "short", drawing: { targets }, runs: 1, generations: 3 });
   // The latest checkpoint of any run, in ms; 0 before the first.
   const saved = () => {
     const runs = fs.existsSync(path.join(cwd, "long")) ? fs.readdirSync(path.join(cwd, "long")) : [];
@@ -259,6 +270,85 @@ test("a job lives on when the studio is killed, and the next one takes it over",
   assert.deepEqual(await states(), ["long running", "short waiting"]);
   await until(async () => String(await states()) === "long done,short done", "both are done", 240);
   assert.ok(fs.existsSync(path.join(cwd, "short", "champion.json")));
+});
+
+test("a target behind obstacles is drawn, a rule tuned for it and tried", async (t) => {
+  const cwd = folder(t);
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}draw`, PHONE);
+  const plane = opened.locator("#plane svg");
+  await plane.waitFor();
+  const rows = (id) => opened.locator(`${id} .target-row`);
+  for (let left = 3; left > 0; left--) await rows("#targets").first().locator("[data-remove]").click();
+  // Where the plane is now: the page scrolls.
+  const at = async (x, y) => {
+    await opened.locator("#plane").scrollIntoViewIfNeeded();
+    const box = await plane.boundingBox();
+    return [box.x + ((340 + 34 * x) / 680) * box.width, box.y + ((600 - 34 * y) / 660) * box.height];
+  };
+  const place = async (tool, x, y) => {
+    await opened.click(`[data-tool=${tool}]`);
+    await opened.touchscreen.tap(...(await at(x, y)));
+  };
+  await place("target", 0, 13);
+  await place("way", -3, 10);
+  // By finger with a tap, and by mouse with a drag that gives it its size.
+  await place("disc", 0, 8);
+  await opened.click("[data-tool=line]");
+  await opened.mouse.move(...(await at(4, 7)));
+  await opened.mouse.down();
+  await opened.mouse.move(...(await at(6, 7.5)), { steps: 4 });
+  await opened.mouse.move(...(await at(8, 8)), { steps: 4 });
+  await opened.mouse.up();
+  const values = () => opened.locator("#others input").evaluateAll((fields) => fields.map((field) => Number(field.value)));
+  assert.deepEqual(await values(), [-3, 10, 0, 8, 1, 4, 7, 8, 8]);
+  // By keyboard: the rim of the disc, and a box onto the seedling and away from it.
+  await opened.locator("#plane [aria-label^='Disc 1, its rim']").focus();
+  await opened.keyboard.press("ArrowRight");
+  assert.match(await opened.textContent("#live"), /radius 1.5 cm/);
+  await opened.click("[data-tool=box]");
+  await opened.click("#add");
+  const words = () => rows("#others").last().locator(".say").textContent();
+  await opened.locator("#others input").last().fill("3");
+  await opened.locator("[aria-label='Box 1, x']").fill("-1");
+  await opened.locator("[aria-label='Box 1, x']").press("Tab");
+  await until(async () => /touches the seedling/.test(await rows("#others").nth(3).locator(".say").textContent().catch(() => "")) || /touches/.test(await words()), "it says what touches");
+  await opened.locator("#plane [aria-label^='Box 1 at']").focus();
+  await opened.keyboard.press("Delete");
+  assert.equal((await values()).length, 9);
+  await opened.locator("[aria-label='Disc 1, radius']").fill("1");
+  await opened.locator("[aria-label='Disc 1, radius']").press("Tab");
+  // A target in an obstacle cannot be reached without touching it.
+  await opened.locator("[aria-label='Target 1, y']").fill("8");
+  await opened.locator("[aria-label='Target 1, y']").press("Tab");
+  await until(async () => /in the disc/.test(await opened.textContent("#targets .say")), "it says what is out of reach");
+  await opened.click("#undo");
+  await until(async () => /within reach/.test(await opened.textContent("#targets .say")), "it is within reach again");
+
+  await opened.click("#p-draw summary");
+  await opened.fill("#name", "round");
+  await opened.fill("#rule-generations", "3");
+  await opened.click("#tune");
+  await opened.locator("#curve svg").waitFor({ timeout: 120_000 });
+  // The overview has it while it is searched for.
+  const overview = await page(t, address);
+  await until(async () => /round-rule\.json/.test(await overview.textContent("#rows")), "the rule is listed");
+  await opened.locator("#p-try").waitFor({ timeout: 300_000 });
+  const task = fs.readFileSync(path.join(cwd, "round.toml"), "utf8");
+  assert.match(task, /kind = "obstacles"/);
+  assert.match(task, /way_points = \[\[-3.0, 10.0\]\]/);
+  const hours = async () => Number((await opened.textContent("#hour b")).match(/^(\d+) h/)[1]);
+  await opened.click("[data-speed='96']");
+  await until(async () => (await hours()) >= 4, "the rule steers the bean");
+  assert.ok(await opened.locator("#touches").isVisible());
+  await opened.locator(".obstacle").first().waitFor();
+  await overview.reload();
+  await until(async () => /round-rule\.json[\s\S]*of 2/.test(await overview.textContent("#rows")), "the rule has its fitness");
+  // By way of its own page to a bean again.
+  await overview.goto(`${address}work?at=round-rule.json`);
+  await overview.click("#try");
+  await overview.locator("#plane .obstacle").first().waitFor();
+  assert.equal(await overview.locator("#plane .obstacle").count(), 2);
 });
 
 test("targets are drawn with the keyboard alone", async (t) => {
@@ -280,7 +370,7 @@ test("targets are drawn with the keyboard alone", async (t) => {
   assert.match(await focused(), /^Target 1 at 3.5, 6.5/);
   await opened.keyboard.press("Delete");
   assert.equal(await opened.locator("#targets .target-row").count(), 2);
-  await tabTo(/^Add$/);
+  await tabTo(/^Add a target$/);
   await opened.keyboard.press("Enter");
   assert.equal(await opened.locator("#targets .target-row").count(), 3);
 });

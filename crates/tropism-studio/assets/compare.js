@@ -1,13 +1,13 @@
 // Compare: the report of the library on one axis, with its tests and its figures as files.
 // @ts-check
-import { $, asked, command, get, html, icon, listen, num, put, session, virtual } from "./studio.js";
+import { $, asked, banner, command, get, html, icon, listen, num, put, refuse, session, virtual } from "./studio.js";
 
 /** @type {Set<string>} */
 const chosen = new Set((asked.get("at") ?? "").split("\n").filter(Boolean));
 /** @type {any[]} */
 let items = [];
 
-const COMPARED = ["run", "evolution", "study", "sweep"];
+const COMPARED = ["run", "evolution", "study", "sweep", "transfer", "laboratories"];
 
 function list() {
   const wanted = $("#find").value.trim().toLowerCase();
@@ -40,7 +40,7 @@ $("#find").oninput = list;
 async function compare() {
   const at = [...chosen].join("\n");
   $("#go").disabled = true;
-  put($("#banner"), html`<div class="banner calm" role="status"><div>Drawing the figures.</div></div>`);
+  put($("#banner"), banner("calm", "status", "Drawing the figures."));
   try {
     const found = await get("api/compare", { at });
     put($("#banner"), "");
@@ -94,10 +94,7 @@ async function compare() {
     put($("#command"), command(found.command));
     history.replaceState(null, "", `?${new URLSearchParams({ at })}`);
   } catch (error) {
-    put(
-      $("#banner"),
-      html`<div class="banner bad" role="alert"><div>${error instanceof Error ? error.message : error}</div></div>`,
-    );
+    refuse(error);
   }
   $("#go").disabled = chosen.size === 0;
 }

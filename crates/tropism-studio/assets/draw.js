@@ -1,4 +1,4 @@
-// Draw targets, evolve a controller for them, try it on a virtual bean, save the task.
+// Draw targets, way points and obstacles, evolve or tune a controller for them, try it on a virtual bean, save the task.
 // @ts-check
 import {
   $,
@@ -11,17 +11,25 @@ import {
   icon,
   listen,
   num,
+  pageOf,
   plural,
   post,
   put,
   say,
   session,
   toast,
+  wordOf,
 } from "./studio.js";
 import { cross, fit, line, plot } from "./figure.js";
+import { STEM_CM, distance, outline, shape } from "./obstacle.js";
 
-/** @typedef {{ x: number, y: number }} Target */
-/** @typedef {{ x: number, y: number, lamp: string | null, stem: [number, number][] }} Frame */
+/** @typedef {[number, number]} Pair */
+/**
+ * Something that is drawn: a target or a way point has one point, a disc its centre and a radius, a box two corners, a line
+ * two ends. A further kind has its place here and in `KINDS`.
+ * @typedef {{ kind: "target" | "way" | "disc" | "box" | "line", points: Pair[], radius: number }} Item
+ */
+/** @typedef {{ x: number, y: number, lamp: string | null, stem: [number, number][], touches: boolean }} Frame */
 /** @typedef {{ frames: Frame[], fitness: number[], crossings: any[], isOver: boolean, at: number, lights: string }} Trial */
 
 const MOST = 8;
@@ -30,12 +38,24 @@ const [W, H, U, ROOT, SOIL] = [680, 660, 34, 340, 600];
 const X = (/** @type {number} */ x) => ROOT + U * x;
 const Y = (/** @type {number} */ y) => SOIL - U * y;
 
-/** @type {Target[]} */
-let targets = [
-  { x: 3, y: 6 },
-  { x: -5, y: 9 },
-  { x: -1, y: 13.5 },
-];
+const KINDS = {
+  target: { name: "Target", points: ["x", "y"] },
+  way: { name: "Way point", points: ["x", "y"] },
+  disc: { name: "Disc", points: ["x", "y"] },
+  box: { name: "Box", points: ["x", "y", "x to", "y to"] },
+  line: { name: "Line", points: ["x", "y", "x to", "y to"] },
+};
+/** How far anything may be moved to the side and up, in cm. */
+const [SIDE, LOW, HIGH] = [9.5, 0.5, 17];
+
+/** @param {Pair} point @returns {Item} */
+const target = (point) => ({ kind: "target", points: [point], radius: 0 });
+/** @type {Item[]} */
+let items = [target([3, 6]), target([-5, 9]), target([-1, 13.5])];
+/** What a touch of the plane places. @type {Item["kind"]} */
+let tool = "target";
+/** The best fitness that there can be, as the server says. */
+let best = 0;
 /** @type {[number, number][]} */
 let reach = [];
 /** @type {string[]} */
@@ -55,34 +75,57 @@ let yours = "l";
 /** @type {any} */
 let evolution;
 
-const given = asked.get("targets");
+/** What the server is told of the drawing. */
+function drawing() {
+  const points = (/** @type {string} */ kind) => sorted(kind).map((item) => item.points[0]);
+  const obstacles = items.filter(isObstacle).map(obstacleOf);
+  return { targets: points("target"), way_points: points("way"), obstacles };
+}
+/** @param {any} drawn */
+function take(drawn) {
+  const point = (kind) => (/** @type {Pair} */ pair) => ({ kind, points: [pair], radius: 0 });
+  const obstacle = ({ disc, radius_cm, box, line }) =>
+    disc
+      ? { kind: "disc", points: [disc], radius: radius_cm }
+      : { kind: box ? "box" : "line", points: box ?? line, radius: 0 };
+  items = [
+    ...drawn.targets.map(point("target")),
+    ...(drawn.way_points ?? []).map(point("way")),
+    ...(drawn.obstacles ?? []).map(obstacle),
+  ];
+}
+const given = asked.get("drawing");
 if (given) {
   try {
-    targets = JSON.parse(given).map(([x, y]) => ({ x, y }));
+    take(JSON.parse(given));
   } catch {
     // The paper's targets stand in.
   }
 }
 
-const sorted = () => [...targets].sort((one, other) => one.y - other.y);
-const pairs = () => JSON.stringify(sorted().map(({ x, y }) => [x, y]));
-/** The way in x that the tip needs, in cm. */
-function possible() {
-  let from = 0;
-  return sorted().reduce((sum, { x }) => {
-    const way = Math.abs(x - from);
-    from = x;
-    return sum + way;
-  }, 0);
+/** The points of a kind, from the lowest to the highest. @param {string} kind */
+function sorted(kind) {
+  return items.filter((item) => item.kind === kind).sort((one, other) => one.points[0][1] - other.points[0][1]);
 }
+const targets = () => sorted("target");
+const text = () => JSON.stringify(drawing());
+/** @param {Item} item @returns {import("./obstacle.js").Obstacle} */
+const obstacleOf = ({ kind, points, radius }) =>
+  kind === "disc" ? { disc: points[0], radius_cm: radius } : /** @type {any} */ ({ [kind]: points });
+const isObstacle = (/** @type {Item} */ { kind }) => kind === "disc" || kind === "box" || kind === "line";
 /** How far to the side a tip gets by a height, in cm. @param {number} y */
 function farthest(y) {
   const row = reach.findLast(([height]) => height <= y);
   return row ? row[1] : reach.length && y < reach[0][0] ? 0 : Infinity;
 }
-/** @param {Target} target */
-function word({ x, y }) {
+/** What there is to say of a thing that is drawn. @param {Item} item */
+function word(item) {
+  if (isObstacle(item)) return wordOfObstacle(obstacleOf(item));
   if (!reach.length) return { isFar: false, text: "" };
+  const [x, y] = item.points[0];
+  const inside = items.find((other) => isObstacle(other) && distance(obstacleOf(other), [x, y]) < STEM_CM);
+  if (inside && item.kind === "target")
+    return { isFar: true, text: `in the ${KINDS[inside.kind].name.toLowerCase()}: no stem gets there without touching it` };
   if (y <= 4) return { isFar: true, text: "below the seedling’s tip, which begins at 4 cm" };
   const top = reach.at(-1)?.[0] ?? 0;
   if (y > top) return { isFar: true, text: `higher than beans grow here: ${num(top, 1)} cm` };
@@ -90,6 +133,17 @@ function word({ x, y }) {
   return over > 0
     ? { isFar: true, text: `${num(over, 1)} cm out of reach on the ${x < 0 ? "left" : "right"}` }
     : { isFar: false, text: "within reach" };
+}
+/** @param {import("./obstacle.js").Obstacle} obstacle */
+function wordOfObstacle(obstacle) {
+  const seedling = Array.from({ length: 41 }, (_, tenth) => /** @type {Pair} */ ([0, tenth / 10]));
+  if (seedling.some((point) => distance(obstacle, point) < STEM_CM))
+    return { isFar: true, text: "touches the seedling from the start" };
+  if (!reach.length) return { isFar: false, text: "" };
+  const isMet = ([x, y]) => y <= (reach.at(-1)?.[0] ?? 0) && (y <= 4 ? Math.abs(x) < 1 : Math.abs(x) <= farthest(y));
+  return outline(obstacle).some(isMet)
+    ? { isFar: false, text: "where beans grow" }
+    : { isFar: false, text: "out of reach: in nobody’s way" };
 }
 
 // The plane.
@@ -127,7 +181,7 @@ function plant(trial) {
   const [px, py] = stem.at(-2) ?? [0, 0];
   const turn = (Math.atan2(X(x) - X(px), Y(py) - Y(y)) * 180) / Math.PI;
   const leaf = `<g transform="translate(${X(x).toFixed(1)} ${Y(y).toFixed(1)}) rotate(${turn.toFixed(0)})"><path class="leaf" d="M0 0c-10-14-26-14-34-8 6 12 22 14 34 8zM0 0c10-14 26-14 34-8-6 12-22 14-34 8z"/></g>`;
-  return `<path class="bean" d="${d}"/>${leaf}<circle class="tip ${frame.lamp ?? ""}" cx="${X(frame.x).toFixed(1)}" cy="${Y(frame.y).toFixed(1)}" r="7"/>`;
+  return `<path class="bean ${frame.touches ? "touching" : ""}" d="${d}"/>${leaf}<circle class="tip ${frame.lamp ?? ""}" cx="${X(frame.x).toFixed(1)}" cy="${Y(frame.y).toFixed(1)}" r="7"/>`;
 }
 
 /** @param {Trial | undefined} trial */
@@ -160,8 +214,8 @@ $("#backdrop").onchange = async () => {
   backdrop = null;
   if (run !== "") {
     try {
-      const [about, { items }] = await Promise.all([get("api/run", { at: run }), get("api/items")]);
-      const name = items.find((item) => item.at === run)?.photo_name;
+      const [about, { items: all }] = await Promise.all([get("api/run", { at: run }), get("api/items")]);
+      const name = all.find((item) => item.at === run)?.photo_name;
       if (!name || !about.base) throw new Error("This run has no photograph, or no scale.");
       const [x, y] = about.base.map((pixels) => pixels / about.px_per_cm);
       const href = `api/run/photo?${new URLSearchParams({ at: run, name })}`;
@@ -204,68 +258,137 @@ function draw() {
         )}"/>`
       : "",
   );
-  const all = sorted();
+  const all = targets();
   // A cross is as large on a phone.
   const size = Math.max(1, (0.7 * W) / Math.max(1, $("#plane").clientWidth));
-  const marks = all.map((target, index) => {
-    const { isFar, text } = word(target);
+  const things = items.filter(isObstacle).map((item) => {
+    const drawn = shape(obstacleOf(item), X, Y);
+    return word(item).isFar ? drawn.replace('class="obstacle', 'class="obstacle far') : drawn;
+  });
+  const ways = sorted("way").map(({ points: [[x, y]] }) => {
+    const r = 7 * size;
+    return `<path class="way" d="M${X(x)} ${Y(y) - r}l${r} ${r}l${-r} ${r}l${-r} ${-r}Z"/>`;
+  });
+  const marks = all.map((item, index) => {
+    const [x, y] = item.points[0];
+    const { isFar } = word(item);
     const crossed = phase === "try" && trial?.crossings[index] && trial.crossings[index].step <= trial.at;
     const ring =
       isFar || crossed
-        ? `<circle class="ring ${isFar && !crossed ? "far" : ""}" cx="${X(target.x)}" cy="${Y(target.y)}" r="18"/>`
-        : `<circle class="ring" stroke-opacity="0" cx="${X(target.x)}" cy="${Y(target.y)}" r="18"/>`;
-    const body = `${ring}${cross(X(target.x), Y(target.y), index + 1, 9 * size)}`;
-    if (phase !== "draw") return `<g>${body}</g>`;
-    return `<g tabindex="0" role="button" data-target="${targets.indexOf(target)}" aria-label="Target ${index + 1} at ${num(target.x, 1)}, ${num(target.y, 1)} cm${text ? `, ${text}` : ""}. Arrow keys move it, Delete removes it.">${body}<circle class="t-hit" cx="${X(target.x)}" cy="${Y(target.y)}" r="${hit()}"/></g>`;
+        ? `<circle class="ring ${isFar && !crossed ? "far" : ""}" cx="${X(x)}" cy="${Y(y)}" r="18"/>`
+        : "";
+    return `<g>${ring}${cross(X(x), Y(y), index + 1, 9 * size)}</g>`;
   });
-  const dotted = all.map(({ y }) => `<path class="dotted" d="M0 ${Y(y)}H${W}"/>`);
+  const grips = phase === "draw" ? items.flatMap((item, index) => handles(item).map((handle, place) => grip(item, index, handle, place))) : [];
+  const dotted = all.map(({ points: [[, y]] }) => `<path class="dotted" d="M0 ${Y(y)}H${W}"/>`);
   const pot =
     backdrop && phase === "draw"
       ? ""
       : `<path class="pot" d="M${ROOT - 52} ${SOIL}H${ROOT + 52}L${ROOT + 42} ${H}H${ROOT - 42}Z"/>`;
   const scale = Math.max(1, W / Math.max(1, $("#plane").clientWidth));
   $("#plane").style.setProperty("--u", scale.toFixed(2));
-  const focused = /** @type {any} */ (document.activeElement)?.dataset?.target;
+  const focused = /** @type {any} */ (document.activeElement)?.dataset?.grip;
   $("#plane").innerHTML =
-    `<svg class="figure" viewBox="0 0 ${W} ${H}">${HATCH}${behind()}<path class="grid" d="${grid}"/>${area()}${heights.join("")}${dotted.join("")}${lampAt(-1, "left")}${lampAt(1, "right")}${pot}<path class="soil" d="M0 ${SOIL}H${W}"/>${ghosts.join("")}${trail(trial)}${plant(trial)}${marks.join("")}</svg>`;
-  if (focused !== undefined) $(`#plane [data-target="${focused}"]`)?.focus();
+    `<svg class="figure" viewBox="0 0 ${W} ${H}">${HATCH}${behind()}<path class="grid" d="${grid}"/>${area()}${heights.join("")}${dotted.join("")}${lampAt(-1, "left")}${lampAt(1, "right")}${pot}<path class="soil" d="M0 ${SOIL}H${W}"/>${things.join("")}${ghosts.join("")}${trail(trial)}${plant(trial)}${ways.join("")}${marks.join("")}${grips.join("")}</svg>`;
+  if (focused !== undefined) $(`#plane [data-grip="${focused}"]`)?.focus();
 }
 /** Half of what a finger meets, whatever the scale of the drawing. */
 const hit = () => Math.max(22, (22 * W) / Math.max(1, $("#plane").clientWidth));
 
-// Targets by mouse, finger and keys.
+/**
+ * What a thing is held by: where, what it is called, and what moves with it.
+ * @param {Item} item @returns {{ at: Pair, name: string, move: (to: Pair) => void, isWhole: boolean }[]}
+ */
+function handles(item) {
+  const { kind, points } = item;
+  const middle = /** @type {Pair} */ ([0, 1].map((axis) => points.reduce((sum, point) => sum + point[axis], 0) / points.length));
+  const whole = {
+    at: middle,
+    name: "",
+    isWhole: true,
+    move: (/** @type {Pair} */ to) => {
+      const by = [0, 1].map((axis) => snapped(to[axis] - middle[axis]));
+      item.points = points.map(([x, y]) => [x + by[0], y + by[1]]);
+    },
+  };
+  if (kind === "disc") {
+    const rim = {
+      at: /** @type {Pair} */ ([points[0][0] + item.radius, points[0][1]]),
+      name: ", its rim",
+      isWhole: false,
+      move: (/** @type {Pair} */ [x, y]) => {
+        item.radius = Math.min(6, Math.max(0.5, snapped(Math.hypot(x - points[0][0], y - points[0][1]))));
+      },
+    };
+    return [whole, rim];
+  }
+  if (points.length < 2) return [whole];
+  const ends = points.map((at, place) => ({
+    at,
+    name: kind === "box" ? `, corner ${place + 1}` : `, end ${place + 1}`,
+    isWhole: false,
+    move: (/** @type {Pair} */ to) => {
+      item.points[place] = to;
+    },
+  }));
+  return [whole, ...ends];
+}
+
+/** What a thing is called: targets by their order, the others by theirs. @param {Item} item */
+function nameOf(item) {
+  const same = item.kind === "target" || item.kind === "way" ? sorted(item.kind) : items.filter(({ kind }) => kind === item.kind);
+  return `${KINDS[item.kind].name} ${same.indexOf(item) + 1}`;
+}
+
+/** @param {Item} item @param {number} index @param {ReturnType<typeof handles>[0]} handle @param {number} place */
+function grip(item, index, { at: [x, y], name, isWhole }, place) {
+  const { text } = word(item);
+  const size = item.kind === "disc" && isWhole ? `, radius ${num(item.radius, 1)} cm` : "";
+  const knob = isWhole && !isObstacle(item) ? "" : `<circle class="knob" cx="${X(x)}" cy="${Y(y)}" r="${(hit() / 4).toFixed(1)}"/>`;
+  const label = `${nameOf(item)}${name} at ${num(x, 1)}, ${num(y, 1)} cm${size}${isWhole && text ? `, ${text}` : ""}. Arrow keys move it, Delete removes it.`;
+  return `<g tabindex="0" role="button" data-grip="${index}.${place}" aria-label="${label}">${knob}<circle class="ring" stroke-opacity="0" cx="${X(x)}" cy="${Y(y)}" r="18"/><circle class="t-hit" cx="${X(x)}" cy="${Y(y)}" r="${hit()}"/></g>`;
+}
+
+// By mouse, finger and keys.
 const keep = () => {
-  past.push(JSON.stringify(targets));
+  past.push(JSON.stringify(items));
   past.splice(0, past.length - 50);
 };
-const snapped = (value) => Math.round(value * 2) / 2;
-/** @param {Target} target */
-function bound(target) {
-  target.x = Math.min(9.5, Math.max(-9.5, target.x));
-  target.y = Math.min(17, Math.max(4.5, target.y));
+const snapped = (/** @type {number} */ value) => Math.round(value * 2) / 2;
+/** @param {Item} item */
+function bound(item) {
+  const low = item.kind === "target" || item.kind === "way" ? 4.5 : LOW;
+  item.points = item.points.map(([x, y]) => [Math.min(SIDE, Math.max(-SIDE, x)), Math.min(HIGH, Math.max(low, y))]);
+  if (item.points.length === 2 && String(item.points[0]) === String(item.points[1])) item.points[1][0] += item.points[1][0] < SIDE ? 0.5 : -0.5;
+  if (isObstacle(item)) return;
   // Two at one height cannot be told apart.
-  while (targets.some((other) => other !== target && other.y === target.y)) target.y += target.y >= 16.5 ? -0.5 : 0.5;
+  const [point] = item.points;
+  const isTaken = () => items.some((other) => other !== item && other.kind === item.kind && other.points[0][1] === point[1]);
+  for (let tries = 0; isTaken() && tries < 2 * MOST; tries++) point[1] += point[1] >= HIGH - 0.5 ? -0.5 : 0.5;
 }
-/** @param {PointerEvent} event */
+/** @param {PointerEvent} event @returns {Pair} */
 function pointed(event) {
   const box = $("#plane svg").getBoundingClientRect();
-  return {
-    x: snapped((((event.clientX - box.left) / box.width) * W - ROOT) / U),
-    y: snapped((SOIL - ((event.clientY - box.top) / box.height) * H) / U),
-  };
+  return [
+    snapped((((event.clientX - box.left) / box.width) * W - ROOT) / U),
+    snapped((SOIL - ((event.clientY - box.top) / box.height) * H) / U),
+  ];
 }
-/** @type {Target | null} */
+/** The thing that is dragged, and the handle that it is dragged by. @type {{ item: Item, place: number, from: Pair | null } | null} */
 let dragged = null;
 $("#plane").addEventListener("pointerdown", (event) => {
   if (phase !== "draw") return;
-  const mark = event.target.closest?.("[data-target]");
+  const mark = event.target.closest?.("[data-grip]");
   if (mark) {
     keep();
-    dragged = targets[Number(mark.dataset.target)];
+    const [index, place] = mark.dataset.grip.split(".").map(Number);
+    dragged = { item: items[index], place, from: null };
   } else {
-    const target = pointed(event);
-    if (target.y < 4) return;
-    dragged = add(target);
+    const point = pointed(event);
+    if (point[1] < (tool === "target" || tool === "way" ? 4 : 0.5)) return;
+    const item = add(tool, point);
+    // A drag from here on gives an obstacle its size: by the rim of a disc, by the other end of the others.
+    if (item) dragged = { item, place: tool === "disc" ? 1 : tool === "target" || tool === "way" ? 0 : 2, from: point };
   }
   $("#plane").setPointerCapture(event.pointerId);
   event.preventDefault();
@@ -273,8 +396,13 @@ $("#plane").addEventListener("pointerdown", (event) => {
 });
 $("#plane").addEventListener("pointermove", (event) => {
   if (!dragged) return;
-  Object.assign(dragged, pointed(event));
-  bound(dragged);
+  const { item, place, from } = dragged;
+  const to = pointed(event);
+  // A tap that trembles leaves a new obstacle as large as it is.
+  if (from && isObstacle(item) && Math.hypot(to[0] - from[0], to[1] - from[1]) < 1) return;
+  dragged.from = null;
+  handles(item)[place].move(to);
+  bound(item);
   drawn();
 });
 for (const name of ["pointerup", "pointercancel"]) {
@@ -283,105 +411,168 @@ for (const name of ["pointerup", "pointercancel"]) {
   });
 }
 $("#plane").addEventListener("keydown", (event) => {
-  const index = event.target.dataset?.target;
-  const move = { ArrowLeft: [-0.5, 0], ArrowRight: [0.5, 0], ArrowUp: [0, 0.5], ArrowDown: [0, -0.5] }[event.key];
-  if (index === undefined || phase !== "draw") return;
-  const target = targets[Number(index)];
-  if (move) {
+  const grip = event.target.dataset?.grip;
+  const by = { ArrowLeft: [-0.5, 0], ArrowRight: [0.5, 0], ArrowUp: [0, 0.5], ArrowDown: [0, -0.5] }[event.key];
+  if (grip === undefined || phase !== "draw") return;
+  const [index, place] = grip.split(".").map(Number);
+  const item = items[index];
+  if (by) {
     event.preventDefault();
     keep();
-    target.x += move[0];
-    target.y += move[1];
-    bound(target);
+    const { at: from, move } = handles(item)[place];
+    move([from[0] + by[0], from[1] + by[1]]);
+    bound(item);
     drawn();
-    $("#live").textContent = `${num(target.x, 1)}, ${num(target.y, 1)} cm, ${word(target).text}`;
+    const { at: to } = handles(item)[place];
+    $("#live").textContent =
+      `${num(to[0], 1)}, ${num(to[1], 1)} cm${item.kind === "disc" ? `, radius ${num(item.radius, 1)} cm` : ""}, ${word(item).text}`;
   } else if (event.key === "Delete" || event.key === "Backspace") {
-    keep();
-    targets.splice(Number(index), 1);
-    drawn();
+    remove(index);
     $("#live").textContent = "Removed.";
   }
 });
-/** @param {Target} target */
-function add(target) {
-  if (targets.length >= MOST) {
-    toast(`${MOST} targets are the most.`);
+/** Adds a thing of a kind at a point, if there is room. @param {Item["kind"]} kind @param {Pair} point */
+function add(kind, point) {
+  const isAlike = kind === "target" || kind === "way" ? (item) => item.kind === kind : isObstacle;
+  if (items.filter(isAlike).length >= MOST) {
+    toast(`${MOST} ${kind === "target" ? "targets" : kind === "way" ? "way points" : "obstacles"} are the most.`);
     return null;
   }
   keep();
-  targets.push(target);
-  bound(target);
-  return target;
+  const [x, y] = point;
+  /** @type {Item} */
+  const item = { kind, points: [point], radius: kind === "disc" ? 1 : 0 };
+  if (kind === "box") item.points.push([x + 2, y + 1]);
+  if (kind === "line") item.points.push([x + 3, y]);
+  items.push(item);
+  bound(item);
+  return item;
+}
+/** @param {number} index */
+function remove(index) {
+  keep();
+  items.splice(index, 1);
+  drawn();
 }
 $("#add").onclick = () => {
-  const highest = Math.max(4, ...targets.map((target) => target.y));
-  add({ x: 0, y: snapped(Math.min(17, highest + 2)) });
+  const highest = Math.max(4, ...items.filter(({ kind }) => kind === tool).map(({ points: [[, y]] }) => y));
+  add(tool, tool === "target" || tool === "way" ? [0, snapped(Math.min(HIGH, highest + 2))] : [3, snapped(Math.min(HIGH, highest + 3))]);
   drawn();
+};
+$("#tool").onclick = (event) => {
+  const button = event.target.closest("[data-tool]");
+  if (!button) return;
+  tool = button.dataset.tool;
+  for (const other of $$("[data-tool]")) other.setAttribute("aria-pressed", String(other === button));
+  $("#add").textContent = `Add a ${KINDS[tool].name.toLowerCase()}`;
 };
 $("#undo").onclick = () => {
   const before = past.pop();
   if (!before) return toast("Nothing to undo.");
-  targets = JSON.parse(before);
+  items = JSON.parse(before);
   drawn();
 };
+
+/** A number of a thing: a coordinate, or the radius. @param {Item} item @param {number | string} key */
+const valueOf = ({ points, radius }, key) => (key === "radius" ? radius : points.flat()[Number(key)]);
+
+/**
+ * Shows a list of things with their fields. Where only numbers change, the fields stay: who types goes on in the next one.
+ * @param {any} place @param {Item[]} list @param {(item: Item) => any} row @param {any} none
+ */
+function rows(place, list, row, none) {
+  const form = list.map((item) => `${items.indexOf(item)} ${item.kind}`).join();
+  if (place.form !== form) {
+    place.form = form;
+    place.shown = undefined;
+    put(place, list.length ? list.map(row) : none);
+    return;
+  }
+  for (const field of $$("input", place)) {
+    const value = String(valueOf(items[Number(field.dataset.index)], field.dataset.key));
+    if (field.value !== value) field.value = value;
+  }
+  $$(".say", place).forEach((say, index) => {
+    const { isFar, text } = word(list[index]);
+    say.textContent = text;
+    say.classList.toggle("out", isFar);
+  });
+}
 
 let timer = 0;
 /** What follows from a change of the drawing. */
 function drawn() {
   draw();
-  const row = (target, place) => {
-    const { isFar, text } = word(target);
-    const index = targets.indexOf(target);
-    const field = (key, name) =>
-      html`<label class="field"
-        ><span>${name}</span
-        ><input
-          type="number"
-          step="0.5"
-          inputmode="decimal"
-          value="${target[key]}"
-          data-index="${index}"
-          data-key="${key}"
-          aria-label="Target ${place + 1}, ${name}"
-      /></label>`;
-    return html`<div class="target-row">
-      <span class="mark">${place + 1}</span>${field("x", "x (cm)")}${field("y", "y (cm)")}
-      <button class="btn quiet square" type="button" data-remove="${index}" aria-label="Remove target ${place + 1}">
+  const field = (index, key, name, label, value) =>
+    html`<label class="field"
+      ><span>${name} (cm)</span
+      ><input
+        type="number"
+        step="0.5"
+        inputmode="decimal"
+        value="${value}"
+        data-index="${index}"
+        data-key="${key}"
+        aria-label="${label}, ${name}"
+    /></label>`;
+  const row = (/** @type {Item} */ item) => {
+    const { isFar, text } = word(item);
+    const index = items.indexOf(item);
+    const label = nameOf(item);
+    const names = KINDS[item.kind].points;
+    const fields = names.map((name, key) => field(index, key, name, label, valueOf(item, key)));
+    if (item.kind === "disc") fields.push(field(index, "radius", "radius", label, item.radius));
+    return html`<div class="target-row ${{ target: "", disc: "named three" }[item.kind] ?? "named"}">
+      <span class="mark">${item.kind === "target" ? sorted("target").indexOf(item) + 1 : label}</span>${fields}
+      <button class="btn quiet square" type="button" data-remove="${index}" aria-label="Remove ${label.toLowerCase()}">
         ${icon("bin")}
       </button>
       <span class="say ${isFar ? "out" : ""}">${text}</span>
     </div>`;
   };
-  put($("#targets"), targets.length ? sorted().map(row) : html`<p class="soft">No target yet.</p>`);
-  const far = targets.filter((target) => word(target).isFar).length;
-  $("#possible").textContent = targets.length
-    ? `Best possible fitness ${num(possible(), 1)} cm.${far ? ` ${plural(far, "target")} out of reach: the last centimetres will be missing.` : ""}`
-    : "";
-  $("#evolve").disabled = !targets.length;
+  const all = targets();
+  rows($("#targets"), all, row, html`<p class="soft">No target yet.</p>`);
+  const others = [...sorted("way"), ...items.filter(isObstacle)];
+  $("#others").hidden = others.length === 0;
+  rows($("#others"), others, row, "");
+  tell();
+  $("#evolve").disabled = $("#tune").disabled = !all.length;
   clearTimeout(timer);
   timer = setTimeout(async () => {
-    if (!targets.length) return;
-    const found = await get("api/task", { targets: pairs() }).catch(() => null);
-    if (found) $("#task").textContent = found.task;
+    if (!all.length) return;
+    const found = await get("api/task", { drawing: text() }).catch((error) => ({ task: wordOf(error), best: 0 }));
+    $("#task").textContent = found.task;
+    best = found.best;
+    tell();
   }, 300);
 }
-$("#targets").addEventListener("change", (event) => {
-  const { index, key } = event.target.dataset;
-  const value = Number(event.target.value);
-  if (index === undefined || !Number.isFinite(value)) return;
-  keep();
-  targets[Number(index)][key] = value;
-  bound(targets[Number(index)]);
-  drawn();
-});
-$("#targets").addEventListener("click", (event) => {
-  const button = event.target.closest("[data-remove]");
-  if (!button) return;
-  keep();
-  targets.splice(Number(button.dataset.remove), 1);
-  drawn();
-  $("#add").focus();
-});
+/** Says what can be reached at best. */
+function tell() {
+  const far = targets().filter((item) => word(item).isFar).length;
+  const touching = items.some((item) => isObstacle(item) && word(item).isFar);
+  $("#possible").textContent = targets().length
+    ? `Best possible fitness ${num(best, 1)}.${far ? ` ${plural(far, "target")} out of reach: the last centimetres will be missing.` : ""}${touching ? " The seedling touches an obstacle: no plant can do this task." : ""}`
+    : "";
+}
+for (const id of ["#targets", "#others"]) {
+  $(id).addEventListener("change", (event) => {
+    const { index, key } = event.target.dataset;
+    const value = Number(event.target.value);
+    if (index === undefined || !Number.isFinite(value)) return;
+    keep();
+    const item = items[Number(index)];
+    if (key === "radius") item.radius = Math.min(6, Math.max(0.1, value));
+    else item.points[Math.floor(Number(key) / 2)][Number(key) % 2] = value;
+    bound(item);
+    drawn();
+  });
+  $(id).addEventListener("click", (event) => {
+    const button = event.target.closest("[data-remove]");
+    if (!button) return;
+    remove(Number(button.dataset.remove));
+    $("#add").focus();
+  });
+}
 
 // Phases.
 /** @param {"draw" | "evolve" | "try"} to */
@@ -409,14 +600,16 @@ function enter(to) {
 // Evolve.
 const free = () => `targets-${new Date().toISOString().slice(0, 19).replace(/[-:]/g, "").replace("T", "-")}`;
 $("#name").value = free();
-$("#evolve").onclick = async () => {
-  $("#evolve").disabled = true;
+/** Asks for an evolution, or for a rule. @param {"evolve" | "tune"} method */
+async function make(method) {
+  $("#evolve").disabled = $("#tune").disabled = true;
   try {
     const request = {
       name: $("#name").value.trim(),
-      targets: JSON.parse(pairs()),
+      drawing: drawing(),
+      method,
       runs: Number($("#runs").value),
-      generations: Number($("#generations").value),
+      generations: Number($(method === "tune" ? "#rule-generations" : "#generations").value),
       seed: Number($("#seed").value),
       model: $("#model").value || null,
     };
@@ -425,15 +618,65 @@ $("#evolve").onclick = async () => {
     put($("#commands"), found.commands.map(command));
     $("#name").value = free();
     evolution = undefined;
-    $("#whole").href = `evolution?${new URLSearchParams({ at })}`;
+    searched.length = 0;
+    $("#p-evolve h2").textContent = method === "tune" ? "Tuning a rule" : "Evolving";
+    $("#whole").href = pageOf(method === "tune" ? "rule" : "evolution", at);
+    $("#early").hidden = method === "tune";
+    $("#generation").textContent = "";
     $("#evolving").textContent = "Waits for its turn in the queue. The page may be closed.";
     enter("evolve");
-    follow();
+    curve();
+    if (method === "tune") search();
+    else follow();
   } catch (error) {
     say(error);
   }
-  $("#evolve").disabled = false;
-};
+  $("#evolve").disabled = $("#tune").disabled = false;
+}
+$("#evolve").onclick = () => make("evolve");
+$("#tune").onclick = () => make("tune");
+
+/** Generations of a search for a rule, and the best of each, as they were heard of. @type {[number, number][]} */
+const searched = [];
+let searches = 0;
+
+/** Says how long a job waits, or why it failed; whether it may still come. @param {string} own @param {any} queue */
+function waits(own, queue) {
+  const job = queue?.findLast((one) => one.at === own);
+  if (job?.state === "failed") {
+    $("#evolving").textContent = `It failed: ${job.problem}`;
+    return false;
+  }
+  const before = queue?.filter((one) => one.state === "waiting" || one.state === "running").findIndex((one) => one.at === own);
+  $("#evolving").textContent =
+    before > 0
+      ? `Waits for ${plural(before, "other job")}. The page may be closed.`
+      : "Makes the model of virtual beans first: some seconds.";
+  return true;
+}
+
+/** Waits for a rule, and says how far its search is. */
+async function search() {
+  const own = at;
+  for (; at === own && phase === "evolve"; await new Promise((done) => setTimeout(done, 500))) {
+    const found = await get("api/work", { at: own }).catch(() => null);
+    if (at !== own || phase !== "evolve") return;
+    if (!found) {
+      const { queue } = await get("api/items").catch(() => ({ queue: [] }));
+      if (!waits(own, queue)) return;
+    } else if (found.status.is_over) {
+      enter("try");
+      return play(true);
+    } else {
+      const { generation, generations, best_fitness: top } = found.status;
+      searches = generations;
+      $("#generation").textContent = `generation ${generation} of ${generations}`;
+      $("#evolving").textContent = "The mean of the best rule of each generation. The page may be closed.";
+      if (generation > (searched.at(-1)?.[0] ?? 0)) searched.push([generation, top]);
+      curve();
+    }
+  }
+}
 
 /** Waits until the evolution is there, then listens to it. */
 async function follow() {
@@ -443,16 +686,7 @@ async function follow() {
     if (at !== own || phase !== "evolve") return;
     if (found) break;
     const { queue } = await get("api/items").catch(() => ({ queue: [] }));
-    const job = queue?.findLast((one) => one.at === own);
-    if (job?.state === "failed") {
-      $("#evolving").textContent = `It failed: ${job.problem}`;
-      return;
-    }
-    const before = queue?.filter((one) => one.state === "waiting" || one.state === "running").findIndex((one) => one.at === own);
-    $("#evolving").textContent =
-      before > 0
-        ? `Waits for ${plural(before, "other job")}. The page may be closed.`
-        : "Makes the model of virtual beans first: a few seconds.";
+    if (!waits(own, queue)) return;
     await new Promise((done) => setTimeout(done, 500));
   }
   listen(`api/evolution/events?${new URLSearchParams({ at: own })}`, "evolution", (found) => {
@@ -470,18 +704,20 @@ async function follow() {
   });
 }
 const curve = fit($("#curve"), (width) => {
-  if (!evolution?.marks.length) return "";
-  const { marks, top, median, generations } = evolution;
-  const best = possible();
-  const low = Math.min(0, ...median);
+  const marks = evolution?.marks ?? searched.map(([generation]) => generation);
+  const top = evolution?.top ?? searched.map(([, value]) => value);
+  const median = evolution?.median ?? [];
+  if (!marks.length) return "";
+  const generations = evolution?.generations ?? searches;
+  const low = Math.min(0, ...median, ...(evolution ? [] : top));
   return plot({
     w: width,
     h: 190,
     x: [0, generations],
-    y: [Math.max(-best, low), Math.max(best, ...top) * 1.08],
+    y: [Math.max(-2 * best, low), Math.max(best, ...top) * 1.08],
     xl: "generation",
-    yl: "best (cm)",
-    label: `Best fitness so far ${num(top.at(-1))} of ${num(best, 1)} cm`,
+    yl: "best",
+    label: `Best fitness so far ${num(top.at(-1))} of ${num(best, 1)}`,
     body: (x, y) =>
       `<path class="dotted" d="M${x(0)} ${y(best)}H${x(generations)}"/><path class="stroke thin quiet" d="${line(marks, median, x, y)}"/><path class="stroke bold best" d="${line(marks, top, x, y)}"/>`,
   });
@@ -491,7 +727,7 @@ $("#redraw").onclick = () => enter("draw");
 
 // Try.
 const SAYS = {
-  champion: "The network that evolved. It sees only where the tip is.",
+  champion: "The network that evolved, which sees only where the tip is; or the rule that was tuned.",
   greedy: "Lights the lamp on the side of the next target: the rule that a person would write by hand.",
   you: "You light the lamps: buttons, or the left and right arrow keys. Light early: the bean answers late.",
 };
@@ -510,7 +746,7 @@ async function ready() {
     try {
       const found = await get("api/try", {
         who: own,
-        targets: pairs(),
+        drawing: text(),
         at: own === "champion" ? at : null,
         seed,
         lights: own === "you" ? "" : null,
@@ -532,14 +768,16 @@ async function ready() {
   scores();
 }
 function scores() {
-  const best = possible();
+  const hasObstacles = items.some(isObstacle);
+  $("#touches").hidden = !hasObstacles;
   const row = (name, title) => {
     const trial = trials[name];
     const passed = trial ? trial.crossings.filter((one) => one && one.step <= trial.at).length : 0;
     const value = trial && trial.at > 0 ? num(trial.fitness[trial.at] ?? 0, 1) : "–";
     return html`<tr class="${name === who ? "now" : ""}">
       <th scope="row">${title}</th>
-      <td class="n">${passed} of ${targets.length}</td>
+      <td class="n">${passed} of ${targets().length}</td>
+      ${hasObstacles ? html`<td class="n">${trial ? touched(trial) : "–"}</td>` : ""}
       <td class="n">${value}${name === who ? html` <span class="soft">of ${num(best, 1)}</span>` : ""}</td>
     </tr>`;
   };
@@ -553,12 +791,14 @@ function scores() {
       ? "the bean is 4 cm high"
       : isEnd
         ? "the end"
-        : `${frame.lamp ?? "no"} lamp, tip ${num(frame.x, 1)}, ${num(frame.y, 1)} cm`;
+        : `${frame.lamp ?? "no"} lamp, tip ${num(frame.x, 1)}, ${num(frame.y, 1)} cm${frame.touches ? ", touches an obstacle" : ""}`;
   put($("#hour"), html`<b>${Math.floor(step / 12)} h ${String((step % 12) * 5).padStart(2, "0")}</b> ${says}`);
   put($("#play"), isPlaying ? html`${icon("pause")}Pause` : html`${icon("play")}${isEnd ? "Again" : "Play"}`);
   $("#left").setAttribute("aria-pressed", String(yours === "l"));
   $("#right").setAttribute("aria-pressed", String(yours === "r"));
 }
+/** Steps so far at which the stem touched an obstacle. @param {Trial} trial */
+const touched = (trial) => trial.frames.slice(0, trial.at + 1).filter((one) => one.touches).length;
 /** @param {Trial} trial */
 const isDone = (trial) => trial.at >= trial.frames.length - 1 && (who !== "you" || trial.isOver || trial.lights.length >= 1000);
 
@@ -614,7 +854,7 @@ async function grow(trial, steps) {
   isAsking = true;
   const lights = trial.lights + yours.repeat(steps);
   try {
-    const found = await get("api/try", { who: "you", targets: pairs(), seed, lights, from: trial.frames.length - 1 });
+    const found = await get("api/try", { who: "you", drawing: text(), seed, lights, from: trial.frames.length - 1 });
     trial.lights = lights;
     trial.frames.splice(found.from, trial.frames.length, ...found.frames);
     trial.fitness.splice(found.from, trial.fitness.length, ...found.fitness);
@@ -657,7 +897,7 @@ requestAnimationFrame(frame);
 $("#save").onclick = async () => {
   try {
     const name = $("#name").value.trim();
-    const found = await post("api/draw/save", { name, targets: JSON.parse(pairs()) });
+    const found = await post("api/draw/save", { name, drawing: drawing() });
     put($("#commands"), found.commands.map(command));
     toast(`${found.file} is written.`);
   } catch (error) {
@@ -669,8 +909,8 @@ session.then(async ({ session: own }) => {
   if (!own) return;
   drawn();
   listen("api/events", "items", () => {});
-  get("api/items").then(({ items }) => {
-    const runs = items.filter((item) => item.kind === "run" && item.photo_name);
+  get("api/items").then(({ items: all }) => {
+    const runs = all.filter((item) => item.kind === "run" && item.photo_name);
     put($("#backdrop"), [
       html`<option value="">no run</option>`,
       runs.map((run) => html`<option value="${run.at}">${run.name}</option>`),

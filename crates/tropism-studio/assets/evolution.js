@@ -5,6 +5,7 @@ import {
   asked,
   chip,
   command,
+  cutOff,
   get,
   html,
   icon,
@@ -13,14 +14,17 @@ import {
   plural,
   post,
   put,
+  refuse,
   say,
   session,
   span,
   toast,
   trusted,
   virtual,
+  wordOf,
 } from "./studio.js";
 import { band, cross, fit, lampPath, line, plot } from "./figure.js";
+import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
 
@@ -203,7 +207,7 @@ async function show() {
     const found = await get("api/evolution/champion", { at, run: isChampion ? null : shownRun() });
     if (ask === asks) champion = found;
   } catch (error) {
-    if (ask === asks) put($("#network"), html`<p class="soft">${error instanceof Error ? error.message : error}</p>`);
+    if (ask === asks) put($("#network"), html`<p class="soft">${wordOf(error)}</p>`);
     return;
   }
   if (ask !== asks) return;
@@ -235,6 +239,7 @@ const paths = fit($("#paths"), (width) => {
     yl: "tip y (cm)",
     label: `Paths of ${plural(all.length, "simulated plant")} past ${plural(targets.length, "target")}`,
     body: (X, Y) =>
+      (about.obstacles ?? []).map((obstacle) => shape(obstacle, X, Y)).join("") +
       targets.map(([, y]) => `<path class="dotted" d="M${X(-reach)} ${Y(y).toFixed(1)}H${X(reach)}"/>`).join("") +
       all
         .map(
@@ -314,28 +319,14 @@ listen(
     all();
   },
   (isLost, seconds) =>
-    put(
-      $("#banner"),
-      isLost
-        ? html`<div class="banner" role="status">
-            <div>
-              <strong>This page is cut off from studio.</strong> What you see was heard ${span(seconds)} ago. The evolution goes
-              on: it does not need this page.
-            </div>
-          </div>`
-        : "",
-    ),
+    put($("#banner"), isLost ? cutOff(seconds, "The evolution goes on: it does not need this page.") : ""),
 );
 session.then(async ({ session: own }) => {
   if (!own) return;
   try {
     about = await get("api/evolution", { at });
   } catch (error) {
-    put(
-      $("#banner"),
-      html`<div class="banner bad" role="alert"><div>${error instanceof Error ? error.message : error}</div></div>`,
-    );
-    return;
+    return refuse(error);
   }
   $("#name").textContent = about.name;
   document.title = `${about.name} · tropism studio`;
@@ -348,7 +339,7 @@ session.then(async ({ session: own }) => {
     command(about.commands.extend),
     command(about.commands.run),
   ]);
-  $("#try").href = `draw?${new URLSearchParams({ at, targets: JSON.stringify(about.targets) })}`;
+  $("#try").href = `draw?${new URLSearchParams({ at, drawing: JSON.stringify(about.drawing) })}`;
   if (data) all();
   paths();
 });

@@ -78,12 +78,19 @@ export function lampPath(points, X, Y, kind = "bold") {
   /** @type {Record<string, string>} */
   const paths = {};
   let last = "";
+  let [drawnX, drawnY] = [0, 0];
   points.slice(1).forEach((to, index) => {
     const from = points[index];
     const lamp = lampClass(from.lamp);
+    const [x, y] = [X(to.x), Y(to.y)];
     paths[lamp] ??= "";
     if (lamp !== last) paths[lamp] += `M${tenth(X(from.x))} ${tenth(Y(from.y))}`;
-    paths[lamp] += `L${tenth(X(to.x))} ${tenth(Y(to.y))}`;
+    // What would be drawn within a pixel of the last point is left out, but where the line ends.
+    const isEnd = index === points.length - 2 || lampClass(to.lamp) !== lamp;
+    if (lamp !== last || isEnd || Math.abs(x - drawnX) + Math.abs(y - drawnY) > 1) {
+      paths[lamp] += `L${tenth(x)} ${tenth(y)}`;
+      [drawnX, drawnY] = [x, y];
+    }
     last = lamp;
   });
   return Object.entries(paths)

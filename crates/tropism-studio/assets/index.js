@@ -16,7 +16,6 @@ import {
   post,
   put,
   say,
-  session,
   span,
   virtual,
 } from "./studio.js";
@@ -182,20 +181,18 @@ addEventListener("click", (event) => {
   if (button) post("api/queue/remove", { number: Number(button.dataset.remove) }).catch(say);
 });
 
-session.then(({ session: own }) => {
-  if (!own) return;
-  listen(
-    "api/events",
-    "items",
-    (data) => {
-      if (data.all) items.clear();
-      for (const item of data.items) items.set(item.at, item);
-      for (const at of data.gone) if (!data.items.some((item) => item.at === at)) items.delete(at);
-      queue = data.queue ?? queue;
-      isKnown = true;
-      draw();
-    },
-    (isLost) => document.body.classList.toggle("cut-off", isLost),
-  );
-  setInterval(tick, 1000);
-});
+// At once: it does not wait for the words in the foot.
+listen(
+  "api/events",
+  "items",
+  (data) => {
+    if (data.all) items.clear();
+    for (const item of data.items) items.set(item.at, item);
+    for (const at of data.gone) if (!data.items.some((item) => item.at === at)) items.delete(at);
+    queue = data.queue ?? queue;
+    isKnown = true;
+    draw();
+  },
+  (isLost) => document.body.classList.toggle("cut-off", isLost),
+);
+setInterval(tick, 1000);

@@ -4,9 +4,11 @@ import {
   $,
   $$,
   asked,
+  banner,
   capital,
   chip,
   command,
+  cutOff,
   get,
   hold,
   html,
@@ -20,6 +22,7 @@ import {
   plural,
   post,
   put,
+  refuse,
   say,
   session,
   size,
@@ -29,6 +32,7 @@ import {
   virtual,
 } from "./studio.js";
 import { cross, fit, lampPath, line, plot, ticks } from "./figure.js";
+import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
 
@@ -173,6 +177,9 @@ function strip() {
   put($("#strip"), marks.map(button));
 }
 
+// The small photographs come after the large one.
+$("#img").addEventListener("load", strip);
+
 /** @param {number | null} to */
 function show(to) {
   shown = to === null || to >= steps.length - 1 ? null : Math.max(0, to);
@@ -308,10 +315,14 @@ const series = fit($("#series"), (width) => {
       body: (X, Y) => `${ribbon(X)}<path class="stroke bold" d="${line(hours, values, X, Y)}"/>`,
     });
   };
+  // Both go through the steps once, the one an hour behind the other.
+  let behind = 0;
+  /** @type {any} */
+  let before = null;
   const hourly = kept.map((now) => {
-    if (now.y === null) return null;
-    const before = steps.findLast((one) => one.y !== null && one.hours <= now.hours - 0.99);
-    return before ? (now.y - before.y) / (now.hours - before.hours) : null;
+    for (; behind < steps.length && steps[behind].hours <= now.hours - 0.99; behind++)
+      if (steps[behind].y !== null) before = steps[behind];
+    return now.y === null || !before ? null : (now.y - before.y) / (now.hours - before.hours);
   });
   return (
     one(
@@ -326,7 +337,10 @@ const series = fit($("#series"), (width) => {
   );
 });
 
+const numbers = $("#series-table").closest("details");
+numbers.addEventListener("toggle", () => seriesTable());
 function seriesTable() {
+  if (!numbers.open) return;
   const every = Math.max(1, Math.ceil(steps.length / 12));
   const kept = steps.filter((_, index) => index % every === 0 || index === steps.length - 1);
   const row = (one) =>
@@ -390,7 +404,9 @@ const path = fit($("#path"), (width) => {
         ? `<circle cx="${X(last.x).toFixed(1)}" cy="${Y(last.y).toFixed(1)}" r="6" class="tip ${lampClass(last.lamp ?? lampNow())}"/>`
         : "";
       const first = seen[0] ? `<circle class="start" cx="${X(seen[0].x)}" cy="${Y(seen[0].y)}" r="5"/>` : "";
+      const obstacles = (about.obstacles ?? []).map((obstacle) => shape(obstacle, X, Y));
       return (
+        obstacles.join("") +
         heights.join("") +
         fan.join("") +
         lampPath(seen, X, Y) +
@@ -442,6 +458,9 @@ function targets() {
       </tbody>`,
   );
 }
+
+/** What is expected takes the server a while: what is known comes first. */
+const PREDICTS_AFTER_MS = 1500;
 
 async function predict() {
   if (!isOn() || !(about.targets ?? []).length || steps.length < 2) return;
@@ -498,79 +517,71 @@ function health() {
 }
 
 // What state the run is in, and what to do.
-function banner() {
+function state() {
   const last = steps.at(-1);
   const resume = (primary) =>
     html`<button class="btn ${primary ? "primary" : ""} change" type="button" id="resume">
       Resume from step ${last ? last.number + 1 : 0}
     </button>`;
-  const state = status.state;
-  /** @param {string} kind @param {string} role @param {any} text @param {any} [after] */
-  const word = (kind, role, text, after = "") =>
-    html`<div class="banner ${kind}" role="${role}">
-      <div>${text}</div>
-      ${after}
-    </div>`;
+  const word = status.state;
   /** @type {any} */
   let what = "";
   if (isLost) {
-    what = word(
-      "",
-      "status",
-      html`<strong>This page is cut off from studio.</strong> What you see was heard ${span(lostFor)} ago. The run itself goes on:
-        it does not need this page. To stop it meanwhile, at its computer:
+    what = cutOff(
+      lostFor,
+      html`The run itself goes on: it does not need this page. To stop it meanwhile, at its computer:
         <code>${about.commands?.stop ?? "tropism stop"}</code>`,
     );
-  } else if (state === "overdue") {
-    what = word(
+  } else if (word === "overdue") {
+    what = banner(
       "",
       "status",
       html`<strong>The photograph is late.</strong> The camera does not answer; the run keeps trying. Look at the camera’s cable
         and network.`,
     );
-  } else if (state === "died") {
+  } else if (word === "died") {
     const lit = status.still_lit ? html` <b>The ${status.still_lit} lamp may still be lit</b>: use Safe state.` : "";
-    what = word(
+    what = banner(
       "bad",
       "alert",
       html`<strong>The run’s process is gone.</strong> It did not say goodbye: a kill, a crash or a power cut. All ${steps.length}
         steps are on the disk.${lit}`,
       resume(true),
     );
-  } else if (state === "stopped") {
-    what = word(
+  } else if (word === "stopped") {
+    what = banner(
       "calm",
       "status",
       html`<strong>Stopped in order${last ? ` at step ${last.number}` : ""}.</strong> Lamps and flash are off: the plant stands in
         the dark.`,
       resume(true),
     );
-  } else if (state === "paused") {
-    what = word(
+  } else if (word === "paused") {
+    what = banner(
       "",
       "status",
       html`<strong>The run waits for you.</strong> ${events.findLast((event) => event.kind === "paused")?.text ?? ""}`,
       resume(true),
     );
-  } else if (state === "over") {
+  } else if (word === "over") {
     const fitness =
       status.fitness === null || status.fitness === undefined
         ? ""
         : ` Fitness ${num(status.fitness)} of ${num(about.best ?? 0, 0)} cm.`;
-    what = word("calm", "status", html`<strong>The run is over.</strong>${fitness}`);
-  } else if (state === "live" && !steps.length) {
-    what = word("calm", "status", html`<strong>No photograph yet.</strong> The first one comes soon.`);
+    what = banner("calm", "status", html`<strong>The run is over.</strong>${fitness}`);
+  } else if (word === "live" && !steps.length) {
+    what = banner("calm", "status", html`<strong>No photograph yet.</strong> The first one comes soon.`);
   }
   put($("#banner"), what);
   put($("#state"), [
-    chip(state ?? "waiting", state === "live" && !steps.length ? "Starting" : undefined),
+    chip(word ?? "waiting", word === "live" && !steps.length ? "Starting" : undefined),
     about.is_virtual ? virtual("virtual bean") : "",
   ]);
   for (const button of $$(".stop")) button.setAttribute("aria-disabled", String(!isOn() || isLost));
   for (const button of $$(".safe")) button.setAttribute("aria-disabled", String(isLost));
   $("#ask-button").hidden = !isOn();
-  $("#dock").hidden = state === "over";
-  document.body.classList.toggle("has-dock", state !== "over");
+  $("#dock").hidden = word === "over";
+  document.body.classList.toggle("has-dock", word !== "over");
 }
 
 /** What changes by itself, once a second. */
@@ -598,16 +609,17 @@ function tick() {
   $("#drop").value = left !== null && status.period_s ? Math.min(1, Math.max(0, 1 - left / status.period_s)) : 0;
 }
 
+const PARTS = [state, photograph, facts, path, series, targets, health, strip, seriesTable];
+/** Parts that are still to be drawn. @type {(() => void)[]} */
+let due = [];
+/** Draws what changed, a part a frame: none of them holds up a finger. */
 function all() {
-  banner();
-  strip();
-  photograph();
-  facts();
-  series();
-  seriesTable();
-  path();
-  targets();
-  health();
+  if (!due.length) requestAnimationFrame(some);
+  due = [...PARTS];
+}
+function some() {
+  due.shift()?.();
+  if (due.length) requestAnimationFrame(some);
 }
 
 // Changes.
@@ -658,12 +670,13 @@ listen(
     events = [...events.slice(0, data.events_from), ...data.events];
     status = data.status;
     if (shown !== null && shown >= steps.length) shown = null;
-    all();
-    if (isFirst && about.targets) predict();
+    if (isFirst) PARTS.filter((part) => part !== strip).forEach((part) => part());
+    else all();
+    if (isFirst) setTimeout(predict, PREDICTS_AFTER_MS);
   },
   (is, seconds) => {
     [isLost, lostFor] = [is, seconds];
-    banner();
+    state();
     facts();
     tick();
   },
@@ -675,11 +688,7 @@ session.then(async ({ session: own }) => {
   try {
     about = await get("api/run", { at });
   } catch (error) {
-    put(
-      $("#banner"),
-      html`<div class="banner bad" role="alert"><div>${error instanceof Error ? error.message : error}</div></div>`,
-    );
-    return;
+    return refuse(error);
   }
   $("#name").textContent = about.name;
   document.title = `${about.name} · tropism studio`;
@@ -692,5 +701,4 @@ session.then(async ({ session: own }) => {
   );
   put($("#commands"), [command(about.commands.status), command(about.commands.stop), command(about.commands.resume)]);
   all();
-  predict();
 });

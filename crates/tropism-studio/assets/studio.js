@@ -80,7 +80,7 @@ const ICONS = {
   left: '<path d="M20 12H4l6-6M4 12l6 6"/>',
   right: '<path d="M4 12h16l-6-6M20 12l-6 6"/>',
 };
-const SAME = { sweep: "study", laboratories: "transfer" };
+const SAME = { sweep: "study", laboratories: "transfer", rule: "pen" };
 
 /** @param {string} name */
 export const icon = (name) => {
@@ -286,8 +286,29 @@ export function toast(text) {
   setTimeout(() => note.remove(), 5000);
 }
 
+/** What went wrong, in words. @param {any} error @returns {string} */
+export const wordOf = (error) => (error instanceof Error ? error.message : String(error));
+
 /** Says what went wrong. @param {any} error */
-export const say = (error) => toast(error instanceof Error ? error.message : String(error));
+export const say = (error) => toast(wordOf(error));
+
+/** @param {"" | "bad" | "calm"} kind @param {"status" | "alert"} role @param {any} text @param {any} [after] */
+export const banner = (kind, role, text, after = "") =>
+  html`<div class="banner ${kind}" role="${role}">
+    <div>${text}</div>
+    ${after}
+  </div>`;
+
+/** Shows at the top of the page that what it is for cannot be had. @param {any} error */
+export const refuse = (error) => put($("#banner"), banner("bad", "alert", wordOf(error)));
+
+/** A page that hears nothing any more. @param {number} seconds since it heard something @param {any} what goes on */
+export const cutOff = (seconds, what) =>
+  banner(
+    "",
+    "status",
+    html`<strong>This page is cut off from studio.</strong> What you see was heard ${span(seconds)} ago. ${what}`,
+  );
 
 /** How long a button is held until it acts. */
 const HOLD_MS = 1500;

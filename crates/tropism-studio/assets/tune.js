@@ -4,6 +4,7 @@ import {
   $,
   $$,
   asked,
+  banner,
   command,
   get,
   html,
@@ -13,10 +14,12 @@ import {
   plural,
   post,
   put,
+  refuse,
   say,
   session,
   toast,
   virtual,
+  wordOf,
 } from "./studio.js";
 
 /** @typedef {{ mode: string, roi: number[] | null, base: [number, number], px_per_cm: number, contrast: number, threshold: number }} Settings */
@@ -151,10 +154,7 @@ function changed() {
       put($("#command"), command(found.text.command));
       put($("#banner"), "");
     } catch (error) {
-      put(
-        $("#banner"),
-        html`<div class="banner" role="status"><div>${error instanceof Error ? error.message : error}</div></div>`,
-      );
+      put($("#banner"), banner("", "status", wordOf(error)));
     }
     photograph();
     samples();
@@ -271,18 +271,11 @@ $("#write").onclick = async () => {
 /** @param {string} place */
 async function open(place) {
   at = place;
-  put(
-    $("#banner"),
-    html`<div class="banner calm" role="status"><div>Looking at the photographs of ${at || "this folder"}.</div></div>`,
-  );
+  put($("#banner"), banner("calm", "status", `Looking at the photographs of ${at || "this folder"}.`));
   try {
     about = await get("api/tune", { at });
   } catch (error) {
-    put(
-      $("#banner"),
-      html`<div class="banner bad" role="alert"><div>${error instanceof Error ? error.message : error}</div></div>`,
-    );
-    return;
+    return refuse(error);
   }
   put($("#banner"), "");
   settings = structuredClone(about.settings);
@@ -313,9 +306,7 @@ session.then(async ({ session: own }) => {
   if (wanted === undefined)
     return put(
       $("#banner"),
-      html`<div class="banner calm" role="status">
-        <div>There is no run with photographs in this folder yet. Name a folder of photographs below it.</div>
-      </div>`,
+      banner("calm", "status", "There is no run with photographs in this folder yet. Name a folder of photographs below it."),
     );
   $("#source").value = wanted;
   open(wanted);

@@ -1,6 +1,6 @@
-// A study, sweep, transfer or comparison of laboratories: how far it is.
+// A study, sweep, transfer, comparison of laboratories or tuned rule: how far it is.
 // @ts-check
-import { $, asked, chip, command, get, html, listen, put, session, span } from "./studio.js";
+import { $, asked, chip, command, get, html, listen, num, put, refuse, session, span } from "./studio.js";
 
 const at = asked.get("at") ?? "";
 
@@ -14,16 +14,20 @@ function stages(status) {
       `${stage.unit}${stage.seconds ? `, ${span(stage.seconds)}` : ""}`,
     ]);
   if (status.worlds) return status.worlds.map((world) => [world.world, world.controllers_done, world.controllers, "controllers"]);
+  if (status.rule)
+    return status.is_over ? [] : [["search", status.generation, status.generations, `generations${status.best_fitness === null ? "" : `, best ${num(status.best_fitness)}`}`]];
   if (status.controllers) return status.controllers.map((one) => [one.name, one.plants, status.plants, "plants"]);
   return [["units", status.done, status.total, "units"]];
 }
 
 async function read() {
-  const { kind, name, status, command: line } = await get("api/work", { at });
+  const { kind, name, status, is_at_work: isAtWork, commands, drawing } = await get("api/work", { at });
   $("#kind").textContent = kind;
   $("#name").textContent = name;
   document.title = `${name} · tropism studio`;
-  put($("#state"), chip(status.is_over ? "over" : status.process ? "live" : "stopped"));
+  put($("#state"), chip(status.is_over ? "over" : isAtWork ? "live" : "stopped"));
+  const rows = stages(status);
+  $("#stages-sheet").hidden = rows.length === 0;
   const row = ([stage, done, total, unit]) =>
     html`<tr>
       <th scope="row">${stage}</th>
@@ -42,21 +46,19 @@ async function read() {
         </tr>
       </thead>
       <tbody>
-        ${stages(status).map(row)}
+        ${rows.map(row)}
       </tbody>`,
   );
-  put($("#commands"), command(line));
+  put($("#commands"), commands.map(command));
   $("#compare").href = `compare?${new URLSearchParams({ at })}`;
-  $("#compare").hidden = !status.is_over || kind === "transfer" || kind === "laboratories";
+  $("#compare").hidden = !status.is_over || kind === "rule";
+  $("#try").href = `draw?${new URLSearchParams({ at, drawing: JSON.stringify(drawing) })}`;
+  $("#try").hidden = !drawing;
 }
 
 session.then(({ session: own }) => {
   if (!own) return;
-  const again = () =>
-    read().then(
-      () => put($("#banner"), ""),
-      (error) => put($("#banner"), html`<div class="banner bad" role="alert"><div>${error.message}</div></div>`),
-    );
+  const again = () => read().then(() => put($("#banner"), ""), refuse);
   again();
   listen("api/events", "items", again);
 });

@@ -1,6 +1,6 @@
 //! What pages ask for: one function a route.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -13,17 +13,21 @@ use axum::{Extension, Json, Router, middleware};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+use tropism::geometry::Region;
+use tropism::photo::{Image, LazyImage, Photo, PhotoError};
+use tropism::task::Task;
 use tropism_lab::evolve::EvolutionRecord;
 use tropism_lab::safe_state::SafeStatePlan;
-use tropism_lab::status::StatusPlan;
+use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::stop::StopPlan;
-use tropism_lab::{RunConfig, Silent, Workflow, files, holder};
+use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, holder};
 
 use crate::access::{LogInError, Right, Session};
+use crate::drawing::Drawing;
 use crate::error::Refusal;
-use crate::found::{Kind, resolve, resolve_kind};
+use crate::found::{Kind, resolve, resolve_kind, resolve_work, search_of};
 use crate::gate::gate;
-use crate::items::{Overview, Reader, name_of};
+use crate::items::{Overview, name_of};
 use crate::wire::Peer;
 use crate::{Studio, assets, compare, draw, evolution, items, run, stream, tune};
 
@@ -137,7 +141,7 @@ async fn session(State(studio): Shared, session: Option<Extension<Session>>) -> 
         "folder": own_name(&studio),
         "version": env!("CARGO_PKG_VERSION"),
         "is_demo": studio.is_demo,
-        "is_encrypted": false,
+        "is_encrypted": studio.is_encrypted,
         "now": crate::unix_s(),
     }))
 }
@@ -155,14 +159,18 @@ struct LogIn {
 async fn log_in(
     State(studio): Shared,
     Extension(Peer(from)): Extension<Peer>,
+    headers: HeaderMap,
     body: Body,
 ) -> Result<Response, Refusal> {
     let LogIn { token } = read(body).await?;
+    // A proxy says so; whoever else does, only keeps a cookie from an address that is not encrypted.
+    let is_behind_tls = headers.get("x-forwarded-proto").is_some_and(|proto| proto == "https");
+    let secure = if studio.is_encrypted || is_behind_tls { "; Secure" } else { "" };
     let (access, cookie) = (studio.clone(), studio.cookie.clone());
     let opened = tokio::task::spawn_blocking(move || access.access.log_in(&token, from)).await;
     match opened.map_err(|_| Refusal::bad("the studio made a mistake"))? {
         Ok(word) => {
-            let value = format!("{cookie}={word}; HttpOnly; SameSite=Strict; Path=/; Max-Age=43200");
+            let value = format!("{cookie}={word}; HttpOnly; SameSite=Strict; Path=/; Max-Age=43200{secure}");
             let value = HeaderValue::from_str(&value).map_err(|error| Refusal::bad(error.to_string()))?;
             Ok(([(header::SET_COOKIE, value)], Json(json!({}))).into_response())
         }
@@ -193,11 +201,8 @@ fn last_id(headers: &HeaderMap) -> Option<String> {
 }
 
 fn overview(studio: &Arc<Studio>) -> stream::Latest<Overview> {
-    let (own, mut reader) = (Arc::downgrade(studio), Reader::default());
-    studio.overviews.listen("", items::PAUSE, move |before| {
-        let studio = own.upgrade()?;
-        reader.read(&studio.root, before, studio.queue.to_json())
-    })
+    let own = Arc::downgrade(studio);
+    studio.overviews.listen("", items::PAUSE, move |before| own.upgrade()?.overview(before.is_some()))
 }
 
 async fn folder_events(State(studio): Shared, headers: HeaderMap) -> Response {
@@ -218,14 +223,30 @@ async fn folder_items(State(studio): Shared) -> Answer {
 /// The status of any work, as `tropism status --json` prints it.
 async fn work(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
     work_on(&studio, move |studio| {
-        let folder = resolve(&studio.root, &at)?;
+        let folder = resolve_work(&studio.root, &at)?;
         let kind = Kind::of(&folder).ok_or_else(|| Refusal::missing(format!("{at}: found no work")))?;
         let status = StatusPlan { folder: folder.clone() }.execute(&Silent)?;
-        let word = files::shell_word(std::path::Path::new(if at.is_empty() { "." } else { &at }));
-        let command = format!("tropism status {word}");
-        Ok(Json(
-            json!({ "kind": kind, "name": name_of(&studio.root, &at), "status": status, "command": command }),
-        ))
+        let is_at_work = match &status {
+            StatusResults::Tune(search) => items::is_at_work(search),
+            _ => holder(&folder)?.is_some(),
+        };
+        let word = files::shell_word(Path::new(if at.is_empty() { "." } else { &at }));
+        let mut commands = vec![format!("tropism status {word}")];
+        let mut drawing = None;
+        if kind == Kind::Rule {
+            // A rule that is there may be searched for anew.
+            let is_over = !search_of(&folder).exists();
+            commands.push(match is_over {
+                true => format!("tropism run --rig greenhouse --controller {word} --out steered"),
+                false => format!("tropism tune --out {word} --resume"),
+            });
+            let rule = is_over.then(|| ControllerSpec::read(&folder)).transpose()?;
+            drawing = rule.and_then(|rule| rule.own_task().map(Drawing::of));
+        }
+        Ok(Json(json!({
+            "kind": kind, "name": name_of(&studio.root, &at), "status": status, "is_at_work": is_at_work,
+            "commands": commands, "drawing": drawing,
+        })))
     })
     .await
 }
@@ -280,9 +301,9 @@ async fn photo(
             _ => return Err(Refusal::missing(format!("{name}: wanted a JPEG or PNG file"))),
         };
         let photo = files::read_photo(&path, 0.0)?;
-        let unreadable = |error: tropism::photo::PhotoError| Refusal::bad(error.to_string());
+        let unreadable = |error: PhotoError| Refusal::bad(error.to_string());
         let (kind, bytes) = if small {
-            let image = photo.decode().map_err(unreadable)?;
+            let image = shrunk(&photo).map_err(unreadable)?;
             ("image/jpeg", tropism_report::scaled(&image, SMALL).to_jpeg(SMALL_QUALITY).map_err(unreadable)?)
         } else {
             (kind, photo.bytes)
@@ -292,6 +313,18 @@ async fn photo(
         Ok(([(header::CONTENT_TYPE, kind), (header::CACHE_CONTROL, keep)], bytes).into_response())
     })
     .await
+}
+
+/// A photograph in some size above [`SMALL`], or its own: of a JPEG no more is decoded than that takes.
+fn shrunk(photo: &Photo) -> Result<Image, PhotoError> {
+    let factor = |width: usize| [8, 4, 2].into_iter().find(|factor| width / factor >= SMALL);
+    Ok(match photo.open()? {
+        LazyImage::Jpeg(jpeg) if let Some(factor) = factor(jpeg.width) => {
+            let whole = Region { x: 0, y: 0, width: jpeg.width, height: jpeg.height };
+            jpeg.decode_scaled(whole, factor)
+        }
+        other => other.into_image(),
+    })
 }
 
 #[derive(Deserialize)]
@@ -313,20 +346,23 @@ async fn stem(State(studio): Shared, Query(StepAt { at, step }): Query<StepAt>) 
 async fn prediction(State(studio): Shared, Query(At { at }): Query<At>) -> Answer {
     work_on(&studio, move |studio| {
         let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
-        let config = RunConfig::read(&folder)?;
-        let wanted = config.controller.champion().and_then(|champion| champion.model_sha256.clone());
-        let models: Vec<PathBuf> = draw::models(&studio.root).iter().map(|at| studio.root.join(at)).collect();
-        let digest = |path: &PathBuf| files::read(path).ok().map(|bytes| files::sha256(&bytes));
-        let is_own = |path: &&PathBuf| wanted.is_some() && digest(path) == wanted;
-        let any = models.first().filter(|_| wanted.is_none() && config.is_virtual());
-        let model = models.iter().find(is_own).or(any);
-        let model =
-            model.ok_or_else(|| Refusal::missing("the model of its controller is not in this folder"))?;
-        let mut told = run::prediction(&folder, model)?;
-        told["model"] = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string().into();
-        Ok(Json(told))
+        Ok(Json(studio.predictions.of(&at, || predicted(studio, &folder))?))
     })
     .await
+}
+
+fn predicted(studio: &Studio, folder: &Path) -> Result<Value, Refusal> {
+    let config = RunConfig::follow(folder)?;
+    let wanted = config.controller.champion().and_then(|champion| champion.model_sha256.clone());
+    let models: Vec<PathBuf> = draw::models(&studio.root).iter().map(|at| studio.root.join(at)).collect();
+    let digest = |path: &PathBuf| files::read(path).ok().map(|bytes| files::sha256(&bytes));
+    let is_own = |path: &&PathBuf| wanted.is_some() && digest(path) == wanted;
+    let any = models.first().filter(|_| wanted.is_none() && config.is_virtual());
+    let model = models.iter().find(is_own).or(any);
+    let model = model.ok_or_else(|| Refusal::missing("the model of its controller is not in this folder"))?;
+    let mut told = run::prediction(folder, &config, model)?;
+    told["model"] = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string().into();
+    Ok(told)
 }
 
 async fn stop(State(studio): Shared, body: Body) -> Answer {
@@ -367,7 +403,7 @@ async fn resume(State(studio): Shared, body: Body) -> Answer {
         if holder(&folder)?.is_some() {
             return Err(Refusal::bad("the run goes on already"));
         }
-        let words = run::resume_words(&RunConfig::read(&folder)?, &at);
+        let words = run::resume_words(&folder, &at);
         let log = studio.root.join(crate::OWN).join("resume.log");
         let child = crate::jobs::spawn(&studio.program, &studio.root, &words, &log);
         let mut child = child.map_err(|error| Refusal::bad(format!("tropism run: {error}")))?;
@@ -488,14 +524,15 @@ async fn try_out(State(studio): Shared, Query(plan): Query<draw::TryPlan>) -> An
 }
 
 #[derive(Deserialize)]
-struct TaskTargets {
-    targets: String,
+struct Drawn {
+    /// JSON of a [`Drawing`].
+    drawing: String,
 }
 
-async fn task_text(Query(TaskTargets { targets }): Query<TaskTargets>) -> Answer {
-    let targets: Vec<[f64; 2]> =
-        serde_json::from_str(&targets).map_err(|error| Refusal::bad(error.to_string()))?;
-    Ok(Json(json!({ "task": draw::task_text(&targets)? })))
+/// The task file of a drawing, and the best fitness that there can be.
+async fn task_text(Query(Drawn { drawing }): Query<Drawn>) -> Answer {
+    let drawing = Drawing::read(&drawing)?;
+    Ok(Json(json!({ "task": drawing.to_toml()?, "best": drawing.task()?.best_fitness() })))
 }
 
 async fn draw_evolve(State(studio): Shared, body: Body) -> Answer {
@@ -506,12 +543,12 @@ async fn draw_evolve(State(studio): Shared, body: Body) -> Answer {
 #[derive(Deserialize)]
 struct Save {
     name: String,
-    targets: Vec<[f64; 2]>,
+    drawing: Drawing,
 }
 
 async fn draw_save(State(studio): Shared, body: Body) -> Answer {
-    let Save { name, targets } = read(body).await?;
-    work_on(&studio, move |studio| Ok(Json(draw::save(studio, &name, &targets)?))).await
+    let Save { name, drawing } = read(body).await?;
+    work_on(&studio, move |studio| Ok(Json(draw::save(studio, &name, &drawing)?))).await
 }
 
 #[derive(Deserialize)]

@@ -38,6 +38,7 @@ const ASSETS: &[Asset] = assets! {
     "icon.svg": "image/svg+xml",
     "studio.js": SCRIPT,
     "figure.js": SCRIPT,
+    "obstacle.js": SCRIPT,
     "index.js": SCRIPT,
     "run.js": SCRIPT,
     "evolution.js": SCRIPT,

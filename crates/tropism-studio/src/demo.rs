@@ -6,6 +6,7 @@ use std::process::Child;
 use tropism_lab::stop::StopPlan;
 use tropism_lab::{Silent, Workflow};
 
+use crate::drawing::Drawing;
 use crate::error::StudioError;
 use crate::{Studio, draw, jobs};
 
@@ -37,7 +38,8 @@ impl Demo {
         ] {
             let request = draw::EvolveRequest {
                 name: name.to_owned(),
-                targets: targets.to_vec(),
+                drawing: Drawing::of_targets(targets),
+                method: draw::Method::Evolve,
                 runs,
                 generations,
                 seed: 1,

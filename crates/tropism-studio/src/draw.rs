@@ -13,54 +13,26 @@ use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
-use tropism::task::{OpenLoop, Targets, Task, TaskSpec};
+use tropism::task::{OpenLoop, Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::files;
 
+use crate::drawing::{Drawing, round_to_mm};
 use crate::error::Refusal;
 use crate::{Studio, evolution, found, jobs};
 
 /// Generations of an evolution that a page asks for, at most.
 pub(crate) const MOST_GENERATIONS: u32 = 100_000;
 
-/// Targets of a drawing, at most.
-const MOST_TARGETS: usize = 8;
-
 /// Steps of a bean that is tried, at most: three days and a half.
 const MOST_STEPS: u32 = 1000;
 
-/// How far above the last target the experiment ends, in cm. Paper: 0.3 (section 2.3.1).
-const ABOVE_CM: f64 = 0.3;
+/// Tracks of virtual beans that are grown where the folder has no model.
+const TRACKS: &str = "virtual-bean";
 
-/// The model of virtual beans that is made where the folder has none, and the folder of its tracks.
-const VIRTUAL: (&str, &str) = ("virtual-bean.json", "virtual-bean");
-
-/// The task that visits `targets`, from the lowest to the highest.
-///
-/// # Errors
-/// [`Refusal`] names the target and what is wrong with it.
-pub(crate) fn task(targets: &[[f64; 2]]) -> Result<TaskSpec, Refusal> {
-    if targets.is_empty() || targets.len() > MOST_TARGETS {
-        let count = targets.len();
-        return Err(Refusal::bad(format!("found {count} targets, wanted 1 to {MOST_TARGETS}")));
-    }
-    let mut points: Vec<Point> = targets.iter().map(|&target| Point::from(target)).collect();
-    points.sort_by(|one, other| one.y.total_cmp(&other.y));
-    let highest = points[points.len() - 1].y;
-    if points.iter().any(|point| !point.is_finite() || point.x.abs() > 50.0 || highest > 50.0) {
-        return Err(Refusal::bad("found a target beyond 50 cm, wanted it nearer"));
-    }
-    let task =
-        Targets { targets: points, end_height_cm: round_to_mm(highest + ABOVE_CM), ..Targets::default() };
-    let task = TaskSpec::from(task);
-    task.check().map_err(|error| Refusal::bad(error.to_string()))?;
-    Ok(task)
-}
-
-fn round_to_mm(value: f64) -> f64 {
-    (10.0 * value).round() / 10.0
-}
+/// The model of them that is made then; and the model of their whole stems, for rules and tasks with obstacles.
+const MODELS: [&str; 2] = ["virtual-bean.json", "virtual-stem.json"];
 
 /// A controller that keeps the plant upright and then leans it to the right for good.
 struct Lean {
@@ -124,9 +96,9 @@ pub(crate) enum Who {
 #[serde(deny_unknown_fields)]
 pub(crate) struct TryPlan {
     pub(crate) who: Who,
-    /// JSON of the targets: `[[3, 6], ...]`.
-    pub(crate) targets: String,
-    /// The evolution whose champion steers.
+    /// JSON of the [`Drawing`].
+    pub(crate) drawing: String,
+    /// The evolution whose champion steers, or the tuned rule that does.
     #[serde(default)]
     pub(crate) at: String,
     /// The run of the evolution; the champion of all by default.
@@ -148,19 +120,32 @@ struct Frame {
     y: f64,
     lamp: Option<&'static str>,
     stem: Vec<[f64; 2]>,
+    /// Whether it touches an obstacle.
+    touches: bool,
 }
 
 /// Grows the bean.
 pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal> {
-    let targets: Vec<[f64; 2]> =
-        serde_json::from_str(&plan.targets).map_err(|error| Refusal::bad(format!("targets: {error}")))?;
-    let task = task(&targets)?;
+    let task = Drawing::read(&plan.drawing)?.task()?;
+    let touches = |seen: &Observation| match &task {
+        TaskSpec::Obstacles(task) => task.touches(seen),
+        _ => false,
+    };
     let (layout, species) = (Layout::default(), Species::default());
     let mut controller: Box<dyn Controller> = match plan.who {
         Who::Greedy => ControllerSpec::Greedy.build(&task, &layout, PAPER_PERIOD_MIN),
         Who::Champion => {
-            let folder = found::resolve_kind(&studio.root, &plan.at, found::Kind::Evolution)?;
-            let spec = evolution::controller(&folder, plan.run)?;
+            let path = found::resolve_work(&studio.root, &plan.at)?;
+            let spec = match found::Kind::of(&path) {
+                Some(found::Kind::Rule) if !path.exists() => {
+                    return Err(Refusal::missing("the rule is still searched for"));
+                }
+                Some(found::Kind::Rule) => ControllerSpec::read(&path)?,
+                _ => {
+                    let folder = found::resolve_kind(&studio.root, &plan.at, found::Kind::Evolution)?;
+                    evolution::controller(&folder, plan.run)?
+                }
+            };
             spec.check(&layout, PAPER_PERIOD_MIN)?;
             spec.build(&task, &layout, PAPER_PERIOD_MIN)
         }
@@ -174,21 +159,21 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
         let Ok(seen) = bean.observe();
         is_over = task.is_over(step, &seen);
         let light = (!is_over && step < most).then(|| controller.decide(&seen));
-        frames.push(frame(&seen, light));
+        frames.push(frame(&seen, light, touches(&seen)));
         samples.push(Sample {
             step,
             time_s: 60.0 * PAPER_PERIOD_MIN * f64::from(step),
             tip: seen.tip,
             light,
             quality: Quality::Simulated,
-            stem: None,
+            stem: seen.stem,
             depth: None,
         });
         let Some(light) = light else { break };
         let Ok(()) = bean.step(light);
     }
     let track = Track::of(samples);
-    let crossings = task.as_targets().map(|targets| targets.crossings(&track)).unwrap_or_default();
+    let crossings = task.crossings(&track);
     let steps = frames.len();
     let fitness: Vec<f64> = fitness_so_far(&task, &track);
     Ok(json!({
@@ -203,7 +188,7 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
 
 /// The fitness up to each step, in cm.
 fn fitness_so_far(task: &TaskSpec, track: &Track) -> Vec<f64> {
-    let seen = |sample: &Sample| Observation::simulated(sample.tip);
+    let seen = Sample::observation;
     let Some(first) = track.samples.first().map(seen) else { return Vec::new() };
     let mut sum = 0.0;
     let steps = track.samples.windows(2).map(|pair| {
@@ -213,7 +198,7 @@ fn fitness_so_far(task: &TaskSpec, track: &Track) -> Vec<f64> {
     std::iter::once(0.0).chain(steps).collect()
 }
 
-fn frame(seen: &Observation, light: Option<Light>) -> Frame {
+fn frame(seen: &Observation, light: Option<Light>, touches: bool) -> Frame {
     let rounded = |value: f64| (100.0 * value).round() / 100.0;
     let pair = |point: &Point| [rounded(point.x), rounded(point.y)];
     Frame {
@@ -221,6 +206,7 @@ fn frame(seen: &Observation, light: Option<Light>) -> Frame {
         y: rounded(seen.tip.y),
         lamp: light.map(|light| if light == Light::RIGHT { "right" } else { "left" }),
         stem: seen.stem.as_ref().map(|stem| stem.0.iter().map(pair).collect()).unwrap_or_default(),
+        touches,
     }
 }
 
@@ -247,12 +233,25 @@ impl Controller for Given {
     }
 }
 
-/// An evolution that a page asks for.
+/// What a controller is made by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Method {
+    /// Networks evolve.
+    #[default]
+    Evolve,
+    /// The numbers of a rule are tuned.
+    Tune,
+}
+
+/// An evolution, or a search for a rule, that a page asks for.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EvolveRequest {
     pub(crate) name: String,
-    pub(crate) targets: Vec<[f64; 2]>,
+    pub(crate) drawing: Drawing,
+    #[serde(default)]
+    pub(crate) method: Method,
     #[serde(default = "four")]
     pub(crate) runs: u32,
     #[serde(default = "three_hundred")]
@@ -284,15 +283,19 @@ pub(crate) fn check_name(name: &str) -> Result<(), Refusal> {
     Err(Refusal::bad(format!("found the name {name:?}, wanted letters, digits, - and _, 60 at most")))
 }
 
-/// Puts an evolution for drawn targets into the queue: its folder, and the commands that do the same.
+/// Puts an evolution or a search for a drawing into the queue: its place, and the commands that do the same.
 pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, Refusal> {
-    let EvolveRequest { name, targets, runs, generations, seed, model } = request;
-    let saved = save(studio, name, targets)?;
+    let EvolveRequest { name, drawing, method, runs, generations, seed, model } = request;
+    let saved = save(studio, name, drawing)?;
     if !(1..=1000).contains(runs) || !(1..=MOST_GENERATIONS).contains(generations) {
         return Err(Refusal::bad("wanted 1 to 1000 runs of 1 to 100000 generations"));
     }
-    if studio.root.join(name).exists() || studio.queue.has(name) {
-        return Err(Refusal::bad(format!("{name}: found a folder of this name, wanted a new one")));
+    let at = match method {
+        Method::Evolve => name.clone(),
+        Method::Tune => rule_file(name),
+    };
+    if studio.root.join(&at).exists() || studio.queue.has(&at) {
+        return Err(Refusal::bad(format!("{at}: found something of this name, wanted a new one")));
     }
     let mut commands = Vec::new();
     let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<String>>();
@@ -302,29 +305,48 @@ pub(crate) fn evolve(studio: &Studio, request: &EvolveRequest) -> Result<Value, 
             model.clone()
         }
         None => {
-            let (model, tracks) = VIRTUAL;
+            let (model, making) = model_of(drawing, *method);
             if !studio.root.join(model).exists() {
-                commands.push(words(&format!("grow --plants 6 --out {tracks}")));
-                commands.push(words(&format!("fit {tracks} --out {model}")));
+                commands.extend(making.map(|line| words(&line)));
             }
             model.to_owned()
         }
     };
-    let mut evolve = words("evolve --model");
-    evolve.push(model);
-    evolve.extend(words(&format!(
-        "--task {name}.toml --out {name} --runs {runs} --generations {generations} --seed {seed} --checkpoint 1"
-    )));
-    commands.push(evolve);
+    let (command, more) = match method {
+        Method::Evolve => {
+            ("evolve", format!("--runs {runs} --generations {generations} --seed {seed} --checkpoint 1"))
+        }
+        Method::Tune => ("tune", format!("--generations {generations} --seed {seed}")),
+    };
+    let mut last = vec![command.to_owned(), "--model".to_owned(), model];
+    last.extend(words(&format!("--task {name}.toml --out {at} {more}")));
+    commands.push(last);
     let lines: Vec<String> = commands.iter().map(|words| jobs::line(words)).collect();
-    let number = studio.queue.add(name, commands).map_err(|error| Refusal::bad(error.to_string()))?;
-    Ok(json!({ "job": number, "at": name, "task": saved["task"], "commands": lines }))
+    let number = studio.queue.add(&at, commands).map_err(|error| Refusal::bad(error.to_string()))?;
+    Ok(json!({ "job": number, "at": at, "task": saved["task"], "commands": lines }))
 }
 
-/// Writes the task file of drawn targets: its text, and the commands that use it.
-pub(crate) fn save(studio: &Studio, name: &str, targets: &[[f64; 2]]) -> Result<Value, Refusal> {
+/// The file of the rule that is tuned for the drawing `name`.
+fn rule_file(name: &str) -> String {
+    format!("{name}-rule.json")
+}
+
+/// The model of virtual beans that is needed, and the commands that make it. One without the stem touches nothing, and says
+/// too little of how late beans answer for a rule.
+fn model_of(drawing: &Drawing, method: Method) -> (&'static str, [String; 2]) {
+    let [tip, stem] = MODELS;
+    let grow = format!("grow --plants 6 --out {TRACKS}");
+    if drawing.has_stem() || method == Method::Tune {
+        (stem, [grow, format!("fit {TRACKS} --model stem --out {stem}")])
+    } else {
+        (tip, [grow, format!("fit {TRACKS} --out {tip}")])
+    }
+}
+
+/// Writes the task file of a drawing: its text, and the commands that use it.
+pub(crate) fn save(studio: &Studio, name: &str, drawing: &Drawing) -> Result<Value, Refusal> {
     check_name(name)?;
-    let text = task_text(targets)?;
+    let text = drawing.to_toml()?;
     let path = studio.root.join(format!("{name}.toml"));
     match files::read_text(&path) {
         Ok(found) if found != text => {
@@ -335,19 +357,18 @@ pub(crate) fn save(studio: &Studio, name: &str, targets: &[[f64; 2]]) -> Result<
         Ok(_) => {}
         Err(_) => files::write(&path, text.as_bytes())?,
     }
-    Ok(json!({ "task": text, "file": format!("{name}.toml"), "commands": commands(name) }))
+    let commands = commands(name, drawing);
+    Ok(json!({ "task": text, "file": format!("{name}.toml"), "commands": commands }))
 }
 
-/// The task file of drawn targets.
-pub(crate) fn task_text(targets: &[[f64; 2]]) -> Result<String, Refusal> {
-    let task = task(targets)?;
-    toml::to_string(&task).map_err(|error| Refusal::bad(error.to_string()))
-}
-
-fn commands(name: &str) -> [String; 2] {
-    [
-        format!("tropism evolve --model {} --task {name}.toml --out {name}", VIRTUAL.0),
+fn commands(name: &str, drawing: &Drawing) -> Vec<String> {
+    let [evolve, tune] = [Method::Evolve, Method::Tune].map(|method| model_of(drawing, method).0);
+    let rule = rule_file(name);
+    vec![
+        format!("tropism evolve --model {evolve} --task {name}.toml --out {name}"),
         format!("tropism run --rig greenhouse --controller {name}/champion.json --out {name}-bean"),
+        format!("tropism tune --model {tune} --task {name}.toml --out {rule}"),
+        format!("tropism run --rig greenhouse --controller {rule} --out {name}-bean"),
     ]
 }
 
@@ -361,7 +382,7 @@ pub(crate) fn models(root: &Path) -> Vec<String> {
     folders.sort_unstable();
     let mut found = Vec::new();
     for folder in folders {
-        for name in [VIRTUAL.0, "model.json", "stem.json"] {
+        for name in MODELS.into_iter().chain(["model.json", "stem.json"]) {
             let at = if folder.is_empty() { name.to_owned() } else { format!("{folder}/{name}") };
             if root.join(&at).is_file() {
                 found.push(at);
@@ -373,6 +394,8 @@ pub(crate) fn models(root: &Path) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use tropism::task::Targets;
+
     use super::*;
 
     #[test]
@@ -387,21 +410,12 @@ mod tests {
     }
 
     #[test]
-    fn targets_are_sorted_and_checked() {
-        let text = task_text(&[[-5.0, 9.0], [3.0, 6.0]]).unwrap();
-        let task: TaskSpec = toml::from_str(&text).unwrap();
-        assert_eq!(task.targets(), [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)]);
-        assert_eq!(task.as_targets().unwrap().end_height_cm, 9.3);
-        for targets in [
-            &[][..],
-            &[[f64::NAN, 6.0]],
-            &[[0.0, 2.0]],
-            &[[0.0, 1e9]],
-            &[[1.0, 6.0], [2.0, 6.0]],
-            &[[0.0, 5.0]; 9],
-        ] {
-            assert!(super::task(targets).is_err(), "{targets:?}");
-        }
+    fn rules_and_obstacles_need_the_model_of_the_stem() {
+        let drawing = Drawing::of_targets(&[[0.0, 6.0]]);
+        assert_eq!(model_of(&drawing, Method::Evolve).0, MODELS[0]);
+        assert_eq!(model_of(&drawing, Method::Tune).0, MODELS[1]);
+        let behind = Drawing { way_points: vec![[1.0, 5.0]], ..drawing };
+        assert_eq!(model_of(&behind, Method::Evolve).0, MODELS[1]);
     }
 
     #[test]

@@ -29,6 +29,14 @@ pub enum StudioError {
         /// What was found and what was wanted.
         problem: String,
     },
+    /// The file of a certificate or of its key.
+    #[error("{path}: {problem}")]
+    Tls {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What was found and what was wanted.
+        problem: String,
+    },
     /// The system.
     #[error("{0}")]
     System(String),

@@ -11,9 +11,10 @@ use tropism::task::{Task, TaskSpec};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::evolve::{EvolutionRecord, EvolveResults};
 use tropism_lab::{files, holder, simulate, task};
-use tropism_neat::{Generation, Genome};
+use tropism_neat::Genome;
 use tropism_report::{self as report, Body, Plants, SteeredTrack};
 
+use crate::drawing::Drawing;
 use crate::error::Refusal;
 use crate::run::thinned;
 use crate::stream::{Listened, Message};
@@ -30,7 +31,8 @@ const PLANTS: u32 = 6;
 /// An evolution at a time.
 pub(crate) struct EvolutionView {
     version: u64,
-    data: Value,
+    /// JSON.
+    data: String,
 }
 
 impl Listened for EvolutionView {
@@ -39,7 +41,7 @@ impl Listened for EvolutionView {
         if id == Some(id_now.as_str()) {
             return Vec::new();
         }
-        vec![Message::new(id_now, "evolution", &self.data)]
+        vec![Message { id: id_now, event: "evolution", data: self.data.clone() }]
     }
 }
 
@@ -63,18 +65,24 @@ pub(crate) struct EvolutionReader {
     cost: Duration,
 }
 
-/// The history of a checkpoint, without its population and its check sum: those who go on with it check it.
+/// What is shown of a generation.
+#[derive(Clone, Deserialize)]
+struct Generation {
+    best_ever: f64,
+    species: f64,
+    links_mean: f64,
+    evaluations: u64,
+}
+
+/// What stands before the generations in a checkpoint, and nowhere else: genomes hold no text.
+const HISTORY: &str = "\"history\":";
+
+/// The history of a checkpoint, without its population and its check sum: those who go on with it check it. No more of the
+/// file is parsed than that.
 fn history(path: &Path) -> Option<Vec<Generation>> {
-    #[derive(Deserialize)]
-    struct Saved {
-        run: SavedRun,
-    }
-    #[derive(Deserialize)]
-    struct SavedRun {
-        history: Vec<Generation>,
-    }
-    let saved: Saved = files::read_as(path, |text| serde_json::from_str(text)).ok()?;
-    Some(saved.run.history)
+    let text = files::read_text(path).ok()?;
+    let begin = text.find(HISTORY)? + HISTORY.len();
+    Vec::deserialize(&mut serde_json::Deserializer::from_str(&text[begin..])).ok()
 }
 
 impl EvolutionReader {
@@ -124,7 +132,8 @@ impl EvolutionReader {
             self.runs.iter().filter_map(|run| run.history.last()).map(|last| last.evaluations).sum();
         self.measure(evaluations, at_work.is_some());
         let version = before.map_or(1, |before| before.version + 1);
-        Some(EvolutionView { version, data: self.data(&record, at_work, is_over, evaluations) })
+        let data = self.data(&record, at_work, is_over, evaluations).to_string();
+        Some(EvolutionView { version, data })
     }
 
     /// Evaluations a second since the last look at which there were fewer.
@@ -184,7 +193,7 @@ impl EvolutionReader {
             "marks": marks,
             "best": best,
             "q1": column(1), "median": column(2), "q3": column(3), "top": column(4),
-            "species": means(&curve(|generation| generation.species as f64)),
+            "species": means(&curve(|generation| generation.species)),
             "links": means(&curve(|generation| generation.links_mean)),
             "latest": self.runs.iter().map(latest).collect::<Vec<_>>(),
             "results": results(&self.folder).filter(|_| is_over),
@@ -232,6 +241,8 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         "population": record.evolution.neat.population,
         "task": task::in_words(&record.task),
         "targets": record.task.targets().iter().map(|&target| <[f64; 2]>::from(target)).collect::<Vec<_>>(),
+        "obstacles": record.task.obstacles(),
+        "drawing": Drawing::of(&record.task),
         "best": record.task.best_fitness(),
         "has_model": folder.join("model.json").exists(),
         "commands": {
@@ -321,6 +332,24 @@ fn figures(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_history_of_a_checkpoint_is_read_without_the_rest() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run-00.json");
+        let generation =
+            r#"{"generation":0,"best":1.5,"best_ever":1.5,"species":2,"links_mean":3.5,"evaluations":50}"#;
+        let text = format!(r#"{{"run":{{"neat":[1,2],"history":[{generation},{generation}],"rest":[}}"#);
+        std::fs::write(&path, &text).unwrap();
+        let found = history(&path).unwrap();
+        assert_eq!(
+            (found.len(), found[1].best_ever, found[1].species, found[1].evaluations),
+            (2, 1.5, 2.0, 50)
+        );
+        // One that is being written.
+        std::fs::write(&path, &text[..text.len() - 30]).unwrap();
+        assert!(history(&path).is_none());
+    }
 
     #[test]
     fn long_curves_are_thinned_and_end_at_their_last_generation() {

@@ -1,8 +1,12 @@
 //! Where runs, evolutions and other work lie below the folder of the studio.
 
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
+use std::time::SystemTime;
 
 use serde::Serialize;
+use tropism::evolve::TunedRule;
+use tropism_lab::files;
 
 use crate::error::Refusal;
 
@@ -25,10 +29,12 @@ pub(crate) enum Kind {
     Sweep,
     Transfer,
     Laboratories,
+    /// A tuned rule, or the search for one: a file of its own.
+    Rule,
 }
 
 impl Kind {
-    /// Each kind with the file that its folder has.
+    /// Each kind with the file that its folder has; a rule has no folder.
     const FILES: [(Self, &'static str); 6] = [
         (Self::Study, "study.toml"),
         (Self::Sweep, "sweep.toml"),
@@ -38,9 +44,10 @@ impl Kind {
         (Self::Run, "run.toml"),
     ];
 
-    /// The kind of the work in `folder`.
-    pub(crate) fn of(folder: &Path) -> Option<Self> {
-        Self::FILES.into_iter().find(|(_, name)| folder.join(name).is_file()).map(|(kind, _)| kind)
+    /// The kind of the work at `path`.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        let kind = Self::FILES.into_iter().find(|(_, name)| path.join(name).is_file()).map(|(kind, _)| kind);
+        kind.or_else(|| (search_of(path).is_file() || is_rule(path)).then_some(Self::Rule))
     }
 
     /// The file that the folder of such work has; it is as old as the work.
@@ -58,40 +65,95 @@ pub(crate) struct Found {
     pub(crate) kind: Kind,
 }
 
-/// All work at and below `root`. Links are not followed.
-pub(crate) fn find(root: &Path) -> Vec<Found> {
-    let (mut found, mut looked_into) = (Vec::new(), 0);
-    look_into(root, "", DEPTH, &mut found, &mut looked_into);
-    found
+/// The ending of the file of a search that is not over, in place of that of its rule.
+const SEARCH: &str = "search.jsonl";
+
+/// The largest file that is looked at whether it is a rule; rules have some thousand bytes.
+const MAX_RULE: u64 = 1 << 16;
+
+/// The file of the search for the rule `path`.
+pub(crate) fn search_of(path: &Path) -> PathBuf {
+    path.with_extension(SEARCH)
 }
 
-fn look_into(folder: &Path, at: &str, depth: usize, found: &mut Vec<Found>, looked_into: &mut usize) {
-    *looked_into += 1;
-    if found.len() >= MOST || *looked_into > MOST_FOLDERS {
-        return;
+fn is_rule(path: &Path) -> bool {
+    let is_json = path.extension().is_some_and(|ending| ending == "json");
+    let is_small = path.metadata().is_ok_and(|data| data.is_file() && data.len() <= MAX_RULE);
+    is_json && is_small && files::read_text(path).is_ok_and(|text| TunedRule::is_named_in(&text))
+}
+
+/// Finds all work below a folder, again and again.
+#[derive(Default)]
+pub(crate) struct Finder {
+    found: Vec<Found>,
+    folders: usize,
+    /// Files that are rules or are not, as they were when they were looked at.
+    rules: BTreeMap<PathBuf, (u64, Option<SystemTime>, bool)>,
+}
+
+impl Finder {
+    /// All work at and below `root`. Links are not followed.
+    pub(crate) fn find(&mut self, root: &Path) -> Vec<Found> {
+        self.folders = 0;
+        self.look_into(root, "", DEPTH);
+        if self.rules.len() > MOST {
+            self.rules.clear();
+        }
+        std::mem::take(&mut self.found)
     }
-    let kind = Kind::of(folder);
-    if let Some(kind) = kind {
-        found.push(Found { at: at.to_owned(), path: folder.to_owned(), kind });
+
+    fn look_into(&mut self, folder: &Path, at: &str, depth: usize) {
+        self.folders += 1;
+        if self.found.len() >= MOST || self.folders > MOST_FOLDERS {
+            return;
+        }
+        let kind = Kind::of(folder);
+        if let Some(kind) = kind {
+            self.found.push(Found { at: at.to_owned(), path: folder.to_owned(), kind });
+        }
+        // Only a study has work of its own kind inside; the many plants of the others are theirs.
+        if depth == 0 || kind.is_some_and(|kind| kind != Kind::Study) {
+            return;
+        }
+        let Ok(entries) = std::fs::read_dir(folder) else { return };
+        let mut names: Vec<(String, bool)> = entries
+            .flatten()
+            .filter_map(|entry| {
+                let kind = entry.file_type().ok().filter(|kind| kind.is_dir() || kind.is_file())?;
+                Some((entry.file_name().into_string().ok()?, kind.is_dir()))
+            })
+            .collect();
+        names.retain(|(name, _)| {
+            !name.starts_with('.') && !matches!(name.as_str(), "photographs" | "target" | "node_modules")
+        });
+        names.sort_unstable();
+        for (name, is_folder) in names {
+            let below = |name: &str| if at.is_empty() { name.to_owned() } else { format!("{at}/{name}") };
+            if is_folder {
+                self.look_into(&folder.join(&name), &below(&name), depth - 1);
+            } else if let Some(rule) = self.rule_named(folder, &name) {
+                let (at, path) = (below(&rule), folder.join(&rule));
+                self.found.push(Found { at, path, kind: Kind::Rule });
+            }
+        }
     }
-    // Only a study has work of its own kind inside; the many plants of the others are theirs.
-    if depth == 0 || kind.is_some_and(|kind| kind != Kind::Study) {
-        return;
-    }
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    let is_folder = |entry: &std::fs::DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());
-    let mut names: Vec<String> = entries
-        .flatten()
-        .filter(is_folder)
-        .filter_map(|entry| entry.file_name().into_string().ok())
-        .collect();
-    names.retain(|name| {
-        !name.starts_with('.') && !matches!(name.as_str(), "photographs" | "target" | "node_modules")
-    });
-    names.sort_unstable();
-    for name in names {
-        let below = if at.is_empty() { name.clone() } else { format!("{at}/{name}") };
-        look_into(&folder.join(name), &below, depth - 1, found, looked_into);
+
+    /// The name of the rule that the file `name` is, or is the search for.
+    fn rule_named(&mut self, folder: &Path, name: &str) -> Option<String> {
+        let path = folder.join(name);
+        if let Some(stem) = name.strip_suffix(SEARCH).and_then(|stem| stem.strip_suffix('.')) {
+            return Some(format!("{stem}.json"));
+        }
+        // While there is a search, that is what is shown.
+        if !name.ends_with(".json") || search_of(&path).is_file() {
+            return None;
+        }
+        let data = path.metadata().ok()?;
+        let (size, time) = (data.len(), data.modified().ok());
+        let known = self.rules.get(&path).filter(|(known, then, _)| (*known, *then) == (size, time));
+        let is = known.map_or_else(|| is_rule(&path), |(.., is)| *is);
+        self.rules.insert(path, (size, time, is));
+        is.then(|| name.to_owned())
     }
 }
 
@@ -109,6 +171,16 @@ pub(crate) fn resolve(root: &Path, at: &str) -> Result<PathBuf, Refusal> {
     let [root, path] = [root.to_owned(), root.join(at)].map(|path| path.canonicalize());
     let (root, path) = (root.map_err(|_| missing())?, path.map_err(|_| missing())?);
     path.starts_with(&root).then_some(path).ok_or_else(missing)
+}
+
+/// [`resolve`] of any work; the rule that is still searched for has no file yet.
+pub(crate) fn resolve_work(root: &Path, at: &str) -> Result<PathBuf, Refusal> {
+    resolve(root, at).or_else(|refusal| {
+        let (folder, name) = at.rsplit_once('/').unwrap_or(("", at));
+        let path = resolve(root, folder)?.join(name);
+        let is_searched = name.ends_with(".json") && !name.starts_with('.') && search_of(&path).is_file();
+        if is_searched { Ok(path) } else { Err(refusal) }
+    })
 }
 
 /// [`resolve`] of work of `kind`.
@@ -145,11 +217,19 @@ mod tests {
             "transfer/transfer.toml",
             "transfer/plants/1/run.toml",
             ".hidden/run.toml",
+            "model.json",
+            "searched.search.jsonl",
         ]);
-        let found: Vec<_> = find(folder.path()).into_iter().map(|found| (found.at, found.kind)).collect();
+        std::fs::write(folder.path().join("deep/rule.json"), "{\"schema\": \"tropism.rule/1\"}").unwrap();
+        let mut finder = Finder::default();
+        assert_eq!(finder.find(folder.path()), finder.find(folder.path()));
+        let found: Vec<_> =
+            finder.find(folder.path()).into_iter().map(|found| (found.at, found.kind)).collect();
         let wanted = [
             ("bean", Kind::Run),
             ("deep/er/evolution", Kind::Evolution),
+            ("deep/rule.json", Kind::Rule),
+            ("searched.json", Kind::Rule),
             ("study", Kind::Study),
             ("study/evolution", Kind::Evolution),
             ("transfer", Kind::Transfer),

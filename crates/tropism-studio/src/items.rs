@@ -8,11 +8,13 @@ use std::time::{Duration, Instant, SystemTime};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tropism::task::Task;
-use tropism_lab::status::{RunState, RunStatus, StatusPlan, StatusResults};
-use tropism_lab::{RunConfig, Silent, Workflow, files, holder};
+use tropism_lab::status::{self, RunState, RunStatus, StatusPlan, StatusResults};
+use tropism_lab::tune::TuneStatus;
+use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, holder};
 
-use crate::found::{Found, Kind, find};
+use crate::found::{Finder, Found, Kind, search_of};
 use crate::stream::{Listened, Message};
+use crate::tail::Tail;
 use crate::{unix_of, words};
 
 /// How often the folder is looked at.
@@ -20,6 +22,9 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(1000);
 
 /// Work that goes on is read again at least so often: ages and what is overdue change by themselves.
 const REREAD: Duration = Duration::from_secs(3);
+
+/// Pieces of work that are gone and remembered, so that pages that come back learn of them.
+const MOST_GONE: usize = 1000;
 
 /// A piece of work as a row of the overview.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -48,18 +53,27 @@ pub(crate) struct Item {
 }
 
 /// The overview at a time.
+#[derive(Clone)]
 pub(crate) struct Overview {
     /// Tells overviews of different readers apart.
     epoch: u64,
     version: u64,
     items: BTreeMap<String, (u64, Arc<Item>)>,
+    /// What is gone since a version.
     gone: Vec<(u64, String)>,
+    /// Who has an older version gets all anew.
+    gone_since: u64,
     queue: (u64, Value),
 }
 
 /// Makes overviews, and reads again only what changed.
 #[derive(Default)]
-pub(crate) struct Reader(BTreeMap<String, Read>);
+pub(crate) struct Reader {
+    finder: Finder,
+    known: BTreeMap<String, Read>,
+    /// The latest one, for pages that come when nobody has looked for long.
+    latest: Option<Overview>,
+}
 
 /// What was read of a piece of work, and when.
 struct Read {
@@ -67,12 +81,31 @@ struct Read {
     at: Instant,
     /// How long it took.
     cost: Duration,
+    /// Of a run that goes on: what is known of it.
+    followed: Option<Followed>,
+}
+
+/// A run that goes on.
+struct Followed {
+    config: RunConfig,
+    tail: Tail,
+}
+
+impl Followed {
+    /// The status of the run in `folder`, on which `process` works.
+    fn status(&mut self, folder: &Path, process: u32) -> Option<StatusResults> {
+        self.tail.read(folder)?;
+        let Self { config, tail } = self;
+        let run = status::of_run(folder, config, &tail.steps, &tail.events, Some(process));
+        Some(StatusResults::Run(Box::new(run)))
+    }
 }
 
 impl Read {
     fn is_fresh(&self, kind: Kind, stamp: &Stamp) -> bool {
-        // All of an evolution is in the files that the stamp is of.
-        let may_change = stamp.holder.is_some() && kind != Kind::Evolution;
+        // All of an evolution is in the files that the stamp is of. A search that says nothing for long has ended.
+        let is_search = kind == Kind::Rule && stamp.files.len() == 1;
+        let may_change = (stamp.holder.is_some() && kind != Kind::Evolution) || is_search;
         // What takes long to read is read less often, unless somebody began or ended to work on it.
         if self.at.elapsed() < crate::REST * self.cost && self.stamp.holder == stamp.holder {
             return true;
@@ -89,7 +122,16 @@ struct Stamp {
 }
 
 impl Stamp {
-    fn of(folder: &Path) -> Self {
+    fn of(found: &Found) -> Self {
+        let folder = &found.path;
+        if found.kind == Kind::Rule {
+            let paths = [folder.clone(), search_of(folder)];
+            let data = paths.into_iter().filter_map(|path| {
+                let data = path.metadata().ok()?;
+                Some((path.into_os_string(), data.len(), data.modified().ok()))
+            });
+            return Self { files: data.collect(), holder: None };
+        }
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let mut files: Vec<_> = entries
             .filter_map(|entry| {
@@ -107,27 +149,31 @@ impl Stamp {
 }
 
 impl Reader {
-    /// The overview of `root` after `before`; `None` if nothing changed.
-    pub(crate) fn read(
-        &mut self,
-        root: &Path,
-        before: Option<&Arc<Overview>>,
-        queue: Value,
-    ) -> Option<Overview> {
+    /// The overview of `root`; `None` if nothing changed and there was one `before`.
+    pub(crate) fn read(&mut self, root: &Path, has_one: bool, queue: Value) -> Option<Overview> {
+        let latest = self.latest.take();
+        let fresh = self.fresh(root, latest.as_ref(), queue);
+        let is_changed = fresh.is_some();
+        self.latest = fresh.or(latest);
+        self.latest.clone().filter(|_| is_changed || !has_one)
+    }
+
+    fn fresh(&mut self, root: &Path, before: Option<&Overview>, queue: Value) -> Option<Overview> {
         let version = before.map_or(0, |before| before.version) + 1;
         let epoch = before.map_or_else(|| crate::unix_s() as u64, |before| before.epoch);
         let (mut items, mut is_changed) = (BTreeMap::new(), before.is_none());
-        for found in find(root) {
-            let stamp = Stamp::of(&found.path);
+        for found in self.finder.find(root) {
+            let stamp = Stamp::of(&found);
             let known = before.and_then(|before| before.items.get(&found.at));
-            let is_fresh = self.0.get(&found.at).is_some_and(|read| read.is_fresh(found.kind, &stamp));
+            let is_fresh = self.known.get(&found.at).is_some_and(|read| read.is_fresh(found.kind, &stamp));
             let item = match known {
                 Some(known) if is_fresh => known.clone(),
                 _ => {
                     let began = Instant::now();
-                    let item = Item::of(root, &found, &stamp);
-                    let cost = began.elapsed();
-                    self.0.insert(found.at.clone(), Read { stamp, at: Instant::now(), cost });
+                    let mut followed = self.known.remove(&found.at).and_then(|read| read.followed);
+                    let item = Item::of(root, &found, &stamp, &mut followed);
+                    let read = Read { stamp, at: Instant::now(), cost: began.elapsed(), followed };
+                    self.known.insert(found.at.clone(), read);
                     let same = known.filter(|(_, known)| **known == item);
                     is_changed |= same.is_none();
                     same.cloned().unwrap_or_else(|| (version, Arc::new(item)))
@@ -135,7 +181,7 @@ impl Reader {
             };
             items.insert(found.at, item);
         }
-        self.0.retain(|at, _| items.contains_key(at));
+        self.known.retain(|at, _| items.contains_key(at));
         let mut gone = before.map(|before| before.gone.clone()).unwrap_or_default();
         let left =
             before.into_iter().flat_map(|before| before.items.keys()).filter(|at| !items.contains_key(*at));
@@ -146,7 +192,12 @@ impl Reader {
         };
         is_changed |= !left.is_empty() || queue.0 == version;
         gone.extend(left);
-        is_changed.then_some(Overview { epoch, version, items, gone, queue })
+        let mut gone_since = before.map_or(0, |before| before.gone_since);
+        if gone.len() > MOST_GONE {
+            gone_since =
+                gone.drain(..gone.len() - MOST_GONE).next_back().map_or(gone_since, |(version, _)| version);
+        }
+        is_changed.then_some(Overview { epoch, version, items, gone, gone_since, queue })
     }
 }
 
@@ -156,7 +207,7 @@ impl Listened for Overview {
         let known =
             known.and_then(|(epoch, version)| Some((epoch.parse::<u64>().ok()?, version.parse().ok()?)));
         let from = match known {
-            Some((epoch, version)) if epoch == self.epoch => version,
+            Some((epoch, version)) if epoch == self.epoch && version >= self.gone_since => version,
             _ => 0_u64,
         };
         if from >= self.version {
@@ -182,8 +233,13 @@ pub(crate) fn name_of(root: &Path, at: &str) -> String {
 }
 
 impl Item {
-    fn of(root: &Path, found: &Found, stamp: &Stamp) -> Self {
-        let began = found.path.join(found.kind.file()).metadata().and_then(|data| data.modified());
+    fn of(root: &Path, found: &Found, stamp: &Stamp, followed: &mut Option<Followed>) -> Self {
+        let begins = match found.kind {
+            Kind::Rule if found.path.exists() => found.path.clone(),
+            Kind::Rule => search_of(&found.path),
+            kind => found.path.join(kind.file()),
+        };
+        let began = begins.metadata().and_then(|data| data.modified());
         let base = Self {
             at: found.at.clone(),
             name: name_of(root, &found.at),
@@ -193,7 +249,16 @@ impl Item {
             health: "good".to_owned(),
             ..Self::default()
         };
-        match (StatusPlan { folder: found.path.clone() }).execute(&Silent) {
+        if stamp.holder.is_none() || found.kind != Kind::Run {
+            *followed = None;
+        } else if followed.is_none() {
+            let config = RunConfig::follow(&found.path).ok();
+            *followed = config.map(|config| Followed { config, tail: Tail::default() });
+        }
+        let live = followed.as_mut().zip(stamp.holder);
+        let live = live.and_then(|(followed, process)| followed.status(&found.path, process));
+        let status = live.map_or_else(|| (StatusPlan { folder: found.path.clone() }).execute(&Silent), Ok);
+        match status {
             Ok(status) => base.with(&found.path, status),
             Err(error) => {
                 let text = words::clean(&error.to_string());
@@ -267,7 +332,30 @@ impl Item {
                     ..self
                 }
             }
-            StatusResults::Tune(_) => self,
+            StatusResults::Tune(search) => self.with_rule(path, &search),
+        }
+    }
+
+    fn with_rule(self, path: &Path, search: &TuneStatus) -> Self {
+        let Some((done, of)) = search.generation.zip(search.generations) else {
+            let rule = ControllerSpec::read(path).ok();
+            let expected = rule.as_ref().and_then(|rule| rule.expected()).map(|trial| trial.mean);
+            let possible = rule.as_ref().and_then(|rule| rule.own_task()?.best_fitness());
+            let is_virtual = rule.as_ref().and_then(|rule| match rule {
+                ControllerSpec::Rule { tuned } => Some(tuned.is_virtual),
+                _ => None,
+            });
+            let text = expected.map_or_else(|| "a rule".to_owned(), |_| of_possible(expected, possible));
+            return Self { state: "over", is_virtual, value: expected, text, ..self };
+        };
+        let best = search.best_fitness.map(|best| format!(", best {best:.2}")).unwrap_or_default();
+        Self {
+            state: if is_at_work(search) { "live" } else { "stopped" },
+            value: search.best_fitness,
+            text: format!("generation {done} of {of}{best}"),
+            done: Some(done as u64),
+            total: Some(of.into()),
+            ..self
         }
     }
 
@@ -304,6 +392,14 @@ impl Item {
     }
 }
 
+/// Whether a program works on a search: nobody holds its file, but each generation is saved.
+pub(crate) fn is_at_work(search: &TuneStatus) -> bool {
+    !search.is_over && search.saved_ago_s.is_some_and(|ago| ago < SEARCH_SILENCE_S)
+}
+
+/// A search that saved nothing for so long has ended: a generation takes some seconds.
+const SEARCH_SILENCE_S: f64 = 60.0;
+
 /// A state in one word, as pages have it.
 pub(crate) const fn state_word(state: RunState) -> &'static str {
     match state {
@@ -321,9 +417,9 @@ fn fitness_of(path: &Path, state: RunState) -> Option<(f64, Option<f64>)> {
     if state != RunState::Over {
         return None;
     }
-    let task = RunConfig::read(path).ok()?.task;
+    let task = RunConfig::follow(path).ok()?.task;
     let best = task.best_fitness()?;
-    (!task.targets().is_empty()).then_some(())?;
+    (task.has_goal()).then_some(())?;
     let track = files::read_track(&path.join("track.csv")).ok()?;
     Some((task.fitness(&track), Some(best)))
 }

@@ -13,9 +13,12 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tropism_lab::files::{self, shell_word};
-use tropism_lab::holder;
+use tropism_lab::status::{StatusPlan, StatusResults};
+use tropism_lab::{Silent, Workflow, holder};
 
 use crate::error::StudioError;
+use crate::found::search_of;
+use crate::items::is_at_work;
 
 /// Jobs that are kept after they have ended.
 const KEPT: usize = 20;
@@ -228,14 +231,16 @@ impl Queue {
             }
             // Of a studio that has ended: its folder tells.
             None if holder(&self.root.join(&job.at)).is_ok_and(|process| process.is_some()) => {}
+            None if self.is_searched(&job.at) => {}
             None if inner.begun.elapsed() < BEGINS => {}
-            None if self.root.join(&job.at).join("summary.json").exists() => {
+            None if self.is_done(&job.at) => {
                 self.end(&mut inner, index, JobState::Done, String::new());
             }
             // The computer went down, or the process was killed: it goes on.
             None => {
                 let job = &mut inner.saved.jobs[index];
-                let has_begun = self.root.join(&job.at).join("evolution.toml").exists();
+                let path = self.root.join(&job.at);
+                let has_begun = path.join("evolution.toml").exists() || search_of(&path).is_file();
                 let words = &mut job.commands[job.now];
                 let resume = "--resume".to_owned();
                 if has_begun && !words.contains(&resume) {
@@ -244,6 +249,18 @@ impl Queue {
                 self.start(&mut inner, index);
             }
         }
+    }
+
+    /// Whether the folder or the rule that a job makes is whole.
+    fn is_done(&self, at: &str) -> bool {
+        let path = self.root.join(at);
+        path.join("summary.json").exists() || (path.is_file() && !search_of(&path).exists())
+    }
+
+    /// Whether somebody searches for the rule that a job makes.
+    fn is_searched(&self, at: &str) -> bool {
+        let status = (StatusPlan { folder: self.root.join(at) }).execute(&Silent);
+        matches!(status, Ok(StatusResults::Tune(search)) if is_at_work(&search))
     }
 
     fn start(&self, inner: &mut Inner, index: usize) {

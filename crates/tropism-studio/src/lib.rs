@@ -10,14 +10,18 @@
 mod error;
 mod access;
 mod gate;
+#[cfg(feature = "tls")]
+mod tls;
 mod wire;
 mod stream;
 mod assets;
 mod found;
 mod words;
-mod jobs;
+mod tail;
 mod items;
+mod jobs;
 mod run;
+mod drawing;
 mod evolution;
 mod draw;
 mod compare;
@@ -27,7 +31,7 @@ mod api;
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use tokio::net::TcpListener;
@@ -35,12 +39,17 @@ use tokio::sync::Semaphore;
 
 pub use access::{Tokens, new_tokens};
 pub use error::StudioError;
+#[cfg(feature = "tls")]
+pub use tls::TlsFiles;
 
 /// The folder of the studio's own files in the folder that it serves.
 const OWN: &str = ".tropism-studio";
 
 /// Requests that read or compute at once; others wait.
 const TURNS: usize = 6;
+
+/// Threads for them, and for stops and log-ins, which wait for nobody. Each keeps some memory.
+const BLOCKING: usize = 2 * TURNS;
 
 /// Reading what changes rests so many times as long as it took: it costs a twentieth of a core at most.
 const REST: u32 = 20;
@@ -63,6 +72,9 @@ pub struct StudioPlan {
     pub read_only: bool,
     /// Whether to show a virtual bean and evolutions that begin now, in a folder that is deleted at the end.
     pub demo: bool,
+    /// Certificate with which connections are encrypted; none by default.
+    #[cfg(feature = "tls")]
+    pub tls: Option<TlsFiles>,
     /// The program `tropism`, which does what pages ask for.
     pub program: PathBuf,
 }
@@ -75,15 +87,27 @@ pub(crate) struct Studio {
     read_only: bool,
     is_demo: bool,
     access: access::Access,
+    /// Whether connections are encrypted.
+    is_encrypted: bool,
     /// Name of the session's cookie: studios on several ports of one computer share cookies.
     cookie: String,
     queue: jobs::Queue,
     /// For figures of comparisons.
     scratch: PathBuf,
     turns: Semaphore,
+    reader: Mutex<items::Reader>,
     overviews: stream::Topics<items::Overview>,
     runs: stream::Topics<run::RunView>,
     evolutions: stream::Topics<evolution::EvolutionView>,
+    predictions: run::Predictions,
+}
+
+impl Studio {
+    /// The overview; `None` if nothing changed for a page that has one.
+    fn overview(&self, has_one: bool) -> Option<items::Overview> {
+        let mut reader = self.reader.lock().unwrap_or_else(PoisonError::into_inner);
+        reader.read(&self.root, has_one, self.queue.to_json())
+    }
 }
 
 /// What is told when a studio begins to serve.
@@ -97,6 +121,8 @@ pub struct Welcome {
     pub tokens: Option<Tokens>,
     /// Whether pages ask for a token.
     pub asks_for_token: bool,
+    /// SHA-256 of the certificate, as browsers show it; `None` if connections are not encrypted.
+    pub fingerprint: Option<String>,
 }
 
 impl Welcome {
@@ -140,7 +166,9 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
     let has_tokens = access::path(&root).exists();
     let tokens = if is_local || has_tokens { None } else { Some(new_tokens(&root)?) };
     let access = if is_local { access::Access::open()? } else { access::Access::with_tokens(&root)? };
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+    let tls = wire::Encryption::of(plan)?;
+    let mut runtime = tokio::runtime::Builder::new_multi_thread();
+    let runtime = runtime.worker_threads(2).max_blocking_threads(BLOCKING).enable_all().build();
     let runtime = runtime.map_err(|error| StudioError::System(format!("threads: {error}")))?;
     let at = |source| StudioError::Address { address: plan.listen.to_string(), source };
     let listener = runtime.block_on(TcpListener::bind(plan.listen)).map_err(at)?;
@@ -154,17 +182,22 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
         read_only: plan.read_only,
         is_demo: plan.demo,
         access,
+        is_encrypted: tls.is_on(),
         cookie: format!("tropism-studio-{}", address.port()),
         scratch: scratch.clone(),
         turns: Semaphore::new(TURNS),
+        reader: Mutex::default(),
         overviews: stream::Topics::default(),
         runs: stream::Topics::default(),
         evolutions: stream::Topics::default(),
+        predictions: run::Predictions::default(),
         root: root.clone(),
     });
     let demo = if plan.demo { Some(demo::Demo::start(&studio)?) } else { None };
     let queue = Arc::downgrade(&studio);
     std::thread::spawn(move || {
+        // The first page that looks at everything finds it read.
+        queue.upgrade().map(|studio| studio.overview(false));
         while let Some(studio) = queue.upgrade() {
             studio.queue.advance();
             drop(studio);
@@ -173,14 +206,15 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
     });
     let shown = SocketAddr::new(shown_ip(address.ip()), address.port());
     welcome(&Welcome {
-        address: format!("http://{shown}/"),
+        address: format!("{}://{shown}/", if tls.is_on() { "https" } else { "http" }),
+        fingerprint: tls.fingerprint(),
         folder: root,
         tokens,
         asks_for_token: studio.access.asks_for_token(),
     });
     runtime.block_on(async {
         tokio::select! {
-            () = wire::serve(listener, api::router(studio.clone())) => {}
+            () = wire::serve(listener, tls, api::router(studio.clone())) => {}
             () = asked_to_end() => {}
         }
     });

@@ -1,7 +1,8 @@
 //! A run, live: its steps and events as they are recorded, read from the journal without disturbing it.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
@@ -13,12 +14,14 @@ use tropism::track::Track;
 use tropism::vision::Calibration;
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::files::shell_word;
-use tropism_lab::status::{RunState, RunStatus, StatusPlan, StatusResults};
-use tropism_lab::{RunConfig, Silent, StepRecord, Workflow, holder, read_journal, simulate};
+use tropism_lab::run::speed_of;
+use tropism_lab::status::{self, RunState, RunStatus};
+use tropism_lab::{RunConfig, StepRecord, holder, simulate};
 
 use crate::error::Refusal;
 use crate::items::state_word;
 use crate::stream::{Listened, Message};
+use crate::tail::{self, Tail};
 use crate::{unix_of, words};
 
 /// How often a run is looked at.
@@ -34,11 +37,12 @@ const PREDICTED: u32 = 200;
 pub(crate) struct RunView {
     version: u64,
     /// One row of JSON a step; the last one may still change.
-    rows: Vec<String>,
+    rows: Vec<Arc<str>>,
     /// Rows that do not change any more.
     settled: usize,
-    events: Vec<String>,
-    status: Value,
+    events: Vec<Arc<str>>,
+    /// JSON.
+    status: String,
 }
 
 impl Listened for RunView {
@@ -58,8 +62,8 @@ impl Listened for RunView {
         let id = format!("{}.{}.{}", self.settled, self.events.len(), self.version);
         let data = format!(
             "{{\"from\":{rows},\"rows\":[{}],\"events_from\":{events},\"events\":[{}],\"status\":{},\"now\":{}}}",
-            self.rows[rows..].join(","),
-            self.events[events..].join(","),
+            joined(&self.rows[rows..]),
+            joined(&self.events[events..]),
             self.status,
             crate::unix_s()
         );
@@ -67,9 +71,21 @@ impl Listened for RunView {
     }
 }
 
+fn joined(texts: &[Arc<str>]) -> String {
+    let mut all = String::with_capacity(texts.iter().map(|text| text.len() + 1).sum());
+    for (place, text) in texts.iter().enumerate() {
+        all += if place > 0 { "," } else { "" };
+        all += text;
+    }
+    all
+}
+
 /// Reads a run again and again.
 pub(crate) struct RunReader {
     folder: PathBuf,
+    /// It does not change.
+    config: Option<RunConfig>,
+    tail: Tail,
     stamp: Option<Stamp>,
     read: Instant,
     /// How long it took.
@@ -94,7 +110,8 @@ impl Stamp {
 
 impl RunReader {
     pub(crate) fn new(folder: PathBuf) -> Self {
-        Self { folder, stamp: None, read: Instant::now(), cost: Duration::ZERO }
+        let (config, tail) = (None, Tail::default());
+        Self { folder, config, tail, stamp: None, read: Instant::now(), cost: Duration::ZERO }
     }
 
     /// The run after `before`; `None` if nothing changed, or nothing can be read just now.
@@ -109,7 +126,7 @@ impl RunReader {
             return None;
         }
         let began = Instant::now();
-        let view = view(&self.folder, before.map_or(1, |before| before.version + 1))?;
+        let view = self.view(before)?;
         self.stamp = Some(stamp);
         self.read = Instant::now();
         self.cost = began.elapsed();
@@ -118,31 +135,39 @@ impl RunReader {
         });
         (!is_same).then_some(view)
     }
-}
 
-fn view(folder: &Path, version: u64) -> Option<RunView> {
-    let config = RunConfig::read(folder).ok()?;
-    let (steps, events) = match read_journal(folder) {
-        Ok(read) => read,
-        // It has just begun.
-        Err(_) if !folder.join("journal.sqlite").exists() => Default::default(),
-        Err(_) => return None,
-    };
-    let StatusResults::Run(status) = (StatusPlan { folder: folder.to_owned() }).execute(&Silent).ok()? else {
-        return None;
-    };
-    let calibration = config.calibration();
-    let settled = match steps.last() {
-        Some(last) if last.decided.is_none() || !last.is_confirmed => steps.len() - 1,
-        _ => steps.len(),
-    };
-    Some(RunView {
-        version,
-        rows: steps.iter().map(|step| row(step, calibration.as_ref()).to_string()).collect(),
-        settled,
-        events: events.iter().map(|event| event_row(event).to_string()).collect(),
-        status: status_json(folder, &config, &steps, &status),
-    })
+    fn view(&mut self, before: Option<&Arc<RunView>>) -> Option<RunView> {
+        let folder = &self.folder;
+        let config = match &mut self.config {
+            Some(config) => config,
+            none => none.insert(RunConfig::follow(folder).ok()?),
+        };
+        let events_before = self.tail.events.len();
+        let same = self.tail.read(folder)?;
+        let Tail { steps, events } = &self.tail;
+        let status = status::of_run(folder, config, steps, events, holder(folder).ok()?);
+        let calibration = config.calibration();
+        let settled = match steps.last() {
+            Some(last) if last.decided.is_none() || !last.is_confirmed => steps.len() - 1,
+            _ => steps.len(),
+        };
+        // What is as it was has its text already.
+        let known = |before: &[Arc<str>], count: usize| before[..count.min(before.len())].to_vec();
+        let mut rows = before.map(|before| known(&before.rows, same)).unwrap_or_default();
+        rows.extend(
+            steps[rows.len()..].iter().map(|step| row(step, calibration.as_ref()).to_string().into()),
+        );
+        let same_events = if same > 0 { events_before } else { 0 };
+        let mut told = before.map(|before| known(&before.events, same_events)).unwrap_or_default();
+        told.extend(events[told.len()..].iter().map(|event| event_row(event).to_string().into()));
+        Some(RunView {
+            version: before.map_or(1, |before| before.version + 1),
+            rows,
+            settled,
+            events: told,
+            status: status_json(folder, config, steps, &status).to_string(),
+        })
+    }
 }
 
 fn rounded(value: f64, digits: i32) -> f64 {
@@ -230,14 +255,14 @@ fn crossings(task: &TaskSpec, steps: &[StepRecord]) -> Vec<Value> {
 }
 
 fn fitness(config: &RunConfig, folder: &Path, state: RunState) -> Option<f64> {
-    let has_targets = !config.task.targets().is_empty();
+    let has_targets = config.task.has_goal();
     let track = (state == RunState::Over && has_targets).then(|| folder.join("track.csv"))?;
     Some(config.task.fitness(&tropism_lab::files::read_track(&track).ok()?))
 }
 
 /// What does not change in the run in `folder`, which lies `at` below the folder of the studio.
 pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
-    let config = RunConfig::read(folder)?;
+    let config = RunConfig::follow(folder)?;
     let calibration = config.calibration();
     let pair = |pixel: Pixel| [pixel.x, pixel.y];
     let pixel = |point: &Point| calibration.map(|calibration| pair(calibration.pixel(*point)));
@@ -252,8 +277,9 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         "period_min": config.rig.period_min,
         "max_steps": config.task.max_steps(),
         "targets": targets,
+        "obstacles": config.task.obstacles(),
         "end_height": Some(end_height(&config.task)).filter(|height| height.is_finite()),
-        "best": config.task.best_fitness().filter(|_| !config.task.targets().is_empty()),
+        "best": config.task.best_fitness().filter(|_| config.task.has_goal()),
         "lamps": config.rig.layout().map_or_else(|_| Vec::new(), |layout| {
             layout.lights().map(|light| json!({ "name": layout.name(Some(light)), "side": layout.side(light) })).collect()
         }),
@@ -266,35 +292,38 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
             "status": format!("tropism status {word}"),
             "stop": format!("tropism stop {word}"),
             "safe_state": format!("tropism safe-state {word}"),
-            "resume": crate::jobs::line(&resume_words(&config, at)),
+            "resume": crate::jobs::line(&resume_words(folder, at)),
         },
         "seed": config.seed,
     }))
 }
 
 fn end_height(task: &TaskSpec) -> f64 {
-    task.as_targets().map_or(f64::INFINITY, |targets| targets.end_height_cm)
+    match task {
+        TaskSpec::Targets(task) => task.end_height_cm,
+        TaskSpec::Obstacles(task) => task.end_height_cm,
+        TaskSpec::Shape(task) => task.end_height_cm,
+        TaskSpec::Space(task) => task.end_height_cm,
+        TaskSpec::Spiral(task) => task.end_height_cm,
+        TaskSpec::OpenLoop(_) => f64::INFINITY,
+    }
 }
 
-/// A virtual plant that goes on from a page grows so many times as fast as a real one: a photograph every two seconds.
-const SPEED: &str = "150";
-
-/// The words that go on with the run at `at`.
-pub(crate) fn resume_words(config: &RunConfig, at: &str) -> Vec<String> {
+/// The words that go on with the run in `folder`, which lies at `at`: a virtual plant as fast as it grew before.
+pub(crate) fn resume_words(folder: &Path, at: &str) -> Vec<String> {
     let out = if at.is_empty() { "." } else { at };
-    let mut words = vec!["run", "--out", out, "--resume"];
-    if config.is_virtual() {
-        words.extend(["--speed", SPEED]);
+    let mut words = ["run", "--out", out, "--resume"].map(str::to_owned).to_vec();
+    if let Some(speed) = speed_of(folder) {
+        words.extend(["--speed".to_owned(), speed.to_string()]);
     }
-    words.into_iter().map(str::to_owned).collect()
+    words
 }
 
 /// The stem in the photograph of `step`, in pixels.
 pub(crate) fn stem(folder: &Path, number: u32) -> Result<Value, Refusal> {
-    let config = RunConfig::read(folder)?;
-    let (steps, _) = read_journal(folder).map_err(tropism_lab::Error::from)?;
-    let step = steps.iter().find(|step| step.step == number);
-    let stem = step.and_then(|step| Some((step, step.seen.observation.as_ref()?.stem.as_ref()?)));
+    let config = RunConfig::follow(folder)?;
+    let step = tail::step(folder, number);
+    let stem = step.as_ref().and_then(|step| Some((step, step.seen.observation.as_ref()?.stem.as_ref()?)));
     let points = stem.zip(config.calibration()).map(|((step, stem), calibration)| {
         let shift = step.seen.camera_shift.unwrap_or(Pixel::new(0.0, 0.0));
         let shifted = |point: &Point| {
@@ -306,11 +335,47 @@ pub(crate) fn stem(folder: &Path, number: u32) -> Result<Value, Refusal> {
     Ok(json!({ "stem": points }))
 }
 
+/// What is expected of runs, for all who ask within a minute: many plants are simulated for it.
+#[derive(Default)]
+pub(crate) struct Predictions(Mutex<BTreeMap<String, Arc<Mutex<Kept>>>>);
+
+/// What was expected of a run, and when.
+type Kept = Option<(Instant, Value)>;
+
+/// How long it is good enough.
+const PREDICTION_LASTS: Duration = Duration::from_secs(55);
+
+/// Runs whose predictions are kept.
+const PREDICTIONS: usize = 64;
+
+impl Predictions {
+    /// What is expected of the run that lies `at` below the folder of the studio. Those who ask at once wait for one answer.
+    pub(crate) fn of(
+        &self,
+        at: &str,
+        predict: impl FnOnce() -> Result<Value, Refusal>,
+    ) -> Result<Value, Refusal> {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if all.len() >= PREDICTIONS && !all.contains_key(at) {
+            all.clear();
+        }
+        let kept = all.entry(at.to_owned()).or_default().clone();
+        drop(all);
+        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, value)) = kept.as_ref().filter(|(made, _)| made.elapsed() < PREDICTION_LASTS) {
+            return Ok(value.clone());
+        }
+        let value = predict()?;
+        *kept = Some((Instant::now(), value.clone()));
+        Ok(value)
+    }
+}
+
 /// When and how far beside each target the tip is expected to pass: plants simulated in `model` from where the tip is.
-pub(crate) fn prediction(folder: &Path, model: &Path) -> Result<Value, Refusal> {
-    let config = RunConfig::read(folder)?;
-    let (steps, _) = read_journal(folder).map_err(tropism_lab::Error::from)?;
-    let tip = steps.iter().rev().find_map(|step| Some(step.seen.observation.as_ref()?.tip));
+pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Result<Value, Refusal> {
+    let mut tail = Tail::default();
+    tail.read(folder).ok_or_else(|| Refusal::missing("the journal cannot be read just now"))?;
+    let tip = tail.steps.iter().rev().find_map(|step| Some(step.seen.observation.as_ref()?.tip));
     let tip = tip.ok_or_else(|| Refusal::missing("no photograph yet"))?;
     let targets = config.task.as_targets().ok_or_else(|| Refusal::bad("this run has no targets"))?;
     let left: Vec<Point> = targets.targets.iter().filter(|target| target.y > tip.y).copied().collect();
@@ -357,13 +422,13 @@ mod tests {
     use super::*;
 
     fn view_of(rows: usize, settled: usize, version: u64) -> RunView {
-        let row = |number: usize| format!("[{number}]");
+        let row = |number: usize| format!("[{number}]").into();
         RunView {
             version,
             rows: (0..rows).map(row).collect(),
             settled,
             events: vec!["{}".into()],
-            status: json!({}),
+            status: "{}".to_owned(),
         }
     }
 
@@ -372,6 +437,33 @@ mod tests {
         assert_eq!(messages.len(), 1);
         let Message { id, data, .. } = messages.remove(0);
         (id, serde_json::from_str(&data).unwrap())
+    }
+
+    #[test]
+    fn a_virtual_run_goes_on_as_fast_as_it_did() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(resume_words(folder.path(), "bean"), ["run", "--out", "bean", "--resume"]);
+        let mut config = RunConfig::default();
+        config.task = config.task.with_max_steps(2);
+        let (out, speed) = (folder.path().join("bean"), Some(1e6));
+        let plan = tropism_lab::RunPlan { out: out.clone(), speed, config, ..Default::default() };
+        tropism_lab::Workflow::execute(&plan, &tropism_lab::Silent).unwrap();
+        assert_eq!(resume_words(&out, "bean"), ["run", "--out", "bean", "--resume", "--speed", "1000000"]);
+    }
+
+    #[test]
+    fn predictions_are_made_once_for_all_who_ask() {
+        let predictions = Predictions::default();
+        let made = std::cell::Cell::new(0);
+        let predict = || {
+            made.set(made.get() + 1);
+            Ok(json!(made.get()))
+        };
+        assert!(predictions.of("a", || Err(Refusal::missing("none yet"))).is_err());
+        for _ in 0..3 {
+            assert_eq!(predictions.of("a", predict).unwrap(), json!(1));
+        }
+        assert_eq!(predictions.of("b", predict).unwrap(), json!(2));
     }
 
     #[test]

@@ -61,7 +61,7 @@ fn source(root: &Path, at: &str) -> Result<Source, Refusal> {
     let path = found::resolve(root, at)?;
     let below = |name: &str| if at.is_empty() { name.to_owned() } else { format!("{at}/{name}") };
     if found::Kind::of(&path) == Some(found::Kind::Run) {
-        let config = RunConfig::read(&path)?;
+        let config = RunConfig::follow(&path)?;
         let calibration = config
             .calibration()
             .ok_or_else(|| Refusal::bad(format!("{at}: found a run without a calibration")))?;

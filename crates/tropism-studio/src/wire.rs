@@ -21,10 +21,15 @@ use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
+#[cfg(feature = "tls")]
+use tokio::io::AsyncWriteExt;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::AbortHandle;
 use tokio::time::Sleep;
+
+use crate::StudioPlan;
+use crate::error::StudioError;
 
 /// Connections at once; chosen, well below the 1024 files that a program may have open by default.
 const MOST: usize = 400;
@@ -45,8 +50,74 @@ pub(crate) struct Peer(pub(crate) IpAddr);
 /// Connections that have asked for nothing yet, from the oldest.
 type Silent = Arc<Mutex<BTreeMap<u64, AbortHandle>>>;
 
+/// How connections are encrypted, if they are.
+#[derive(Clone, Default)]
+pub(crate) struct Encryption {
+    #[cfg(feature = "tls")]
+    tls: Option<crate::tls::Tls>,
+}
+
+#[cfg(feature = "tls")]
+impl Encryption {
+    /// # Errors
+    /// [`StudioError`] if the certificate or its key cannot be used.
+    pub(crate) fn of(plan: &StudioPlan) -> Result<Self, StudioError> {
+        Ok(Self { tls: plan.tls.as_ref().map(crate::tls::Tls::read).transpose()? })
+    }
+
+    pub(crate) const fn is_on(&self) -> bool {
+        self.tls.is_some()
+    }
+
+    pub(crate) fn fingerprint(&self) -> Option<String> {
+        Some(self.tls.as_ref()?.fingerprint.clone())
+    }
+
+    /// Serves one connection; an error is its end, of which there is nobody to tell.
+    async fn serve(&self, stream: TcpStream, service: Service) {
+        let Some(tls) = &self.tls else { return http(stream, service).await };
+        let begun = async {
+            let mut first = [0];
+            stream.peek(&mut first).await?;
+            if crate::tls::is_handshake(first[0]) {
+                return tls.accept(Moving::of(stream)).await.map(Some);
+            }
+            let mut stream = Moving::of(stream);
+            stream.write_all(WANTS_HTTPS.as_bytes()).await?;
+            stream.shutdown().await.map(|()| None)
+        };
+        if let Ok(Ok(Some(stream))) = tokio::time::timeout(HEAD, begun).await {
+            http_over(stream, service).await;
+        }
+    }
+}
+
+/// The answer to a browser that was given an address without the `s`.
+#[cfg(feature = "tls")]
+const WANTS_HTTPS: &str = "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n\r\n\
+     This page is encrypted: its address begins with https://\n";
+
+#[cfg(not(feature = "tls"))]
+impl Encryption {
+    pub(crate) fn of(_plan: &StudioPlan) -> Result<Self, StudioError> {
+        Ok(Self::default())
+    }
+
+    pub(crate) const fn is_on(&self) -> bool {
+        false
+    }
+
+    pub(crate) const fn fingerprint(&self) -> Option<String> {
+        None
+    }
+
+    async fn serve(&self, stream: TcpStream, service: Service) {
+        http(stream, service).await;
+    }
+}
+
 /// Serves `router` on `listener` for ever.
-pub(crate) async fn serve(listener: TcpListener, router: Router) {
+pub(crate) async fn serve(listener: TcpListener, encryption: Encryption, router: Router) {
     let silent = Silent::default();
     let all_silent = silent.clone();
     let count = Arc::new(AtomicUsize::new(0));
@@ -67,7 +138,12 @@ pub(crate) async fn serve(listener: TcpListener, router: Router) {
         let one = Counted::new(&count);
         // Held while it begins: it takes itself out with its first request.
         let mut silent = lock(&silent);
-        let begun = connection(stream, peer, router.clone(), number, all_silent.clone(), one);
+        let service = Service { router: router.clone(), peer, number, silent: all_silent.clone(), _one: one };
+        let encryption = encryption.clone();
+        let begun = async move {
+            let _ = stream.set_nodelay(true);
+            encryption.serve(stream, service).await;
+        };
         silent.insert(number, tokio::spawn(begun).abort_handle());
         // Those that ended without a word.
         if number.is_multiple_of(64) {
@@ -96,15 +172,21 @@ impl Drop for Counted {
     }
 }
 
-async fn connection(
-    stream: TcpStream,
-    peer: SocketAddr,
+/// What answers the requests of one connection.
+struct Service {
     router: Router,
+    peer: SocketAddr,
     number: u64,
     silent: Silent,
     _one: Counted,
-) {
-    let _ = stream.set_nodelay(true);
+}
+
+async fn http(stream: TcpStream, service: Service) {
+    http_over(Moving::of(stream), service).await;
+}
+
+async fn http_over<S: AsyncRead + AsyncWrite + Unpin>(stream: S, service: Service) {
+    let Service { router, peer, number, silent, _one } = service;
     let service = service_fn(move |request: Request<Incoming>| {
         lock(&silent).remove(&number);
         let mut request = request.map(Body::new);
@@ -114,7 +196,6 @@ async fn connection(
     });
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(MAX_HEAD).half_close(false);
-    let stream = Moving { stream, stall: None };
     // An error is the end of one connection: there is nobody to tell.
     let _ = http.serve_connection(TokioIo::new(stream), service).await;
 }
@@ -133,6 +214,10 @@ struct Moving {
 }
 
 impl Moving {
+    const fn of(stream: TcpStream) -> Self {
+        Self { stream, stall: None }
+    }
+
     fn watch<T>(&mut self, context: &mut Context<'_>, poll: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if poll.is_ready() {
             self.stall = None;

@@ -28,13 +28,17 @@ fn served(change: impl FnOnce(&mut StudioPlan, &Path)) -> Served {
         ask_token: false,
         read_only: false,
         demo: false,
+        #[cfg(feature = "tls")]
+        tls: None,
         program: PathBuf::from("/bin/false"),
     };
     change(&mut plan, folder.path());
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
         let told = tropism_studio::serve(&plan, |welcome| sender.send(Ok(welcome.clone())).unwrap());
-        told.map_err(|error| sender.send(Err(error.to_string())))
+        if let Err(error) = told {
+            let _ = sender.send(Err(error.to_string()));
+        }
     });
     let welcome = receiver.recv_timeout(Duration::from_secs(20)).unwrap().unwrap();
     let address = welcome.address.trim_start_matches("http://").trim_end_matches('/').parse().unwrap();
@@ -120,7 +124,7 @@ const READS: [&str; 28] = [
     "/api/evolution/events?at=evolution",
     "/api/evolution/champion?at=evolution",
     "/api/models",
-    "/api/task?targets=[[0,6]]",
+    "/api/task?drawing={%22targets%22:[[0,6]]}",
     "/api/compare?at=evolution",
     "/api/tune?at=bean",
     "/nothing",
@@ -182,7 +186,8 @@ fn a_post_of_another_site_is_refused_on_every_route() {
         }
     }
     let good = format!("{own}\nOrigin: http://{}\nSec-Fetch-Site: same-origin", studio.address);
-    let (status, _, body) = studio.post("/api/draw/save", &good, "{\"name\":\"t\",\"targets\":[[1,6]]}");
+    let (status, _, body) =
+        studio.post("/api/draw/save", &good, "{\"name\":\"t\",\"drawing\":{\"targets\":[[1,6]]}}");
     assert_eq!(status, 200, "{body}");
     assert!(studio.folder.path().join("t.toml").exists());
     let (_, head, _) = studio.get("/api/session");
@@ -270,7 +275,7 @@ fn scripts_in_names_are_text() {
         assert!(!head.contains("script-src 'unsafe"), "{path}: {head}");
     }
     let csrf = format!("X-Tropism-Csrf: {}", studio.csrf(""));
-    let body = "{\"name\":\"<b>\",\"targets\":[[1,6]]}";
+    let body = "{\"name\":\"<b>\",\"drawing\":{\"targets\":[[1,6]]}}";
     assert_eq!(studio.post("/api/draw/save", &csrf, body).0, 400);
 }
 
@@ -370,7 +375,7 @@ fn tokens_open_what_they_may_and_guessing_is_slow() {
     assert!(head.contains("httponly; samesite=strict; path=/"), "{head}");
     let change = |cookie: &str| {
         let headers = format!("Cookie: {cookie}\nX-Tropism-Csrf: {}", studio.csrf(cookie));
-        studio.post("/api/draw/save", &headers, "{\"name\":\"t\",\"targets\":[[1,6]]}").0
+        studio.post("/api/draw/save", &headers, "{\"name\":\"t\",\"drawing\":{\"targets\":[[1,6]]}}").0
     };
     assert_eq!(change(&cookie), 403, "who may look only changes nothing");
     let (_, cookie) = studio.log_in(&tokens.change);
@@ -409,12 +414,13 @@ fn pages_answer_what_they_are_asked() {
     let (_, _, champion) = studio.get("/api/evolution/champion?at=evolution");
     assert!(champion.contains("<svg") && champion.contains("\"paths\":[{"), "{champion}");
     for bad in [
-        "/api/try?who=you&targets=x&seed=1",
-        "/api/try?who=you&targets=[[0,6]]&seed=1&lights=lx",
-        "/api/task?targets=[]",
+        "/api/try?who=you&drawing=x&seed=1",
+        "/api/try?who=you&drawing={%22targets%22:[[0,6]]}&seed=1&lights=lx",
+        "/api/task?drawing={%22targets%22:[]}",
     ] {
         assert_eq!(studio.get(bad).0, 400, "{bad}");
     }
-    let (status, _, body) = studio.get("/api/try?who=you&targets=[[0,6]]&seed=1&lights=llrr&from=2");
+    let (status, _, body) =
+        studio.get("/api/try?who=you&drawing={%22targets%22:[[0,6]]}&seed=1&lights=llrr&from=2");
     assert!(status == 200 && body.contains("\"from\":2") && body.matches("\"stem\"").count() == 3, "{body}");
 }

@@ -7,6 +7,8 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
+#[cfg(feature = "tls")]
+use tropism_studio::TlsFiles;
 use tropism_studio::{StudioPlan, Tokens, Welcome, new_tokens};
 
 use crate::page::LISTEN;
@@ -16,13 +18,14 @@ use crate::shell::{Shell, tell};
 ///
 /// It serves the runs, evolutions, studies and comparisons below FOLDER. They do not need it: it may end and begin again at
 /// any time. On the loopback address everybody on this computer may use it. Any other address asks for a token, which is
-/// printed once with a QR code; there is no encryption, so use it at home or behind a proxy with TLS. Work that a page asks
+/// printed once with a QR code. It is encrypted with a certificate of your own, or by a proxy before it. Work that a page asks
 /// for waits in a queue, one heavy job at a time, and goes on when the page or the studio ends.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism studio --demo\n  \
     tropism studio beans --open\n  \
     tropism studio beans --listen 0.0.0.0:8217\n  \
+    tropism studio beans --listen 0.0.0.0:8217 --tls-cert certificate.pem --tls-key key.pem\n  \
     tropism studio beans --listen 0.0.0.0:8217 --new-tokens")]
 pub(crate) struct Studio {
     /// Folder with runs, evolutions and studies
@@ -32,6 +35,16 @@ pub(crate) struct Studio {
     /// Address and port to serve on; another one than loopback asks for a token
     #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN)]
     listen: SocketAddr,
+
+    /// Certificate with which the page is encrypted, in PEM, with those between it and its root
+    #[cfg(feature = "tls")]
+    #[arg(long, value_name = "CERTIFICATE.pem", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+
+    /// Private key of the certificate, in PEM
+    #[cfg(feature = "tls")]
+    #[arg(long, value_name = "KEY.pem", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
 
     /// Open the page in a browser
     #[arg(long)]
@@ -65,6 +78,7 @@ struct Served<'w> {
     address: &'w str,
     folder: &'w PathBuf,
     asks_for_token: bool,
+    certificate_sha256: Option<&'w str>,
     token: Option<&'w str>,
     token_for_looking: Option<&'w str>,
 }
@@ -83,6 +97,8 @@ impl Studio {
             ask_token: self.ask_token,
             read_only: self.read_only,
             demo: self.demo,
+            #[cfg(feature = "tls")]
+            tls: self.tls_cert.zip(self.tls_key).map(|(certificate, key)| TlsFiles { certificate, key }),
             program: std::env::current_exe()?,
         };
         let mut printed = Ok(());
@@ -103,6 +119,7 @@ fn served(welcome: &Welcome) -> Served<'_> {
         address: &welcome.address,
         folder: &welcome.folder,
         asks_for_token: welcome.asks_for_token,
+        certificate_sha256: welcome.fingerprint.as_deref(),
         token: tokens.map(|tokens| tokens.change.as_str()),
         token_for_looking: tokens.map(|tokens| tokens.look.as_str()),
     }
@@ -121,7 +138,9 @@ fn text(welcome: &Welcome) -> String {
         let qr = welcome.qr().unwrap_or_default();
         text += &format!("\n{}\n{qr}\n{}", token_lines(tokens), welcome.link());
     }
-    if welcome.asks_for_token {
+    if let Some(fingerprint) = &welcome.fingerprint {
+        text += &format!("\nSHA-256 of the certificate: {fingerprint}");
+    } else if welcome.asks_for_token {
         text += "\nNot encrypted: whoever listens on this network can read along.";
     }
     text + "\nCtrl-C ends the page; runs and evolutions go on."
