@@ -10,7 +10,8 @@ use tropism::task::{OpenLoop, TaskSpec};
 use tropism::track::SAME_PERIOD;
 
 use crate::error::Error;
-use crate::files;
+use crate::planner::PlannerSpec;
+use crate::{files, model};
 
 /// Minutes between two switches of the paper's periodic controller: six hours (section 2.2.1).
 pub const PAPER_SWITCH_MIN: f64 = 360.0;
@@ -43,6 +44,8 @@ pub enum ControllerSpec {
         /// The rule with its lamps, period and task.
         tuned: Box<TunedRule>,
     },
+    /// Lights what simulations of a model show to be better.
+    Plan(Box<PlannerSpec>),
 }
 
 const fn left() -> Light {
@@ -72,12 +75,17 @@ impl ControllerSpec {
         Ok(Self::Network { champion: Box::new(champion) })
     }
 
-    /// Reads a champion file, such as `champion.json`, a network alone, or a rule file, such as `rule.json`.
+    /// Reads a champion file, such as `champion.json`, a network alone, a rule file, such as `rule.json`, a planner file, which
+    /// ends in `.toml`, or a model of a plant: on it a planner with the default settings plans.
     ///
     /// # Errors
     /// [`Error`] names the file.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        if TunedRule::is_named_in(&files::read_text(path)?) {
+        let text = files::read_text(path)?;
+        if path.extension().is_some_and(|extension| extension == "toml") || model::is_named_in(&text) {
+            return Ok(Self::Plan(Box::new(PlannerSpec::read(path)?)));
+        }
+        if TunedRule::is_named_in(&text) {
             let tuned = files::read_as(path, TunedRule::from_json)?;
             return Ok(Self::Rule { tuned: Box::new(tuned) });
         }
@@ -90,7 +98,7 @@ impl ControllerSpec {
     pub fn champion(&self) -> Option<&Champion> {
         match self {
             Self::Network { champion } => Some(champion),
-            Self::Periodic { .. } | Self::Greedy | Self::Rule { .. } => None,
+            Self::Periodic { .. } | Self::Greedy | Self::Rule { .. } | Self::Plan(_) => None,
         }
     }
 
@@ -98,7 +106,7 @@ impl ControllerSpec {
     #[must_use]
     pub fn own_task(&self) -> Option<&TaskSpec> {
         match self {
-            Self::Periodic { .. } | Self::Greedy => None,
+            Self::Periodic { .. } | Self::Greedy | Self::Plan(_) => None,
             Self::Network { champion } => champion.task.as_ref(),
             Self::Rule { tuned } => tuned.task.as_ref(),
         }
@@ -106,11 +114,12 @@ impl ControllerSpec {
 
     /// Minutes from one step to the next of the model that it was evolved or tuned on; `None` where there is none.
     #[must_use]
-    pub const fn own_period_min(&self) -> Option<f64> {
+    pub fn own_period_min(&self) -> Option<f64> {
         match self {
             Self::Periodic { .. } | Self::Greedy => None,
             Self::Network { champion } => Some(champion.period_min),
             Self::Rule { tuned } => Some(tuned.period_min),
+            Self::Plan(planner) => Some(planner.period_min()),
         }
     }
 
@@ -118,7 +127,7 @@ impl ControllerSpec {
     #[must_use]
     pub fn expected(&self) -> Option<Trial> {
         match self {
-            Self::Periodic { .. } | Self::Greedy => None,
+            Self::Periodic { .. } | Self::Greedy | Self::Plan(_) => None,
             Self::Network { champion } => champion.expected,
             Self::Rule { tuned } => tuned.expected,
         }
@@ -179,6 +188,19 @@ impl ControllerSpec {
                     layout.len()
                 )))
             }
+            Self::Plan(planner) => {
+                planner.planner.check().map_err(Error::in_plan("controller.planner"))?;
+                if planner.layout() == layout && is_same_period(planner.period_min(), period_min) {
+                    return Ok(());
+                }
+                Err(Error::Plan(format!(
+                    "controller: found a planner with a model of the lamps {} and steps of {} minutes, wanted one of the lamps \
+                     {} and steps of {period_min} minutes",
+                    names(planner.layout()),
+                    planner.period_min(),
+                    names(layout)
+                )))
+            }
             Self::Rule { tuned } => {
                 tuned.check().map_err(Error::in_plan("controller"))?;
                 let found = (tuned.layout.len(), tuned.period_min);
@@ -215,6 +237,7 @@ impl ControllerSpec {
                 Box::new(champion.controller(task).expect("a controller that was checked"))
             }
             Self::Rule { tuned } => Box::new(PredictiveGreedy::new(tuned.rule, task, layout)),
+            Self::Plan(planner) => Box::new(planner.controller(task)),
         }
     }
 
@@ -232,8 +255,14 @@ impl ControllerSpec {
                 format!("network, {} neurons, {} links", genome.neurons().len(), genome.links().len())
             }
             Self::Rule { .. } => "rule".to_owned(),
+            Self::Plan(_) => "planner".to_owned(),
         }
     }
+}
+
+/// The names of lamps.
+fn names(layout: &Layout) -> String {
+    layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
 /// Whether two periods are one, but for what a clock keeps.

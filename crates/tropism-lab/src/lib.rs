@@ -36,6 +36,7 @@ mod recorder;
 mod error;
 pub mod monitor;
 pub mod workflow;
+pub mod planner;
 pub mod controller;
 pub mod run;
 pub mod task;

@@ -79,7 +79,7 @@ impl From<LstmModel> for Model {
 
 impl Model {
     /// Reads any kind, told apart by the schema.
-    fn from_json(text: &str) -> Result<Self, ModelError> {
+    pub(crate) fn from_json(text: &str) -> Result<Self, ModelError> {
         if MemoryModel::is_named_in(text) {
             MemoryModel::from_json(text).map(Self::from)
         } else if StemModel::is_named_in(text) {
@@ -237,6 +237,14 @@ impl BatchModel for Model {
             Self::Lstm(model) => model.score_linear(task, episodes),
         }
     }
+}
+
+/// Whether `text` calls itself a model of a plant.
+pub(crate) fn is_named_in(text: &str) -> bool {
+    MemoryModel::is_named_in(text)
+        || StemModel::is_named_in(text)
+        || LstmModel::is_named_in(text)
+        || TipModel::is_named_in(text)
 }
 
 /// Reads the model in `path`.

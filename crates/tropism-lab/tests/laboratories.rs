@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use tropism::control::PlannerConfig;
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::task::Targets;
 use tropism_lab::fit::ModelKind;
@@ -31,6 +32,7 @@ fn status(plan: &LaboratoriesPlan) -> LaboratoriesStatus {
 fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
     let search = RuleSearch { generations: 2, population: 4, episodes: 2 };
     let evolution = Box::new(EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() });
+    let planner = PlannerConfig { plants: 2, replan_min: 120.0, ..PlannerConfig::default() };
     let recipe = |name: &str, method| Recipe { name: name.to_owned(), method };
     let world = |name: &str, scale| World { name: name.to_owned(), bean: None, scale, task: None };
     let config = LaboratoriesConfig {
@@ -43,6 +45,7 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
         recipes: vec![
             recipe("paper", Method::Evolve { evolution }),
             recipe("rule", Method::Tune { model: ModelKind::Stem, search }),
+            recipe("planner", Method::Plan { model: ModelKind::Stem, planner: Box::new(planner) }),
         ],
         worlds: vec![world("alike", 0.5), world("varied", 1.5)],
         ..LaboratoriesConfig::default()
@@ -57,9 +60,11 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     let results = whole.execute(&Silent).unwrap();
     assert_eq!(results.worlds.len(), 2);
     for world in &results.worlds {
-        assert_eq!(world.recipes.len(), 2);
-        let [paper, rule] = &world.recipes[..] else { panic!("two recipes") };
-        assert_eq!((paper.laboratories.len(), rule.laboratories.len()), (2, 2));
+        let [paper, rule, planner] = &world.recipes[..] else { panic!("three recipes") };
+        for recipe in [paper, rule, planner] {
+            assert_eq!(recipe.laboratories.len(), 2);
+        }
+        assert!(planner.worst_prediction.is_none(), "a planner expects nothing: {planner:?}");
         let [low, high] = rule.fitness.interval;
         assert!(low <= rule.fitness.mean && rule.fitness.mean <= high, "{rule:?}");
         let difference = rule.fitness.mean - world.chase.fitness.mean;
@@ -74,7 +79,7 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     let titles: Vec<&str> = compared.iter().map(|comparison| comparison.title.as_str()).collect();
     assert_eq!(titles, ["Recipes compared: alike", "Recipes compared: varied"]);
     assert!(
-        compared.iter().all(|comparison| comparison.pairs.len() == 1 && comparison.pairs[0].sizes == [2, 2])
+        compared.iter().all(|comparison| comparison.pairs.len() == 3 && comparison.pairs[0].sizes == [2, 2])
     );
 
     // Interrupted again and again, the same results come out.

@@ -51,6 +51,8 @@ pub enum Purpose {
     Training = 18,
     /// Simulated plants of a forecast.
     Forecast = 19,
+    /// Simulated plants of a planner.
+    Plan = 20,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

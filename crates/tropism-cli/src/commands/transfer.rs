@@ -24,7 +24,7 @@ use crate::shell::Shell;
     tropism transfer --controllers evolution chase --model model.json --ceiling --out transfer\n  \
     tropism transfer --out transfer --resume")]
 pub(crate) struct Transfer {
-    /// periodic[:6h], chase, champion files, or folders of champions such as that of `tropism evolve`
+    /// periodic[:6h], chase, files of champions, rules, planners or models to plan on, or folders of champions
     #[arg(long, required_unless_present = "resume", num_args = 1.., value_name = "FILE|DIR|chase|periodic:6h")]
     controllers: Vec<ControllerName>,
 

@@ -12,6 +12,7 @@ mod status;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::control::PlannerConfig;
 use tropism::evolve::{EvolutionConfig, RuleSearch};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::tent::Greenhouse;
@@ -30,6 +31,7 @@ use crate::files::{self, FileError};
 use crate::fit::{FitPlan, ModelKind};
 use crate::grow::GrowPlan;
 use crate::lock::{FolderLock, lock};
+use crate::planner::PlannerFile;
 use crate::transfer::{JUDGING_PLANTS, NamedController, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
 use crate::workflow::check_same;
@@ -64,6 +66,14 @@ pub enum Method {
         /// Generations, rules a generation, and plants a rule.
         #[serde(default)]
         search: RuleSearch,
+    },
+    /// A planner on a model; nothing is searched for.
+    Plan {
+        /// Which model.
+        model: ModelKind,
+        /// What the planner tries, and how often.
+        #[serde(default)]
+        planner: Box<PlannerConfig>,
     },
 }
 
@@ -214,6 +224,7 @@ impl LaboratoriesConfig {
             match method {
                 Method::Evolve { evolution } => evolution.check().map_err(Error::in_plan(name))?,
                 Method::Tune { search, .. } => search.check().map_err(Error::in_plan(name))?,
+                Method::Plan { planner, .. } => planner.check().map_err(Error::in_plan(name))?,
             }
         }
         let is_scale = |world: &&World| !(0.0..=2.0).contains(&world.scale);
@@ -295,7 +306,8 @@ impl LaboratoriesPlan {
     /// The files of what a laboratory, from 0, made by a recipe: its controller, and the time that it took.
     fn made(&self, world: &World, laboratory: u32, recipe: &Recipe) -> [PathBuf; 2] {
         let folder = laboratory_folder(&self.world_folder(world), laboratory);
-        ["json", "seconds"].map(|end| folder.join(format!("{}.{end}", recipe.name)))
+        let kind = if matches!(recipe.method, Method::Plan { .. }) { "toml" } else { "json" };
+        [kind, "seconds"].map(|end| folder.join(format!("{}.{end}", recipe.name)))
     }
 
     /// The task of each world.
@@ -408,11 +420,19 @@ impl Stages<'_> {
         let seed = self.seed(laboratory.into());
         let kind = match &recipe.method {
             Method::Evolve { .. } => ModelKind::Tip,
-            Method::Tune { model, .. } => *model,
+            Method::Tune { model, .. } | Method::Plan { model, .. } => *model,
         };
         let model = self.model(&folder, kind, seed)?;
         let seconds = match &recipe.method {
             Method::Tune { search, .. } => self.tune(&file, Some(&model), search, seed)?,
+            Method::Plan { planner, .. } => {
+                // Both lie in the folder of the laboratory.
+                let model = PathBuf::from(model.file_name().unwrap_or_default());
+                let text =
+                    files::toml_of(&file, &PlannerFile { model, rule: None, planner: (**planner).clone() })?;
+                files::write(&file, text.as_bytes())?;
+                0.0
+            }
             Method::Evolve { evolution } => {
                 let out = folder.join(format!("{}-evolution", recipe.name));
                 let plan = EvolvePlan {

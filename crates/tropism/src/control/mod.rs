@@ -3,6 +3,7 @@
 //! An [`Observation`] comes in, a [`Light`] goes out, once a step. [`Periodic`] sees nothing and switches at regular
 //! intervals, as in the paper's open-loop experiments; [`Greedy`] is the rule that a person would write by hand;
 //! [`PredictiveGreedy`] is the same rule with nine numbers that are tuned on a model;
+//! [`Planner`] decides by simulations of a model;
 //! [`NetworkController`] is what evolution makes, and [`Sensors`] say what its network sees. [`network_analysis`] reads
 //! from a network what it can do.
 //!
@@ -13,6 +14,7 @@ mod greedy;
 mod network;
 pub mod network_analysis;
 mod periodic;
+mod planner;
 mod rule;
 mod sensors;
 
@@ -22,6 +24,7 @@ use crate::observation::Observation;
 pub use greedy::Greedy;
 pub use network::{NetworkController, OUTPUTS, ShapeError, outputs};
 pub use periodic::Periodic;
+pub use planner::{Planner, PlannerConfig};
 pub use rule::{Avoidance, PredictiveGreedy, PredictiveRule};
 pub use sensors::{Sensor, SensorState, Sensors, SensorsError, TIP_INPUTS};
 

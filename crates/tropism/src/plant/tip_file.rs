@@ -40,6 +40,12 @@ const fn paper_period() -> f64 {
 }
 
 impl TipModel {
+    /// Whether `text` calls itself a tip-motion model, of any version.
+    #[must_use]
+    pub fn is_named_in(text: &str) -> bool {
+        schema_of(text).is_ok_and(|schema| schema.starts_with("tropism.model/"))
+    }
+
     /// Readable JSON with all data and settings; see `docs/formats.md`.
     #[must_use]
     pub fn to_json(&self) -> String {

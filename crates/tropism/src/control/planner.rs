@@ -1,0 +1,371 @@
+//! A controller that looks ahead: it tries what it could do on simulated plants, and does what turns out better.
+//!
+//! In: what was observed so far. Out: the lamp. The idea (rollout): a model resumes the observed plant some times, each time as
+//! another of the plants that it may be. On all of them each choice is carried out, and the rest of the task is left to a rule.
+//! Choices are compared on the same plants and random numbers. The rule is left only for what is surely better: the best of
+//! many choices is else the one whose error is greatest.
+//!
+//! # References
+//! Bertsekas, Tsitsiklis, Wu 1997, doi:10.1023/A:1009635226865: rollout algorithms. Chang, Givan, Chong 2004,
+//! doi:10.1023/B:DISC.0000028199.78776.c4: rollout of several base policies.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Controller, PredictiveGreedy, PredictiveRule};
+use crate::check::{OutOfRange, ensure};
+use crate::lamps::Light;
+use crate::math::statistics::{mean, standard_deviation};
+use crate::observation::{Observation, Quality};
+use crate::plant::PlantModel;
+use crate::random::{NoiseStream, Purpose, derive};
+use crate::task::Task;
+use crate::track::Sample;
+
+/// What a [`Planner`] tries, and how often.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlannerConfig {
+    /// Simulated plants on which each choice is tried, 2 to 1000.
+    pub plants: u32,
+    /// Minutes from one plan to the next, above 0.
+    pub replan_min: f64,
+    /// Minutes that are simulated, above 0; the task may end before.
+    pub horizon_min: f64,
+    /// For how long a choice keeps one lamp lit before the rule goes on, in minutes. Each time with each lamp is a choice.
+    pub holds_min: Vec<f64>,
+    /// By how much a choice moves the aim of the rule to the right, in cm.
+    pub offsets_cm: Vec<f64>,
+    /// By how many standard errors of the mean difference a choice must be better than the rule, 0 or more.
+    pub sure: f64,
+    /// The rule; by default the greedy one.
+    pub rule: PredictiveRule,
+    /// Seed of the simulated plants.
+    pub seed: u64,
+}
+
+impl Default for PlannerConfig {
+    /// Chosen on few plants of laboratory 1 (docs/beyond.md).
+    fn default() -> Self {
+        Self {
+            plants: 24,
+            replan_min: 30.0,
+            horizon_min: 1500.0,
+            holds_min: vec![30.0, 90.0, 180.0],
+            offsets_cm: vec![-3.0, -1.5, 1.5, 3.0],
+            sure: 2.0,
+            rule: PredictiveRule::default(),
+            seed: 1,
+        }
+    }
+}
+
+impl PlannerConfig {
+    /// Checks what a file may have got wrong.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names the key, its value and the allowed values.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        ensure((2..=1000).contains(&self.plants), "plants", self.plants, "2 to 1000")?;
+        ensure(self.sure >= 0.0 && self.sure.is_finite(), "sure", self.sure, "0 or more")?;
+        let is_time = |minutes: f64| minutes > 0.0 && minutes.is_finite();
+        ensure(is_time(self.replan_min), "replan_min", self.replan_min, "minutes above 0")?;
+        ensure(is_time(self.horizon_min), "horizon_min", self.horizon_min, "minutes above 0")?;
+        for (index, &minutes) in self.holds_min.iter().enumerate() {
+            ensure(is_time(minutes), format!("holds_min[{index}]"), minutes, "minutes above 0")?;
+        }
+        for (index, offset) in self.offsets_cm.iter().enumerate() {
+            ensure(offset.is_finite(), format!("offsets_cm[{index}]"), offset, "a finite number")?;
+        }
+        self.rule.check().map_err(|error| error.in_table("rule"))
+    }
+}
+
+/// What a planner may do until it plans again.
+#[derive(Clone, Debug)]
+enum Choice {
+    /// Leaves it to a rule: its number.
+    Rule(usize),
+    /// Lights one lamp for some steps, and then leaves it to the first rule.
+    Hold(Light, u32),
+}
+
+/// Steers a plant by simulations of what could be done; see [`PlannerConfig`].
+///
+/// ```
+/// use std::sync::Arc;
+/// use tropism::control::{Planner, PlannerConfig};
+/// use tropism::plant::tip::{TipModel, TipModelConfig};
+/// use tropism::prelude::*;
+/// # use tropism::greenhouse::bean::{Species, Trial};
+/// # use tropism::task::OpenLoop;
+/// # use tropism::environment::unwatched;
+/// # let species = Species::default();
+/// # let trial = Trial::new(&species);
+/// # let task = OpenLoop { steps: 300, ..OpenLoop::default() };
+/// # let mut in_turn = Periodic::new(36, &trial.layout);
+/// # let track = trial.grow(1, &mut in_turn, &task, &mut unwatched);
+/// let model = Arc::new(TipModel::fit(&[track], TipModelConfig::default()).unwrap());
+/// let config = PlannerConfig { plants: 4, ..PlannerConfig::default() };
+/// let mut planner = Planner::new(model, Targets::default(), config).unwrap();
+/// let light = planner.decide(&Observation::simulated(Point::new(0.0, 4.0)));
+/// assert!(light == Light::LEFT || light == Light::RIGHT);
+/// ```
+pub struct Planner<M, T> {
+    model: Arc<M>,
+    task: T,
+    config: PlannerConfig,
+    /// The rules, each with the memory that it has of this plant.
+    rules: Vec<PredictiveGreedy>,
+    choices: Vec<Choice>,
+    /// What was observed, each with the lamp that was lit then.
+    past: Vec<Sample>,
+    step: u32,
+    /// The choice in force, and the step at which it was made.
+    chosen: Option<(usize, u32)>,
+}
+
+impl<M: PlantModel, T: Task> Planner<M, T> {
+    /// Steers with the lamps of `model` and at its period.
+    ///
+    /// # Errors
+    /// As [`PlannerConfig::check`].
+    pub fn new(model: Arc<M>, task: T, config: PlannerConfig) -> Result<Self, OutOfRange> {
+        config.check()?;
+        let layout = model.layout();
+        let rule = |offset: f64| {
+            let rule = PredictiveRule { offset_cm: config.rule.offset_cm + offset, ..config.rule };
+            PredictiveGreedy::new(rule, &task, layout)
+        };
+        let rules: Vec<PredictiveGreedy> =
+            std::iter::once(0.0).chain(config.offsets_cm.iter().copied()).map(rule).collect();
+        let holds = config.holds_min.iter().flat_map(|&minutes| {
+            let steps = (minutes / model.period_min()).round().max(1.0) as u32;
+            layout.lights().map(move |light| Choice::Hold(light, steps))
+        });
+        let choices = (0..rules.len()).map(Choice::Rule).chain(holds).collect();
+        Ok(Self { rules, choices, model, task, config, past: Vec::new(), step: 0, chosen: None })
+    }
+
+    /// The choice that is better than the rule by most, of those that surely are; the rule if none is. `lights` are what the
+    /// rules decided for what is seen now.
+    fn plan(&self, lights: &[Light]) -> usize {
+        let seed = derive(self.config.seed, Purpose::Plan, u64::from(self.step));
+        let mut gains = vec![Vec::new(); self.choices.len()];
+        for plant in 0..self.config.plants {
+            let noise = NoiseStream::new(seed, Purpose::Plan, [plant, 0, 0]);
+            let plant = self.model.resumed(&self.past, &mut noise.of_seedling());
+            let worth = |choice| self.carry_out(choice, lights, plant.clone(), noise);
+            let of_rule = worth(&self.choices[0]);
+            for (gains, choice) in gains.iter_mut().zip(&self.choices).skip(1) {
+                gains.push(worth(choice) - of_rule);
+            }
+        }
+        let mut best = (0, 0.0);
+        for (number, gains) in gains.iter().enumerate().skip(1) {
+            let (gain, error) =
+                (mean(gains.iter().copied()), standard_deviation(gains) / (gains.len() as f64).sqrt());
+            if gain > best.1 && gain > self.config.sure * error {
+                best = (number, gain);
+            }
+        }
+        best.0
+    }
+
+    /// What the task is worth from now on if `plant` is steered by `choice`.
+    fn carry_out(&self, choice: &Choice, lights: &[Light], mut plant: M::Plant, noise: NoiseStream) -> f64 {
+        let (number, held, steps) = match *choice {
+            Choice::Rule(number) => (number, lights[number], 1),
+            Choice::Hold(light, steps) => (0, light, steps),
+        };
+        let mut rule = self.rules[number].clone();
+        let first = self.past[0].observation();
+        let mut before = self.past[self.past.len() - 1].observation();
+        let horizon = (self.config.horizon_min / self.model.period_min()).ceil() as u32;
+        let mut worth = 0.0;
+        for ahead in 0..horizon {
+            let light = if ahead == 0 {
+                held
+            } else {
+                let decided = rule.decide(&before);
+                if ahead < steps { held } else { decided }
+            };
+            self.model.step(&mut plant, light, &mut noise.at(ahead));
+            let after = self.model.observe(&plant);
+            worth += self.task.step_fitness(&first, &before, &after);
+            if self.task.is_over(self.step + ahead + 1, &after) {
+                break;
+            }
+            before = after;
+        }
+        worth
+    }
+}
+
+impl<M: PlantModel, T: Task> Controller for Planner<M, T> {
+    fn decide(&mut self, seen: &Observation) -> Light {
+        let period_min = self.model.period_min();
+        self.past.push(Sample {
+            step: self.step,
+            time_s: f64::from(self.step) * period_min * 60.0,
+            tip: seen.tip,
+            stem: seen.stem.clone(),
+            depth: seen.depth.clone(),
+            light: None,
+            quality: seen.quality,
+        });
+        let lights: Vec<Light> = self.rules.iter_mut().map(|rule| rule.decide(seen)).collect();
+        let every = (self.config.replan_min / period_min).round().max(1.0) as u32;
+        let is_due = self.chosen.is_none_or(|(_, at)| self.step >= at + every);
+        // A tip that is held says nothing new.
+        if self.chosen.is_none() || is_due && seen.quality != Quality::Held {
+            self.chosen = Some((self.plan(&lights), self.step));
+        }
+        let (number, at) = self.chosen.expect("a plan");
+        let light = match self.choices[number] {
+            Choice::Rule(number) => lights[number],
+            Choice::Hold(light, steps) if self.step < at + steps => light,
+            Choice::Hold(..) => lights[0],
+        };
+        self.past.last_mut().expect("a sample").light = Some(light);
+        self.step += 1;
+        light
+    }
+
+    fn miss(&mut self, steps: u32) {
+        self.step += steps;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use crate::lamps::Layout;
+    use crate::random::StepNoise;
+    use crate::simulation::simulate;
+
+    /// Goes 1 mm a step to the side that was lit five steps before, and grows 0.5 mm.
+    struct Late(Layout);
+
+    #[derive(Clone)]
+    struct LatePlant {
+        tip: Point,
+        sides: [f64; 5],
+    }
+
+    impl PlantModel for Late {
+        type Plant = LatePlant;
+
+        fn seedling(&self, start: Point, _noise: &mut StepNoise) -> LatePlant {
+            LatePlant { tip: start, sides: [0.0; 5] }
+        }
+
+        fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> LatePlant {
+            let mut plant = self.seedling(past[past.len() - 1].tip, noise);
+            for sample in &past[..past.len() - 1] {
+                plant.sides.rotate_left(1);
+                plant.sides[4] = sample.light.map_or(0.0, |light| self.0.side(light));
+            }
+            plant
+        }
+
+        fn step(&self, plant: &mut LatePlant, light: Light, noise: &mut StepNoise) {
+            plant.tip.x += 0.1 * plant.sides[0] + 0.005 * noise.normal();
+            plant.tip.y += 0.05;
+            plant.sides.rotate_left(1);
+            plant.sides[4] = self.0.side(light);
+        }
+
+        fn observe(&self, plant: &LatePlant) -> Observation {
+            Observation::simulated(plant.tip)
+        }
+
+        fn layout(&self) -> &Layout {
+            &self.0
+        }
+    }
+
+    /// Is worth the nearness to a line straight up, from a height on.
+    #[derive(Clone)]
+    struct OnLine;
+
+    impl Task for OnLine {
+        fn is_over(&self, _step: u32, seen: &Observation) -> bool {
+            seen.tip.y >= 8.0
+        }
+
+        fn step_fitness(&self, _first: &Observation, _before: &Observation, after: &Observation) -> f64 {
+            if after.tip.y > 6.0 { -(after.tip.x - 1.0).abs() } else { 0.0 }
+        }
+
+        fn targets(&self) -> Vec<Point> {
+            vec![Point::new(1.0, 8.0)]
+        }
+    }
+
+    fn planner(config: PlannerConfig) -> Planner<Late, OnLine> {
+        Planner::new(Arc::new(Late(Layout::default())), OnLine, config).unwrap()
+    }
+
+    fn config() -> PlannerConfig {
+        let (replan_min, holds_min) = (10.0, vec![5.0, 15.0, 30.0]);
+        PlannerConfig { plants: 6, replan_min, holds_min, ..PlannerConfig::default() }
+    }
+
+    #[test]
+    fn what_a_late_plant_will_do_is_known_before() {
+        let (model, layout) = (Late(Layout::default()), Layout::default());
+        for seed in 0..5 {
+            let of = |controller: &mut dyn Controller| {
+                OnLine.fitness(&simulate(&model, controller, &OnLine, seed))
+            };
+            let planned = of(&mut planner(config()));
+            let ruled = of(&mut PredictiveGreedy::new(PredictiveRule::default(), &OnLine, &layout));
+            // The rule swings by five steps of light to either side.
+            assert!(planned > 0.6 * ruled, "{planned} is not much better than {ruled}");
+        }
+    }
+
+    #[test]
+    fn the_same_is_planned_again() {
+        let track = || simulate(&Late(Layout::default()), &mut planner(config()), &OnLine, 3);
+        assert_eq!(track(), track());
+    }
+
+    #[test]
+    fn one_without_choices_is_its_rule() {
+        let model = Late(Layout::default());
+        let alone = PlannerConfig { holds_min: Vec::new(), offsets_cm: Vec::new(), ..config() };
+        let rule = &mut PredictiveGreedy::new(PredictiveRule::default(), &OnLine, &model.0);
+        assert_eq!(simulate(&model, &mut planner(alone), &OnLine, 1), simulate(&model, rule, &OnLine, 1));
+    }
+
+    #[test]
+    fn missed_steps_are_counted_and_a_held_tip_changes_no_plan() {
+        let mut controller = planner(config());
+        let mut seen = Observation::simulated(Point::new(0.0, 7.0));
+        controller.decide(&seen);
+        controller.miss(4);
+        seen.quality = Quality::Held;
+        let chosen = controller.chosen;
+        controller.decide(&seen);
+        assert_eq!((controller.past[1].step, controller.chosen), (5, chosen));
+        seen.quality = Quality::Measured;
+        controller.decide(&seen);
+        assert_eq!(controller.chosen.map(|(_, at)| at), Some(6));
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let refused = |config: PlannerConfig, words: &str| {
+            let error = config.check().unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        refused(PlannerConfig { plants: 1, ..config() }, "plants = 1");
+        refused(PlannerConfig { replan_min: f64::NAN, ..config() }, "replan_min = NaN");
+        refused(PlannerConfig { holds_min: vec![5.0, -1.0], ..config() }, "holds_min[1] = -1");
+        refused(PlannerConfig { sure: -1.0, ..config() }, "sure = -1");
+    }
+}
