@@ -24,7 +24,6 @@ import {
   put,
   refuse,
   say,
-  session,
   size,
   span,
   toast,
@@ -683,13 +682,8 @@ listen(
 );
 setInterval(tick, 1000);
 setInterval(predict, 60_000);
-session.then(async ({ session: own }) => {
-  if (!own) return;
-  try {
-    about = await get("api/run", { at });
-  } catch (error) {
-    return refuse(error);
-  }
+get("api/run", { at }).then((known) => {
+  about = known;
   $("#name").textContent = about.name;
   document.title = `${about.name} · tropism studio`;
   if (about.width) $("#over").setAttribute("viewBox", `0 0 ${about.width} ${about.height}`);
@@ -701,4 +695,4 @@ session.then(async ({ session: own }) => {
   );
   put($("#commands"), [command(about.commands.status), command(about.commands.stop), command(about.commands.resume)]);
   all();
-});
+}, refuse);

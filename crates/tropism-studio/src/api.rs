@@ -54,8 +54,8 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
     let page = |name: &'static str| get(async move |headers: HeaderMap| assets::page(name, &headers));
     Router::new()
         .route("/", page("index.html"))
-        .route("/run", page("run.html"))
-        .route("/evolution", page("evolution.html"))
+        .route("/run", get(run_page))
+        .route("/evolution", get(evolution_page))
         .route("/work", page("work.html"))
         .route("/draw", page("draw.html"))
         .route("/tune", page("tune.html"))
@@ -261,15 +261,44 @@ async fn run_about(State(studio): Shared, Query(At { at }): Query<At>) -> Answer
     .await
 }
 
+/// The run that lies `at` below the folder, kept up to date from now on.
+fn followed_run(studio: &Studio, at: &str) -> Result<stream::Latest<run::RunView>, Refusal> {
+    let mut reader = run::RunReader::new(resolve_kind(&studio.root, at, Kind::Run)?);
+    Ok(studio.runs.listen(at, run::PAUSE, move |before| reader.read(before)))
+}
+
+/// The page of a run, which is read while the browser loads scripts and styles.
+async fn run_page(State(studio): Shared, Query(At { at }): Query<At>, headers: HeaderMap) -> Response {
+    // What is wrong with the run the page is told when it asks.
+    let _ = followed_run(&studio, &at);
+    let link = work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
+        let photo = run::latest_photo(&folder).ok_or_else(|| Refusal::missing("no photograph yet"))?;
+        let query = format!("at={}&name={}", form_encoded(&at), form_encoded(&photo));
+        HeaderValue::from_str(&format!("<api/run/photo?{query}>; rel=preload; as=image"))
+            .map_err(|error| Refusal::bad(error.to_string()))
+    });
+    let link = link.await.map(|link| [(header::LINK, link)]).ok();
+    (link, assets::page("run.html", &headers)).into_response()
+}
+
+/// A value of an address as browsers write it (`application/x-www-form-urlencoded`): else they would not know the photograph
+/// that they have for the one that the page asks for.
+fn form_encoded(text: &str) -> String {
+    let letter = |byte: u8| match byte {
+        b' ' => "+".to_owned(),
+        byte if byte.is_ascii_alphanumeric() || b"*-._".contains(&byte) => char::from(byte).to_string(),
+        byte => format!("%{byte:02X}"),
+    };
+    text.bytes().map(letter).collect()
+}
+
 async fn run_events(
     State(studio): Shared,
     Query(At { at }): Query<At>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
-    let mut reader = run::RunReader::new(folder);
-    let latest = studio.runs.listen(&at, run::PAUSE, move |before| reader.read(before));
-    Ok(stream::stream(latest, last_id(&headers)))
+    Ok(stream::stream(followed_run(&studio, &at)?, last_id(&headers)))
 }
 
 #[derive(Deserialize)]
@@ -441,15 +470,27 @@ async fn evolution_about(State(studio): Shared, Query(At { at }): Query<At>) -> 
     .await
 }
 
+/// The evolution that lies `at` below the folder, kept up to date from now on.
+fn followed_evolution(
+    studio: &Studio,
+    at: &str,
+) -> Result<stream::Latest<evolution::EvolutionView>, Refusal> {
+    let mut reader = evolution::EvolutionReader::new(resolve_kind(&studio.root, at, Kind::Evolution)?);
+    Ok(studio.evolutions.listen(at, evolution::PAUSE, move |before| reader.read(before)))
+}
+
+/// The page of an evolution, which is read while the browser loads scripts and styles.
+async fn evolution_page(State(studio): Shared, Query(At { at }): Query<At>, headers: HeaderMap) -> Response {
+    let _ = followed_evolution(&studio, &at);
+    assets::page("evolution.html", &headers)
+}
+
 async fn evolution_events(
     State(studio): Shared,
     Query(At { at }): Query<At>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
-    let mut reader = evolution::EvolutionReader::new(folder);
-    let latest = studio.evolutions.listen(&at, evolution::PAUSE, move |before| reader.read(before));
-    Ok(stream::stream(latest, last_id(&headers)))
+    Ok(stream::stream(followed_evolution(&studio, &at)?, last_id(&headers)))
 }
 
 #[derive(Deserialize)]
@@ -612,4 +653,14 @@ async fn tune_look(State(studio): Shared, Query(LookAt { plan }): Query<LookAt>)
 async fn tune_write(State(studio): Shared, body: Body) -> Answer {
     let request: tune::TuneRequest = read(body).await?;
     work_on(&studio, move |studio| Ok(Json(tune::write(studio, &request)?))).await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_encoded_as_browsers_do() {
+        assert_eq!(form_encoded("a b/ä&=~*-._9"), "a+b%2F%C3%A4%26%3D%7E*-._9");
+    }
 }

@@ -319,6 +319,13 @@ pub(crate) fn resume_words(folder: &Path, at: &str) -> Vec<String> {
     words
 }
 
+/// The file name of the latest photograph of the run in `folder`, without a look into its journal.
+pub(crate) fn latest_photo(folder: &Path) -> Option<String> {
+    let entries = std::fs::read_dir(folder.join("photographs")).ok()?;
+    let names = entries.flatten().filter_map(|entry| entry.file_name().into_string().ok());
+    names.filter(|name| name.ends_with(".jpg") && !name.starts_with('.')).max()
+}
+
 /// The stem in the photograph of `step`, in pixels.
 pub(crate) fn stem(folder: &Path, number: u32) -> Result<Value, Refusal> {
     let config = RunConfig::follow(folder)?;
