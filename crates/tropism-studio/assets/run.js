@@ -29,6 +29,7 @@ import {
   toast,
   trusted,
   virtual,
+  wordOf,
 } from "./studio.js";
 import { cross, fit, lampPath, line, plot, ticks } from "./figure.js";
 import { shape } from "./obstacle.js";
@@ -66,6 +67,8 @@ let status = {};
 let about = {};
 /** @type {any} */
 let prediction;
+/** Why there is none. */
+let unpredicted = "";
 /** Place of the photograph that is shown; the latest one if it is `null`. @type {number | null} */
 let shown = null;
 let hasOverlay = true;
@@ -92,6 +95,8 @@ function overlay() {
       const lines = `M${x - 8} ${y - 8}l16 16m0-16l-16 16`;
       return `<path class="dark" d="${lines}"/><path class="ring" d="${lines}"/><text x="${x}" y="${y - 14}">${index + 1}</text>`;
     });
+  const pixels = (about.line ?? []).filter((point) => point.px).map((point) => point.px.join(" "));
+  const wanted = pixels.length ? `<path class="wanted" d="M${pixels.join("L")}"/>` : "";
   const crop = about.crop;
   const region = crop ? `<rect class="region" x="${crop[0]}" y="${crop[1]}" width="${crop[2]}" height="${crop[3]}"/>` : "";
   const past = steps.slice(0, place() + 1).filter((past) => past.px !== null);
@@ -109,7 +114,7 @@ function overlay() {
     one.px === null
       ? ""
       : `<circle class="dark" cx="${one.px}" cy="${one.py}" r="11"/><circle class="ring ${one.isHeld ? "held" : ""}" cx="${one.px}" cy="${one.py}" r="11"/>`;
-  return region + trail + stemLine + marks.join("") + tip;
+  return region + wanted + trail + stemLine + marks.join("") + tip;
 }
 
 let stemTimer = 0;
@@ -370,14 +375,16 @@ function seriesTable() {
 const path = fit($("#path"), (width) => {
   const targets = about.targets ?? [];
   const seen = steps.filter((one) => one.x !== null);
-  const xs = [...seen.map((one) => one.x), ...targets.map((target) => target.x)];
-  const ys = [...seen.map((one) => one.y), ...targets.map((target) => target.y)];
+  const aim = about.line ?? [];
+  const goals = [...targets, ...aim];
+  const xs = [...seen.map((one) => one.x), ...goals.map((goal) => goal.x)];
+  const ys = [...seen.map((one) => one.y), ...goals.map((goal) => goal.y)];
   const reach = Math.max(8, ...xs.map(Math.abs)) + 0.5;
   const low = Math.min(4, ...ys) - 0.3;
   const high = Math.max(low + 6, about.end_height ?? 0, ...ys) + 0.7;
   const height = Math.min(460, Math.max(240, (width * (high - low)) / (2 * reach)));
   const sentence = seen.length
-    ? `Path of the tip, now at ${num(seen.at(-1).x, 1)}, ${num(seen.at(-1).y, 1)} cm, past ${plural((status.crossings ?? []).filter(Boolean).length, "target")} of ${targets.length}.`
+    ? `Path of the tip, now at ${num(seen.at(-1).x, 1)}, ${num(seen.at(-1).y, 1)} cm${targets.length ? `, past ${plural((status.crossings ?? []).filter(Boolean).length, "target")} of ${targets.length}` : ""}.`
     : "No tip yet.";
   return plot({
     w: width,
@@ -403,8 +410,16 @@ const path = fit($("#path"), (width) => {
         ? `<circle cx="${X(last.x).toFixed(1)}" cy="${Y(last.y).toFixed(1)}" r="6" class="tip ${lampClass(last.lamp ?? lampNow())}"/>`
         : "";
       const first = seen[0] ? `<circle class="start" cx="${X(seen[0].x)}" cy="${Y(seen[0].y)}" r="5"/>` : "";
+      const d = line(
+        aim.map((point) => point.x),
+        aim.map((point) => point.y),
+        X,
+        Y,
+      );
+      const form = d && `<path class="wanted" d="${d}"/><path class="wanted-line" d="${d}"/>`;
       const obstacles = (about.obstacles ?? []).map((obstacle) => shape(obstacle, X, Y));
       return (
+        form +
         obstacles.join("") +
         heights.join("") +
         fan.join("") +
@@ -419,7 +434,10 @@ const path = fit($("#path"), (width) => {
 
 function targets() {
   const all = about.targets ?? [];
-  $("#targets-scroll").hidden = all.length === 0;
+  const isForm = Boolean(status.off);
+  $("#targets-scroll").hidden = all.length === 0 && !isForm;
+  told();
+  if (isForm) return form();
   if (!all.length) return;
   const row = (target, index) => {
     const crossed = status.crossings?.[index];
@@ -458,16 +476,63 @@ function targets() {
   );
 }
 
+/** A form of the stem: how far off it is now, and when it counts. */
+function form() {
+  const { now: own, end } = status.off;
+  const expected = isOn() && prediction?.form;
+  const value = (one) => (one === null || one === undefined ? "–" : num(one, 1));
+  const between = (range) => `${num(range[0], 1)} to ${num(range[1], 1)}`;
+  const when = end ? `at step ${end.step}, after ${num(end.hours, 1)} h` : expected?.hours ? `in ${between(expected.hours)} h` : "not yet";
+  put(
+    $("#targets"),
+    html`<thead>
+        <tr>
+          <th scope="col">Form of the stem</th>
+          <th scope="col">Counts</th>
+          <th scope="col" class="n">Off (cm)</th>
+        </tr>
+      </thead>
+      <tbody>
+        <tr>
+          <th scope="row">now</th>
+          <td>not yet</td>
+          <td class="n">${value(own)}</td>
+        </tr>
+        <tr>
+          <th scope="row">at ${num(about.end_height ?? 0, 1)} cm</th>
+          <td>${when}</td>
+          <td class="n">${end ? value(end.off) : expected?.off ? between(expected.off) : "–"}</td>
+        </tr>
+      </tbody>`,
+  );
+}
+
+/** Says what is expected, or why nothing is. */
+function told() {
+  $("#fan-key").hidden = !isOn() || !prediction;
+  const text = () => {
+    if (!isOn()) return "";
+    if (!prediction) return unpredicted && `No prediction: ${unpredicted}.`;
+    const { plants, model, form: reached, goes_through: isLoose } = prediction;
+    const done = reached ? ` ${reached.done} of ${plants} come within ${num(about.within ?? 0, 1)} cm.` : "";
+    const loose = isLoose ? " Nothing holds a stem back in the model: it goes through obstacles." : "";
+    return `From ${plants} plants that go on in ${model} from what was seen so far, under the run’s controller: the range of eight in ten.${done}${loose} A guess, not a promise.`;
+  };
+  $("#predicted").textContent = text();
+}
+
 /** What is expected takes the server a while: what is known comes first. */
 const PREDICTS_AFTER_MS = 1500;
 
 async function predict() {
-  if (!isOn() || !(about.targets ?? []).length || steps.length < 2) return;
-  prediction = await get("api/run/prediction", { at }).catch(() => undefined);
-  $("#fan-key").hidden = !prediction;
-  $("#predicted").textContent = prediction
-    ? `From ${prediction.plants} plants simulated in ${prediction.model}, from where the tip is now: the range of eight in ten. A guess, not a promise.`
-    : "";
+  if (!isOn() || steps.length < 2) return;
+  try {
+    prediction = await get("api/run/prediction", { at });
+    unpredicted = "";
+  } catch (error) {
+    prediction = undefined;
+    unpredicted = wordOf(error).replace(/\.$/, "");
+  }
   path();
   targets();
 }
@@ -685,6 +750,7 @@ setInterval(predict, 60_000);
 get("api/run", { at }).then((known) => {
   about = known;
   $("#name").textContent = about.name;
+  $("#path-title").textContent = about.line.length ? "Path and form" : about.targets.length ? "Path and targets" : "Path";
   document.title = `${about.name} · tropism studio`;
   if (about.width) $("#over").setAttribute("viewBox", `0 0 ${about.width} ${about.height}`);
   if (about.width) $("#photo").style.aspectRatio = `${about.width} / ${about.height}`;

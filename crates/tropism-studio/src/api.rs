@@ -382,13 +382,28 @@ async fn prediction(State(studio): Shared, Query(At { at }): Query<At>) -> Answe
 
 fn predicted(studio: &Studio, folder: &Path) -> Result<Value, Refusal> {
     let config = RunConfig::follow(folder)?;
-    let wanted = config.controller.champion().and_then(|champion| champion.model_sha256.clone());
+    if let Some(reason) = run::reason_not_to_predict(&config) {
+        return Err(Refusal::missing(reason));
+    }
+    let wanted = config.controller.own_model_sha256();
     let models: Vec<PathBuf> = draw::models(&studio.root).iter().map(|at| studio.root.join(at)).collect();
     let digest = |path: &PathBuf| files::read(path).ok().map(|bytes| files::sha256(&bytes));
-    let is_own = |path: &&PathBuf| wanted.is_some() && digest(path) == wanted;
-    let any = models.first().filter(|_| wanted.is_none() && config.is_virtual());
-    let model = models.iter().find(is_own).or(any);
-    let model = model.ok_or_else(|| Refusal::missing("the model of its controller is not in this folder"))?;
+    let is_fit = |path: &&PathBuf| !config.task.is_about_stem() || draw::knows_stem(path);
+    let is_own = |path: &&PathBuf| wanted.is_some() && digest(path).as_deref() == wanted;
+    let any = models.iter().find(is_fit).filter(|_| wanted.is_none() && config.is_virtual());
+    let model = models.iter().find(is_own).or(any).ok_or_else(|| {
+        Refusal::missing(match wanted {
+            Some(_) => "the model of its controller is not in this folder",
+            None if !config.is_virtual() => "its controller was made without a model",
+            None if config.task.is_about_stem() => "this folder has no model of the whole stem",
+            None => "this folder has no model of a plant",
+        })
+    })?;
+    if !is_fit(&model) {
+        return Err(Refusal::missing(
+            "the model of its controller knows the tip alone, and this task is about the stem",
+        ));
+    }
     let mut told = run::prediction(folder, &config, model)?;
     told["model"] = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string().into();
     Ok(told)
@@ -553,7 +568,7 @@ async fn evolve_on(studio: &Arc<Studio>, at: String, generations: Option<u32>) -
 }
 
 async fn reach(State(studio): Shared) -> Answer {
-    work_on(&studio, |_| Ok(Json(json!({ "reach": draw::reach(), "is_virtual": true })))).await
+    work_on(&studio, |_| Ok(Json(json!(draw::reach())))).await
 }
 
 async fn models(State(studio): Shared) -> Answer {
@@ -573,7 +588,7 @@ struct Drawn {
 /// The task file of a drawing, and the best fitness that there can be.
 async fn task_text(Query(Drawn { drawing }): Query<Drawn>) -> Answer {
     let drawing = Drawing::read(&drawing)?;
-    Ok(Json(json!({ "task": drawing.to_toml()?, "best": drawing.task()?.best_fitness() })))
+    Ok(Json(json!({ "task": drawing.to_toml()?, "best": drawing.best()? })))
 }
 
 async fn draw_evolve(State(studio): Shared, body: Body) -> Answer {
