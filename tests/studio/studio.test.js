@@ -131,6 +131,25 @@ test("a run is watched, stopped by hold and resumed", async (t) => {
   await until(async () => /Stopped/.test(await chipOf(opened).textContent()), "the keyboard stops it", 20);
 });
 
+test("a page asks once for its events and once for the last photograph", async (t) => {
+  const cwd = folder(t);
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "chase", "--out", "a bean", "--steps", "4");
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, "about:blank");
+  /** @type {string[]} */
+  const asked = [];
+  opened.on("request", (request) => asked.push(request.url().replace(address, "")));
+  await opened.goto(`${address}run?at=a+bean`);
+  await until(async () => (await opened.textContent("#frame")) === "000004.jpg", "the last photograph");
+  await until(() => opened.evaluate(() => document.querySelector("#img").naturalWidth), "the photograph is there");
+  const count = (part) => asked.filter((one) => one.startsWith(part)).length;
+  assert.equal(count("api/run/events?at=a+bean"), 1, asked.join("\n"));
+  assert.equal(asked.filter((one) => one === "api/run/photo?at=a+bean&name=000004.jpg").length, 1, asked.join("\n"));
+  // What the server named in the page's header came before the scripts asked for anything.
+  const first = asked.findIndex((one) => one.startsWith("api/run/photo"));
+  assert.ok(first >= 0 && first < asked.findIndex((one) => one.startsWith("api/session")), asked.join("\n"));
+});
+
 test("a killed run shows as such within five seconds", async (t) => {
   const cwd = folder(t);
   const bean = live(t, cwd, "bean");

@@ -20,7 +20,7 @@ import {
   toast,
   wordOf,
 } from "./studio.js";
-import { cross, fit, line, plot } from "./figure.js";
+import { cross, fit, line, plot, wantedLine } from "./figure.js";
 import { STEM_CM, distance, outline, shape } from "./obstacle.js";
 
 /** @typedef {[number, number]} Pair */
@@ -101,7 +101,7 @@ function drawing() {
   const [other] = points("inflection");
   return { form: { line: wanted(), apex: one ?? null, inflection: other ?? null, ...numbers } };
 }
-/** The line that the stem is to follow, from the root; empty for none. */
+/** The line that the stem is to follow, from the root; empty for none. @returns {Pair[]} */
 function wanted() {
   const nodes = sorted("node").map((item) => item.points[0]);
   return nodes.length ? [[0, 0], ...nodes] : [];
@@ -301,14 +301,7 @@ function draw() {
       : "",
   );
   const all = targets();
-  const aim = wanted();
-  const d = line(
-    aim.map(([x]) => x),
-    aim.map(([, y]) => y),
-    X,
-    Y,
-  );
-  const form = aim.length ? `<path class="wanted" d="${d}"/><path class="wanted-line" d="${d}"/>` : "";
+  const form = wantedLine(wanted(), X, Y);
   // A cross is as large on a phone.
   const size = Math.max(1, (0.7 * W) / Math.max(1, $("#plane").clientWidth));
   const things = items.filter(isObstacle).map((item) => {
@@ -724,7 +717,7 @@ for (const id of ["#targets", "#others"]) {
 function enter(to) {
   phase = to;
   for (const name of ["draw", "evolve", "try"]) $(`#p-${name}`).hidden = name !== to;
-  $("#hint").hidden = to !== "draw";
+  $("#hint").hidden = $("#mode").hidden = $("#tool").hidden = to !== "draw";
   $("#steer").hidden = to !== "try" || who !== "you";
   isPlaying = false;
   const now = ["draw", "evolve", "try"].indexOf(to);

@@ -19,6 +19,7 @@ import {
   moment,
   now,
   num,
+  ofBest,
   plural,
   post,
   put,
@@ -31,7 +32,7 @@ import {
   virtual,
   wordOf,
 } from "./studio.js";
-import { cross, fit, lampPath, line, plot, ticks } from "./figure.js";
+import { cross, fit, lampPath, line, plot, ticks, wantedLine } from "./figure.js";
 import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
@@ -410,13 +411,11 @@ const path = fit($("#path"), (width) => {
         ? `<circle cx="${X(last.x).toFixed(1)}" cy="${Y(last.y).toFixed(1)}" r="6" class="tip ${lampClass(last.lamp ?? lampNow())}"/>`
         : "";
       const first = seen[0] ? `<circle class="start" cx="${X(seen[0].x)}" cy="${Y(seen[0].y)}" r="5"/>` : "";
-      const d = line(
-        aim.map((point) => point.x),
-        aim.map((point) => point.y),
+      const form = wantedLine(
+        aim.map((point) => [point.x, point.y]),
         X,
         Y,
       );
-      const form = d && `<path class="wanted" d="${d}"/><path class="wanted-line" d="${d}"/>`;
       const obstacles = (about.obstacles ?? []).map((obstacle) => shape(obstacle, X, Y));
       return (
         form +
@@ -479,6 +478,7 @@ function targets() {
 /** A form of the stem: how far off it is now, and when it counts. */
 function form() {
   const { now: own, end } = status.off;
+  const height = steps.findLast((one) => one.y !== null);
   const expected = isOn() && prediction?.form;
   const value = (one) => (one === null || one === undefined ? "–" : num(one, 1));
   const between = (range) => `${num(range[0], 1)} to ${num(range[1], 1)}`;
@@ -495,7 +495,7 @@ function form() {
       <tbody>
         <tr>
           <th scope="row">now</th>
-          <td>not yet</td>
+          <td>${height ? `tip at ${num(height.y, 1)} cm` : "not yet"}</td>
           <td class="n">${value(own)}</td>
         </tr>
         <tr>
@@ -631,7 +631,7 @@ function state() {
     const fitness =
       status.fitness === null || status.fitness === undefined
         ? ""
-        : ` Fitness ${num(status.fitness)} of ${num(about.best ?? 0, 0)} cm.`;
+        : ` Fitness ${num(status.fitness)}${ofBest(about.best)} cm.`;
     what = banner("calm", "status", html`<strong>The run is over.</strong>${fitness}`);
   } else if (word === "live" && !steps.length) {
     what = banner("calm", "status", html`<strong>No photograph yet.</strong> The first one comes soon.`);

@@ -384,7 +384,9 @@ addEventListener("click", (event) => {
 });
 
 /** A number with a true minus. @param {number} value @param {number} [digits] */
-export const num = (value, digits = 2) => value.toFixed(digits).replace("-", "−");
+export const num = (value, digits = 2) => value.toFixed(digits).replace(/^-(?=.*[1-9])/, "−").replace("-", "");
+/** " of" the best fitness that there can be, where it is known. @param {number | null | undefined} best */
+export const ofBest = (best) => (best ? ` of ${num(best, Math.abs(best - Math.round(best)) < 0.05 ? 0 : 1)}` : "");
 /** @param {number} seconds */
 export const mmss = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
 /** A span of time in words. @param {number} seconds */
