@@ -266,7 +266,6 @@ $("#backdrop").onchange = async () => {
       say(error);
     }
   }
-  $("#plane").classList.toggle("on-photo", backdrop !== null);
   draw();
 };
 const behind = () =>
@@ -279,6 +278,8 @@ const HATCH =
 
 function draw() {
   const lamp = lampNow();
+  // A bean that is tried grows on the plane, not on the photograph.
+  $("#plane").classList.toggle("on-photo", backdrop !== null && phase === "draw");
   $("#lampline").dataset.lamp = lamp ?? "";
   const grid = Array.from({ length: 9 }, (_, index) => `M0 ${Y(2 * index)}H${W}M${X(2 * index - 8)} 0V${SOIL}`).join("");
   const heights = [4, 8, 12].map((y) => `<text x="8" y="${Y(y) - 5}">${y}${y === 12 ? " cm" : ""}</text>`);
