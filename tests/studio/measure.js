@@ -84,7 +84,7 @@ const SIZES = {
 };
 
 async function first() {
-  const { cwd } = await full(150);
+  const { cwd, live } = await full(150);
   // A browser that is warm; the studio and the page are new for each sight.
   const opened = await page(t, "about:blank");
   console.log(`first sight, and frames for 20 s while a photograph comes every 2 s (${photographs(cwd, "bean")} of them):`);
@@ -118,6 +118,8 @@ async function first() {
       console.log(`  ${size}, /${name}: content after ${ms(sights[2])} (${ms(sights[0])} to ${ms(sights[4])}), ${told}; ${load()}`);
     }
   }
+  live.kill("SIGTERM");
+  await ended(live);
 }
 
 /** A viewer as the page is one: it listens, and asks for each photograph, its stem, and every minute what is expected. */

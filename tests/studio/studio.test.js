@@ -131,6 +131,25 @@ test("a run is watched, stopped by hold and resumed", async (t) => {
   await until(async () => /Stopped/.test(await chipOf(opened).textContent()), "the keyboard stops it", 20);
 });
 
+test("a page asks once for its events and once for the last photograph", async (t) => {
+  const cwd = folder(t);
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "chase", "--out", "a bean", "--steps", "4");
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, "about:blank");
+  /** @type {string[]} */
+  const asked = [];
+  opened.on("request", (request) => asked.push(request.url().replace(address, "")));
+  await opened.goto(`${address}run?at=a+bean`);
+  await until(async () => (await opened.textContent("#frame")) === "000004.jpg", "the last photograph");
+  await until(() => opened.evaluate(() => document.querySelector("#img").naturalWidth), "the photograph is there");
+  const count = (part) => asked.filter((one) => one.startsWith(part)).length;
+  assert.equal(count("api/run/events?at=a+bean"), 1, asked.join("\n"));
+  assert.equal(asked.filter((one) => one === "api/run/photo?at=a+bean&name=000004.jpg").length, 1, asked.join("\n"));
+  // What the server named in the page's header came before the scripts asked for anything.
+  const first = asked.findIndex((one) => one.startsWith("api/run/photo"));
+  assert.ok(first >= 0 && first < asked.findIndex((one) => one.startsWith("api/session")), asked.join("\n"));
+});
+
 test("a killed run shows as such within five seconds", async (t) => {
   const cwd = folder(t);
   const bean = live(t, cwd, "bean");
@@ -174,6 +193,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
   const behind = encodeURIComponent(
     '{"targets":[[0,13]],"way_points":[[-3,10]],"obstacles":[{"disc":[0,8],"radius_cm":1},{"box":[[3,6],[5,7]]},{"line":[[-8,6],[-5,6]]}]}',
   );
+  const form = encodeURIComponent('{"form":{"line":[[0,0],[0.2,3],[2,6],[6,7]],"inflection":[1,6],"lean_deg":20}}');
   const pages = [
     "",
     "run?at=bean",
@@ -181,6 +201,7 @@ test("every page is accessible and fits, on phone and desk, light and dark", asy
     "evolution?at=evolution",
     "draw",
     `draw?drawing=${behind}`,
+    `draw?drawing=${form}`,
     `draw?at=evolution&drawing=${drawing}`,
     "tune?at=over",
     "compare?at=evolution",
@@ -349,6 +370,72 @@ test("a target behind obstacles is drawn, a rule tuned for it and tried", async 
   await overview.click("#try");
   await overview.locator("#plane .obstacle").first().waitFor();
   assert.equal(await overview.locator("#plane .obstacle").count(), 2);
+});
+
+test("a form of the stem is drawn with a finger, a rule tuned for it and tried", async (t) => {
+  const cwd = folder(t);
+  const { address } = await studio(t, cwd);
+  const opened = await page(t, `${address}draw`, PHONE);
+  await opened.locator("#plane svg").waitFor();
+  await opened.click("[data-mode=form]");
+  await opened.locator("#plane").scrollIntoViewIfNeeded();
+  const box = await opened.locator("#plane svg").boundingBox();
+  const at = ([x, y]) => ({ x: box.x + ((340 + 34 * x) / 680) * box.width, y: box.y + ((600 - 34 * y) / 660) * box.height });
+  // A finger that draws a stem that leans to the right, from near the root to 12 cm.
+  const finger = await opened.context().newCDPSession(opened);
+  const touch = (type, points) => finger.send("Input.dispatchTouchEvent", { type, touchPoints: points });
+  const bow = (y) => [2.4 * Math.sin((Math.PI * y) / 24) ** 2, y];
+  await touch("touchStart", [at(bow(1))]);
+  for (let y = 1.25; y <= 12; y += 0.25) await touch("touchMove", [at(bow(y))]);
+  await touch("touchEnd", []);
+  const heights = () => opened.locator("#targets [aria-label$=', y']").evaluateAll((fields) => fields.map((field) => Number(field.value)));
+  const drawn = await heights();
+  assert.ok(drawn.length >= 7 && drawn[0] <= 1.5 && drawn.at(-1) >= 11, String(drawn));
+  assert.ok(await opened.locator("#plane .wanted").isVisible());
+  // By keys: a point to the side, farther than any stem gets; and back.
+  await opened.locator("#plane [aria-label^='Point 1 at']").focus();
+  for (let steps = 0; steps < 8; steps++) await opened.keyboard.press("ArrowRight");
+  await until(async () => /out of reach: the stem stands nearly upright/.test(await opened.textContent("#targets .say")), "it says what is out of reach");
+  for (let steps = 0; steps < 8; steps++) await opened.click("#undo");
+  await until(async () => /within reach/.test(await opened.textContent("#targets .say")), "it is within reach again");
+  // An apex, and a lean that no bean has.
+  await opened.click("[data-tool=apex]");
+  await opened.click("#add");
+  assert.equal(await opened.locator("#others .target-row").count(), 1);
+  await opened.locator("#others [data-remove]").click();
+  await opened.fill("[data-number=lean_deg]", "89");
+  await opened.press("[data-number=lean_deg]", "Tab");
+  await until(async () => /No bean here leans by more/.test(await opened.textContent("#possible")), "it says what no bean does");
+  await opened.fill("[data-number=lean_deg]", "");
+  await opened.press("[data-number=lean_deg]", "Tab");
+  // Targets are as they were.
+  await opened.click("[data-mode=targets]");
+  assert.equal(await opened.locator("#plane .cross").count(), 3);
+  await opened.click("[data-mode=form]");
+  assert.deepEqual(await heights(), drawn);
+
+  await opened.click("#p-draw summary");
+  await opened.fill("#name", "bow");
+  await opened.fill("#rule-generations", "2");
+  await opened.click("#tune");
+  await opened.locator("#p-try").waitFor({ timeout: 300_000 });
+  assert.match(fs.readFileSync(path.join(cwd, "bow.toml"), "utf8"), /kind = "shape"/);
+  const off = async () => parseFloat(await opened.textContent("#score tr.now td"));
+  await opened.click("[data-speed='96']");
+  await until(() => opened.locator("#play", { hasText: "Again" }).count(), "the bean is grown", 120);
+  const [rule, most] = [await off(), Number((await opened.textContent("#score tr.now .soft")).match(/[\d.]+/)[0])];
+  assert.ok(rule < most / 2, `the rule brings the stem nearer to the form: ${rule} of ${most}`);
+  await opened.click("[data-who=greedy]");
+  await until(async () => Number.isFinite(await off()), "the greedy rule beside it");
+  // The run of such a task says how far off the form the stem is, and what is expected.
+  const words = ["run", "--rig", "greenhouse", "--controller", "bow-rule.json", "--out", "bean", "--speed", "60"];
+  start(t, cwd, ...words);
+  await until(() => photographs(cwd, "bean") > 3, "photographs");
+  const own = await page(t, `${address}run?at=bean`);
+  await until(async () => /Path and form/.test(await own.textContent("#path-title")), "the page knows the form");
+  await until(async () => /come within 0.5 cm/.test(await own.textContent("#predicted")), "what is expected", 90);
+  assert.match(await own.textContent("#targets"), /in \d.* to \d.* h/);
+  assert.ok(await own.locator("#path .wanted").isVisible());
 });
 
 test("targets are drawn with the keyboard alone", async (t) => {

@@ -133,6 +133,16 @@ impl ControllerSpec {
         }
     }
 
+    /// SHA-256 of the file of the model that it was evolved or tuned on, in hexadecimal; `None` where it is not known.
+    #[must_use]
+    pub fn own_model_sha256(&self) -> Option<&str> {
+        match self {
+            Self::Periodic { .. } | Self::Greedy => None,
+            Self::Network { champion } => champion.model_sha256.as_deref(),
+            Self::Rule { tuned } => tuned.model_sha256.as_deref(),
+        }
+    }
+
     /// Whether it decides without looking at the plant.
     #[must_use]
     pub const fn is_open_loop(&self) -> bool {

@@ -269,17 +269,9 @@ pub(crate) fn read_tip(path: &Path) -> Result<TipModel, FileError> {
 /// [`Error::File`] as [`read`] does; [`Error::Plan`] if the gap is larger than [`MAX_GAP_CM`].
 pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> Result<Model, Error> {
     let model = read(path)?;
-    let start = task.start();
-    if model.has_data(start) {
+    let Some((gap_cm, found)) = gap(&model, path, "start of the task", task.start()) else {
         return Ok(model);
-    }
-    let gap_cm = model.gap_cm(start);
-    let found = format!(
-        "{}: found no data around the start of the task at {:.1}, {:.1} cm; the nearest data are {gap_cm:.1} cm away",
-        path.display(),
-        start.x,
-        start.y
-    );
+    };
     if gap_cm > MAX_GAP_CM {
         return Err(Error::Plan(format!(
             "{found}, wanted at most {MAX_GAP_CM} cm: use a `task` that starts where the model has data"
@@ -293,6 +285,36 @@ pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> R
     };
     monitor.note(&format!("{found}; {over_gap}"));
     Ok(model)
+}
+
+/// Reads the model in `path` for a plant whose tip is at `tip`.
+///
+/// # Errors
+/// [`Error::File`] as [`read`] does; [`Error::Plan`] if the nearest data are farther away than [`MAX_GAP_CM`].
+pub(crate) fn read_around(path: &Path, tip: Point) -> Result<Model, Error> {
+    let model = read(path)?;
+    match gap(&model, path, "tip", tip) {
+        Some((gap_cm, found)) if gap_cm > MAX_GAP_CM => {
+            Err(Error::Plan(format!("{found}, wanted at most {MAX_GAP_CM} cm")))
+        }
+        _ => Ok(model),
+    }
+}
+
+/// How far the data of the model in `path` are from `place`, which is the plant's `what`, and this in words; `None` if it
+/// has data there.
+fn gap(model: &Model, path: &Path, what: &str, place: Point) -> Option<(f64, String)> {
+    if model.has_data(place) {
+        return None;
+    }
+    let gap_cm = model.gap_cm(place);
+    let found = format!(
+        "{}: found no data around the {what} at {:.1}, {:.1} cm; the nearest data are {gap_cm:.1} cm away",
+        path.display(),
+        place.x,
+        place.y
+    );
+    Some((gap_cm, found))
 }
 
 /// Share of steps without data from which on no fitness is expected; chosen by hand.

@@ -3,13 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tropism::control::Controller;
 use tropism::environment::unwatched;
 use tropism::evolve::Trial;
+use tropism::observation::Quality;
 use tropism::plant::PlantModel;
+use tropism::random::{NoiseStream, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{Sample, Track};
 
 use crate::controller::ControllerSpec;
+use crate::journal::{StepRecord, lights_that_acted};
+use crate::run::RunConfig;
 use crate::{Error, Monitor, Silent, Workflow, files, model};
 
 /// Simulates plants that a controller steers, and writes the track of the first one.
@@ -51,6 +56,128 @@ pub fn tracks(
         model::simulate(&model, &mut *controller, task, seed, plant, &mut unwatched)
     };
     Ok((0..plants).map(simulate).collect())
+}
+
+/// Tracks of `plants` plants of the model in the file `model` that go on where the `steps` of a run have come to, under its
+/// controller, until its task is over or after `most_steps` further steps. The first sample of each is the last observation
+/// of the run; steps count from the run's begin. The controller has seen what it saw in the run, and a model that remembers
+/// takes up the whole past.
+///
+/// # Errors
+/// [`Error`] if the model cannot be read, or does not fit the lamps, the period or the place of the tip; or if nothing was
+/// observed yet.
+pub fn continued(
+    model: &Path,
+    config: &RunConfig,
+    steps: &[StepRecord],
+    plants: u32,
+    most_steps: u32,
+) -> Result<Vec<Track>, Error> {
+    let RunConfig { controller, task, seed, .. } = config;
+    let seen = observed(steps);
+    let now = seen
+        .last()
+        .ok_or_else(|| Error::Plan("found no photograph yet, wanted one".to_owned()))?
+        .sample
+        .clone();
+    let model = model::read_around(model, now.tip)?;
+    let layout = config.rig.layout().map_err(|error| Error::Plan(error.to_string()))?;
+    let period_min = config.rig.period_min;
+    if *model.layout() != layout || model.period_min() != period_min {
+        return Err(Error::Plan(format!(
+            "found a model for {} lamps and steps of {} minutes, wanted one for the {} lamps and the steps of {period_min} \
+             minutes of the run",
+            model.layout().len(),
+            model.period_min(),
+            layout.len()
+        )));
+    }
+    controller.check(&layout, period_min)?;
+    let past = without_gaps(seen.iter().map(|seen| seen.sample.clone()));
+    let go_on = |plant| {
+        let mut controller = controller.build(task, &layout, period_min);
+        replay(&seen[..seen.len() - 1], now.step, &mut *controller);
+        let noise = NoiseStream::new(*seed, Purpose::Trial, [plant, 0, 0]);
+        let mut state = model.resumed(&past, &mut noise.of_seedling());
+        let mut samples = Vec::new();
+        let (mut step, mut observation) = (now.step, now.observation());
+        loop {
+            let is_over = task.is_over(step, &observation) || step - now.step >= most_steps;
+            let decided = (!is_over).then(|| controller.decide(&observation));
+            // Of the last step of the run the light may be known.
+            let light = decided.map(|light| now.light.filter(|_| step == now.step).unwrap_or(light));
+            samples.push(Sample {
+                step,
+                time_s: f64::from(step) * period_min * 60.0,
+                tip: observation.tip,
+                stem: observation.stem,
+                depth: observation.depth,
+                light,
+                quality: if step == now.step { now.quality } else { observation.quality },
+            });
+            let Some(light) = light else { break };
+            model.step(&mut state, light, &mut noise.at(step));
+            observation = model.observe(&state);
+            step += 1;
+        }
+        Track { layout: layout.clone(), period_min, ..Track::of(samples) }
+    };
+    Ok((0..plants).map(go_on).collect())
+}
+
+/// A recorded step with an observation: as a model takes it up, with the light that acted.
+struct Observed {
+    sample: Sample,
+    /// Whether the controller was asked.
+    is_decided: bool,
+}
+
+/// The steps of a run in which the plant was seen.
+fn observed(steps: &[StepRecord]) -> Vec<Observed> {
+    let last = steps.len().saturating_sub(1);
+    let sample = |(index, (step, acted)): (usize, (&StepRecord, _))| {
+        let seen = step.observation()?.clone();
+        let sample = Sample {
+            step: step.step,
+            time_s: step.time_s,
+            tip: seen.tip,
+            stem: seen.stem,
+            depth: seen.depth,
+            light: if index == last { step.decided } else { acted },
+            quality: seen.quality,
+        };
+        Some(Observed { sample, is_decided: step.decided.is_some() })
+    };
+    steps.iter().zip(lights_that_acted(steps)).enumerate().filter_map(sample).collect()
+}
+
+/// Shows `controller` what it saw before step `now`.
+fn replay(seen: &[Observed], now: u32, controller: &mut dyn Controller) {
+    let mut next = 0;
+    for Observed { sample, .. } in seen.iter().filter(|seen| seen.is_decided) {
+        if sample.step > next {
+            controller.miss(sample.step - next);
+        }
+        controller.decide(&sample.observation());
+        next = sample.step + 1;
+    }
+    if now > next {
+        controller.miss(now - next);
+    }
+}
+
+/// Samples one step apart: what is missing is held, under no light.
+pub(crate) fn without_gaps(samples: impl IntoIterator<Item = Sample>) -> Vec<Sample> {
+    let mut all: Vec<Sample> = Vec::new();
+    for sample in samples {
+        while let Some(before) = all.last().cloned()
+            && before.step + 1 < sample.step
+        {
+            all.push(Sample { step: before.step + 1, quality: Quality::Held, light: None, ..before });
+        }
+        all.push(sample);
+    }
+    all
 }
 
 impl Default for SimulatePlan {
@@ -122,5 +249,81 @@ impl Workflow for SimulatePlan {
             best: self.task.best(),
             steps_without_data: without_data / f64::from(trial.plants),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tropism::lamps::Light;
+
+    use super::*;
+    use crate::fit::FitPlan;
+    use crate::run::RunPlan;
+
+    /// A run of 24 steps whose lamps switch every 25 minutes, and a model of it.
+    fn run(folder: &Path) -> (RunConfig, Vec<StepRecord>, PathBuf) {
+        let out = folder.join("run");
+        let mut config = RunConfig::default();
+        config.controller = ControllerSpec::periodic(25.0);
+        config.task = config.task.with_max_steps(24);
+        RunPlan { out: out.clone(), config: config.clone(), ..RunPlan::default() }.execute(&Silent).unwrap();
+        let model = folder.join("model.json");
+        let plan =
+            FitPlan { tracks: vec![out.clone()], out: model.clone(), anyway: true, ..FitPlan::default() };
+        plan.execute(&Silent).unwrap();
+        (config, crate::read_journal(&out).unwrap().0, model)
+    }
+
+    fn lights(samples: &[Sample]) -> Vec<Option<Light>> {
+        samples.iter().map(|sample| sample.light).collect()
+    }
+
+    #[test]
+    fn plants_go_on_where_the_run_has_come_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let (config, steps, model) = run(folder.path());
+        let tracks = continued(&model, &config, &steps[..17], 3, 1000).unwrap();
+        assert_eq!(tracks.len(), 3);
+        let decided: Vec<_> = steps[16..].iter().map(|step| step.decided).collect();
+        for track in &tracks {
+            let first = &track.samples[0];
+            assert_eq!((first.step, Some(&first.observation())), (16, steps[16].observation()));
+            // The controller goes on in phase, to the end of the task.
+            assert_eq!(lights(&track.samples), decided);
+        }
+        assert_ne!(tracks[0].samples[5].tip, tracks[1].samples[5].tip, "each plant has its own noise");
+        assert_eq!(continued(&model, &config, &steps[..17], 1, 4).unwrap()[0].samples.len(), 5);
+        // Missed steps count for the controller, too.
+        let mut missed = steps[..17].to_vec();
+        missed.drain(3..9);
+        assert_eq!(lights(&continued(&model, &config, &missed, 1, 1000).unwrap()[0].samples), decided);
+    }
+
+    #[test]
+    fn a_model_for_other_steps_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut config, steps, model) = run(folder.path());
+        config.rig.period_min = 10.0;
+        let error = continued(&model, &config, &steps, 1, 10).unwrap_err().to_string();
+        assert!(error.contains("steps of 5 minutes") && error.contains("10 minutes of the run"), "{error}");
+        config.rig.period_min = 5.0;
+        let error = continued(&model, &config, &[], 1, 10).unwrap_err().to_string();
+        assert!(error.contains("no photograph yet"), "{error}");
+    }
+
+    #[test]
+    fn gaps_are_held_in_the_dark() {
+        let sample = |step| Sample {
+            step,
+            time_s: 0.0,
+            tip: tropism::geometry::Point::new(f64::from(step), 4.0),
+            light: Some(Light::LEFT),
+            quality: Quality::Measured,
+            stem: None,
+            depth: None,
+        };
+        let all = without_gaps([sample(2), sample(5)]);
+        assert_eq!(all.iter().map(|sample| sample.step).collect::<Vec<_>>(), [2, 3, 4, 5]);
+        assert_eq!((all[2].tip.x, all[2].light, all[2].quality), (2.0, None, Quality::Held));
     }
 }

@@ -1,4 +1,4 @@
-// Draw targets, way points and obstacles, evolve or tune a controller for them, try it on a virtual bean, save the task.
+// Draw targets, way points and obstacles, or a form of the stem; evolve or tune a controller for them, try it on a virtual bean, save the task.
 // @ts-check
 import {
   $,
@@ -20,19 +20,22 @@ import {
   toast,
   wordOf,
 } from "./studio.js";
-import { cross, fit, line, plot } from "./figure.js";
+import { cross, fit, line, plot, wantedLine } from "./figure.js";
 import { STEM_CM, distance, outline, shape } from "./obstacle.js";
 
 /** @typedef {[number, number]} Pair */
 /**
  * Something that is drawn: a target or a way point has one point, a disc its centre and a radius, a box two corners, a line
- * two ends. A further kind has its place here and in `KINDS`.
- * @typedef {{ kind: "target" | "way" | "disc" | "box" | "line", points: Pair[], radius: number }} Item
+ * two ends. Of a form of the stem: a node of its line, the apex of its bow, its inflection, each a point. A further kind has
+ * its place here and in `KINDS`.
+ * @typedef {{ kind: "target" | "way" | "disc" | "box" | "line" | "node" | "apex" | "inflection", points: Pair[], radius: number }} Item
  */
-/** @typedef {{ x: number, y: number, lamp: string | null, stem: [number, number][], touches: boolean }} Frame */
+/** @typedef {{ x: number, y: number, lamp: string | null, stem: [number, number][], touches: boolean, off?: number }} Frame */
 /** @typedef {{ frames: Frame[], fitness: number[], crossings: any[], isOver: boolean, at: number, lights: string }} Trial */
 
 const MOST = 8;
+/** Of a line, at most. */
+const MOST_NODES = 20;
 /** The plane in pixels of its drawing: 34 in a centimetre, the root at 340, 600. */
 const [W, H, U, ROOT, SOIL] = [680, 660, 34, 340, 600];
 const X = (/** @type {number} */ x) => ROOT + U * x;
@@ -44,20 +47,34 @@ const KINDS = {
   disc: { name: "Disc", points: ["x", "y"] },
   box: { name: "Box", points: ["x", "y", "x to", "y to"] },
   line: { name: "Line", points: ["x", "y", "x to", "y to"] },
+  node: { name: "Point", points: ["x", "y"] },
+  apex: { name: "Apex", points: ["x", "y"] },
+  inflection: { name: "Inflection", points: ["x", "y"] },
 };
 /** How far anything may be moved to the side and up, in cm. */
 const [SIDE, LOW, HIGH] = [9.5, 0.5, 17];
 
 /** @param {Pair} point @returns {Item} */
 const target = (point) => ({ kind: "target", points: [point], radius: 0 });
-/** @type {Item[]} */
+const node = (/** @type {Pair} */ point) => /** @type {Item} */ ({ kind: "node", points: [point], radius: 0 });
+/** Whether targets are drawn, or a form of the stem. @type {"targets" | "form"} */
+let mode = "targets";
+/** What is drawn, and what was drawn in the other mode. @type {Item[]} */
 let items = [target([3, 6]), target([-5, 9]), target([-1, 13.5])];
+/** @type {Item[]} */
+let aside = [node([0.5, 3]), node([2, 6]), node([2.5, 9]), node([1, 12])];
+/** What is wanted of a form in numbers; `null` for what is not. @type {Record<"radius_cm" | "lean_deg" | "within_cm" | "end_height_cm", number | null>} */
+let numbers = { radius_cm: null, lean_deg: null, within_cm: null, end_height_cm: null };
 /** What a touch of the plane places. @type {Item["kind"]} */
 let tool = "target";
 /** The best fitness that there can be, as the server says. */
 let best = 0;
-/** @type {[number, number][]} */
+/** How far to the side tips and stems get by height. @type {Record<"tips" | "stems", [number, number][]>} */
+let known = { tips: [], stems: [] };
+/** That of what is drawn. @type {[number, number][]} */
 let reach = [];
+/** The steepest lean of a stem, in degrees. */
+let steepest = 90;
 /** @type {string[]} */
 const past = [];
 /** @type {"draw" | "evolve" | "try"} */
@@ -79,7 +96,15 @@ let evolution;
 function drawing() {
   const points = (/** @type {string} */ kind) => sorted(kind).map((item) => item.points[0]);
   const obstacles = items.filter(isObstacle).map(obstacleOf);
-  return { targets: points("target"), way_points: points("way"), obstacles };
+  if (mode === "targets") return { targets: points("target"), way_points: points("way"), obstacles };
+  const [one] = points("apex");
+  const [other] = points("inflection");
+  return { form: { line: wanted(), apex: one ?? null, inflection: other ?? null, ...numbers } };
+}
+/** The line that the stem is to follow, from the root; empty for none. @returns {Pair[]} */
+function wanted() {
+  const nodes = sorted("node").map((item) => item.points[0]);
+  return nodes.length ? [[0, 0], ...nodes] : [];
 }
 /** @param {any} drawn */
 function take(drawn) {
@@ -88,21 +113,26 @@ function take(drawn) {
     disc
       ? { kind: "disc", points: [disc], radius: radius_cm }
       : { kind: box ? "box" : "line", points: box ?? line, radius: 0 };
+  if (drawn.form) {
+    const { line: nodes, apex, inflection, ...rest } = drawn.form;
+    // The root is part of every line.
+    const [first, ...others] = nodes ?? [];
+    const root = first && first[0] === 0 && first[1] === 0;
+    setMode("form");
+    items = [
+      ...(root ? others : (nodes ?? [])).map(point("node")),
+      ...[apex].filter(Boolean).map(point("apex")),
+      ...[inflection].filter(Boolean).map(point("inflection")),
+    ];
+    numbers = { ...numbers, ...rest };
+    return;
+  }
   items = [
     ...drawn.targets.map(point("target")),
     ...(drawn.way_points ?? []).map(point("way")),
     ...(drawn.obstacles ?? []).map(obstacle),
   ];
 }
-const given = asked.get("drawing");
-if (given) {
-  try {
-    take(JSON.parse(given));
-  } catch {
-    // The paper's targets stand in.
-  }
-}
-
 /** The points of a kind, from the lowest to the highest. @param {string} kind */
 function sorted(kind) {
   return items.filter((item) => item.kind === kind).sort((one, other) => one.points[0][1] - other.points[0][1]);
@@ -112,7 +142,9 @@ const text = () => JSON.stringify(drawing());
 /** @param {Item} item @returns {import("./obstacle.js").Obstacle} */
 const obstacleOf = ({ kind, points, radius }) =>
   kind === "disc" ? { disc: points[0], radius_cm: radius } : /** @type {any} */ ({ [kind]: points });
-const isObstacle = (/** @type {Item} */ { kind }) => kind === "disc" || kind === "box" || kind === "line";
+const isObstacle = (/** @type {Item} */ { kind }) => isThing(kind);
+/** Whether something of a kind is larger than a point. @param {Item["kind"]} kind */
+const isThing = (kind) => kind === "disc" || kind === "box" || kind === "line";
 /** How far to the side a tip gets by a height, in cm. @param {number} y */
 function farthest(y) {
   const row = reach.findLast(([height]) => height <= y);
@@ -122,6 +154,7 @@ function farthest(y) {
 function word(item) {
   if (isObstacle(item)) return wordOfObstacle(obstacleOf(item));
   if (!reach.length) return { isFar: false, text: "" };
+  if (mode === "form") return wordOfForm(item.points[0]);
   const [x, y] = item.points[0];
   const inside = items.find((other) => isObstacle(other) && distance(obstacleOf(other), [x, y]) < STEM_CM);
   if (inside && item.kind === "target")
@@ -133,6 +166,15 @@ function word(item) {
   return over > 0
     ? { isFar: true, text: `${num(over, 1)} cm out of reach on the ${x < 0 ? "left" : "right"}` }
     : { isFar: false, text: "within reach" };
+}
+/** Of a point at which a stem is to be. @param {Pair} point */
+function wordOfForm([x, y]) {
+  const top = reach.at(-1)?.[0] ?? 0;
+  if (y > top) return { isFar: true, text: `higher than beans grow here: ${num(top, 1)} cm` };
+  const over = Math.abs(x) - farthest(y);
+  if (over <= 0) return { isFar: false, text: "within reach" };
+  const where = y < 4 ? ": the stem stands nearly upright so low" : ` on the ${x < 0 ? "left" : "right"}`;
+  return { isFar: true, text: `${num(over, 1)} cm out of reach${where}` };
 }
 /** @param {import("./obstacle.js").Obstacle} obstacle */
 function wordOfObstacle(obstacle) {
@@ -153,7 +195,7 @@ function area() {
   const one = (/** @type {number} */ side) => {
     const points = edge(side);
     const wall = side < 0 ? 0 : W;
-    const low = `${ROOT} ${Y(4)}`;
+    const low = `${ROOT} ${mode === "form" ? SOIL : Y(4)}`;
     return `<path class="out" d="M${wall} ${SOIL}L${ROOT} ${SOIL}L${low}L${points.join("L")}L${wall} ${points.at(-1)?.split(" ")[1]}Z"/><path class="edge" d="M${low}L${points.join("L")}"/>`;
   };
   return `${one(-1)}${one(1)}<text x="12" y="${SOIL - 70}">out of reach</text><text x="${W - 12}" y="${SOIL - 70}" text-anchor="end">out of reach</text>`;
@@ -224,7 +266,6 @@ $("#backdrop").onchange = async () => {
       say(error);
     }
   }
-  $("#plane").classList.toggle("on-photo", backdrop !== null);
   draw();
 };
 const behind = () =>
@@ -237,6 +278,8 @@ const HATCH =
 
 function draw() {
   const lamp = lampNow();
+  // A bean that is tried grows on the plane, not on the photograph.
+  $("#plane").classList.toggle("on-photo", backdrop !== null && phase === "draw");
   $("#lampline").dataset.lamp = lamp ?? "";
   const grid = Array.from({ length: 9 }, (_, index) => `M0 ${Y(2 * index)}H${W}M${X(2 * index - 8)} 0V${SOIL}`).join("");
   const heights = [4, 8, 12].map((y) => `<text x="8" y="${Y(y) - 5}">${y}${y === 12 ? " cm" : ""}</text>`);
@@ -259,6 +302,7 @@ function draw() {
       : "",
   );
   const all = targets();
+  const form = wantedLine(wanted(), X, Y);
   // A cross is as large on a phone.
   const size = Math.max(1, (0.7 * W) / Math.max(1, $("#plane").clientWidth));
   const things = items.filter(isObstacle).map((item) => {
@@ -279,6 +323,15 @@ function draw() {
         : "";
     return `<g>${ring}${cross(X(x), Y(y), index + 1, 9 * size)}</g>`;
   });
+  const isPart = ({ kind }) => kind === "node" || kind === "apex" || kind === "inflection";
+  const parts = items.filter(isPart).map((item) => {
+    const [x, y] = item.points[0];
+    const isFar = word(item).isFar && phase === "draw";
+    const ring = isFar ? `<circle class="ring far" cx="${X(x)}" cy="${Y(y)}" r="18"/>` : "";
+    if (item.kind === "node") return ring + (phase === "draw" ? `<circle class="knob" cx="${X(x)}" cy="${Y(y)}" r="${5 * size}"/>` : "");
+    const side = x < 0 ? -1 : 1;
+    return `${ring}<circle class="way" cx="${X(x)}" cy="${Y(y)}" r="${7 * size}"/><text class="halo" x="${X(x) + 14 * side * size}" y="${Y(y) + 5}" text-anchor="${side < 0 ? "end" : "start"}">${KINDS[item.kind].name.toLowerCase()}</text>`;
+  });
   const grips = phase === "draw" ? items.flatMap((item, index) => handles(item).map((handle, place) => grip(item, index, handle, place))) : [];
   const dotted = all.map(({ points: [[, y]] }) => `<path class="dotted" d="M0 ${Y(y)}H${W}"/>`);
   const pot =
@@ -289,7 +342,7 @@ function draw() {
   $("#plane").style.setProperty("--u", scale.toFixed(2));
   const focused = /** @type {any} */ (document.activeElement)?.dataset?.grip;
   $("#plane").innerHTML =
-    `<svg class="figure" viewBox="0 0 ${W} ${H}">${HATCH}${behind()}<path class="grid" d="${grid}"/>${area()}${heights.join("")}${dotted.join("")}${lampAt(-1, "left")}${lampAt(1, "right")}${pot}<path class="soil" d="M0 ${SOIL}H${W}"/>${things.join("")}${ghosts.join("")}${trail(trial)}${plant(trial)}${ways.join("")}${marks.join("")}${grips.join("")}</svg>`;
+    `<svg class="figure" viewBox="0 0 ${W} ${H}">${HATCH}${behind()}<path class="grid" d="${grid}"/>${area()}${heights.join("")}${dotted.join("")}${lampAt(-1, "left")}${lampAt(1, "right")}${pot}<path class="soil" d="M0 ${SOIL}H${W}"/>${form}${things.join("")}${ghosts.join("")}${trail(trial)}${plant(trial)}${ways.join("")}${parts.join("")}${marks.join("")}${grips.join("")}</svg>`;
   if (focused !== undefined) $(`#plane [data-grip="${focused}"]`)?.focus();
 }
 /** Half of what a finger meets, whatever the scale of the drawing. */
@@ -334,9 +387,12 @@ function handles(item) {
   return [whole, ...ends];
 }
 
+/** Whether a stem has one of a kind at most. @param {Item["kind"]} kind */
+const isOne = (kind) => kind === "apex" || kind === "inflection";
 /** What a thing is called: targets by their order, the others by theirs. @param {Item} item */
 function nameOf(item) {
-  const same = item.kind === "target" || item.kind === "way" ? sorted(item.kind) : items.filter(({ kind }) => kind === item.kind);
+  if (isOne(item.kind)) return KINDS[item.kind].name;
+  const same = isThing(item.kind) ? items.filter(({ kind }) => kind === item.kind) : sorted(item.kind);
   return `${KINDS[item.kind].name} ${same.indexOf(item) + 1}`;
 }
 
@@ -351,16 +407,18 @@ function grip(item, index, { at: [x, y], name, isWhole }, place) {
 
 // By mouse, finger and keys.
 const keep = () => {
-  past.push(JSON.stringify(items));
+  past.push(JSON.stringify({ mode, items, numbers }));
   past.splice(0, past.length - 50);
 };
 const snapped = (/** @type {number} */ value) => Math.round(value * 2) / 2;
+/** How low a thing of a kind may stand, in cm. @param {Item["kind"]} kind */
+const lowest = (kind) => (kind === "target" || kind === "way" ? 4.5 : LOW);
 /** @param {Item} item */
 function bound(item) {
-  const low = item.kind === "target" || item.kind === "way" ? 4.5 : LOW;
+  const low = lowest(item.kind);
   item.points = item.points.map(([x, y]) => [Math.min(SIDE, Math.max(-SIDE, x)), Math.min(HIGH, Math.max(low, y))]);
   if (item.points.length === 2 && String(item.points[0]) === String(item.points[1])) item.points[1][0] += item.points[1][0] < SIDE ? 0.5 : -0.5;
-  if (isObstacle(item)) return;
+  if (isObstacle(item) || isOne(item.kind)) return;
   // Two at one height cannot be told apart.
   const [point] = item.points;
   const isTaken = () => items.some((other) => other !== item && other.kind === item.kind && other.points[0][1] === point[1]);
@@ -385,10 +443,11 @@ $("#plane").addEventListener("pointerdown", (event) => {
     dragged = { item: items[index], place, from: null };
   } else {
     const point = pointed(event);
-    if (point[1] < (tool === "target" || tool === "way" ? 4 : 0.5)) return;
+    if (point[1] < lowest(tool) - 0.5) return;
     const item = add(tool, point);
-    // A drag from here on gives an obstacle its size: by the rim of a disc, by the other end of the others.
-    if (item) dragged = { item, place: tool === "disc" ? 1 : tool === "target" || tool === "way" ? 0 : 2, from: point };
+    // A drag from here on gives an obstacle its size: by the rim of a disc, by the other end of the others. A line of the
+    // stem is drawn by it.
+    if (item) dragged = { item, place: tool === "disc" ? 1 : isThing(tool) ? 2 : 0, from: point };
   }
   $("#plane").setPointerCapture(event.pointerId);
   event.preventDefault();
@@ -398,6 +457,7 @@ $("#plane").addEventListener("pointermove", (event) => {
   if (!dragged) return;
   const { item, place, from } = dragged;
   const to = pointed(event);
+  if (from && item.kind === "node") return stroke(from, event);
   // A tap that trembles leaves a new obstacle as large as it is.
   if (from && isObstacle(item) && Math.hypot(to[0] - from[0], to[1] - from[1]) < 1) return;
   dragged.from = null;
@@ -405,9 +465,29 @@ $("#plane").addEventListener("pointermove", (event) => {
   bound(item);
   drawn();
 });
+/** A line that is drawn by hand, in place of the one there was: a point for every 1.5 cm of height. @param {Pair} from @param {PointerEvent} event */
+function stroke(from, event) {
+  const box = $("#plane svg").getBoundingClientRect();
+  const x = (((event.clientX - box.left) / box.width) * W - ROOT) / U;
+  const [, y] = pointed(event);
+  if (!isStroke) {
+    if (Math.hypot(x - from[0], y - from[1]) < 1) return;
+    isStroke = true;
+    items = [...items.filter(({ kind }) => kind !== "node"), node([...from])];
+    bound(items[items.length - 1]);
+  }
+  const isNear = items.some((item) => item.kind === "node" && Math.abs(item.points[0][1] - y) < 1.5);
+  if (isNear || y < LOW || y > HIGH) return;
+  const item = node([Math.round(10 * x) / 10, y]);
+  items.push(item);
+  bound(item);
+  drawn();
+}
+let isStroke = false;
 for (const name of ["pointerup", "pointercancel"]) {
   $("#plane").addEventListener(name, () => {
     dragged = null;
+    isStroke = false;
   });
 }
 $("#plane").addEventListener("keydown", (event) => {
@@ -433,12 +513,14 @@ $("#plane").addEventListener("keydown", (event) => {
 });
 /** Adds a thing of a kind at a point, if there is room. @param {Item["kind"]} kind @param {Pair} point */
 function add(kind, point) {
-  const isAlike = kind === "target" || kind === "way" ? (item) => item.kind === kind : isObstacle;
-  if (items.filter(isAlike).length >= MOST) {
-    toast(`${MOST} ${kind === "target" ? "targets" : kind === "way" ? "way points" : "obstacles"} are the most.`);
+  const isAlike = isThing(kind) ? isObstacle : (item) => item.kind === kind;
+  const most = kind === "node" ? MOST_NODES : MOST;
+  if (items.filter(isAlike).length >= most) {
+    toast(`${most} ${{ target: "targets", way: "way points", node: "points" }[kind] ?? "obstacles"} are the most.`);
     return null;
   }
   keep();
+  if (isOne(kind)) items = items.filter((item) => item.kind !== kind);
   const [x, y] = point;
   /** @type {Item} */
   const item = { kind, points: [point], radius: kind === "disc" ? 1 : 0 };
@@ -456,20 +538,63 @@ function remove(index) {
 }
 $("#add").onclick = () => {
   const highest = Math.max(4, ...items.filter(({ kind }) => kind === tool).map(({ points: [[, y]] }) => y));
-  add(tool, tool === "target" || tool === "way" ? [0, snapped(Math.min(HIGH, highest + 2))] : [3, snapped(Math.min(HIGH, highest + 3))]);
+  const at = snapped(Math.min(HIGH, highest + (isThing(tool) ? 3 : 2)));
+  add(tool, isThing(tool) ? [3, at] : isOne(tool) ? [2, 7] : [0, at]);
   drawn();
 };
 $("#tool").onclick = (event) => {
   const button = event.target.closest("[data-tool]");
   if (!button) return;
-  tool = button.dataset.tool;
-  for (const other of $$("[data-tool]")) other.setAttribute("aria-pressed", String(other === button));
-  $("#add").textContent = `Add a ${KINDS[tool].name.toLowerCase()}`;
+  use(button.dataset.tool);
 };
+/** @param {Item["kind"]} next */
+function use(next) {
+  tool = next;
+  for (const button of $$("[data-tool]")) button.setAttribute("aria-pressed", String(button.dataset.tool === next));
+  const name = KINDS[next].name.toLowerCase();
+  $("#add").textContent = `Add ${/^[aeiou]/.test(name) ? "an" : "a"} ${name}`;
+}
+/** @param {"targets" | "form"} next */
+function setMode(next) {
+  if (next !== mode) {
+    [items, aside] = [aside, items];
+    mode = next;
+  }
+  const isForm = mode === "form";
+  reach = isForm ? known.stems : known.tips;
+  for (const button of $$("[data-mode]")) button.setAttribute("aria-pressed", String(button.dataset.mode === mode));
+  for (const button of $$("[data-tool]")) button.hidden = ["node", "apex", "inflection"].includes(button.dataset.tool) !== isForm;
+  $("#list-name").textContent = isForm ? "Line of the stem" : "Targets";
+  $("#others").setAttribute("aria-label", isForm ? "Apex and inflection" : "Way points and obstacles");
+  $("#form-numbers").hidden = !isForm;
+  $("#hint").textContent = isForm
+    ? "Draw the line that the stem is to have, from the root upwards, or touch the plane for single points and drag them. It counts when the tip is as high as the line’s end."
+    : "Touch the plane to place what is chosen above, drag it to move it. The tip is to pass the targets from the lowest to the highest, and the stem must touch no obstacle; way points are to steer by.";
+  use(isForm ? "node" : "target");
+}
+$("#mode").onclick = (event) => {
+  const button = event.target.closest("[data-mode]");
+  if (!button || button.dataset.mode === mode) return;
+  keep();
+  setMode(button.dataset.mode);
+  $("#name").value = free();
+  drawn();
+};
+for (const field of $$("[data-number]")) {
+  field.onchange = () => {
+    const value = field.value === "" ? null : Number(field.value);
+    if (value !== null && !Number.isFinite(value)) return;
+    keep();
+    numbers[/** @type {"lean_deg"} */ (field.dataset.number)] = value;
+    drawn();
+  };
+}
 $("#undo").onclick = () => {
   const before = past.pop();
   if (!before) return toast("Nothing to undo.");
-  items = JSON.parse(before);
+  const then = JSON.parse(before);
+  setMode(then.mode);
+  ({ items, numbers } = then);
   drawn();
 };
 
@@ -522,32 +647,46 @@ function drawn() {
     const names = KINDS[item.kind].points;
     const fields = names.map((name, key) => field(index, key, name, label, valueOf(item, key)));
     if (item.kind === "disc") fields.push(field(index, "radius", "radius", label, item.radius));
-    return html`<div class="target-row ${{ target: "", disc: "named three" }[item.kind] ?? "named"}">
-      <span class="mark">${item.kind === "target" ? sorted("target").indexOf(item) + 1 : label}</span>${fields}
+    return html`<div class="target-row ${{ target: "", node: "", disc: "named three" }[item.kind] ?? "named"}">
+      <span class="mark">${item.kind === "target" || item.kind === "node" ? sorted(item.kind).indexOf(item) + 1 : label}</span>${fields}
       <button class="btn quiet square" type="button" data-remove="${index}" aria-label="Remove ${label.toLowerCase()}">
         ${icon("bin")}
       </button>
       <span class="say ${isFar ? "out" : ""}">${text}</span>
     </div>`;
   };
-  const all = targets();
-  rows($("#targets"), all, row, html`<p class="soft">No target yet.</p>`);
-  const others = [...sorted("way"), ...items.filter(isObstacle)];
+  const isForm = mode === "form";
+  const all = isForm ? sorted("node") : targets();
+  rows($("#targets"), all, row, html`<p class="soft">${isForm ? "No line: the stem is to follow none." : "No target yet."}</p>`);
+  const others = isForm ? items.filter(({ kind }) => isOne(kind)) : [...sorted("way"), ...items.filter(isObstacle)];
   $("#others").hidden = others.length === 0;
   rows($("#others"), others, row, "");
+  for (const field of $$("[data-number]")) field.value = String(numbers[/** @type {"lean_deg"} */ (field.dataset.number)] ?? "");
   tell();
-  $("#evolve").disabled = $("#tune").disabled = !all.length;
+  $("#evolve").disabled = $("#tune").disabled = !hasGoal();
   clearTimeout(timer);
   timer = setTimeout(async () => {
-    if (!all.length) return;
+    if (!hasGoal()) return;
     const found = await get("api/task", { drawing: text() }).catch((error) => ({ task: wordOf(error), best: 0 }));
     $("#task").textContent = found.task;
     best = found.best;
     tell();
   }, 300);
 }
+/** Whether there is anything to do for a plant. */
+const hasGoal = () =>
+  mode === "form" ? items.length > 0 || numbers.radius_cm !== null || numbers.lean_deg !== null : targets().length > 0;
 /** Says what can be reached at best. */
 function tell() {
+  if (mode === "form") {
+    const far = items.filter((item) => word(item).isFar).length;
+    const isSteep = Math.abs(numbers.lean_deg ?? 0) > steepest;
+    const isBlind = hasGoal() && !items.some(({ kind }) => kind === "node" || kind === "apex");
+    $("#possible").textContent = hasGoal()
+      ? `An upright seedling differs from this form by ${num(best, 1)} cm, and as much is the best possible fitness.${far ? ` ${plural(far, "point")} out of reach.` : ""}${isSteep ? ` No bean here leans by more than ${steepest}°.` : ""}${isBlind ? " The greedy rule and tuned rules steer along a line or to an apex, and here is neither: evolve a network." : ""}`
+      : "Draw a line, or say what the bow of the stem is to be.";
+    return;
+  }
   const far = targets().filter((item) => word(item).isFar).length;
   const touching = items.some((item) => isObstacle(item) && word(item).isFar);
   $("#possible").textContent = targets().length
@@ -579,7 +718,7 @@ for (const id of ["#targets", "#others"]) {
 function enter(to) {
   phase = to;
   for (const name of ["draw", "evolve", "try"]) $(`#p-${name}`).hidden = name !== to;
-  $("#hint").hidden = to !== "draw";
+  $("#hint").hidden = $("#mode").hidden = $("#tool").hidden = to !== "draw";
   $("#steer").hidden = to !== "try" || who !== "you";
   isPlaying = false;
   const now = ["draw", "evolve", "try"].indexOf(to);
@@ -598,7 +737,8 @@ function enter(to) {
 }
 
 // Evolve.
-const free = () => `targets-${new Date().toISOString().slice(0, 19).replace(/[-:]/g, "").replace("T", "-")}`;
+/** A name that is not taken. */
+const free = () => `${mode === "form" ? "form" : "targets"}-${new Date().toISOString().slice(0, 19).replace(/[-:]/g, "").replace("T", "-")}`;
 $("#name").value = free();
 /** Asks for an evolution, or for a rule. @param {"evolve" | "tune"} method */
 async function make(method) {
@@ -728,7 +868,7 @@ $("#redraw").onclick = () => enter("draw");
 // Try.
 const SAYS = {
   champion: "The network that evolved, which sees only where the tip is; or the rule that was tuned.",
-  greedy: "Lights the lamp on the side of the next target: the rule that a person would write by hand.",
+  greedy: "Lights the lamp on the side of the next target, or of the next point of the line: the rule that a person would write by hand.",
   you: "You light the lamps: buttons, or the left and right arrow keys. Light early: the bean answers late.",
 };
 /** @param {"champion" | "greedy" | "you"} next */
@@ -769,14 +909,16 @@ async function ready() {
 }
 function scores() {
   const hasObstacles = items.some(isObstacle);
+  const isForm = mode === "form";
   $("#touches").hidden = !hasObstacles;
+  $("#goal").textContent = isForm ? "Off the form" : "Targets";
   const row = (name, title) => {
     const trial = trials[name];
     const passed = trial ? trial.crossings.filter((one) => one && one.step <= trial.at).length : 0;
     const value = trial && trial.at > 0 ? num(trial.fitness[trial.at] ?? 0, 1) : "–";
     return html`<tr class="${name === who ? "now" : ""}">
       <th scope="row">${title}</th>
-      <td class="n">${passed} of ${targets().length}</td>
+      <td class="n">${isForm ? off(trial) : `${passed} of ${targets().length}`}</td>
       ${hasObstacles ? html`<td class="n">${trial ? touched(trial) : "–"}</td>` : ""}
       <td class="n">${value}${name === who ? html` <span class="soft">of ${num(best, 1)}</span>` : ""}</td>
     </tr>`;
@@ -796,6 +938,11 @@ function scores() {
   put($("#play"), isPlaying ? html`${icon("pause")}Pause` : html`${icon("play")}${isEnd ? "Again" : "Play"}`);
   $("#left").setAttribute("aria-pressed", String(yours === "l"));
   $("#right").setAttribute("aria-pressed", String(yours === "r"));
+}
+/** How far the stem is from the form. @param {Trial | undefined} trial */
+function off(trial) {
+  const value = trial?.frames[trial.at]?.off;
+  return value === undefined ? "–" : `${num(value, 1)} cm`;
 }
 /** Steps so far at which the stem touched an obstacle. @param {Trial} trial */
 const touched = (trial) => trial.frames.slice(0, trial.at + 1).filter((one) => one.touches).length;
@@ -905,6 +1052,16 @@ $("#save").onclick = async () => {
   }
 };
 
+setMode(mode);
+const given = asked.get("drawing");
+if (given) {
+  try {
+    take(JSON.parse(given));
+  } catch {
+    // The paper's targets stand in.
+  }
+}
+
 session.then(async ({ session: own }) => {
   if (!own) return;
   drawn();
@@ -923,7 +1080,10 @@ session.then(async ({ session: own }) => {
   );
   if (at) enter("try");
   else enter("draw");
-  reach = (await get("api/reach").catch(() => ({ reach: [] }))).reach;
+  const found = await get("api/reach").catch(() => null);
+  if (!found) return;
+  [known, steepest] = [found, found.lean_deg];
+  reach = mode === "form" ? known.stems : known.tips;
   drawn();
 });
 new ResizeObserver(draw).observe($("#plane"));

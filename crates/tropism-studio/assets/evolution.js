@@ -11,6 +11,7 @@ import {
   icon,
   listen,
   num,
+  ofBest,
   plural,
   post,
   put,
@@ -23,7 +24,7 @@ import {
   virtual,
   wordOf,
 } from "./studio.js";
-import { band, cross, fit, lampPath, line, plot } from "./figure.js";
+import { band, cross, fit, lampPath, line, plot, wantedLine } from "./figure.js";
 import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
@@ -58,10 +59,10 @@ const curve = fit($("#curve"), (width) => {
     y: [Math.max(low, -about.best || low), high],
     xl: "generation",
     yl: "fitness (cm)",
-    label: `Best fitness of ${plural(best.length, "run")}: after ${marks.at(-1)} generations the median is ${num(median.at(-1))} cm, the best run has ${num(data.top.at(-1))} of ${num(about.best ?? 0, 0)} cm.`,
+    label: `Best fitness of ${plural(best.length, "run")}: after ${marks.at(-1)} generations the median is ${num(median.at(-1))} cm, the best run has ${num(data.top.at(-1))}${ofBest(about.best)} cm.`,
     body: (X, Y) => {
       const possible = about.best
-        ? `<path class="dotted" d="M${X(0)} ${Y(about.best)}H${X(last)}"/><text x="${X(0) + 6}" y="${Y(about.best) + 14}">best possible, ${num(about.best, 0)}</text>`
+        ? `<path class="dotted" d="M${X(0)} ${Y(about.best)}H${X(last)}"/><text x="${X(0) + 6}" y="${Y(about.best) + 14}">best possible, ${ofBest(about.best).slice(4)}</text>`
         : "";
       const others = best.map((run, index) =>
         index === shownRun() ? "" : `<path class="stroke thin quiet faint" d="${line(marks, run, X, Y)}"/>`,
@@ -105,7 +106,7 @@ $("#curve").addEventListener("pointermove", (event) => {
 
 function facts() {
   const top = data.top.at(-1);
-  put($("#best"), top === undefined ? "–" : html`${num(top)} <small>${about.best ? `of ${num(about.best, 0)} ` : ""}cm</small>`);
+  put($("#best"), top === undefined ? "–" : html`${num(top)} <small>${ofBest(about.best)} cm</small>`);
   const middle = data.median.at(-1);
   $("#median-name").textContent = `Median of ${plural(data.best.length, "run")}`;
   put($("#median"), middle === undefined ? "–" : html`${num(middle)} <small>cm</small>`);
@@ -227,18 +228,21 @@ const paths = fit($("#paths"), (width) => {
   const all = champion?.paths ?? [];
   if (!all.length) return "";
   const targets = about.targets ?? [];
+  const aim = about.drawing?.form?.line ?? [];
+  const goals = [...targets, ...aim];
   const points = all.flatMap((path) => path.points);
-  const reach = Math.max(8, ...points.map(([x]) => Math.abs(x)), ...targets.map(([x]) => Math.abs(x))) + 0.5;
-  const high = Math.max(...points.map(([, y]) => y), ...targets.map(([, y]) => y)) + 1;
+  const reach = Math.max(8, ...points.map(([x]) => Math.abs(x)), ...goals.map(([x]) => Math.abs(x))) + 0.5;
+  const high = Math.max(...points.map(([, y]) => y), ...goals.map(([, y]) => y)) + 1;
   return plot({
     w: width,
     h: Math.round(Math.min(420, width * 0.78)),
     x: [-reach, reach],
-    y: [3.5, high],
+    y: [aim.length ? -0.3 : 3.5, high],
     xl: "tip x (cm)",
     yl: "tip y (cm)",
-    label: `Paths of ${plural(all.length, "simulated plant")} past ${plural(targets.length, "target")}`,
+    label: `Paths of ${plural(all.length, "simulated plant")} ${aim.length ? "along the line that the stem is to have" : `past ${plural(targets.length, "target")}`}`,
     body: (X, Y) =>
+      wantedLine(aim, X, Y) +
       (about.obstacles ?? []).map((obstacle) => shape(obstacle, X, Y)).join("") +
       targets.map(([, y]) => `<path class="dotted" d="M${X(-reach)} ${Y(y).toFixed(1)}H${X(reach)}"/>`).join("") +
       all

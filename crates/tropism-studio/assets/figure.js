@@ -60,6 +60,17 @@ export function line(xs, ys, X, Y) {
     .join("");
 }
 
+/** The line that a stem is to have. @param {[number, number][]} points @param {Scale} X @param {Scale} Y */
+export function wantedLine(points, X, Y) {
+  const d = line(
+    points.map(([x]) => x),
+    points.map(([, y]) => y),
+    X,
+    Y,
+  );
+  return d && `<path class="wanted" d="${d}"/><path class="wanted-line" d="${d}"/>`;
+}
+
 /** The area between two lines. @param {number[]} xs @param {number[]} low @param {number[]} high @param {Scale} X @param {Scale} Y */
 export const band = (xs, low, high, X, Y) =>
   xs.length

@@ -45,6 +45,10 @@ const ORDERS = {
 const rank = (item) => Number(item.state === "live" || item.state === "overdue");
 const address = (/** @type {Item} */ item) => pageOf(item.kind, item.at);
 
+const MOST_ROWS = 500;
+/** Rows by the place of what they show. @type {Map<string, { tr: HTMLElement, shows: Item | null }>} */
+const drawn = new Map();
+
 function rows() {
   const wanted = find.value.trim().toLowerCase();
   const all = [...items.values()];
@@ -52,18 +56,25 @@ function rows() {
     .filter((item) => item.name.toLowerCase().includes(wanted) && (!kind.value || item.kind === kind.value))
     .sort(ORDERS[/** @type {"new"} */ (sort.value)]);
   const row = (/** @type {Item} */ item) =>
-    html`<tr>
-      <th class="c-name" scope="row"><a class="open" href="${address(item)}">${item.name}</a></th>
+    html`<th class="c-name" scope="row"><a class="open" href="${address(item)}">${item.name}</a></th>
       <td class="c-kind">
         <span class="kind">${icon(item.kind)}${item.kind}${item.is_virtual ? html` ${virtual()}` : ""}</span>
       </td>
       <td class="c-state">${chip(item.state)}</td>
       <td class="c-since soft">${item.began ? moment(item.began) : ""}</td>
       <td class="n c-best">${item.text}</td>
-      <td class="c-health">${item.health === "good" ? html`<span class="soft">good</span>` : item.health}</td>
-    </tr>`;
-  put($("#rows"), shown.slice(0, 500).map(row));
-  $("#count").textContent = `${shown.length} of ${all.length}${shown.length > 500 ? ", 500 shown" : ""}`;
+      <td class="c-health">${item.health === "good" ? html`<span class="soft">good</span>` : item.health}</td>`;
+  // Of hundreds of rows those are drawn that changed, and those moved that moved: else each photograph would cost a frame.
+  const place = $("#rows");
+  shown.slice(0, MOST_ROWS).forEach((item, index) => {
+    const { tr, shows } = drawn.get(item.at) ?? { tr: document.createElement("tr"), shows: null };
+    if (shows !== item) put(tr, row(item));
+    drawn.set(item.at, { tr, shows: item });
+    if (place.children[index] !== tr) place.insertBefore(tr, place.children[index] ?? null);
+  });
+  while (place.children.length > Math.min(MOST_ROWS, shown.length)) place.lastElementChild.remove();
+  for (const at of drawn.keys()) if (!items.has(at)) drawn.delete(at);
+  $("#count").textContent = `${shown.length} of ${all.length}${shown.length > MOST_ROWS ? `, ${MOST_ROWS} shown` : ""}`;
   $("#none").hidden = shown.length > 0 || all.length === 0;
 }
 

@@ -19,19 +19,20 @@ import {
   moment,
   now,
   num,
+  ofBest,
   plural,
   post,
   put,
   refuse,
   say,
-  session,
   size,
   span,
   toast,
   trusted,
   virtual,
+  wordOf,
 } from "./studio.js";
-import { cross, fit, lampPath, line, plot, ticks } from "./figure.js";
+import { cross, fit, lampPath, line, plot, ticks, wantedLine } from "./figure.js";
 import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
@@ -67,6 +68,8 @@ let status = {};
 let about = {};
 /** @type {any} */
 let prediction;
+/** Why there is none. */
+let unpredicted = "";
 /** Place of the photograph that is shown; the latest one if it is `null`. @type {number | null} */
 let shown = null;
 let hasOverlay = true;
@@ -93,6 +96,8 @@ function overlay() {
       const lines = `M${x - 8} ${y - 8}l16 16m0-16l-16 16`;
       return `<path class="dark" d="${lines}"/><path class="ring" d="${lines}"/><text x="${x}" y="${y - 14}">${index + 1}</text>`;
     });
+  const pixels = (about.line ?? []).filter((point) => point.px).map((point) => point.px.join(" "));
+  const wanted = pixels.length ? `<path class="wanted" d="M${pixels.join("L")}"/>` : "";
   const crop = about.crop;
   const region = crop ? `<rect class="region" x="${crop[0]}" y="${crop[1]}" width="${crop[2]}" height="${crop[3]}"/>` : "";
   const past = steps.slice(0, place() + 1).filter((past) => past.px !== null);
@@ -110,7 +115,7 @@ function overlay() {
     one.px === null
       ? ""
       : `<circle class="dark" cx="${one.px}" cy="${one.py}" r="11"/><circle class="ring ${one.isHeld ? "held" : ""}" cx="${one.px}" cy="${one.py}" r="11"/>`;
-  return region + trail + stemLine + marks.join("") + tip;
+  return region + wanted + trail + stemLine + marks.join("") + tip;
 }
 
 let stemTimer = 0;
@@ -371,14 +376,16 @@ function seriesTable() {
 const path = fit($("#path"), (width) => {
   const targets = about.targets ?? [];
   const seen = steps.filter((one) => one.x !== null);
-  const xs = [...seen.map((one) => one.x), ...targets.map((target) => target.x)];
-  const ys = [...seen.map((one) => one.y), ...targets.map((target) => target.y)];
+  const aim = about.line ?? [];
+  const goals = [...targets, ...aim];
+  const xs = [...seen.map((one) => one.x), ...goals.map((goal) => goal.x)];
+  const ys = [...seen.map((one) => one.y), ...goals.map((goal) => goal.y)];
   const reach = Math.max(8, ...xs.map(Math.abs)) + 0.5;
   const low = Math.min(4, ...ys) - 0.3;
   const high = Math.max(low + 6, about.end_height ?? 0, ...ys) + 0.7;
   const height = Math.min(460, Math.max(240, (width * (high - low)) / (2 * reach)));
   const sentence = seen.length
-    ? `Path of the tip, now at ${num(seen.at(-1).x, 1)}, ${num(seen.at(-1).y, 1)} cm, past ${plural((status.crossings ?? []).filter(Boolean).length, "target")} of ${targets.length}.`
+    ? `Path of the tip, now at ${num(seen.at(-1).x, 1)}, ${num(seen.at(-1).y, 1)} cm${targets.length ? `, past ${plural((status.crossings ?? []).filter(Boolean).length, "target")} of ${targets.length}` : ""}.`
     : "No tip yet.";
   return plot({
     w: width,
@@ -404,8 +411,14 @@ const path = fit($("#path"), (width) => {
         ? `<circle cx="${X(last.x).toFixed(1)}" cy="${Y(last.y).toFixed(1)}" r="6" class="tip ${lampClass(last.lamp ?? lampNow())}"/>`
         : "";
       const first = seen[0] ? `<circle class="start" cx="${X(seen[0].x)}" cy="${Y(seen[0].y)}" r="5"/>` : "";
+      const form = wantedLine(
+        aim.map((point) => [point.x, point.y]),
+        X,
+        Y,
+      );
       const obstacles = (about.obstacles ?? []).map((obstacle) => shape(obstacle, X, Y));
       return (
+        form +
         obstacles.join("") +
         heights.join("") +
         fan.join("") +
@@ -420,7 +433,10 @@ const path = fit($("#path"), (width) => {
 
 function targets() {
   const all = about.targets ?? [];
-  $("#targets-scroll").hidden = all.length === 0;
+  const isForm = Boolean(status.off);
+  $("#targets-scroll").hidden = all.length === 0 && !isForm;
+  told();
+  if (isForm) return form();
   if (!all.length) return;
   const row = (target, index) => {
     const crossed = status.crossings?.[index];
@@ -459,16 +475,64 @@ function targets() {
   );
 }
 
+/** A form of the stem: how far off it is now, and when it counts. */
+function form() {
+  const { now: own, end } = status.off;
+  const height = steps.findLast((one) => one.y !== null);
+  const expected = isOn() && prediction?.form;
+  const value = (one) => (one === null || one === undefined ? "–" : num(one, 1));
+  const between = (range) => `${num(range[0], 1)} to ${num(range[1], 1)}`;
+  const when = end ? `at step ${end.step}, after ${num(end.hours, 1)} h` : expected?.hours ? `in ${between(expected.hours)} h` : "not yet";
+  put(
+    $("#targets"),
+    html`<thead>
+        <tr>
+          <th scope="col">Form of the stem</th>
+          <th scope="col">Counts</th>
+          <th scope="col" class="n">Off (cm)</th>
+        </tr>
+      </thead>
+      <tbody>
+        <tr>
+          <th scope="row">now</th>
+          <td>${height ? `tip at ${num(height.y, 1)} cm` : "not yet"}</td>
+          <td class="n">${value(own)}</td>
+        </tr>
+        <tr>
+          <th scope="row">at ${num(about.end_height ?? 0, 1)} cm</th>
+          <td>${when}</td>
+          <td class="n">${end ? value(end.off) : expected?.off ? between(expected.off) : "–"}</td>
+        </tr>
+      </tbody>`,
+  );
+}
+
+/** Says what is expected, or why nothing is. */
+function told() {
+  $("#fan-key").hidden = !isOn() || !prediction;
+  const text = () => {
+    if (!isOn()) return "";
+    if (!prediction) return unpredicted && `No prediction: ${unpredicted}.`;
+    const { plants, model, form: reached, goes_through: isLoose } = prediction;
+    const done = reached ? ` ${reached.done} of ${plants} come within ${num(about.within ?? 0, 1)} cm.` : "";
+    const loose = isLoose ? " Nothing holds a stem back in the model: it goes through obstacles." : "";
+    return `From ${plants} plants that go on in ${model} from what was seen so far, under the run’s controller: the range of eight in ten.${done}${loose} A guess, not a promise.`;
+  };
+  $("#predicted").textContent = text();
+}
+
 /** What is expected takes the server a while: what is known comes first. */
 const PREDICTS_AFTER_MS = 1500;
 
 async function predict() {
-  if (!isOn() || !(about.targets ?? []).length || steps.length < 2) return;
-  prediction = await get("api/run/prediction", { at }).catch(() => undefined);
-  $("#fan-key").hidden = !prediction;
-  $("#predicted").textContent = prediction
-    ? `From ${prediction.plants} plants simulated in ${prediction.model}, from where the tip is now: the range of eight in ten. A guess, not a promise.`
-    : "";
+  if (!isOn() || steps.length < 2) return;
+  try {
+    prediction = await get("api/run/prediction", { at });
+    unpredicted = "";
+  } catch (error) {
+    prediction = undefined;
+    unpredicted = wordOf(error).replace(/\.$/, "");
+  }
   path();
   targets();
 }
@@ -567,7 +631,7 @@ function state() {
     const fitness =
       status.fitness === null || status.fitness === undefined
         ? ""
-        : ` Fitness ${num(status.fitness)} of ${num(about.best ?? 0, 0)} cm.`;
+        : ` Fitness ${num(status.fitness)}${ofBest(about.best)} cm.`;
     what = banner("calm", "status", html`<strong>The run is over.</strong>${fitness}`);
   } else if (word === "live" && !steps.length) {
     what = banner("calm", "status", html`<strong>No photograph yet.</strong> The first one comes soon.`);
@@ -683,14 +747,10 @@ listen(
 );
 setInterval(tick, 1000);
 setInterval(predict, 60_000);
-session.then(async ({ session: own }) => {
-  if (!own) return;
-  try {
-    about = await get("api/run", { at });
-  } catch (error) {
-    return refuse(error);
-  }
+get("api/run", { at }).then((known) => {
+  about = known;
   $("#name").textContent = about.name;
+  $("#path-title").textContent = about.line.length ? "Path and form" : about.targets.length ? "Path and targets" : "Path";
   document.title = `${about.name} · tropism studio`;
   if (about.width) $("#over").setAttribute("viewBox", `0 0 ${about.width} ${about.height}`);
   if (about.width) $("#photo").style.aspectRatio = `${about.width} / ${about.height}`;
@@ -701,4 +761,4 @@ session.then(async ({ session: own }) => {
   );
   put($("#commands"), [command(about.commands.status), command(about.commands.stop), command(about.commands.resume)]);
   all();
-});
+}, refuse);

@@ -242,15 +242,24 @@ export function listen(path, event, take, lost = () => {}) {
       lost(false, 0);
     }
   };
+  const told = (/** @type {MessageEvent} */ message) => {
+    const data = JSON.parse(message.data);
+    hear(data.now);
+    take(data);
+  };
   const open = () => {
-    source = new EventSource(path);
+    // Those that were opened before the scripts came.
+    const { early } = /** @type {any} */ (globalThis);
+    const isEarly = early?.path === path;
+    // One that comes later is not needed any more.
+    /** @type {any} */ (globalThis).early = undefined;
+    source = isEarly ? early.source : new EventSource(path);
     source.addEventListener("beat", (message) => hear(Number(message.data)));
-    source.addEventListener(event, (message) => {
-      const data = JSON.parse(message.data);
-      hear(data.now);
-      take(data);
-    });
+    source.addEventListener(event, told);
     source.onerror = () => tell(true);
+    if (!isEarly) return;
+    // After the rest of the page's script.
+    queueMicrotask(() => early.taken().forEach(told));
   };
   open();
   setInterval(() => {
@@ -375,7 +384,9 @@ addEventListener("click", (event) => {
 });
 
 /** A number with a true minus. @param {number} value @param {number} [digits] */
-export const num = (value, digits = 2) => value.toFixed(digits).replace("-", "−");
+export const num = (value, digits = 2) => value.toFixed(digits).replace(/^-(?=.*[1-9])/, "−").replace("-", "");
+/** " of" the best fitness that there can be, where it is known. @param {number | null | undefined} best */
+export const ofBest = (best) => (best ? ` of ${num(best, Math.abs(best - Math.round(best)) < 0.05 ? 0 : 1)}` : "");
 /** @param {number} seconds */
 export const mmss = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
 /** A span of time in words. @param {number} seconds */
@@ -386,14 +397,17 @@ export function span(seconds) {
   if (s < 86_400) return `${Math.floor(s / 3600)} h ${Math.floor((s % 3600) / 60)} min`;
   return `${Math.floor(s / 86_400)} d ${Math.floor((s % 86_400) / 3600)} h`;
 }
+// Made once: to make them takes longer than all that they write on a page.
+const CLOCK = new Intl.DateTimeFormat([], { hour: "2-digit", minute: "2-digit", hour12: false });
+const DAY = new Intl.DateTimeFormat([], { day: "numeric", month: "short" });
 /** A moment in the words of a person. @param {number} unix */
 export function moment(unix) {
   const date = new Date(unix * 1000);
   const days = Math.floor((new Date(now() * 1000).setHours(0, 0, 0, 0) - new Date(date).setHours(0, 0, 0, 0)) / 86_400_000 + 0.5);
-  const clock = date.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hour12: false });
+  const clock = CLOCK.format(date);
   if (days === 0) return clock;
   if (days === 1) return `yesterday ${clock}`;
-  return `${date.toLocaleDateString([], { day: "numeric", month: "short" })} ${clock}`;
+  return `${DAY.format(date)} ${clock}`;
 }
 /** Bytes in words. @param {number} bytes */
 export const size = (bytes) => (bytes < 1e9 ? `${Math.round(bytes / 1e6)} MB` : `${Math.round(bytes / 1e9)} GB`);

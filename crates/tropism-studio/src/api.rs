@@ -54,8 +54,8 @@ pub(crate) fn router(studio: Arc<Studio>) -> Router {
     let page = |name: &'static str| get(async move |headers: HeaderMap| assets::page(name, &headers));
     Router::new()
         .route("/", page("index.html"))
-        .route("/run", page("run.html"))
-        .route("/evolution", page("evolution.html"))
+        .route("/run", get(run_page))
+        .route("/evolution", get(evolution_page))
         .route("/work", page("work.html"))
         .route("/draw", page("draw.html"))
         .route("/tune", page("tune.html"))
@@ -261,15 +261,44 @@ async fn run_about(State(studio): Shared, Query(At { at }): Query<At>) -> Answer
     .await
 }
 
+/// The run that lies `at` below the folder, kept up to date from now on.
+fn followed_run(studio: &Studio, at: &str) -> Result<stream::Latest<run::RunView>, Refusal> {
+    let mut reader = run::RunReader::new(resolve_kind(&studio.root, at, Kind::Run)?);
+    Ok(studio.runs.listen(at, run::PAUSE, move |before| reader.read(before)))
+}
+
+/// The page of a run, which is read while the browser loads scripts and styles.
+async fn run_page(State(studio): Shared, Query(At { at }): Query<At>, headers: HeaderMap) -> Response {
+    // What is wrong with the run the page is told when it asks.
+    let _ = followed_run(&studio, &at);
+    let link = work_on(&studio, move |studio| {
+        let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
+        let photo = run::latest_photo(&folder).ok_or_else(|| Refusal::missing("no photograph yet"))?;
+        let query = format!("at={}&name={}", form_encoded(&at), form_encoded(&photo));
+        HeaderValue::from_str(&format!("<api/run/photo?{query}>; rel=preload; as=image"))
+            .map_err(|error| Refusal::bad(error.to_string()))
+    });
+    let link = link.await.map(|link| [(header::LINK, link)]).ok();
+    (link, assets::page("run.html", &headers)).into_response()
+}
+
+/// A value of an address as browsers write it (`application/x-www-form-urlencoded`): else they would not know the photograph
+/// that they have for the one that the page asks for.
+fn form_encoded(text: &str) -> String {
+    let letter = |byte: u8| match byte {
+        b' ' => "+".to_owned(),
+        byte if byte.is_ascii_alphanumeric() || b"*-._".contains(&byte) => char::from(byte).to_string(),
+        byte => format!("%{byte:02X}"),
+    };
+    text.bytes().map(letter).collect()
+}
+
 async fn run_events(
     State(studio): Shared,
     Query(At { at }): Query<At>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    let folder = resolve_kind(&studio.root, &at, Kind::Run)?;
-    let mut reader = run::RunReader::new(folder);
-    let latest = studio.runs.listen(&at, run::PAUSE, move |before| reader.read(before));
-    Ok(stream::stream(latest, last_id(&headers)))
+    Ok(stream::stream(followed_run(&studio, &at)?, last_id(&headers)))
 }
 
 #[derive(Deserialize)]
@@ -353,13 +382,28 @@ async fn prediction(State(studio): Shared, Query(At { at }): Query<At>) -> Answe
 
 fn predicted(studio: &Studio, folder: &Path) -> Result<Value, Refusal> {
     let config = RunConfig::follow(folder)?;
-    let wanted = config.controller.champion().and_then(|champion| champion.model_sha256.clone());
+    if let Some(reason) = run::reason_not_to_predict(&config) {
+        return Err(Refusal::missing(reason));
+    }
+    let wanted = config.controller.own_model_sha256();
     let models: Vec<PathBuf> = draw::models(&studio.root).iter().map(|at| studio.root.join(at)).collect();
     let digest = |path: &PathBuf| files::read(path).ok().map(|bytes| files::sha256(&bytes));
-    let is_own = |path: &&PathBuf| wanted.is_some() && digest(path) == wanted;
-    let any = models.first().filter(|_| wanted.is_none() && config.is_virtual());
-    let model = models.iter().find(is_own).or(any);
-    let model = model.ok_or_else(|| Refusal::missing("the model of its controller is not in this folder"))?;
+    let is_fit = |path: &&PathBuf| !config.task.is_about_stem() || draw::knows_stem(path);
+    let is_own = |path: &&PathBuf| wanted.is_some() && digest(path).as_deref() == wanted;
+    let any = models.iter().find(is_fit).filter(|_| wanted.is_none() && config.is_virtual());
+    let model = models.iter().find(is_own).or(any).ok_or_else(|| {
+        Refusal::missing(match wanted {
+            Some(_) => "the model of its controller is not in this folder",
+            None if !config.is_virtual() => "its controller was made without a model",
+            None if config.task.is_about_stem() => "this folder has no model of the whole stem",
+            None => "this folder has no model of a plant",
+        })
+    })?;
+    if !is_fit(&model) {
+        return Err(Refusal::missing(
+            "the model of its controller knows the tip alone, and this task is about the stem",
+        ));
+    }
     let mut told = run::prediction(folder, &config, model)?;
     told["model"] = model.strip_prefix(&studio.root).unwrap_or(model).display().to_string().into();
     Ok(told)
@@ -441,15 +485,27 @@ async fn evolution_about(State(studio): Shared, Query(At { at }): Query<At>) -> 
     .await
 }
 
+/// The evolution that lies `at` below the folder, kept up to date from now on.
+fn followed_evolution(
+    studio: &Studio,
+    at: &str,
+) -> Result<stream::Latest<evolution::EvolutionView>, Refusal> {
+    let mut reader = evolution::EvolutionReader::new(resolve_kind(&studio.root, at, Kind::Evolution)?);
+    Ok(studio.evolutions.listen(at, evolution::PAUSE, move |before| reader.read(before)))
+}
+
+/// The page of an evolution, which is read while the browser loads scripts and styles.
+async fn evolution_page(State(studio): Shared, Query(At { at }): Query<At>, headers: HeaderMap) -> Response {
+    let _ = followed_evolution(&studio, &at);
+    assets::page("evolution.html", &headers)
+}
+
 async fn evolution_events(
     State(studio): Shared,
     Query(At { at }): Query<At>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    let folder = resolve_kind(&studio.root, &at, Kind::Evolution)?;
-    let mut reader = evolution::EvolutionReader::new(folder);
-    let latest = studio.evolutions.listen(&at, evolution::PAUSE, move |before| reader.read(before));
-    Ok(stream::stream(latest, last_id(&headers)))
+    Ok(stream::stream(followed_evolution(&studio, &at)?, last_id(&headers)))
 }
 
 #[derive(Deserialize)]
@@ -512,7 +568,7 @@ async fn evolve_on(studio: &Arc<Studio>, at: String, generations: Option<u32>) -
 }
 
 async fn reach(State(studio): Shared) -> Answer {
-    work_on(&studio, |_| Ok(Json(json!({ "reach": draw::reach(), "is_virtual": true })))).await
+    work_on(&studio, |_| Ok(Json(json!(draw::reach())))).await
 }
 
 async fn models(State(studio): Shared) -> Answer {
@@ -532,7 +588,7 @@ struct Drawn {
 /// The task file of a drawing, and the best fitness that there can be.
 async fn task_text(Query(Drawn { drawing }): Query<Drawn>) -> Answer {
     let drawing = Drawing::read(&drawing)?;
-    Ok(Json(json!({ "task": drawing.to_toml()?, "best": drawing.task()?.best_fitness() })))
+    Ok(Json(json!({ "task": drawing.to_toml()?, "best": drawing.best()? })))
 }
 
 async fn draw_evolve(State(studio): Shared, body: Body) -> Answer {
@@ -612,4 +668,14 @@ async fn tune_look(State(studio): Shared, Query(LookAt { plan }): Query<LookAt>)
 async fn tune_write(State(studio): Shared, body: Body) -> Answer {
     let request: tune::TuneRequest = read(body).await?;
     work_on(&studio, move |studio| Ok(Json(tune::write(studio, &request)?))).await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_encoded_as_browsers_do() {
+        assert_eq!(form_encoded("a b/ä&=~*-._9"), "a+b%2F%C3%A4%26%3D%7E*-._9");
+    }
 }

@@ -36,6 +36,7 @@ const ASSETS: &[Asset] = assets! {
     "login.html": HTML,
     "style.css": "text/css; charset=utf-8",
     "icon.svg": "image/svg+xml",
+    "early.js": SCRIPT,
     "studio.js": SCRIPT,
     "figure.js": SCRIPT,
     "obstacle.js": SCRIPT,
@@ -86,6 +87,11 @@ impl Ready {
         }
         (own, kind, self.asset.text).into_response()
     }
+}
+
+/// Compresses all of them, before a page asks for one.
+pub(crate) fn prepare() {
+    LazyLock::force(&READY);
 }
 
 fn find(name: &str) -> Option<&'static Ready> {

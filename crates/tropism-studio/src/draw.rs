@@ -12,7 +12,10 @@ use tropism::environment::Environment;
 use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
+use tropism::math::atan2;
 use tropism::observation::{Observation, Quality};
+use tropism::plant::lstm::LstmModel;
+use tropism::plant::stem::StemModel;
 use tropism::task::{OpenLoop, Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism_lab::controller::ControllerSpec;
@@ -47,10 +50,49 @@ impl Controller for Lean {
     }
 }
 
-/// The farthest place, by height, at which a tip of four virtual beans arrives there for the first time: each leans to the
-/// side early or late, 15 times. Pairs of height and distance from the root, in cm; the same to both sides.
-pub(crate) fn reach() -> &'static [[f64; 2]] {
-    static REACH: OnceLock<Vec<[f64; 2]>> = OnceLock::new();
+/// What four virtual beans reach: each leans to the side early or late, 15 times. Places are pairs of height and distance
+/// from the root, in cm; the same to both sides.
+#[derive(Debug, Serialize)]
+pub(crate) struct Reach {
+    is_virtual: bool,
+    /// The farthest place, by height, at which a tip arrives there for the first time.
+    tips: Vec<[f64; 2]>,
+    /// The farthest place, by height, at which a stem is whose tip has just become higher than ever.
+    stems: Vec<[f64; 2]>,
+    /// The steepest lean to the vertical of the upper third of such a stem of at least [`GROWN_CM`], in degrees.
+    lean_deg: f64,
+}
+
+/// Height from which on a plant has a form to speak of, in cm: twice that of a seedling.
+const GROWN_CM: f64 = 8.0;
+
+/// The highest tip whose stem is looked at, in cm: no form counts higher on the page.
+const HIGHEST_CM: f64 = 17.0;
+
+/// Farthest distances by height, in half centimetres.
+#[derive(Default)]
+struct Farthest(BTreeMap<i32, f64>);
+
+impl Farthest {
+    fn add(&mut self, point: &Point) {
+        let at = self.0.entry((2.0 * point.y).floor() as i32).or_insert(0.0);
+        *at = at.max(point.x);
+    }
+
+    /// What a low plant reaches, a high one reaches too: between the delays that were tried there are others.
+    fn rows(self) -> Vec<[f64; 2]> {
+        let mut so_far = 0.0_f64;
+        let row = |(half, x): (i32, f64)| {
+            so_far = so_far.max(x);
+            [f64::from(half) / 2.0, round_to_mm(so_far)]
+        };
+        self.0.into_iter().map(row).collect()
+    }
+}
+
+/// Computed once.
+pub(crate) fn reach() -> &'static Reach {
+    static REACH: OnceLock<Reach> = OnceLock::new();
     REACH.get_or_init(|| {
         const BEANS: u64 = 4;
         const STEPS: u32 = 600;
@@ -60,26 +102,34 @@ pub(crate) fn reach() -> &'static [[f64; 2]] {
             delays.iter().flat_map(|&delay| (1..=BEANS).map(move |seed| (seed, delay))).collect();
         let seeds: Vec<u64> = plants.iter().map(|(seed, _)| *seed).collect();
         let task = OpenLoop { steps: STEPS, ..OpenLoop::default() };
-        let mut farthest: BTreeMap<i32, f64> = BTreeMap::new();
+        let (mut tips, mut stems) = (Farthest::default(), Farthest::default());
         let mut highest = vec![f64::NEG_INFINITY; seeds.len()];
+        let mut lean_deg = 0.0_f64;
         let mut watch = |place: usize, sample: &Sample| {
-            if sample.tip.y > highest[place] {
-                highest[place] = sample.tip.y;
-                let at = farthest.entry((2.0 * sample.tip.y).floor() as i32).or_insert(0.0);
-                *at = at.max(sample.tip.x);
+            if sample.tip.y <= highest[place] {
+                return ControlFlow::Continue(());
+            }
+            highest[place] = sample.tip.y;
+            tips.add(&sample.tip);
+            if let Some(stem) = sample.stem.as_ref().filter(|_| sample.tip.y <= HIGHEST_CM) {
+                stem.0.iter().filter(|point| point.y >= 0.0).for_each(|point| stems.add(point));
+                if sample.tip.y >= GROWN_CM {
+                    lean_deg = lean_deg.max(lean_of(&stem.0));
+                }
             }
             ControlFlow::Continue(())
         };
         let lean = |place: usize| Lean { upright: plants[place].1, step: 0 };
         Trial::new(&species).grow_all(&seeds, lean, &task, &mut watch);
-        // What a low plant reaches, a high one reaches too: between the delays that were tried there are others.
-        let mut so_far = 0.0_f64;
-        let widest = farthest.into_iter().map(|(half, x)| {
-            so_far = so_far.max(x);
-            [f64::from(half) / 2.0, round_to_mm(so_far)]
-        });
-        widest.collect()
+        Reach { is_virtual: true, tips: tips.rows(), stems: stems.rows(), lean_deg: lean_deg.round() }
     })
+}
+
+/// The angle of the upper third of a stem to the vertical, in degrees; 0 of no stem.
+fn lean_of(stem: &[Point]) -> f64 {
+    let Some((tip, rest)) = stem.split_last() else { return 0.0 };
+    let from = rest[2 * rest.len() / 3..].first().copied().unwrap_or_default();
+    atan2((tip.x - from.x).abs(), tip.y - from.y).to_degrees()
 }
 
 /// Who steers a bean that is tried.
@@ -122,15 +172,14 @@ struct Frame {
     stem: Vec<[f64; 2]>,
     /// Whether it touches an obstacle.
     touches: bool,
+    /// How far the stem is from the wanted form, in cm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    off: Option<f64>,
 }
 
 /// Grows the bean.
 pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal> {
     let task = Drawing::read(&plan.drawing)?.task()?;
-    let touches = |seen: &Observation| match &task {
-        TaskSpec::Obstacles(task) => task.touches(seen),
-        _ => false,
-    };
     let (layout, species) = (Layout::default(), Species::default());
     let mut controller: Box<dyn Controller> = match plan.who {
         Who::Greedy => ControllerSpec::Greedy.build(&task, &layout, PAPER_PERIOD_MIN),
@@ -152,14 +201,14 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
         Who::You => Box::new(Given::read(&plan.lights)?),
     };
     let most = if plan.who == Who::You { plan.lights.len() as u32 } else { MOST_STEPS };
-    let mut bean = Trial::new(&species).specimen(plan.seed);
+    let mut bean = Trial { solids: task.solids(), ..Trial::new(&species) }.specimen(plan.seed);
     let (mut frames, mut samples) = (Vec::new(), Vec::new());
     let mut is_over = false;
     for step in 0..=most {
         let Ok(seen) = bean.observe();
         is_over = task.is_over(step, &seen);
         let light = (!is_over && step < most).then(|| controller.decide(&seen));
-        frames.push(frame(&seen, light, touches(&seen)));
+        frames.push(frame(&task, &seen, light));
         samples.push(Sample {
             step,
             time_s: 60.0 * PAPER_PERIOD_MIN * f64::from(step),
@@ -182,7 +231,6 @@ pub(crate) fn try_out(studio: &Studio, plan: &TryPlan) -> Result<Value, Refusal>
         "fitness": &fitness[plan.from.min(steps)..],
         "crossings": crossings,
         "is_over": is_over,
-        "best": task.best_fitness(),
     }))
 }
 
@@ -198,7 +246,7 @@ fn fitness_so_far(task: &TaskSpec, track: &Track) -> Vec<f64> {
     std::iter::once(0.0).chain(steps).collect()
 }
 
-fn frame(seen: &Observation, light: Option<Light>, touches: bool) -> Frame {
+fn frame(task: &TaskSpec, seen: &Observation, light: Option<Light>) -> Frame {
     let rounded = |value: f64| (100.0 * value).round() / 100.0;
     let pair = |point: &Point| [rounded(point.x), rounded(point.y)];
     Frame {
@@ -206,7 +254,11 @@ fn frame(seen: &Observation, light: Option<Light>, touches: bool) -> Frame {
         y: rounded(seen.tip.y),
         lamp: light.map(|light| if light == Light::RIGHT { "right" } else { "left" }),
         stem: seen.stem.as_ref().map(|stem| stem.0.iter().map(pair).collect()).unwrap_or_default(),
-        touches,
+        touches: matches!(task, TaskSpec::Obstacles(task) if task.touches(seen)),
+        off: match (task, &seen.stem) {
+            (TaskSpec::Shape(task), Some(stem)) => Some(rounded(task.difference_cm(stem))),
+            _ => None,
+        },
     }
 }
 
@@ -372,6 +424,11 @@ fn commands(name: &str, drawing: &Drawing) -> Vec<String> {
     ]
 }
 
+/// Whether the file of a model is of one of the whole stem.
+pub(crate) fn knows_stem(path: &Path) -> bool {
+    files::read_text(path).is_ok_and(|text| StemModel::is_named_in(&text) || LstmModel::is_named_in(&text))
+}
+
 /// Files of models in the folder of the studio: names of the usual ones that are there.
 pub(crate) fn models(root: &Path) -> Vec<String> {
     let mut folders = vec![String::new()];
@@ -400,13 +457,19 @@ mod tests {
 
     #[test]
     fn far_targets_are_out_of_reach_and_near_ones_are_not() {
-        let reach = reach();
-        let at = |height: f64| reach.iter().find(|[y, _]| *y >= height).map_or(0.0, |[_, x]| *x);
+        let Reach { tips, stems, lean_deg, .. } = reach();
+        let of =
+            |rows: &[[f64; 2]], height: f64| rows.iter().find(|[y, _]| *y >= height).map_or(0.0, |[_, x]| *x);
+        let at = |height| of(tips, height);
         // The paper's targets were reached by real plants.
         for target in Targets::default().targets {
             assert!(at(target.y) > target.x.abs(), "{target:?}: {}", at(target.y));
         }
-        assert!(at(5.0) < 9.0, "{reach:?}");
+        assert!(at(5.0) < 9.0, "{tips:?}");
+        // A grown stem leans, its root does not; and it is at least as far as its tip was.
+        assert!((20.0..90.0).contains(lean_deg), "{lean_deg}");
+        assert!(stems[0][0] < 1.0 && of(stems, 1.0) < 1.0, "{stems:?}");
+        assert!((5..14).map(f64::from).all(|height| of(stems, height) >= at(height)), "{stems:?} {tips:?}");
     }
 
     #[test]

@@ -1,14 +1,17 @@
 //! What a page draws, and the task that it is.
 
 use serde::{Deserialize, Serialize};
-use tropism::geometry::Point;
+use tropism::geometry::{Point, Polyline};
 use tropism::obstacle::Obstacle;
-use tropism::task::{Obstacles, Targets, Task, TaskSpec};
+use tropism::task::{Obstacles, Shape, Targets, Task, TaskSpec};
 
 use crate::error::Refusal;
 
 /// Targets of a drawing, at most.
 const MOST_TARGETS: usize = 8;
+
+/// Points of a line that the stem is to follow, at most.
+const MOST_POINTS: usize = 40;
 
 /// How far off anything may be drawn, in cm.
 const MOST_CM: f64 = 50.0;
@@ -16,11 +19,12 @@ const MOST_CM: f64 = 50.0;
 /// How far above the last target the experiment ends, in cm. Paper: 0.3 (section 2.3.1).
 const ABOVE_CM: f64 = 0.3;
 
-/// What was drawn. Shapes and whatever else a task wants have their place beside the targets.
+/// What was drawn: targets with what stands in the way, or a form of the stem.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Drawing {
     /// In cm.
+    #[serde(default)]
     pub(crate) targets: Vec<[f64; 2]>,
     /// What the stem must not touch.
     #[serde(default)]
@@ -28,6 +32,78 @@ pub(crate) struct Drawing {
     /// Points to steer by on the way, in cm.
     #[serde(default)]
     pub(crate) way_points: Vec<[f64; 2]>,
+    /// The form that the stem is to have, in place of all else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) form: Option<Form>,
+}
+
+/// A form of the stem: the line that it is to follow, or what is wanted of its bow. In cm.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Form {
+    /// From the root upwards; empty for none.
+    #[serde(default)]
+    pub(crate) line: Vec<[f64; 2]>,
+    pub(crate) apex: Option<[f64; 2]>,
+    pub(crate) radius_cm: Option<f64>,
+    pub(crate) inflection: Option<[f64; 2]>,
+    pub(crate) lean_deg: Option<f64>,
+    pub(crate) within_cm: Option<f64>,
+    /// Height of the tip at which the form counts; that of the highest point of the line by default.
+    pub(crate) end_height_cm: Option<f64>,
+}
+
+impl Form {
+    fn of(shape: &Shape) -> Self {
+        Self {
+            line: pairs(&shape.line),
+            apex: shape.apex.map(Into::into),
+            radius_cm: shape.radius_cm,
+            inflection: shape.inflection.map(Into::into),
+            lean_deg: shape.lean_deg,
+            within_cm: Some(shape.within_cm),
+            end_height_cm: Some(shape.end_height_cm),
+        }
+    }
+
+    fn task(&self) -> Result<TaskSpec, Refusal> {
+        let count = self.line.len();
+        if count > MOST_POINTS {
+            return Err(Refusal::bad(format!(
+                "found a line of {count} points, wanted {MOST_POINTS} at most"
+            )));
+        }
+        let plain = Shape::of(Targets::default().start);
+        let line: Vec<Point> = self.line.iter().map(|&point| point.into()).collect();
+        let [apex, inflection] = [self.apex, self.inflection].map(|point| point.map(Point::from));
+        check_near(line.iter().copied().chain(apex).chain(inflection))?;
+        let highest = line.iter().map(|point| point.y).reduce(f64::max);
+        let task = Shape {
+            line,
+            apex,
+            radius_cm: self.radius_cm,
+            inflection,
+            lean_deg: self.lean_deg,
+            within_cm: self.within_cm.unwrap_or(plain.within_cm),
+            end_height_cm: self.end_height_cm.or(highest).unwrap_or(plain.end_height_cm),
+            ..plain
+        };
+        task.check().map_err(|error| Refusal::bad(error.to_string()))?;
+        Ok(task.into())
+    }
+}
+
+fn pairs(points: &[Point]) -> Vec<[f64; 2]> {
+    points.iter().map(|&point| point.into()).collect()
+}
+
+/// Refuses points that are too far off to be meant.
+fn check_near(mut points: impl Iterator<Item = Point>) -> Result<(), Refusal> {
+    let is_far = |point: Point| !point.is_finite() || point.x.abs().max(point.y.abs()) > MOST_CM;
+    if points.any(is_far) {
+        return Err(Refusal::bad(format!("found something beyond {MOST_CM} cm, wanted it nearer")));
+    }
+    Ok(())
 }
 
 impl Drawing {
@@ -38,12 +114,12 @@ impl Drawing {
 
     /// The drawing of a task.
     pub(crate) fn of(task: &TaskSpec) -> Self {
-        let pairs = |points: &[Point]| points.iter().map(|&point| point.into()).collect();
-        let way_points = match task {
-            TaskSpec::Obstacles(task) => pairs(&task.way_points),
-            _ => Vec::new(),
+        let (way_points, form) = match task {
+            TaskSpec::Obstacles(task) => (pairs(&task.way_points), None),
+            TaskSpec::Shape(task) => (Vec::new(), Some(Form::of(task))),
+            _ => (Vec::new(), None),
         };
-        Self { targets: pairs(&task.targets()), obstacles: task.obstacles().to_vec(), way_points }
+        Self { targets: pairs(&task.targets()), obstacles: task.obstacles().to_vec(), way_points, form }
     }
 
     /// Reads the JSON of an address.
@@ -53,7 +129,20 @@ impl Drawing {
 
     /// Whether the task looks at the whole stem.
     pub(crate) fn has_stem(&self) -> bool {
-        !self.obstacles.is_empty() || !self.way_points.is_empty()
+        self.form.is_some() || !self.obstacles.is_empty() || !self.way_points.is_empty()
+    }
+
+    /// The best fitness that there can be, in cm. For a form: by how much an upright seedling differs from it.
+    ///
+    /// # Errors
+    /// As [`Self::task`].
+    pub(crate) fn best(&self) -> Result<Option<f64>, Refusal> {
+        Ok(match self.task()? {
+            TaskSpec::Shape(shape) => {
+                Some(shape.difference_cm(&Polyline(vec![Point::default(), shape.start])))
+            }
+            task => task.best_fitness(),
+        })
     }
 
     /// The task: targets and way points from the lowest to the highest.
@@ -61,7 +150,15 @@ impl Drawing {
     /// # Errors
     /// [`Refusal`] names what is wrong.
     pub(crate) fn task(&self) -> Result<TaskSpec, Refusal> {
-        let Self { targets, obstacles, way_points } = self;
+        let Self { targets, obstacles, way_points, form } = self;
+        if let Some(form) = form {
+            if targets.is_empty() && obstacles.is_empty() && way_points.is_empty() {
+                return form.task();
+            }
+            return Err(Refusal::bad(
+                "found a form of the stem beside targets or obstacles, wanted one or the other",
+            ));
+        }
         if targets.is_empty() || targets.len() > MOST_TARGETS {
             let count = targets.len();
             return Err(Refusal::bad(format!("found {count} targets, wanted 1 to {MOST_TARGETS}")));
@@ -81,10 +178,7 @@ impl Drawing {
             Obstacle::Disc { centre, radius_cm } => [centre, Point::new(radius_cm, 0.0)],
             Obstacle::Box { corners: points } | Obstacle::Line { ends: points } => points,
         });
-        let is_far = |point: Point| !point.is_finite() || point.x.abs().max(point.y.abs()) > MOST_CM;
-        if targets.iter().chain(&way_points).copied().chain(corners).any(is_far) {
-            return Err(Refusal::bad(format!("found something beyond {MOST_CM} cm, wanted it nearer")));
-        }
+        check_near(targets.iter().chain(&way_points).copied().chain(corners))?;
         let highest = targets[targets.len() - 1].y;
         let task = if self.has_stem() {
             let obstacles = obstacles.clone();
@@ -166,5 +260,40 @@ mod tests {
         assert!(Drawing::read(&text.replace("disc", "star")).is_err());
         let many = Drawing { obstacles: vec![task.obstacles()[0]; 9], ..drawing };
         assert!(many.task().is_err());
+    }
+
+    #[test]
+    fn a_form_of_the_stem_is_a_task_of_its_own() {
+        let line = "[[0, 0], [0.5, 3], [2, 6], [2.5, 9]]";
+        let read = |text: &str| Drawing::read(&format!("{{\"form\": {{{text}}}}}")).unwrap();
+        let drawing = read(&format!("\"line\": {line}, \"lean_deg\": 10"));
+        let task = drawing.task().unwrap();
+        assert!(drawing.has_stem() && drawing.to_toml().unwrap().contains("kind = \"shape\""));
+        let TaskSpec::Shape(shape) = &task else { panic!("{task:?}") };
+        assert_eq!((shape.end_height_cm, shape.lean_deg, shape.apex), (9.0, Some(10.0), None));
+        assert_eq!(toml::from_str::<TaskSpec>(&drawing.to_toml().unwrap()).unwrap(), task);
+        // It comes back from its task.
+        assert_eq!(Drawing::of(&task).task().unwrap(), task);
+        // A seedling that is the line cannot come nearer to it.
+        assert_eq!(read("\"line\": [[0, 0], [0, 4]]").best().unwrap(), Some(0.0));
+        assert!(drawing.best().unwrap().is_some_and(|best| best > 1.0));
+        // The tip of a bow without a line has to get somewhere, too.
+        assert!(read("\"apex\": [2, 7], \"radius_cm\": 12, \"end_height_cm\": 14").task().is_ok());
+        let many = "[0, 1], ".repeat(MOST_POINTS);
+        for text in [
+            "",
+            "\"line\": [[0, 0]]",
+            "\"line\": [[0, 0], [0, 500]]",
+            "\"apex\": [200, 7]",
+            "\"radius_cm\": 0",
+            "\"lean_deg\": 100",
+            "\"lean_deg\": 10, \"within_cm\": 0",
+            "\"lean_deg\": 10, \"end_height_cm\": 3",
+            &format!("\"line\": [{many} [0, 2]]"),
+        ] {
+            assert!(read(text).task().is_err(), "{text}");
+        }
+        let both = Drawing { targets: vec![[0.0, 6.0]], ..drawing };
+        assert!(both.task().is_err());
     }
 }

@@ -363,7 +363,7 @@ impl Item {
         let fitness = fitness_of(path, run.state);
         let text = match (fitness, run.tip_x_cm.zip(run.tip_y_cm)) {
             (Some((fitness, best)), _) => of_possible(Some(fitness), best),
-            (None, Some((x, y))) => format!("tip {x:.1}, {y:.1} cm"),
+            (None, Some((x, y))) => format!("tip {}, {y:.1} cm", tenth(x)),
             (None, None) => "no photograph yet".to_owned(),
         };
         let photo =
@@ -424,10 +424,32 @@ fn fitness_of(path: &Path, state: RunState) -> Option<(f64, Option<f64>)> {
     Some((task.fitness(&track), Some(best)))
 }
 
+/// A number with one decimal and a true minus, which a zero has not.
+fn tenth(value: f64) -> String {
+    let text = format!("{:.1}", value.abs());
+    if value < 0.0 && text != "0.0" { format!("\u{2212}{text}") } else { text }
+}
+
 fn of_possible(value: Option<f64>, possible: Option<f64>) -> String {
     match (value, possible) {
-        (Some(value), Some(possible)) => format!("{value:.2} of {possible:.0} cm"),
+        (Some(value), Some(possible)) => {
+            let digits = usize::from((possible - possible.round()).abs() >= 0.05);
+            format!("{value:.2} of {possible:.digits$} cm")
+        }
         (Some(value), None) => format!("{value:.2} cm"),
         (None, _) => "just begun".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_as_people_write_them() {
+        assert_eq!([-0.04, -0.06, 0.04, 12.34].map(tenth), ["0.0", "\u{2212}0.1", "0.0", "12.3"]);
+        // Rounded to a whole number, the best there can be would be less than what was reached.
+        assert_eq!(of_possible(Some(10.13), Some(10.2)), "10.13 of 10.2 cm");
+        assert_eq!(of_possible(Some(14.5), Some(15.0)), "14.50 of 15 cm");
     }
 }

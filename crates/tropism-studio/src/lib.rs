@@ -196,7 +196,8 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
     let demo = if plan.demo { Some(demo::Demo::start(&studio)?) } else { None };
     let queue = Arc::downgrade(&studio);
     std::thread::spawn(move || {
-        // The first page that looks at everything finds it read.
+        // The first page finds its files compressed, and that which looks at everything finds it read.
+        assets::prepare();
         queue.upgrade().map(|studio| studio.overview(false));
         while let Some(studio) = queue.upgrade() {
             studio.queue.advance();

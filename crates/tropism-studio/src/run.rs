@@ -7,12 +7,11 @@ use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
 use tropism::geometry::{Pixel, Point};
-use tropism::observation::Quality;
+use tropism::observation::{Observation, Quality};
 use tropism::rig::Event;
-use tropism::task::{Targets, Task, TaskSpec};
+use tropism::task::{Task, TaskSpec};
 use tropism::track::Track;
 use tropism::vision::Calibration;
-use tropism_lab::controller::ControllerSpec;
 use tropism_lab::files::shell_word;
 use tropism_lab::run::speed_of;
 use tropism_lab::status::{self, RunState, RunStatus};
@@ -32,6 +31,9 @@ const REREAD: Duration = Duration::from_secs(3);
 
 /// Simulated plants of a prediction.
 const PREDICTED: u32 = 200;
+
+/// Steps that they go on at most: three days and a half.
+const LOOKS_AHEAD: u32 = 1000;
 
 /// A run at a time.
 pub(crate) struct RunView {
@@ -239,8 +241,22 @@ fn status_json(folder: &Path, config: &RunConfig, steps: &[StepRecord], status: 
         "disk_days": status.disk_lasts_days.map(f64::round),
         "counts": status.event_counts,
         "crossings": crossings(&config.task, steps),
+        "off": off(&config.task, steps),
         "fitness": fitness(config, folder, status.state),
     })
+}
+
+/// How far the stem was last seen from the form that it is to have, and that of the step at which it counts, in cm; `None` for
+/// another task.
+fn off(task: &TaskSpec, steps: &[StepRecord]) -> Option<Value> {
+    let TaskSpec::Shape(shape) = task else { return None };
+    let seen = || steps.iter().filter_map(|step| Some((step, step.observation()?)));
+    let off = |seen: &Observation| Some(rounded(shape.difference_cm(seen.stem.as_ref()?), 2));
+    let end = seen().find(|(_, seen)| seen.tip.y >= shape.end_height_cm);
+    let end = end.map(|(step, seen)| {
+        json!({ "step": step.step, "hours": rounded(step.time_s / 3600.0, 2), "off": off(seen) })
+    });
+    Some(json!({ "now": seen().filter_map(|(_, seen)| off(seen)).next_back(), "end": end }))
 }
 
 /// For each target, the step at which the tip first reached its height and how far beside it.
@@ -278,6 +294,8 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         "max_steps": config.task.max_steps(),
         "targets": targets,
         "obstacles": config.task.obstacles(),
+        "line": config.task.shape().iter().map(|point| json!({ "x": point.x, "y": point.y, "px": pixel(point) })).collect::<Vec<_>>(),
+        "within": if let TaskSpec::Shape(task) = &config.task { Some(task.within_cm) } else { None },
         "end_height": Some(end_height(&config.task)).filter(|height| height.is_finite()),
         "best": config.task.best_fitness().filter(|_| config.task.has_goal()),
         "lamps": config.rig.layout().map_or_else(|_| Vec::new(), |layout| {
@@ -317,6 +335,13 @@ pub(crate) fn resume_words(folder: &Path, at: &str) -> Vec<String> {
         words.extend(["--speed".to_owned(), speed.to_string()]);
     }
     words
+}
+
+/// The file name of the latest photograph of the run in `folder`, without a look into its journal.
+pub(crate) fn latest_photo(folder: &Path) -> Option<String> {
+    let entries = std::fs::read_dir(folder.join("photographs")).ok()?;
+    let names = entries.flatten().filter_map(|entry| entry.file_name().into_string().ok());
+    names.filter(|name| name.ends_with(".jpg") && !name.starts_with('.')).max()
 }
 
 /// The stem in the photograph of `step`, in pixels.
@@ -371,23 +396,41 @@ impl Predictions {
     }
 }
 
-/// When and how far beside each target the tip is expected to pass: plants simulated in `model` from where the tip is.
+/// Why nothing is predicted of a run with `config`, whatever models there are; `None` if it can be.
+pub(crate) fn reason_not_to_predict(config: &RunConfig) -> Option<&'static str> {
+    match &config.task {
+        TaskSpec::OpenLoop(_) => Some("this task has nothing to reach"),
+        task if task.is_in_space() => {
+            Some("this task is in space, and models of plants know the plane of the front camera alone")
+        }
+        _ => None,
+    }
+}
+
+/// What is expected of the run in `folder`: plants that go on in `model` from what was observed, under the run's controller.
+/// For each target that is left, when its height is crossed and how far beside it; for a form of the stem, when it counts
+/// and how far the stem is from it then.
 pub(crate) fn prediction(folder: &Path, config: &RunConfig, model: &Path) -> Result<Value, Refusal> {
     let mut tail = Tail::default();
     tail.read(folder).ok_or_else(|| Refusal::missing("the journal cannot be read just now"))?;
-    let tip = tail.steps.iter().rev().find_map(|step| Some(step.seen.observation.as_ref()?.tip));
-    let tip = tip.ok_or_else(|| Refusal::missing("no photograph yet"))?;
-    let targets = config.task.as_targets().ok_or_else(|| Refusal::bad("this run has no targets"))?;
-    let left: Vec<Point> = targets.targets.iter().filter(|target| target.y > tip.y).copied().collect();
-    let task = TaskSpec::from(Targets { start: tip, targets: left.clone(), ..targets.clone() });
-    if left.is_empty() || matches!(config.controller, ControllerSpec::Periodic { .. }) {
-        return Err(Refusal::missing("no target is left"));
+    let tips = tail.steps.iter().rev();
+    let tip = tips.filter_map(StepRecord::observation).map(|seen| seen.tip).next();
+    let tip = tip.ok_or_else(|| Refusal::missing("there is no photograph yet"))?;
+    let left: Vec<Point> = config.task.targets().into_iter().filter(|target| target.y > tip.y).collect();
+    let is_form = matches!(config.task, TaskSpec::Shape(_));
+    if left.is_empty() && !is_form {
+        return Err(Refusal::missing("the tip is above all targets"));
     }
-    let tracks = simulate::tracks(model, &config.controller, &task, PREDICTED, config.seed)?;
-    let rows: Vec<Value> =
-        left.iter().map(|target| predicted(target, &tracks, config.rig.period_min)).collect();
+    let tracks = simulate::continued(model, config, &tail.steps, PREDICTED, LOOKS_AHEAD)?;
+    let period_min = config.rig.period_min;
+    let rows: Vec<Value> = left.iter().map(|target| predicted(target, &tracks, period_min)).collect();
     let fan: Vec<Vec<[f64; 2]>> = tracks.iter().take(12).map(thinned).collect();
-    Ok(json!({ "from": <[f64; 2]>::from(tip), "plants": PREDICTED, "targets": rows, "paths": fan }))
+    Ok(json!({
+        "from": <[f64; 2]>::from(tip), "plants": PREDICTED, "targets": rows, "paths": fan,
+        "form": is_form.then(|| predicted_form(&config.task, &tracks, period_min)),
+        // Nothing holds a stem of a model back.
+        "goes_through": !config.task.obstacles().is_empty(),
+    }))
 }
 
 /// Quarter-hour points of a track.
@@ -398,23 +441,40 @@ pub(crate) fn thinned(track: &Track) -> Vec<[f64; 2]> {
     kept.map(|(_, sample)| [rounded(sample.tip.x, 2), rounded(sample.tip.y, 2)]).collect()
 }
 
-/// The range that holds eight of ten of those plants that reach the height.
+/// Hours from the first sample of a track to `step`.
+fn hours_to(track: &Track, step: u32, period_min: f64) -> f64 {
+    f64::from(step - track.samples[0].step) * period_min / 60.0
+}
+
+/// The range that holds eight of ten values.
+fn eight_in_ten(mut values: Vec<f64>) -> Option<[f64; 2]> {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| rounded(values[((values.len() - 1) as f64 * share).round() as usize], 2);
+    (!values.is_empty()).then(|| [at(0.1), at(0.9)])
+}
+
+/// Of those plants that reach the height of a target.
 fn predicted(target: &Point, tracks: &[Track], period_min: f64) -> Value {
-    let crossed =
-        tracks.iter().filter_map(|track| track.samples.iter().find(|sample| sample.tip.y >= target.y));
-    let crossed: Vec<(f64, f64)> = crossed
-        .map(|sample| (f64::from(sample.step) * period_min / 60.0, (sample.tip.x - target.x).abs()))
-        .collect();
-    let range = |mut values: Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        let at = |share: f64| rounded(values[((values.len() - 1) as f64 * share).round() as usize], 2);
-        (!values.is_empty()).then(|| [at(0.1), at(0.9)])
-    };
+    let crossed = tracks.iter().filter_map(|track| {
+        let sample = track.samples.iter().find(|sample| sample.tip.y >= target.y)?;
+        Some((hours_to(track, sample.step, period_min), (sample.tip.x - target.x).abs()))
+    });
+    let (hours, beside): (Vec<f64>, Vec<f64>) = crossed.unzip();
     json!({
-        "x": target.x, "y": target.y, "reached": crossed.len(),
-        "hours": range(crossed.iter().map(|(hours, _)| *hours).collect()),
-        "beside": range(crossed.iter().map(|(_, beside)| *beside).collect()),
+        "x": target.x, "y": target.y, "reached": hours.len(),
+        "hours": eight_in_ten(hours), "beside": eight_in_ten(beside),
     })
+}
+
+/// Of those plants that reach the height at which the form of the stem counts.
+fn predicted_form(task: &TaskSpec, tracks: &[Track], period_min: f64) -> Value {
+    let reached = tracks.iter().filter_map(|track| {
+        let end = task.crossings(track).into_iter().next()??;
+        Some((hours_to(track, end.step, period_min), end.distance_cm))
+    });
+    let (hours, off): (Vec<f64>, Vec<f64>) = reached.unzip();
+    let done = tracks.iter().filter(|track| task.is_done(track) == Some(true)).count();
+    json!({ "reached": hours.len(), "done": done, "hours": eight_in_ten(hours), "off": eight_in_ten(off) })
 }
 
 #[cfg(test)]
@@ -449,6 +509,20 @@ mod tests {
         let plan = tropism_lab::RunPlan { out: out.clone(), speed, config, ..Default::default() };
         tropism_lab::Workflow::execute(&plan, &tropism_lab::Silent).unwrap();
         assert_eq!(resume_words(&out, "bean"), ["run", "--out", "bean", "--resume", "--speed", "1000000"]);
+    }
+
+    #[test]
+    fn nothing_is_predicted_where_no_model_knows_anything() {
+        use tropism::task::{OpenLoop, Shape, Spiral};
+
+        let reason = |task: TaskSpec| {
+            let mut config = RunConfig::default();
+            config.task = task;
+            reason_not_to_predict(&config)
+        };
+        assert!(reason(OpenLoop::default().into()).is_some_and(|why| why.contains("nothing to reach")));
+        assert!(reason(Spiral::default().into()).is_some_and(|why| why.contains("in space")));
+        assert_eq!([reason(TaskSpec::default()), reason(Shape::default().into())], [None; 2]);
     }
 
     #[test]

@@ -12,11 +12,12 @@ use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::random::{self, NoiseStream, Purpose};
 use tropism::task::OpenLoop;
-use tropism::track::{Sample, Track};
+use tropism::track::Track;
 
 use super::ForecastPlan;
 use crate::controller::PAPER_SWITCH_MIN;
 use crate::fit::is_of_virtual_plant;
+use crate::simulate::without_gaps;
 use crate::{Error, Monitor, files};
 
 /// Forecasts start below this height, in cm: models with memory are made of data below it.
@@ -95,16 +96,7 @@ pub(super) fn measured(paths: &[PathBuf]) -> Result<Vec<LeftOut>, Error> {
 }
 
 fn of_measured(name: String, track: Track, is_virtual: bool) -> LeftOut {
-    let mut samples: Vec<Sample> = Vec::new();
-    for sample in &track.samples {
-        while let Some(before) = samples.last().cloned()
-            && before.step + 1 < sample.step
-        {
-            let step = before.step + 1;
-            samples.push(Sample { step, quality: Quality::Held, light: None, ..before });
-        }
-        samples.push(sample.clone());
-    }
+    let samples = without_gaps(track.samples.iter().cloned());
     let truth = samples.iter().map(|sample| {
         let is_measured = sample.quality != Quality::Held;
         is_measured.then(|| TrueState::of(&sample.observation()))
