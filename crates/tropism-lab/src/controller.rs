@@ -137,7 +137,7 @@ impl ControllerSpec {
     #[must_use]
     pub fn own_model_sha256(&self) -> Option<&str> {
         match self {
-            Self::Periodic { .. } | Self::Greedy => None,
+            Self::Periodic { .. } | Self::Greedy | Self::Plan(_) => None,
             Self::Network { champion } => champion.model_sha256.as_deref(),
             Self::Rule { tuned } => tuned.model_sha256.as_deref(),
         }

@@ -94,15 +94,15 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
         again.resume = true;
         assert!(interruptions < 100);
         let status = status(&again);
-        assert!(!status.is_over && status.worlds[0].controllers == 4, "{status:?}");
+        assert!(!status.is_over && status.worlds[0].controllers == 6, "{status:?}");
     };
     assert!(interruptions > 0);
     let LaboratoriesStatus { is_over, worlds, .. } = status(&again);
     let judged: Vec<_> = worlds.iter().map(|world| world.judged.as_ref().unwrap().done()).collect();
-    // A lamp that stays lit, chase, the bound and four controllers on three plants.
+    // A lamp that stays lit, chase, the bound and six controllers on three plants.
     assert_eq!(
         (is_over, worlds[1].has_bound, worlds[1].controllers_done, judged),
-        (true, Some(true), 4, vec![21; 2])
+        (true, Some(true), 6, vec![27; 2])
     );
     for (one, other) in results.worlds.iter().zip(&resumed.worlds) {
         for (one, other) in one.recipes.iter().zip(&other.recipes) {
