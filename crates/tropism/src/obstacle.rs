@@ -341,16 +341,21 @@ impl Obstacle {
     }
 }
 
+/// More than the error of a computed distance, in cm.
+const ROUNDING_CM: f64 = 1e-9;
+
 /// Where `stem` is nearest to any of `obstacles`; `None` without obstacles, or without a stem of two points.
 #[must_use]
 pub fn clearance(obstacles: &[Obstacle], stem: &Polyline) -> Option<Clearance> {
     let mut nearest: Option<Clearance> = None;
+    let of_vertices = stem.0.iter().flat_map(|&vertex| obstacles.iter().map(move |one| one.distance(vertex)));
+    let bound = of_vertices.fold(f64::INFINITY, f64::min) + ROUNDING_CM;
     for pair in stem.0.windows(2) {
         let length = pair[0].distance(pair[1]);
         for obstacle in obstacles {
             // No point of the segment is nearer than its middle by more than half its length.
             let least = obstacle.distance(pair[0].lerp(pair[1], 0.5)) - 0.5 * length;
-            if nearest.is_some_and(|nearest| least >= nearest.distance_cm) {
+            if least > bound || nearest.is_some_and(|nearest| least >= nearest.distance_cm) {
                 continue;
             }
             let count = (length / SPACING_CM).ceil().max(1.0);
