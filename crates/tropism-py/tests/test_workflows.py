@@ -73,6 +73,22 @@ def test_the_whole_way_from_beans_to_a_report(model: Path, tmp_path: Path) -> No
     assert report.figures() and "<svg" in report._repr_html_()
 
 
+def test_forecasts_of_models_are_compared(beans: Path, model: Path, tmp_path: Path) -> None:
+    tropism.fit(tracks=[beans], kind="stem", out=tmp_path / "stem.json", monitor=False)
+    models = [model, tmp_path / "stem.json"]
+    found = tropism.forecast(models=models, plants=2, horizons_min=[60, 360], out=tmp_path / "out", monitor=False)
+    assert found.is_virtual and found.horizons_min == [60, 360]
+    for light in found.lights:
+        assert [row.name for row in light.models] == ["standing still", "model", "stem"]
+        still, tip, stem = light.models
+        assert tip.stem is None and len(stem.stem) == 2
+        # Six hours ahead any model is nearer than a plant that stands still.
+        assert max(tip.tip[1].mean_cm, stem.tip[1].mean_cm) < still.tip[1].mean_cm
+    assert (tmp_path / "out" / "forecast.json").exists()
+    with pytest.raises(tropism.PlanError, match="found no `models`"):
+        tropism.forecast()
+
+
 def test_a_run_in_the_virtual_tent_becomes_a_track(tmp_path: Path) -> None:
     config = tropism.PLANS["run"]().complete()["config"]
     config["task"] = {"kind": "open_loop", "max_steps": 4}

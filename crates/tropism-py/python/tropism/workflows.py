@@ -142,6 +142,21 @@ class FitPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ForecastPlan(Plan):
+    """Compares models by their forecasts of plants of which none was made; without `tracks`, of virtual beans."""
+
+    workflow: ClassVar[str] = "forecast"
+    models: Sequence[PathLike] | None = None
+    tracks: Sequence[PathLike] | None = None
+    plants: int | None = None
+    horizons_min: Sequence[float] | None = None
+    interval_min: float | None = None
+    greenhouse: Settings | None = None
+    seed: int | None = None
+    out: PathLike | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class EvolvePlan(Plan):
     """Evolves controllers on a model."""
 
@@ -300,6 +315,7 @@ grow = _function(GrowPlan, "grow")
 run = _function(RunPlan, "run")
 track = _function(TrackPlan, "track")
 fit = _function(FitPlan, "fit")
+forecast = _function(ForecastPlan, "forecast")
 evolve = _function(EvolvePlan, "evolve")
 tune = _function(TunePlan, "tune")
 simulate = _function(SimulatePlan, "simulate")
