@@ -17,9 +17,9 @@ from typing import Any
 
 from tropism import _core
 from tropism.monitor import Monitor, Progress
-from tropism.results import Results
+from tropism.results import SweepResults
 from tropism.storage import Mirror, execute_at, execute_unit, is_address
-from tropism.workflows import SweepPlan, execute
+from tropism.workflows import SweepPlan, execute_sweep
 
 
 def _absolute(plan: SweepPlan) -> SweepPlan:
@@ -136,7 +136,7 @@ def sweep_on_ray(
     threads: int,
     retries: int,
     storage_options: Mapping[str, Any] | None = None,
-) -> Results:
+) -> SweepResults:
     """Executes the units of a sweep on Ray, and then makes the table from their folders.
 
     `units` of the results tells what each unit cost and where it worked.
@@ -145,9 +145,9 @@ def sweep_on_ray(
         plan, address=address, workers=workers, threads=threads, retries=retries, storage_options=storage_options
     )
     table = replace(_absolute(plan), threads=None, resume=True, monitor=False)
-    results = execute_at(table, storage_options) if is_address(plan.out) else execute(table)
+    results = execute_at(table, storage_options) if is_address(plan.out) else execute_sweep(table)
     keys = ("number", "host", "process", "wall_seconds", "cpu_seconds", "bytes")
-    return Results({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
+    return SweepResults({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
 
 
 def main() -> int:

@@ -18,8 +18,8 @@ from typing import Any
 
 from tropism import _core
 from tropism.monitor import Monitor, Progress
-from tropism.results import Results
-from tropism.workflows import SweepPlan, execute
+from tropism.results import SweepResults
+from tropism.workflows import SweepPlan, execute_sweep
 
 #: Seconds between two looks at what changed. Chosen: far below the minute between two checkpoints.
 PUSH_S = 1.0
@@ -157,7 +157,7 @@ class Pushing(Monitor):
         return self._next.may_go_on()
 
 
-def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> Results:
+def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResults:
     """Executes a sweep on this machine whose `out` is an address."""
     address = os.fspath(plan.out or "")
     with mirror_of(address, options) as mirror:
@@ -172,7 +172,7 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> Results:
         if model.exists():
             config["model"] = os.fspath(model)
         try:
-            results = execute(replace(plan, out=mirror.folder, config=config, monitor=listener))
+            results = execute_sweep(replace(plan, out=mirror.folder, config=config, monitor=listener))
         finally:
             mirror.push()
             if progress is not None:

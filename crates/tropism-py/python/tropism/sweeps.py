@@ -10,9 +10,9 @@ from typing import Any, Literal
 
 from tropism import _core
 from tropism.monitor import Monitor
-from tropism.results import Results
+from tropism.results import SweepResults
 from tropism.storage import execute_at, is_address
-from tropism.workflows import PathLike, SweepPlan, execute
+from tropism.workflows import PathLike, SweepPlan, execute_sweep
 
 
 def sweep(
@@ -29,7 +29,7 @@ def sweep(
     retries: int = 3,
     storage_options: Mapping[str, Any] | None = None,
     monitor: Monitor | Literal[False] | None = None,
-) -> Results:
+) -> SweepResults:
     """Executes a sweep: seeds times settings, one unit of work each, and one table.
 
     `plan` is a SweepPlan, the settings of a sweep file as a mapping, or the path of such a file. `grid` and `model` replace those
@@ -53,7 +53,7 @@ def sweep(
     if resume is not None:
         chosen = replace(chosen, resume=resume)
     if engine == "local":
-        return execute_at(chosen, storage_options) if is_address(chosen.out) else execute(chosen)
+        return execute_at(chosen, storage_options) if is_address(chosen.out) else execute_sweep(chosen)
     if engine != "ray":
         raise _core.PlanError(f"found engine {engine!r}, wanted local or ray")
     from tropism.ray_engine import sweep_on_ray
