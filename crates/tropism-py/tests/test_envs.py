@@ -112,7 +112,7 @@ def greedy(env: Any) -> Any:
     """The core's greedy rule for the task of an environment, as a function of its observation."""
     bare = env.unwrapped
     controller = CoreController({"kind": "greedy"}, task=bare.task, layout=bare.layout)
-    is_in_space = bare.task["kind"] == "space"
+    is_in_space = bare.task["kind"] in ("space", "spiral")
     return lambda seen: controller.decide_at(seen[0], seen[1], seen[2] if is_in_space else None)
 
 
@@ -235,6 +235,15 @@ def test_each_of_four_lamps_pulls_the_tip_to_its_side() -> None:
         ends.append(seen)
     left, right, front, back = ends
     assert left[0] < -1 < 1 < right[0] and back[2] < -1 < 1 < front[2]
+
+
+def test_winding_round_a_pole_is_a_task_in_space(tmp_path: Path) -> None:
+    env = gymnasium.make("tropism/Space-v0", task={"kind": "spiral", "end_height_cm": 12.0}, tip="detector")
+    rows, infos, fitness = steered(env, 2)
+    assert rows[-1][1] >= 12.0 and infos[-1]["target_distances_cm"].shape == (0,)
+    task = env.unwrapped.task
+    plan = {"plants": 1, "seed": 2, "task": task, "greenhouse": loop.greenhouse_for(task), "out": tmp_path / "grown"}
+    assert tropism.grow(controller={"kind": "greedy"}, monitor=False, **plan).fitness == [fitness] != [0.0]
 
 
 def test_tasks_go_to_the_environment_that_knows_them() -> None:
