@@ -179,7 +179,7 @@ pub(crate) fn rig_loop<'py>(
     let layout: Layout = parsed("layout", layout)?;
     let calibration: Calibration = parsed("calibration", calibration)?;
     let vision: VisionConfig = parsed("vision", vision)?;
-    let front = calibration.clone();
+    let front = calibration;
     let tracker = TipTracker::new(calibration, vision).map_err(refused)?.with_period(period_min);
     let mut controller = controller_of(controller, &task, &layout, period_min, &trouble)?;
     let period = Duration::try_from_secs_f64(period_min * 60.0).map_err(refused)?;
