@@ -10,6 +10,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use rayon::prelude::*;
+use tropism::geometry::space::{SpacePoint, resampled};
 use tropism::geometry::{Point, Polyline, STEM_POINTS};
 use tropism::greenhouse::bean::{Bean, Population, lamp_powers};
 use tropism::greenhouse::detector;
@@ -17,15 +18,18 @@ use tropism::greenhouse::pose::Pose;
 use tropism::greenhouse::render::Renderer;
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::greenhouse::view::project;
+use tropism::greenhouse::view::{View, project};
 use tropism::lamps::{Layout, Light};
-use tropism::observation::Observation;
+use tropism::observation::{Depth, Observation};
+use tropism::obstacle::{Solid, clearance};
 use tropism::plant::PlantModel;
 use tropism::random::{self, NoiseStream, Purpose};
 use tropism::task::{Task, TaskSpec};
+use tropism::track::{Sample, Track};
 
-use crate::error::{parsed, refused};
+use crate::error::refused;
 use crate::model::{AnyModel, Model};
+use crate::tent::{opened_for, task_of};
 use crate::threads::check_fork;
 
 /// Most plants of a shard. Chosen by measurement: beans of about as many segments find each other in the vector lanes.
@@ -39,6 +43,109 @@ type Steps<'py> = (
     Bound<'py, PyArray1<bool>>,
 );
 
+/// Of each plant: whether its stem touches an obstacle, its gap in cm, the observations so far at which it touched, and the
+/// distance of its tip from each target at the target's height, in cm; infinite before.
+type Progress<'py> = (
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray2<f64>>,
+);
+
+/// Where a stem presses on a solid: the solid's number, the place in cm, and the force on the stem in dyn.
+type Contact = (usize, SpacePoint, SpacePoint);
+
+/// The gap that is told where there is no obstacle, in cm: the bound of all places.
+const NO_OBSTACLE_CM: f64 = 100.0;
+
+/// What an observation holds.
+#[derive(Clone, Copy, PartialEq)]
+enum Sight {
+    /// x and y of the tip.
+    Tip,
+    /// The tip, and ten points of the stem from the base up.
+    Stem,
+    /// The tip, the stem, and of the obstacle that is nearest to the stem: the gap between their surfaces, the point of the stem,
+    /// and the point of the obstacle.
+    Obstacles,
+    /// x, y and z of the tip.
+    Space,
+}
+
+impl Sight {
+    /// Numbers of an observation.
+    const fn width(self) -> usize {
+        match self {
+            Self::Tip => 2,
+            Self::Stem => 2 + 2 * STEM_POINTS,
+            Self::Obstacles => 2 + 2 * STEM_POINTS + 5,
+            Self::Space => 3,
+        }
+    }
+}
+
+/// Most numbers of an observation.
+const MOST_WIDTH: usize = Sight::Obstacles.width();
+
+/// What all episodes of a batch share.
+struct Episodes {
+    task: TaskSpec,
+    sight: Sight,
+    /// The targets as the front camera sees them: a copy, for quick comparisons.
+    targets: Vec<Point>,
+}
+
+impl Episodes {
+    fn new(task: TaskSpec, sight: Sight) -> Self {
+        Self { targets: task.targets(), task, sight }
+    }
+
+    /// Whether contacts and targets are counted.
+    fn has_progress(&self) -> bool {
+        matches!(self.sight, Sight::Obstacles | Sight::Space)
+    }
+
+    /// The gap between stem and obstacles, in cm, and whether they touch.
+    fn gap(&self, seen: &Observation) -> (f64, bool) {
+        match &self.task {
+            TaskSpec::Obstacles(task) => (task.gap(seen).min(NO_OBSTACLE_CM), task.touches(seen)),
+            _ => (NO_OBSTACLE_CM, false),
+        }
+    }
+
+    /// Distance of `seen` from target `number`, as the task measures it where the tip reaches the target's height, in cm.
+    fn distance(&self, number: usize, seen: &Observation) -> f64 {
+        let Observation { tip, stem, depth, quality } = seen.clone();
+        let sample = Sample { step: 0, time_s: 0.0, tip, stem, depth, light: None, quality };
+        let crossings = self.task.crossings(&Track::of(vec![sample]));
+        crossings.get(number).copied().flatten().map_or(f64::INFINITY, |crossing| crossing.distance_cm)
+    }
+
+    /// Writes the numbers of an observation.
+    fn put(&self, seen: &Observation, row: &mut [f64]) {
+        let (tip, rest) = row.split_at_mut(2);
+        tip.copy_from_slice(&[seen.tip.x, seen.tip.y]);
+        match self.sight {
+            Sight::Tip => {}
+            Sight::Space => rest[0] = seen.depth.as_ref().map_or(0.0, |depth| depth.tip_cm),
+            Sight::Stem | Sight::Obstacles => {
+                let (stem, nearest) = rest.split_at_mut(2 * STEM_POINTS);
+                let points = seen.stem.as_ref().map_or(&[][..], |Polyline(points)| points);
+                for (slot, point) in stem.chunks_exact_mut(2).zip(points) {
+                    slot.copy_from_slice(&[point.x, point.y]);
+                }
+                if self.sight == Sight::Obstacles {
+                    let found = seen.stem.as_ref().and_then(|stem| clearance(self.task.obstacles(), stem));
+                    let (on_stem, on_obstacle) =
+                        found.map_or((seen.tip, seen.tip), |found| (found.stem, found.obstacle));
+                    let gap = self.gap(seen).0;
+                    nearest.copy_from_slice(&[gap, on_stem.x, on_stem.y, on_obstacle.x, on_obstacle.y]);
+                }
+            }
+        }
+    }
+}
+
 /// A kind of plants that grow side by side.
 trait Plants: Send + Sync {
     /// A place holds the plant of episode `episode` under `seed`, before its first step.
@@ -48,6 +155,8 @@ trait Plants: Send + Sync {
     fn observe(&mut self, place: usize) -> Observation;
     /// What a camera sees, for kinds that have a shape in space.
     fn pose(&self, place: usize) -> Option<Pose>;
+    /// Where a plant presses on solids.
+    fn contact_points(&self, place: usize) -> Vec<Contact>;
 }
 
 /// Plants of a model.
@@ -90,58 +199,104 @@ where
     fn pose(&self, _place: usize) -> Option<Pose> {
         None
     }
+
+    fn contact_points(&self, _place: usize) -> Vec<Contact> {
+        Vec::new()
+    }
 }
 
 /// The detector's noise of one plant.
 type Detector = Box<dyn FnMut(&Pose) -> Observation + Send + Sync>;
 
+/// What is known of virtual beans at each step.
+#[derive(Clone, Copy)]
+struct Senses {
+    /// Whether the tip is that of the paper's detector, with its grid and noise.
+    has_detector: bool,
+    has_stem: bool,
+    in_space: bool,
+}
+
+impl Senses {
+    /// The plant as it is.
+    fn truth(self, bean: &Bean) -> Observation {
+        if !self.has_stem && !self.in_space {
+            return Observation::simulated(project(bean.apex()));
+        }
+        let pose = bean.pose();
+        if !self.in_space {
+            let stem = Some(detector::midline(&pose));
+            return Observation { stem, ..Observation::simulated(project(pose.apex())) };
+        }
+        let nodes: Vec<SpacePoint> = pose.stem.iter().map(|node| node.at).collect();
+        let stem = if self.has_stem { resampled(&nodes, STEM_POINTS) } else { Vec::new() };
+        let [x, y, z] = pose.apex();
+        Observation {
+            stem: self.has_stem.then(|| Polyline(stem.iter().map(|&[x, y, _]| Point::new(x, y)).collect())),
+            depth: Some(Depth { tip_cm: z, stem_cm: stem.iter().map(|point| point[2]).collect() }),
+            ..Observation::simulated(Point::new(x, y))
+        }
+    }
+
+    /// The detector with the noise of the plant of `seed`, as `tropism grow` has it; `None` where the truth is seen.
+    fn detector(self, seed: u64) -> Option<Detector> {
+        if !self.has_detector {
+            return None;
+        }
+        let stream = |index| random::stream(seed, Purpose::Camera, index);
+        let (mut of_tip, mut of_stem) = (stream(0), stream(1));
+        let mut of_side = self.in_space.then(|| stream(2));
+        Some(Box::new(move |pose| {
+            let tip = detector::detect(pose, &mut of_tip);
+            let stem = Some(detector::detect_stem(pose, &mut of_stem));
+            let seen = Observation { stem, ..Observation::simulated(tip) };
+            match &mut of_side {
+                Some(noise) => detector::detect_in_space(pose, seen, noise),
+                None => seen,
+            }
+        }))
+    }
+}
+
 /// Virtual beans.
 struct Beans {
     greenhouse: Greenhouse,
     period_min: f64,
+    senses: Senses,
+    /// From which of the series under a seed the plants are.
+    series: Purpose,
     population: Population,
-    /// For each plant; `None` where the true tip is seen.
-    detectors: Option<Vec<Detector>>,
+    /// For each plant; `None` where the plant is seen as it is.
+    detectors: Vec<Option<Detector>>,
     powers: Vec<[f64; tropism::lamps::MAX_LAMPS]>,
 }
 
 impl Beans {
-    fn new(greenhouse: Greenhouse, period_min: f64, count: usize, has_detector: bool) -> Self {
-        let mut beans = Self {
-            population: Population::new(Vec::new()),
-            detectors: has_detector.then(|| (0..count).map(|_| detector_of(0)).collect()),
+    fn new(greenhouse: Greenhouse, period_min: f64, count: usize, senses: Senses, series: Purpose) -> Self {
+        let seedling = seedling(&greenhouse, 0);
+        Self {
+            population: Population::new(vec![seedling; count]),
+            detectors: (0..count).map(|_| None).collect(),
             powers: Vec::new(),
             greenhouse,
             period_min,
-        };
-        beans.population.beans = (0..count).map(|_| beans.seedling(0)).collect();
-        beans
-    }
-
-    fn seedling(&self, seed: u64) -> Bean {
-        let Greenhouse { bean, scale, layout, solids, .. } = &self.greenhouse;
-        Bean::new(bean.draw(seed, *scale), seed).under(layout).among(solids)
+            senses,
+            series,
+        }
     }
 }
 
-/// The paper's detector with the noise of the plant of `seed`, as `tropism grow` has it.
-fn detector_of(seed: u64) -> Detector {
-    let mut tip = random::stream(seed, Purpose::Camera, 0);
-    let mut stem = random::stream(seed, Purpose::Camera, 1);
-    Box::new(move |pose| Observation {
-        stem: Some(detector::detect_stem(pose, &mut stem)),
-        ..Observation::simulated(detector::detect(pose, &mut tip))
-    })
+fn seedling(greenhouse: &Greenhouse, seed: u64) -> Bean {
+    let Greenhouse { bean, scale, layout, solids, .. } = greenhouse;
+    Bean::new(bean.draw(seed, *scale), seed).under(layout).among(solids)
 }
 
 impl Plants for Beans {
     fn begin(&mut self, place: usize, _start: Point, seed: u64, episode: u32) {
-        // The plants of `tropism grow` with this seed, in order.
-        let seed = random::derive(seed, Purpose::Plant, episode.into()) >> 1;
-        self.population.beans[place] = self.seedling(seed);
-        if let Some(detectors) = &mut self.detectors {
-            detectors[place] = detector_of(seed);
-        }
+        // The plants of `tropism grow` or `tropism transfer` with this seed, in order.
+        let seed = random::derive(seed, self.series, episode.into()) >> 1;
+        self.population.beans[place] = seedling(&self.greenhouse, seed);
+        self.detectors[place] = self.senses.detector(seed);
     }
 
     fn advance(&mut self, lights: &[Option<Light>]) {
@@ -152,14 +307,19 @@ impl Plants for Beans {
 
     fn observe(&mut self, place: usize) -> Observation {
         let bean = &self.population.beans[place];
-        match &mut self.detectors {
-            Some(detectors) => detectors[place](&bean.pose()),
-            None => Observation::simulated(project(bean.apex())),
+        match &mut self.detectors[place] {
+            Some(detector) => detector(&bean.pose()),
+            None => self.senses.truth(bean),
         }
     }
 
     fn pose(&self, place: usize) -> Option<Pose> {
         Some(self.population.beans[place].pose())
+    }
+
+    fn contact_points(&self, place: usize) -> Vec<Contact> {
+        let contacts = self.population.beans[place].contacts();
+        contacts.into_iter().map(|contact| (contact.solid, contact.at, contact.force)).collect()
     }
 }
 
@@ -173,6 +333,22 @@ struct Place {
     seen: Observation,
     light: Option<Light>,
     is_over: bool,
+    /// Observations at which the stem touched an obstacle.
+    contact_steps: u32,
+    /// Distance of the tip from each target at the target's height, in cm; infinite before.
+    distances: Vec<f64>,
+}
+
+impl Place {
+    /// Counts what is seen now.
+    fn count(&mut self, episodes: &Episodes) {
+        self.contact_steps += u32::from(episodes.gap(&self.seen).1);
+        for (number, target) in episodes.targets.iter().enumerate() {
+            if self.distances[number].is_infinite() && self.seen.tip.y >= target.y {
+                self.distances[number] = episodes.distance(number, &self.seen);
+            }
+        }
+    }
 }
 
 /// Episodes that work on one thread.
@@ -191,15 +367,21 @@ struct Rows<'a> {
 }
 
 impl Shard {
-    fn begin(&mut self, place: usize, task: &TaskSpec) {
-        let Place { seed, episode, .. } = self.places[place];
-        self.plants.begin(place, task.start(), seed, episode);
-        let seen = self.plants.observe(place);
-        self.places[place] =
-            Place { seed, episode, step: 0, first: seen.clone(), seen, light: None, is_over: false };
+    fn begin(&mut self, place: usize, episodes: &Episodes) {
+        let own = &mut self.places[place];
+        self.plants.begin(place, episodes.task.start(), own.seed, own.episode);
+        own.seen = self.plants.observe(place);
+        own.first = own.seen.clone();
+        (own.step, own.light, own.is_over, own.contact_steps) = (0, None, false, 0);
+        if episodes.has_progress() {
+            own.distances.clear();
+            own.distances.resize(episodes.targets.len(), f64::INFINITY);
+            own.count(episodes);
+        }
     }
 
-    fn step(&mut self, task: &TaskSpec, actions: &[Light], rows: &mut Rows<'_>, width: usize) {
+    fn step(&mut self, episodes: &Episodes, actions: &[Light], rows: &mut Rows<'_>) {
+        let (task, width) = (&episodes.task, episodes.sight.width());
         self.lights.clear();
         let lit = self.places.iter().zip(actions).map(|(place, light)| (!place.is_over).then_some(*light));
         self.lights.extend(lit);
@@ -208,8 +390,8 @@ impl Shard {
             let observation = &mut rows.observations[place * width..(place + 1) * width];
             if self.places[place].is_over {
                 self.places[place].episode += 1;
-                self.begin(place, task);
-                put(&self.places[place].seen, observation);
+                self.begin(place, episodes);
+                episodes.put(&self.places[place].seen, observation);
                 continue;
             }
             let after = self.plants.observe(place);
@@ -222,18 +404,11 @@ impl Shard {
             rows.truncated[place] = !rows.terminated[place] && own.step >= task.max_steps();
             own.is_over = rows.terminated[place] || rows.truncated[place];
             own.seen = after;
-            put(&own.seen, observation);
+            if episodes.has_progress() {
+                own.count(episodes);
+            }
+            episodes.put(&own.seen, observation);
         }
-    }
-}
-
-/// The tip, and after it the points of the stem if there is room for them.
-fn put(seen: &Observation, row: &mut [f64]) {
-    let (tip, stem) = row.split_at_mut(2);
-    tip.copy_from_slice(&[seen.tip.x, seen.tip.y]);
-    let points = seen.stem.as_ref().map_or(&[][..], |Polyline(points)| points);
-    for (slot, point) in stem.chunks_exact_mut(2).zip(points) {
-        slot.copy_from_slice(&[point.x, point.y]);
     }
 }
 
@@ -241,29 +416,26 @@ fn put(seen: &Observation, row: &mut [f64]) {
 #[pyclass(module = "tropism._core")]
 pub(crate) struct Batch {
     shards: Vec<Shard>,
-    task: TaskSpec,
+    episodes: Episodes,
     layout: Layout,
+    /// Solids of the virtual tent.
+    solids: Vec<Solid>,
     count: usize,
-    /// Numbers of an observation.
-    width: usize,
     period_min: f64,
 }
 
 impl Batch {
     fn new(
-        task: &str,
+        episodes: Episodes,
         layout: Layout,
         period_min: f64,
         count: usize,
-        has_stem: bool,
         plants: impl Fn(usize) -> Box<dyn Plants>,
     ) -> PyResult<Self> {
-        let task: TaskSpec = parsed("task", task)?;
-        task.check().map_err(refused)?;
         if count == 0 {
             return Err(refused("found 0 plants, wanted at least one"));
         }
-        let nothing = Observation::simulated(task.start());
+        let nothing = Observation::simulated(episodes.task.start());
         let place = Place {
             seed: 0,
             episode: 0,
@@ -272,13 +444,14 @@ impl Batch {
             seen: nothing,
             light: None,
             is_over: true,
+            contact_steps: 0,
+            distances: Vec::new(),
         };
         let shards = (0..count.div_ceil(MOST_IN_SHARD)).map(|shard| {
             let size = MOST_IN_SHARD.min(count - shard * MOST_IN_SHARD);
             Shard { plants: plants(size), places: vec![place.clone(); size], lights: Vec::new() }
         });
-        let width = if has_stem { 2 + 2 * STEM_POINTS } else { 2 };
-        Ok(Self { shards: shards.collect(), task, layout, count, width, period_min })
+        Ok(Self { shards: shards.collect(), episodes, layout, solids: Vec::new(), count, period_min })
     }
 
     fn place(&self, place: usize) -> PyResult<(&Shard, usize)> {
@@ -296,12 +469,15 @@ impl Batch {
     }
 
     fn observations(&self) -> Array2<f64> {
-        let mut observations = Array2::zeros((self.count, self.width));
-        let places = self.shards.iter().flat_map(|shard| &shard.places);
-        for (place, mut row) in places.zip(observations.outer_iter_mut()) {
-            put(&place.seen, row.as_slice_mut().expect("rows of a whole array"));
+        let mut observations = Array2::zeros((self.count, self.episodes.sight.width()));
+        for (place, mut row) in self.places().zip(observations.outer_iter_mut()) {
+            self.episodes.put(&place.seen, row.as_slice_mut().expect("rows of a whole array"));
         }
         observations
+    }
+
+    fn places(&self) -> impl Iterator<Item = &Place> {
+        self.shards.iter().flat_map(|shard| &shard.places)
     }
 }
 
@@ -312,7 +488,7 @@ impl Batch {
     #[pyo3(signature = (model, task, count=1, has_stem=false))]
     fn of_model(model: &Model, task: &str, count: usize, has_stem: bool) -> PyResult<Self> {
         let (layout, period_min) = (model.0.layout().clone(), model.0.period_min());
-        if has_stem && !matches!(&*model.0, AnyModel::Stem(_)) {
+        if has_stem && !matches!(&*model.0, AnyModel::Stem(_) | AnyModel::Lstm(_)) {
             return Err(refused(
                 "found a model of the tip, wanted one of the stem: Model.of_virtual_beans(\"stem\")",
             ));
@@ -322,29 +498,55 @@ impl Batch {
                 AnyModel::Tip(model) => Box::new(Simulated::new(Arc::clone(model), size)),
                 AnyModel::Memory(model) => Box::new(Simulated::new(Arc::clone(model), size)),
                 AnyModel::Stem(model) => Box::new(Simulated::new(Arc::clone(model), size)),
+                AnyModel::Lstm(model) => Box::new(Simulated::new(Arc::clone(model), size)),
                 AnyModel::Python(_) => unreachable!("models of Python are no `Model`"),
             }
         };
-        Self::new(task, layout, period_min, count, has_stem, plants)
+        let sight = if has_stem { Sight::Stem } else { Sight::Tip };
+        Self::new(Episodes::new(task_of(task)?, sight), layout, period_min, count, plants)
     }
 
-    /// `count` virtual beans of a greenhouse (JSON), for a task (JSON). `tip` is true or detector.
+    /// `count` virtual beans of a greenhouse (JSON), for a task (JSON). `tip` is true or detector; `sight` is tip, obstacles or
+    /// space: what an observation holds; `plants` is grow or transfer: which plants a seed stands for.
     #[staticmethod]
-    #[pyo3(signature = (greenhouse, task, count=1, period_min=5.0, tip="true"))]
-    fn of_beans(greenhouse: &str, task: &str, count: usize, period_min: f64, tip: &str) -> PyResult<Self> {
-        let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
-        greenhouse.check().map_err(refused)?;
-        if !["true", "detector"].contains(&tip) {
-            return Err(refused(format!("found tip {tip:?}, wanted true or detector")));
+    #[pyo3(signature = (greenhouse, task, count=1, period_min=5.0, tip="true", sight="tip", plants="grow"))]
+    fn of_beans(
+        greenhouse: &str,
+        task: &str,
+        count: usize,
+        period_min: f64,
+        tip: &str,
+        sight: &str,
+        plants: &str,
+    ) -> PyResult<Self> {
+        let task = task_of(task)?;
+        let greenhouse = opened_for(&task, greenhouse)?;
+        let has_detector = one_of("tip", tip, [("true", false), ("detector", true)])?;
+        let places = [("tip", Sight::Tip), ("obstacles", Sight::Obstacles), ("space", Sight::Space)];
+        let sight = one_of("sight", sight, places)?;
+        let series = one_of("plants", plants, [("grow", Purpose::Plant), ("transfer", Purpose::Judge)])?;
+        if task.is_in_space() != (sight == Sight::Space) {
+            let (found, wanted) = if sight == Sight::Space {
+                ("in the plane", "one in space, such as {\"kind\": \"space\"}")
+            } else {
+                ("in space", "one in the plane of the front camera: tropism/Space-v0 is for tasks in space")
+            };
+            return Err(refused(format!("task: found a task {found}, wanted {wanted}")));
         }
         if !(0.01..=1440.0).contains(&period_min) {
             return Err(refused(format!("found period_min {period_min}, wanted 0.01 to 1440")));
         }
-        let layout = greenhouse.layout.clone();
-        let plants = |size| -> Box<dyn Plants> {
-            Box::new(Beans::new(greenhouse.clone(), period_min, size, tip == "detector"))
+        let senses = Senses {
+            has_detector,
+            has_stem: sight == Sight::Obstacles || task.is_about_stem() || !task.shape().is_empty(),
+            in_space: task.is_in_space(),
         };
-        Self::new(task, layout, period_min, count, false, plants)
+        let (layout, solids) = (greenhouse.layout.clone(), greenhouse.solids.clone());
+        let plants = |size| -> Box<dyn Plants> {
+            Box::new(Beans::new(greenhouse.clone(), period_min, size, senses, series))
+        };
+        let batch = Self::new(Episodes::new(task, sight), layout, period_min, count, plants)?;
+        Ok(Self { solids, ..batch })
     }
 
     fn __len__(&self) -> usize {
@@ -358,7 +560,7 @@ impl Batch {
 
     #[getter]
     fn width(&self) -> usize {
-        self.width
+        self.episodes.sight.width()
     }
 
     #[getter]
@@ -366,14 +568,37 @@ impl Batch {
         self.period_min
     }
 
+    /// The targets: x, y, z in cm; z is 0 in the plane of the front camera.
     #[getter]
-    fn targets(&self) -> Vec<(f64, f64)> {
-        self.task.targets().iter().map(|target| (target.x, target.y)).collect()
+    fn targets(&self) -> Vec<SpacePoint> {
+        let in_plane = || self.episodes.targets.iter().map(|target| [target.x, target.y, 0.0]).collect();
+        self.episodes.task.way_in_space().unwrap_or_else(in_plane)
     }
 
     #[getter]
     fn best_fitness(&self) -> Option<f64> {
-        self.task.best_fitness()
+        self.episodes.task.best_fitness()
+    }
+
+    /// The lamps with their places, as JSON.
+    #[getter]
+    fn layout(&self) -> PyResult<String> {
+        serde_json::to_string(&self.layout).map_err(refused)
+    }
+
+    /// The task with all its keys, as JSON.
+    #[getter]
+    fn task(&self) -> PyResult<String> {
+        serde_json::to_string(&self.episodes.task).map_err(refused)
+    }
+
+    /// Distance from a target within which a task among obstacles wants the tip, in cm; `None` for other tasks.
+    #[getter]
+    fn reach_cm(&self) -> Option<f64> {
+        match &self.episodes.task {
+            TaskSpec::Obstacles(task) => Some(task.reach_cm),
+            _ => None,
+        }
     }
 
     /// Begins all episodes: episode 0 under a seed each, or without seeds the next one under each one's seed.
@@ -389,7 +614,7 @@ impl Batch {
         {
             return Err(refused(format!("found {} seeds, wanted {}", seeds.len(), self.count)));
         }
-        let task = &self.task;
+        let episodes = &self.episodes;
         py.detach(|| {
             self.shards.par_iter_mut().enumerate().for_each(|(number, shard)| {
                 for place in 0..shard.places.len() {
@@ -398,7 +623,7 @@ impl Batch {
                         Some(seeds) => (own.seed, own.episode) = (seeds[number * MOST_IN_SHARD + place], 0),
                         None => own.episode += 1,
                     }
-                    shard.begin(place, task);
+                    shard.begin(place, episodes);
                 }
             });
         });
@@ -413,10 +638,10 @@ impl Batch {
             return Err(refused(format!("found {} actions, wanted {}", actions.len(), self.count)));
         }
         let lights = actions.iter().map(|number| self.light(*number)).collect::<PyResult<Vec<Light>>>()?;
-        let mut observations = vec![0.0; self.count * self.width];
+        let (episodes, width) = (&self.episodes, self.episodes.sight.width());
+        let mut observations = vec![0.0; self.count * width];
         let mut rewards = vec![0.0; self.count];
         let (mut terminated, mut truncated) = (vec![false; self.count], vec![false; self.count]);
-        let (task, width) = (&self.task, self.width);
         py.detach(|| {
             let rows = observations
                 .chunks_mut(MOST_IN_SHARD * width)
@@ -432,7 +657,7 @@ impl Batch {
             let mut work: Vec<_> =
                 self.shards.iter_mut().zip(lights.chunks(MOST_IN_SHARD)).zip(rows).collect();
             let step = |((shard, lights), rows): &mut ((&mut Shard, &[Light]), Rows<'_>)| {
-                shard.step(task, lights, rows, width);
+                shard.step(episodes, lights, rows);
             };
             match &mut work[..] {
                 [one] => step(one),
@@ -454,16 +679,16 @@ impl Batch {
         if self.count != 1 {
             return Err(refused(format!("found {} plants, wanted one", self.count)));
         }
-        let mut observation = [0.0; 2 + 2 * STEM_POINTS];
+        let (mut observation, width) = ([0.0; MOST_WIDTH], self.episodes.sight.width());
         let (mut reward, mut terminated, mut truncated) = ([0.0], [false], [false]);
         let mut rows = Rows {
-            observations: &mut observation[..self.width],
+            observations: &mut observation[..width],
             rewards: &mut reward,
             terminated: &mut terminated,
             truncated: &mut truncated,
         };
-        self.shards[0].step(&self.task, &[light], &mut rows, self.width);
-        let seen = PyList::new(py, &observation[..self.width])?;
+        self.shards[0].step(&self.episodes, &[light], &mut rows);
+        let seen = PyList::new(py, &observation[..width])?;
         (seen, reward[0], terminated[0], truncated[0]).into_pyobject(py)
     }
 
@@ -482,24 +707,80 @@ impl Batch {
         Ok(shard.places[place].light.map(Light::index))
     }
 
-    /// A photograph of a bean, with flash: (height, width, 3). `None` for plants of a model, which have no shape.
-    #[pyo3(signature = (place=0, width=432, height=324))]
+    /// How far all plants have come.
+    fn progress<'py>(&self, py: Python<'py>) -> PyResult<Progress<'py>> {
+        let targets = self.episodes.targets.len();
+        if self.places().any(|place| place.distances.len() != targets) {
+            return Err(refused("found no episode with contacts and distances, wanted `reset` first"));
+        }
+        let (mut touches, mut gaps, mut contacts) = (Vec::new(), Vec::new(), Vec::new());
+        let mut distances = Vec::with_capacity(self.count * targets);
+        for place in self.places() {
+            let (gap, is_touching) = self.episodes.gap(&place.seen);
+            touches.push(is_touching);
+            gaps.push(gap);
+            contacts.push(i64::from(place.contact_steps));
+            distances.extend_from_slice(&place.distances);
+        }
+        Ok((
+            Array1::from_vec(touches).into_pyarray(py),
+            Array1::from_vec(gaps).into_pyarray(py),
+            Array1::from_vec(contacts).into_pyarray(py),
+            Array2::from_shape_vec((self.count, targets), distances).map_err(refused)?.into_pyarray(py),
+        ))
+    }
+
+    /// Where a bean presses on solids: (number of the solid, place in cm, force on the stem in dyn).
+    #[pyo3(signature = (place=0))]
+    fn contact_points(&self, place: usize) -> PyResult<Vec<Contact>> {
+        let (shard, place) = self.place(place)?;
+        Ok(shard.plants.contact_points(place))
+    }
+
+    /// A photograph of a bean, with flash: (height, width, 3). `None` for plants of a model, which have no shape. `view` is front
+    /// or side.
+    #[pyo3(signature = (place=0, width=432, height=324, view="front"))]
     fn photograph<'py>(
         &self,
         py: Python<'py>,
         place: usize,
         width: u32,
         height: u32,
+        view: &str,
     ) -> PyResult<Option<Bound<'py, PyArray3<u8>>>> {
+        let view = view_of(view)?;
         let (shard, place) = self.place(place)?;
         let Some(pose) = shard.plants.pose(place) else { return Ok(None) };
         let own = &shard.places[place];
         let scene = Scene { width, height, ..Scene::default() };
         scene.check().map_err(refused)?;
-        let layout = &self.layout;
+        let (layout, solids) = (&self.layout, &self.solids);
         let image = py.detach(|| {
-            Renderer::new(&scene, own.seed).under(layout).draw(&pose, own.light, true, u64::from(own.step))
+            let mut renderer = Renderer::at(view, &scene, own.seed).under(layout).among(solids);
+            renderer.draw(&pose, own.light, true, u64::from(own.step))
         });
         crate::tent::pixels(py, image).map(Some)
     }
+}
+
+/// The value that `word` names.
+fn one_of<T: Copy, const N: usize>(key: &str, word: &str, values: [(&str, T); N]) -> PyResult<T> {
+    let found = values.iter().find(|(name, _)| *name == word).map(|(_, value)| *value);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = values.iter().map(|(name, _)| *name).collect();
+        refused(format!("{key}: found {word:?}, wanted one of {}", names.join(", ")))
+    })
+}
+
+fn view_of(word: &str) -> PyResult<View> {
+    one_of("view", word, [("front", View::Front), ("side", View::Side)])
+}
+
+/// Where a camera of the virtual tent sees a place (x, y, z in cm): x and y in the plane through the root that it faces. `view` is
+/// front or side.
+#[pyfunction]
+#[pyo3(signature = (place, view="front"))]
+pub(crate) fn seen_from(place: SpacePoint, view: &str) -> PyResult<(f64, f64)> {
+    let Point { x, y } = project(view_of(view)?.to_camera(place));
+    Ok((x, y))
 }

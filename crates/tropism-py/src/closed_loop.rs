@@ -12,13 +12,14 @@ use tropism::evolve::{Evolution, EvolutionConfig};
 use tropism::geometry::{Point, Polyline};
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Layout;
-use tropism::observation::Observation;
+use tropism::observation::{Depth, Observation};
 use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
-use tropism::rig::Rig;
+use tropism::rig::{Rig, SideView};
 use tropism::simulation::Simulation;
 use tropism::task::TaskSpec;
 use tropism::track::Sample;
+use tropism::vision::camera::stereo::{CameraPose, Side, StereoPair};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_lab::ControllerSpec;
 
@@ -64,11 +65,11 @@ impl Decider {
     }
 
     /// The lamp for what is seen now. Called once a step, in order: a controller may remember.
-    #[pyo3(signature = (x, y, stem=None))]
-    fn decide(&mut self, x: f64, y: f64, stem: Option<Vec<(f64, f64)>>) -> usize {
-        let points =
-            |stem: Vec<(f64, f64)>| Polyline(stem.into_iter().map(|(x, y)| Point::new(x, y)).collect());
-        let seen = Observation { stem: stem.map(points), ..Observation::simulated(Point::new(x, y)) };
+    #[pyo3(signature = (x, y, stem=None, z=None))]
+    fn decide(&mut self, x: f64, y: f64, stem: Option<Vec<[f64; 2]>>, z: Option<f64>) -> usize {
+        let points = |stem: Vec<[f64; 2]>| Polyline(stem.into_iter().map(Point::from).collect());
+        let depth = z.map(|tip_cm| Depth { tip_cm, stem_cm: Vec::new() });
+        let seen = Observation { stem: stem.map(points), depth, ..Observation::simulated(Point::new(x, y)) };
         self.0.decide(&seen).index()
     }
 }
@@ -138,6 +139,21 @@ pub(crate) fn grow_loop(
     finished(track, &task, &trouble)
 }
 
+/// A second camera at the side of the plant.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SideCamera<'py> {
+    camera: Bound<'py, PyAny>,
+    /// JSON.
+    calibration: String,
+    /// JSON.
+    vision: String,
+    /// Distances of the front camera and of this one from the plant, in cm.
+    distances_cm: (f64, f64),
+    /// left or right.
+    stands: String,
+}
+
 /// Closes the loop over devices of Python; returns the track and the fitness.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
@@ -153,24 +169,45 @@ pub(crate) fn rig_loop<'py>(
     period_min: f64,
     controller: &Bound<'py, PyAny>,
     task: &Bound<'py, PyAny>,
+    side: Option<SideCamera<'py>>,
 ) -> PyResult<(Track, f64)> {
     let trouble = Trouble::default();
     let task = AnyTask::of(task, &trouble)?;
+    if task.task().is_in_space() && side.is_none() {
+        return Err(refused("found a rig with one camera, wanted a second one (`side`) for a task in space"));
+    }
     let layout: Layout = parsed("layout", layout)?;
     let calibration: Calibration = parsed("calibration", calibration)?;
     let vision: VisionConfig = parsed("vision", vision)?;
+    let front = calibration;
     let tracker = TipTracker::new(calibration, vision).map_err(refused)?.with_period(period_min);
     let mut controller = controller_of(controller, &task, &layout, period_min, &trouble)?;
     let period = Duration::try_from_secs_f64(period_min * 60.0).map_err(refused)?;
     let (names, now_s) = (Rc::new(layout.clone()), Rc::new(RefCell::new(0.0)));
     let device = |object: Bound<'py, PyAny>| Device {
-        object,
+        object: object.unbind(),
         layout: Rc::clone(&names),
         trouble: trouble.clone(),
         now_s: Rc::clone(&now_s),
     };
+    let side = side.map(|side| -> PyResult<SideView> {
+        let calibration: Calibration = parsed("side.calibration", &side.calibration)?;
+        let vision: VisionConfig = parsed("side.vision", &side.vision)?;
+        let views = StereoPair {
+            front: CameraPose::new(&front, side.distances_cm.0),
+            side: CameraPose::new(&calibration, side.distances_cm.1),
+            side_from: match side.stands.as_str() {
+                "left" => Side::Left,
+                "right" => Side::Right,
+                other => return Err(refused(format!("side.stands: found {other:?}, wanted left or right"))),
+            },
+        };
+        let tracker = TipTracker::new(calibration, vision).map_err(refused)?.with_period(period_min);
+        Ok(SideView::new(Box::new(device(side.camera)), tracker, views))
+    });
+    let side = side.transpose()?;
     let (camera, lamps, flash, clock) = (device(camera), device(lamps), device(flash), device(clock));
-    let mut rig = Rig::new(camera, lamps, flash, clock, tracker, period).with_layout(layout);
+    let mut rig = Rig::new(camera, lamps, flash, clock, tracker, period).with_layout(layout).with_side(side);
     let track = environment::run(&mut rig, &mut *controller, task.task(), &mut |_| trouble.flow(py));
     let closed = rig.close();
     trouble.take()?;

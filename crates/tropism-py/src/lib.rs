@@ -28,6 +28,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<tent::TentEpisodes>()?;
     module.add_class::<closed_loop::Decider>()?;
     module.add_function(wrap_pyfunction!(tent::decode, module)?)?;
+    module.add_function(wrap_pyfunction!(tent::greenhouse_for, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::seen_from, module)?)?;
     module.add_function(wrap_pyfunction!(workflow::read_species, module)?)?;
     module.add_function(wrap_pyfunction!(closed_loop::simulate_loop, module)?)?;
     module.add_function(wrap_pyfunction!(closed_loop::grow_loop, module)?)?;

@@ -10,6 +10,7 @@ use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
 use tropism::plant::PlantModel;
+use tropism::plant::lstm::{LstmModel, LstmState};
 use tropism::plant::memory::{MemoryModel, MemoryState};
 use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{TipModel, TipModelConfig, TipState};
@@ -30,6 +31,7 @@ pub(crate) enum AnyModel {
     Tip(Arc<TipModel>),
     Memory(Arc<MemoryModel>),
     Stem(Arc<StemModel>),
+    Lstm(Arc<LstmModel>),
     Python(PythonModel),
 }
 
@@ -39,6 +41,7 @@ pub(crate) enum AnyState {
     Tip(TipState),
     Memory(Box<MemoryState>),
     Stem(Box<StemState>),
+    Lstm(Box<LstmState>),
     Python(Arc<Py<PyAny>>),
 }
 
@@ -50,6 +53,7 @@ impl PlantModel for AnyModel {
             Self::Tip(model) => AnyState::Tip(model.seedling(start, noise)),
             Self::Memory(model) => AnyState::Memory(Box::new(model.seedling(start, noise))),
             Self::Stem(model) => AnyState::Stem(Box::new(model.seedling(start, noise))),
+            Self::Lstm(model) => AnyState::Lstm(Box::new(model.seedling(start, noise))),
             Self::Python(model) => AnyState::Python(model.seedling(start, noise)),
         }
     }
@@ -59,6 +63,7 @@ impl PlantModel for AnyModel {
             (Self::Tip(model), AnyState::Tip(plant)) => model.step(plant, light, noise),
             (Self::Memory(model), AnyState::Memory(plant)) => model.step(plant, light, noise),
             (Self::Stem(model), AnyState::Stem(plant)) => model.step(plant, light, noise),
+            (Self::Lstm(model), AnyState::Lstm(plant)) => model.step(plant, light, noise),
             (Self::Python(model), AnyState::Python(plant)) => model.step(plant, light, noise),
             _ => unreachable!("a plant of another model"),
         }
@@ -69,6 +74,7 @@ impl PlantModel for AnyModel {
             (Self::Tip(model), AnyState::Tip(plant)) => model.observe(plant),
             (Self::Memory(model), AnyState::Memory(plant)) => model.observe(plant),
             (Self::Stem(model), AnyState::Stem(plant)) => model.observe(plant),
+            (Self::Lstm(model), AnyState::Lstm(plant)) => model.observe(plant),
             (Self::Python(model), AnyState::Python(plant)) => model.observe(plant),
             _ => unreachable!("a plant of another model"),
         }
@@ -79,6 +85,7 @@ impl PlantModel for AnyModel {
             Self::Tip(model) => model.layout(),
             Self::Memory(model) => model.layout(),
             Self::Stem(model) => model.layout(),
+            Self::Lstm(model) => model.layout(),
             Self::Python(model) => model.layout(),
         }
     }
@@ -88,6 +95,7 @@ impl PlantModel for AnyModel {
             Self::Tip(model) => model.period_min(),
             Self::Memory(model) => model.period_min(),
             Self::Stem(model) => model.period_min(),
+            Self::Lstm(model) => model.period_min(),
             Self::Python(model) => model.period_min(),
         }
     }
@@ -106,6 +114,7 @@ impl BatchModel for AnyModel {
             Self::Tip(model) => model.score(task, sensors, episodes),
             Self::Memory(model) => model.score(task, sensors, episodes),
             Self::Stem(model) => model.score(task, sensors, episodes),
+            Self::Lstm(model) => model.score(task, sensors, episodes),
             Self::Python(model) => model.score(task, sensors, episodes),
         }
     }
@@ -119,6 +128,7 @@ impl BatchModel for AnyModel {
             Self::Tip(model) => model.score_linear(task, episodes),
             Self::Memory(model) => model.score_linear(task, episodes),
             Self::Stem(model) => model.score_linear(task, episodes),
+            Self::Lstm(model) => model.score_linear(task, episodes),
             Self::Python(model) => model.score_linear(task, episodes),
         }
     }
@@ -138,7 +148,10 @@ impl Model {
                 .map(|model| AnyModel::Memory(Arc::new(model.of_virtual_plants(is_virtual)))),
             "stem" => StemModel::fit(tracks())
                 .map(|model| AnyModel::Stem(Arc::new(model.of_virtual_plants(is_virtual)))),
-            _ => return Err(refused(format!("found kind {kind:?}, wanted tip, memory or stem"))),
+            _ => {
+                let wanted = "tip, memory or stem; `tropism.fit` trains an lstm";
+                return Err(refused(format!("found kind {kind:?}, wanted {wanted}")));
+            }
         };
         model.map(|model| Self(Arc::new(model))).map_err(refused)
     }
@@ -180,6 +193,8 @@ impl Model {
         let at = |error: tropism::plant::tip::ModelError| refused(format!("{}: {error}", path.display()));
         let model = if StemModel::is_named_in(&text) {
             AnyModel::Stem(Arc::new(StemModel::from_json(&text).map_err(at)?))
+        } else if LstmModel::is_named_in(&text) {
+            AnyModel::Lstm(Arc::new(LstmModel::from_json(&text).map_err(at)?))
         } else if MemoryModel::is_named_in(&text) {
             AnyModel::Memory(Arc::new(MemoryModel::from_json(&text).map_err(at)?))
         } else {
@@ -194,6 +209,7 @@ impl Model {
             AnyModel::Tip(model) => Ok(model.to_json()),
             AnyModel::Memory(model) => Ok(model.to_json()),
             AnyModel::Stem(model) => Ok(model.to_json()),
+            AnyModel::Lstm(model) => Ok(model.to_json()),
             AnyModel::Python(_) => Err(refused("found a model of Python, wanted one that files can hold")),
         }
     }
@@ -204,6 +220,7 @@ impl Model {
             AnyModel::Tip(_) => "tip",
             AnyModel::Memory(_) => "memory",
             AnyModel::Stem(_) => "stem",
+            AnyModel::Lstm(_) => "lstm",
             AnyModel::Python(_) => "python",
         }
     }
@@ -214,6 +231,7 @@ impl Model {
             AnyModel::Tip(model) => model.is_virtual(),
             AnyModel::Memory(model) => model.is_virtual(),
             AnyModel::Stem(model) => model.is_virtual(),
+            AnyModel::Lstm(model) => model.is_virtual(),
             AnyModel::Python(_) => true,
         }
     }

@@ -88,6 +88,18 @@ impl PyObservation {
     }
 
     #[getter]
+    fn z(&self) -> Option<f64> {
+        self.0.depth.as_ref().map(|depth| depth.tip_cm)
+    }
+
+    #[getter]
+    fn stem_in_space<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let Some(stem) = self.0.stem_in_space() else { return Ok(None) };
+        let points: Vec<Vec<f64>> = stem.iter().map(|point| point.to_vec()).collect();
+        PyArray2::from_vec2(py, &points).map(Some).map_err(refused)
+    }
+
+    #[getter]
     fn quality(&self) -> &'static str {
         self.0.quality.name()
     }
@@ -332,15 +344,15 @@ impl Controller for PythonController {
 }
 
 /// A device in Python; its methods are those of the base class in `tropism.loop`.
-pub(crate) struct Device<'py> {
-    pub(crate) object: Bound<'py, PyAny>,
+pub(crate) struct Device {
+    pub(crate) object: Py<PyAny>,
     pub(crate) layout: Rc<Layout>,
     pub(crate) trouble: Trouble,
     /// The time at which the clock stands, in s.
     pub(crate) now_s: Rc<RefCell<f64>>,
 }
 
-impl Device<'_> {
+impl Device {
     fn failed(&self, what: &str, error: PyErr) -> RigError {
         let problem = error.to_string();
         self.trouble.keep(error);
@@ -348,48 +360,49 @@ impl Device<'_> {
     }
 }
 
-impl Camera for Device<'_> {
+impl Camera for Device {
     fn photograph(&mut self) -> Result<Photo, RigError> {
-        let call = || {
-            self.object
-                .call_method0("photograph")?
-                .cast::<PyBytes>()
-                .map(|bytes| bytes.as_bytes().to_vec())
-                .map_err(PyErr::from)
+        let call = |py: Python<'_>| {
+            let bytes = self.object.bind(py).call_method0("photograph")?;
+            bytes.cast::<PyBytes>().map(|bytes| bytes.as_bytes().to_vec()).map_err(PyErr::from)
         };
-        let bytes = call().map_err(|error| self.failed("camera", error))?;
+        let bytes = Python::attach(call).map_err(|error| self.failed("camera", error))?;
         Ok(Photo { name: String::new(), bytes, time_s: *self.now_s.borrow() })
     }
 
     fn can_repeat(&self) -> bool {
-        let call = || self.object.call_method0("can_repeat")?.is_truthy();
-        self.trouble.value_or(call(), false)
+        let call = |py: Python<'_>| self.object.bind(py).call_method0("can_repeat")?.is_truthy();
+        self.trouble.value_or(Python::attach(call), false)
     }
 }
 
-impl Lamps for Device<'_> {
+impl Lamps for Device {
     fn light(&mut self, light: Option<Light>) -> Result<(), RigError> {
         let name = light.map(|light| self.layout.name(Some(light)));
-        self.object.call_method1("light", (name,)).map(|_| ()).map_err(|error| self.failed("lamps", error))
+        let call = |py: Python<'_>| self.object.bind(py).call_method1("light", (name,)).map(|_| ());
+        Python::attach(call).map_err(|error| self.failed("lamps", error))
     }
 }
 
-impl Flash for Device<'_> {
+impl Flash for Device {
     fn flash(&mut self, is_on: bool) -> Result<(), RigError> {
-        self.object.call_method1("flash", (is_on,)).map(|_| ()).map_err(|error| self.failed("flash", error))
+        let call = |py: Python<'_>| self.object.bind(py).call_method1("flash", (is_on,)).map(|_| ());
+        Python::attach(call).map_err(|error| self.failed("flash", error))
     }
 }
 
-impl Clock for Device<'_> {
+impl Clock for Device {
     fn wait_until(
         &mut self,
         since_start: Duration,
         _meanwhile: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         *self.now_s.borrow_mut() = since_start.as_secs_f64();
-        let told = self.object.call_method1("wait_until", (since_start.as_secs_f64(),)).map(|_| ());
-        self.trouble.value_or(told, ());
-        self.trouble.flow(self.object.py())
+        Python::attach(|py| {
+            let told = self.object.bind(py).call_method1("wait_until", (since_start.as_secs_f64(),));
+            self.trouble.value_or(told.map(|_| ()), ());
+            self.trouble.flow(py)
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use numpy::{IntoPyArray, PyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use tropism::greenhouse::tent::{Greenhouse, TentHandle};
+use tropism::greenhouse::view::CAMERA;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::photo::{Image, Photo};
@@ -32,6 +33,27 @@ pub(crate) fn decode<'py>(py: Python<'py>, picture: &[u8]) -> PyResult<Bound<'py
     pixels(py, image)
 }
 
+/// The settings (JSON) of a greenhouse with what a task (JSON) needs: its obstacles, and in space four lamps and two cameras.
+#[pyfunction]
+pub(crate) fn greenhouse_for(task: &str, greenhouse: &str) -> PyResult<String> {
+    serde_json::to_string(&opened_for(&task_of(task)?, greenhouse)?).map_err(refused)
+}
+
+/// A checked task of its JSON.
+pub(crate) fn task_of(json: &str) -> PyResult<TaskSpec> {
+    let task: TaskSpec = parsed("task", json)?;
+    task.check().map_err(refused)?;
+    Ok(task)
+}
+
+/// A checked greenhouse of its JSON, with what a task needs.
+pub(crate) fn opened_for(task: &TaskSpec, greenhouse: &str) -> PyResult<Greenhouse> {
+    let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
+    let greenhouse = greenhouse.for_task(task).among(&task.solids());
+    greenhouse.check().map_err(refused)?;
+    Ok(greenhouse)
+}
+
 fn broken(error: RigError) -> PyErr {
     TropismError::new_err(error.to_string())
 }
@@ -45,11 +67,12 @@ pub(crate) struct Tent {
 
 #[pymethods]
 impl Tent {
-    /// `greenhouse` is JSON, `seed` selects the plant.
+    /// `greenhouse` and `task` are JSON, `seed` selects the plant. The tent has what the task needs: obstacles, lamps, a camera at
+    /// the side.
     #[new]
-    fn new(greenhouse: &str, seed: u64, period_min: f64) -> PyResult<Self> {
-        let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
-        greenhouse.check().map_err(refused)?;
+    #[pyo3(signature = (greenhouse, seed, period_min, task="{}"))]
+    fn new(greenhouse: &str, seed: u64, period_min: f64, task: &str) -> PyResult<Self> {
+        let greenhouse = opened_for(&task_of(task)?, greenhouse)?;
         let (handle, _) = greenhouse.open(seed, period_min, &VisionConfig::default()).map_err(refused)?;
         Ok(Self { handle, greenhouse })
     }
@@ -59,8 +82,19 @@ impl Tent {
         Ok(PyBytes::new(py, &self.handle.photograph().map_err(broken)?.bytes))
     }
 
+    /// A photograph of this step by the camera at the side, with flash (JPEG); empty if it drops it. `None` without this camera.
+    fn side_photograph<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
+        self.handle.side_photograph().map(|(_, bytes)| PyBytes::new(py, &bytes))
+    }
+
     fn can_repeat(&self) -> bool {
         self.handle.can_repeat()
+    }
+
+    /// Whether all obstacles of a task (JSON) stand in it.
+    fn has_solids_of(&self, task: &str) -> PyResult<bool> {
+        let task: TaskSpec = parsed("task", task)?;
+        Ok(task.solids().iter().all(|solid| self.greenhouse.solids.contains(solid)))
     }
 
     /// Lights a lamp by its name or number; None darkens all.
@@ -90,9 +124,15 @@ impl Tent {
         serde_json::to_string(&self.greenhouse.calibration()).map_err(refused)
     }
 
-    /// Its region of interest, as JSON.
-    fn crop(&self) -> PyResult<String> {
-        serde_json::to_string(&self.greenhouse.crop()).map_err(refused)
+    /// How its photographs are read, as JSON: with its region of interest, and its obstacles.
+    fn vision(&self) -> PyResult<String> {
+        serde_json::to_string(&self.greenhouse.vision(&VisionConfig::default())).map_err(refused)
+    }
+
+    /// Distance of its cameras from the plant, in cm.
+    #[getter]
+    fn camera_distance_cm(&self) -> f64 {
+        CAMERA[2]
     }
 
     #[getter]
@@ -153,10 +193,11 @@ fn look(rig: &mut TentRig, instead: &Observation) -> Result<(Observation, Photo)
 impl TentEpisodes {
     #[new]
     fn new(greenhouse: &str, task: &str, vision: &str, period_min: f64) -> PyResult<Self> {
-        let greenhouse: Greenhouse = parsed("greenhouse", greenhouse)?;
-        greenhouse.check().map_err(refused)?;
-        let task: TaskSpec = parsed("task", task)?;
-        task.check().map_err(refused)?;
+        let task = task_of(task)?;
+        if task.is_in_space() {
+            return Err(refused("task: found a task in space, wanted one for the front camera alone"));
+        }
+        let greenhouse = opened_for(&task, greenhouse)?;
         let vision = parsed("vision", vision)?;
         greenhouse.open(0, period_min, &vision).map_err(refused)?;
         Ok(Self { greenhouse, task, vision, period_min, episode: None })

@@ -151,6 +151,7 @@ workflows! {
     "evolve" => tropism_lab::evolve::EvolvePlan,
     "export" => tropism_lab::export::ExportPlan,
     "fit" => tropism_lab::fit::FitPlan,
+    "forecast" => tropism_lab::forecast::ForecastPlan,
     "grow" => tropism_lab::grow::GrowPlan,
     "laboratories" => tropism_lab::laboratories::LaboratoriesPlan,
     "report" => tropism_lab::report::ReportPlan,

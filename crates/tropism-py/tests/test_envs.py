@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 import tropism
-from tropism.loop import species
+from tropism import loop
+from tropism.loop import CoreController, species
 from tropism.tracks import Track
 
 gymnasium = pytest.importorskip("gymnasium")
@@ -20,7 +21,9 @@ for name in ("SDL_VIDEODRIVER", "SDL_AUDIODRIVER"):
     os.environ.setdefault(name, "dummy")
 
 PLACES = ["tropism/TipModel-v0", "tropism/Bean-v0", "tropism/Stem-v0"]
-ALL = [*PLACES, "tropism/Tent-v0"]
+#: Environments whose way is told by the task, and what the core's greedy rule is told of an observation.
+STEERED = ["tropism/Obstacles-v0", "tropism/Space-v0"]
+ALL = [*PLACES, *STEERED, "tropism/Tent-v0"]
 SHORT: dict[str, Any] = {"max_steps": 40}
 
 
@@ -72,7 +75,7 @@ def test_importing_tropism_registers_before_and_after_gymnasium() -> None:
     for order in ("import tropism, gymnasium", "import gymnasium, tropism", "import tropism; import gymnasium as g"):
         code = f"{order}; import gymnasium; print(sum(name.startswith('tropism/') for name in gymnasium.registry))"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-        assert done.stdout == "4\n"
+        assert done.stdout == "6\n"
     light = "import tropism, sys; print([name for name in ('numpy', 'gymnasium') if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", light], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
@@ -105,11 +108,182 @@ def test_many_plants_are_as_one_by_one(name: str) -> None:
             row += steps + 1
 
 
+def greedy(env: Any) -> Any:
+    """The core's greedy rule for the task of an environment, as a function of its observation."""
+    bare = env.unwrapped
+    controller = CoreController({"kind": "greedy"}, task=bare.task, layout=bare.layout)
+    is_in_space = bare.task["kind"] in ("space", "spiral")
+    return lambda seen: controller.decide_at(seen[0], seen[1], seen[2] if is_in_space else None)
+
+
+def steered(env: Any, seed: int | None) -> tuple[list[np.ndarray[Any, Any]], list[dict[str, Any]], float]:
+    """The observations, infos and fitness of an episode under the greedy rule."""
+    seen, info = env.reset(seed=seed)
+    decide, rows, infos, fitness, over = greedy(env), [seen], [info], 0.0, False
+    while not over:
+        seen, reward, terminated, truncated, info = env.step(decide(seen))
+        fitness += reward
+        rows.append(seen)
+        infos.append(info)
+        over = terminated or truncated
+    return rows, infos, fitness
+
+
+def task_file(name: str) -> Path:
+    return Path(__file__).resolve().parents[3] / "tasks" / name
+
+
+@pytest.mark.parametrize(("name", "file"), [(STEERED[0], "disc.toml"), (STEERED[1], "space.toml")])
+def test_the_default_task_is_that_of_its_file(name: str, file: str) -> None:
+    tomllib = pytest.importorskip("tomllib")
+    task = gymnasium.make(name).unwrapped.task
+    for key, value in tomllib.loads(task_file(file).read_text()).items():
+        assert task[key] == value, key
+
+
+@pytest.mark.parametrize("name", STEERED)
+def test_steered_beans_are_those_of_the_workflows(name: str, tmp_path: Path) -> None:
+    """Grown tracks are files of five decimals; fitness of beans without photographs is the same to the bit."""
+    env = gymnasium.make(name, tip="detector")
+    task, rule = env.unwrapped.task, {"kind": "greedy"}
+    plans = {"plants": 2, "seed": 4, "task": task, "greenhouse": loop.greenhouse_for(task), "monitor": False}
+    grown = tropism.grow(controller=rule, out=tmp_path / "grown", **plans)
+    for number, seed in enumerate((4, None)):
+        rows, infos, fitness = steered(env, seed)
+        assert grown.fitness[number] == fitness == infos[-1]["fitness"]
+        np.testing.assert_allclose(Track.read(grown.tracks[number]).tips, np.array(rows)[:, :2], rtol=0, atol=5e-6)
+    others = gymnasium.make(name, tip="detector", plants="transfer")
+    tropism.transfer(controllers=[{"name": "chase", "controller": rule}], out=tmp_path / "transfer", **plans)
+    for number, seed in enumerate((4, None)):
+        rows, *_ = steered(others, seed)
+        path = tmp_path / "transfer" / "tracks" / "chase" / f"plant-{number + 1:04}.csv"
+        np.testing.assert_allclose(Track.read(path).tips, np.array(rows)[:, :2], rtol=0, atol=5e-6)
+
+
+@pytest.mark.parametrize("name", STEERED)
+def test_many_steered_plants_are_as_one_by_one(name: str) -> None:
+    one, many = gymnasium.make(name), gymnasium.make_vec(name, num_envs=5)
+    seen, infos = many.reset(seed=7)
+    assert many.observation_space.contains(seen)
+    rules = [greedy(one) for _ in range(5)]
+    rows, all_infos, ended = [seen], [infos], np.zeros(5, bool)
+    while not ended.all():
+        seen, _, terminated, truncated, infos = many.step(np.array([rules[n](seen[n]) for n in range(5)]))
+        assert many.observation_space.contains(seen)
+        assert all(infos[f"_{key}"].all() for key in infos if not key.startswith("_"))
+        rows.append(seen)
+        all_infos.append(infos)
+        ended |= terminated | truncated
+    for place in range(5):
+        wanted, own_infos, _ = steered(one, 7 + place)
+        np.testing.assert_array_equal(np.array([row[place] for row in rows[: len(wanted)]]), np.array(wanted))
+        for infos, own in zip(all_infos, own_infos, strict=False):
+            for key in infos:
+                if not key.startswith("_"):
+                    np.testing.assert_array_equal(infos[key][place], own[key], err_msg=key)
+
+
+def test_a_bean_that_leans_on_an_obstacle_is_told_of_it() -> None:
+    env = gymnasium.make("tropism/Obstacles-v0", task={"kind": "obstacles", "max_steps": 600})
+    seen, info = env.reset(seed=3)
+    # A disc of 1 cm, 8 cm above the root: the gap is seen from the tip of a seedling of 4 cm.
+    assert seen.shape == (27,) and 2.0 < info["gap_cm"] < 3.5 and not info["touches"]
+    rewards, touched, over = [], [], False
+    while not over:
+        # Steered to and fro below the disc: a bean grows into it.
+        seen, reward, terminated, truncated, info = env.step(int(seen[0] < 0))
+        assert seen[22] == info["gap_cm"]
+        on_stem, on_obstacle = seen[23:25], seen[25:27]
+        np.testing.assert_allclose(on_obstacle, [0.0, 8.0])
+        assert np.hypot(*(on_stem - on_obstacle)) - 1.0 - 0.15 == pytest.approx(info["gap_cm"], abs=1e-9)
+        rewards.append(reward)
+        touched.append(bool(info["touches"]))
+        over = terminated or truncated
+    onset = touched.index(True)
+    assert rewards[onset] == pytest.approx(-2.02, abs=0.5) and rewards[onset] <= -2.02 and max(rewards[:onset]) == 0.0
+    assert info["contact_steps"] == sum(touched) > 5 and not info["is_done"]
+    # The disc holds the bean: no deeper than half the stem.
+    assert seen[22] > -0.15
+    env.reset(seed=3)
+    pressed = []
+    for _ in range(len(touched)):
+        seen, _, over, _, info = env.step(int(seen[0] < 0))
+        pressed += info["contact_points"]
+        if over:
+            break
+    number, place, force = max(pressed, key=lambda point: np.linalg.norm(point[2]))
+    assert number == 0 and np.linalg.norm(force) > 0 and 6.5 < place[1] < 9.5
+
+
+def test_what_avoids_the_obstacle_and_reaches_the_target_is_done() -> None:
+    env = gymnasium.make("tropism/Obstacles-v0", task={**gymnasium.make(STEERED[0]).unwrapped.task, "obstacles": []})
+    rows, infos, fitness = steered(env, 1)
+    assert rows[0][22] == 100.0 and infos[0]["contact_points"] == []
+    assert np.isinf(infos[0]["target_distances_cm"]).all() and np.isfinite(infos[-1]["target_distances_cm"]).all()
+    assert infos[-1]["is_done"] == (infos[-1]["target_distances_cm"] <= 1.5).all()
+    assert infos[-1]["contact_steps"] == 0 and fitness > -10
+
+
+def test_each_of_four_lamps_pulls_the_tip_to_its_side() -> None:
+    env = gymnasium.make("tropism/Space-v0")
+    assert env.action_space.n == 4
+    ends = []
+    for lamp in range(4):
+        env.reset(seed=2)
+        for _ in range(60):
+            seen, *_ = env.step(lamp)
+        ends.append(seen)
+    left, right, front, back = ends
+    assert left[0] < -1 < 1 < right[0] and back[2] < -1 < 1 < front[2]
+
+
+def test_winding_round_a_pole_is_a_task_in_space(tmp_path: Path) -> None:
+    env = gymnasium.make("tropism/Space-v0", task={"kind": "spiral", "end_height_cm": 12.0}, tip="detector")
+    rows, infos, fitness = steered(env, 2)
+    assert rows[-1][1] >= 12.0 and infos[-1]["target_distances_cm"].shape == (0,)
+    task = env.unwrapped.task
+    plan = {"plants": 1, "seed": 2, "task": task, "greenhouse": loop.greenhouse_for(task), "out": tmp_path / "grown"}
+    assert tropism.grow(controller={"kind": "greedy"}, monitor=False, **plan).fitness == [fitness] != [0.0]
+
+
+def test_tasks_go_to_the_environment_that_knows_them() -> None:
+    with pytest.raises(tropism.PlanError, match="tropism/Space-v0 is for tasks in space"):
+        gymnasium.make("tropism/Bean-v0", task={"kind": "space"})
+    with pytest.raises(tropism.PlanError, match="found a task in the plane"):
+        gymnasium.make("tropism/Space-v0", task={})
+    with pytest.raises(tropism.PlanError, match="found a task in space"):
+        gymnasium.make("tropism/Tent-v0", task={"kind": "space"})
+    with pytest.raises(tropism.PlanError, match=r"plants: found \"horses\", wanted one of grow, transfer"):
+        gymnasium.make("tropism/Bean-v0", plants="horses")
+    covered = {"kind": "obstacles", "targets": [[0, 13]], "obstacles": [{"disc": [0, 0], "radius_cm": 1}]}
+    with pytest.raises(tropism.PlanError, match="leaves room for the base"):
+        gymnasium.make("tropism/Obstacles-v0", task=covered)
+
+
+def test_a_picture_shows_obstacles_and_both_cameras() -> None:
+    task = gymnasium.make(STEERED[0]).unwrapped.task
+    pictures = []
+    for own in (task, {**task, "obstacles": []}):
+        env = gymnasium.make(STEERED[0], task=own, render_mode="rgb_array")
+        env.reset(seed=1)
+        pictures.append(env.render().astype(int))
+    # The disc spans 12 pixels about (0, 8) cm.
+    row, column = round(323 / 2 + (20 - 8) * 432 / 74), round(431 / 2)
+    differs = (np.abs(pictures[0] - pictures[1]).sum(axis=2) > 20)[row - 4 : row + 5, column - 4 : column + 5]
+    assert differs.mean() > 0.9
+    env = gymnasium.make(STEERED[1], render_mode="rgb_array")
+    env.reset(seed=1)
+    picture = env.render()
+    assert picture.shape == (324, 864, 3)
+    for half in (picture[:, :432], picture[:, 432:]):
+        assert (half == (230, 60, 60)).all(axis=2).sum() > 50
+
+
 def test_threads_change_no_bit() -> None:
     code = (
         "import gymnasium, tropism, numpy as np, hashlib\n"
         "digest = hashlib.sha256()\n"
-        "for name in ('TipModel', 'Bean'):\n"
+        "for name in ('TipModel', 'Bean', 'Obstacles', 'Space'):\n"
         "    many = gymnasium.make_vec(f'tropism/{name}-v0', num_envs=300)\n"
         "    digest.update(many.reset(seed=1)[0].tobytes())\n"
         "    for step in range(30):\n"

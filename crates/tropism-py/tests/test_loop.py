@@ -208,3 +208,114 @@ def test_a_model_is_a_file(tip_model: Model, tmp_path: Path) -> None:
     path.write_text("{}")
     with pytest.raises(tropism.PlanError, match=r"model\.json"):
         Model.read(path)
+
+
+DISC: dict[str, Any] = {
+    "kind": "obstacles",
+    "targets": [[0.0, 13.0]],
+    "obstacles": [{"disc": [0.0, 8.0], "radius_cm": 1.0}],
+    "way_points": [[-3.0, 10.0]],
+}
+SPACE: dict[str, Any] = {"kind": "space", "targets": [[2.0, 6.5, 1.5], [-2.0, 10.0, 2.0]]}
+
+
+class Watching(Controller):
+    """The greedy rule of the core, which keeps what it sees."""
+
+    def __init__(self, task: dict[str, Any], lamps: Any = None) -> None:
+        self.rule = loop.CoreController({"kind": "greedy"}, task=task, layout=lamps)
+        self.seen: list[Observation] = []
+
+    def decide(self, seen: Observation) -> int:
+        self.seen.append(seen)
+        return self.rule.decide(seen)
+
+
+@pytest.mark.parametrize("task", [DISC, SPACE], ids=["obstacles", "space"])
+def test_beans_of_every_task_are_grown_with_what_it_needs(task: dict[str, Any], tmp_path: Path) -> None:
+    greenhouse = loop.greenhouse_for(task)
+    watching = Watching(task, greenhouse.get("layout"))
+    track, fitness = loop.grow(watching, task, seed=5)
+    assert (track, fitness) == loop.grow({"kind": "greedy"}, task, seed=5)
+    # A plan of one plant whose seed is known: the same bean by the workflow.
+    seeds = {"start": 5, "end": 6}
+    controllers = [{"name": "chase", "controller": {"kind": "greedy"}}]
+    out = tmp_path / "transfer"
+    judged = tropism.transfer(
+        controllers=controllers, plant_seeds=seeds, task=task, greenhouse=greenhouse, out=out, monitor=False
+    )
+    assert judged.controllers[0].fitness[0] == pytest.approx(fitness, abs=0.05)  # of a file with five decimals
+    stem, in_space = watching.seen[40].stem, watching.seen[40].stem_in_space
+    assert stem is not None and stem.shape == (10, 2)
+    if task is SPACE:
+        assert track.lamps == ["left", "right", "front", "back"]
+        assert watching.seen[40].z is not None and in_space is not None
+        np.testing.assert_array_equal(in_space[:, :2], stem)
+    else:
+        assert watching.seen[40].z is None and in_space is None and len(greenhouse["solids"]) == 1
+
+
+@pytest.mark.parametrize("task", [DISC, SPACE], ids=["obstacles", "space"])
+def test_photographs_of_every_task_are_those_of_run(task: dict[str, Any], tmp_path: Path) -> None:
+    """The loop over the tent's devices, one of them a camera at the side, sees what `tropism.run` records."""
+    task = {**task, "max_steps": 25}
+    tent = Tent(seed=2, greenhouse=SMALL, task=task)
+    watching = Watching(task, tent.rig().layout)
+    track, fitness = loop.run(tent, watching, task)
+    config = tropism.PLANS["run"]().complete()["config"]
+    config.update(seed=2, controller={"kind": "greedy"}, task=task)
+    config["rig"]["greenhouse"] = loop.greenhouse_for(task, SMALL)
+    recorded = tropism.run(out=tmp_path / "run", config=config, monitor=False)
+    np.testing.assert_allclose(tropism.Track.read(recorded.track).tips, track.tips, rtol=0, atol=6e-6)
+    assert recorded.fitness == pytest.approx(fitness, abs=1e-4)
+    assert (tent.side_photograph() is not None) == (task["kind"] == "space")
+    if task["kind"] == "space":
+        # Both cameras see the tip at each step, about where it is.
+        assert all(seen.z is not None and abs(seen.z) < 3 for seen in watching.seen)
+
+
+def test_a_rig_that_lacks_what_a_task_needs_is_refused() -> None:
+    with pytest.raises(tropism.PlanError, match="without the obstacles of the task"):
+        loop.run(Tent(greenhouse=SMALL), {"kind": "greedy"}, DISC)
+    with pytest.raises(tropism.PlanError, match="found a rig with one camera"):
+        loop.run(Tent(greenhouse=SMALL), {"kind": "greedy"}, SPACE)
+    rig = Tent(greenhouse=SMALL, task=SPACE).rig()
+    assert rig.side is not None
+    rig.side.stands = "above"  # type: ignore[assignment]
+    with pytest.raises(tropism.PlanError, match='side.stands: found "above"'):
+        loop.run(rig, {"kind": "greedy"}, SPACE)
+
+
+def test_an_exception_of_the_side_camera_is_raised() -> None:
+    class Broken(Camera):
+        def photograph(self) -> bytes:
+            raise LookupError("side")
+
+    rig = Tent(greenhouse=SMALL, task=SPACE).rig()
+    assert rig.side is not None
+    rig.side.camera = Broken()
+    with pytest.raises(LookupError, match="side"):
+        loop.run(rig, {"kind": "greedy"}, SPACE)
+
+
+def test_a_trained_lstm_is_a_model(beans: Path, tmp_path: Path) -> None:
+    fitted = tropism.fit(tracks=[beans], kind="lstm", epochs=1, out=tmp_path / "lstm.json", monitor=False)
+    model = Model.read(fitted.model)
+    assert (model.kind, model.is_virtual, model.lamps) == ("lstm", True, ["left", "right"])
+    track, fitness = loop.simulate(model, Greedy(), Paper(100), seed=3)
+    assert (track, fitness) == loop.simulate(model, {"kind": "greedy"}, {"max_steps": 100}, seed=3)
+    assert track.stems.shape == (101, 10, 2) and np.isfinite(track.stems).all()
+    results = tropism.simulate(
+        model=fitted.model,
+        controller={"kind": "greedy"},
+        task={"max_steps": 100},
+        seed=3,
+        episodes=1,
+        out=tmp_path / "track.csv",
+        monitor=False,
+    )
+    assert results.mean_fitness == fitness
+    (tmp_path / "again.json").write_text(model.to_json())
+    assert loop.simulate(Model.read(tmp_path / "again.json"), seed=3) == loop.simulate(model, seed=3)
+    with pytest.raises(tropism.PlanError, match=r"tropism\.fit. trains an lstm"):
+        Model.of_virtual_beans("lstm", plants=1, steps=10)

@@ -8,17 +8,9 @@ from pathlib import Path
 
 import pytest
 import tropism
+from sweeping import config, worker_of_a_unit
 
 ray = pytest.importorskip("ray")
-
-
-def config(model: Path, generations: int) -> dict[str, object]:
-    return {
-        "model": str(model),
-        "seeds": 2,
-        "grid": {"evolution": {"neat": {"population": [20, 30]}}},
-        "evolve": {"evolution": {"runs": 3, "generations": generations}},
-    }
 
 
 def units(folder: Path) -> dict[str, bytes]:
@@ -39,18 +31,6 @@ class KillsAWorker(tropism.Monitor):
             if self.killed is not None:
                 os.kill(self.killed, signal.SIGKILL)
         return True
-
-
-def worker_of_a_unit() -> int | None:
-    """The process of a worker that executes a unit now."""
-    for path in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            title = path.read_bytes()
-        except OSError:
-            continue
-        if title.startswith(b"ray::unit") or title.startswith(b"ray::_unit"):
-            return int(path.parent.name)
-    return None
 
 
 @pytest.fixture

@@ -12,10 +12,12 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 import tropism
 from tropism import _core
+from tropism.results import Results
 from tropism.workflows import EvolvePlan, Plan, SimulatePlan
 
 SMALL = {"runs": 2, "generations": 5, "neat": {"population": 20}}
@@ -71,6 +73,73 @@ def test_the_whole_way_from_beans_to_a_report(model: Path, tmp_path: Path) -> No
         sources=[tmp_path / "evolution"], out=tmp_path / "report.html", figures=figures, monitor=False
     )
     assert report.figures() and "<svg" in report._repr_html_()
+
+
+def test_forecasts_of_models_are_compared(beans: Path, model: Path, tmp_path: Path) -> None:
+    tropism.fit(tracks=[beans], kind="stem", out=tmp_path / "stem.json", monitor=False)
+    models = [model, tmp_path / "stem.json"]
+    found = tropism.forecast(models=models, plants=2, horizons_min=[60, 360], out=tmp_path / "out", monitor=False)
+    assert found.is_virtual and found.horizons_min == [60, 360]
+    for light in found.lights:
+        assert [row.name for row in light.models] == ["standing still", "model", "stem"]
+        still, tip, stem = light.models
+        assert tip.stem is None and len(stem.stem) == 2
+        # Six hours ahead any model is nearer than a plant that stands still.
+        assert max(tip.tip[1].mean_cm, stem.tip[1].mean_cm) < still.tip[1].mean_cm
+    assert (tmp_path / "out" / "forecast.json").exists()
+    with pytest.raises(tropism.PlanError, match="found no `models`"):
+        tropism.forecast()
+
+
+def keys_of(results: Results) -> None:
+    """Asserts that a type names the keys of its results, and that what it names and is not there may be None."""
+    wanted = {name for name in type(results).__annotations__ if not name.startswith("_")}
+    found = {key for key in results if not key.startswith("_")} - {"values"}  # a method of every mapping
+    assert found <= wanted, type(results)
+    for name in wanted - found:
+        assert "None" in str(type(results).__annotations__[name]) and getattr(results, name) is None, name
+    for name in found:
+        own = results[name]
+        for item in own if isinstance(own, list) else [own]:
+            if isinstance(item, Results) and type(item) is not Results:
+                keys_of(item)
+
+
+def test_types_of_results_name_their_keys(beans: Path, model: Path, tmp_path: Path) -> None:
+    quiet: Any = {"monitor": False}
+    stem = tropism.fit(tracks=[beans], kind="stem", out=tmp_path / "stem.json", **quiet)
+    lstm = tropism.fit(tracks=[beans], kind="lstm", epochs=1, out=tmp_path / "lstm.json", **quiet)
+    assert stem.training is None and lstm.training is not None and lstm.training.epochs == 1
+    greedy: Any = {"kind": "greedy"}
+    evolved = tropism.evolve(model=model, out=tmp_path / "e", evolution=SMALL, **quiet)
+    assert isinstance(evolved.runs[0].trial.mean, float)
+    sweep = {
+        "model": str(model),
+        "seeds": 1,
+        "grid": {"evolution": {"runs": [2, 3]}},
+        "evolve": {"evolution": {"generations": 3, "neat": {"population": 20}}},
+    }
+    short, disc = {"max_steps": 20}, {"kind": "obstacles", "max_steps": 20}
+    controllers = [
+        {"name": "a", "controller": greedy},
+        {"name": "b", "controller": {"kind": "periodic", "minutes": 60}},
+    ]
+    for results in (
+        stem,
+        lstm,
+        evolved,
+        tropism.grow(plants=1, controller=greedy, task=short, out=tmp_path / "grown", **quiet),
+        tropism.forecast(models=[model, stem.model], plants=2, **quiet),
+        tropism.simulate(model=model, controller=greedy, task=short, out=tmp_path / "t.csv", **quiet),
+        tropism.tune(model=stem.model, search={"generations": 2}, out=tmp_path / "rule.json", **quiet),
+        tropism.transfer(controllers=controllers, plants=2, task=short, out=tmp_path / "transfer", **quiet),
+        tropism.transfer(controllers=controllers, plants=2, task=disc, out=tmp_path / "disc", **quiet),
+        tropism.sweep(sweep, out=tmp_path / "sweep", **quiet),
+    ):
+        assert type(results) is not Results
+        keys_of(results)
+    with pytest.raises(AttributeError, match="found no 'fitnes'"):
+        _ = evolved.fitnes  # type: ignore[attr-defined]
 
 
 def test_a_run_in_the_virtual_tent_becomes_a_track(tmp_path: Path) -> None:

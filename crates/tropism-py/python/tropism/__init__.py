@@ -1,6 +1,6 @@
 """Steers living plants with light: the loop of Wahby et al. 2016, from Python.
 
-Workflows take a plan and give results: `grow`, `run`, `track`, `fit`, `evolve`, `simulate`, `transfer`, `study`,
+Workflows take a plan and give results: `grow`, `run`, `track`, `fit`, `forecast`, `evolve`, `simulate`, `transfer`, `study`,
 `sweep`, `score`, `report`. `tropism.neat` evolves networks for any fitness. `tropism.envs` has Gymnasium environments, which
 are registered when `gymnasium` is imported. `tropism.loop` closes the loop with parts of your own.
 
@@ -21,6 +21,7 @@ from tropism.workflows import (
     evolve,
     execute,
     fit,
+    forecast,
     grow,
     quick_study,
     report,
@@ -59,6 +60,7 @@ __all__ = [
     "evolve",
     "execute",
     "fit",
+    "forecast",
     "grow",
     "loop",
     "neat",

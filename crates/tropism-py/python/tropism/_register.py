@@ -13,6 +13,8 @@ ENVIRONMENTS = {
     "tropism/Bean-v0": "Bean",
     "tropism/Tent-v0": "Tent",
     "tropism/Stem-v0": "Stem",
+    "tropism/Obstacles-v0": "Obstacles",
+    "tropism/Space-v0": "Space",
 }
 
 

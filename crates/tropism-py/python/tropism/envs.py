@@ -6,11 +6,26 @@
 | tropism/Bean-v0 | a virtual bean | its true tip, or that of the paper's detector, (x, y) in cm |
 | tropism/Stem-v0 | a plant of the model of the whole stem | the tip, and ten points of the stem from the base up, in cm |
 | tropism/Tent-v0 | a virtual bean through photographs | the picture, (height, width, 3) |
+| tropism/Obstacles-v0 | a virtual bean that obstacles hold back | tip, ten points of the stem, nearest obstacle: (27,) in cm |
+| tropism/Space-v0 | a virtual bean among four lamps | the tip, (x, y, z) in cm |
 
-All: the action is the number of the lamp that is lit for one step of five minutes (0 left, 1 right). The reward is the fitness
-of the step, eq. (9), in cm; its sum is the fitness of the episode, at most 15 for the paper's targets. An episode ends at the
-height of 13.8 cm, and is truncated after 1000 steps. `reset(seed=s)` gives the plants of `tropism simulate --seed s` and
-`tropism grow --seed s`, in order: the first with the seed, then the next one at each reset without a seed.
+All: the action is the number of the lamp that is lit for one step of five minutes (0 left, 1 right; in space 2 front, 3 back). The
+reward is the fitness of the step; its sum is the fitness of the episode: eq. (9), in cm, at most 15 for the paper's targets. An
+episode ends at the height of 13.8 cm (13 cm among obstacles), and is truncated after 1000 steps. `reset(seed=s)` gives the plants
+of `tropism simulate --seed s` and `tropism grow --seed s`, in order: the first with the seed, then the next one at each reset
+without a seed. With `plants="transfer"` beans are those of `tropism transfer --seed s`.
+
+Obstacles-v0: the task is that of `tasks/disc.toml`, a disc above the seedling and a target above the disc. The observation holds
+the tip (2), ten points of the stem from the base up (20), the gap between the surfaces of the stem and of the nearest obstacle (1;
+100 without obstacles), the point of the stem that is nearest to it (2), and the point of the obstacle that it should keep away
+from (2; of a disc its centre). `env.unwrapped.task` has all obstacles. A target that the tip passes within reach is worth 2; each
+contact costs 2, each step of it 0.02. A plant that leans on an obstacle is held back by it. `info` has `touches`, `gap_cm`,
+`contact_steps` (observations so far at which the stem touched), `contact_points` (where the stem presses: number of the obstacle,
+place in cm, force on the stem in dyn), `target_distances_cm` (distance of the tip from each target at the target's height;
+infinite before), and at the end `is_done`: all targets within reach, and no contact.
+
+Space-v0: the task is that of `tasks/space.toml`, three targets in space. The reward is the horizontal way towards the next target.
+`info` has `target_distances_cm`, in space. A rendered picture shows both cameras side by side: front, and from the right.
 
 `gymnasium.make_vec(id, num_envs=1024)` steps many plants side by side in Rust. An episode that is over begins anew at the next
 step, whose action is ignored (AutoresetMode.NEXT_STEP). Plant i has the seed s + i.
@@ -19,15 +34,16 @@ Options: `task` (keys of a task file), `greenhouse` (keys of docs/formats.md: `s
 which may be `tropism.loop.species("beans/internodal-bean.toml")`, a second reality with other equations; `faults` of the camera
 in Tent-v0), `period_min`, `model` (a `Model` or a model file).
 
-Version history: v0, the first.
+Version history: all v0, the first. A change of a plant, a reward or an observation makes a new version.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import Any, Literal, TypeAlias, cast
 
 import gymnasium
 import numpy as np
@@ -42,6 +58,10 @@ from tropism._core import Model
 __all__ = [
     "BeanEnv",
     "BeanVector",
+    "ObstaclesEnv",
+    "ObstaclesVector",
+    "SpaceEnv",
+    "SpaceVector",
     "StemEnv",
     "StemVector",
     "TentEnv",
@@ -51,6 +71,19 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 Settings = Mapping[str, Any]
+
+#: Which plants a seed stands for: those of `tropism grow`, or those of `tropism transfer`.
+Series: TypeAlias = Literal["grow", "transfer"]
+
+#: The task of tropism/Obstacles-v0: that of tasks/disc.toml.
+DISC: Settings = {
+    "kind": "obstacles",
+    "targets": [[0.0, 13.0]],
+    "obstacles": [{"disc": [0.0, 8.0], "radius_cm": 1.0}],
+    "way_points": [[-3.0, 10.0]],
+}
+#: The task of tropism/Space-v0: that of tasks/space.toml.
+SPACE: Settings = {"kind": "space", "targets": [[2.0, 6.5, 1.5], [-2.0, 10.0, 2.0], [1.0, 13.5, -1.5]]}
 
 #: Bounds of places, in cm: an experiment of 1000 steps ends below 40 cm.
 FARTHEST_CM = 100.0
@@ -91,6 +124,12 @@ class _PlantEnv(gymnasium.Env[Floats, np.int64]):
 
     def __init__(self, batch: _core.Batch, render_mode: str | None) -> None:
         self._batch = batch
+        #: The task with all its keys, as in a task file.
+        self.task: dict[str, Any] = json.loads(batch.task)
+        #: The lamps: name and place of each, in the order of the actions.
+        self.layout: list[dict[str, Any]] = json.loads(batch.layout)
+        #: The best fitness there can be; None where it is not known.
+        self.best_fitness = batch.best_fitness
         self.observation_space = _box(batch.width)
         self.action_space = cast("spaces.Space[np.int64]", spaces.Discrete(len(batch.lamps)))
         self.render_mode = render_mode
@@ -98,7 +137,7 @@ class _PlantEnv(gymnasium.Env[Floats, np.int64]):
         self._fitness = 0.0
         self._step = 0
         self._plant: dict[str, int] = {}
-        self._trail: list[tuple[float, float]] = []
+        self._trail: list[Sequence[float]] = []
         self._window: _Window | None = None
 
     def _info(self) -> dict[str, Any]:
@@ -113,9 +152,13 @@ class _PlantEnv(gymnasium.Env[Floats, np.int64]):
         self._is_begun, self._fitness, self._step = True, 0.0, 0
         _, episode, seed = self._batch.state()
         self._plant = {"episode": episode, "seed": seed}
-        self._trail = [(float(seen[0]), float(seen[1]))]
+        self._trail = [self._place(seen)]
         self._show()
         return seen, self._info()
+
+    def _place(self, seen: Sequence[float] | Floats) -> Sequence[float]:
+        """The tip of an observation: x, y, z in cm."""
+        return (float(seen[0]), float(seen[1]), 0.0)
 
     def step(self, action: np.int64 | int) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         """Lights a lamp for one step."""
@@ -123,7 +166,7 @@ class _PlantEnv(gymnasium.Env[Floats, np.int64]):
         self._fitness += reward
         self._step += 1
         if self.render_mode is not None:
-            self._trail.append((seen[0], seen[1]))
+            self._trail.append(self._place(seen))
             self._show()
         return np.array(seen), reward, terminated, truncated, self._info()
 
@@ -131,13 +174,13 @@ class _PlantEnv(gymnasium.Env[Floats, np.int64]):
         """A picture of the plant, (324, 432, 3), in the mode rgb_array."""
         return self._picture() if self.render_mode == "rgb_array" else None
 
-    def _picture(self) -> NDArray[np.uint8]:
-        photograph = self._batch.photograph(0, PICTURE[1], PICTURE[0])
+    def _picture(self, view: str = "front") -> NDArray[np.uint8]:
+        photograph = self._batch.photograph(0, PICTURE[1], PICTURE[0], view)
         picture = np.zeros((*PICTURE, 3), np.uint8) if photograph is None else photograph
         for target in self._batch.targets:
-            _dot(picture, target, 4, (230, 60, 60))
+            _dot(picture, _core.seen_from(target, view), 4, (230, 60, 60))
         for tip in self._trail[:-1]:
-            _dot(picture, tip, 1, (90, 120, 200))
+            _dot(picture, _core.seen_from(tip, view), 1, (90, 120, 200))
         if photograph is None:
             lit = self._batch.lit()
             for lamp, x in ((0, -35.0), (1, 35.0)):
@@ -212,10 +255,74 @@ class BeanEnv(_PlantEnv):
         task: Settings | None = None,
         tip: str = "true",
         period_min: float = 5.0,
+        plants: Series = "grow",
         render_mode: str | None = None,
     ) -> None:
-        batch = _core.Batch.of_beans(_json(greenhouse), _json(task), 1, period_min, tip)
+        batch = _core.Batch.of_beans(_json(greenhouse), _json(task), 1, period_min, tip, "tip", plants)
         super().__init__(batch, render_mode)
+
+
+class ObstaclesEnv(_PlantEnv):
+    """A virtual bean among obstacles. With `tip="detector"` tip and stem have the noise of the paper's detector."""
+
+    def __init__(
+        self,
+        greenhouse: Settings | None = None,
+        task: Settings | None = None,
+        tip: str = "true",
+        period_min: float = 5.0,
+        plants: Series = "grow",
+        render_mode: str | None = None,
+    ) -> None:
+        task = DISC if task is None else task
+        batch = _core.Batch.of_beans(_json(greenhouse), _json(task), 1, period_min, tip, "obstacles", plants)
+        super().__init__(batch, render_mode)
+
+    def _info(self) -> dict[str, Any]:
+        info = _progress(self._batch)
+        own = {key: value[0] for key, value in info.items()}
+        return {**super()._info(), **own, "contact_points": self._batch.contact_points()}
+
+
+class SpaceEnv(_PlantEnv):
+    """A virtual bean among four lamps, seen by two cameras. With `tip="detector"` the tip is triangulated from two detectors'."""
+
+    def __init__(
+        self,
+        greenhouse: Settings | None = None,
+        task: Settings | None = None,
+        tip: str = "true",
+        period_min: float = 5.0,
+        plants: Series = "grow",
+        render_mode: str | None = None,
+    ) -> None:
+        task = SPACE if task is None else task
+        batch = _core.Batch.of_beans(_json(greenhouse), _json(task), 1, period_min, tip, "space", plants)
+        super().__init__(batch, render_mode)
+
+    def _info(self) -> dict[str, Any]:
+        distances = self._batch.progress()[3][0]
+        return {**super()._info(), "target_distances_cm": distances}
+
+    def _place(self, seen: Sequence[float] | Floats) -> Sequence[float]:
+        return (float(seen[0]), float(seen[1]), float(seen[2]))
+
+    def _picture(self, view: str = "both") -> NDArray[np.uint8]:
+        both = [super(SpaceEnv, self)._picture(view) for view in ("front", "side")]
+        return np.concatenate(both, axis=1)
+
+
+def _progress(batch: _core.Batch) -> dict[str, NDArray[Any]]:
+    """Contacts and distances of each plant among obstacles."""
+    touches, gap_cm, contact_steps, distances = batch.progress()
+    reach = math.inf if batch.reach_cm is None else batch.reach_cm
+    return {
+        "touches": touches,
+        "gap_cm": gap_cm,
+        "contact_steps": contact_steps,
+        "target_distances_cm": distances,
+        "is_done": (contact_steps == 0) & (distances <= reach).all(axis=1),
+    }
 
 
 class TentEnv(gymnasium.Env[NDArray[np.uint8], np.int64]):
@@ -317,14 +424,17 @@ class _PlantVector(VectorEnv[Floats, NDArray[np.int64], NDArray[Any]]):
             drawn = self.np_random.integers(2**32, size=len(seed))
             seeds = [int(new if own is None else own) for own, new in zip(seed, drawn, strict=True)]
         self._is_begun = True
-        return self._batch.reset(seeds), {}
+        return self._batch.reset(seeds), self._infos()
+
+    def _infos(self) -> dict[str, Any]:
+        return {}
 
     def step(
         self, actions: NDArray[np.int64]
     ) -> tuple[Floats, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Lights a lamp for each plant, for one step. Plants whose episode was over begin anew: their reward is 0."""
         seen, rewards, terminated, truncated = self._batch.step(np.ascontiguousarray(actions, np.int64))
-        return seen, rewards, terminated, truncated, {}
+        return seen, rewards, terminated, truncated, self._infos()
 
 
 class TipModelVector(_PlantVector):
@@ -361,23 +471,70 @@ class BeanVector(_PlantVector):
         task: Settings | None = None,
         tip: str = "true",
         period_min: float = 5.0,
+        plants: Series = "grow",
     ) -> None:
-        super().__init__(_core.Batch.of_beans(_json(greenhouse), _json(task), num_envs, period_min, tip))
+        super().__init__(_core.Batch.of_beans(_json(greenhouse), _json(task), num_envs, period_min, tip, "tip", plants))
 
 
-def _pixel(place: tuple[float, float]) -> tuple[int, int]:
+def _masked(infos: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    """Infos as Gymnasium's vector environments have them: with a mask of the plants that have each."""
+    masks = {f"_{key}": np.ones(len(values), bool) for key, values in infos.items()}
+    return {**infos, **masks}
+
+
+class ObstaclesVector(_PlantVector):
+    """Many virtual beans, each among the same obstacles. Infos are arrays over the plants."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        greenhouse: Settings | None = None,
+        task: Settings | None = None,
+        tip: str = "true",
+        period_min: float = 5.0,
+        plants: Series = "grow",
+    ) -> None:
+        task = DISC if task is None else task
+        settings = (_json(greenhouse), _json(task), num_envs, period_min, tip, "obstacles", plants)
+        super().__init__(_core.Batch.of_beans(*settings))
+
+    def _infos(self) -> dict[str, Any]:
+        return _masked(_progress(self._batch))
+
+
+class SpaceVector(_PlantVector):
+    """Many virtual beans, each among four lamps. Infos are arrays over the plants."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        greenhouse: Settings | None = None,
+        task: Settings | None = None,
+        tip: str = "true",
+        period_min: float = 5.0,
+        plants: Series = "grow",
+    ) -> None:
+        task = SPACE if task is None else task
+        settings = (_json(greenhouse), _json(task), num_envs, period_min, tip, "space", plants)
+        super().__init__(_core.Batch.of_beans(*settings))
+
+    def _infos(self) -> dict[str, Any]:
+        return _masked({"target_distances_cm": self._batch.progress()[3]})
+
+
+def _pixel(place: Sequence[float]) -> tuple[int, int]:
     """Row and column of a place in cm."""
     return round(SOIL_ROW - place[1] * PX_PER_CM), round((PICTURE[1] - 1) / 2 + place[0] * PX_PER_CM)
 
 
-def _dot(picture: NDArray[np.uint8], place: tuple[float, float], radius: int, colour: tuple[int, int, int]) -> None:
+def _dot(picture: NDArray[np.uint8], place: Sequence[float], radius: int, colour: tuple[int, int, int]) -> None:
     row, column = _pixel(place)
     rows, columns = np.ogrid[: picture.shape[0], : picture.shape[1]]
     picture[(rows - row) ** 2 + (columns - column) ** 2 <= radius * radius] = colour
 
 
 def _line(
-    picture: NDArray[np.uint8], start: tuple[float, float], end: tuple[float, float], colour: tuple[int, int, int]
+    picture: NDArray[np.uint8], start: Sequence[float], end: Sequence[float], colour: tuple[int, int, int]
 ) -> None:
     (row, column), (last_row, last_column) = _pixel(start), _pixel(end)
     count = max(abs(last_row - row), abs(last_column - column), 1) + 1
@@ -399,10 +556,15 @@ class _Window:
             raise gymnasium.error.DependencyNotInstalled(text) from error
         self._pygame: Any = pygame
         pygame.init()
-        self._screen = pygame.display.set_mode((PICTURE[1], PICTURE[0]))
+        self._screen: Any = None
         self._clock = pygame.time.Clock()
 
     def show(self, picture: NDArray[np.uint8], fps: int) -> None:
+        if self._screen is None:
+            # As wide as the first picture, which for photographs may be large.
+            share = min(1.0, 1296 / picture.shape[1])
+            size = (round(picture.shape[1] * share), round(picture.shape[0] * share))
+            self._screen = self._pygame.display.set_mode(size)
         surface = self._pygame.surfarray.make_surface(picture.swapaxes(0, 1))
         self._screen.blit(self._pygame.transform.scale(surface, self._screen.get_size()), (0, 0))
         self._pygame.event.pump()

@@ -19,7 +19,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tropism import _core
 from tropism._core import Genome, Model, Noise, Observation
@@ -39,9 +42,11 @@ __all__ = [
     "Observation",
     "PlantModel",
     "Rig",
+    "SideCamera",
     "Task",
     "Tent",
     "evolve",
+    "greenhouse_for",
     "grow",
     "run",
     "simulate",
@@ -148,10 +153,28 @@ _PAPER_LAMPS = [{"name": "left", "at": [-35.0, 30.0, -8.0]}, {"name": "right", "
 
 
 @dataclass
+class SideCamera:
+    """A second camera at the side of the plant: with it, tip and stem are known in space.
+
+    It looks along x at the plane through the root that it faces, and `calibration` maps its photographs to that plane.
+    `front_distance_cm` and `distance_cm` are the distances of the front camera and of this one from the plant; `stands` is the
+    side on which it stands, as the front camera sees it.
+    """
+
+    camera: Any
+    calibration: Settings
+    front_distance_cm: float
+    distance_cm: float
+    stands: Literal["left", "right"] = "right"
+    vision: Settings = field(default_factory=dict)
+
+
+@dataclass
 class Rig:
     """A tent: its devices, and how its photographs are read.
 
-    `calibration` and `vision` have the keys of docs/formats.md; `vision["crop"]` is the region of the plant.
+    `calibration` and `vision` have the keys of docs/formats.md; `vision["crop"]` is the region of the plant, and
+    `vision["obstacles"]` are things in the picture that are no plant. A task in space needs a camera at the `side`.
     """
 
     camera: Any
@@ -162,21 +185,43 @@ class Rig:
     vision: Settings = field(default_factory=dict)
     layout: Sequence[Settings] = field(default_factory=lambda: _PAPER_LAMPS)
     period_min: float = 5.0
+    side: SideCamera | None = None
+
+
+class _SideOfTent(Camera):
+    """The camera at the side of the virtual tent."""
+
+    def __init__(self, tent: _core.Tent) -> None:
+        self._tent = tent
+
+    def photograph(self) -> bytes:
+        return self._tent.side_photograph() or b""
 
 
 class Tent:
     """The virtual tent with one bean: camera, lamps, flash and clock, which jumps. Results of it are virtual.
 
-    `greenhouse` has the keys of docs/formats.md: species, variation, scene and faults; `seed` selects the plant.
+    `greenhouse` has the keys of docs/formats.md: species, variation, scene and faults; `seed` selects the plant. The tent has
+    what the settings of a `task` need: its obstacles, and for targets in space four lamps and a camera at the side.
     """
 
-    def __init__(self, seed: int = 1, greenhouse: Settings | None = None, period_min: float = 5.0) -> None:
-        self._tent = _core.Tent(json.dumps(dict(greenhouse or {})), seed, period_min)
+    def __init__(
+        self,
+        seed: int = 1,
+        greenhouse: Settings | None = None,
+        period_min: float = 5.0,
+        task: Settings | None = None,
+    ) -> None:
+        self._tent = _core.Tent(json.dumps(dict(greenhouse or {})), seed, period_min, json.dumps(dict(task or {})))
         self.period_min = period_min
 
     def photograph(self) -> bytes:
         """A photograph of the present moment (JPEG); empty if the camera drops it."""
         return self._tent.photograph()
+
+    def side_photograph(self) -> bytes | None:
+        """A photograph of this step by the camera at the side (JPEG); empty if it drops it. None without this camera."""
+        return self._tent.side_photograph()
 
     def can_repeat(self) -> bool:
         """False: faults depend on the step alone."""
@@ -198,18 +243,30 @@ class Tent:
         """Ground truth so far, as CSV. Never read by vision."""
         return self._tent.truth_csv()
 
+    def _check_solids(self, task: Task | Settings | None) -> None:
+        if isinstance(task, Mapping) and not self._tent.has_solids_of(json.dumps(dict(task))):
+            text = "found a tent without the obstacles of the task, wanted Tent(..., task=task)"
+            raise _core.PlanError(text)
+
     def rig(self, camera: Any = None, lamps: Any = None) -> Rig:
         """This tent as a rig, with a camera and lamps of your own in place of its own."""
         calibration: dict[str, Any] = json.loads(self._tent.calibration())
+        vision: dict[str, Any] = json.loads(self._tent.vision())
+        side = None
+        if self._tent.side_photograph() is not None:
+            far = self._tent.camera_distance_cm
+            # Obstacles are those of the plane that the front camera faces.
+            side = SideCamera(_SideOfTent(self._tent), calibration, far, far, vision={**vision, "obstacles": []})
         return Rig(
             camera=self if camera is None else camera,
             lamps=self if lamps is None else lamps,
             flash=self,
             clock=self,
             calibration=calibration,
-            vision={"crop": json.loads(self._tent.crop())},
+            vision=vision,
             layout=json.loads(self._tent.layout),
             period_min=self.period_min,
+            side=side,
         )
 
 
@@ -240,12 +297,17 @@ class CoreController(Controller):
         self._decider = _core.Decider(json.dumps(dict(spec)), json.dumps(dict(task or {})), lamps, period_min)
 
     def decide(self, seen: Observation) -> int:
-        stem = None if seen.stem is None else seen.stem.tolist()
-        return self._decider.decide(seen.x, seen.y, stem)
+        return self._decider.decide(seen.x, seen.y, seen.stem, seen.z)
 
-    def decide_at(self, x: float, y: float) -> int:
-        """The lamp for a tip at (x, y), in cm."""
-        return self._decider.decide(x, y)
+    def decide_at(
+        self,
+        x: float,
+        y: float,
+        z: float | None = None,
+        stem: Sequence[Sequence[float]] | NDArray[np.float64] | None = None,
+    ) -> int:
+        """The lamp for a tip at (x, y), or (x, y, z) in space, and points of the stem from the base up; in cm."""
+        return self._decider.decide(x, y, stem, z)
 
 
 def _settings(value: Any) -> Any:
@@ -290,7 +352,16 @@ def run(
 
     Nothing is recorded on the disk: `tropism.run` makes run folders, which survive a power cut.
     """
-    rig = rig.rig() if isinstance(rig, Tent) else rig
+    if isinstance(rig, Tent):
+        rig._check_solids(task)
+        rig = rig.rig()
+    side = rig.side and {
+        "camera": rig.side.camera,
+        "calibration": json.dumps(dict(rig.side.calibration)),
+        "vision": json.dumps(dict(rig.side.vision)),
+        "distances_cm": (rig.side.front_distance_cm, rig.side.distance_cm),
+        "stands": rig.side.stands,
+    }
     track, fitness = _core.rig_loop(
         rig.camera,
         rig.lamps,
@@ -302,6 +373,7 @@ def run(
         rig.period_min,
         _settings(controller),
         _settings(task),
+        side,
     )
     return Track(track), fitness
 
@@ -325,6 +397,13 @@ def evolve(
     layout = json.dumps(list(getattr(model, "lamps", None) or _PAPER_LAMPS)) if isinstance(model, PlantModel) else "[]"
     runs = _core.evolve_loop(model, _settings(task), json.dumps(evolution), layout, seed)
     return [Evolved(genome, fitness, json.loads(history)) for genome, fitness, history in runs]
+
+
+def greenhouse_for(task: Settings, greenhouse: Settings | None = None) -> dict[str, Any]:
+    """The `greenhouse` of `tropism.grow` and others with what a task needs: obstacles; in space, four lamps and two cameras."""
+    text = _core.greenhouse_for(json.dumps(dict(task)), json.dumps(dict(greenhouse or {})))
+    values: dict[str, Any] = json.loads(text)
+    return values
 
 
 def species(path: Any) -> dict[str, Any]:

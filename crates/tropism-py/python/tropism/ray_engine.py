@@ -1,22 +1,25 @@
 """Sweeps on Ray: each unit of work is a task of the cluster.
 
-A unit saves checkpoints in its folder, which all machines share. Ray starts a unit whose worker was lost on another one, where it
-goes on from its last checkpoint to the same bits.
+A unit saves checkpoints in its folder, which all machines share, or which lies at an fsspec address. Ray starts a unit whose
+worker was lost on another one, where it goes on from its last checkpoint to the same bits.
 """
 
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from tropism import _core
 from tropism.monitor import Monitor, Progress
-from tropism.results import Results
-from tropism.workflows import SweepPlan, execute
+from tropism.results import SweepResults
+from tropism.storage import Mirror, execute_at, execute_unit, is_address
+from tropism.workflows import SweepPlan, execute_sweep
 
 
 def _absolute(plan: SweepPlan) -> SweepPlan:
@@ -25,11 +28,11 @@ def _absolute(plan: SweepPlan) -> SweepPlan:
     folder = os.path.abspath(os.fspath(plan.folder)) if plan.folder else os.getcwd()
     if config.get("model"):
         config["model"] = os.path.join(folder, os.fspath(config["model"]))
-    out = os.path.abspath(os.fspath(plan.out)) if plan.out else os.path.abspath("sweep")
+    out = plan.out if is_address(plan.out) else os.path.abspath(os.fspath(plan.out or "sweep"))
     return replace(plan, config=config, folder=folder, out=out)
 
 
-def _unit(plan: str, number: int, threads: int) -> dict[str, Any]:
+def _unit(plan: str, number: int, threads: int, name: str, storage_options: Mapping[str, Any] | None) -> dict[str, Any]:
     """Executes one unit on a worker: what it found, and what it cost."""
     import resource
     import socket
@@ -37,7 +40,12 @@ def _unit(plan: str, number: int, threads: int) -> dict[str, Any]:
 
     began = time.monotonic()
     before = resource.getrusage(resource.RUSAGE_SELF)
-    text = _core.execute_workflow("sweep_unit", json.dumps({"sweep": json.loads(plan), "unit": number}), None, threads)
+    order = {"sweep": json.loads(plan), "unit": number}
+    out = order["sweep"]["out"]
+    if is_address(out):
+        text = execute_unit(out, storage_options, order, name, threads)
+    else:
+        text = _core.execute_workflow("sweep_unit", json.dumps(order), None, threads)
     after = resource.getrusage(resource.RUSAGE_SELF)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     found = {"number": number, "results": json.loads(text), "host": socket.gethostname(), "process": os.getpid()}
@@ -45,7 +53,13 @@ def _unit(plan: str, number: int, threads: int) -> dict[str, Any]:
 
 
 def execute_units(
-    plan: SweepPlan, *, address: str | None, workers: int | None, threads: int, retries: int
+    plan: SweepPlan,
+    *,
+    address: str | None,
+    workers: int | None,
+    threads: int,
+    retries: int,
+    storage_options: Mapping[str, Any] | None = None,
 ) -> list[dict[str, Any]]:
     """Executes the units of a sweep as tasks of a Ray cluster: what each of them cost, and where it worked."""
     try:
@@ -57,14 +71,19 @@ def execute_units(
     plan = _absolute(replace(plan, threads=None))
     plan.check()
     units: list[dict[str, Any]] = json.loads(_core.sweep_units(plan.to_json()))
-    out = Path(os.fspath(plan.out or "sweep"))
-    if (out / "sweep.toml").exists() and not plan.resume:
+    out = os.fspath(plan.out or "sweep")
+    mirror = Mirror(out, Path(), storage_options) if is_address(out) else None
+    is_there = mirror.has("sweep.toml") if mirror else Path(out, "sweep.toml").exists()
+    if is_there and not plan.resume:
         raise _core.PlanError(f"{out}: found a sweep here already, wanted a new folder (`out`) or `resume`")
+    if mirror and not is_there and plan.config and plan.config.get("model"):
+        # Workers find the model beside the sweep: the disk of this machine is not theirs.
+        mirror.write("model.json", Path(plan.config["model"]).read_bytes())
     monitor: Monitor | None = Progress() if plan.monitor is None else plan.monitor or None
     started = not ray.is_initialized()
     if started:
         count = None if address or workers is None else workers * threads
-        context = ray.init(address=address, num_cpus=count, log_to_driver=False, logging_level="warning")
+        context = ray.init(address=address, num_cpus=count, log_to_driver=False, logging_level=logging.WARNING)
         if monitor is not None and context.dashboard_url:
             monitor.note(f"Ray's dashboard: http://{context.dashboard_url}")
     # A worker that is lost is no fault of its unit; an exception is, and is raised at once.
@@ -82,7 +101,8 @@ def execute_units(
             while waiting and len(running) < most:
                 number = waiting.pop(0)
                 named_task = task.options(name=f"unit {number}: {named[number]}")
-                running[named_task.remote(text, number, threads)] = number
+                name = units[number - 1]["unit"]
+                running[named_task.remote(text, number, threads, name, storage_options)] = number
             done, _ = ray.wait(list(running), timeout=0.1)
             for reference in done:
                 costs.append(ray.get(reference))
@@ -108,15 +128,26 @@ def execute_units(
     return sorted(costs, key=lambda cost: cost["number"])
 
 
-def sweep_on_ray(plan: SweepPlan, *, address: str | None, workers: int | None, threads: int, retries: int) -> Results:
+def sweep_on_ray(
+    plan: SweepPlan,
+    *,
+    address: str | None,
+    workers: int | None,
+    threads: int,
+    retries: int,
+    storage_options: Mapping[str, Any] | None = None,
+) -> SweepResults:
     """Executes the units of a sweep on Ray, and then makes the table from their folders.
 
     `units` of the results tells what each unit cost and where it worked.
     """
-    costs = execute_units(plan, address=address, workers=workers, threads=threads, retries=retries)
-    results = execute(replace(_absolute(plan), threads=None, resume=True, monitor=False))
+    costs = execute_units(
+        plan, address=address, workers=workers, threads=threads, retries=retries, storage_options=storage_options
+    )
+    table = replace(_absolute(plan), threads=None, resume=True, monitor=False)
+    results = execute_at(table, storage_options) if is_address(plan.out) else execute_sweep(table)
     keys = ("number", "host", "process", "wall_seconds", "cpu_seconds", "bytes")
-    return Results({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
+    return SweepResults({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
 
 
 def main() -> int:

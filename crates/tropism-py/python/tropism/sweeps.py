@@ -10,8 +10,9 @@ from typing import Any, Literal
 
 from tropism import _core
 from tropism.monitor import Monitor
-from tropism.results import Results
-from tropism.workflows import PathLike, SweepPlan, execute
+from tropism.results import SweepResults
+from tropism.storage import execute_at, is_address
+from tropism.workflows import PathLike, SweepPlan, execute_sweep
 
 
 def sweep(
@@ -26,16 +27,18 @@ def sweep(
     workers: int | None = None,
     threads: int | None = None,
     retries: int = 3,
+    storage_options: Mapping[str, Any] | None = None,
     monitor: Monitor | Literal[False] | None = None,
-) -> Results:
+) -> SweepResults:
     """Executes a sweep: seeds times settings, one unit of work each, and one table.
 
     `plan` is a SweepPlan, the settings of a sweep file as a mapping, or the path of such a file. `grid` and `model` replace those
     of the plan. The units' results are the same bits with any engine, number of workers and order.
 
     `engine="ray"` executes each unit as a task of a Ray cluster (`address`; None starts one on this machine). `out` must then
-    be a folder that all machines share, for units save checkpoints there: a unit whose worker is lost goes on from its last
-    checkpoint, `retries` times at most. `workers` bounds the units that work at once, `threads` the threads of each (1 by
+    be a folder that all machines share, or an fsspec address such as "s3://bucket/sweep", for units save checkpoints there: a
+    unit whose worker is lost goes on from its last checkpoint, `retries` times at most. `storage_options` are those of the
+    address's file system. `workers` bounds the units that work at once, `threads` the threads of each (1 by
     default with Ray).
     """
     chosen = as_plan(plan)
@@ -50,12 +53,19 @@ def sweep(
     if resume is not None:
         chosen = replace(chosen, resume=resume)
     if engine == "local":
-        return execute(chosen)
+        return execute_at(chosen, storage_options) if is_address(chosen.out) else execute_sweep(chosen)
     if engine != "ray":
         raise _core.PlanError(f"found engine {engine!r}, wanted local or ray")
     from tropism.ray_engine import sweep_on_ray
 
-    return sweep_on_ray(chosen, address=address, workers=workers, threads=threads or 1, retries=retries)
+    return sweep_on_ray(
+        chosen,
+        address=address,
+        workers=workers,
+        threads=threads or 1,
+        retries=retries,
+        storage_options=storage_options,
+    )
 
 
 def as_plan(plan: SweepPlan | Mapping[str, Any] | PathLike) -> SweepPlan:

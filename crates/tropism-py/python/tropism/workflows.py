@@ -16,17 +16,42 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, ClassVar, Literal, ParamSpec, TypeAlias
+from typing import Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from tropism import _core
 from tropism.monitor import Monitor, Progress
-from tropism.results import Results
+from tropism.results import (
+    EvolveResults,
+    FitResults,
+    ForecastResults,
+    GrowResults,
+    Results,
+    RunResults,
+    SimulateResults,
+    SweepResults,
+    TransferResults,
+    TuneResults,
+)
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 Settings: TypeAlias = Mapping[str, Any]
 #: A controller as data: {"kind": "greedy"}, {"kind": "periodic", "minutes": 360}, or what `controller_of` reads.
 ControllerSpec: TypeAlias = Mapping[str, Any]
 _P = ParamSpec("_P")
+_R = TypeVar("_R", bound=Results)
+
+#: The type of the results of each workflow that has one of its own.
+RESULTS: dict[str, type[Results]] = {
+    "evolve": EvolveResults,
+    "fit": FitResults,
+    "forecast": ForecastResults,
+    "grow": GrowResults,
+    "run": RunResults,
+    "simulate": SimulateResults,
+    "sweep": SweepResults,
+    "transfer": TransferResults,
+    "tune": TuneResults,
+}
 
 
 def _plain(value: Any) -> Any:
@@ -139,6 +164,21 @@ class FitPlan(Plan):
     anyway: bool | None = None
     out: PathLike | None = None
     replace: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForecastPlan(Plan):
+    """Compares models by their forecasts of plants of which none was made; without `tracks`, of virtual beans."""
+
+    workflow: ClassVar[str] = "forecast"
+    models: Sequence[PathLike] | None = None
+    tracks: Sequence[PathLike] | None = None
+    plants: int | None = None
+    horizons_min: Sequence[float] | None = None
+    interval_min: float | None = None
+    greenhouse: Settings | None = None
+    seed: int | None = None
+    out: PathLike | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -281,14 +321,15 @@ def execute(plan: Plan) -> Results:
     results: dict[str, Any] = {"list": found} if isinstance(found, list) else found
     if isinstance(plan, ReportPlan) and plan.figures is not None:
         results["_figures"] = os.fspath(plan.figures)
-    return Results(results)
+    return RESULTS.get(plan.workflow, Results)(results)
 
 
-def _function(plan: Callable[_P, Plan], name: str) -> Callable[_P, Results]:
+def _function(plan: Callable[_P, Plan], name: str, kind: type[_R]) -> Callable[_P, _R]:
     """The function of a workflow: it takes the keys of the plan."""
+    assert RESULTS.get(name, Results) is kind
 
-    def call(*args: _P.args, **kwargs: _P.kwargs) -> Results:
-        return execute(plan(*args, **kwargs))
+    def call(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+        return cast(_R, execute(plan(*args, **kwargs)))
 
     call.__name__ = call.__qualname__ = name
     call.__doc__ = plan.__doc__
@@ -296,18 +337,24 @@ def _function(plan: Callable[_P, Plan], name: str) -> Callable[_P, Results]:
     return call
 
 
-grow = _function(GrowPlan, "grow")
-run = _function(RunPlan, "run")
-track = _function(TrackPlan, "track")
-fit = _function(FitPlan, "fit")
-evolve = _function(EvolvePlan, "evolve")
-tune = _function(TunePlan, "tune")
-simulate = _function(SimulatePlan, "simulate")
-score = _function(ScorePlan, "score")
-show = _function(ShowPlan, "show")
-transfer = _function(TransferPlan, "transfer")
-study = _function(StudyPlan, "study")
-report = _function(ReportPlan, "report")
+grow = _function(GrowPlan, "grow", GrowResults)
+run = _function(RunPlan, "run", RunResults)
+track = _function(TrackPlan, "track", Results)
+fit = _function(FitPlan, "fit", FitResults)
+forecast = _function(ForecastPlan, "forecast", ForecastResults)
+evolve = _function(EvolvePlan, "evolve", EvolveResults)
+tune = _function(TunePlan, "tune", TuneResults)
+simulate = _function(SimulatePlan, "simulate", SimulateResults)
+score = _function(ScorePlan, "score", Results)
+show = _function(ShowPlan, "show", Results)
+transfer = _function(TransferPlan, "transfer", TransferResults)
+study = _function(StudyPlan, "study", Results)
+report = _function(ReportPlan, "report", Results)
+
+
+def execute_sweep(plan: SweepPlan) -> SweepResults:
+    """Executes a sweep on this machine."""
+    return cast(SweepResults, execute(plan))
 
 
 def resume(
