@@ -347,9 +347,16 @@ const ROUNDING_CM: f64 = 1e-9;
 /// Where `stem` is nearest to any of `obstacles`; `None` without obstacles, or without a stem of two points.
 #[must_use]
 pub fn clearance(obstacles: &[Obstacle], stem: &Polyline) -> Option<Clearance> {
+    clearance_within(f64::INFINITY, obstacles, stem)
+}
+
+/// As [`clearance`]; `None`, too, where no part of the stem is nearer than `limit_cm`, which is found sooner.
+pub(crate) fn clearance_within(limit_cm: f64, obstacles: &[Obstacle], stem: &Polyline) -> Option<Clearance> {
     let mut nearest: Option<Clearance> = None;
     let of_vertices = stem.0.iter().flat_map(|&vertex| obstacles.iter().map(move |one| one.distance(vertex)));
-    let bound = of_vertices.fold(f64::INFINITY, f64::min) + ROUNDING_CM;
+    // A limit spares the look at the vertices.
+    let bound =
+        if limit_cm < f64::INFINITY { limit_cm } else { of_vertices.fold(limit_cm, f64::min) } + ROUNDING_CM;
     for pair in stem.0.windows(2) {
         let length = pair[0].distance(pair[1]);
         for obstacle in obstacles {
@@ -368,7 +375,7 @@ pub fn clearance(obstacles: &[Obstacle], stem: &Polyline) -> Option<Clearance> {
             }
         }
     }
-    nearest
+    nearest.filter(|nearest| nearest.distance_cm < limit_cm)
 }
 
 #[cfg(test)]
@@ -461,6 +468,17 @@ mod tests {
                     }
                 }
             }
+        }
+
+        #[test]
+        fn a_limit_changes_no_nearer_clearance(
+            obstacles in prop::collection::vec(obstacle(), 1..4),
+            stem in prop::collection::vec(point(), 2..8),
+            limit_cm in -1.0..6.0,
+        ) {
+            let stem = Polyline(stem);
+            let wanted = clearance(&obstacles, &stem).filter(|nearest| nearest.distance_cm < limit_cm);
+            prop_assert_eq!(clearance_within(limit_cm, &obstacles, &stem), wanted);
         }
     }
 }

@@ -9,7 +9,7 @@ use super::{Targets, Task};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
 use crate::observation::Observation;
-use crate::obstacle::{Obstacle, clearance};
+use crate::obstacle::{Obstacle, clearance_within};
 use crate::track::Track;
 
 /// What the first contact costs; a second contact costs as much again. As much as a target is worth, so that a plant that
@@ -104,14 +104,20 @@ impl Obstacles {
     /// is seen.
     #[must_use]
     pub fn gap(&self, seen: &Observation) -> f64 {
-        let nearest = seen.stem.as_ref().and_then(|stem| clearance(&self.obstacles, stem));
+        self.gap_below(f64::INFINITY, seen)
+    }
+
+    /// The gap if it is below `limit_cm`, else infinite.
+    fn gap_below(&self, limit_cm: f64, seen: &Observation) -> f64 {
+        let limit_cm = limit_cm + self.stem_radius_cm;
+        let nearest = seen.stem.as_ref().and_then(|stem| clearance_within(limit_cm, &self.obstacles, stem));
         nearest.map_or(f64::INFINITY, |nearest| nearest.distance_cm - self.stem_radius_cm)
     }
 
     /// Whether the stem touches an obstacle: with a gap below 0.05 cm.
     #[must_use]
     pub fn touches(&self, seen: &Observation) -> bool {
-        self.gap(seen) < TOUCH_CM
+        self.gap_below(TOUCH_CM, seen) < TOUCH_CM
     }
 
     /// Steps at which the stem of a track touches an obstacle.
@@ -137,8 +143,9 @@ impl Task for Obstacles {
                 worth += if distance <= self.reach_cm { TARGET_WORTH } else { 0.0 };
             }
         }
-        let (was, gap) = (self.gap(before), self.gap(after));
+        let gap = self.gap_below(TOUCH_CM, after);
         if gap < TOUCH_CM {
+            let was = self.gap_below(TOUCH_CM, before);
             let onset = if was < TOUCH_CM { 0.0 } else { CONTACT_COST };
             let depth = |gap: f64| (-gap - DENT_CM).max(0.0);
             let deeper = depth(gap) - depth(was);
