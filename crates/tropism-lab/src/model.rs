@@ -5,7 +5,6 @@ use std::path::Path;
 
 use tropism::control::{Controller, Sensors};
 use tropism::environment;
-use tropism::evolve::{self, Trial};
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
@@ -20,7 +19,6 @@ use tropism::task::{Task, TaskSpec};
 use tropism::track::{Sample, Track};
 use tropism_neat::Genome;
 
-use crate::controller::ControllerSpec;
 use crate::files::{self, FileError};
 use crate::{Error, Monitor};
 
@@ -343,16 +341,4 @@ pub(crate) fn simulate(
     let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
     let Ok(track) = environment::run(&mut Simulation::new(model, task, noise), controller, task, watch);
     track
-}
-
-/// Tries `controller` on `plants` unseen plants of `model`.
-pub(crate) fn trial(
-    model: &TipModel,
-    controller: &ControllerSpec,
-    task: &TaskSpec,
-    seed: u64,
-    plants: u32,
-) -> Trial {
-    let build = || controller.build(task, model.layout(), model.period_min());
-    evolve::trial(std::slice::from_ref(model), task, build, seed, plants)
 }

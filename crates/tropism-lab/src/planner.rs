@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use tropism::control::{Planner, PlannerConfig};
+use tropism::evolve::TunedRule;
 use tropism::lamps::Layout;
 use tropism::plant::PlantModel;
 use tropism::task::TaskSpec;
 
 use crate::Error;
-use crate::controller::ControllerSpec;
 use crate::files::{self, FileError};
 use crate::model::{self, Model};
 
@@ -73,14 +73,7 @@ impl PlannerSpec {
         let PlannerFile { model, rule, mut planner } = files::read_toml(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         if let Some(rule) = rule.map(|rule| folder.join(rule)) {
-            let ControllerSpec::Rule { tuned } = ControllerSpec::read(&rule)? else {
-                return Err(FileError::content(
-                    &rule,
-                    "found no rule, wanted the file of a tuned rule".to_owned(),
-                )
-                .into());
-            };
-            planner.rule = tuned.rule;
+            planner.rule = files::read_as(&rule, TunedRule::from_json)?.rule;
         }
         planner.check().map_err(|error| FileError::content(path, error.in_table("planner").to_string()))?;
         Ok(Self { planner, model: model::read(&folder.join(model))?.into() })
@@ -108,7 +101,6 @@ impl PlannerSpec {
 mod tests {
     use tropism::control::{Controller, PredictiveRule};
     use tropism::environment::unwatched;
-    use tropism::evolve::TunedRule;
     use tropism::geometry::Point;
     use tropism::greenhouse::bean::{Species, Trial};
     use tropism::observation::Observation;
@@ -116,6 +108,7 @@ mod tests {
     use tropism::task::{OpenLoop, Task};
 
     use super::*;
+    use crate::ControllerSpec;
 
     /// A folder with `model.json`, the model of a virtual bean's tip.
     fn folder_of_model() -> (tempfile::TempDir, MemoryModel) {
@@ -162,7 +155,7 @@ mod tests {
         for (text, words) in [
             ("model = \"absent.json\"", "absent.json"),
             ("model = \"rule.json\"", "rule.json"),
-            ("model = \"model.json\"\nrule = \"model.json\"", "found no rule"),
+            ("model = \"model.json\"\nrule = \"model.json\"", "wanted \"tropism.rule/1\""),
             ("model = \"model.json\"\n[planner]\nplants = 1", "planner.plants = 1"),
             ("model = \"model.json\"\nplnner = 1", "plnner"),
         ] {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::evolve::Champion;
-use tropism::evolve::Trial;
+use tropism::evolve::{self, Champion, Trial};
+use tropism::plant::PlantModel;
 use tropism::plant::tip::TipModel;
 use tropism::task::Task;
 use tropism_report::NumberRow;
@@ -223,7 +223,8 @@ impl StudyFolder {
 
     fn mean_in_model(&self, controller: &ControllerSpec) -> f64 {
         let StudyConfig { task, seed, trial_plants, .. } = &self.config;
-        model::trial(&self.model, controller, task, *seed, *trial_plants).mean
+        let build = || controller.build(task, self.model.layout(), self.model.period_min());
+        evolve::trial(std::slice::from_ref(&self.model), task, build, *seed, *trial_plants).mean
     }
 
     /// The fitness of the controller `name` on unseen plants.
