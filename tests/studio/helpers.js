@@ -111,7 +111,8 @@ ${calibration}`,
 
 /** The journal of the run in `cwd/at`: numbers of the steps that were seen, decided and confirmed, and kinds of events. */
 export function journal(cwd, at) {
-  const lines = fs.readFileSync(path.join(cwd, at, "journal.jsonl"), "utf8").trim().split("\n");
+  // What follows the last line break is still being written.
+  const lines = fs.readFileSync(path.join(cwd, at, "journal.jsonl"), "utf8").split("\n").slice(0, -1);
   const entries = lines.map((line) => JSON.parse(line).slice(1));
   const of = (name, place) => entries.filter((entry) => entry[0] === name).map((entry) => entry[place]);
   return { saw: of("saw", 1), decided: of("decided", 2), done: of("done", 1), events: of("event", 2) };
