@@ -106,15 +106,7 @@ pub fn continued(
             let decided = (!is_over).then(|| controller.decide(&observation));
             // Of the last step of the run the light may be known.
             let light = decided.map(|light| now.light.filter(|_| step == now.step).unwrap_or(light));
-            samples.push(Sample {
-                step,
-                time_s: f64::from(step) * period_min * 60.0,
-                tip: observation.tip,
-                stem: observation.stem,
-                depth: observation.depth,
-                light,
-                quality: if step == now.step { now.quality } else { observation.quality },
-            });
+            samples.push(Sample::of(observation, step, f64::from(step) * period_min * 60.0, light));
             let Some(light) = light else { break };
             model.step(&mut state, light, &mut noise.at(step));
             observation = model.observe(&state);
@@ -137,15 +129,8 @@ fn observed(steps: &[StepRecord]) -> Vec<Observed> {
     let last = steps.len().saturating_sub(1);
     let sample = |(index, (step, acted)): (usize, (&StepRecord, _))| {
         let seen = step.observation()?.clone();
-        let sample = Sample {
-            step: step.step,
-            time_s: step.time_s,
-            tip: seen.tip,
-            stem: seen.stem,
-            depth: seen.depth,
-            light: if index == last { step.decided } else { acted },
-            quality: seen.quality,
-        };
+        let light = if index == last { step.decided } else { acted };
+        let sample = Sample::of(seen, step.step, step.time_s, light);
         Some(Observed { sample, is_decided: step.decided.is_some() })
     };
     steps.iter().zip(lights_that_acted(steps)).enumerate().filter_map(sample).collect()

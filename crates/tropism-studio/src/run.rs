@@ -12,6 +12,7 @@ use tropism::rig::Event;
 use tropism::task::{Task, TaskSpec};
 use tropism::track::Track;
 use tropism::vision::Calibration;
+use tropism_lab::ControllerSpec;
 use tropism_lab::files::shell_word;
 use tropism_lab::run::speed_of;
 use tropism_lab::status::{self, RunState, RunStatus};
@@ -400,6 +401,9 @@ impl Predictions {
 pub(crate) fn reason_not_to_predict(config: &RunConfig) -> Option<&'static str> {
     match &config.task {
         TaskSpec::OpenLoop(_) => Some("this task has nothing to reach"),
+        _ if matches!(config.controller, ControllerSpec::Plan(_)) => {
+            Some("its controller plans by simulations of its own, which takes too long for many plants")
+        }
         task if task.is_in_space() => {
             Some("this task is in space, and models of plants know the plane of the front camera alone")
         }

@@ -96,15 +96,7 @@ impl Recording {
         }
         let is_over = task.is_over(step, &seen);
         let light = (!is_over).then(|| controller.decide(&seen));
-        let sample = Sample {
-            step,
-            time_s: f64::from(step) * self.track.period_min * 60.0,
-            tip: seen.tip,
-            stem: seen.stem,
-            depth: seen.depth,
-            light,
-            quality: seen.quality,
-        };
+        let sample = Sample::of(seen, step, f64::from(step) * self.track.period_min * 60.0, light);
         let flow = watch(&sample);
         self.track.samples.push(sample);
         self.taken += 1;

@@ -36,6 +36,13 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// What was `seen` at a step, and the light decided for it.
+    #[must_use]
+    pub fn of(seen: Observation, step: u32, time_s: f64, light: Option<Light>) -> Self {
+        let Observation { tip, stem, depth, quality } = seen;
+        Self { step, time_s, tip, stem, depth, light, quality }
+    }
+
     /// What was seen at this step.
     #[must_use]
     pub fn observation(&self) -> Observation {

@@ -79,15 +79,10 @@ fn track(steps: &[StepRecord], layout: &Layout) -> Track {
         .filter(is_in_track)
         .filter_map(|(step, light)| Some(((step, step.observation()?), light)))
         .unzip();
-    let samples = steps.iter().zip(lights).map(|((step, seen), light)| Sample {
-        step: step.step,
-        time_s: step.time_s,
-        tip: seen.tip,
-        stem: seen.stem.clone(),
-        depth: seen.depth.clone(),
-        light,
-        quality: seen.quality,
-    });
+    let samples = steps
+        .iter()
+        .zip(lights)
+        .map(|((step, seen), light)| Sample::of((*seen).clone(), step.step, step.time_s, light));
     let column = |name: &str, value: &dyn Fn(&StepRecord) -> String| {
         Column::parsed(name, steps.iter().map(|(step, _)| value(step)).collect())
     };

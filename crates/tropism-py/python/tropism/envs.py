@@ -43,7 +43,7 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeAlias, cast
+from typing import Any, ClassVar, Literal, TypeAlias, cast
 
 import gymnasium
 import numpy as np
@@ -464,6 +464,10 @@ class StemVector(_PlantVector):
 class BeanVector(_PlantVector):
     """Many virtual beans without photographs."""
 
+    # What is observed, and the task where none is given.
+    _observed: ClassVar[str] = "tip"
+    _task: ClassVar[Settings | None] = None
+
     def __init__(
         self,
         num_envs: int = 1,
@@ -473,7 +477,9 @@ class BeanVector(_PlantVector):
         period_min: float = 5.0,
         plants: Series = "grow",
     ) -> None:
-        super().__init__(_core.Batch.of_beans(_json(greenhouse), _json(task), num_envs, period_min, tip, "tip", plants))
+        task = self._task if task is None else task
+        settings = (_json(greenhouse), _json(task), num_envs, period_min, tip, self._observed, plants)
+        super().__init__(_core.Batch.of_beans(*settings))
 
 
 def _masked(infos: dict[str, NDArray[Any]]) -> dict[str, Any]:
@@ -482,41 +488,21 @@ def _masked(infos: dict[str, NDArray[Any]]) -> dict[str, Any]:
     return {**infos, **masks}
 
 
-class ObstaclesVector(_PlantVector):
+class ObstaclesVector(BeanVector):
     """Many virtual beans, each among the same obstacles. Infos are arrays over the plants."""
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        greenhouse: Settings | None = None,
-        task: Settings | None = None,
-        tip: str = "true",
-        period_min: float = 5.0,
-        plants: Series = "grow",
-    ) -> None:
-        task = DISC if task is None else task
-        settings = (_json(greenhouse), _json(task), num_envs, period_min, tip, "obstacles", plants)
-        super().__init__(_core.Batch.of_beans(*settings))
+    _observed = "obstacles"
+    _task = DISC
 
     def _infos(self) -> dict[str, Any]:
         return _masked(_progress(self._batch))
 
 
-class SpaceVector(_PlantVector):
+class SpaceVector(BeanVector):
     """Many virtual beans, each among four lamps. Infos are arrays over the plants."""
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        greenhouse: Settings | None = None,
-        task: Settings | None = None,
-        tip: str = "true",
-        period_min: float = 5.0,
-        plants: Series = "grow",
-    ) -> None:
-        task = SPACE if task is None else task
-        settings = (_json(greenhouse), _json(task), num_envs, period_min, tip, "space", plants)
-        super().__init__(_core.Batch.of_beans(*settings))
+    _observed = "space"
+    _task = SPACE
 
     def _infos(self) -> dict[str, Any]:
         return _masked({"target_distances_cm": self._batch.progress()[3]})

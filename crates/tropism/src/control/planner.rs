@@ -206,15 +206,8 @@ impl<M: PlantModel + Send, T: Task> Planner<M, T> {
 impl<M: PlantModel + Send, T: Task> Controller for Planner<M, T> {
     fn decide(&mut self, seen: &Observation) -> Light {
         let period_min = self.model.period_min();
-        self.past.push(Sample {
-            step: self.step,
-            time_s: f64::from(self.step) * period_min * 60.0,
-            tip: seen.tip,
-            stem: seen.stem.clone(),
-            depth: seen.depth.clone(),
-            light: None,
-            quality: seen.quality,
-        });
+        let time_s = f64::from(self.step) * period_min * 60.0;
+        self.past.push(Sample::of(seen.clone(), self.step, time_s, None));
         let lights: Vec<Light> = self.rules.iter_mut().map(|rule| rule.decide(seen)).collect();
         let every = (self.config.replan_min / period_min).round().max(1.0) as u32;
         let is_due = self.chosen.is_none_or(|(_, at)| self.step >= at + every);
