@@ -10,6 +10,7 @@ pub mod matrix;
 pub mod statistics;
 pub mod rank_test;
 pub mod simplex;
+pub(crate) mod branchless;
 
 pub use libm::{atan2, cos, erfc, exp, hypot, log as ln, pow, sin, tan, tanh};
 

@@ -247,8 +247,19 @@ impl Bean {
         powers
     }
 
-    /// Draws the random processes of a tick, and computes what is held constant over it.
+    /// Begins a tick: [`Self::draw_tick`], fresh exponentials, and noise of curvature.
     fn begin_tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) -> Tick {
+        let tick = self.draw_tick(powers, tick_h);
+        self.rod.refresh(&self.plant, &tick.forcing);
+        if let Some(noise) = &mut self.noise {
+            let sigma = noise::curvature_sigma(&self.plant, tick_h);
+            self.rod.disturb(|| sigma * noise.curvature());
+        }
+        tick
+    }
+
+    /// Draws the random processes of a tick that act on all segments, and computes what is held constant over it.
+    fn draw_tick(&mut self, powers: [f64; MAX_LAMPS], tick_h: f64) -> Tick {
         let plant = &self.plant;
         let substeps = (tick_h * 3600.0 / self.substep_s - 1e-9).ceil().max(1.0);
         let gains = match &mut self.noise {
@@ -276,9 +287,7 @@ impl Bean {
             leaf_mass: self.leaf_mass(),
             relaxed_share: 1.0 - math::exp(-dt / plant.stem.lag_h),
         };
-        self.rod.refresh(plant, &forcing);
         if let Some(noise) = &mut self.noise {
-            self.rod.disturb(|| noise.curvature_step(plant, tick_h));
             self.phase += noise.phase_step(plant, tick_h);
         }
         let speed = match (&mut self.clock, &plant.internodal) {

@@ -167,15 +167,25 @@ impl PlantNoise {
         plant.fluctuation.phase * (FILE_RATES_PER_H * tick_h).sqrt() * random::normal(&mut self.slow)
     }
 
-    /// Random-walk increment of the curvature of a segment over a tick, in 1/cm.
-    pub(super) fn curvature_step(&mut self, plant: &Individual, tick_h: f64) -> f64 {
-        plant.fluctuation.curvature * tick_h.sqrt() * random::normal(&mut self.segments)
+    /// Random-walk increment of the curvature of a segment over a tick, in units of [`curvature_sigma`].
+    pub(super) fn curvature(&mut self) -> f64 {
+        random::normal(&mut self.segments)
+    }
+
+    /// The two uniform draws of which [`random::normal`] makes [`Self::curvature`].
+    pub(super) fn uniforms_of_curvature(&mut self) -> [f64; 2] {
+        core::array::from_fn(|_| random::uniform(&mut self.segments))
     }
 
     /// Pauses drawn so far.
     pub(super) fn pauses(&self) -> &[Pause] {
         &self.pauses
     }
+}
+
+/// Standard deviation of the random-walk increment of the curvature of a segment over a tick, in 1/cm.
+pub(super) fn curvature_sigma(plant: &Individual, tick_h: f64) -> f64 {
+    plant.fluctuation.curvature * tick_h.sqrt()
 }
 
 /// Waiting time of a Poisson process, in h; infinite at rate 0.

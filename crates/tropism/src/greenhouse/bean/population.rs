@@ -5,7 +5,7 @@
 //! a tick, by the code of the plain bean; only the sub-steps of the rods are another code.
 
 use super::rod::{LANES, RodLanes};
-use super::{Bean, Tick, ticks_of};
+use super::{Bean, Tick, noise, ticks_of};
 use crate::lamps::MAX_LAMPS;
 
 /// Beans that grow side by side.
@@ -89,7 +89,7 @@ fn tick_together(
 ) {
     let mut begin = |&number: &usize| {
         let powers = beans[number].checked_powers(&lamp_powers[number]);
-        beans[number].begin_tick(powers, tick_h)
+        beans[number].draw_tick(powers, tick_h)
     };
     let mut ticks: Vec<Tick> = group.iter().map(&mut begin).collect();
     lanes.begin(group.iter().map(|&number| beans[number].rod.count()).max().unwrap_or(0));
@@ -99,6 +99,11 @@ fn tick_together(
         let Bean { rod, plant, .. } = &mut beans[group[place]];
         lanes.load(lane, rod, plant, &ticks[place].forcing);
     }
+    for (lane, &number) in group.iter().enumerate() {
+        let Bean { plant, noise: Some(noise), .. } = &mut beans[number] else { continue };
+        lanes.draw_curvature(lane, noise::curvature_sigma(plant, tick_h), || noise.uniforms_of_curvature());
+    }
+    lanes.begin_tick();
     let mut nutation = [[0.0; 2]; LANES];
     for _ in 0..ticks[0].substeps {
         for (rate, tick) in nutation.iter_mut().zip(&mut ticks) {

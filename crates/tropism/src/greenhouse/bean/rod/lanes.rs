@@ -10,7 +10,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
 
-use core::f64::consts::PI;
+use core::f64::consts::{PI, TAU};
 
 use super::contact::Contact;
 use super::{
@@ -21,7 +21,7 @@ use super::{
 use crate::greenhouse::bean::Individual;
 use crate::greenhouse::view::WALL;
 use crate::lamps::MAX_LAMPS;
-use crate::math;
+use crate::math::{self, branchless};
 use crate::simd::{Kernel, dispatch};
 
 /// Plants side by side. Chosen by measurement: two vectors of AVX2, one of AVX-512.
@@ -115,12 +115,22 @@ struct Constants {
     elongation: PerPlant,
     per_edge: PerPlant,
     per_modulus_length: PerPlant,
+    /// Lengths of the zones of growth and of motility, width of the edge of the latter, and those of the modulus.
+    growth_zone: PerPlant,
+    motile_zone: PerPlant,
+    edge: PerPlant,
+    modulus: PerPlant,
+    modulus_length: PerPlant,
+    /// Standard deviation of the noise of curvature over a tick.
+    curvature_sigma: PerPlant,
 }
 
 /// Up to [`LANES`] rods side by side during a tick.
 pub(in crate::greenhouse::bean) struct RodLanes {
     rows: Box<[Row; MAX_NODES]>,
     constants: Box<Constants>,
+    /// Noise of curvature of this tick, row by row.
+    draws: Vec<Draws>,
     /// Number of lamps in [`Constants::lamps`] that are lit for some plant.
     lit: usize,
     /// Number of segments of each plant, and the greatest.
@@ -180,7 +190,14 @@ impl RodLanes {
                 elongation: NONE,
                 per_edge: NONE,
                 per_modulus_length: NONE,
+                growth_zone: NONE,
+                motile_zone: NONE,
+                edge: NONE,
+                modulus: NONE,
+                modulus_length: NONE,
+                curvature_sigma: NONE,
             }),
+            draws: vec![Draws::default(); MAX_NODES],
             lit: 0,
             counts: [0; LANES],
             most: 0,
@@ -201,9 +218,11 @@ impl RodLanes {
         self.most = most;
         self.lit = 0;
         self.constants.lamps = [[[0.0; LANES]; 4]; MAX_LAMPS];
+        self.constants.curvature_sigma = [0.0; LANES];
+        self.draws[..most].fill(Draws::default());
     }
 
-    /// Puts a rod into a lane at the begin of a tick.
+    /// Puts a rod into a lane before [`Self::begin_tick`].
     pub(in crate::greenhouse::bean) fn load(
         &mut self,
         lane: usize,
@@ -242,17 +261,20 @@ impl RodLanes {
         of.mature[lane] = stem.modulus_mature_mpa * MEGAPASCAL * PI / 4.0;
         of.elongation[lane] = forcing.dt * forcing.growth;
         (of.per_edge[lane], of.per_modulus_length[lane]) = (1.0 / motility.edge, 1.0 / stem.modulus_length);
+        (of.growth_zone[lane], of.motile_zone[lane]) = (plant.growth.zone, forcing.zone);
+        (of.edge[lane], of.modulus_length[lane]) = (motility.edge, stem.modulus_length);
+        of.modulus[lane] = stem.modulus_mpa / stem.modulus_mature_mpa;
         self.guests[lane] = rod.contact.is_some().then(|| Guest {
             plant: plant.clone(),
             forcing: forcing.clone(),
             contact: None,
             is_pressed: false,
         });
-        self.load_segments(lane, rod);
+        self.load_state(lane, rod);
     }
 
-    /// Puts the segments of a rod into a lane, after they were refreshed.
-    pub(in crate::greenhouse::bean) fn load_segments(&mut self, lane: usize, rod: &mut Rod) {
+    /// Puts the state of a rod into a lane.
+    fn load_state(&mut self, lane: usize, rod: &mut Rod) {
         if let Some(guest) = &mut self.guests[lane] {
             guest.contact = rod.contact.take();
         }
@@ -275,10 +297,6 @@ impl RodLanes {
             row.light_memory2[lane] = segments.light_memory2[i];
             row.gravity_memory1[lane] = segments.gravity_memory1[i];
             row.gravity_memory2[lane] = segments.gravity_memory2[i];
-            row.from_apex[lane] = segments.from_apex[i];
-            row.growth_exp[lane] = segments.growth_exp[i];
-            row.motility_exp[lane] = segments.motility_exp[i];
-            row.modulus_ratio[lane] = segments.modulus_ratio[i];
         }
         for row in &mut self.rows[count..=self.most] {
             row.length[lane] = 0.0;
@@ -300,6 +318,40 @@ impl RodLanes {
         self.counts[lane] = count;
         self.leaves[lane] = rod.leaf;
         self.is_stale[lane] = true;
+    }
+
+    /// Puts the segments of a rod into a lane, after they were split and refreshed.
+    pub(in crate::greenhouse::bean) fn load_segments(&mut self, lane: usize, rod: &mut Rod) {
+        self.load_state(lane, rod);
+        let segments = &*rod.segments;
+        for (i, row) in self.rows[..rod.count].iter_mut().enumerate() {
+            row.from_apex[lane] = segments.from_apex[i];
+            row.growth_exp[lane] = segments.growth_exp[i];
+            row.motility_exp[lane] = segments.motility_exp[i];
+            row.modulus_ratio[lane] = segments.modulus_ratio[i];
+        }
+    }
+
+    /// Draws the noise of curvature of a tick for the plant in a lane, as [`Rod::disturb`] does; `uniforms` gives two uniform
+    /// draws for each normal one.
+    pub(in crate::greenhouse::bean) fn draw_curvature(
+        &mut self,
+        lane: usize,
+        sigma: f64,
+        mut uniforms: impl FnMut() -> [f64; 2],
+    ) {
+        self.constants.curvature_sigma[lane] = sigma;
+        for draws in &mut self.draws[..self.counts[lane]] {
+            for towards in 0..2 {
+                [draws.of_radius[towards][lane], draws.of_angle[towards][lane]] = uniforms();
+            }
+            draws.is_drawn[lane] = true;
+        }
+    }
+
+    /// Begins a tick of all plants: [`Rod::refresh`], and [`Rod::disturb`] with what was drawn.
+    pub(in crate::greenhouse::bean) fn begin_tick(&mut self) {
+        dispatch(Begin { rods: self });
     }
 
     /// Puts the state of a lane back into its rod.
@@ -405,25 +457,13 @@ impl RodLanes {
     }
 
     /// Computes the response anew for plants whose irradiance has changed too much for the Taylor series.
+    #[inline(always)]
     fn respond_anew(&mut self) {
-        for lane in 0..LANES {
-            if !self.is_stale[lane] {
-                continue;
-            }
-            let (exponent, count) = (self.constants.series[0][lane], self.counts[lane]);
-            for i in 0..=self.most {
-                // Rows beyond the apex lie where the apex lies.
-                let response = if i > count {
-                    self.rows[count].response[lane]
-                } else {
-                    let intensity2 = self.rows[i].intensity2[lane];
-                    if intensity2 > 0.0 { math::pow(intensity2, exponent) } else { 0.0 }
-                };
-                let row = &mut self.rows[i];
-                (row.response[lane], row.change[lane]) = (response, 0.0);
-            }
-            self.is_stale[lane] = false;
+        let exponents = &self.constants.series[0];
+        for row in &mut self.rows[..=self.most] {
+            row.respond_anew(exponents, &self.is_stale);
         }
+        self.is_stale = [false; LANES];
     }
 
     /// Perception and differential growth. `SATURATES` says whether a plant is near enough to a lamp.
@@ -481,6 +521,16 @@ impl RodLanes {
     }
 }
 
+/// Uniform draws for the noise of curvature of one row.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+struct Draws {
+    of_radius: [PerPlant; 2],
+    of_angle: [PerPlant; 2],
+    /// Whether there are draws for this segment of a plant.
+    is_drawn: [bool; LANES],
+}
+
 /// The end of the rows so far, from the base up.
 struct Ends {
     rotation: [PerPlant; 4],
@@ -532,6 +582,53 @@ impl Row {
             segments.d1[axis][i] = self.d1[axis][lane];
             segments.d2[axis][i] = self.d2[axis][lane];
             segments.middle[axis][i] = self.middle[axis][lane];
+        }
+    }
+
+    /// Exponentials of the distance from the apex; `above` is the length of the stem above this row.
+    #[inline(always)]
+    fn refresh(&mut self, of: &Constants, above: &mut PerPlant) {
+        let [mut growth, mut motility, mut modulus] = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            let from_apex = above[lane] + 0.5 * self.length[lane];
+            self.from_apex[lane] = from_apex;
+            above[lane] += self.length[lane];
+            growth[lane] = (from_apex - of.growth_zone[lane]) / GROWTH_EDGE_CM;
+            motility[lane] = (from_apex - of.motile_zone[lane]) / of.edge[lane];
+            modulus[lane] = from_apex / of.modulus_length[lane];
+        }
+        self.growth_exp = exp(&growth);
+        self.motility_exp = exp(&motility);
+        self.modulus_ratio = exp(&modulus);
+        for lane in 0..LANES {
+            self.modulus_ratio[lane] *= of.modulus[lane];
+        }
+    }
+
+    /// Adds the noise of a tick to the rest curvature, weighted by motility.
+    #[inline(always)]
+    fn disturb(&mut self, of: &Constants, draws: &Draws) {
+        let noise = [
+            normal(&draws.of_radius[0], &draws.of_angle[0]),
+            normal(&draws.of_radius[1], &draws.of_angle[1]),
+        ];
+        for lane in 0..LANES {
+            let motility = 1.0 / (1.0 + self.motility_exp[lane]);
+            let rest1 = self.rest1[lane] + motility * (of.curvature_sigma[lane] * noise[0][lane]);
+            let rest2 = self.rest2[lane] + motility * (of.curvature_sigma[lane] * noise[1][lane]);
+            self.rest1[lane] = if draws.is_drawn[lane] { rest1 } else { self.rest1[lane] };
+            self.rest2[lane] = if draws.is_drawn[lane] { rest2 } else { self.rest2[lane] };
+        }
+    }
+
+    /// Computes the response per unit of irradiance anew where it is stale.
+    #[inline(always)]
+    fn respond_anew(&mut self, exponents: &PerPlant, is_stale: &[bool; LANES]) {
+        let fresh = pow(&self.intensity2, exponents);
+        for lane in 0..LANES {
+            let fresh = if self.intensity2[lane] > 0.0 { fresh[lane] } else { 0.0 };
+            self.response[lane] = if is_stale[lane] { fresh } else { self.response[lane] };
+            self.change[lane] = if is_stale[lane] { 0.0 } else { self.change[lane] };
         }
     }
 
@@ -713,10 +810,86 @@ impl Row {
     }
 }
 
+/// [`math::exp`] of all lanes.
+#[inline(always)]
+fn exp(x: &PerPlant) -> PerPlant {
+    if count(x, |x| x.abs() <= branchless::EXP_LIMIT) < LANES {
+        return x.map(math::exp);
+    }
+    let mut result = [0.0; LANES];
+    for lane in 0..LANES {
+        result[lane] = branchless::exp(x[lane]);
+    }
+    result
+}
+
+/// [`math::pow`] of all lanes.
+#[inline(always)]
+fn pow(x: &PerPlant, y: &PerPlant) -> PerPlant {
+    let mut result = [0.0; LANES];
+    if count(x, branchless::is_pow_base) < LANES || count(y, branchless::is_pow_exponent) < LANES {
+        for lane in 0..LANES {
+            result[lane] = math::pow(x[lane], y[lane]);
+        }
+        return result;
+    }
+    for lane in 0..LANES {
+        result[lane] = branchless::pow(x[lane], y[lane]);
+    }
+    result
+}
+
+/// [`random::normal`](crate::random::normal) of all lanes, from its two uniform draws.
+#[inline(always)]
+fn normal(of_radius: &PerPlant, of_angle: &PerPlant) -> PerPlant {
+    let mut angle = [0.0; LANES];
+    for lane in 0..LANES {
+        angle[lane] = TAU * of_angle[lane];
+    }
+    let is_common = count(&angle, branchless::is_between_zeros) == LANES;
+    let mut result = if is_common { [0.0; LANES] } else { angle.map(math::cos) };
+    for lane in 0..LANES {
+        let cos = if is_common { branchless::cos(angle[lane]) } else { result[lane] };
+        result[lane] = (-2.0 * branchless::ln(1.0 - of_radius[lane])).sqrt() * cos;
+    }
+    result
+}
+
+/// For how many lanes `holds`.
+#[inline(always)]
+fn count(x: &PerPlant, holds: impl Fn(f64) -> bool) -> usize {
+    let mut number = 0;
+    for lane in 0..LANES {
+        number += usize::from(holds(x[lane]));
+    }
+    number
+}
+
 /// A low-pass filter after a sub-step.
 #[inline(always)]
 fn low_pass(memory: f64, share: f64, signal: f64) -> f64 {
     memory + share * (signal - memory)
+}
+
+/// [`RodLanes::begin_tick`] as a kernel.
+struct Begin<'a> {
+    rods: &'a mut RodLanes,
+}
+
+impl Kernel for Begin<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let RodLanes { rows, constants, draws, most, .. } = self.rods;
+        let mut above = [0.0; LANES];
+        for row in rows[..*most].iter_mut().rev() {
+            row.refresh(constants, &mut above);
+        }
+        for (row, draws) in rows[..*most].iter_mut().zip(draws) {
+            row.disturb(constants, draws);
+        }
+    }
 }
 
 /// [`RodLanes::step`] as a kernel.
