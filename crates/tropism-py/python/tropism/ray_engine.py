@@ -19,7 +19,7 @@ from tropism import _core
 from tropism.monitor import Monitor, Progress
 from tropism.results import SweepResults
 from tropism.storage import Mirror, execute_at, execute_unit, is_address
-from tropism.workflows import SweepPlan, execute_sweep
+from tropism.workflows import SweepPlan, execute
 
 
 def _absolute(plan: SweepPlan) -> SweepPlan:
@@ -145,7 +145,7 @@ def sweep_on_ray(
         plan, address=address, workers=workers, threads=threads, retries=retries, storage_options=storage_options
     )
     table = replace(_absolute(plan), threads=None, resume=True, monitor=False)
-    results = execute_at(table, storage_options) if is_address(plan.out) else execute_sweep(table)
+    results = execute_at(table, storage_options) if is_address(plan.out) else execute(table)
     keys = ("number", "host", "process", "wall_seconds", "cpu_seconds", "bytes")
     return SweepResults({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
 

@@ -19,7 +19,7 @@ from typing import Any
 from tropism import _core
 from tropism.monitor import Monitor, Progress
 from tropism.results import SweepResults
-from tropism.workflows import SweepPlan, execute_sweep
+from tropism.workflows import SweepPlan, execute
 
 #: Seconds between two looks at what changed. Chosen: far below the minute between two checkpoints.
 PUSH_S = 1.0
@@ -172,7 +172,7 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResul
         if model.exists():
             config["model"] = os.fspath(model)
         try:
-            results = execute_sweep(replace(plan, out=mirror.folder, config=config, monitor=listener))
+            results = execute(replace(plan, out=mirror.folder, config=config, monitor=listener))
         finally:
             mirror.push()
             if progress is not None:
