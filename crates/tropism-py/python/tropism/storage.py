@@ -181,7 +181,7 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResul
 
 
 def execute_unit(
-    address: str, options: Mapping[str, Any] | None, order: dict[str, Any], name: str, threads: int
+    address: str, options: Mapping[str, Any] | None, order: dict[str, Any], name: str, threads: int, listener: Monitor
 ) -> str:
     """Executes a unit of a sweep from where its files at an address are: its results (JSON)."""
     with mirror_of(address, options) as mirror:
@@ -193,6 +193,6 @@ def execute_unit(
             plan["config"] = {**plan["config"], "model": os.fspath(mirror.folder / "model.json")}
         text = json.dumps({**order, "sweep": plan})
         try:
-            return _core.execute_workflow("sweep_unit", text, Pushing(mirror), threads)
+            return _core.execute_workflow("sweep_unit", text, Pushing(mirror, listener), threads)
         finally:
             mirror.push()
