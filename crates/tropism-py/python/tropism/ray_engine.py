@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import logging
 import os
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import replace
@@ -200,28 +199,3 @@ def sweep_on_ray(
     results = execute_at(table, storage_options) if is_address(plan.out) else execute(table)
     keys = ("number", "host", "process", "wall_seconds", "cpu_seconds", "bytes")
     return SweepResults({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
-
-
-def main() -> int:
-    """What `tropism sweep --engine ray` starts: the plan and the cluster stand as JSON on stdin."""
-    wanted = json.load(sys.stdin)
-    try:
-        execute_units(
-            SweepPlan(**wanted["plan"]),
-            address=wanted.get("address"),
-            workers=wanted.get("workers"),
-            threads=1,
-            retries=3,
-        )
-    except KeyboardInterrupt:
-        return 130
-    except _core.TropismError as error:
-        # The keys of the plan as options of the command.
-        text = str(error).replace("`resume`", "--resume").replace("`out`", "--out")
-        print(text, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

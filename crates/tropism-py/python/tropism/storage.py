@@ -48,6 +48,8 @@ class Mirror:
         self._root: str = root.rstrip("/")
         #: Time and size of the files that are the same at the address.
         self._known: dict[str, tuple[int, int]] = {}
+        #: Folders at the address that are there.
+        self._made: set[str] = set()
         #: Names, or beginnings of names, of what is copied to the address.
         self.only: tuple[str, ...] = ("",)
 
@@ -73,7 +75,10 @@ class Mirror:
     def write(self, name: str, content: bytes) -> None:
         """Writes a file at the address alone."""
         path = f"{self._root}/{name}"
-        self.files.makedirs(path.rpartition("/")[0], exist_ok=True)
+        folder = path.rpartition("/")[0]
+        if folder not in self._made:
+            self.files.makedirs(folder, exist_ok=True)
+            self._made.add(folder)
         if "file" in self.files.protocol:
             # Disks show files that are half written; object storage does not.
             part = f"{path}.{os.getpid()}.part"
@@ -155,6 +160,18 @@ class Pushing(Monitor):
             self._mirror.push()
             self._due = time.monotonic() + PUSH_S
         return self._next.may_go_on()
+
+
+def plan_at(address: str, options: Mapping[str, Any] | None = None) -> SweepPlan:
+    """The plan that goes on with the sweep at an address, from what is there alone."""
+    with mirror_of(address, options) as mirror:
+        if not mirror.has("sweep.toml"):
+            raise _core.PlanError(f"{address}: found no sweep.toml, wanted a sweep to go on with, or a sweep file")
+        mirror.fetch("sweep.toml")
+        plan = SweepPlan(**json.loads(_core.plan_of_folder("sweep", mirror.folder)))
+    # The folder of the mirror is gone; the model is fetched again. Laboratories name a folder of their own.
+    folder = None if plan.folder == os.fspath(mirror.folder) else plan.folder
+    return replace(plan, out=address, folder=folder)
 
 
 def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResults:
