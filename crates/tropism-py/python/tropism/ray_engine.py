@@ -137,7 +137,8 @@ def execute_units(
             monitor.note(f"Ray's dashboard: http://{context.dashboard_url}")
     # A worker that is lost is no fault of its unit; an exception is, and is raised at once.
     task = ray.remote(num_cpus=threads, max_retries=retries, retry_exceptions=False)(_unit)
-    ending = ray.remote(num_cpus=0, max_restarts=-1, max_task_retries=-1)(_Ending).remote()
+    actor: Any = ray.remote(num_cpus=0, max_restarts=-1, max_task_retries=-1)(_Ending)
+    ending = actor.remote()
     text = ray.put(plan.to_json())
     named = {unit["number"]: f"{unit['setting']}; seed {unit['seed']}" for unit in units}
     waiting: list[int] = [unit["number"] for unit in units]
