@@ -273,15 +273,75 @@ worlds = [{ name = "bean" }]
 }
 
 #[test]
-fn the_engine_ray_says_what_to_install_where_there_is_no_python() {
+fn what_needs_python_says_what_to_install_where_there_is_none() {
     let folder = folder();
-    let output =
-        command(&folder, &["sweep", "sweep.toml", "--engine", "ray"]).env("PATH", "").output().unwrap();
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && error.contains("wanted Python with tropism and Ray"), "{error}");
-    let output = tropism(&folder, &["sweep", "sweep.toml", "--workers", "2"]);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && error.contains("wanted --engine ray with them"), "{error}");
+    for (words, wanted) in [
+        (["--engine", "ray"], "wanted Python with tropism, ray: pip install"),
+        (["--out", "memory://sweep"], "wanted Python with tropism, fsspec: pip install"),
+    ] {
+        let output = command(&folder, &[&["sweep", "sweep.toml"], &words[..]].concat())
+            .env("PATH", "")
+            .output()
+            .unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && error.contains(wanted), "{error}");
+    }
+    for (words, wanted) in [
+        (["--workers", "2"], "wanted --engine ray with them"),
+        (
+            ["--out=memory://sweep", "--unit=1"],
+            "found --out memory://sweep, wanted a folder with --unit or --list",
+        ),
+    ] {
+        let output = tropism(&folder, &[&["sweep", "sweep.toml"], &words[..]].concat());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && error.contains(wanted), "{error}");
+    }
+}
+
+/// Stands in for Python: finds all modules, writes down what it is told, and answers with what lies in `results.json`.
+#[cfg(unix)]
+const PYTHON: &str = r#"#!/bin/sh
+case "$1" in
+  -c) echo "$2" >> asked.txt ;;
+  -m) echo "$2" >> asked.txt; while read -r line || [ -n "$line" ]; do echo "$line"; done > order.json
+      while read -r line || [ -n "$line" ]; do echo "$line"; done < results.json ;;
+esac
+"#;
+
+#[cfg(unix)]
+#[test]
+fn a_sweep_at_an_address_is_handed_over_to_python() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let whole = assert_ok(&tropism(&folder, &["sweep", "sweep.toml", "--out", "whole", "--json"]));
+    // On Ray there are further keys.
+    fs::write(at("results.json"), whole.replacen('{', "{\"units\": [], ", 1)).unwrap();
+    fs::write(at("python3"), PYTHON).unwrap();
+    fs::set_permissions(at("python3"), fs::Permissions::from_mode(0o755)).unwrap();
+    let sweep = |words: &[&str]| {
+        let words = [&["sweep", "--out", "s3://bucket/a sweep"], words].concat();
+        let text = assert_ok(&command(&folder, &words).env("PATH", folder.path()).output().unwrap());
+        let order = fs::read_to_string(at("order.json")).unwrap();
+        (text, serde_json::from_str::<serde_json::Value>(&order).unwrap())
+    };
+    let (text, order) = sweep(&["sweep.toml", "--json", "--threads", "2"]);
+    assert_eq!(table(&text), table(&whole));
+    assert_eq!((&order["out"], &order["engine"]), (&"s3://bucket/a sweep".into(), &"local".into()));
+    assert_eq!((&order["threads"], &order["address"]), (&2.into(), &serde_json::Value::Null));
+    assert_eq!(order["plan"]["out"], order["out"]);
+    assert_eq!(order["plan"]["config"]["seeds"], serde_json::json!([3, 8]));
+    // From what is at the address alone, on a cluster; reports read folders, so none is next.
+    let words = ["--resume", "--engine", "ray", "--address", "head:6379", "--workers", "3"];
+    let (text, order) = sweep(&words);
+    assert!(text.ends_with("wrote s3://bucket/a sweep/sweep.csv, s3://bucket/a sweep/sweep.json"), "{text}");
+    assert_eq!((&order["plan"], &order["threads"]), (&serde_json::Value::Null, &serde_json::Value::Null));
+    assert_eq!((&order["engine"], &order["workers"]), (&"ray".into(), &3.into()));
+    assert_eq!(order["address"], "head:6379");
+    let asked = fs::read_to_string(at("asked.txt")).unwrap();
+    let module = "tropism.sweep_command";
+    assert_eq!(asked, format!("import tropism, fsspec\n{module}\nimport tropism, ray, fsspec\n{module}\n"));
 }
 
 /// Stands in for Slurm: executes each task of an array at once, the last first.

@@ -240,7 +240,11 @@ def evolve(folder: Path) -> None:
         if program:
             files = ["--model", str(path), "--config", str(folder / "e.toml"), "--out", str(theirs)]
             words = [program, "evolve", *files, "--quiet"]
-            timed("command", resource.RUSAGE_CHILDREN, partial(subprocess.run, words, check=True, stdout=subprocess.DEVNULL))
+            timed(
+                "command",
+                resource.RUSAGE_CHILDREN,
+                partial(subprocess.run, words, check=True, stdout=subprocess.DEVNULL),
+            )
             champions = [(out / "champion.json").read_bytes() for out in (own, theirs)]
             assert champions[0] == champions[1], "the same seed gives the same champion"
     for name in walls:

@@ -11,7 +11,6 @@ import pytest
 CRATE = Path(__file__).resolve().parents[1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((CRATE / "notebooks").glob("*.ipynb")), ids=lambda path: path.stem)
 def test_a_notebook_is_executed(path: Path) -> None:
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")

@@ -59,8 +59,34 @@ def test_a_killed_worker_changes_no_bit(model: Path, tmp_path: Path, cluster: ob
 
 @pytest.mark.slow
 def test_a_unit_that_fails_says_why(tmp_path: Path, cluster: object) -> None:
-    with pytest.raises(tropism.TropismError, match=r"nowhere\.json"):
-        tropism.sweep(config(tmp_path / "nowhere.json", 5), out=tmp_path / "out", engine="ray", monitor=False)
+    # All units fail at once, while others are about to begin: to cancel these aborts the process in one of ten cases.
+    for number in range(20):
+        with pytest.raises(tropism.TropismError, match=r"nowhere\.json"):
+            out = tmp_path / str(number)
+            tropism.sweep(config(tmp_path / "nowhere.json", 5), out=out, engine="ray", monitor=False)
+
+
+class StopsAtACheckpoint(tropism.Monitor):
+    """Asks for an end as soon as a unit has saved a checkpoint."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def may_go_on(self) -> bool:
+        return not list(self.folder.glob("units/*/run-??.json"))
+
+
+@pytest.mark.slow
+def test_an_interrupted_sweep_leaves_no_unit_at_work_and_goes_on_to_the_same(
+    model: Path, tmp_path: Path, cluster: object
+) -> None:
+    settings, out = config(model, 800), tmp_path / "ray"
+    tropism.sweep(settings, out=tmp_path / "alone", monitor=False)
+    with pytest.raises(tropism.Interrupted, match="is saved"):
+        tropism.sweep(settings, out=out, engine="ray", workers=2, monitor=StopsAtACheckpoint(out))
+    assert len(units(out)) < 4 and worker_of_a_unit() is None
+    tropism.sweep(settings, out=out, engine="ray", workers=2, resume=True, monitor=False)
+    assert units(out) == units(tmp_path / "alone")
 
 
 def test_an_unknown_engine_is_refused(model: Path) -> None:

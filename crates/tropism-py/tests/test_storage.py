@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,9 +43,33 @@ class StopsAt(tropism.Monitor):
         return self.left > 0
 
 
-@pytest.mark.parametrize("kind", ["memory", "file"])
-def test_a_sweep_at_an_address_has_the_bits_of_a_folder(kind: str, model: Path, tmp_path: Path) -> None:
-    address = f"memory://{tmp_path.name}" if kind == "memory" else f"file://{tmp_path}/sweep"
+@pytest.fixture
+def address(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """An address of the kind that a test asks for. s3 is a server of this process."""
+    if request.param != "s3":
+        yield f"memory://{tmp_path.name}" if request.param == "memory" else f"file://{tmp_path}/sweep"
+        return
+    s3fs, moto = pytest.importorskip("s3fs"), pytest.importorskip("moto.server")
+    server = moto.ThreadedMotoServer(ip_address="127.0.0.1", port=0)
+    server.start()
+    host, port = server.get_host_and_port()
+    settings = {
+        "AWS_ENDPOINT_URL": f"http://{host}:{port}",
+        "AWS_ACCESS_KEY_ID": "name",
+        "AWS_SECRET_ACCESS_KEY": "word",
+        "AWS_DEFAULT_REGION": "us-east-1",
+    }
+    for name, value in settings.items():
+        monkeypatch.setenv(name, value)
+    s3fs.S3FileSystem.clear_instance_cache()
+    s3fs.S3FileSystem().makedirs("bucket", exist_ok=True)
+    yield f"s3://bucket/{tmp_path.name}"
+    server.stop()
+    s3fs.S3FileSystem.clear_instance_cache()
+
+
+@pytest.mark.parametrize("address", ["memory", "file", "s3"], indirect=True)
+def test_a_sweep_at_an_address_has_the_bits_of_a_folder(address: str, model: Path, tmp_path: Path) -> None:
     wanted = tropism.sweep(config(model, 8), out=tmp_path / "folder", monitor=False)
     found = tropism.sweep(config(model, 8), out=address, monitor=False)
     assert fitness(found) == fitness(wanted)
@@ -108,6 +136,7 @@ class KillsAWorkerOf(tropism.Monitor):
         self.killed: int | None = None
 
     def may_go_on(self) -> bool:
+        self.files.invalidate_cache()
         saved = {path.rpartition("/")[0] for path in self.files.glob(f"{self.root}/units/*/run-??.json")}
         if self.killed is None and any(not self.files.exists(f"{unit}/unit.json") for unit in saved):
             self.killed = worker_of_a_unit()
@@ -118,10 +147,10 @@ class KillsAWorkerOf(tropism.Monitor):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="processes are found in /proc")
-def test_a_killed_worker_changes_no_bit_at_an_address(model: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("address", ["file", "s3"], indirect=True)
+def test_a_killed_worker_changes_no_bit_at_an_address(address: str, model: Path, tmp_path: Path) -> None:
     ray = pytest.importorskip("ray")
     os.environ.setdefault("RAY_AUTH_MODE", "disabled")
-    address = f"file://{tmp_path}/sweep"
     settings = config(model, 1600)
     wanted = tropism.sweep(settings, out=tmp_path / "folder", monitor=False)
     ray.init(num_cpus=2, log_to_driver=False, include_dashboard=False)
@@ -134,3 +163,48 @@ def test_a_killed_worker_changes_no_bit_at_an_address(model: Path, tmp_path: Pat
     assert fitness(found) == fitness(wanted)
     folder = {path.parent.name: path.read_bytes() for path in (tmp_path / "folder").glob("units/*/unit.json")}
     assert units_at(address) == folder
+
+
+def ordered(order: dict[str, Any]) -> subprocess.CompletedProcess[str]:
+    """What the command line starts, with what it sends."""
+    words = [sys.executable, "-m", "tropism.sweep_command"]
+    return subprocess.run(words, input=json.dumps(order), capture_output=True, text=True, timeout=300)
+
+
+@pytest.mark.parametrize("address", ["file", "s3"], indirect=True)
+def test_the_command_line_executes_a_sweep_at_an_address(address: str, model: Path, tmp_path: Path) -> None:
+    wanted = tropism.sweep(config(model, 8), out=tmp_path / "folder", monitor=False)
+    plan = {"out": address, "resume": False, "folder": "", "config": config(model, 8)}
+    order = {"plan": plan, "out": address, "engine": "local", "address": None, "workers": None, "threads": 2}
+    done = ordered(order)
+    assert done.returncode == 0, done.stderr
+    assert fitness(json.loads(done.stdout)) == fitness(wanted)
+    refused = ordered(order)
+    assert refused.returncode == 1 and "or --resume" in refused.stderr and "Traceback" not in refused.stderr
+    # From what is at the address alone.
+    files, root = fsspec.core.url_to_fs(address)
+    files.rm(f"{root}/units", recursive=True)
+    again = ordered({**order, "plan": None})
+    assert again.returncode == 0, again.stderr
+    assert fitness(json.loads(again.stdout)) == fitness(wanted)
+    nothing = ordered({**order, "plan": None, "out": f"{address}-elsewhere"})
+    assert nothing.returncode == 1 and "found no sweep.toml" in nothing.stderr, nothing.stderr
+
+
+@pytest.mark.skipif("PROGRAM" not in os.environ, reason="PROGRAM names no command line")
+def test_the_program_hands_a_sweep_at_an_address_over(model: Path, tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text("seeds = 2\n[evolve]\nevolution = { runs = 2, generations = 5 }\n")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+
+    def program(*words: str) -> dict[str, Any]:
+        command = [os.environ["PROGRAM"], "--json", "sweep", *words]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, env={**os.environ, "PATH": path})
+        assert done.returncode == 0, done.stderr
+        results: dict[str, Any] = json.loads(done.stdout)
+        return results
+
+    files = [str(tmp_path / "s.toml"), "--model", str(model)]
+    wanted = program(*files, "--out", str(tmp_path / "folder"))
+    address = f"file://{tmp_path}/sweep"
+    assert fitness(program(*files, "--out", address)) == fitness(wanted)
+    assert fitness(program("--out", address, "--resume")) == fitness(wanted)

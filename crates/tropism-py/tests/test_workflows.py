@@ -11,6 +11,9 @@ import subprocess
 import sys
 import threading
 import time
+import types
+import typing
+from collections import abc
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +27,9 @@ SMALL = {"runs": 2, "generations": 5, "neat": {"population": 20}}
 
 
 @pytest.mark.parametrize("plan", tropism.PLANS.values(), ids=tropism.PLANS)
-def test_a_dataclass_has_the_keys_of_its_workflow(plan: type[Plan]) -> None:
+def test_a_dataclass_has_the_keys_of_its_workflow(plan: type[Plan[Any]]) -> None:
+    assert plan.results is not Results
+    assert plan.results.__name__ == plan.__name__.replace("Plan", "Results")
     with pytest.raises(tropism.PlanError) as refusal:
         _core.complete_plan(plan.workflow, '{"nonsense": 1}')
     wanted = set(re.findall(r"`(\w+)`", str(refusal.value))) - {"nonsense"}
@@ -58,7 +63,7 @@ def test_the_whole_way_from_beans_to_a_report(model: Path, tmp_path: Path) -> No
     track = tmp_path / "track.csv"
     simulated = tropism.simulate(model=model, controller=champion, episodes=3, out=track, monitor=False)
     scores = tropism.score(tracks=[track], monitor=False)
-    assert scores.list[0].steps > 100
+    assert scores.tracks[0].steps > 100
     assert simulated.episodes == 3
     compared = tropism.transfer(
         controllers=[{"name": "champion", "controller": champion}, {"name": "chase", "controller": {"kind": "greedy"}}],
@@ -91,18 +96,34 @@ def test_forecasts_of_models_are_compared(beans: Path, model: Path, tmp_path: Pa
         tropism.forecast()
 
 
-def keys_of(results: Results) -> None:
-    """Asserts that a type names the keys of its results, and that what it names and is not there may be None."""
-    wanted = {name for name in type(results).__annotations__ if not name.startswith("_")}
-    found = {key for key in results if not key.startswith("_")} - {"values"}  # a method of every mapping
-    assert found <= wanted, type(results)
-    for name in wanted - found:
-        assert "None" in str(type(results).__annotations__[name]) and getattr(results, name) is None, name
-    for name in found:
-        own = results[name]
-        for item in own if isinstance(own, list) else [own]:
+def is_of(value: Any, hint: Any) -> bool:
+    """Whether a value is what a type says. An int is a float, too."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if hint is Any:
+        return True
+    if origin in (typing.Union, types.UnionType):
+        return any(is_of(value, one) for one in arguments)
+    if origin is list:
+        return isinstance(value, list) and all(is_of(item, arguments[0]) for item in value)
+    if origin is abc.Mapping:
+        return isinstance(value, abc.Mapping) and all(is_of(item, arguments[1]) for item in value.values())
+    if hint in (int, float) and isinstance(value, bool):
+        return False
+    return isinstance(value, (int, float) if hint is float else hint)
+
+
+def assert_typed(results: Results) -> None:
+    """Asserts that a type names the keys of its results and their types, and that what it names and is not there may be None."""
+    hints = {name: hint for name, hint in typing.get_type_hints(type(results)).items() if not name.startswith("_")}
+    # Methods of all results hide two keys.
+    found = {key for key in results if not key.startswith("_")} - {"values", "figures"}
+    assert found <= set(hints), type(results)
+    for name, hint in hints.items():
+        value = getattr(results, name)
+        assert is_of(value, hint), (type(results), name, value)
+        for item in value if isinstance(value, list) else [value]:
             if isinstance(item, Results) and type(item) is not Results:
-                keys_of(item)
+                assert_typed(item)
 
 
 def test_types_of_results_name_their_keys(beans: Path, model: Path, tmp_path: Path) -> None:
@@ -135,9 +156,15 @@ def test_types_of_results_name_their_keys(beans: Path, model: Path, tmp_path: Pa
         tropism.transfer(controllers=controllers, plants=2, task=short, out=tmp_path / "transfer", **quiet),
         tropism.transfer(controllers=controllers, plants=2, task=disc, out=tmp_path / "disc", **quiet),
         tropism.sweep(sweep, out=tmp_path / "sweep", **quiet),
+        tropism.show(source=tmp_path / "e", **quiet),
+        tropism.show(source=tmp_path / "e", model=model, out=tmp_path / "champion.svg", **quiet),
+        tropism.score(tracks=[beans, tmp_path / "t.csv"], **quiet),
+        tropism.score(tracks=[tmp_path / "grown"], task=disc, **quiet),
+        tropism.report(sources=[tmp_path / "e"], out=tmp_path / "e.html", figures=tmp_path / "figures", **quiet),
+        tropism.report(sources=[tmp_path / "sweep"], out=tmp_path / "sweep.html", **quiet),
     ):
         assert type(results) is not Results
-        keys_of(results)
+        assert_typed(results)
     with pytest.raises(AttributeError, match="found no 'fitnes'"):
         _ = evolved.fitnes  # type: ignore[attr-defined]
 
@@ -148,17 +175,24 @@ def test_a_run_in_the_virtual_tent_becomes_a_track(tmp_path: Path) -> None:
     config["rig"]["greenhouse"]["scene"].update(width=432, height=324)
     results = tropism.run(out=tmp_path / "run", config=config, monitor=False)
     assert results.is_virtual and results.steps == 4
+    assert_typed(results)
     # What every photograph of the virtual tent shows: 74 cm in width, the middle 20 cm above the soil.
     px_per_cm = 432 / 74
-    tropism.track(
+    base = [215.5, 161.5 + 20 * px_per_cm]
+    followed = tropism.track(
         photographs=[tmp_path / "run" / "photographs"],
         scale={"px_per_cm": px_per_cm},
-        plants=[{"name": "1", "base": [215.5, 161.5 + 20 * px_per_cm]}],
+        plants=[{"name": "1", "base": base}],
         out=tmp_path / "again.csv",
         monitor=False,
     )
+    assert_typed(followed)
+    [plant] = followed.tracks
+    assert plant.is_virtual and plant.plant is None
+    assert plant.frames == 5 == sum(plant.classes.values())
+    assert plant.calibration.px_per_cm == pytest.approx(px_per_cm) and plant.camera.moved == 0
     again = tropism.score(tracks=[tmp_path / "again.csv", tmp_path / "run" / "track.csv"], monitor=False)
-    assert [track.steps for track in again.list] == [4, 4]
+    assert [track.steps for track in again.tracks] == [4, 4]
 
 
 class Listening(tropism.Monitor):
@@ -203,8 +237,8 @@ def test_a_monitor_that_asks_for_an_end_gets_it_and_the_work_goes_on_to_the_same
     assert (part / "champion.json").read_bytes() == (whole / "champion.json").read_bytes()
 
 
-def _with(plan: Plan, **changes: object) -> Plan:
-    return dataclasses.replace(plan, **changes)  # type: ignore[arg-type]
+def _with(plan: EvolvePlan, **changes: Any) -> EvolvePlan:
+    return dataclasses.replace(plan, **changes)
 
 
 def test_an_exception_of_a_monitor_is_raised(model: Path, tmp_path: Path) -> None:
@@ -308,4 +342,6 @@ def test_a_small_study_has_its_report(tmp_path: Path) -> None:
     config["evolution"].update(generations=5, runs=2)
     results = tropism.study(config=config, out=tmp_path / "study", monitor=False)
     assert results.is_virtual and (tmp_path / "study" / "report.html").exists()
-    assert tropism.resume(tmp_path / "study", "study", monitor=False)["is_virtual"]
+    assert_typed(results)
+    assert results.many_chase.plants == 4 and results.reality_champion.plants == 1
+    assert tropism.resume(tmp_path / "study", "study", monitor=False) == results

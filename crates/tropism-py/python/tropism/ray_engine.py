@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import logging
 import os
-import sys
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +19,51 @@ from tropism import _core
 from tropism.monitor import Monitor, Progress
 from tropism.results import SweepResults
 from tropism.storage import Mirror, execute_at, execute_unit, is_address
-from tropism.workflows import SweepPlan, execute_sweep
+from tropism.workflows import SweepPlan, execute
+
+#: Seconds between two questions of a unit whether to end. Chosen: a thousand units ask an actor a thousand times a second, which
+#: is a tenth of what one answers.
+ASK_S = 1.0
+#: Seconds for units to save and end, after which they are left to Ray. Chosen: to save takes a fraction of one.
+END_S = 10.0
+
+
+class _Ending:
+    """An actor that knows whether the units are to end.
+
+    Units are not cancelled: `ray.cancel` of a task that ends at this moment aborts the process that calls it (Ray 2.60, "Tried to
+    complete task that was not pending"; https://github.com/ray-project/ray/pull/54798 mends a part of it).
+    """
+
+    def __init__(self) -> None:
+        self._is_over = False
+
+    def end(self) -> None:
+        self._is_over = True
+
+    def is_over(self) -> bool:
+        return self._is_over
+
+
+class _Asking(Monitor):
+    """Ends a unit, which then saves, when the actor says so. It never waits for the answer: Ray lends the cores of who waits."""
+
+    def __init__(self, ending: Any) -> None:
+        self._ending = ending
+        self._answer: Any = None
+        self._due = time.monotonic()
+
+    def may_go_on(self) -> bool:
+        if self._answer is None and time.monotonic() >= self._due:
+            self._answer = self._ending.is_over.remote().future()
+            self._due = time.monotonic() + ASK_S
+        if self._answer is None or not self._answer.done():
+            return True
+        # An actor that is lost with its machine says nothing.
+        if self._answer.exception() is None and self._answer.result():
+            return False
+        self._answer = None
+        return True
 
 
 def _absolute(plan: SweepPlan) -> SweepPlan:
@@ -32,20 +76,25 @@ def _absolute(plan: SweepPlan) -> SweepPlan:
     return replace(plan, config=config, folder=folder, out=out)
 
 
-def _unit(plan: str, number: int, threads: int, name: str, storage_options: Mapping[str, Any] | None) -> dict[str, Any]:
+def _unit(
+    plan: str, number: int, threads: int, name: str, storage_options: Mapping[str, Any] | None, ending: Any
+) -> dict[str, Any]:
     """Executes one unit on a worker: what it found, and what it cost."""
     import resource
     import socket
-    import time
 
+    import ray
+
+    if ray.get(ending.is_over.remote()):
+        raise _core.Interrupted("interrupted before it began")
     began = time.monotonic()
     before = resource.getrusage(resource.RUSAGE_SELF)
     order = {"sweep": json.loads(plan), "unit": number}
     out = order["sweep"]["out"]
     if is_address(out):
-        text = execute_unit(out, storage_options, order, name, threads)
+        text = execute_unit(out, storage_options, order, name, threads, _Asking(ending))
     else:
-        text = _core.execute_workflow("sweep_unit", json.dumps(order), None, threads)
+        text = _core.execute_workflow("sweep_unit", json.dumps(order), _Asking(ending), threads)
     after = resource.getrusage(resource.RUSAGE_SELF)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     found = {"number": number, "results": json.loads(text), "host": socket.gethostname(), "process": os.getpid()}
@@ -88,6 +137,8 @@ def execute_units(
             monitor.note(f"Ray's dashboard: http://{context.dashboard_url}")
     # A worker that is lost is no fault of its unit; an exception is, and is raised at once.
     task = ray.remote(num_cpus=threads, max_retries=retries, retry_exceptions=False)(_unit)
+    actor: Any = ray.remote(num_cpus=0, max_restarts=-1, max_task_retries=-1)(_Ending)
+    ending = actor.remote()
     text = ray.put(plan.to_json())
     named = {unit["number"]: f"{unit['setting']}; seed {unit['seed']}" for unit in units}
     waiting: list[int] = [unit["number"] for unit in units]
@@ -102,7 +153,7 @@ def execute_units(
                 number = waiting.pop(0)
                 named_task = task.options(name=f"unit {number}: {named[number]}")
                 name = units[number - 1]["unit"]
-                running[named_task.remote(text, number, threads, name, storage_options)] = number
+                running[named_task.remote(text, number, threads, name, storage_options, ending)] = number
             done, _ = ray.wait(list(running), timeout=0.1)
             for reference in done:
                 costs.append(ray.get(reference))
@@ -118,9 +169,10 @@ def execute_units(
         text = f"{out}: a unit lost its worker more than {retries} times; `resume` goes on"
         raise _core.TropismError(text) from error
     finally:
-        # Units that still work are ended; what they did is saved.
-        for reference in running:
-            ray.cancel(reference, force=True)
+        if running:
+            # Units that still work save what they did.
+            ending.end.remote()
+            ray.wait(list(running), num_returns=len(running), timeout=END_S)
         if isinstance(monitor, Progress):
             monitor.close()
         if started:
@@ -145,31 +197,6 @@ def sweep_on_ray(
         plan, address=address, workers=workers, threads=threads, retries=retries, storage_options=storage_options
     )
     table = replace(_absolute(plan), threads=None, resume=True, monitor=False)
-    results = execute_at(table, storage_options) if is_address(plan.out) else execute_sweep(table)
+    results = execute_at(table, storage_options) if is_address(plan.out) else execute(table)
     keys = ("number", "host", "process", "wall_seconds", "cpu_seconds", "bytes")
     return SweepResults({**results.to_dict(), "units": [{key: cost[key] for key in keys} for cost in costs]})
-
-
-def main() -> int:
-    """What `tropism sweep --engine ray` starts: the plan and the cluster stand as JSON on stdin."""
-    wanted = json.load(sys.stdin)
-    try:
-        execute_units(
-            SweepPlan(**wanted["plan"]),
-            address=wanted.get("address"),
-            workers=wanted.get("workers"),
-            threads=1,
-            retries=3,
-        )
-    except KeyboardInterrupt:
-        return 130
-    except _core.TropismError as error:
-        # The keys of the plan as options of the command.
-        text = str(error).replace("`resume`", "--resume").replace("`out`", "--out")
-        print(text, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

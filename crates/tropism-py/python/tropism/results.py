@@ -29,6 +29,11 @@ class Results(Mapping[str, Any]):
     def __init__(self, values: Mapping[str, Any]) -> None:
         self._values = dict(values)
 
+    @classmethod
+    def of_json(cls, found: Any) -> Results:
+        """The results that a workflow gave as JSON."""
+        return cls(found)
+
     def __getitem__(self, key: str) -> Any:
         return _wrapped(self._values[key], self._kinds.get(key, Results))
 
@@ -109,6 +114,137 @@ class TrainingResults(Results):
 
     epochs: int
     error: float
+
+
+class CameraMotion(Results):
+    """Movement of the camera over a series of photographs."""
+
+    #: Photographs whose background is shifted against the first, and the first of them.
+    moved: int
+    first: str | None
+    #: The largest shift.
+    farthest_px: float
+    #: Photographs in which no shift could be measured.
+    unknown: int
+
+
+class CalibrationResults(Results):
+    """How pixels became centimetres."""
+
+    #: The pixel where the stem leaves the soil: `x` to the right, `y` downwards.
+    base: Mapping[str, float]
+    px_per_cm: float
+    #: Columns and rows of the pictures.
+    width: int
+    height: int
+    #: None where marks determine the calibration exactly.
+    residual_mm: float | None
+    #: Distortion and homography; None for a camera without them.
+    lens: Mapping[str, Any] | None
+
+
+class Doubt(Results):
+    """What speaks against a track."""
+
+    #: few_measured, root_elsewhere, tip_at_edge, scale_assumed or unrelated.
+    kind: str
+    #: What was found, and what to do.
+    advice: str
+
+
+class PlantTrack(Results):
+    """The track of one plant."""
+
+    schema: str
+    #: File of the track.
+    track: str
+    #: Name of the plant; None if it is the only one.
+    plant: str | None
+    is_virtual: bool
+    #: Photographs, those with a measured tip, and those whose tip is held from an earlier one.
+    frames: int
+    measured: int
+    held: int
+    #: Photographs before the first measured tip; they have no row in the track.
+    before: int
+    #: Photographs by what they show, by the edge of the region that the plant reaches, and by the lamp that is lit.
+    classes: Mapping[str, int]
+    leaves_view_at: Mapping[str, int]
+    lights: Mapping[str, int]
+    #: The most photographs in a row without a measured tip, and the longest time between two measured ones.
+    longest_gap: int
+    longest_gap_min: float
+    camera: CameraMotion
+    #: exif, name or even.
+    time_from: str
+    period_min: float
+    missing_steps: int
+    calibration: CalibrationResults
+    #: Whether the scale is that of the paper's camera, because the plan gives none.
+    calibration_is_assumed: bool
+    #: Whether region and root were found by the plant's motion.
+    is_located: bool
+    #: Whether the photographs were taken as unrelated.
+    is_each: bool
+    doubts: list[Doubt]
+    photographs_sha256: str
+    #: What is wrong with which file.
+    problems: Mapping[str, str]
+    #: What decides the detections.
+    settings: Mapping[str, Any]
+    settings_sha256: str
+    _kinds = {"camera": CameraMotion, "calibration": CalibrationResults, "doubts": Doubt}
+
+
+class _TrackList(Results):
+    """Results with one entry a track, also where there is only one."""
+
+    @classmethod
+    def of_json(cls, found: Any) -> Results:
+        return cls({"tracks": found if isinstance(found, list) else [found]})
+
+
+class TrackResults(_TrackList):
+    """Of `track`."""
+
+    #: Of each plant that was detected.
+    tracks: list[PlantTrack]
+    _kinds = {"tracks": PlantTrack}
+
+
+class Crossing(Results):
+    """Where a tip first reached the height of a target."""
+
+    step: int
+    #: From the tip to the target.
+    distance_cm: float
+
+
+class TrackScore(Results):
+    """The fitness of a track."""
+
+    #: File of the track.
+    track: str
+    task: Mapping[str, Any]
+    #: Where the task is from: plan, run or paper.
+    task_from: str
+    #: In cm, and the best that there can be.
+    fitness: float
+    best: float
+    steps: int
+    #: None for a target whose height was not reached.
+    targets: list[Crossing | None]
+    #: Whether the whole task was done; None for a task that has a fitness alone.
+    is_done: bool | None
+    _kinds = {"targets": Crossing}
+
+
+class ScoreResults(_TrackList):
+    """Of `score`."""
+
+    #: In the order of the plan.
+    tracks: list[TrackScore]
+    _kinds = {"tracks": TrackScore}
 
 
 class FitResults(Results):
@@ -205,20 +341,36 @@ class EvolveResults(Results):
     _kinds = {"runs": EvolvedRun}
 
 
+class RuleResults(Results):
+    """The numbers of a predictive rule, which docs/formats.md describes."""
+
+    look_ahead_cm: float
+    overshoot: float
+    next_target: float
+    offset_cm: float
+    velocity_steps: float
+    shift_steps: float
+    light_memory_cm: float
+    lean: float
+    persistence_cm: float
+    #: Six more, of a rule that keeps clear of obstacles.
+    avoidance: Mapping[str, float] | None
+
+
 class TuneResults(Results):
     """Of `tune`."""
 
     #: File of the rule.
     out: str
     is_virtual: bool
-    rule: Results
+    rule: RuleResults
     in_model: Scores
     expected: Scores | None
     #: Why nothing is expected.
     withheld: str | None
     chase: Scores
     cpu_seconds: float
-    _kinds = {"in_model": Scores, "expected": Scores, "chase": Scores}
+    _kinds = {"rule": RuleResults, "in_model": Scores, "expected": Scores, "chase": Scores}
 
 
 class SimulateResults(Results):
@@ -231,6 +383,71 @@ class SimulateResults(Results):
     sd_fitness: float
     best: float
     steps_without_data: float
+
+
+class ShowResults(Results):
+    """Of `show`: the properties of a network."""
+
+    #: File of the genome.
+    genome: str
+    #: Without the bias.
+    inputs: int
+    outputs: int
+    hidden: int
+    links: int
+    recurrent_links: int
+    #: Hidden neurons and links from which a path leads to an output.
+    live_hidden: int
+    live_links: int
+    is_linear: bool
+    has_memory: bool
+    #: Factors of x, y and 1 of a linear controller: the right lamp is lit where their sum is above 0.
+    boundary: list[float] | None
+    #: Of the plant whose path is drawn; None without a model.
+    fitness: float | None
+    is_virtual: bool | None
+    #: File of the drawing.
+    out: str | None
+
+
+class Share(Results):
+    """A share of plants, 0 to 1, and its 95 % interval."""
+
+    share: float
+    interval: list[float]
+
+
+class TargetResults(Results):
+    """How near the tips of all plants came to a target at its height."""
+
+    #: x and y in cm; None if each plant had a target of its own, or a form is the target.
+    target: list[float] | None
+    #: Median and 90 % quantile; None if no plant reached its height.
+    median_cm: float | None
+    far_cm: float | None
+    #: Plants that missed it, and those of them that never reached its height.
+    missed: int
+    never: int
+
+
+class PairedDifference(Results):
+    """Differences of fitness on the same plants, in cm."""
+
+    mean: float
+    #: 95 % interval of the mean.
+    interval: list[float]
+    #: Share of the plants on which the first is better, 0 to 1.
+    share_above: float
+
+
+class ControllerPair(Results):
+    """Two controllers on the same plants."""
+
+    one: str
+    other: str
+    #: Fitness of the first minus that of the second.
+    difference: PairedDifference
+    _kinds = {"difference": PairedDifference}
 
 
 class ControllerResults(Results):
@@ -253,10 +470,12 @@ class ControllerResults(Results):
     share_of_ceiling: float | None
     median_cm: float | None
     #: Share of the plants on which the whole task was done, for tasks that can be done.
-    done: Results | None
-    targets: list[Results]
-    missed: Results
-    reached: Results
+    done: Share | None
+    targets: list[TargetResults]
+    #: Plants by what is found in the steps before a target that they missed, and before one that they reached.
+    missed: Mapping[str, int]
+    reached: Mapping[str, int]
+    _kinds = {"done": Share, "targets": TargetResults}
 
 
 class TransferResults(Results):
@@ -275,10 +494,94 @@ class TransferResults(Results):
     best_possible: float
     controllers: list[ControllerResults]
     #: Differences of each two controllers.
-    pairs: list[Results]
+    pairs: list[ControllerPair]
     bound: str | None
     mean_ceiling: float | None
-    _kinds = {"controllers": ControllerResults}
+    _kinds = {"controllers": ControllerResults, "pairs": ControllerPair}
+
+
+class RealityNumbers(Results):
+    """The fitness of a controller on unseen virtual plants, through photographs, in cm."""
+
+    mean: float
+    #: 95 % interval of the mean.
+    interval: list[float]
+    sd: float
+    best: float
+    worst: float
+    plants: int
+
+
+class ManyNumbers(Results):
+    """The fitness of a controller on many unseen virtual plants, without photographs, in cm."""
+
+    mean: float
+    #: 95 % interval of the mean.
+    interval: list[float]
+    plants: int
+
+
+class StudyResults(Results):
+    """Of `study`. Fitness is in cm."""
+
+    seed: int
+    is_virtual: bool
+    best_possible: float
+    #: Of a single evaluation in all runs.
+    best_evolved: float
+    champion_mean_in_model: float
+    champion_expected_in_reality: float
+    #: None without generations.
+    saturation_generation: int | None
+    #: Of a single evaluation.
+    best_random: float
+    median_random: float
+    random_mean_in_model: float
+    periodic_mean_in_model: float
+    chase_mean_in_model: float
+    reality_champion: RealityNumbers
+    reality_random: RealityNumbers
+    reality_periodic: RealityNumbers
+    reality_chase: RealityNumbers
+    many_champion: ManyNumbers
+    many_chase: ManyNumbers
+    many_champion_over_chase: PairedDifference
+    #: The champion's mean on unseen plants, as a share of its mean in the model, and of the best single evaluation.
+    share_kept: float
+    share_kept_of_best: float
+    #: Mean duration of the champion's experiments.
+    hours_to_end: float
+    #: File of the report.
+    report: str
+    _kinds = {
+        "reality_champion": RealityNumbers,
+        "reality_random": RealityNumbers,
+        "reality_periodic": RealityNumbers,
+        "reality_chase": RealityNumbers,
+        "many_champion": ManyNumbers,
+        "many_chase": ManyNumbers,
+        "many_champion_over_chase": PairedDifference,
+    }
+
+
+class SamplePair(Results):
+    """Two samples compared by a Mann-Whitney U test."""
+
+    #: World and recipe, of laboratories in a sweep.
+    case: str | None
+    one: str
+    other: str
+    #: Number of values of each.
+    sizes: list[int]
+    #: Median of the first minus that of the second.
+    median_difference: float
+    u: float
+    p: float
+    is_exact: bool
+    #: After Holm's correction for all pairs.
+    p_holm: float
+    #: Vargha and Delaney's A.
+    superiority: float
 
 
 class SweepRow(Results):
@@ -317,7 +620,36 @@ class SweepResults(Results):
     is_virtual: bool
     seeds: list[int]
     rows: list[SweepRow]
-    pairs: list[Results]
+    #: Each two settings.
+    pairs: list[SamplePair]
     #: With the engine ray.
     units: list[UnitCost] | None
-    _kinds = {"rows": SweepRow, "units": UnitCost}
+    _kinds = {"rows": SweepRow, "pairs": SamplePair, "units": UnitCost}
+
+
+class LeftOutFigure(Results):
+    """A figure for which there are no data."""
+
+    #: Its number.
+    figure: str
+    #: Why it is left out, and what it needs.
+    reason: str
+
+
+class ReportComparison(Results):
+    """Things of one kind, compared pair by pair."""
+
+    title: str
+    pairs: list[SamplePair]
+    _kinds = {"pairs": SamplePair}
+
+
+class ReportResults(Results):
+    """Of `report`. `figures()` are the files of its figures, `results["figures"]` their numbers."""
+
+    #: File of the report.
+    report: str
+    left_out: list[LeftOutFigure]
+    #: Of several sources of one kind.
+    comparisons: list[ReportComparison] | None
+    _kinds = {"left_out": LeftOutFigure, "comparisons": ReportComparison}

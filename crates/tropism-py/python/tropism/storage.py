@@ -19,7 +19,7 @@ from typing import Any
 from tropism import _core
 from tropism.monitor import Monitor, Progress
 from tropism.results import SweepResults
-from tropism.workflows import SweepPlan, execute_sweep
+from tropism.workflows import SweepPlan, execute
 
 #: Seconds between two looks at what changed. Chosen: far below the minute between two checkpoints.
 PUSH_S = 1.0
@@ -48,6 +48,8 @@ class Mirror:
         self._root: str = root.rstrip("/")
         #: Time and size of the files that are the same at the address.
         self._known: dict[str, tuple[int, int]] = {}
+        #: Folders at the address that are there.
+        self._made: set[str] = set()
         #: Names, or beginnings of names, of what is copied to the address.
         self.only: tuple[str, ...] = ("",)
 
@@ -73,7 +75,10 @@ class Mirror:
     def write(self, name: str, content: bytes) -> None:
         """Writes a file at the address alone."""
         path = f"{self._root}/{name}"
-        self.files.makedirs(path.rpartition("/")[0], exist_ok=True)
+        folder = path.rpartition("/")[0]
+        if folder not in self._made:
+            self.files.makedirs(folder, exist_ok=True)
+            self._made.add(folder)
         if "file" in self.files.protocol:
             # Disks show files that are half written; object storage does not.
             part = f"{path}.{os.getpid()}.part"
@@ -157,6 +162,18 @@ class Pushing(Monitor):
         return self._next.may_go_on()
 
 
+def plan_at(address: str, options: Mapping[str, Any] | None = None) -> SweepPlan:
+    """The plan that goes on with the sweep at an address, from what is there alone."""
+    with mirror_of(address, options) as mirror:
+        if not mirror.has("sweep.toml"):
+            raise _core.PlanError(f"{address}: found no sweep.toml, wanted a sweep to go on with, or a sweep file")
+        mirror.fetch("sweep.toml")
+        plan = SweepPlan(**json.loads(_core.plan_of_folder("sweep", mirror.folder)))
+    # The folder of the mirror is gone; the model is fetched again. Laboratories name a folder of their own.
+    folder = None if plan.folder == os.fspath(mirror.folder) else plan.folder
+    return replace(plan, out=address, folder=folder)
+
+
 def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResults:
     """Executes a sweep on this machine whose `out` is an address."""
     address = os.fspath(plan.out or "")
@@ -172,7 +189,7 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResul
         if model.exists():
             config["model"] = os.fspath(model)
         try:
-            results = execute_sweep(replace(plan, out=mirror.folder, config=config, monitor=listener))
+            results = execute(replace(plan, out=mirror.folder, config=config, monitor=listener))
         finally:
             mirror.push()
             if progress is not None:
@@ -181,7 +198,7 @@ def execute_at(plan: SweepPlan, options: Mapping[str, Any] | None) -> SweepResul
 
 
 def execute_unit(
-    address: str, options: Mapping[str, Any] | None, order: dict[str, Any], name: str, threads: int
+    address: str, options: Mapping[str, Any] | None, order: dict[str, Any], name: str, threads: int, listener: Monitor
 ) -> str:
     """Executes a unit of a sweep from where its files at an address are: its results (JSON)."""
     with mirror_of(address, options) as mirror:
@@ -193,6 +210,6 @@ def execute_unit(
             plan["config"] = {**plan["config"], "model": os.fspath(mirror.folder / "model.json")}
         text = json.dumps({**order, "sweep": plan})
         try:
-            return _core.execute_workflow("sweep_unit", text, Pushing(mirror), threads)
+            return _core.execute_workflow("sweep_unit", text, Pushing(mirror, listener), threads)
         finally:
             mirror.push()

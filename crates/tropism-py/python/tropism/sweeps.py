@@ -12,7 +12,7 @@ from tropism import _core
 from tropism.monitor import Monitor
 from tropism.results import SweepResults
 from tropism.storage import execute_at, is_address
-from tropism.workflows import PathLike, SweepPlan, execute_sweep
+from tropism.workflows import PathLike, SweepPlan, execute
 
 
 def sweep(
@@ -53,7 +53,7 @@ def sweep(
     if resume is not None:
         chosen = replace(chosen, resume=resume)
     if engine == "local":
-        return execute_at(chosen, storage_options) if is_address(chosen.out) else execute_sweep(chosen)
+        return execute_at(chosen, storage_options) if is_address(chosen.out) else execute(chosen)
     if engine != "ray":
         raise _core.PlanError(f"found engine {engine!r}, wanted local or ray")
     from tropism.ray_engine import sweep_on_ray

@@ -16,7 +16,7 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
+from typing import Any, ClassVar, Generic, Literal, ParamSpec, TypeAlias, TypeVar, cast, overload
 
 from tropism import _core
 from tropism.monitor import Monitor, Progress
@@ -25,10 +25,15 @@ from tropism.results import (
     FitResults,
     ForecastResults,
     GrowResults,
+    ReportResults,
     Results,
     RunResults,
+    ScoreResults,
+    ShowResults,
     SimulateResults,
+    StudyResults,
     SweepResults,
+    TrackResults,
     TransferResults,
     TuneResults,
 )
@@ -39,19 +44,6 @@ Settings: TypeAlias = Mapping[str, Any]
 ControllerSpec: TypeAlias = Mapping[str, Any]
 _P = ParamSpec("_P")
 _R = TypeVar("_R", bound=Results)
-
-#: The type of the results of each workflow that has one of its own.
-RESULTS: dict[str, type[Results]] = {
-    "evolve": EvolveResults,
-    "fit": FitResults,
-    "forecast": ForecastResults,
-    "grow": GrowResults,
-    "run": RunResults,
-    "simulate": SimulateResults,
-    "sweep": SweepResults,
-    "transfer": TransferResults,
-    "tune": TuneResults,
-}
 
 
 def _plain(value: Any) -> Any:
@@ -70,13 +62,15 @@ def _plain(value: Any) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plan:
+class Plan(Generic[_R]):
     """A plan of a workflow. Keys that are None are the workflow's own defaults, which `complete` shows.
 
     `monitor` and `threads` change no result and are no part of the plan's JSON.
     """
 
     workflow: ClassVar[str] = ""
+    #: The type of its results.
+    results: ClassVar[type[Results]] = Results
     monitor: Monitor | Literal[False] | None = field(default=None, repr=False, compare=False)
     threads: int | None = field(default=None, repr=False, compare=False)
 
@@ -104,10 +98,11 @@ class Plan:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GrowPlan(Plan):
+class GrowPlan(Plan[GrowResults]):
     """Grows virtual beans: tracks, or photographs with their ground truth."""
 
     workflow: ClassVar[str] = "grow"
+    results = GrowResults
     plants: int | None = None
     controller: ControllerSpec | None = None
     task: Settings | None = None
@@ -120,10 +115,11 @@ class GrowPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunPlan(Plan):
+class RunPlan(Plan[RunResults]):
     """An experiment in a real or virtual tent, recorded in a run folder. `config` has the keys of `run.toml`."""
 
     workflow: ClassVar[str] = "run"
+    results = RunResults
     out: PathLike | None = None
     resume: bool | None = None
     speed: float | None = None
@@ -131,10 +127,11 @@ class RunPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackPlan(Plan):
+class TrackPlan(Plan[TrackResults]):
     """Tracks of photographs of plants."""
 
     workflow: ClassVar[str] = "track"
+    results = TrackResults
     photographs: Sequence[PathLike] | None = None
     out: PathLike | None = None
     scale: Any = None
@@ -152,10 +149,11 @@ class TrackPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitPlan(Plan):
+class FitPlan(Plan[FitResults]):
     """A model of tracks: `kind` is tip, memory, stem or lstm; `epochs` and `seed` are for the last alone."""
 
     workflow: ClassVar[str] = "fit"
+    results = FitResults
     tracks: Sequence[PathLike] | None = None
     kind: Literal["tip", "memory", "stem", "lstm"] | None = None
     model: Settings | None = None
@@ -167,10 +165,11 @@ class FitPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForecastPlan(Plan):
+class ForecastPlan(Plan[ForecastResults]):
     """Compares models by their forecasts of plants of which none was made; without `tracks`, of virtual beans."""
 
     workflow: ClassVar[str] = "forecast"
+    results = ForecastResults
     models: Sequence[PathLike] | None = None
     tracks: Sequence[PathLike] | None = None
     plants: int | None = None
@@ -182,10 +181,11 @@ class ForecastPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class EvolvePlan(Plan):
+class EvolvePlan(Plan[EvolveResults]):
     """Evolves controllers on a model."""
 
     workflow: ClassVar[str] = "evolve"
+    results = EvolveResults
     model: PathLike | None = None
     out: PathLike | None = None
     task: Settings | None = None
@@ -197,10 +197,11 @@ class EvolvePlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TunePlan(Plan):
+class TunePlan(Plan[TuneResults]):
     """Tunes a rule of nine numbers on a model."""
 
     workflow: ClassVar[str] = "tune"
+    results = TuneResults
     model: PathLike | None = None
     beans: Settings | None = None
     period_min: float | None = None
@@ -212,10 +213,11 @@ class TunePlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulatePlan(Plan):
+class SimulatePlan(Plan[SimulateResults]):
     """Steers simulated plants of a model."""
 
     workflow: ClassVar[str] = "simulate"
+    results = SimulateResults
     model: PathLike | None = None
     controller: ControllerSpec | None = None
     task: Settings | None = None
@@ -226,19 +228,21 @@ class SimulatePlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ScorePlan(Plan):
+class ScorePlan(Plan[ScoreResults]):
     """The fitness of tracks, eq. (9)."""
 
     workflow: ClassVar[str] = "score"
+    results = ScoreResults
     tracks: Sequence[PathLike] | None = None
     task: Settings | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShowPlan(Plan):
+class ShowPlan(Plan[ShowResults]):
     """A network and its decisions."""
 
     workflow: ClassVar[str] = "show"
+    results = ShowResults
     source: PathLike | None = None
     out: PathLike | None = None
     format: str | None = None
@@ -247,10 +251,11 @@ class ShowPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TransferPlan(Plan):
+class TransferPlan(Plan[TransferResults]):
     """Compares controllers on the same unseen virtual plants."""
 
     workflow: ClassVar[str] = "transfer"
+    results = TransferResults
     controllers: Sequence[Settings] | None = None
     plants: int | None = None
     plant_seeds: Settings | None = None
@@ -268,10 +273,11 @@ class TransferPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StudyPlan(Plan):
+class StudyPlan(Plan[StudyResults]):
     """The whole paper on virtual beans. `config` has the keys of `studies/paper.toml`; `quick_study` is a small one."""
 
     workflow: ClassVar[str] = "study"
+    results = StudyResults
     out: PathLike | None = None
     resume: bool | None = None
     keep_photographs: bool | None = None
@@ -279,10 +285,11 @@ class StudyPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweepPlan(Plan):
+class SweepPlan(Plan[SweepResults]):
     """Seeds times settings of evolutions or of studies of laboratories. `config` has the keys of `studies/sweep.toml`."""
 
     workflow: ClassVar[str] = "sweep"
+    results = SweepResults
     out: PathLike | None = None
     resume: bool | None = None
     folder: PathLike | None = None
@@ -290,20 +297,21 @@ class SweepPlan(Plan):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReportPlan(Plan):
+class ReportPlan(Plan[ReportResults]):
     """A page of figures, and with `figures` each as a file."""
 
     workflow: ClassVar[str] = "report"
+    results = ReportResults
     sources: Sequence[PathLike] | None = None
     out: PathLike | None = None
     figures: PathLike | None = None
 
 
 #: The plan of each workflow.
-PLANS: dict[str, type[Plan]] = {plan.workflow: plan for plan in Plan.__subclasses__()}
+PLANS: dict[str, type[Plan[Any]]] = {plan.workflow: plan for plan in Plan.__subclasses__()}
 
 
-def execute(plan: Plan) -> Results:
+def execute(plan: Plan[_R]) -> _R:
     """Executes a plan.
 
     Raises PlanError if the plan cannot be executed, TropismError if it fails, Paused if a run needs its user, and Interrupted
@@ -317,44 +325,67 @@ def execute(plan: Plan) -> Results:
     finally:
         if progress is not None:
             progress.close()
-    found = json.loads(text)
-    results: dict[str, Any] = {"list": found} if isinstance(found, list) else found
+    results = plan.results.of_json(json.loads(text))
     if isinstance(plan, ReportPlan) and plan.figures is not None:
-        results["_figures"] = os.fspath(plan.figures)
-    return RESULTS.get(plan.workflow, Results)(results)
+        results = plan.results({**results.to_dict(), "_figures": os.fspath(plan.figures)})
+    return cast(_R, results)
 
 
-def _function(plan: Callable[_P, Plan], name: str, kind: type[_R]) -> Callable[_P, _R]:
+def _function(plan: Callable[_P, Plan[_R]]) -> Callable[_P, _R]:
     """The function of a workflow: it takes the keys of the plan."""
-    assert RESULTS.get(name, Results) is kind
 
     def call(*args: _P.args, **kwargs: _P.kwargs) -> _R:
-        return cast(_R, execute(plan(*args, **kwargs)))
+        return execute(plan(*args, **kwargs))
 
-    call.__name__ = call.__qualname__ = name
+    call.__name__ = call.__qualname__ = cast(type[Plan[_R]], plan).workflow
     call.__doc__ = plan.__doc__
     call.__wrapped__ = plan  # type: ignore[attr-defined]
     return call
 
 
-grow = _function(GrowPlan, "grow", GrowResults)
-run = _function(RunPlan, "run", RunResults)
-track = _function(TrackPlan, "track", Results)
-fit = _function(FitPlan, "fit", FitResults)
-forecast = _function(ForecastPlan, "forecast", ForecastResults)
-evolve = _function(EvolvePlan, "evolve", EvolveResults)
-tune = _function(TunePlan, "tune", TuneResults)
-simulate = _function(SimulatePlan, "simulate", SimulateResults)
-score = _function(ScorePlan, "score", Results)
-show = _function(ShowPlan, "show", Results)
-transfer = _function(TransferPlan, "transfer", TransferResults)
-study = _function(StudyPlan, "study", Results)
-report = _function(ReportPlan, "report", Results)
+grow = _function(GrowPlan)
+run = _function(RunPlan)
+track = _function(TrackPlan)
+fit = _function(FitPlan)
+forecast = _function(ForecastPlan)
+evolve = _function(EvolvePlan)
+tune = _function(TunePlan)
+simulate = _function(SimulatePlan)
+score = _function(ScorePlan)
+show = _function(ShowPlan)
+transfer = _function(TransferPlan)
+study = _function(StudyPlan)
+report = _function(ReportPlan)
 
 
-def execute_sweep(plan: SweepPlan) -> SweepResults:
-    """Executes a sweep on this machine."""
-    return cast(SweepResults, execute(plan))
+@overload
+def resume(
+    folder: PathLike,
+    workflow: Literal["run"],
+    *,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> RunResults: ...
+
+
+@overload
+def resume(
+    folder: PathLike,
+    workflow: Literal["study"],
+    *,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> StudyResults: ...
+
+
+@overload
+def resume(
+    folder: PathLike,
+    workflow: Literal["sweep"],
+    *,
+    monitor: Monitor | Literal[False] | None = None,
+    threads: int | None = None,
+) -> SweepResults: ...
 
 
 def resume(
@@ -365,8 +396,9 @@ def resume(
     threads: int | None = None,
 ) -> Results:
     """Goes on with the run, study or sweep in `folder`, from this folder alone."""
-    plan = PLANS[workflow](**json.loads(_core.plan_of_folder(workflow, folder)))
-    return execute(replace(plan, monitor=monitor, threads=threads))
+    plan: Plan[Any] = PLANS[workflow](**json.loads(_core.plan_of_folder(workflow, folder)))
+    results: Results = execute(replace(plan, monitor=monitor, threads=threads))
+    return results
 
 
 def quick_study() -> dict[str, Any]:

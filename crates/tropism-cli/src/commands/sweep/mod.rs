@@ -1,14 +1,16 @@
 //! `tropism sweep`: seeds times settings, in one table.
 
-mod ray;
+mod python;
 mod table;
 
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 use tropism_lab::sweep::{SweepConfig, SweepPlan, SweepUnit, UnitPlan};
 
+use self::python::{Order, is_address};
 use crate::progress::{execute_and_print, for_user};
 use crate::shell::Shell;
 
@@ -22,13 +24,15 @@ use crate::shell::Shell;
 ///
 /// The units of work are independent: on a cluster each of them can be executed alone by --unit, on any machine that shares
 /// DIR and in any order. The sweep then finds them finished and prints the table. --engine ray leaves that to a Ray cluster,
-/// and needs Python with tropism and Ray (docs/scale.md).
+/// and needs Python with tropism and Ray. --out takes an fsspec address, such as s3://bucket/sweep, in place of a folder, with
+/// either engine, and needs Python with tropism and fsspec (docs/scale.md).
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism sweep studies/sweep.toml --model model.json --out sweep\n  \
     tropism sweep --out sweep --resume\n  \
     tropism sweep studies/sweep.toml --model model.json --list\n  \
     tropism sweep studies/sweep.toml --model model.json --out sweep --unit 3\n  \
+    tropism sweep studies/sweep.toml --model model.json --out s3://bucket/sweep --engine ray\n  \
     tropism report sweep --out report.html --figures figures\n\n\
     A sweep file, here of two population sizes and three seeds each, 2 x 3 evolutions of 4 runs:\n  \
     seeds = 3\n  \
@@ -46,7 +50,7 @@ pub(crate) struct Sweep {
     #[arg(long, value_name = "model.json", requires = "file")]
     model: Option<PathBuf>,
 
-    /// Folder to write to
+    /// Folder to write to, or an fsspec address
     #[arg(long, value_name = "DIR", default_value = "sweep")]
     out: PathBuf,
 
@@ -76,7 +80,8 @@ pub(crate) struct Sweep {
 }
 
 /// What executes the units of a sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
 enum Engine {
     Local,
     Ray,
@@ -84,26 +89,43 @@ enum Engine {
 
 impl Sweep {
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
-        let plan = self.plan()?;
+        if self.engine == Engine::Local && (self.address.is_some() || self.workers.is_some()) {
+            bail!("found --address or --workers, wanted --engine ray with them");
+        }
+        let is_at_address = is_address(&self.out);
+        if is_at_address && (self.unit.is_some() || self.list && self.file.is_none()) {
+            bail!("found --out {}, wanted a folder with --unit or --list", self.out.display());
+        }
+        // What is at an address only Python can read.
+        let plan = if is_at_address && self.file.is_none() { None } else { Some(self.plan()?) };
+        let order = Order {
+            plan: plan.as_ref(),
+            out: &self.out,
+            engine: self.engine,
+            address: self.address.as_deref(),
+            workers: self.workers,
+            threads: (self.engine == Engine::Local).then(rayon::current_num_threads),
+        };
+        let Some(plan) = plan.as_ref().filter(|_| self.list || !is_at_address) else {
+            let results = order.execute_all()?;
+            return shell.result(&table::sweep(&results, &self.out), &results);
+        };
         if self.list {
             let units = plan.units().map_err(for_user)?;
             return shell.result(&listed(&units), &units);
         }
-        if self.engine == Engine::Local && (self.address.is_some() || self.workers.is_some()) {
-            bail!("found --address or --workers, wanted --engine ray with them");
-        }
         if self.engine == Engine::Ray {
-            ray::execute_units(&plan, self.address.as_deref(), self.workers)?;
+            order.execute_units()?;
             // All units are finished: what is left is the table.
-            let plan = SweepPlan { resume: true, ..plan };
+            let plan = SweepPlan { resume: true, ..plan.clone() };
             return execute_and_print(&plan, shell, |results| table::sweep(results, &plan.out));
         }
         match self.unit {
             Some(unit) => {
-                let plan = UnitPlan { sweep: plan, unit };
+                let plan = UnitPlan { sweep: plan.clone(), unit };
                 execute_and_print(&plan, shell, |results| table::unit(results, &plan.sweep.out))
             }
-            None => execute_and_print(&plan, shell, |results| table::sweep(results, &plan.out)),
+            None => execute_and_print(plan, shell, |results| table::sweep(results, &plan.out)),
         }
     }
 

@@ -8,6 +8,8 @@ use tropism_lab::files::shell_word;
 use tropism_lab::sweep::{SettingPair, SweepResults, SweepRow, UnitResults};
 use tropism_lab::units::plural;
 
+use super::python::is_address;
+
 /// Most pairs that are printed; all stand in `sweep.json`. Chosen: eight settings make as many.
 const MOST_PAIRS: usize = 28;
 
@@ -53,11 +55,12 @@ pub(super) fn sweep(results: &SweepResults, out: &Path) -> String {
     }
     text += &differences(&results.pairs);
     let folder = out.display();
-    let _ = write!(
-        text,
-        "wrote {folder}/sweep.csv, {folder}/sweep.json\nnext: tropism report {} --out report.html --figures figures",
-        shell_word(out)
-    );
+    let _ = write!(text, "wrote {folder}/sweep.csv, {folder}/sweep.json");
+    // Reports read folders alone.
+    if !is_address(out) {
+        let _ =
+            write!(text, "\nnext: tropism report {} --out report.html --figures figures", shell_word(out));
+    }
     text
 }
 

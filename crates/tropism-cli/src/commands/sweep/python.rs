@@ -1,0 +1,98 @@
+//! A sweep whose units work on a Ray cluster, or whose files lie at an fsspec address: Python's `tropism.sweep_command` is
+//! started, and told the plan.
+
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use anyhow::{Context, Result, anyhow, bail};
+use serde::Serialize;
+use tropism_lab::Workflow;
+use tropism_lab::sweep::{SweepPlan, SweepResults};
+
+use super::Engine;
+use crate::progress::for_user;
+use crate::shell::{Interrupted, Shell};
+
+/// Python, as an activated environment has it first on the path.
+const PYTHON: &str = "python3";
+
+/// What Python is told.
+#[derive(Serialize)]
+pub(super) struct Order<'a> {
+    /// `None` goes on with the sweep at the address `out`.
+    pub(super) plan: Option<&'a SweepPlan>,
+    pub(super) out: &'a Path,
+    pub(super) engine: Engine,
+    /// Of the cluster.
+    pub(super) address: Option<&'a str>,
+    pub(super) workers: Option<u32>,
+    /// Of all units together on this machine; on Ray each has one.
+    pub(super) threads: Option<usize>,
+}
+
+/// Whether `out` is an fsspec address, such as `s3://bucket/sweep`, and no folder.
+pub(super) fn is_address(out: &Path) -> bool {
+    out.to_str().is_some_and(|text| text.contains("://"))
+}
+
+impl Order<'_> {
+    /// Executes the units in a folder that the cluster shares.
+    pub(super) fn execute_units(&self) -> Result<()> {
+        self.execute().map(drop)
+    }
+
+    /// Executes the sweep at an address.
+    pub(super) fn execute_all(&self) -> Result<SweepResults> {
+        let output = self.execute()?;
+        serde_json::from_slice(&output.stdout)
+            .with_context(|| format!("the results of {PYTHON} -m tropism.sweep_command"))
+    }
+
+    fn execute(&self) -> Result<Output> {
+        if let Some(plan) = self.plan {
+            plan.check().map_err(for_user)?;
+        }
+        self.check_python()?;
+        let order = serde_json::to_vec(self)?;
+        let mut child = Command::new(PYTHON)
+            .args(["-m", "tropism.sweep_command"])
+            .stdin(Stdio::piped())
+            // Only the table goes to the command's own stdout.
+            .stdout(Stdio::piped())
+            .spawn()?;
+        if let Some(mut stdin) = child.stdin.take() {
+            stdin.write_all(&order)?;
+        }
+        let output = child.wait_with_output()?;
+        if Shell::is_interrupted() || output.status.code() == Some(130) {
+            return Err(Interrupted::resumable(self.out));
+        }
+        if !output.status.success() {
+            bail!("the sweep in Python ended with {}: the line above says why", output.status);
+        }
+        Ok(output)
+    }
+
+    /// Checks that there is a Python with tropism and what else is needed.
+    fn check_python(&self) -> Result<()> {
+        let wanted = match (self.engine, is_address(self.out)) {
+            (Engine::Local, _) => "fsspec",
+            (Engine::Ray, false) => "ray",
+            (Engine::Ray, true) => "ray, fsspec",
+        };
+        let import = format!("import tropism, {wanted}");
+        let said = match Command::new(PYTHON).args(["-c", &import]).stdin(Stdio::null()).output() {
+            Ok(output) if output.status.success() => return Ok(()),
+            Ok(output) => {
+                String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned()
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => format!("no {PYTHON}"),
+            Err(error) => error.to_string(),
+        };
+        Err(anyhow!(
+            "found {said:?}, wanted Python with tropism, {wanted}: pip install './crates/tropism-py[ray,fsspec]', in the \
+             environment whose python3 is first on the path"
+        ))
+    }
+}

@@ -1,0 +1,50 @@
+"""What `tropism sweep` of the command line starts for the engine ray, and for a sweep at an fsspec address.
+
+An object of JSON on stdin says what to do: `plan` (None goes on with the sweep at the address `out`), `engine`, `address`,
+`workers` and `threads`. Of a sweep in a folder only the units are executed, for the command makes the table. Of one at an address
+the results go to stdout, as JSON. Options of the address's file system come from where it looks for them itself, such as
+`AWS_ENDPOINT_URL`, and from fsspec's settings, such as `FSSPEC_S3_ENDPOINT_URL`.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+from tropism import _core
+from tropism.ray_engine import execute_units
+from tropism.storage import is_address, plan_at
+from tropism.sweeps import sweep
+from tropism.workflows import SweepPlan
+
+
+def execute_order(order: dict[str, Any]) -> None:
+    """Executes the sweep of an order, and prints its results if it is at an address."""
+    out, engine = order["out"], order["engine"]
+    cluster: dict[str, Any] = {"address": order.get("address"), "workers": order.get("workers")}
+    plan = plan_at(out) if order.get("plan") is None else SweepPlan(**order["plan"])
+    if is_address(out):
+        results = sweep(plan, engine=engine, threads=order.get("threads"), **cluster)
+        print(json.dumps(results.to_dict()))
+    else:
+        execute_units(plan, threads=1, retries=3, **cluster)
+
+
+def main() -> int:
+    """Executes the order on stdin: 0 if all went well, 1 after an error, 130 after an interruption."""
+    order = json.load(sys.stdin)
+    try:
+        execute_order(order)
+    except KeyboardInterrupt:
+        return 130
+    except (_core.TropismError, OSError) as error:
+        # The keys of the plan as options of the command.
+        text = str(error).replace("`resume`", "--resume").replace("`out`", "--out")
+        print(text, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
