@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use tropism::greenhouse::fault::Faults;
-use tropism::greenhouse::tent::Greenhouse;
-use tropism::greenhouse::view::View;
+use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
+use tropism::greenhouse::view::{STEREO, View};
+use tropism::math::vector::distance;
 use tropism::observation::Quality;
-use tropism::task::{Space, Task, TaskSpec};
-use tropism::track::Track;
-use tropism::vision::VisionConfig;
+use tropism::task::{Obstacles, Space, Spiral, Task, TaskSpec};
+use tropism::track::{Sample, Track};
+use tropism::vision::{FrameStatus, VisionConfig};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::run::{RunConfig, RunPlan};
 use tropism_lab::{Error, Monitor, Silent, Workflow, read_journal};
@@ -82,6 +83,58 @@ fn a_run_in_space_survives_gaps_of_one_camera_and_interruptions() {
     let file = Track::read_csv(std::fs::File::open(whole_at.join("track.csv")).unwrap()).unwrap();
     let task = config().task;
     assert!((task.fitness(&file) - task.fitness(&whole)).abs() < 1e-3);
+}
+
+/// Distances of the measured tips from the true tops in `truth.jsonl`, as both cameras see them, in ascending order.
+fn errors(track: &Track, out: &Path) -> Vec<f64> {
+    let truth = std::fs::read_to_string(out.join("truth.jsonl")).unwrap();
+    let truths = truth.lines().map(|line| serde_json::from_str::<GroundTruth>(line).unwrap());
+    let measured = |(sample, _): &(&Sample, GroundTruth)| sample.quality == Quality::Measured;
+    let error = |(sample, truth): (&Sample, GroundTruth)| match (&truth.side, &sample.depth) {
+        (Some(side), Some(depth)) => {
+            let top = STEREO.triangulate(truth.front.top, side.top).point;
+            distance([sample.tip.x, sample.tip.y, depth.tip_cm], top)
+        }
+        _ => sample.tip.distance(truth.front.top),
+    };
+    let mut errors: Vec<f64> = track.samples.iter().zip(truths).filter(measured).map(error).collect();
+    errors.sort_by(f64::total_cmp);
+    errors
+}
+
+/// A run through photographs in the virtual tent, in steps of 20 minutes.
+fn run_task(task: TaskSpec, seed: u64, out: &Path) -> Track {
+    let tent = Greenhouse::default().for_task(&task);
+    let rig = RigFile { period_min: 20.0, ..RigFile::greenhouse(tent, VisionConfig::default()) };
+    let config = RunConfig::new(rig, ControllerSpec::Greedy, task, seed);
+    let plan = RunPlan { out: out.to_owned(), config, ..RunPlan::default() };
+    plan.execute(&Silent).unwrap().track
+}
+
+#[test]
+fn tips_among_obstacles_are_those_of_the_plant() {
+    let folder = tempfile::tempdir().unwrap();
+    let task = Obstacles { max_steps: 60, ..Obstacles::default() };
+    let track = run_task(task.into(), 3, folder.path());
+    assert_eq!(track.samples.len(), 61);
+    let errors = errors(&track, folder.path());
+    assert!(errors.len() > 50 && errors[errors.len() * 95 / 100] < 0.2, "{errors:?}");
+}
+
+#[test]
+fn a_plant_is_followed_round_a_pole() {
+    let folder = tempfile::tempdir().unwrap();
+    let task: TaskSpec = Spiral { max_steps: 100, ..Spiral::default() }.into();
+    let track = run_task(task.clone(), 77, folder.path());
+    assert_eq!(track.samples.len(), 101);
+    // From the first depth on each sample has one: measured, or held while the pole hides the tip.
+    let known = track.samples.iter().skip_while(|sample| sample.depth.is_none());
+    assert!(known.clone().count() > 80 && known.clone().all(|sample| sample.depth.is_some()));
+    let errors = errors(&track, folder.path());
+    assert!(errors.len() > 30 && errors[errors.len() / 2] < 0.3, "{errors:?}");
+    let (steps, _) = read_journal(folder.path()).unwrap();
+    let hidden = |step: &&tropism_lab::StepRecord| step.seen.status == FrameStatus::Hidden;
+    assert!(steps.iter().any(|step| hidden(&step)), "the pole never hid the tip");
 }
 
 #[test]

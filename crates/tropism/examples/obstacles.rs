@@ -110,7 +110,7 @@ fn see(seed: u64, steps: u64, solids: &[Solid]) -> [Errors; 3] {
     let scene = Scene::default();
     let tent = Greenhouse { solids: solids.to_vec(), ..Greenhouse::default() };
     let told = tent.vision(&VisionConfig::default());
-    let untold = VisionConfig { obstacles: Vec::new(), ..told.clone() };
+    let untold = VisionConfig { obstacles: Vec::new(), poles: Vec::new(), ..told.clone() };
     let tracker =
         |config: &VisionConfig| TipTracker::new(tent.calibration(), config.clone()).expect("a calibration");
     let mut trackers = [tracker(&told), tracker(&untold), tracker(&untold)];

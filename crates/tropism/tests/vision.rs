@@ -21,6 +21,7 @@ use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{self, Light};
 use tropism::math::{self, statistics::quantile_nearest};
 use tropism::observation::{Observation, Quality};
+use tropism::obstacle::Pole;
 use tropism::photo::{Image, LazyImage, Photo};
 use tropism::random::{self, Purpose};
 use tropism::vision::detect::silhouette::silhouette_midline;
@@ -848,6 +849,79 @@ fn errors_at(period_min: f64, seeds: std::ops::Range<u64>) -> (Vec<f64>, f64) {
     errors.sort_by(f64::total_cmp);
     let share = errors.len() as f64 / f64::from(photographs);
     (errors, share)
+}
+
+/// A plant beside a pole at `z`, photographed every quarter of an hour: the tracker, its frames, and the true tops.
+fn beside_pole(seed: u64, z: f64) -> (TipTracker, Vec<Photo>, Vec<Point>) {
+    let solids = [Pole { at: [1.5, z], radius_cm: 0.4, height_cm: 30.0 }.into()];
+    let tent = Greenhouse::default().among(&solids);
+    let tracker = TipTracker::new(tent.calibration(), tent.vision(&VisionConfig::default())).unwrap();
+    let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed).among(&solids);
+    let mut renderer = Renderer::new(&tent.scene, seed).among(&solids);
+    let (mut photos, mut tops) = (Vec::new(), Vec::new());
+    for step in 0..80 {
+        let light = [Light::RIGHT, Light::LEFT][step as usize / 20 % 2];
+        let bytes = renderer.photograph(&bean.pose(), Some(light), true, step);
+        photos.push(Photo { time_s: 900.0 * step as f64, ..photo(bytes) });
+        tops.push(renderer.truth(&bean.pose()).top);
+        bean.advance(&lamp_powers(Some(light)), 15.0);
+    }
+    (tracker.with_period(15.0), photos, tops)
+}
+
+#[test]
+fn a_pole_is_no_plant_and_hides_one() {
+    for (z, hides) in [(-2.0, false), (1.0, true)] {
+        let (mut errors, mut hidden, mut frames) = (Vec::new(), 0, 0);
+        for seed in 41..44 {
+            let (mut tracker, photos, tops) = beside_pole(seed, z);
+            for (photo, top) in photos.into_iter().zip(tops) {
+                let seen = tracker.observe(&Frame::new(photo));
+                frames += 1;
+                hidden += usize::from(seen.status == FrameStatus::Hidden);
+                if seen.is_measured() {
+                    errors.push(seen.observation.unwrap().tip.distance(top));
+                }
+            }
+        }
+        errors.sort_by(f64::total_cmp);
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let most = quantile_nearest(&errors, 0.95);
+        assert!(mean < 0.15 && most < 0.5, "pole at z = {z}: mean {mean:.3}, 95 % {most:.3} cm");
+        assert!(errors.len() > frames * 3 / 4, "pole at z = {z}: {} of {frames} measured", errors.len());
+        assert!(!hides || hidden > 0, "the pole never hid a tip");
+    }
+}
+
+#[test]
+fn a_tracker_among_poles_resumes() {
+    let (tracker, photos, _) = beside_pole(42, 1.0);
+    let mut whole = tracker.clone();
+    let frames: Vec<_> = photos.iter().map(|photo| whole.observe(&Frame::new(photo.clone()))).collect();
+    assert!(frames.iter().any(|seen| seen.status == FrameStatus::Hidden));
+    for end in [5, 19, 33, 48, 61] {
+        let mut resumed = tracker.clone();
+        photos.iter().zip(&frames).take(end).for_each(|(photo, seen)| resumed.resume(photo, seen));
+        let rest: Vec<_> =
+            photos[end..].iter().map(|photo| resumed.observe(&Frame::new(photo.clone()))).collect();
+        assert_eq!(rest, frames[end..], "resumed after {end}");
+    }
+}
+
+#[test]
+fn poles_want_the_distance_of_the_camera() {
+    let pole = Pole { at: [1.5, 0.0], radius_cm: 0.4, height_cm: 30.0 };
+    let told = VisionConfig { poles: vec![pole], camera_cm: Some(74.0), ..VisionConfig::default() };
+    assert_eq!(told.check(64, 48), Ok(()));
+    for (wrong, problem) in [
+        (VisionConfig { camera_cm: None, ..told.clone() }, "camera_cm"),
+        (VisionConfig { camera_cm: Some(0.2), ..told.clone() }, "camera_cm"),
+        (VisionConfig { mode: Mode::Paper, ..told.clone() }, "mode"),
+        (VisionConfig { poles: vec![pole, Pole { radius_cm: -1.0, ..pole }], ..told }, "poles[1].radius_cm"),
+    ] {
+        let error = wrong.check(64, 48).unwrap_err().to_string();
+        assert!(error.contains(problem), "{error}");
+    }
 }
 
 /// Median, 95 % quantile and share of the measured tips of `plants` plants, or as many more as keep the number of photographs

@@ -52,13 +52,24 @@ impl Default for RunConfig {
 
 impl RunConfig {
     /// The configuration of a run of `controller` in `rig`. The solids of `task` come into the virtual tent; of a real one,
-    /// whose settings name none, vision is told of the task's obstacles.
+    /// whose settings name none, vision is told of the task's obstacles, and with a camera at the side of its pole.
     #[must_use]
     pub fn new(mut rig: RigFile, controller: ControllerSpec, task: TaskSpec, seed: u64) -> Self {
         match rig.greenhouse.take() {
             Some(tent) => rig.greenhouse = Some(tent.among(&task.solids())),
             None if rig.vision.obstacles.is_empty() => rig.vision.obstacles = task.obstacles().to_vec(),
             None => {}
+        }
+        // In a real tent with a camera at the side both distances are known.
+        if rig.greenhouse.is_none()
+            && let (Some(pole), Some(side)) = (task.pole(), &mut rig.side)
+        {
+            let cameras = [(&mut rig.vision, pole), (&mut side.vision, side.from.pole_to_camera(pole))];
+            for ((vision, pole), distance_cm) in cameras.into_iter().zip(side.distance_cm) {
+                if vision.poles.is_empty() {
+                    (vision.poles, vision.camera_cm) = (vec![pole], Some(distance_cm));
+                }
+            }
         }
         Self {
             schema: SCHEMA.to_owned(),

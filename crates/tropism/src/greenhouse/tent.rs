@@ -14,18 +14,19 @@ use super::fault::{self, Fault, FaultEvent, Faults, has_fault};
 use super::render::{Renderer, Truth};
 use super::scene::Scene;
 use super::solid::covers_base;
-use super::view::{self, Frame, View};
+use super::view::{self, CAMERA, Frame, View};
 use crate::check::{self, OutOfRange};
 use crate::control::Controller;
 use crate::environment::{Environment, run};
 use crate::geometry::{Point, Region};
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
-use crate::obstacle::Solid;
+use crate::obstacle::{Pole, Solid};
 use crate::photo::Photo;
 use crate::rig::{Camera, Clock, Flash, Lamps, RigError, SideView};
 use crate::task::Task;
 use crate::track::{Sample, Track};
+use crate::vision::config::{Direction, Mode};
 use crate::vision::{Calibration, TipTracker, VisionConfig, VisionError};
 
 /// A virtual tent and the plant in it.
@@ -89,6 +90,9 @@ fn is_papers(layout: &Layout) -> bool {
 
 /// Half width and height of the region in which a plant can stand, in cm. Chosen by hand: in the picture, between the lamps.
 const GROWS_TO: Point = Point::new(24.0, 40.0);
+
+/// Height by which a pole that leaves the tent is told to vision, in cm: JSON knows no infinity.
+const TALLEST_CM: f64 = 1000.0;
 
 /// Lower edge of that region, in cm. Chosen by hand: above the rim and the soil.
 const ABOVE_SOIL: f64 = 0.6;
@@ -304,14 +308,21 @@ impl Greenhouse {
         if self.scene.cameras < 2 {
             return Ok(None);
         }
-        // Obstacles are those of the plane that the front camera faces.
-        let vision = VisionConfig { obstacles: Vec::new(), ..self.vision(vision) };
+        let vision = self.side_vision(vision);
         let tracker = TipTracker::new(self.calibration(), vision)?.with_period(period_min);
         Ok(Some(SideView::new(Box::new(SideHandle(handle.clone())), tracker, view::STEREO)))
     }
 
-    /// `vision` with what it does not name and the tent knows: the crop, and the obstacles among the solids. Vision cannot be
-    /// told of poles, before which a plant may stand: it may take one for the plant.
+    /// `vision` of the camera at the side. Obstacles are those of the plane that the front camera faces; poles are seen by
+    /// both.
+    fn side_vision(&self, vision: &VisionConfig) -> VisionConfig {
+        let vision = self.vision(vision);
+        let poles = vision.poles.iter().map(|pole| view::STEREO.side_from.pole_to_camera(*pole)).collect();
+        VisionConfig { obstacles: Vec::new(), poles, ..vision }
+    }
+
+    /// `vision` with what it does not name and the tent knows: the crop, the obstacles and poles among the solids, and the
+    /// distance of the camera.
     #[must_use]
     pub fn vision(&self, vision: &VisionConfig) -> VisionConfig {
         let mut vision = VisionConfig { crop: vision.crop.or_else(|| Some(self.crop())), ..vision.clone() };
@@ -320,6 +331,16 @@ impl Greenhouse {
                 Solid::Plane(obstacle) => Some(*obstacle),
                 Solid::Pole(_) => None,
             }));
+        }
+        let poles = self.solids.iter().filter_map(|solid| match solid {
+            Solid::Pole(pole) => Some(Pole { height_cm: pole.height_cm.min(TALLEST_CM), ..*pole }),
+            Solid::Plane(_) => None,
+        });
+        if vision.poles.is_empty() && vision.mode == Mode::Robust && vision.up == Direction::Up {
+            vision.poles.extend(poles);
+        }
+        if !vision.poles.is_empty() {
+            vision.camera_cm = vision.camera_cm.or(Some(CAMERA[2]));
         }
         vision
     }

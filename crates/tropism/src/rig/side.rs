@@ -6,7 +6,8 @@
 use std::fmt;
 
 use super::{Camera, RigError};
-use crate::geometry::{Point, Polyline, STEM_POINTS, space};
+use crate::geometry::space::{self, SpacePoint};
+use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::observation::{Depth, Observation, Quality};
 use crate::photo::Photo;
 use crate::vision::camera::stereo::{MAX_RAY_GAP_CM, StereoPair};
@@ -25,16 +26,15 @@ pub struct SideView {
     frame: Option<Frame>,
     /// Why the camera gave none.
     problem: Option<RigError>,
-    /// Last known depth of the tip, in cm.
-    depth_cm: Option<f64>,
+    /// Last known tip in space, in cm.
+    tip: Option<SpacePoint>,
+    /// Last stem in space, seen from the front, and its depths in cm.
+    stem: Option<(Polyline, Vec<f64>)>,
 }
 
 impl fmt::Debug for SideView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("SideView")
-            .field("views", &self.views)
-            .field("depth_cm", &self.depth_cm)
-            .finish_non_exhaustive()
+        f.debug_struct("SideView").field("views", &self.views).field("tip", &self.tip).finish_non_exhaustive()
     }
 }
 
@@ -53,7 +53,7 @@ impl SideView {
     /// A camera whose photographs `tracker` reads, and how it stands to the one in front.
     #[must_use]
     pub fn new(camera: Box<dyn Camera>, tracker: TipTracker, views: StereoPair) -> Self {
-        Self { camera, tracker, views, frame: None, problem: None, depth_cm: None }
+        Self { camera, tracker, views, frame: None, problem: None, tip: None, stem: None }
     }
 
     /// What reads its photographs.
@@ -84,7 +84,11 @@ impl SideView {
         let none = || Frame::new(Photo { name: name.to_owned(), bytes: Vec::new(), time_s });
         let frame = self.frame.take().unwrap_or_else(none);
         let seen = self.tracker.observe(&frame);
-        let observation = self.in_space(front, &seen);
+        let observation = if self.tracker.has_poles() {
+            self.among_poles(front, &seen)
+        } else {
+            self.in_space(front, &seen)
+        };
         SideShot { photo: frame.photo().clone(), seen, observation }
     }
 
@@ -93,8 +97,10 @@ impl SideView {
         self.tracker.resume(&shot.photo, &shot.seen);
         self.camera.skip();
         self.frame = None;
-        if let Some(depth) = &shot.observation.depth {
-            self.depth_cm = Some(depth.tip_cm);
+        let Observation { tip, stem, depth: Some(depth), .. } = &shot.observation else { return };
+        self.tip = Some([tip.x, tip.y, depth.tip_cm]);
+        if let Some(stem) = stem.as_ref().filter(|_| !depth.stem_cm.is_empty()) {
+            self.stem = Some((stem.clone(), depth.stem_cm.clone()));
         }
     }
 
@@ -104,15 +110,12 @@ impl SideView {
             side.observation.as_ref().filter(|_| front.quality == Quality::Measured && side.is_measured());
         let found = other.map(|other| self.views.triangulate(front.tip, other.tip));
         let found = found.filter(|found| found.gap_cm <= MAX_TIP_GAP_CM);
-        let tip = match (found, self.depth_cm) {
+        let tip = match (found, self.tip) {
             (Some(found), _) => found.point,
-            (None, Some(z)) => {
-                let Point { x, y } = self.views.front.at_depth(front.tip, z);
-                [x, y, z]
-            }
+            (None, Some([.., z])) => self.views.front_at(front.tip, z),
             (None, None) => return front.clone(),
         };
-        self.depth_cm = Some(tip[2]);
+        self.tip = Some(tip);
         let stems = front.stem.as_ref().zip(other.and_then(|other| other.stem.as_ref()));
         let stem = stems.and_then(|(front, side)| self.stem_in_space(front, side));
         let (stem, stem_cm) = match stem {
@@ -126,8 +129,44 @@ impl SideView {
         Observation { tip: Point::new(tip[0], tip[1]), stem, depth, quality: front.quality }
     }
 
+    /// What both cameras know together where a pole may hide the tip from one of them: that one holds its coordinate, and the
+    /// other goes on. Where both see a top, and not the same, the higher one is the tip. The stem is held unless both see it.
+    fn among_poles(&mut self, front: &Observation, side: &TrackedFrame) -> Observation {
+        let has_front = front.quality == Quality::Measured;
+        let other = side.observation.as_ref().filter(|_| side.is_measured());
+        let found = other.filter(|_| has_front).map(|other| self.views.triangulate(front.tip, other.tip));
+        let found = found.filter(|found| found.gap_cm <= MAX_TIP_GAP_CM);
+        let [x, _, z] = self.tip.unwrap_or([front.tip.x, front.tip.y, 0.0]);
+        let by_front = Some(self.views.front_at(front.tip, z)).filter(|_| has_front && self.tip.is_some());
+        let by_side = other.map(|other| self.views.side_at(other.tip, x));
+        let (tip, quality) = match (found, by_front, by_side) {
+            (Some(found), ..) => (found.point, Quality::Measured),
+            (None, Some(front), Some(side)) if front[1] >= side[1] => (front, Quality::Measured),
+            (None, _, Some(side)) => (side, Quality::Held),
+            (None, Some(front), None) => (front, Quality::Measured),
+            (None, None, None) => match self.tip {
+                Some(tip) => (tip, front.quality),
+                None => return front.clone(),
+            },
+        };
+        self.tip = Some(tip);
+        let stems = front.stem.as_ref().zip(other.and_then(|other| other.stem.as_ref()));
+        let stem =
+            stems.filter(|_| found.is_some()).and_then(|(front, side)| self.stem_in_space(front, side));
+        if let Some(points) = stem {
+            let plane = points.iter().map(|&[x, y, _]| Point::new(x, y)).collect();
+            self.stem = Some((Polyline(plane), points.iter().map(|point| point[2]).collect()));
+        }
+        let (stem, stem_cm) = self
+            .stem
+            .clone()
+            .map_or_else(|| (front.stem.clone(), Vec::new()), |(stem, depths)| (Some(stem), depths));
+        let depth = Some(Depth { tip_cm: tip[2], stem_cm });
+        Observation { tip: Point::new(tip[0], tip[1]), stem, depth, quality }
+    }
+
     /// Ten points of the stem in space; `None` where the cameras see different ends of it.
-    fn stem_in_space(&self, front: &Polyline, side: &Polyline) -> Option<Vec<space::SpacePoint>> {
+    fn stem_in_space(&self, front: &Polyline, side: &Polyline) -> Option<Vec<SpacePoint>> {
         let ends = self.views.triangulate(*front.0.last()?, *side.0.last()?);
         if ends.gap_cm > MAX_RAY_GAP_CM {
             return None;

@@ -5,8 +5,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::check::OutOfRange;
 use crate::geometry::Region;
-use crate::obstacle::Obstacle;
+use crate::obstacle::{Obstacle, Pole};
 use crate::vision::error::VisionError;
 
 /// Detection method.
@@ -84,6 +85,13 @@ pub struct VisionConfig {
     /// Obstacles in view, in cm, as the camera sees them: pixels within them are no plant.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<Obstacle>,
+    /// Upright poles in view, as the camera sees them: x to the right and z towards it from the stem base, in cm. What has the
+    /// plant's colour before a pole is plant; a tip behind it is held.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub poles: Vec<Pole>,
+    /// Distance from the camera to the plane of the stem, in cm; wanted with poles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera_cm: Option<f64>,
 }
 
 impl Default for VisionConfig {
@@ -101,6 +109,8 @@ impl Default for VisionConfig {
             gates: StemConfig::default(),
             hold: HoldConfig::default(),
             obstacles: Vec::new(),
+            poles: Vec::new(),
+            camera_cm: None,
         }
     }
 }
@@ -142,8 +152,25 @@ impl VisionConfig {
                 .check()
                 .map_err(|error| VisionError::Obstacle(error.in_table(&format!("obstacles[{index}]"))))?;
         }
+        self.check_poles()?;
         let region = self.region(width, height);
         if region.fits(width, height) { Ok(()) } else { Err(VisionError::Region { region, width, height }) }
+    }
+
+    fn check_poles(&self) -> Result<(), VisionError> {
+        for (index, pole) in self.poles.iter().enumerate() {
+            let in_table =
+                |error: OutOfRange| VisionError::Obstacle(error.in_table(&format!("poles[{index}]")));
+            pole.check().map_err(in_table)?;
+            let is_beyond = |distance: f64| distance.is_finite() && pole.at[1] + pole.radius_cm < distance;
+            let found = self.camera_cm.map_or("none".to_owned(), |distance| distance.to_string());
+            let wanted = "the distance from the camera to the stem in cm, with all poles before the camera";
+            VisionError::check_value("camera_cm", found, self.camera_cm.is_some_and(is_beyond), wanted)?;
+            let is_upright = self.up == Direction::Up && self.mode == Mode::Robust;
+            let wanted = "mode robust and plants that grow up, where there are poles";
+            VisionError::check_value("mode", format!("{:?}, {:?}", self.mode, self.up), is_upright, wanted)?;
+        }
+        Ok(())
     }
 
     /// The crop, or the whole of a picture of `width` x `height`.

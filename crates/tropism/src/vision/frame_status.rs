@@ -20,6 +20,8 @@ pub enum FrameStatus {
     Repeated,
     /// The detection is implausible: a leaf, a fly, glare or mist may hide the tip.
     Ambiguous,
+    /// A pole hides the tip.
+    Hidden,
     /// The plant touches the upper, left or right edge of the crop: its tip may lie beyond.
     LeavesView,
     /// The tip lies outside the gate: farther from its last position than a plant can move.
@@ -30,7 +32,7 @@ pub enum FrameStatus {
 
 impl FrameStatus {
     /// Every status.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Ok,
         Self::Corrupt,
         Self::Foreign,
@@ -38,6 +40,7 @@ impl FrameStatus {
         Self::NoPlant,
         Self::Repeated,
         Self::Ambiguous,
+        Self::Hidden,
         Self::LeavesView,
         Self::Jump,
         Self::ClockGap,
@@ -54,6 +57,7 @@ impl FrameStatus {
             Self::NoPlant => "no_plant",
             Self::Repeated => "repeated",
             Self::Ambiguous => "ambiguous",
+            Self::Hidden => "hidden",
             Self::LeavesView => "leaves_view",
             Self::Jump => "jump",
             Self::ClockGap => "clock_gap",

@@ -10,10 +10,12 @@ use crate::math;
 use crate::observation::{Observation, Quality};
 use crate::photo::{Photo, PhotoError};
 use crate::vision::camera::calibration::Calibration;
+use crate::vision::camera::stereo::{CameraPose, Strip};
 use crate::vision::config::{Mode, VisionConfig};
-use crate::vision::detect::detect_from_base;
 use crate::vision::detect::detection::Detection;
 use crate::vision::detect::lamp_state::lamp_state;
+use crate::vision::detect::pole::PoleView;
+use crate::vision::detect::{detect_among_poles, detect_from_base};
 use crate::vision::error::VisionError;
 use crate::vision::frame_status::FrameStatus;
 use crate::vision::raster::Masked;
@@ -146,6 +148,12 @@ impl TipTracker {
         self.interval.memory()
     }
 
+    /// Whether it is told of poles, which may hide a tip.
+    #[must_use]
+    pub const fn has_poles(&self) -> bool {
+        !self.config.poles.is_empty()
+    }
+
     /// Whether the stem was measured in the latest photograph. Where it is not, its end is unknown: none was found, or one
     /// of another length than in the photographs before.
     #[must_use]
@@ -194,7 +202,10 @@ impl TipTracker {
         let accepted = self.replay.iter().filter(|(_, tracked)| tracked.is_measured()).count();
         let memory = self.memory_frames();
         if self.replay.len() > accepted + 2 * memory {
-            self.replay.drain(accepted..accepted + memory);
+            let mut dropped = self.replay.drain(accepted..accepted + memory);
+            if dropped.any(|(_, tracked)| tracked.status == FrameStatus::Hidden) {
+                self.gate.hide();
+            }
         }
         self.replay.push((frame, tracked.clone()));
         self.tip = tracked.observation.as_ref().map(|observation| observation.tip);
@@ -221,6 +232,8 @@ impl TipTracker {
             let measurement = self.measure(&detection);
             if tracked.is_measured() {
                 self.gate.remember_appearance(measurement);
+            } else if tracked.status == FrameStatus::Hidden {
+                self.gate.hide();
             } else if [FrameStatus::Ambiguous, FrameStatus::Jump].contains(&tracked.status) {
                 self.gate.gate(measurement, frame.photo().time_s);
             }
@@ -285,8 +298,12 @@ impl TipTracker {
         shift: Pixel,
         config: &VisionConfig,
     ) -> Option<Detection> {
+        let camera_cm = config.camera_cm.unwrap_or(f64::INFINITY);
+        let pose = CameraPose::new(&self.calibration, camera_cm);
+        let strips: Vec<Strip> = config.poles.iter().map(|pole| pose.silhouette(*pole)).collect();
+        let poles = PoleView::new(self.calibration, shift, &strips);
         if config.obstacles.is_empty() {
-            return detect_from_base(image, Some(base), config);
+            return detect_with(image, base, config, poles.as_ref());
         }
         let (width, height) = image.size();
         let regions = config.obstacles.iter().map(|obstacle| {
@@ -306,7 +323,7 @@ impl TipTracker {
             config.obstacles.iter().any(|obstacle| obstacle.distance(point) < OBSTACLE_EDGE_CM)
         };
         let masked = Masked::new(image, config.region(width, height), regions.collect(), &is_obstacle);
-        detect_from_base(&masked, Some(base), config)
+        detect_with(&masked, base, config, poles.as_ref())
     }
 
     /// Shift of the root in a picture of another size than the calibration's, whose root has the same place in proportion.
@@ -358,6 +375,10 @@ impl TipTracker {
                 (FrameStatus::Ok, if is_doubtful { DOUBTFUL_ALONE } else { CLEAR_ALONE })
             }
             Ok(detection) if detection.clipped_at.is_some() => (FrameStatus::LeavesView, 0.0),
+            Ok(detection) if detection.is_behind_pole => {
+                self.gate.hide();
+                (FrameStatus::Hidden, 0.0)
+            }
             Ok(detection) => {
                 let measurement = self.measure(detection);
                 has_steady_stem = self.gate.has_steady_stem(&measurement);
@@ -427,6 +448,19 @@ impl TipTracker {
             stem_length: detection.stem.as_deref().map(length),
             is_occluded: detection.is_occluded,
         }
+    }
+}
+
+/// Detects the plant with the stem's base at `base`, among `poles` if there are some.
+fn detect_with(
+    image: &impl PixelSource,
+    base: Pixel,
+    config: &VisionConfig,
+    poles: Option<&PoleView>,
+) -> Option<Detection> {
+    match poles {
+        Some(poles) => detect_among_poles(image, base, config, poles),
+        None => detect_from_base(image, Some(base), config),
     }
 }
 

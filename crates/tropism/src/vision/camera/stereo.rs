@@ -13,7 +13,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::space::SpacePoint;
 use crate::geometry::{Pixel, Point, Polyline};
+use crate::math;
 use crate::math::vector::{along, dot, sub};
+use crate::obstacle::Pole;
 use crate::vision::camera::calibration::Calibration;
 
 /// Pose of a camera whose optical axis is perpendicular to its calibrated plane.
@@ -53,10 +55,41 @@ impl CameraPose {
         )
     }
 
+    /// Where an upright pole is seen, in cm of the plane. `pole` stands in the camera's coordinates. Its edges are upright
+    /// lines: the planes through the camera that touch an upright cylinder are upright.
+    #[must_use]
+    pub fn silhouette(&self, pole: Pole) -> Strip {
+        let ([x, z], radius) = (pole.at, pole.radius_cm);
+        let (aside, ahead) = (x - self.principal_point.x, self.distance_cm - z);
+        // From the camera to where the planes touch the cylinder.
+        let tangent = (aside * aside + ahead * ahead - radius * radius).max(0.0).sqrt();
+        let half = math::atan2(radius, tangent);
+        let direction = math::atan2(aside, ahead);
+        let edge = |angle: f64| self.principal_point.x + self.distance_cm * math::tan(angle);
+        // The end of the pole is a circle, of which the front or the back is seen higher.
+        let top = |z: f64| self.project([x, pole.height_cm, z]).y;
+        Strip {
+            left: edge(direction - half),
+            right: edge(direction + half),
+            top: top(z - radius).max(top(z + radius)),
+        }
+    }
+
     /// The centre of projection, in camera coordinates.
     const fn centre(&self) -> SpacePoint {
         [self.principal_point.x, self.principal_point.y, self.distance_cm]
     }
+}
+
+/// Where an upright pole is seen, in cm of a camera's calibrated plane: it is unbounded downwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strip {
+    /// x of its left edge.
+    pub left: f64,
+    /// x of its right edge.
+    pub right: f64,
+    /// y of its upper end.
+    pub top: f64,
 }
 
 /// Greatest distance between two rays that may show the same point, in cm. Chosen by hand.
@@ -74,6 +107,13 @@ pub enum Side {
 }
 
 impl Side {
+    /// The same pole in the side camera's coordinates.
+    #[must_use]
+    pub const fn pole_to_camera(self, pole: Pole) -> Pole {
+        let [x, _, z] = self.to_camera([pole.at[0], 0.0, pole.at[1]]);
+        Pole { at: [x, z], ..pole }
+    }
+
     /// Converts a point in space to the side camera's coordinates: x to its right, z towards it.
     const fn to_camera(self, [x, y, z]: SpacePoint) -> SpacePoint {
         match self {
@@ -116,6 +156,21 @@ impl StereoPair {
     #[must_use]
     pub fn project(&self, point: SpacePoint) -> [Point; 2] {
         [self.front.project(point), self.side.project(self.side_from.to_camera(point))]
+    }
+
+    /// The point that the front camera sees at `point` of its plane, where its depth is `z`, in cm.
+    #[must_use]
+    pub fn front_at(&self, point: Point, z: f64) -> SpacePoint {
+        let Point { x, y } = self.front.at_depth(point, z);
+        [x, y, z]
+    }
+
+    /// The point that the side camera sees at `point` of its plane, where it is `x` to the right of the stem base, in cm.
+    #[must_use]
+    pub fn side_at(&self, point: Point, x: f64) -> SpacePoint {
+        let towards = self.side_from.to_camera([x, 0.0, 0.0])[2];
+        let Point { x, y } = self.side.at_depth(point, towards);
+        self.side_from.to_space([x, y, towards])
     }
 
     /// Triangulates the point that the front camera sees at `front` and the side camera at `side`.
@@ -223,6 +278,31 @@ mod tests {
             let erroneous = views.triangulate(front, Point::new(side.x, side.y + error));
             let most = 1.35 * f64::abs(error) + 1e-9;
             prop_assert!(erroneous.gap_cm <= most && distance(erroneous.point, [x, y, z]) <= most);
+        }
+
+        #[test]
+        fn the_silhouette_of_a_pole_holds_it_and_no_more(
+            x in -12.0..12.0, z in -12.0..12.0, radius in 0.1..2.0, height in 5.0..40.0
+        ) {
+            let pose = views(Side::Right).front;
+            let strip = pose.silhouette(Pole { at: [x, z], radius_cm: radius, height_cm: height });
+            let around = (0..720).map(|i| core::f64::consts::PI * f64::from(i) / 360.0);
+            let seen: Vec<Point> =
+                around.map(|angle| pose.project([x + radius * cos(angle), height, z + radius * sin(angle)])).collect();
+            let most = |value: fn(&Point) -> f64| seen.iter().map(value).fold(f64::NEG_INFINITY, f64::max);
+            prop_assert!((most(|point| point.x) - strip.right).abs() < 1e-3);
+            prop_assert!((most(|point| -point.x) + strip.left).abs() < 1e-3);
+            prop_assert!(strip.top >= most(|point| point.y) - 1e-9 && strip.top < most(|point| point.y) + 1e-3);
+        }
+
+        #[test]
+        fn one_camera_and_a_coordinate_give_the_point(
+            x in -12.0..12.0, y in 0.0..30.0, z in -12.0..12.0, from in sides()
+        ) {
+            let views = views(from);
+            let [front, side] = views.project([x, y, z]);
+            prop_assert!(distance(views.front_at(front, z), [x, y, z]) < 1e-9);
+            prop_assert!(distance(views.side_at(side, x), [x, y, z]) < 1e-9);
         }
 
         #[test]

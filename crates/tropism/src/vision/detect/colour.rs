@@ -35,7 +35,8 @@ impl ColourStatistics {
         }
     }
 
-    fn mean(&self) -> [f64; 3] {
+    /// The mean colour, 0 to 255; of no pixels it is not a number.
+    pub(super) fn mean(&self) -> [f64; 3] {
         self.sum.map(|sum| sum as f64 / self.count as f64)
     }
 
@@ -79,6 +80,12 @@ impl LinearDiscriminant {
         let weights = direction.map(|d| d / squared_distance);
         let offset = -weights.iter().zip(origin).map(|(w, mean)| w * mean).sum::<f64>();
         Some(Self { weights, offset, separation: squared_distance.sqrt() })
+    }
+
+    /// The score of a colour.
+    pub(super) fn score(&self, rgb: [u8; 3]) -> f64 {
+        self.offset
+            + self.weights.iter().zip(rgb).map(|(weight, value)| weight * f64::from(value)).sum::<f64>()
     }
 }
 

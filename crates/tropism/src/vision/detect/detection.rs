@@ -33,6 +33,11 @@ impl Edge {
     }
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde wants a reference")]
+const fn is_false(flag: &bool) -> bool {
+    !*flag
+}
+
 /// A plant detected in one photograph, in pixels.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Detection {
@@ -61,6 +66,9 @@ pub struct Detection {
     /// elsewhere.
     #[serde(rename = "is_veiled")]
     pub is_occluded: bool,
+    /// Whether a pole hides the tip: the stem ends at its edge and leads behind it.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub is_behind_pole: bool,
     /// Whether registration failed although the reference has enough features: the camera may have been turned away.
     #[serde(rename = "is_lost")]
     pub is_unregistered: bool,

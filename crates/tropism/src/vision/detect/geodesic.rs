@@ -49,11 +49,12 @@ pub(super) struct GeodesicGrid {
 
 impl GeodesicGrid {
     /// The grid of a component: the samples within `bounds` that `is_plant`. Gaps of up to `reach` - 1 samples are
-    /// bridged.
+    /// bridged, and the plant may go on behind samples that `may_hide` it.
     pub(super) fn new(
         plane: &Plane,
         bounds: BoundingBox,
         is_plant: impl Fn(usize) -> bool,
+        may_hide: impl Fn(usize) -> bool,
         reach: usize,
     ) -> Self {
         let origin = (bounds.left.saturating_sub(reach), bounds.top.saturating_sub(reach));
@@ -79,7 +80,7 @@ impl GeodesicGrid {
                     let value = f64::from(plane.values[sample]).clamp(MIN_VALUE, 1.0);
                     let cost = (8 + 288 / (distance[from] * distance[from])) as f64 / (value * value);
                     grid.step_cost[to] = cost as u32;
-                } else if distance[from] < 3 * reach as u32 {
+                } else if distance[from] < 3 * reach as u32 || may_hide(sample) {
                     grid.step_cost[to] = GAP_COST;
                 }
             }
@@ -328,7 +329,7 @@ mod tests {
         let (width, height) = (rows[0].len(), rows.len());
         let plane = Plane { width, height, values, origin: (0.0, 0.0), step: 1 };
         let bounds = BoundingBox { left: 0, right: width - 1, top: 0, bottom: height - 1 };
-        GeodesicGrid::new(&plane, bounds, |at| plane.values[at] > 0.0, reach)
+        GeodesicGrid::new(&plane, bounds, |at| plane.values[at] > 0.0, |_| false, reach)
     }
 
     fn path(grid: &GeodesicGrid, from: PlanePoint, to: PlanePoint) -> Option<Vec<PlanePoint>> {

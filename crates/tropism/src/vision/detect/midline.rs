@@ -66,18 +66,19 @@ pub struct TracedStem {
 /// Traces the midline of the stem of one component, from near `base` up, with points about a sample apart.
 ///
 /// `is_plant` says which samples within `bounds` belong to the component, `top` is its highest point, and gaps of up
-/// to `reach` - 1 samples are bridged. The last point is the end of the stem. `None` where no path leads from base to
+/// to `reach` - 1 samples are bridged; samples that `may_hide` the plant are crossed on the shortest way. The last point is the end of the stem. `None` where no path leads from base to
 /// top.
 #[must_use]
 pub fn trace_stem(
     plane: &Plane,
     bounds: BoundingBox,
     is_plant: impl Fn(usize) -> bool,
+    may_hide: impl Fn(usize) -> bool,
     base: PlanePoint,
     top: PlanePoint,
     reach: usize,
 ) -> Option<TracedStem> {
-    let grid = GeodesicGrid::new(plane, bounds, is_plant, reach);
+    let grid = GeodesicGrid::new(plane, bounds, is_plant, may_hide, reach);
     let (start, goal) = (grid.nearest_sample(base)?, grid.nearest_sample(top)?);
     let up = grid.shortest_paths(start);
     let thin = thin_branch(plane, &grid, start, &up);
@@ -217,7 +218,7 @@ pub fn trace_longest(
     base: PlanePoint,
     reach: usize,
 ) -> Option<Vec<PlanePoint>> {
-    let grid = GeodesicGrid::new(plane, bounds, is_plant, reach);
+    let grid = GeodesicGrid::new(plane, bounds, is_plant, |_| false, reach);
     let start = grid.nearest_sample(base)?;
     let path = grid.branches(start, &grid.shortest_paths(start), MIN_BRANCH, 1).pop()?;
     let (line, _) = centre(plane, smooth_path(&grid, &path));
@@ -267,7 +268,7 @@ mod tests {
     const ALL: BoundingBox = BoundingBox { left: 0, right: 79, top: 0, bottom: 89 };
 
     fn trace(plane: &Plane, base: PlanePoint, top: PlanePoint) -> Vec<PlanePoint> {
-        trace_stem(plane, ALL, |at| plane.values[at] > 0.5, base, top, 3).unwrap().line
+        trace_stem(plane, ALL, |at| plane.values[at] > 0.5, |_| false, base, top, 3).unwrap().line
     }
 
     #[test]
@@ -316,7 +317,7 @@ mod tests {
     fn gaps_are_bridged_and_an_empty_component_has_no_midline() {
         let broken = plane(&[((40.0, 89.0), (40.0, 52.0), 2.0), ((40.0, 45.0), (40.0, 10.0), 2.0)]);
         assert!(trace(&broken, (40.0, 89.0), (40.0, 8.0)).len() > 70);
-        assert_eq!(trace_stem(&broken, ALL, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
-        assert_eq!(trace_stem(&broken, ALL, |at| at == 7, (0.0, 0.0), (0.0, 0.0), 3), None);
+        assert_eq!(trace_stem(&broken, ALL, |_| false, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
+        assert_eq!(trace_stem(&broken, ALL, |at| at == 7, |_| false, (0.0, 0.0), (0.0, 0.0), 3), None);
     }
 }

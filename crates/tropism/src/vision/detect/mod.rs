@@ -14,6 +14,7 @@ pub mod lamp_state;
 pub mod colour;
 pub mod hysteresis;
 pub mod connected_components;
+pub(super) mod pole;
 pub mod curve;
 mod distance_transform;
 mod geodesic;
@@ -33,6 +34,7 @@ use crate::math::statistics::upper_median;
 use crate::vision::config::{Direction, Mode, VisionConfig};
 use crate::vision::raster::source::{PixelSource, full_region};
 use detection::Detection;
+use pole::PoleView;
 use view::View;
 
 /// Detects a plant in a picture; `None` where there is none, or where the crop does not lie in the picture.
@@ -76,6 +78,19 @@ pub fn detect_from_base(
     is_light.then(|| detect_as(true)).flatten().or_else(|| detect_as(false))
 }
 
+/// Detects a plant whose stem leaves the soil at `base`, among `poles`, in mode `robust`: it grows upwards before a dark
+/// background.
+pub(super) fn detect_among_poles(
+    image: &impl PixelSource,
+    base: Pixel,
+    config: &VisionConfig,
+    poles: &PoleView,
+) -> Option<Detection> {
+    let (width, height) = image.size();
+    config.check(width, height).ok()?;
+    robust::detect(image, config.region(width, height), Some(base), config, Some(poles))
+}
+
 /// Median luma from which on a background is light, and a plant may be darker: half of the range.
 const LIGHT: f32 = 128.0;
 
@@ -97,7 +112,7 @@ fn detect_upright(
     match config.mode {
         Mode::Paper => paper::detect(image, crop, config),
         Mode::Robust => {
-            let by_colour = robust::detect(image, crop, base, config);
+            let by_colour = robust::detect(image, crop, base, config, None);
             match base.filter(|_| config.stem) {
                 Some(base) => ridge::detect(image, crop, base, config, by_colour),
                 None => by_colour,

@@ -10,6 +10,7 @@
 
 use crate::geometry::{Pixel, Region};
 use crate::math;
+use crate::math::statistics::upper_median;
 use crate::photo::Image;
 use crate::vision::config::VisionConfig;
 use crate::vision::detect::colour::{ColourStatistics, LinearDiscriminant};
@@ -19,6 +20,7 @@ use crate::vision::detect::detection::{Detection, Edge};
 use crate::vision::detect::hysteresis::{Evidence, double_threshold};
 use crate::vision::detect::occlusion::{fades_towards_tip, has_glare_above, is_in_shadow, stem_exceeds_tip};
 use crate::vision::detect::occupancy::OccupancyGrid;
+use crate::vision::detect::pole::{PoleMask, PoleView};
 use crate::vision::detect::silhouette::{is_silhouette, silhouette_midline};
 use crate::vision::detect::{midline, tip};
 use crate::vision::raster::filter::sample_gaussian;
@@ -50,6 +52,7 @@ pub(super) fn detect(
     crop: Region,
     base: Option<Pixel>,
     config: &VisionConfig,
+    poles: Option<&PoleView>,
 ) -> Option<Detection> {
     // A crop that is smaller than a square of the picture's grid is read at full resolution.
     let step = config.step(image.size().0);
@@ -61,13 +64,24 @@ pub(super) fn detect(
     let plane =
         |channels| Plane { origin, step, ..sample_gaussian(&small, whole, channels, config.sigma, 1) };
 
-    let luma = plane(LUMA);
+    let mut luma = plane(LUMA);
+    let poles = poles.map(|poles| PoleMask::new(poles, &luma));
+    // What is bright decides where the plant's colour is learned: not on a pole.
+    if let Some(poles) = &poles {
+        let small = poles.without_poles(&small, median_colour(&small));
+        luma = Plane { origin, step, ..sample_gaussian(&small, whole, LUMA, config.sigma, 1) };
+    }
     let levels = Levels::from_plane(&luma, config.bright_samples);
     let base = StemBase::new(&luma, base);
     let segment = |levels: &Levels| {
-        let colour = learn_colour(&small, &luma, levels, &base, config)?;
+        let (plant, colour) = learn_colour(&small, &luma, levels, &base, config, poles.as_ref())?;
         let score = plane(colour.weights.map(|weight| weight as f32));
-        let (score, evidence) = classify(score, &colour, config);
+        let (mut score, mut evidence) = classify(score, &colour, config);
+        if poles.is_some() {
+            let others =
+                PoleMask::has_hue(&small, &plant).into_iter().enumerate().filter(|(_, is_plant)| !is_plant);
+            others.for_each(|(at, _)| (score.values[at], evidence[at]) = (0.0, Evidence::None));
+        }
         let components = ConnectedComponents::label(&evidence, score.width, REACH, base.anchor);
         let label = base.choose(&components, config.bright_samples)?;
         let is_at_base = components.component(label).distance <= base.max_distance;
@@ -77,9 +91,12 @@ pub(super) fn detect(
     // same happens without a flash, where only the side towards the lamp may be found: the tip counts as occluded.
     let at_first = segment(&levels);
     let is_outshone = at_first.is_none();
-    let (colour, score, components, label) =
+    let (colour, score, mut components, label) =
         at_first.or_else(|| segment(&base.local_levels(&luma, config.bright_samples)?))?;
-    let bounds = components.component(label).bounds;
+    let bounds = match &poles {
+        Some(poles) => poles.join_pieces(&mut components, label),
+        None => components.component(label).bounds,
+    };
     let is_plant = |at: usize| components.labels[at] == label;
     let tip = tip::highest_edge(&score, bounds, is_plant, config.threshold as f32)?;
     let tissue = occupancy(&score, bounds, is_plant);
@@ -87,7 +104,7 @@ pub(super) fn detect(
     let is_silhouette = silhouette.is_some();
     let stem = match silhouette {
         Some(base) => trace_silhouette(image, crop, base, &tissue),
-        None if config.stem => trace_stem(&score, bounds, is_plant, &base, tip),
+        None if config.stem => trace_stem(&score, bounds, is_plant, &base, tip, poles.as_ref()),
         None => None,
     };
     let (stem, stem_width) = stem.unzip();
@@ -98,6 +115,8 @@ pub(super) fn detect(
             || fades_towards_tip(&score, stem.as_deref(), tip)
             || stem_exceeds_tip(stem.as_deref(), tip, step)
     };
+    let is_seen = |at: Pixel| score.bilinear(score.to_sample(at)) > config.threshold;
+    let is_behind_pole = poles.is_some_and(|poles| poles.view.hides_end(stem.as_deref(), tip, is_seen));
     let is_occluded = !is_silhouette && may_be_occluded();
     Some(Detection {
         tip,
@@ -108,6 +127,7 @@ pub(super) fn detect(
         tissue,
         clipped_at: clipped_edge(bounds, score.width),
         is_occluded,
+        is_behind_pole,
         ..Detection::default()
     })
 }
@@ -119,9 +139,12 @@ fn trace_stem(
     is_plant: impl Fn(usize) -> bool,
     base: &StemBase,
     tip: Pixel,
+    poles: Option<&PoleMask<'_>>,
 ) -> Option<(Vec<Pixel>, f64)> {
+    let may_hide = |at: usize| poles.is_some_and(|poles| poles.is_hiding(at));
+    let top = plane.to_sample(tip);
     let midline::TracedStem { line, width } =
-        midline::trace_stem(plane, bounds, is_plant, base.anchor, plane.to_sample(tip), REACH)?;
+        midline::trace_stem(plane, bounds, is_plant, may_hide, base.anchor, top, REACH)?;
     let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plane.to_pixel(x, y)).collect();
     stem.splice(0..0, base.pixel.filter(|base| base.y > stem[0].y + plane.step as f64));
     Some((stem, width * plane.step as f64))
@@ -209,7 +232,8 @@ fn learn_colour(
     levels: &Levels,
     base: &StemBase,
     config: &VisionConfig,
-) -> Option<LinearDiscriminant> {
+    poles: Option<&PoleMask<'_>>,
+) -> Option<(ColourStatistics, LinearDiscriminant)> {
     if levels.contrast() <= config.contrast {
         return None;
     }
@@ -239,12 +263,26 @@ fn learn_colour(
     let mut background = ColourStatistics::default();
     for y in (0..luma.height).step_by(BACKGROUND_STRIDE) {
         let pixels = small.rgb[3 * y * small.width..].as_chunks::<3>().0.iter().step_by(BACKGROUND_STRIDE);
-        let values = luma.row(y).iter().step_by(BACKGROUND_STRIDE);
-        for (&pixel, _) in pixels.zip(values).filter(|&(_, &value)| value < dark) {
+        let values = luma.row(y).iter().enumerate().step_by(BACKGROUND_STRIDE);
+        let is_pole = |x: usize| poles.is_some_and(|poles| poles.covers(y * luma.width + x));
+        for (&pixel, _) in pixels.zip(values).filter(|&(_, (x, &value))| value < dark && !is_pole(x)) {
             background.add(pixel);
         }
     }
-    LinearDiscriminant::learn(&plant, &background).filter(|colour| colour.separation > config.contrast)
+    let colour = match poles {
+        Some(poles) => poles.learn(small, &plant, &background),
+        None => LinearDiscriminant::learn(&plant, &background),
+    };
+    let colour = colour.filter(|colour| colour.separation > config.contrast)?;
+    Some((plant, colour))
+}
+
+/// The median of each band of an image.
+fn median_colour(image: &Image) -> [u8; 3] {
+    core::array::from_fn(|band| {
+        let values: Vec<u8> = image.rgb.iter().skip(band).step_by(3).copied().collect();
+        upper_median(&values, u8::cmp).unwrap_or(0)
+    })
 }
 
 /// Adds the discriminant's offset, so that the score is 0 on background and 1 on plant, and classifies it by two

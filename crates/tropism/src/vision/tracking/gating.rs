@@ -123,6 +123,10 @@ const STRONGLY_DIMMED: f64 = 0.7;
 const MAX_LENGTH_CHANGE: f64 = 0.2;
 const STEM_LENGTHS: usize = 9;
 
+/// Most by which a tip that a pole has hidden comes out below where it was last seen, in cm. Chosen on the seeds 100 to 107 of
+/// `examples/obstacles`.
+const MAX_RETURN_DROP: f64 = 0.4;
+
 /// Distance from the stem, in cm, above which a tip is a leaf's.
 const LEAF_DISTANCE: f64 = 0.4;
 
@@ -179,6 +183,8 @@ pub(in crate::vision) struct TrackGate {
     time_s: f64,
     /// Appearances of the latest accepted measurements, newest first, at most [`Interval::memory`]: mist comes slowly.
     appearances: VecDeque<Appearance>,
+    /// Whether a pole has hidden the tip since the latest accepted measurement: it may come out anywhere it can have moved to.
+    is_returning: bool,
     /// The latest measurement if it was rejected, and the number of rejected ones up to it that agree.
     rejected: Option<(PlantMeasurement, usize)>,
 }
@@ -264,10 +270,20 @@ impl TrackGate {
         (status, fit)
     }
 
+    /// Takes in a photograph in which a pole hides the tip.
+    pub(in crate::vision) const fn hide(&mut self) {
+        self.is_returning = true;
+    }
+
     /// What is wrong with a measurement, compared with those accepted before. `cm` is a centimetre of the plant, in
     /// pixels.
     fn anomaly(&self, measurement: &PlantMeasurement, cm: f64) -> Anomaly {
         match (&self.last, self.state) {
+            (Some(_), Some(state)) if self.is_returning => {
+                // Below the last one it is what else the pole leaves to be seen.
+                let is_lower = measurement.tip.y > state.tip.y + MAX_RETURN_DROP * cm;
+                if is_lower { Anomaly::HiddenByLeaf } else { Anomaly::None }
+            }
             (Some(last), Some(state)) => {
                 let scale = cm * self.interval.periods();
                 // Another lamp is another contrast.
@@ -318,6 +334,7 @@ impl TrackGate {
         self.state = Some(state.unwrap_or_else(|| KalmanState::initial(tip)));
         self.accepted += 1;
         (self.last, self.time_s, self.rejected) = (None, time_s, None);
+        self.is_returning = false;
     }
 
     /// Interval since the latest accepted measurement, in periods; one where it is not positive.
