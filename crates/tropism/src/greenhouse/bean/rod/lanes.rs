@@ -445,10 +445,11 @@ impl RodLanes {
             brightest: [0.0; LANES],
         };
         for row in &mut self.rows[..=self.most] {
-            row.light = [[0.0; LANES]; 3];
+            let mut light = [[0.0; LANES]; 3];
             for lamp in lamps {
-                row.add_light(lamp);
+                row.add_light(lamp, &mut light);
             }
+            row.light = light;
             row.compare_light(&mut seen);
         }
         self.is_stale = seen.slow.map(|slow| slow == 0.0);
@@ -662,17 +663,21 @@ impl Row {
         }
     }
 
+    /// Adds the irradiance of a lamp to `light`.
     #[inline(always)]
-    fn add_light(&mut self, [lamp_x, lamp_y, lamp_z, strength]: &[PerPlant; 4]) {
+    fn add_light(&self, [lamp_x, lamp_y, lamp_z, strength]: &[PerPlant; 4], light: &mut [PerPlant; 3]) {
+        let mut share = [0.0; LANES];
         for lane in 0..LANES {
             let x = lamp_x[lane] - self.middle[0][lane];
             let y = lamp_y[lane] - self.middle[1][lane];
             let z = lamp_z[lane] - self.middle[2][lane];
             let distance2 = (x * x + y * y + z * z).max(LAMP_RADIUS * LAMP_RADIUS);
-            let share = strength[lane] / (distance2 * distance2.sqrt());
-            self.light[0][lane] += x * share;
-            self.light[1][lane] += y * share;
-            self.light[2][lane] += z * share;
+            share[lane] = strength[lane] / (distance2 * distance2.sqrt());
+        }
+        for (axis, lamp) in [lamp_x, lamp_y, lamp_z].into_iter().enumerate() {
+            for lane in 0..LANES {
+                light[axis][lane] += (lamp[lane] - self.middle[axis][lane]) * share[lane];
+            }
         }
     }
 
