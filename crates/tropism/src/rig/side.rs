@@ -118,15 +118,7 @@ impl SideView {
         self.tip = Some(tip);
         let stems = front.stem.as_ref().zip(other.and_then(|other| other.stem.as_ref()));
         let stem = stems.and_then(|(front, side)| self.stem_in_space(front, side));
-        let (stem, stem_cm) = match stem {
-            Some(points) => {
-                let plane = points.iter().map(|&[x, y, _]| Point::new(x, y)).collect();
-                (Some(Polyline(plane)), points.iter().map(|point| point[2]).collect())
-            }
-            None => (front.stem.clone(), Vec::new()),
-        };
-        let depth = Some(Depth { tip_cm: tip[2], stem_cm });
-        Observation { tip: Point::new(tip[0], tip[1]), stem, depth, quality: front.quality }
+        in_plane(front, tip, stem, front.quality)
     }
 
     /// What both cameras know together where a pole may hide the tip from one of them: that one holds its coordinate, and the
@@ -137,7 +129,7 @@ impl SideView {
         let found = other.filter(|_| has_front).map(|other| self.views.triangulate(front.tip, other.tip));
         let found = found.filter(|found| found.gap_cm <= MAX_TIP_GAP_CM);
         let [x, _, z] = self.tip.unwrap_or([front.tip.x, front.tip.y, 0.0]);
-        let by_front = Some(self.views.front_at(front.tip, z)).filter(|_| has_front && self.tip.is_some());
+        let by_front = (has_front && self.tip.is_some()).then(|| self.views.front_at(front.tip, z));
         let by_side = other.map(|other| self.views.side_at(other.tip, x));
         let (tip, quality) = match (found, by_front, by_side) {
             (Some(found), ..) => (found.point, Quality::Measured),
@@ -153,25 +145,31 @@ impl SideView {
         let stems = front.stem.as_ref().zip(other.and_then(|other| other.stem.as_ref()));
         let stem =
             stems.filter(|_| found.is_some()).and_then(|(front, side)| self.stem_in_space(front, side));
-        if let Some(points) = stem {
-            let plane = points.iter().map(|&[x, y, _]| Point::new(x, y)).collect();
-            self.stem = Some((Polyline(plane), points.iter().map(|point| point[2]).collect()));
-        }
-        let (stem, stem_cm) = self
-            .stem
-            .clone()
-            .map_or_else(|| (front.stem.clone(), Vec::new()), |(stem, depths)| (Some(stem), depths));
-        let depth = Some(Depth { tip_cm: tip[2], stem_cm });
-        Observation { tip: Point::new(tip[0], tip[1]), stem, depth, quality }
+        self.stem = stem.or_else(|| self.stem.take());
+        in_plane(front, tip, self.stem.clone(), quality)
     }
 
-    /// Ten points of the stem in space; `None` where the cameras see different ends of it.
-    fn stem_in_space(&self, front: &Polyline, side: &Polyline) -> Option<Vec<SpacePoint>> {
+    /// Ten points of the stem as seen from the front, and their depths in cm; `None` where the cameras see different ends of it.
+    fn stem_in_space(&self, front: &Polyline, side: &Polyline) -> Option<(Polyline, Vec<f64>)> {
         let ends = self.views.triangulate(*front.0.last()?, *side.0.last()?);
         if ends.gap_cm > MAX_RAY_GAP_CM {
             return None;
         }
         let points = space::resampled(&self.views.triangulate_midline(front, side), STEM_POINTS);
-        (points.len() == STEM_POINTS).then_some(points)
+        let plane = || points.iter().map(|&[x, y, _]| Point::new(x, y)).collect();
+        let depths = || points.iter().map(|point| point[2]).collect();
+        (points.len() == STEM_POINTS).then(|| (Polyline(plane()), depths()))
     }
+}
+
+/// The observation of a tip and of a stem with its depths; without them the stem is what the camera in front sees.
+fn in_plane(
+    front: &Observation,
+    [x, y, z]: SpacePoint,
+    stem: Option<(Polyline, Vec<f64>)>,
+    quality: Quality,
+) -> Observation {
+    let (stem, stem_cm) =
+        stem.map_or_else(|| (front.stem.clone(), Vec::new()), |(stem, depths)| (Some(stem), depths));
+    Observation { tip: Point::new(x, y), stem, depth: Some(Depth { tip_cm: z, stem_cm }), quality }
 }

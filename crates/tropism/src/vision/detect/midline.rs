@@ -66,8 +66,8 @@ pub struct TracedStem {
 /// Traces the midline of the stem of one component, from near `base` up, with points about a sample apart.
 ///
 /// `is_plant` says which samples within `bounds` belong to the component, `top` is its highest point, and gaps of up
-/// to `reach` - 1 samples are bridged; samples that `may_hide` the plant are crossed on the shortest way. The last point is the end of the stem. `None` where no path leads from base to
-/// top.
+/// to `reach` - 1 samples are bridged; samples that `may_hide` the plant are crossed on the shortest way. The last point is
+/// the end of the stem. `None` where no path leads from base to top.
 #[must_use]
 pub fn trace_stem(
     plane: &Plane,

@@ -157,15 +157,16 @@ impl<'a> PoleMask<'a> {
         image
     }
 
-    /// The discriminant of `plant` against `background` and the colours of the poles in `image`.
+    /// The discriminant of `plant` against `background` and the colours of the poles in `image`, where `has_hue` says which
+    /// samples have the plant's.
     pub(super) fn learn(
         &self,
         image: &Image,
+        has_hue: &[bool],
         plant: &ColourStatistics,
         background: &ColourStatistics,
     ) -> Option<LinearDiscriminant> {
         // Where a lamp glares on a pole it has not the plant's hue.
-        let has_hue = Self::has_hue(image, plant);
         let samples = || (0..self.depth.len()).filter(|&at| self.covers(at) && has_hue[at]);
         let colour = |at: usize| -> [u8; 3] { core::array::from_fn(|band| image.rgb[3 * at + band]) };
         let mut found: Option<LinearDiscriminant> = None;

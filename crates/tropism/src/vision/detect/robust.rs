@@ -61,27 +61,26 @@ pub(super) fn detect(
     let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
     let middle = (step - 1) as f64 / 2.0;
     let origin = (crop.x as f64 + middle, crop.y as f64 + middle);
-    let plane =
-        |channels| Plane { origin, step, ..sample_gaussian(&small, whole, channels, config.sigma, 1) };
+    let plane = |image: &Image, channels| Plane {
+        origin,
+        step,
+        ..sample_gaussian(image, whole, channels, config.sigma, 1)
+    };
 
-    let mut luma = plane(LUMA);
+    let mut luma = plane(&small, LUMA);
     let poles = poles.map(|poles| PoleMask::new(poles, &luma));
     // What is bright decides where the plant's colour is learned: not on a pole.
     if let Some(poles) = &poles {
-        let small = poles.without_poles(&small, median_colour(&small));
-        luma = Plane { origin, step, ..sample_gaussian(&small, whole, LUMA, config.sigma, 1) };
+        luma = plane(&poles.without_poles(&small, median_colour(&small)), LUMA);
     }
     let levels = Levels::from_plane(&luma, config.bright_samples);
     let base = StemBase::new(&luma, base);
     let segment = |levels: &Levels| {
-        let (plant, colour) = learn_colour(&small, &luma, levels, &base, config, poles.as_ref())?;
-        let score = plane(colour.weights.map(|weight| weight as f32));
+        let (colour, has_hue) = learn_colour(&small, &luma, levels, &base, config, poles.as_ref())?;
+        let score = plane(&small, colour.weights.map(|weight| weight as f32));
         let (mut score, mut evidence) = classify(score, &colour, config);
-        if poles.is_some() {
-            let others =
-                PoleMask::has_hue(&small, &plant).into_iter().enumerate().filter(|(_, is_plant)| !is_plant);
-            others.for_each(|(at, _)| (score.values[at], evidence[at]) = (0.0, Evidence::None));
-        }
+        let others = has_hue.iter().flatten().enumerate().filter(|(_, has_hue)| !**has_hue);
+        others.for_each(|(at, _)| (score.values[at], evidence[at]) = (0.0, Evidence::None));
         let components = ConnectedComponents::label(&evidence, score.width, REACH, base.anchor);
         let label = base.choose(&components, config.bright_samples)?;
         let is_at_base = components.component(label).distance <= base.max_distance;
@@ -233,7 +232,7 @@ fn learn_colour(
     base: &StemBase,
     config: &VisionConfig,
     poles: Option<&PoleMask<'_>>,
-) -> Option<(ColourStatistics, LinearDiscriminant)> {
+) -> Option<(LinearDiscriminant, Option<Vec<bool>>)> {
     if levels.contrast() <= config.contrast {
         return None;
     }
@@ -269,12 +268,13 @@ fn learn_colour(
             background.add(pixel);
         }
     }
-    let colour = match poles {
-        Some(poles) => poles.learn(small, &plant, &background),
+    let has_hue = poles.map(|_| PoleMask::has_hue(small, &plant));
+    let colour = match poles.zip(has_hue.as_deref()) {
+        Some((poles, has_hue)) => poles.learn(small, has_hue, &plant, &background),
         None => LinearDiscriminant::learn(&plant, &background),
     };
     let colour = colour.filter(|colour| colour.separation > config.contrast)?;
-    Some((plant, colour))
+    Some((colour, has_hue))
 }
 
 /// The median of each band of an image.
