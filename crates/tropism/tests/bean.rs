@@ -240,13 +240,14 @@ fn internodal() -> Species {
     internodal
 }
 
-/// Every number of a pose, as bits.
+/// Every number of a pose, and the apex, as bits.
 fn bits(bean: &Bean) -> Vec<u64> {
     let pose = bean.pose();
     let stem = pose.stem.iter().flat_map(|node| node.at.into_iter().chain([node.radius]));
     let leaves =
         pose.leaves.iter().flat_map(|leaf| leaf.base.into_iter().chain(leaf.along).chain(leaf.across));
-    stem.chain(leaves).chain([bean.length(), bean.peak_curvature(), bean.age_h()]).map(f64::to_bits).collect()
+    let rest = [bean.length(), bean.peak_curvature(), bean.age_h()].into_iter().chain(bean.apex());
+    stem.chain(leaves).chain(rest).map(f64::to_bits).collect()
 }
 
 #[test]
@@ -297,6 +298,26 @@ fn assert_same(together: &Track, alone: &Track, what: &str) {
         let bits = |tip: Point| [tip.x.to_bits(), tip.y.to_bits()];
         assert_eq!(bits(one.tip), bits(other.tip), "{what}, step {}", one.step);
     }
+}
+
+#[test]
+fn the_apex_of_a_bean_from_the_lanes_follows_its_later_changes() {
+    let seedling = |seed| Bean::new(Species::default().draw(seed, 1.0), seed);
+    let powers = lamp_powers(Some(Light::LEFT));
+    let mut together = Population::new(vec![seedling(1), seedling(2)]);
+    let mut alone = seedling(1);
+    let bits = |bean: &Bean| bean.apex().map(f64::to_bits);
+    together.advance(&[powers; 2], 60.0);
+    alone.advance(&powers, 60.0);
+    assert_eq!(bits(&together.beans[0]), bits(&alone));
+    for bean in [&mut together.beans[0], &mut alone] {
+        bean.tip_over(0.2);
+    }
+    assert_eq!(bits(&together.beans[0]), bits(&alone));
+    for bean in [&mut together.beans[0], &mut alone] {
+        bean.advance(&powers, 5.0);
+    }
+    assert_eq!(bits(&together.beans[0]), bits(&alone));
 }
 
 #[test]

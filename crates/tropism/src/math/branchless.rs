@@ -167,8 +167,8 @@ pub(crate) fn cos(x: f64) -> f64 {
 /// Whether `x` is so far from all multiples of pi / 2 but 0 that [`cos`] is that of `libm`.
 #[inline(always)]
 pub(crate) fn is_between_zeros(x: f64) -> bool {
-    let near = |bits: u32| x >= of_high(bits) && x < of_high(bits + 1);
-    !(near(0x3ff9_21fb) || near(0x4009_21fb) || near(0x4012_d97c) || near(0x4019_21fb))
+    let near = |bits: u32| (x >= of_high(bits)) & (x < of_high(bits + 1));
+    !(near(0x3ff9_21fb) | near(0x4009_21fb) | near(0x4012_d97c) | near(0x4019_21fb))
 }
 
 /// Polynomial of `3 / 2 (ln((1 + s) / (1 - s)) - 2 s - 2 / 3 s^3) / s^5` (Remez).
@@ -254,13 +254,13 @@ pub(crate) fn pow(x: f64, y: f64) -> f64 {
 /// Whether [`pow`] takes `x`.
 #[inline(always)]
 pub(crate) fn is_pow_base(x: f64) -> bool {
-    (1e-60..1e60).contains(&x) && x != 1.0
+    (x >= 1e-60) & (x < 1e60) & (x != 1.0)
 }
 
 /// Whether [`pow`] takes the exponent `y`: `libm` has shorter ways for some.
 #[inline(always)]
 pub(crate) fn is_pow_exponent(y: f64) -> bool {
-    (1e-9..4.0).contains(&y.abs()) && y != 0.5 && y.abs() != 1.0 && y != 2.0
+    (y.abs() >= 1e-9) & (y.abs() < 4.0) & (y != 0.5) & (y.abs() != 1.0) & (y != 2.0)
 }
 
 #[cfg(test)]

@@ -326,9 +326,7 @@ impl Bean {
     /// Position of the shoot apex, in cm.
     #[must_use]
     pub fn apex(&self) -> Vec3 {
-        let mut apex = [0.0; 3];
-        self.rod.for_each_section(|section| apex = section.at);
-        apex
+        self.rod.apex()
     }
 
     /// Maximum curvature along the stem, in 1/cm.
@@ -406,7 +404,8 @@ impl Bean {
 
     /// Mass of the leaf pair, in g.
     fn leaf_mass(&self) -> f64 {
-        2.0 * self.plant.leaves.mass_g * self.leaf_share() * self.leaf_share()
+        let share = self.leaf_share();
+        2.0 * self.plant.leaves.mass_g * share * share
     }
 
     /// Elongation at this age, in cm/h.

@@ -4,7 +4,7 @@
 //! as many segments grow side by side, one a lane. Random processes and what changes slowly are computed plant by plant, once
 //! a tick, by the code of the plain bean; only the sub-steps of the rods are another code.
 
-use super::rod::{LANES, RodLanes};
+use super::rod::{LANES, Rod, RodLanes};
 use super::{Bean, Tick, noise, ticks_of};
 use crate::lamps::MAX_LAMPS;
 
@@ -32,8 +32,6 @@ use crate::lamps::MAX_LAMPS;
 pub struct Population {
     /// The plants.
     pub beans: Vec<Bean>,
-    /// Sub-step, number of segments and number of each plant, sorted: plants of about as many segments stand side by side.
-    order: Vec<(u64, usize, usize)>,
     lanes: RodLanes,
 }
 
@@ -41,7 +39,7 @@ impl Population {
     /// A population of `beans`.
     #[must_use]
     pub fn new(beans: Vec<Bean>) -> Self {
-        Self { beans, order: Vec::new(), lanes: RodLanes::new() }
+        Self { beans, lanes: RodLanes::new() }
     }
 
     /// Grows all plants for `minutes`, each under lamps of its own powers: [`Bean::advance`] for each, to the bit.
@@ -52,55 +50,58 @@ impl Population {
         let (found, wanted) = (lamp_powers.len(), self.beans.len());
         assert!(found == wanted, "found lamp powers for {found} beans, wanted them for {wanted}");
         let (ticks, tick_h) = ticks_of(minutes);
-        let Self { beans, order, lanes } = self;
-        order.clear();
-        let by_work = |(number, bean): (usize, &Bean)| (bean.substep_s.to_bits(), bean.rod.count(), number);
-        let plain = |(_, bean): &(usize, &Bean)| bean.plant.internodal.is_none();
-        order.extend(beans.iter().enumerate().filter(plain).map(by_work));
-        order.sort_unstable();
-        // The lanes know the first physiology alone.
-        for (bean, powers) in beans.iter_mut().zip(lamp_powers) {
+        let Self { beans, lanes } = self;
+        let mut members = Vec::with_capacity(wanted);
+        for (number, (bean, powers)) in beans.iter_mut().zip(lamp_powers).enumerate() {
+            // The lanes know the first physiology alone.
             if bean.plant.internodal.is_some() {
                 bean.advance(powers, minutes);
+                continue;
             }
+            let order = (bean.substep_s.to_bits(), bean.rod.count(), number);
+            members.push(Member { order, bean, powers });
         }
-        for equal in order.chunk_by(|(one, ..), (other, ..)| one == other) {
-            for group in equal.chunks(LANES) {
-                if let [(.., number)] = *group {
-                    beans[number].advance(&lamp_powers[number], minutes);
+        members.sort_unstable_by_key(|member| member.order);
+        for equal in members.chunk_by_mut(|one, other| one.order.0 == other.order.0) {
+            for group in equal.chunks_mut(LANES) {
+                if let [Member { bean, powers, .. }] = group {
+                    bean.advance(*powers, minutes);
                     continue;
                 }
-                let group: Vec<usize> = group.iter().map(|&(.., number)| number).collect();
                 for _ in 0..ticks {
-                    tick_together(lanes, beans, &group, lamp_powers, tick_h);
+                    tick_together(lanes, group, tick_h);
                 }
             }
         }
     }
 }
 
+/// A plant of a population during [`Population::advance`].
+struct Member<'a> {
+    /// Sub-step, number of segments and number of the plant: plants of about as many segments stand side by side.
+    order: (u64, usize, usize),
+    bean: &'a mut Bean,
+    powers: &'a [f64; MAX_LAMPS],
+}
+
 /// A tick of two to [`LANES`] beans with the same sub-step.
-fn tick_together(
-    lanes: &mut RodLanes,
-    beans: &mut [Bean],
-    group: &[usize],
-    lamp_powers: &[[f64; MAX_LAMPS]],
-    tick_h: f64,
-) {
-    let mut begin = |&number: &usize| {
-        let powers = beans[number].checked_powers(&lamp_powers[number]);
-        beans[number].draw_tick(powers, tick_h)
+fn tick_together(lanes: &mut RodLanes, group: &mut [Member<'_>], tick_h: f64) {
+    let begin = |Member { bean, powers, .. }: &mut Member<'_>| {
+        let powers = bean.checked_powers(*powers);
+        bean.draw_tick(powers, tick_h)
     };
-    let mut ticks: Vec<Tick> = group.iter().map(&mut begin).collect();
-    lanes.begin(group.iter().map(|&number| beans[number].rod.count()).max().unwrap_or(0));
+    let mut ticks: Vec<Tick> = group.iter_mut().map(begin).collect();
+    lanes.begin(group.iter().map(|member| member.bean.rod.count()).max().unwrap_or(0));
+    // Lanes without a plant repeat the first one; nothing comes of them.
+    let plants = group.len();
+    let place = |lane| if lane < plants { lane } else { 0 };
     for lane in 0..LANES {
-        // Lanes without a plant repeat the first one; nothing comes of them.
-        let place = if lane < group.len() { lane } else { 0 };
-        let Bean { rod, plant, .. } = &mut beans[group[place]];
-        lanes.load(lane, rod, plant, &ticks[place].forcing);
+        let Bean { rod, plant, .. } = &mut *group[place(lane)].bean;
+        lanes.load(lane, rod, plant, &ticks[place(lane)].forcing);
     }
-    for (lane, &number) in group.iter().enumerate() {
-        let Bean { plant, noise: Some(noise), .. } = &mut beans[number] else { continue };
+    lanes.load_segments(core::array::from_fn(|lane| &group[place(lane)].bean.rod));
+    for (lane, member) in group.iter_mut().enumerate() {
+        let Bean { plant, noise: Some(noise), .. } = &mut *member.bean else { continue };
         lanes.draw_curvature(lane, noise::curvature_sigma(plant, tick_h), || noise.uniforms_of_curvature());
     }
     lanes.begin_tick();
@@ -110,17 +111,18 @@ fn tick_together(
             *rate = tick.nutation.next_rate();
         }
         lanes.step(&nutation);
-        for (lane, (&number, tick)) in group.iter().zip(&ticks).enumerate() {
+        for (lane, (member, tick)) in group.iter_mut().zip(&ticks).enumerate() {
             if lanes.must_split(lane) {
-                let Bean { rod, plant, .. } = &mut beans[number];
+                let Bean { rod, plant, .. } = &mut *member.bean;
                 lanes.store(lane, rod);
                 rod.split_overlong(plant, &tick.forcing);
-                lanes.load_segments(lane, rod);
+                lanes.reload(lane, rod);
             }
         }
     }
-    for (lane, &number) in group.iter().enumerate() {
-        lanes.store(lane, &mut beans[number].rod);
-        beans[number].end_tick(&ticks[lane], tick_h);
+    let mut rods: Vec<&mut Rod> = group.iter_mut().map(|member| &mut member.bean.rod).collect();
+    lanes.end_tick(&mut rods);
+    for (member, tick) in group.iter_mut().zip(&ticks) {
+        member.bean.end_tick(tick, tick_h);
     }
 }

@@ -105,7 +105,12 @@ pub(super) struct Rod {
     contact: Option<Box<Contact>>,
     /// Whether the Taylor series must start from fresh values.
     is_stale: bool,
+    /// Place of the apex, in cm, where the vector lanes have computed it; `None` after any other change.
+    apex: Option<Vec3>,
 }
+
+/// Number of the quantities that are the state of a segment.
+const STATE: usize = 11;
 
 /// One value for each segment.
 type PerSegment = [f64; MAX_NODES];
@@ -239,6 +244,7 @@ impl Rod {
             base,
             contact: None,
             is_stale: true,
+            apex: None,
         }
     }
 
@@ -261,6 +267,7 @@ impl Rod {
 
     /// Tilts the base by `radians` towards positive x.
     pub(super) fn tilt_base(&mut self, radians: f64) {
+        self.apex = None;
         let Rotation([w, x, y, z]) = self.base;
         let (cos, sin) = (math::cos(0.5 * radians), math::sin(0.5 * radians));
         self.base = Rotation([w * cos - y * sin, x * cos + z * sin, y * cos + w * sin, z * cos - x * sin]);
@@ -269,6 +276,15 @@ impl Rod {
     /// Length along the stem, in cm.
     pub(super) fn length(&self) -> f64 {
         self.segments.length[..self.count].iter().sum()
+    }
+
+    /// Place of the apex, in cm.
+    pub(super) fn apex(&self) -> Vec3 {
+        self.apex.unwrap_or_else(|| {
+            let mut apex = [0.0; 3];
+            self.for_each_section(|section| apex = section.at);
+            apex
+        })
     }
 
     /// Calls `visit` with the cross-sections from the base to the apex: one more than there are segments.
@@ -335,6 +351,7 @@ impl Rod {
     ///
     /// `nutation` is the rate of curvature of circumnutation towards d1 and d2, in 1/cm/h.
     pub(super) fn step(&mut self, plant: &Individual, forcing: &Forcing, nutation: [f64; 2]) {
+        self.apex = None;
         let (n, segments) = (self.count, &mut *self.segments);
         assert!(n < MAX_NODES);
         segments.orient(n, self.base);
@@ -386,7 +403,7 @@ impl Rod {
         while i < self.count {
             if self.segments.length[i] > MAX_SEGMENT_CM && self.count + 1 < MAX_NODES {
                 self.segments.length[i] *= 0.5;
-                for values in self.segments.state() {
+                for values in self.segments.state_mut() {
                     values.copy_within(i..self.count, i + 1);
                 }
                 if let Some(tissue) = &mut self.tissue {
@@ -444,34 +461,37 @@ impl Segments {
         }
     }
 
-    /// The state, which both halves of a split segment inherit.
-    fn state(&mut self) -> [&mut PerSegment; 11] {
-        let Self {
-            length,
-            k1,
-            k2,
-            rest1,
-            rest2,
-            light_stage1,
-            light_stage2,
-            light_memory1,
-            light_memory2,
-            gravity_memory1,
-            gravity_memory2,
-            ..
-        } = self;
+    /// The state: what stays from one tick to the next. Both halves of a split segment inherit it.
+    fn state(&self) -> [&PerSegment; STATE] {
         [
-            length,
-            k1,
-            k2,
-            rest1,
-            rest2,
-            light_stage1,
-            light_stage2,
-            light_memory1,
-            light_memory2,
-            gravity_memory1,
-            gravity_memory2,
+            &self.length,
+            &self.k1,
+            &self.k2,
+            &self.rest1,
+            &self.rest2,
+            &self.light_stage1,
+            &self.light_stage2,
+            &self.light_memory1,
+            &self.light_memory2,
+            &self.gravity_memory1,
+            &self.gravity_memory2,
+        ]
+    }
+
+    /// [`Self::state`], to be changed.
+    fn state_mut(&mut self) -> [&mut PerSegment; STATE] {
+        [
+            &mut self.length,
+            &mut self.k1,
+            &mut self.k2,
+            &mut self.rest1,
+            &mut self.rest2,
+            &mut self.light_stage1,
+            &mut self.light_stage2,
+            &mut self.light_memory1,
+            &mut self.light_memory2,
+            &mut self.gravity_memory1,
+            &mut self.gravity_memory2,
         ]
     }
 

@@ -15,7 +15,7 @@ use core::f64::consts::{PI, TAU};
 use super::contact::Contact;
 use super::{
     DENSITY, Forcing, GRAVITY, GROWTH_EDGE_CM, LAMP_DISTANCE, LAMP_RADIUS, MAX_NODES, MAX_SEGMENT_CM,
-    MEGAPASCAL, Rod, Rotation, SATURATION, SERIES_LIMIT, Segments, TAPER_CM, TOUCH_CM, WALL_STIFFNESS,
+    MEGAPASCAL, Rod, Rotation, SATURATION, SERIES_LIMIT, STATE, Segments, TAPER_CM, TOUCH_CM, WALL_STIFFNESS,
     half_rotation, small_exp,
 };
 use crate::greenhouse::bean::Individual;
@@ -54,9 +54,8 @@ struct Row {
     d2: [PerPlant; 3],
     middle: [PerPlant; 3],
     light: [PerPlant; 3],
-    /// Squared irradiance, which the next sub-step compares with its own, and its relative change.
+    /// Squared irradiance, which the next sub-step compares with its own.
     intensity2: PerPlant,
-    change: PerPlant,
     response: PerPlant,
 }
 
@@ -84,7 +83,6 @@ impl Row {
         middle: [[0.0; LANES]; 3],
         light: [[0.0; LANES]; 3],
         intensity2: [0.0; LANES],
-        change: [0.0; LANES],
         response: [0.0; LANES],
     };
 }
@@ -270,46 +268,25 @@ impl RodLanes {
             contact: None,
             is_pressed: false,
         });
-        self.load_state(lane, rod);
+        self.place(lane, rod);
     }
 
-    /// Puts the state of a rod into a lane.
-    fn load_state(&mut self, lane: usize, rod: &mut Rod) {
+    /// Takes over what a rod has beside its segments, and ends the rows of its lane at its apex.
+    fn place(&mut self, lane: usize, rod: &mut Rod) {
         if let Some(guest) = &mut self.guests[lane] {
             guest.contact = rod.contact.take();
         }
-        let (count, segments) = (rod.count, &*rod.segments);
+        let count = rod.count;
         if count > self.most {
             // The rows that come to use lie beyond the apex of all plants, as the last one has.
             let last = self.rows[self.most];
             self.rows[self.most + 1..=count].fill(last);
             self.most = count;
         }
-        for (i, row) in self.rows[..count].iter_mut().enumerate() {
-            row.length[lane] = segments.length[i];
-            row.k1[lane] = segments.k1[i];
-            row.k2[lane] = segments.k2[i];
-            row.rest1[lane] = segments.rest1[i];
-            row.rest2[lane] = segments.rest2[i];
-            row.light_stage1[lane] = segments.light_stage1[i];
-            row.light_stage2[lane] = segments.light_stage2[i];
-            row.light_memory1[lane] = segments.light_memory1[i];
-            row.light_memory2[lane] = segments.light_memory2[i];
-            row.gravity_memory1[lane] = segments.gravity_memory1[i];
-            row.gravity_memory2[lane] = segments.gravity_memory2[i];
-        }
         for row in &mut self.rows[count..=self.most] {
-            row.length[lane] = 0.0;
-            row.k1[lane] = 0.0;
-            row.k2[lane] = 0.0;
-            row.rest1[lane] = 0.0;
-            row.rest2[lane] = 0.0;
-            row.light_stage1[lane] = 0.0;
-            row.light_stage2[lane] = 0.0;
-            row.light_memory1[lane] = 0.0;
-            row.light_memory2[lane] = 0.0;
-            row.gravity_memory1[lane] = 0.0;
-            row.gravity_memory2[lane] = 0.0;
+            for values in row.state_mut() {
+                values[lane] = 0.0;
+            }
             row.from_apex[lane] = 0.0;
             row.growth_exp[lane] = 0.0;
             row.motility_exp[lane] = 0.0;
@@ -320,11 +297,28 @@ impl RodLanes {
         self.is_stale[lane] = true;
     }
 
-    /// Puts the segments of a rod into a lane, after they were split and refreshed.
-    pub(in crate::greenhouse::bean) fn load_segments(&mut self, lane: usize, rod: &mut Rod) {
-        self.load_state(lane, rod);
-        let segments = &*rod.segments;
+    /// Puts the segments of the rods of all lanes into the rows, after [`Self::load`] of each.
+    ///
+    /// Row by row: each line of the processor's cache is then read and written once.
+    pub(in crate::greenhouse::bean) fn load_segments(&mut self, rods: [&Rod; LANES]) {
+        let states = rods.map(|rod| rod.segments.state());
+        for (i, row) in self.rows[..self.most].iter_mut().enumerate() {
+            for (lane, state) in states.iter().enumerate() {
+                for (values, of_segments) in row.state_mut().into_iter().zip(state) {
+                    values[lane] = if i < self.counts[lane] { of_segments[i] } else { 0.0 };
+                }
+            }
+        }
+    }
+
+    /// Puts the segments of a rod back into its lane, after they were split and refreshed.
+    pub(in crate::greenhouse::bean) fn reload(&mut self, lane: usize, rod: &mut Rod) {
+        self.place(lane, rod);
+        let (segments, state) = (&*rod.segments, rod.segments.state());
         for (i, row) in self.rows[..rod.count].iter_mut().enumerate() {
+            for (values, of_segments) in row.state_mut().into_iter().zip(state) {
+                values[lane] = of_segments[i];
+            }
             row.from_apex[lane] = segments.from_apex[i];
             row.growth_exp[lane] = segments.growth_exp[i];
             row.motility_exp[lane] = segments.motility_exp[i];
@@ -359,19 +353,34 @@ impl RodLanes {
         if let Some(guest) = &mut self.guests[lane] {
             rod.contact = guest.contact.take();
         }
-        let segments = &mut *rod.segments;
+        let mut state = rod.segments.state_mut();
         for (i, row) in self.rows[..rod.count].iter().enumerate() {
-            segments.length[i] = row.length[lane];
-            segments.k1[i] = row.k1[lane];
-            segments.k2[i] = row.k2[lane];
-            segments.rest1[i] = row.rest1[lane];
-            segments.rest2[i] = row.rest2[lane];
-            segments.light_stage1[i] = row.light_stage1[lane];
-            segments.light_stage2[i] = row.light_stage2[lane];
-            segments.light_memory1[i] = row.light_memory1[lane];
-            segments.light_memory2[i] = row.light_memory2[lane];
-            segments.gravity_memory1[i] = row.gravity_memory1[lane];
-            segments.gravity_memory2[i] = row.gravity_memory2[lane];
+            for (of_segments, values) in state.iter_mut().zip(row.state()) {
+                of_segments[i] = values[lane];
+            }
+        }
+    }
+
+    /// Ends a tick: puts the state of the first lanes back into their rods, of which there are at most [`LANES`].
+    pub(in crate::greenhouse::bean) fn end_tick(&mut self, rods: &mut [&mut Rod]) {
+        for (rod, guest) in rods.iter_mut().zip(&mut self.guests) {
+            if let Some(guest) = guest {
+                rod.contact = guest.contact.take();
+            }
+        }
+        let apexes = dispatch(Apexes { rods: self });
+        for (lane, rod) in rods.iter_mut().enumerate() {
+            rod.apex = Some(apexes.map(|axis| axis[lane]));
+        }
+        let mut states: Vec<_> = rods.iter_mut().map(|rod| rod.segments.state_mut()).collect();
+        // Row by row, as in `load_segments`. What stands beyond an apex is never read.
+        for (i, row) in self.rows[..self.most].iter().enumerate() {
+            let values = row.state();
+            for (lane, state) in states.iter_mut().enumerate() {
+                for (of_segments, values) in state.iter_mut().zip(values) {
+                    of_segments[i] = values[lane];
+                }
+            }
         }
     }
 
@@ -436,7 +445,7 @@ impl RodLanes {
         (self.weight, self.nearest) = (end.weight, end.nearest);
     }
 
-    /// Irradiance at each segment and the apex, and its change since the sub-step before.
+    /// Irradiance at each segment and the apex, and the response to it.
     #[inline(always)]
     fn illuminate(&mut self) {
         let lamps = &self.constants.lamps[..self.lit];
@@ -450,7 +459,7 @@ impl RodLanes {
                 row.add_light(lamp, &mut light);
             }
             row.light = light;
-            row.compare_light(&mut seen);
+            row.respond(&self.constants.series, &mut seen);
         }
         self.is_stale = seen.slow.map(|slow| slow == 0.0);
         self.saturation =
@@ -478,7 +487,8 @@ impl RodLanes {
             common.steady[0][lane] = towards1 + of.bias[0][lane];
             common.steady[1][lane] = towards2 - of.bias[1][lane];
         }
-        for row in segments {
+        // In the order of `relax`, which then finds the first rows in the processor's cache.
+        for row in segments.iter_mut().rev() {
             row.bend::<SATURATES>(of, saturation, &common);
         }
     }
@@ -504,11 +514,14 @@ impl RodLanes {
             above.mass_z[lane] = above.mass[lane] * apex[2][lane];
             above.rate[lane] = of.elongation[lane] / self.weight[lane];
         }
+        let [lowest, highest] = self
+            .leaves
+            .iter()
+            .fold([usize::MAX, 0], |[lowest, highest], &leaf| [lowest.min(leaf), highest.max(leaf)]);
+        let leaf_rows = lowest..=highest;
         for (i, row) in self.rows[..self.most].iter_mut().enumerate().rev() {
-            for lane in (0..LANES).filter(|&lane| self.leaves[lane] == i) {
-                above.mass[lane] += of.leaf_mass[lane];
-                above.mass_x[lane] += of.leaf_mass[lane] * row.middle[0][lane];
-                above.mass_z[lane] += of.leaf_mass[lane] * row.middle[2][lane];
+            if leaf_rows.contains(&i) {
+                above.add_leaves(&self.leaves.map(|leaf| leaf == i), row, of);
             }
             if TOUCHES {
                 // Rows beyond the apex are no part of the plant: the wall does not push them.
@@ -566,9 +579,61 @@ struct Above {
     touches: [bool; LANES],
 }
 
+impl Above {
+    /// Adds the leaves of the plants that bear them at `row`.
+    #[inline(always)]
+    fn add_leaves(&mut self, bears: &[bool; LANES], row: &Row, of: &Constants) {
+        for lane in 0..LANES {
+            let leaf = of.leaf_mass[lane];
+            let mass = self.mass[lane] + leaf;
+            let mass_x = self.mass_x[lane] + leaf * row.middle[0][lane];
+            let mass_z = self.mass_z[lane] + leaf * row.middle[2][lane];
+            self.mass[lane] = if bears[lane] { mass } else { self.mass[lane] };
+            self.mass_x[lane] = if bears[lane] { mass_x } else { self.mass_x[lane] };
+            self.mass_z[lane] = if bears[lane] { mass_z } else { self.mass_z[lane] };
+        }
+    }
+}
+
 /// The work on one row. Each loop is a function of its own: what it writes and what it reads are then known to be apart, and
 /// the compiler makes vectors of it.
 impl Row {
+    /// The state of the segments, in the order of [`Segments::state`].
+    #[inline(always)]
+    fn state(&self) -> [&PerPlant; STATE] {
+        [
+            &self.length,
+            &self.k1,
+            &self.k2,
+            &self.rest1,
+            &self.rest2,
+            &self.light_stage1,
+            &self.light_stage2,
+            &self.light_memory1,
+            &self.light_memory2,
+            &self.gravity_memory1,
+            &self.gravity_memory2,
+        ]
+    }
+
+    /// [`Self::state`], to be changed.
+    #[inline(always)]
+    fn state_mut(&mut self) -> [&mut PerPlant; STATE] {
+        [
+            &mut self.length,
+            &mut self.k1,
+            &mut self.k2,
+            &mut self.rest1,
+            &mut self.rest2,
+            &mut self.light_stage1,
+            &mut self.light_stage2,
+            &mut self.light_memory1,
+            &mut self.light_memory2,
+            &mut self.gravity_memory1,
+            &mut self.gravity_memory2,
+        ]
+    }
+
     /// Copies what contacts read of a plant.
     fn copy_to(&self, segments: &mut Segments, i: usize, lane: usize) {
         segments.length[i] = self.length[lane];
@@ -629,7 +694,6 @@ impl Row {
         for lane in 0..LANES {
             let fresh = if self.intensity2[lane] > 0.0 { fresh[lane] } else { 0.0 };
             self.response[lane] = if is_stale[lane] { fresh } else { self.response[lane] };
-            self.change[lane] = if is_stale[lane] { 0.0 } else { self.change[lane] };
         }
     }
 
@@ -663,52 +727,69 @@ impl Row {
         }
     }
 
-    /// Adds the irradiance of a lamp to `light`.
+    /// Goes to the upper end of the segments, in the steps of [`Rod::for_each_section`].
     #[inline(always)]
-    fn add_light(&self, [lamp_x, lamp_y, lamp_z, strength]: &[PerPlant; 4], light: &mut [PerPlant; 3]) {
-        let mut share = [0.0; LANES];
+    fn pass(&self, rotation: &mut [PerPlant; 4], at: &mut [PerPlant; 3]) {
         for lane in 0..LANES {
-            let x = lamp_x[lane] - self.middle[0][lane];
-            let y = lamp_y[lane] - self.middle[1][lane];
-            let z = lamp_z[lane] - self.middle[2][lane];
-            let distance2 = (x * x + y * y + z * z).max(LAMP_RADIUS * LAMP_RADIUS);
-            share[lane] = strength[lane] / (distance2 * distance2.sqrt());
-        }
-        for (axis, lamp) in [lamp_x, lamp_y, lamp_z].into_iter().enumerate() {
-            for lane in 0..LANES {
-                light[axis][lane] += (lamp[lane] - self.middle[axis][lane]) * share[lane];
+            let length = self.length[lane];
+            let [x, y] = half_rotation(self.k1[lane], self.k2[lane], length);
+            let lower =
+                Rotation([rotation[0][lane], rotation[1][lane], rotation[2][lane], rotation[3][lane]]);
+            let middle = lower.then(1.0, x, y);
+            let along = middle.frame()[2];
+            for axis in 0..3 {
+                at[axis][lane] += length * along[axis];
+            }
+            let Rotation(upper) = middle.then(1.0, x, y);
+            for part in 0..4 {
+                rotation[part][lane] = upper[part];
             }
         }
     }
 
+    /// Adds the irradiance of a lamp to `light`.
     #[inline(always)]
-    fn compare_light(&mut self, seen: &mut Irradiance) {
+    fn add_light(&self, [lamp_x, lamp_y, lamp_z, strength]: &[PerPlant; 4], light: &mut [PerPlant; 3]) {
+        let (x, y, z) =
+            (minus(lamp_x, &self.middle[0]), minus(lamp_y, &self.middle[1]), minus(lamp_z, &self.middle[2]));
+        let mut share = [0.0; LANES];
+        for lane in 0..LANES {
+            let distance2 = x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane];
+            let distance2 = distance2.max(LAMP_RADIUS * LAMP_RADIUS);
+            share[lane] = strength[lane] / (distance2 * distance2.sqrt());
+        }
+        // One loop an axis: the compiler makes poor vectors of the three in one.
+        for lane in 0..LANES {
+            light[0][lane] += x[lane] * share[lane];
+        }
+        for lane in 0..LANES {
+            light[1][lane] += y[lane] * share[lane];
+        }
+        for lane in 0..LANES {
+            light[2][lane] += z[lane] * share[lane];
+        }
+    }
+
+    /// Updates the response per unit of irradiance by its Taylor series, from the irradiance of the sub-step before.
+    #[inline(always)]
+    fn respond(&mut self, [exponent, second, third, fourth]: &[PerPlant; 4], seen: &mut Irradiance) {
         for lane in 0..LANES {
             let [x, y, z] = [self.light[0][lane], self.light[1][lane], self.light[2][lane]];
             let (now, last) = (x * x + y * y + z * z, self.intensity2[lane]);
             seen.slow[lane] = if (now - last).abs() < SERIES_LIMIT * last { seen.slow[lane] } else { 0.0 };
             seen.brightest[lane] = if now > seen.brightest[lane] { now } else { seen.brightest[lane] };
-            self.change[lane] = now / last - 1.0;
+            let change = now / last - 1.0;
+            let series =
+                1.0 + second[lane] * change * (1.0 + third[lane] * change * (1.0 + fourth[lane] * change));
+            self.response[lane] *= 1.0 + exponent[lane] * change * series;
             self.intensity2[lane] = now;
         }
     }
 
-    /// Updates the response per unit of irradiance by its Taylor series; returns it with saturation.
+    /// The response per unit of irradiance with saturation.
     #[inline(always)]
-    fn respond<const SATURATES: bool>(
-        &mut self,
-        [exponent, second, third, fourth]: &[PerPlant; 4],
-        saturation: &PerPlant,
-    ) -> PerPlant {
-        let mut effective = [0.0; LANES];
-        for lane in 0..LANES {
-            let change = self.change[lane];
-            let series =
-                1.0 + second[lane] * change * (1.0 + third[lane] * change * (1.0 + fourth[lane] * change));
-            let response = self.response[lane] * (1.0 + exponent[lane] * change * series);
-            self.response[lane] = response;
-            effective[lane] = response;
-        }
+    fn effective<const SATURATES: bool>(&self, saturation: &PerPlant) -> PerPlant {
+        let mut effective = self.response;
         if SATURATES {
             for lane in 0..LANES {
                 effective[lane] = effective[lane].min(saturation[lane] / self.intensity2[lane].sqrt());
@@ -719,12 +800,12 @@ impl Row {
 
     #[inline(always)]
     fn perceive_at_apex<const SATURATES: bool>(
-        &mut self,
+        &self,
         of: &Constants,
         saturation: &PerPlant,
         light: &mut [PerPlant; 3],
     ) {
-        let response = self.respond::<SATURATES>(&of.series, saturation);
+        let response = self.effective::<SATURATES>(saturation);
         for lane in 0..LANES {
             let apical = of.apical[lane] * response[lane];
             for (light, at_apex) in light.iter_mut().zip(&self.light) {
@@ -735,7 +816,7 @@ impl Row {
 
     #[inline(always)]
     fn bend<const SATURATES: bool>(&mut self, of: &Constants, saturation: &PerPlant, common: &Common) {
-        let response = self.respond::<SATURATES>(&of.series, saturation);
+        let response = self.effective::<SATURATES>(saturation);
         self.bend_by(&response, of, common);
     }
 
@@ -818,7 +899,7 @@ impl Row {
 /// [`math::exp`] of all lanes.
 #[inline(always)]
 fn exp(x: &PerPlant) -> PerPlant {
-    if count(x, |x| x.abs() <= branchless::EXP_LIMIT) < LANES {
+    if !all(x, |x| x.abs() <= branchless::EXP_LIMIT) {
         return x.map(math::exp);
     }
     let mut result = [0.0; LANES];
@@ -832,7 +913,7 @@ fn exp(x: &PerPlant) -> PerPlant {
 #[inline(always)]
 fn pow(x: &PerPlant, y: &PerPlant) -> PerPlant {
     let mut result = [0.0; LANES];
-    if count(x, branchless::is_pow_base) < LANES || count(y, branchless::is_pow_exponent) < LANES {
+    if !all(x, branchless::is_pow_base) || !all(y, branchless::is_pow_exponent) {
         for lane in 0..LANES {
             result[lane] = math::pow(x[lane], y[lane]);
         }
@@ -851,7 +932,7 @@ fn normal(of_radius: &PerPlant, of_angle: &PerPlant) -> PerPlant {
     for lane in 0..LANES {
         angle[lane] = TAU * of_angle[lane];
     }
-    let is_common = count(&angle, branchless::is_between_zeros) == LANES;
+    let is_common = all(&angle, branchless::is_between_zeros);
     let mut result = if is_common { [0.0; LANES] } else { angle.map(math::cos) };
     for lane in 0..LANES {
         let cos = if is_common { branchless::cos(angle[lane]) } else { result[lane] };
@@ -860,14 +941,24 @@ fn normal(of_radius: &PerPlant, of_angle: &PerPlant) -> PerPlant {
     result
 }
 
-/// For how many lanes `holds`.
+/// The differences of all lanes.
 #[inline(always)]
-fn count(x: &PerPlant, holds: impl Fn(f64) -> bool) -> usize {
-    let mut number = 0;
+fn minus(x: &PerPlant, y: &PerPlant) -> PerPlant {
+    let mut result = [0.0; LANES];
     for lane in 0..LANES {
-        number += usize::from(holds(x[lane]));
+        result[lane] = x[lane] - y[lane];
     }
-    number
+    result
+}
+
+/// Whether `holds` in all lanes. Without branches, so that the compiler makes vectors of it.
+#[inline(always)]
+fn all(x: &PerPlant, holds: impl Fn(f64) -> bool) -> bool {
+    let mut all = true;
+    for lane in 0..LANES {
+        all &= holds(x[lane]);
+    }
+    all
 }
 
 /// A low-pass filter after a sub-step.
@@ -894,6 +985,25 @@ impl Kernel for Begin<'_> {
         for (row, draws) in rows[..*most].iter_mut().zip(draws) {
             row.disturb(constants, draws);
         }
+    }
+}
+
+/// The apex of each lane as a kernel: x, y and z.
+struct Apexes<'a> {
+    rods: &'a RodLanes,
+}
+
+impl Kernel for Apexes<'_> {
+    type Result = [PerPlant; 3];
+
+    #[inline(always)]
+    fn run(self) -> [PerPlant; 3] {
+        let mut rotation = self.rods.constants.base;
+        let mut at = [[0.0; LANES]; 3];
+        for row in &self.rods.rows[..self.rods.most] {
+            row.pass(&mut rotation, &mut at);
+        }
+        at
     }
 }
 
