@@ -254,13 +254,13 @@ pub(crate) fn pow(x: f64, y: f64) -> f64 {
 /// Whether [`pow`] takes `x`.
 #[inline(always)]
 pub(crate) fn is_pow_base(x: f64) -> bool {
-    (x >= 1e-60) & (x < 1e60) & (x != 1.0)
+    (1e-60..1e60).contains(&x) & (x != 1.0)
 }
 
 /// Whether [`pow`] takes the exponent `y`: `libm` has shorter ways for some.
 #[inline(always)]
 pub(crate) fn is_pow_exponent(y: f64) -> bool {
-    (y.abs() >= 1e-9) & (y.abs() < 4.0) & (y != 0.5) & (y.abs() != 1.0) & (y != 2.0)
+    (1e-9..4.0).contains(&y.abs()) & (y != 0.5) & (y.abs() != 1.0) & (y != 2.0)
 }
 
 #[cfg(test)]
