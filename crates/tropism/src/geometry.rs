@@ -180,11 +180,12 @@ impl Polyline {
         if self.0.len() < 2 || count < 2 {
             return self.clone();
         }
-        let spacing = self.length() / (count - 1) as f64;
-        let mut vertices = vec![self.0[0]];
+        let segments: Vec<f64> = self.0.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+        let spacing = segments.iter().sum::<f64>() / (count - 1) as f64;
+        let mut vertices = Vec::with_capacity(count);
+        vertices.push(self.0[0]);
         let mut walked = 0.0;
-        for pair in self.0.windows(2) {
-            let segment = pair[0].distance(pair[1]);
+        for (pair, &segment) in self.0.windows(2).zip(&segments) {
             while vertices.len() < count - 1
                 && walked + segment >= spacing * vertices.len() as f64
                 && segment > 0.0
