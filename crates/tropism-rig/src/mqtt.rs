@@ -499,7 +499,7 @@ mod tests {
             assert_eq!(device.told(), [true, false, false, true].map(|is_on| plug.payload(is_on)));
             // It is on, and what the broker kept of that is no answer to the next order.
             *device.is_deaf.lock().unwrap() = true;
-            open.plug.timeout_s = Seconds::new(0.5);
+            open = open.lit_within(Duration::from_millis(300));
             let error = open.switch(true).unwrap_err().to_string();
             assert!(error.contains("waiting for its state to be on"), "{error}");
         }
@@ -528,10 +528,9 @@ mod tests {
         flash.switch(false).unwrap();
         // Hung: the kernel accepts the connection and the broker does not answer; then it continues with all that waits.
         broker.signal(rustix::process::Signal::STOP);
-        flash.plug.timeout_s = Seconds::new(0.3);
+        flash = flash.lit_within(Duration::from_millis(300));
         assert!(flash.switch(true).unwrap_err().to_string().contains("while connecting"));
         broker.signal(rustix::process::Signal::CONT);
-        flash.plug.timeout_s = Seconds::new(10.0);
         flash.switch(false).unwrap();
         assert_eq!(device.told(), ["ON", "OFF", "OFF"]);
         // Killed, and started again.
