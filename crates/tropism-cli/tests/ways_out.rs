@@ -261,26 +261,36 @@ fn tropism(folder: &Path, words: &[&str]) -> Command {
     command
 }
 
+/// Tries all ways at once: each only waits.
+fn for_all<Way: Send>(ways: impl IntoIterator<Item = Way>, holds: impl Fn(Way) + Sync) {
+    thread::scope(|scope| {
+        for way in ways {
+            let holds = &holds;
+            scope.spawn(move || holds(way));
+        }
+    });
+}
+
 fn send(signal: &str, process: u32) {
     assert!(Command::new("kill").args([signal, &process.to_string()]).status().unwrap().success());
 }
 
 #[test]
 fn every_signal_that_ends_a_run_leaves_it_dark() {
-    for switches in Switches::all() {
-        for signal in ["-INT", "-TERM", "-HUP", "-QUIT", "-ABRT", "-KILL"] {
-            let tent = Tent::new(switches, CAMERA);
-            let mut child = tent.lit(&mut tent.command());
-            send(signal, child.id());
-            child.wait().unwrap();
-            println!("{switches:?}, {signal}: dark {:?} after the end", tent.goes_dark(signal));
-        }
-    }
+    let signals = ["-INT", "-TERM", "-HUP", "-QUIT", "-ABRT", "-KILL"];
+    let ways = Switches::all().flat_map(|switches| signals.map(|signal| (switches, signal)));
+    for_all(ways, |(switches, signal)| {
+        let tent = Tent::new(switches, CAMERA);
+        let mut child = tent.lit(&mut tent.command());
+        send(signal, child.id());
+        child.wait().unwrap();
+        println!("{switches:?}, {signal}: dark {:?} after the end", tent.goes_dark(signal));
+    });
 }
 
 #[test]
 fn a_lost_terminal_and_lost_output_leave_a_run_dark_when_it_ends() {
-    for switches in Switches::all() {
+    for_all(Switches::all(), |switches| {
         let tent = Tent::new(switches, CAMERA);
         // Nobody reads what it says.
         let (reader, writer) = std::io::pipe().unwrap();
@@ -289,12 +299,12 @@ fn a_lost_terminal_and_lost_output_leave_a_run_dark_when_it_ends() {
         send("-TERM", child.id());
         child.wait().unwrap();
         println!("{switches:?}, lost output: dark {:?} after the end", tent.goes_dark("lost output"));
-    }
+    });
 }
 
 #[test]
 fn a_run_that_ends_by_itself_or_by_an_error_leaves_it_dark() {
-    for switches in Switches::all() {
+    for_all(Switches::all(), |switches| {
         let tent = Tent::new(switches, CAMERA);
         let rig = tent.folder.path().join("rig.toml");
         let quick = fs::read_to_string(&rig).unwrap().replace("period_min = 5.0", "period_min = 0.02");
@@ -307,31 +317,28 @@ fn a_run_that_ends_by_itself_or_by_an_error_leaves_it_dark() {
         let output = tent.command().output().unwrap();
         assert_eq!(output.status.code(), Some(1));
         println!("{switches:?}, error: dark {:?} after it", tent.goes_dark("error"));
-    }
+    });
 }
 
 #[test]
 fn devices_that_hang_at_the_end_are_put_off_by_the_guard_when_they_hear_again() {
-    for switches in Switches::all() {
-        for signal in ["-TERM", "-KILL"] {
-            let tent = Tent::new(switches, CAMERA);
-            let mut child = tent.lit(&mut tent.command());
-            tent.devices.hang.store(true, Ordering::SeqCst);
-            send(signal, child.id());
-            child.wait().unwrap();
-            assert!(!tent.is_dark(), "{switches:?}: a device that hangs stays as it is");
-            tent.devices.hang.store(false, Ordering::SeqCst);
-            println!(
-                "{switches:?}, {signal} while they hang: dark {:?} after they hear again",
-                tent.goes_dark(signal)
-            );
-        }
-    }
+    let ways = Switches::all().flat_map(|switches| ["-TERM", "-KILL"].map(|signal| (switches, signal)));
+    for_all(ways, |(switches, signal)| {
+        let tent = Tent::new(switches, CAMERA);
+        let mut child = tent.lit(&mut tent.command());
+        tent.devices.hang.store(true, Ordering::SeqCst);
+        send(signal, child.id());
+        child.wait().unwrap();
+        assert!(!tent.is_dark(), "{switches:?}: a device that hangs stays as it is");
+        tent.devices.hang.store(false, Ordering::SeqCst);
+        let took = tent.goes_dark(signal);
+        println!("{switches:?}, {signal} while they hang: dark {took:?} after they hear again");
+    });
 }
 
 #[test]
 fn a_run_that_is_stopped_for_good_is_killed_by_its_guard() {
-    for switches in Switches::all() {
+    for_all(Switches::all(), |switches| {
         let tent = Tent::new(switches, CAMERA);
         let mut child = tent.lit(&mut tent.command());
         // Its own guard waits for minutes; this one listens to nobody.
@@ -343,7 +350,7 @@ fn a_run_that_is_stopped_for_good_is_killed_by_its_guard() {
         drop(silent);
         assert!(!child.wait().unwrap().success());
         println!("{switches:?}, hang: dark {:?} after the guard's time", tent.goes_dark("hang"));
-    }
+    });
 }
 
 #[test]
