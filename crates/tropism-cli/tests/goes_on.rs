@@ -62,7 +62,7 @@ fn a_killed_search_for_a_rule_goes_on_alone() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     grow_and_fit(here, "2");
-    let search = ["--generations", "30", "--population", "8", "--episodes", "16"];
+    let search = ["--generations", "30", "--population", "6", "--episodes", "4"];
     let tune = |out| [&["tune", "--model", "stem.json", "--out", out], &search[..]].concat();
     tropism(here, &tune("whole.json"));
     let saved = here.join("rule.search.jsonl");

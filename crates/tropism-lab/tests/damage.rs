@@ -15,7 +15,7 @@ use tropism_lab::{PhotoFolder, RunFolder, StepRecord, files};
 
 const SETTINGS: &str = "seed = 1\n# The settings of a run.\n";
 const STEPS: u32 = 24;
-const DAMAGES: u64 = 1000;
+const DAMAGES: u64 = 300;
 
 fn open(folder: &Path) -> Result<RunFolder, tropism_lab::FolderError> {
     RunFolder::open(folder, SETTINGS, Durability::Fast, true)
@@ -191,5 +191,5 @@ fn no_random_damage_changes_the_history_or_overwrites_a_file_in_silence() {
         }
     }
     println!("{DAMAGES} damages: {came_back} came back whole, {told} told what is lost, {refused} refused");
-    assert!(came_back > 800, "{came_back} of {DAMAGES} came back whole");
+    assert!(10 * came_back > 8 * DAMAGES, "{came_back} of {DAMAGES} came back whole");
 }

@@ -70,7 +70,9 @@ fn a_run_in_space_survives_gaps_of_one_camera_and_interruptions() {
     assert!(known.clone().count() > 20 && known.clone().all(|sample| sample.depth.is_some()));
     assert!(whole.samples.iter().any(|sample| sample.observation().stem_in_space().is_some()));
 
-    for end in [1, 7, 16] {
+    tips_are_in_space(&whole, &whole_at);
+
+    for end in [1, 16] {
         let out = folder.path().join(format!("broken-{end}"));
         assert!(matches!(run(&out, false, &EndsAt(0.into(), end)), Err(Error::Interrupted { .. })));
         assert_eq!(run(&out, true, &Silent).unwrap(), whole, "broken off at step {end}");
@@ -114,22 +116,22 @@ fn run_task(task: TaskSpec, seed: u64, out: &Path) -> Track {
 #[test]
 fn tips_among_obstacles_are_those_of_the_plant() {
     let folder = tempfile::tempdir().unwrap();
-    let task = Obstacles { max_steps: 60, ..Obstacles::default() };
+    let task = Obstacles { max_steps: 40, ..Obstacles::default() };
     let track = run_task(task.into(), 3, folder.path());
-    assert_eq!(track.samples.len(), 61);
+    assert_eq!(track.samples.len(), 41);
     let errors = errors(&track, folder.path());
-    assert!(errors.len() > 50 && errors[errors.len() * 95 / 100] < 0.2, "{errors:?}");
+    assert!(errors.len() > 33 && errors[errors.len() * 95 / 100] < 0.2, "{errors:?}");
 }
 
 #[test]
 fn a_plant_is_followed_round_a_pole() {
     let folder = tempfile::tempdir().unwrap();
-    let task: TaskSpec = Spiral { max_steps: 100, ..Spiral::default() }.into();
+    let task: TaskSpec = Spiral { max_steps: 64, ..Spiral::default() }.into();
     let track = run_task(task.clone(), 77, folder.path());
-    assert_eq!(track.samples.len(), 101);
+    assert_eq!(track.samples.len(), 65);
     // From the first depth on each sample has one: measured, or held while the pole hides the tip.
     let known = track.samples.iter().skip_while(|sample| sample.depth.is_none());
-    assert!(known.clone().count() > 80 && known.clone().all(|sample| sample.depth.is_some()));
+    assert!(known.clone().count() > 50 && known.clone().all(|sample| sample.depth.is_some()));
     let errors = errors(&track, folder.path());
     assert!(errors.len() > 30 && errors[errors.len() / 2] < 0.3, "{errors:?}");
     let (steps, _) = read_journal(folder.path()).unwrap();
@@ -137,11 +139,8 @@ fn a_plant_is_followed_round_a_pole() {
     assert!(steps.iter().any(|step| hidden(&step)), "the pole never hid the tip");
 }
 
-#[test]
-fn two_cameras_place_the_tip_in_space() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("run");
-    let track = run(&out, false, &Silent).unwrap();
+/// Both cameras place the tip where `truth.jsonl` says it is.
+fn tips_are_in_space(track: &Track, out: &Path) {
     let truth = std::fs::read_to_string(out.join("truth.jsonl")).unwrap();
     let tops = truth.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
     let mut errors: Vec<f64> = track
