@@ -8,8 +8,8 @@ import { close, folder, journal, page, realRun, studio, until } from "./helpers.
 
 const SECONDS = 1.2;
 /** Steps that the attack lasts at least. */
-const ATTACKED = 20;
-const SILENT = 10_000;
+const ATTACKED = 10;
+const SILENT = 5_000;
 const GIGABYTE = 1 << 30;
 
 after(close);

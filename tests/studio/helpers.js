@@ -85,7 +85,7 @@ export const photographs = (cwd, at) => {
 
 /** A run of a real rig that goes on in `cwd/bean`: recorded photographs, a step every `seconds` by the clock. */
 export async function realRun(t, cwd, seconds) {
-  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "periodic", "--steps", "250", "--out", "tent");
+  await run(t, cwd, "run", "--rig", "greenhouse", "--controller", "periodic", "--steps", "120", "--out", "tent");
   const calibration = fs.readFileSync(path.join(cwd, "tent/calibration.toml"), "utf8").replace("[base]", "[calibration.base]");
   const lamp = (name) => `${name} = ["true", "${name}"]`;
   fs.writeFileSync(
@@ -106,7 +106,7 @@ height = 379
 [calibration]
 ${calibration}`,
   );
-  return start(t, cwd, "run", "--rig", "rig.toml", "--controller", "periodic", "--steps", "249", "--out", "bean");
+  return start(t, cwd, "run", "--rig", "rig.toml", "--controller", "periodic", "--steps", "119", "--out", "bean");
 }
 
 /** The journal of the run in `cwd/at`: numbers of the steps that were seen, decided and confirmed, and kinds of events. */
