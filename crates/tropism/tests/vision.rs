@@ -8,7 +8,9 @@ mod marks;
 mod published;
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
+use jpeg_encoder::{Encoder, ImageBuffer, JpegColorType, rgb_to_ycbcr};
 use marks::{Row, rows};
 use proptest::prelude::*;
 use published::{Shoot, StemErrors, WRONG, open};
@@ -133,19 +135,20 @@ fn three_sunflowers_are_detected_by_day_and_night() {
     let frames = rows(&folder.join("frames.csv"));
     assert_eq!(frames.len(), 100);
     let marks = rows(&folder.with_file_name("annotations").join("sunflower-timelapse.csv"));
-    let mut ends = Vec::new();
-    for mode in MODES {
-        let mut misses = Vec::new();
-        for row in &frames {
-            let image = open(&folder.join(row.text("file")));
+    let (mut ends, mut misses) = (Vec::new(), MODES.map(|_| Vec::new()));
+    for (number, row) in frames.iter().enumerate() {
+        let of_row = || marks.iter().filter(|mark| mark.text("file") == row.text("file"));
+        // All that are marked, and every fifth of the others.
+        if number % 5 > 0 && of_row().next().is_none() {
+            continue;
+        }
+        let image = open(&folder.join(row.text("file")));
+        for (mode, misses) in MODES.into_iter().zip(&mut misses) {
             for (plant, (crop, base)) in (1..).zip(SUNFLOWERS) {
                 let config = VisionConfig { mode, crop: Some(crop), ..VisionConfig::default() };
                 let seen = detect_from_base(&image, Some(base), &config);
                 let seen = seen.unwrap_or_else(|| panic!("{mode:?}, plant {plant}, {}", row.text("file")));
-                let is_marked = |mark: &&Row| {
-                    mark.text("file") == row.text("file") && mark.number("plant") == f64::from(plant)
-                };
-                if let Some(mark) = marks.iter().find(is_marked) {
+                if let Some(mark) = of_row().find(|mark| mark.number("plant") == f64::from(plant)) {
                     misses.push(mark.miss(seen.tip));
                     if let Some(apex) = seen.apex.filter(|_| mark.number("node_hidden") == 0.0) {
                         ends.push(apex.distance(mark.place("node_")));
@@ -153,6 +156,8 @@ fn three_sunflowers_are_detected_by_day_and_night() {
                 }
             }
         }
+    }
+    for (mode, misses) in MODES.into_iter().zip(misses) {
         println!(
             "{mode:?}: top, median {:.2} px, worst {:.2}",
             quantile_nearest(&misses, 0.5),
@@ -203,10 +208,10 @@ fn stems_of_other_scenes_are_right_or_not_given() {
 #[test]
 fn midlines_of_bean_shoots_are_the_published_ones() {
     let Some(folder) = real("bean-silhouettes") else { return };
-    // A third of them: the example `accuracy` measures all.
+    // A tenth of them: the example `accuracy` measures all.
     let shoots: Vec<Shoot> = published::shoots(&folder)
         .iter()
-        .step_by(3)
+        .step_by(10)
         .map(|number| {
             let [as_it_is, smoothed] = published::library_midline(&folder, number).unwrap();
             assert!(as_it_is.distance < 3.0 && as_it_is.length > smoothed.length, "{number}");
@@ -647,17 +652,40 @@ fn the_smoother_recovers_hidden_tips() {
     assert!(after < 0.5 * before && after < 0.2, "{after} cm after {before} cm");
 }
 
-fn encoded(image: &Image, colour: jpeg_encoder::ColorType, is_progressive: bool) -> Vec<u8> {
+/// An image as the encoder reads it, of three or four colours. One type for both: each compiles the encoder anew.
+struct Rows<'i> {
+    image: &'i Image,
+    is_cmyk: bool,
+}
+
+impl ImageBuffer for Rows<'_> {
+    fn get_jpeg_color_type(&self) -> JpegColorType {
+        if self.is_cmyk { JpegColorType::Cmyk } else { JpegColorType::Ycbcr }
+    }
+
+    fn width(&self) -> u16 {
+        self.image.width as u16
+    }
+
+    fn height(&self) -> u16 {
+        self.image.height as u16
+    }
+
+    fn fill_buffers(&self, y: u16, buffers: &mut [Vec<u8>; 4]) {
+        for x in 0..self.image.width {
+            let [red, green, blue] = self.image.at(x, usize::from(y));
+            let (luma, of_blue, of_red) = rgb_to_ycbcr(red, green, blue);
+            let values = if self.is_cmyk { [red, green, blue, 255] } else { [luma, of_blue, of_red, 0] };
+            buffers.iter_mut().zip(values).for_each(|(buffer, value)| buffer.push(value));
+        }
+    }
+}
+
+fn encoded(image: &Image, is_cmyk: bool, is_progressive: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let mut encoder = jpeg_encoder::Encoder::new(&mut bytes, 90);
+    let mut encoder = Encoder::new(&mut bytes, 90);
     encoder.set_progressive(is_progressive);
-    let channels = if colour == jpeg_encoder::ColorType::Cmyk { 4 } else { 3 };
-    let pixels: Vec<u8> = image
-        .rgb
-        .chunks_exact(3)
-        .flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255].into_iter().take(channels))
-        .collect();
-    encoder.encode(&pixels, image.width as u16, image.height as u16, colour).unwrap();
+    encoder.encode_image(Rows { image, is_cmyk }).unwrap();
     bytes
 }
 
@@ -689,8 +717,8 @@ fn every_file_has_a_status() {
     assert!(error.contains("10000 x 10000 pixels, wanted at most"), "{error}");
     assert_eq!(status(huge), FrameStatus::Foreign);
 
-    assert_eq!(status(encoded(&image, jpeg_encoder::ColorType::Rgb, true)), FrameStatus::Ok);
-    let _ = status(encoded(&image, jpeg_encoder::ColorType::Cmyk, false));
+    assert_eq!(status(encoded(&image, false, true)), FrameStatus::Ok);
+    let _ = status(encoded(&image, true, false));
 
     let mut deep = Vec::new();
     let mut encoder = png::Encoder::new(&mut deep, image.width as u32, image.height as u32);
@@ -755,7 +783,7 @@ fn both(photo: &Photo) -> (LazyImage, Image) {
 fn virtual_photo(width: u32, seed: u64, hours: f64) -> (Photo, Greenhouse) {
     let scene = Scene { width, height: width * 3 / 4, ..Scene::default() };
     let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed);
-    bean.advance(&[0.0, 1.0], 3_600.0 * hours);
+    bean.advance(&[0.0, 1.0], 60.0 * hours);
     let bytes = Renderer::new(&scene, seed).photograph(&bean.pose(), Some(Light::RIGHT), true, 0);
     (
         Photo { name: format!("virtual {seed}"), bytes, time_s: 0.0 },
@@ -800,14 +828,14 @@ fn decoding_on_demand_gives_the_same_detections() {
 
 #[test]
 fn a_downscaled_picture_gives_nearly_the_same_detections() {
-    let (photo, greenhouse) = virtual_photo(2592, 1, 32.0);
+    let (photo, greenhouse) = virtual_photo(1296, 1, 32.0);
     let (picture, image) = both(&photo);
     for mode in MODES {
         let config = VisionConfig { mode, crop: Some(greenhouse.crop()), ..VisionConfig::default() };
         let tracker = TipTracker::new(greenhouse.calibration(), config).unwrap();
         let (one, other) = (tracker.detect(Ok(&picture)).unwrap(), tracker.detect(Ok(&image)).unwrap());
-        // A sample is four pixels. Only the paper's tip falls on a sample.
-        let near = |a: Pixel, b: Pixel| a.distance(b) < if mode == Mode::Paper { 4.1 } else { 0.4 };
+        // A sample is two pixels. Only the paper's tip falls on a sample.
+        let near = |a: Pixel, b: Pixel| a.distance(b) < if mode == Mode::Paper { 2.1 } else { 0.4 };
         assert!(near(one.tip, other.tip), "{mode:?}: {:?} {:?}", one.tip, other.tip);
         if mode == Mode::Robust {
             let (one, other) = (one.apex.unwrap(), other.apex.unwrap());
@@ -851,8 +879,11 @@ fn errors_at(period_min: f64, seeds: std::ops::Range<u64>) -> (Vec<f64>, f64) {
     (errors, share)
 }
 
-/// A plant beside a pole at `z`, photographed every quarter of an hour: the tracker, its frames, and the true tops.
-fn beside_pole(seed: u64, z: f64) -> (TipTracker, Vec<Photo>, Vec<Point>) {
+/// A tracker, photographs every quarter of an hour, and the true tops.
+type Series = (TipTracker, Vec<Photo>, Vec<Point>);
+
+/// A plant beside a pole at `z`.
+fn beside_pole(seed: u64, z: f64) -> Series {
     let solids = [Pole { at: [1.5, z], radius_cm: 0.4, height_cm: 30.0 }.into()];
     let tent = Greenhouse::default().among(&solids);
     let tracker = TipTracker::new(tent.calibration(), tent.vision(&VisionConfig::default())).unwrap();
@@ -869,12 +900,16 @@ fn beside_pole(seed: u64, z: f64) -> (TipTracker, Vec<Photo>, Vec<Point>) {
     (tracker.with_period(15.0), photos, tops)
 }
 
+/// A plant that a pole hides at times, drawn once for all tests.
+static BEHIND_POLE: LazyLock<Series> = LazyLock::new(|| beside_pole(41, 1.0));
+
 #[test]
 fn a_pole_is_no_plant_and_hides_one() {
     for (z, hides) in [(-2.0, false), (1.0, true)] {
+        let plants =
+            if hides { vec![BEHIND_POLE.clone(), beside_pole(43, z)] } else { vec![beside_pole(42, z)] };
         let (mut errors, mut hidden, mut frames) = (Vec::new(), 0, 0);
-        for seed in 41..44 {
-            let (mut tracker, photos, tops) = beside_pole(seed, z);
+        for (mut tracker, photos, tops) in plants {
             for (photo, top) in photos.into_iter().zip(tops) {
                 let seen = tracker.observe(&Frame::new(photo));
                 frames += 1;
@@ -895,16 +930,17 @@ fn a_pole_is_no_plant_and_hides_one() {
 
 #[test]
 fn a_tracker_among_poles_resumes() {
-    let (tracker, photos, _) = beside_pole(42, 1.0);
+    let (tracker, photos, _) = &*BEHIND_POLE;
     let mut whole = tracker.clone();
     let frames: Vec<_> = photos.iter().map(|photo| whole.observe(&Frame::new(photo.clone()))).collect();
     assert!(frames.iter().any(|seen| seen.status == FrameStatus::Hidden));
-    for end in [5, 19, 33, 48, 61] {
+    for end in [5, 33, 61] {
         let mut resumed = tracker.clone();
         photos.iter().zip(&frames).take(end).for_each(|(photo, seen)| resumed.resume(photo, seen));
+        let next = end..end + 12;
         let rest: Vec<_> =
-            photos[end..].iter().map(|photo| resumed.observe(&Frame::new(photo.clone()))).collect();
-        assert_eq!(rest, frames[end..], "resumed after {end}");
+            photos[next.clone()].iter().map(|photo| resumed.observe(&Frame::new(photo.clone()))).collect();
+        assert_eq!(rest, frames[next], "resumed after {end}");
     }
 }
 

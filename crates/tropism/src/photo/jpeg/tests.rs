@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
+use jpeg_encoder::{Encoder, ImageBuffer, JpegColorType, SamplingFactor, rgb_to_ycbcr};
 use proptest::prelude::*;
 
 use super::*;
@@ -38,14 +38,42 @@ fn encoded(image: &Image, encoding: Encoding, is_progressive: bool) -> Vec<u8> {
     encoder.set_sampling_factor(encoding.sampling);
     encoder.set_restart_interval(encoding.restart_interval);
     encoder.set_progressive(is_progressive);
-    let (width, height) = (image.width as u16, image.height as u16);
-    if encoding.is_grey {
-        let grey: Vec<u8> = image.rgb.chunks_exact(3).map(|pixel| pixel[1]).collect();
-        encoder.encode(&grey, width, height, ColorType::Luma).unwrap();
-    } else {
-        encoder.encode(&image.rgb, width, height, ColorType::Rgb).unwrap();
-    }
+    encoder.encode_image(Rows { image, is_grey: encoding.is_grey }).unwrap();
     bytes
+}
+
+/// An image as the encoder reads it, in colour or its green as grey. One type for both: each compiles the encoder anew.
+struct Rows<'i> {
+    image: &'i Image,
+    is_grey: bool,
+}
+
+impl ImageBuffer for Rows<'_> {
+    fn get_jpeg_color_type(&self) -> JpegColorType {
+        if self.is_grey { JpegColorType::Luma } else { JpegColorType::Ycbcr }
+    }
+
+    fn width(&self) -> u16 {
+        self.image.width as u16
+    }
+
+    fn height(&self) -> u16 {
+        self.image.height as u16
+    }
+
+    fn fill_buffers(&self, y: u16, buffers: &mut [Vec<u8>; 4]) {
+        let row = 3 * self.image.width;
+        for pixel in self.image.rgb[usize::from(y) * row..][..row].chunks_exact(3) {
+            if self.is_grey {
+                buffers[0].push(pixel[1]);
+            } else {
+                let (luma, blue, red) = rgb_to_ycbcr(pixel[0], pixel[1], pixel[2]);
+                buffers[0].push(luma);
+                buffers[1].push(blue);
+                buffers[2].push(red);
+            }
+        }
+    }
 }
 
 fn decoded(bytes: &[u8]) -> Image {
