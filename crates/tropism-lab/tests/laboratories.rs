@@ -30,7 +30,7 @@ fn status(plan: &LaboratoriesPlan) -> LaboratoriesStatus {
 }
 
 fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
-    let search = RuleSearch { generations: 2, population: 4, episodes: 2 };
+    let search = RuleSearch { generations: 2, population: 4, episodes: 2, starts: 1 };
     let evolution = Box::new(EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() });
     let planner = PlannerConfig { plants: 2, replan_min: 120.0, ..PlannerConfig::default() };
     let recipe = |name: &str, method| Recipe { name: name.to_owned(), method };

@@ -40,7 +40,7 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
         FitPlan { tracks: vec![track], kind: ModelKind::Memory, out: model.clone(), ..FitPlan::default() };
     let fitted = fit.execute(&Silent).unwrap();
     assert_eq!((fitted.shifts, fitted.is_virtual), (300, true));
-    let search = RuleSearch { generations: 6, population: 4, episodes: 2 };
+    let search = RuleSearch { generations: 6, population: 4, episodes: 2, starts: 2 };
     let plan = TunePlan { model, out: out.clone(), search, ..TunePlan::default() };
     let whole = plan.execute(&Silent).unwrap();
     let rule = fs::read(&out).unwrap();

@@ -53,6 +53,8 @@ pub enum Purpose {
     Forecast = 19,
     /// Simulated plants of a planner.
     Plan = 20,
+    /// Seeds of searches that begin side by side.
+    Start = 21,
 }
 
 /// The stream of `seed` for `purpose`, number `index`.

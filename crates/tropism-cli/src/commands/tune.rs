@@ -20,9 +20,9 @@ use crate::shell::Shell;
 ///
 /// The rule lights the lamp towards the next target, as chase does, but by where the tip is expected, and with an aim that
 /// may lie beyond the target or towards the one after it. An evolution strategy (CMA-ES) searches the numbers on simulated
-/// plants. In a task with obstacles six more numbers keep the stem clear of them. The model of the stem, `tropism fit --model stem`, is made for this: its plants answer late, as beans do, and
-/// differ from each other. Ctrl-C saves; --resume continues to the same rule, and `tropism status rule.json` tells how far the
-/// search is.
+/// plants. In a task with obstacles six more numbers keep the stem clear of them. The model of the stem, `tropism fit --model
+/// stem`, is made for this: its plants answer late, as beans do, and differ from each other. Ctrl-C saves; --resume continues
+/// to the same rule, and `tropism status rule.json` tells how far the search is.
 #[derive(Args)]
 #[command(after_help = "Example, from six tracks to a steered plant:\n  \
     tropism grow --plants 6 --out open-loop\n  \
@@ -70,6 +70,11 @@ pub(crate) struct Tune {
     #[arg(long, default_value_t = 96, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     episodes: u32,
 
+    /// Searches that begin side by side and share the generations; the better half goes on after each round. Among obstacles 4
+    /// are better than one
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    starts: u32,
+
     #[command(flatten)]
     seed: SeedOption,
 }
@@ -80,7 +85,7 @@ impl Tune {
             let plan = TunePlan::of_search(&self.out).map_err(for_user)?;
             return execute_and_print(&plan, shell, |results| text(&plan, results));
         }
-        let Self { generations, population, episodes, .. } = self;
+        let Self { generations, population, episodes, starts, .. } = self;
         let bean = self.bean.load()?;
         ensure!(bean.is_none() || self.beans, "found --bean without --beans, wanted both or none");
         let scale = checked_scale(self.scale)?;
@@ -93,7 +98,7 @@ impl Tune {
             task,
             model: self.model.unwrap_or(defaults.model),
             beans,
-            search: RuleSearch { generations, population, episodes },
+            search: RuleSearch { generations, population, episodes, starts },
             seed: self.seed.seed,
             out: self.out,
             period_min: defaults.period_min,

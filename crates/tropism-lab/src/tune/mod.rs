@@ -153,7 +153,7 @@ impl TunePlan {
         let saved = SavedSearch::begin(self, model_sha256)?;
         let mut watch = |generation: &RuleGeneration| {
             monitor.advance(1);
-            monitor.status(&format!("best {:.2} cm", generation.best));
+            monitor.status(&format!("best {:.2}", generation.best));
             if saved.has_failed() { ControlFlow::Break(()) } else { monitor.answer() }
         };
         let scores = |trials: &[RuleTrial]| saved.scores(trials.len(), || scores(trials), monitor);

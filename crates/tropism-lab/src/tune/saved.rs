@@ -42,12 +42,13 @@ pub(super) fn read_plan(out: &Path) -> Result<TunePlan, Error> {
 /// generation, in cm.
 pub(super) fn read_progress(out: &Path) -> Result<(usize, TunePlan, Option<f64>), Error> {
     let (head, batches) = read(out)?;
-    let done = batches.len().min(head.plan.search.generations as usize);
-    let means = batches[..done].last().map(|scores| {
+    let lists = head.plan.search.lists().zip(&batches);
+    let generations: Vec<&Vec<f64>> = lists.filter_map(|(is_one, scores)| is_one.then_some(scores)).collect();
+    let means = generations.last().map(|scores| {
         let plants = scores.chunks(head.plan.search.episodes as usize);
         plants.map(|own| own.iter().sum::<f64>() / own.len() as f64).fold(f64::NEG_INFINITY, f64::max)
     });
-    Ok((done, head.plan, means))
+    Ok((generations.len(), head.plan, means))
 }
 
 fn read(out: &Path) -> Result<(Head, Vec<Vec<f64>>), Error> {

@@ -1,6 +1,6 @@
 //! The search for the numbers of a predictive rule on a model.
 //!
-//! CMA-ES moves nine numbers; a point's fitness is the mean over simulated plants. All points of some generations steer the
+//! CMA-ES moves nine numbers; a point is worth the mean [utility](Task::utility) of its fitness over simulated plants. All points of some generations steer the
 //! same plants (common random numbers), so that differences between points are not differences between plants; then other
 //! plants come, so that a rule is not tuned to a few. The best of each period are tried on plants that none of them has
 //! steered, and the best of these is chosen.
@@ -20,7 +20,7 @@ use crate::control::{Avoidance, PredictiveGreedy, PredictiveRule};
 use crate::math::statistics;
 use crate::parallel;
 use crate::plant::PlantModel;
-use crate::random::{NoiseStream, Purpose};
+use crate::random::{NoiseStream, Purpose, derive};
 use crate::simulation::fitness_of;
 use crate::task::Task;
 
@@ -91,7 +91,7 @@ pub struct RuleTrial {
 /// # let measured = "tip_x_cm,tip_y_cm,light\n0,4,left\n-0.1,4.03,right\n0,4.06,right\n0.1,4.1,dark\n";
 /// # let model = TipModel::fit([&Track::read_csv(measured.as_bytes())?], TipModelConfig::default())?;
 /// let task = Targets { max_steps: 20, ..Targets::default() };
-/// let search = RuleSearch { generations: 3, population: 6, episodes: 4 };
+/// let search = RuleSearch { generations: 3, population: 6, episodes: 4, ..RuleSearch::default() };
 /// let found = search.tune(&model, &task, 1, &mut |_| ControlFlow::Continue(())).expect("never broken off");
 /// println!("{:?}: {:.2} cm, greedy {:.2} cm", found.rule, found.expected.mean, found.greedy.mean);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -105,13 +105,30 @@ pub struct RuleSearch {
     pub population: u32,
     /// Simulated plants that each rule steers, 1 to 100000; its fitness is the mean.
     pub episodes: u32,
+    /// Searches that begin side by side, 1 to 1000, and share the generations: after each round the better half goes on
+    /// (successive halving, Karnin, Koren, Somekh 2013). A search among obstacles may end in a poor part of the space, which the
+    /// model knows; one beside it may not.
+    pub starts: u32,
 }
 
 impl Default for RuleSearch {
     /// 60 generations of 24 rules, 96 plants each: some seconds.
     fn default() -> Self {
-        Self { generations: 60, population: 24, episodes: 96 }
+        Self { generations: 60, population: 24, episodes: 96, starts: 1 }
     }
+}
+
+/// Those of the searches that are worth more than the others: half of them, one more of an odd number.
+fn better_half<S>(mut searches: Vec<(f64, S)>) -> Vec<S> {
+    let half = searches.len().div_ceil(2);
+    searches.sort_by(|(one, _), (other, _)| other.total_cmp(one));
+    searches.into_iter().take(half).map(|(_, search)| search).collect()
+}
+
+/// The part `number` of `count` nearly equal parts of a `whole`.
+fn part(whole: u32, count: u32, number: u32) -> u32 {
+    let until = |parts: u32| (u64::from(whole) * u64::from(parts) / u64::from(count)) as u32;
+    until(number + 1) - until(number)
 }
 
 /// A generation of a [`RuleSearch`]. Values of different plants differ: see [`RuleSearch::tune`].
@@ -119,9 +136,9 @@ impl Default for RuleSearch {
 pub struct RuleGeneration {
     /// Number of the generation, from 0.
     pub generation: u32,
-    /// Mean fitness of its best rule, in cm.
+    /// Mean [utility](Task::utility) of its best rule.
     pub best: f64,
-    /// Mean fitness of all its rules, in cm.
+    /// Mean utility of all its rules.
     pub mean: f64,
 }
 
@@ -144,10 +161,26 @@ impl RuleSearch {
     pub fn check(&self) -> Result<(), OutOfRange> {
         within("generations", self.generations, 1..=100_000)?;
         within("population", self.population, 4..=10_000)?;
-        within("episodes", self.episodes, 1..=100_000)
+        within("episodes", self.episodes, 1..=100_000)?;
+        within("starts", self.starts, 1..=1000)
     }
 
-    /// Searches the rule with the highest mean fitness for `task` on `model`, on all threads. `watch` sees each generation;
+    /// Rounds until one search of all that began is left.
+    fn rounds(&self) -> u32 {
+        self.starts.next_power_of_two().ilog2() + 1
+    }
+
+    /// The lists of trials of which [`tune_by`](Self::tune_by) asks the scores, in order: whether each is a generation. Others
+    /// compare searches or candidates.
+    pub fn lists(&self) -> impl Iterator<Item = bool> {
+        let rounds = self.rounds();
+        let generations = self.generations;
+        let of_round = move |round| std::iter::repeat_n(true, part(generations, rounds, round) as usize);
+        // After each round comes a comparison, and at the end the prediction.
+        (0..rounds).flat_map(move |round| of_round(round).chain([false])).chain([false])
+    }
+
+    /// Searches the rule with the highest mean [utility](Task::utility) for `task` on `model`, on all threads. `watch` sees each generation;
     /// `None` if it broke off.
     ///
     /// # Panics
@@ -183,7 +216,7 @@ impl RuleSearch {
         }
     }
 
-    /// Searches the rule with the highest mean of `scores`: the fitness of each of some trials in `task`, in order. Plants that
+    /// Searches the rule with the highest mean utility of `scores`: the fitness of each of some trials in `task`, in order. Plants that
     /// `scores` knows need no model: a search on virtual beans themselves finds what a rule can reach at best. In a task with
     /// obstacles the rule also avoids them.
     ///
@@ -197,52 +230,79 @@ impl RuleSearch {
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
         if task.obstacles().is_empty() {
-            self.search::<NUMBERS>(scores, seed, watch)
+            self.search::<NUMBERS, _>(scores, task, seed, watch)
         } else {
-            self.search::<AVOIDING_NUMBERS>(scores, seed, watch)
+            self.search::<AVOIDING_NUMBERS, _>(scores, task, seed, watch)
         }
     }
 
-    fn search<const N: usize>(
+    fn search<const N: usize, T: Task + ?Sized>(
         &self,
         scores: impl Fn(&[RuleTrial]) -> Vec<f64>,
+        task: &T,
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        let trials_of = |points: &[[f64; N]], set: u32, plants: u32| -> Vec<Trial> {
+        let trials_of = |points: &[[f64; N]],
+                         set: u32,
+                         plants: u32,
+                         worth: fn(&T, f64) -> f64|
+         -> Vec<Trial> {
             let trial = |point, plant| RuleTrial { rule: rule_at(point), set, plant };
             let trials: Vec<RuleTrial> =
                 points.iter().flat_map(|point| (0..plants).map(move |plant| trial(point, plant))).collect();
-            scores(&trials).chunks(plants as usize).map(Trial::of).collect()
+            let worths: Vec<f64> = scores(&trials).into_iter().map(|fitness| worth(task, fitness)).collect();
+            worths.chunks(plants as usize).map(Trial::of).collect()
         };
         let origin = [0.0; N];
-        let mut search = CmaEs::new(origin, 1.0, self.population as usize, seed);
-        // The greedy rule is a candidate: what is chosen is not worse on the same plants.
-        let mut candidates = vec![origin];
-        for generation in 0..self.generations {
-            let points = search.ask();
-            let set = generation / GENERATIONS_OF_PLANTS;
-            let fitness: Vec<f64> =
-                trials_of(&points, set, self.episodes).iter().map(|trial| trial.mean).collect();
-            let better = |best: usize, at: usize| if fitness[at] > fitness[best] { at } else { best };
-            let best = (0..points.len()).fold(0, better);
-            search.tell(&points, &fitness.iter().map(|fitness| -fitness).collect::<Vec<f64>>());
-            let is_last_on_plants = (generation + 1).is_multiple_of(GENERATIONS_OF_PLANTS);
-            if is_last_on_plants || generation + 1 == self.generations || search.is_over() {
-                candidates.extend([points[best], search.mean()]);
+        let begin = |start: u32| {
+            let seed = if start == 0 { seed } else { derive(seed, Purpose::Start, start.into()) };
+            CmaEs::new(origin, 1.0, self.population as usize, seed)
+        };
+        let mut searches: Vec<CmaEs<N>> = (0..self.starts).map(begin).collect();
+        // Sets of plants that the search itself does not steer.
+        let fresh = self.generations / GENERATIONS_OF_PLANTS + 1;
+        let rounds = self.rounds();
+        let mut candidates = Vec::new();
+        let mut generation = 0;
+        for round in 0..rounds {
+            if round > 0 {
+                let means: Vec<[f64; N]> = searches.iter().map(CmaEs::mean).collect();
+                let judged = trials_of(&means, fresh + 1 + round, CHOICE_FACTOR * self.episodes, T::utility);
+                searches = better_half(judged.iter().map(|trial| trial.mean).zip(searches).collect());
             }
-            if search.is_over() {
-                search = search.restarted();
-            }
-            let mean = statistics::mean(fitness.iter().copied());
-            if watch(&RuleGeneration { generation, best: fitness[best], mean }).is_break() {
-                return None;
+            // The greedy rule is a candidate: what is chosen is not worse on the same plants.
+            candidates = vec![origin];
+            let of_round = part(self.generations, rounds, round);
+            let count = searches.len() as u32;
+            for (search, number) in searches.iter_mut().zip(0..) {
+                for _ in 0..part(of_round, count, number) {
+                    let points = search.ask();
+                    let set = generation / GENERATIONS_OF_PLANTS;
+                    let trials = trials_of(&points, set, self.episodes, T::utility);
+                    let utility: Vec<f64> = trials.iter().map(|trial| trial.mean).collect();
+                    let better = |best: usize, at: usize| if utility[at] > utility[best] { at } else { best };
+                    let best = (0..points.len()).fold(0, better);
+                    search.tell(&points, &utility.iter().map(|utility| -utility).collect::<Vec<f64>>());
+                    let is_last_on_plants = (generation + 1).is_multiple_of(GENERATIONS_OF_PLANTS);
+                    if is_last_on_plants || generation + 1 == self.generations || search.is_over() {
+                        candidates.extend([points[best], search.mean()]);
+                    }
+                    if search.is_over() {
+                        *search = search.restarted();
+                    }
+                    let mean = statistics::mean(utility.iter().copied());
+                    if watch(&RuleGeneration { generation, best: utility[best], mean }).is_break() {
+                        return None;
+                    }
+                    generation += 1;
+                }
             }
         }
         // Plants on which no candidate was tried before, and then further ones for the prediction.
-        let fresh = self.generations / GENERATIONS_OF_PLANTS + 1;
-        let chosen = Choice::of(trials_of(&candidates, fresh, CHOICE_FACTOR * self.episodes)).run;
-        let judged = trials_of(&[candidates[chosen], origin], fresh + 1, PREDICTION_PLANTS);
+        let chosen = Choice::of(trials_of(&candidates, fresh, CHOICE_FACTOR * self.episodes, T::utility)).run;
+        let judged =
+            trials_of(&[candidates[chosen], origin], fresh + 1, PREDICTION_PLANTS, |_, fitness| fitness);
         Some(RuleSearchResult { rule: rule_at(&candidates[chosen]), expected: judged[0], greedy: judged[1] })
     }
 }
@@ -282,7 +342,7 @@ mod tests {
     }
 
     fn short() -> RuleSearch {
-        RuleSearch { generations: 20, population: 12, episodes: 12 }
+        RuleSearch { generations: 20, population: 12, episodes: 12, starts: 1 }
     }
 
     fn tune(search: RuleSearch, seed: u64) -> RuleSearchResult {
@@ -309,7 +369,7 @@ mod tests {
         let origin = rule_at(&[0.0; NUMBERS]);
         let neutral = PredictiveRule { look_ahead_cm: MIN_LOOK_AHEAD_CM, ..PredictiveRule::default() };
         assert_eq!(origin, neutral);
-        let once = tune(RuleSearch { generations: 1, population: 4, episodes: 25 }, 1);
+        let once = tune(RuleSearch { generations: 1, population: 4, episodes: 25, starts: 1 }, 1);
         assert!(once.expected.mean > once.greedy.mean - 0.5, "{once:?}");
     }
 
@@ -323,6 +383,72 @@ mod tests {
             if seen.len() == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         assert_eq!((found, seen), (None, vec![0, 1, 2]));
+    }
+
+    #[test]
+    fn searches_side_by_side_share_the_generations() {
+        let side_by_side = RuleSearch { starts: 5, generations: 22, ..short() };
+        let model = Sluggish(Layout::default());
+        let mut seen = 0;
+        let found = side_by_side.tune(&model, &Targets::default(), 1, &mut |generation| {
+            assert_eq!(generation.generation, seen);
+            seen += 1;
+            ControlFlow::Continue(())
+        });
+        assert_eq!(seen, 22);
+        assert_eq!(found, Some(tune(side_by_side, 1)));
+        assert!(found.unwrap().expected.mean > 12.0, "{found:?}");
+        assert_eq!(better_half(vec![(1.0, 'a'), (f64::NEG_INFINITY, 'b'), (2.0, 'c')]), ['c', 'a']);
+        assert_eq!([0, 1, 2].map(|number| part(10, 3, number)), [3, 3, 4]);
+    }
+
+    #[test]
+    fn it_is_known_which_lists_of_trials_are_generations() {
+        for starts in [1, 2, 3] {
+            let search = RuleSearch { generations: 5, population: 6, episodes: 4, starts };
+            let asked = std::cell::RefCell::new(Vec::new());
+            let scores = |trials: &[RuleTrial]| {
+                asked.borrow_mut().push(trials.len());
+                vec![0.0; trials.len()]
+            };
+            let watch = &mut |_: &RuleGeneration| {
+                // The last list that was asked for is this generation.
+                *asked.borrow_mut().last_mut().unwrap() = 0;
+                ControlFlow::Continue(())
+            };
+            search.tune_by(scores, &Targets::default(), 1, watch).unwrap();
+            let were: Vec<bool> = asked.borrow().iter().map(|&length| length == 0).collect();
+            assert_eq!(search.lists().collect::<Vec<bool>>(), were);
+        }
+    }
+
+    #[test]
+    fn a_search_goes_by_the_utility() {
+        /// The paper's task, with a hundred for each cm.
+        struct Hundredfold(Targets);
+        impl Task for Hundredfold {
+            fn is_over(&self, step: u32, seen: &Observation) -> bool {
+                self.0.is_over(step, seen)
+            }
+            fn step_fitness(&self, first: &Observation, before: &Observation, after: &Observation) -> f64 {
+                self.0.step_fitness(first, before, after)
+            }
+            fn targets(&self) -> Vec<Point> {
+                self.0.targets()
+            }
+            fn utility(&self, fitness: f64) -> f64 {
+                100.0 * fitness
+            }
+        }
+        let model = Sluggish(Layout::default());
+        let mut best = Vec::new();
+        let found = short().tune(&model, &Hundredfold(Targets::default()), 1, &mut |generation| {
+            best.push(generation.best);
+            ControlFlow::Continue(())
+        });
+        // CMA-ES goes by the order alone, which the factor leaves as it is; what is expected is the fitness.
+        assert_eq!(found, Some(tune(short(), 1)));
+        assert!(best.iter().any(|&utility| utility > 100.0), "{best:?}");
     }
 
     #[test]

@@ -128,6 +128,12 @@ pub trait Task: Sync {
         None
     }
 
+    /// What an experiment of this fitness is worth to a search that compares [rules](crate::evolve::RuleSearch) by a mean: never
+    /// less for a greater fitness. By default the fitness itself.
+    fn utility(&self, fitness: f64) -> f64 {
+        fitness
+    }
+
     /// The best fitness there can be, where it is known.
     fn best_fitness(&self) -> Option<f64> {
         None

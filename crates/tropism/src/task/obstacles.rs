@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{Targets, Task};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
+use crate::math;
 use crate::observation::Observation;
 use crate::obstacle::{Obstacle, clearance_within};
 use crate::track::Track;
@@ -154,6 +155,12 @@ impl Task for Obstacles {
         worth
     }
 
+    /// Below 0 the logarithm: a plant that failed has failed, and how far it went into an obstacle matters little. By the mean
+    /// fitness a search would care for the worst plants instead of making more plants succeed.
+    fn utility(&self, fitness: f64) -> f64 {
+        if fitness < 0.0 { -math::ln(1.0 - fitness) } else { fitness }
+    }
+
     fn start(&self) -> Point {
         self.start
     }
@@ -262,6 +269,17 @@ mod tests {
         refused(Obstacles { obstacles: vec![flat], ..Obstacles::default() }, "obstacles[0].radius_cm = -1");
         let down = vec![Point::new(1.0, 9.0), Point::new(1.0, 8.0)];
         refused(Obstacles { way_points: down, ..Obstacles::default() }, "way_points[1] = [1.0, 8.0]");
+    }
+
+    #[test]
+    fn a_plant_that_failed_badly_is_little_worse_than_one_that_failed() {
+        let utility = |fitness| Obstacles::default().utility(fitness);
+        let utilities = [-30.0, -3.0, -0.1, 0.0, 1.0, 2.0].map(utility);
+        assert!(utilities.is_sorted(), "{utilities:?}");
+        assert_eq!(utilities[3..], [0.0, 1.0, 2.0]);
+        assert!(utility(-3.0) - utility(-30.0) < utility(2.0) - utility(-0.1));
+        let spec = crate::task::TaskSpec::Obstacles(Obstacles::default());
+        assert_eq!(spec.utility(-3.0), utility(-3.0));
     }
 
     proptest! {

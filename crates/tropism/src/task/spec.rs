@@ -484,6 +484,10 @@ impl Task for TaskSpec {
         self.task().is_done(track)
     }
 
+    fn utility(&self, fitness: f64) -> f64 {
+        self.task().utility(fitness)
+    }
+
     fn best_fitness(&self) -> Option<f64> {
         self.task().best_fitness()
     }
