@@ -192,3 +192,31 @@ fn report_is_whole(folder: &Path, numbers: &serde_json::Value) {
     assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
     assert!(fs::read_to_string(folder.join("figures/figure-4a.svg")).unwrap().starts_with("<svg"));
 }
+
+#[test]
+fn a_study_without_recipes_judges_the_rules_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = r#"
+judging_plants = 2
+recipes = []
+
+[task]
+kind = "spiral"
+max_steps = 30
+
+[[worlds]]
+name = "round"
+"#;
+    fs::write(folder.path().join("spiral.toml"), study).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+    command.current_dir(&folder).args(["study", "spiral.toml", "--out", "spiral"]);
+    let output = command.output().unwrap();
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{output:?}");
+    assert!(told.contains("rules by hand alone, without open-loop experiments, models or search"), "{told}");
+    assert!(
+        told.contains("round: winding round a pole of 2 cm") && told.contains("2 unseen plants"),
+        "{told}"
+    );
+    assert!(!folder.path().join("spiral/round/laboratory-1").exists(), "a laboratory was at work");
+}

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use tropism::control::PlannerConfig;
 use tropism::evolve::{EvolutionConfig, RuleSearch};
-use tropism::task::Targets;
+use tropism::task::{Spiral, Targets};
 use tropism_lab::fit::ModelKind;
 use tropism_lab::laboratories::{
     LaboratoriesConfig, LaboratoriesPlan, LaboratoriesStatus, Method, Recipe, World,
@@ -34,7 +34,7 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
     let evolution = Box::new(EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() });
     let planner = PlannerConfig { plants: 2, replan_min: 120.0, ..PlannerConfig::default() };
     let recipe = |name: &str, method| Recipe { name: name.to_owned(), method };
-    let world = |name: &str, scale| World { name: name.to_owned(), bean: None, scale, task: None };
+    let world = |name: &str, scale| World { scale, ..World::named(name) };
     let config = LaboratoriesConfig {
         laboratories: 2,
         plants: 2,
@@ -113,6 +113,35 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
 }
 
 #[test]
+fn without_recipes_the_rules_by_hand_are_judged_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let few = World { judging_plants: Some(2), ..World::named("few") };
+    let config = LaboratoriesConfig {
+        judging_plants: 3,
+        task: Spiral { max_steps: 40, ..Spiral::default() }.into(),
+        recipes: Vec::new(),
+        worlds: vec![World::named("many"), few],
+        ..LaboratoriesConfig::default()
+    };
+    let plan = LaboratoriesPlan { out: folder.path().join("spiral"), resume: false, config };
+    let results = plan.execute(&Silent).unwrap();
+    assert_eq!(results.laboratories, 0);
+    let told: Vec<_> = results.worlds.iter().map(|world| (world.judging_plants, world.photographs)).collect();
+    assert_eq!(told, [(3, false), (2, false)]);
+    assert!(results.worlds.iter().all(|world| world.recipes.is_empty() && world.chase.done.is_some()));
+    let LaboratoriesStatus { is_over, worlds, .. } = status(&plan);
+    assert!(is_over && worlds.iter().all(|world| world.controllers == 0), "{worlds:?}");
+    let page = std::fs::read_to_string(plan.out.join("many/judged/report.html")).unwrap();
+    assert!(page.contains("in turns") && !page.contains("Arrival at the targets"));
+
+    let out = folder.path().join("report.html");
+    let report = ReportPlan { sources: vec![plan.out], out, figures: None };
+    let compared = report.execute(&Silent).unwrap().comparisons;
+    let titles: Vec<&str> = compared.iter().map(|comparison| comparison.title.as_str()).collect();
+    assert_eq!(titles, ["Rules by hand compared: many", "Rules by hand compared: few"]);
+}
+
+#[test]
 fn names_and_settings_that_cannot_be_are_named() {
     let error = |config: LaboratoriesConfig| config.check().unwrap_err().to_string();
     let base = || plan("nowhere".into()).config;
@@ -125,6 +154,9 @@ fn names_and_settings_that_cannot_be_are_named() {
     let mut wild = base();
     wild.worlds[1].scale = 7.0;
     assert!(error(wild).contains("world varied: found scale = 7"));
-    assert!(error(LaboratoriesConfig { recipes: Vec::new(), ..base() }).contains("`recipes`: found none"));
+    assert!(error(LaboratoriesConfig { worlds: Vec::new(), ..base() }).contains("`worlds`: found none"));
+    let mut nobody = base();
+    nobody.worlds[0].judging_plants = Some(0);
+    assert!(error(nobody).contains("world alike: found judging_plants = 0"));
     assert!(error(LaboratoriesConfig { laboratories: 0, ..base() }).contains("laboratories"));
 }

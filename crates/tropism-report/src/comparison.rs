@@ -87,7 +87,7 @@ pub fn values_compared(compared: &[ComparedRuns], best: f64, what: &str, plants:
         fitness: one.values.clone(),
         interval: one.interval,
     };
-    let strips = score_strips(&compared.iter().map(scores).collect::<Vec<_>>(), best, plants);
+    let strips = score_strips(&compared.iter().map(scores).collect::<Vec<_>>(), "cm", best, plants);
     let mut data = "name,fitness_cm\n".to_owned();
     for one in compared {
         for value in &one.values {

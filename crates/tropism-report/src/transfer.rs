@@ -11,9 +11,9 @@ use tropism::track::Track;
 pub struct ControllerScores {
     /// Name, without characters that mean something in XML.
     pub name: String,
-    /// Fitness of each plant, in cm.
+    /// Fitness of each plant.
     pub fitness: Vec<f64>,
-    /// 95 % interval of the mean, in cm.
+    /// 95 % interval of the mean.
     pub interval: [f64; 2],
 }
 
@@ -42,12 +42,12 @@ const HALF_BOX: f64 = 5.0;
 const SPREADING: f64 = 0.618_033_988_749_895;
 
 /// A strip of points and a box for each controller: a point a plant; quartiles and median, whiskers from the 5 % to the 95 %
-/// quantile; below it the mean with its 95 % interval. `best` is the greatest possible fitness.
+/// quantile; below it the mean with its 95 % interval. `unit` is that of the fitness, and `best` the greatest possible one.
 #[must_use]
-pub fn score_strips(controllers: &[ControllerScores], best: f64, plants: Plants) -> Figure {
+pub fn score_strips(controllers: &[ControllerScores], unit: &str, best: f64, plants: Plants) -> Figure {
     let rows = controllers.len().max(1) as f64;
     let all = controllers.iter().flat_map(|controller| controller.fitness.iter().copied());
-    let x = Axis::covering("fitness (cm)", (0.0, best.max(1.0)), all);
+    let x = Axis::covering(&format!("fitness ({unit})"), (0.0, best.max(1.0)), all);
     let y = Axis { label: String::new(), from: 0.0, to: rows, tick: |_| String::new() };
     let mut plot = Plot::new(x, y, (560.0, ROW * rows), 24.0, 14.0);
     for (row, controller) in controllers.iter().enumerate() {
@@ -181,7 +181,12 @@ mod tests {
             fitness: (0..30).map(|plant| middle + f64::from(plant * plant % 17) / 3.0).collect(),
             interval: [middle + 1.8, middle + 3.1],
         };
-        testing::golden(&score_strips(&[scores("chase", 6.0), scores("run-07", 8.5)], 15.0, Plants::Virtual));
+        testing::golden(&score_strips(
+            &[scores("chase", 6.0), scores("run-07", 8.5)],
+            "cm",
+            15.0,
+            Plants::Virtual,
+        ));
     }
 
     #[test]
@@ -205,8 +210,8 @@ mod tests {
         let none =
             ControllerScores { name: "chase".to_owned(), fitness: Vec::new(), interval: [f64::NAN; 2] };
         for figure in [
-            score_strips(&[], 15.0, Plants::Virtual),
-            score_strips(&[none], 15.0, Plants::Virtual),
+            score_strips(&[], "cm", 15.0, Plants::Virtual),
+            score_strips(&[none], "cm", 15.0, Plants::Virtual),
             steering_panels(&[], Plants::Virtual),
         ] {
             let Body::Svg(svg) = figure.body else { panic!() };

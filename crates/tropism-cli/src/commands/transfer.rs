@@ -169,7 +169,9 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     if let Some(ceiling) = results.mean_ceiling {
         text += &format!("best schedules found with all noise known: {ceiling:.2} on average\n");
     }
-    text += if plan.task.shape().is_empty() {
+    text += if plan.task.pole().is_some() {
+        "mean: turns of the stem round the pole\n"
+    } else if plan.task.shape().is_empty() {
         "at targets: median distance between tip and target when the tip first reached its height\n"
     } else {
         "at targets: median over the plants of the mean distance between stem and line at the end\n"

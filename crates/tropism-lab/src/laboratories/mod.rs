@@ -4,7 +4,8 @@
 //! how well controllers that were made from the tracks of a few plants steer other plants, with intervals over laboratories
 //! and plants. Each laboratory grows plants of its own, and makes everything from their tracks alone. All controllers of a
 //! world steer the same unseen plants. Each stage executes the plan of another workflow; one whose file is there is not
-//! repeated. `docs/transfer.md` has the protocol.
+//! repeated. Without recipes the rules by hand alone are judged, and nothing is grown, fitted or searched for beforehand:
+//! that is for tasks that no model knows, such as winding round a pole. `docs/transfer.md` has the protocol.
 
 mod results;
 mod status;
@@ -102,6 +103,27 @@ pub struct World {
     /// File of the task of this world; that of the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<PathBuf>,
+    /// Plants that judge the controllers of this world, 1 to 100000; those of the study by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub judging_plants: Option<u32>,
+    /// Whether the judged tip of this world is measured in photographs; as in the study by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub photographs: Option<bool>,
+}
+
+impl World {
+    /// A world of common beans with the task of the study.
+    #[must_use]
+    pub fn named(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            bean: None,
+            scale: one(),
+            task: None,
+            judging_plants: None,
+            photographs: None,
+        }
+    }
 }
 
 const fn one() -> f64 {
@@ -129,7 +151,8 @@ pub struct LaboratoriesConfig {
     /// The search for the bound: a rule that is tuned on virtual plants themselves. Left out, there is no bound.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<RuleSearch>,
-    /// The recipes.
+    /// The recipes. With an empty list the rules by hand alone are judged, and `laboratories`, `plants` and `steps` count for
+    /// nothing.
     pub recipes: Vec<Recipe>,
     /// The worlds.
     pub worlds: Vec<World>,
@@ -148,7 +171,7 @@ impl Default for LaboratoriesConfig {
             photographs: false,
             bound: None,
             recipes: vec![Recipe { name: "rule".to_owned(), method: rule }],
-            worlds: vec![World { name: "common-bean".to_owned(), bean: None, scale: 1.0, task: None }],
+            worlds: vec![World::named("common-bean")],
         }
     }
 }
@@ -193,6 +216,21 @@ impl LaboratoriesConfig {
         Ok(config)
     }
 
+    /// Laboratories that make controllers: none without recipes.
+    fn laboratories_at_work(&self) -> u32 {
+        if self.recipes.is_empty() { 0 } else { self.laboratories }
+    }
+
+    /// Plants that judge the controllers of a world.
+    fn judging_plants_of(&self, world: &World) -> u32 {
+        world.judging_plants.unwrap_or(self.judging_plants)
+    }
+
+    /// Whether the judged tip of a world is measured in photographs.
+    fn photographs_of(&self, world: &World) -> bool {
+        world.photographs.unwrap_or(self.photographs)
+    }
+
     /// Looks for the files that it names from `folder` on.
     pub(crate) fn find_files_in(&mut self, folder: &Path) {
         for file in self.worlds.iter_mut().flat_map(|world| [&mut world.bean, &mut world.task]).flatten() {
@@ -227,6 +265,14 @@ impl LaboratoriesConfig {
                 Method::Plan { planner, .. } => planner.check().map_err(Error::in_plan(name))?,
             }
         }
+        if self.worlds.is_empty() {
+            return Err(Error::Plan("`worlds`: found none, wanted at least one".to_owned()));
+        }
+        for World { name, judging_plants, .. } in &self.worlds {
+            let plants = judging_plants.unwrap_or(self.judging_plants);
+            Error::check_range("judging_plants", plants, 100_000)
+                .map_err(Error::at(format!("world {name}")))?;
+        }
         let is_scale = |world: &&World| !(0.0..=2.0).contains(&world.scale);
         match self.worlds.iter().find(is_scale) {
             Some(World { name, scale, .. }) => {
@@ -251,9 +297,6 @@ fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<()
         }
         known.push(name);
     }
-    if known.len() == reserved.len() {
-        return Err(Error::Plan(format!("`{key}`: found none, wanted at least one")));
-    }
     Ok(())
 }
 
@@ -272,6 +315,11 @@ impl Workflow for LaboratoriesPlan {
         let greenhouses = self.greenhouses(&tasks)?;
         let _lock = self.claim(&greenhouses, &tasks)?;
         monitor.note("virtual plants: nothing here is a measurement of a living plant");
+        if self.config.recipes.is_empty() {
+            monitor.note(
+                "no recipes: rules by hand alone are judged, without open-loop experiments, models or search",
+            );
+        }
         let worlds =
             self.config.worlds.iter().zip(greenhouses).zip(tasks).enumerate().map(|(number, world)| {
                 let ((world, greenhouse), task) = world;
@@ -387,7 +435,7 @@ impl Stages<'_> {
             }
             controllers.push(named(BOUND, &file)?);
         }
-        for laboratory in 0..config.laboratories {
+        for laboratory in 0..config.laboratories_at_work() {
             self.monitor.note(&format!("{}: laboratory {}", self.world.name, laboratory + 1));
             for recipe in &config.recipes {
                 let (file, cost) = self.make(laboratory, recipe)?;
@@ -397,7 +445,7 @@ impl Stages<'_> {
         }
         self.monitor.note(&format!("{}: judging", self.world.name));
         let judged = self.judge(controllers)?;
-        Ok(WorldResults::new(config, self.world, &self.greenhouse, &judged, &costs, self.task.best_fitness()))
+        Ok(WorldResults::new(config, self.world, &self.greenhouse, &judged, &costs, &self.task))
     }
 
     fn folder(&self) -> PathBuf {
@@ -502,10 +550,10 @@ impl Stages<'_> {
         let config = &self.plan.config;
         let plan = TransferPlan {
             controllers,
-            plants: config.judging_plants,
+            plants: config.judging_plants_of(self.world),
             task: self.task.clone(),
             greenhouse: self.greenhouse.clone(),
-            photographs: config.photographs,
+            photographs: config.photographs_of(self.world),
             bound: config.bound.map(|_| BOUND.to_owned()),
             seed: self.seed(u64::from(config.laboratories) + 1),
             resume: true,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::math::statistics::mean;
+use tropism::task::{Task, TaskSpec};
 
 use super::{BOUND, CHASE, CONSTANT, LaboratoriesConfig, LaboratoriesPlan, World, controller_name};
 use crate::Workflow;
@@ -28,7 +29,7 @@ impl MeanAndInterval {
     }
 }
 
-/// The comparison of recipes. Fitness is in cm.
+/// The comparison of recipes. Fitness is in cm; in turns where a stem is to wind round a pole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoriesResults {
     /// `tropism.laboratories/1`.
@@ -37,9 +38,9 @@ pub struct LaboratoriesResults {
     pub version: String,
     /// Always true.
     pub is_virtual: bool,
-    /// Number of laboratories.
+    /// Number of laboratories; 0 where the study has no recipes.
     pub laboratories: u32,
-    /// Plants that judge the controllers of a world.
+    /// Plants that judge the controllers of a world which names no other number.
     pub judging_plants: u32,
     /// One entry a world.
     pub worlds: Vec<WorldResults>,
@@ -54,6 +55,15 @@ pub struct WorldResults {
     pub species: String,
     /// Individual variation of the plants as a multiple of that of the species.
     pub scale: f64,
+    /// Its task in a few words.
+    #[serde(default)]
+    pub task: String,
+    /// Plants that judge the controllers.
+    #[serde(default)]
+    pub judging_plants: u32,
+    /// Whether the judged tip is measured in photographs.
+    #[serde(default)]
+    pub photographs: bool,
     /// Greatest possible fitness.
     pub best_possible: Option<f64>,
     /// The dormant control: the left lamp stays lit.
@@ -62,7 +72,7 @@ pub struct WorldResults {
     pub chase: BaselineResults,
     /// The rule that was tuned on virtual plants themselves.
     pub bound: Option<BaselineResults>,
-    /// One entry a recipe.
+    /// One entry a recipe; none where the rules by hand alone are judged.
     pub recipes: Vec<RecipeResults>,
 }
 
@@ -143,7 +153,7 @@ impl LaboratoriesResults {
             schema: LaboratoriesPlan::SCHEMA.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             is_virtual: true,
-            laboratories: config.laboratories,
+            laboratories: config.laboratories_at_work(),
             judging_plants: config.judging_plants,
             worlds,
         }
@@ -158,7 +168,7 @@ impl WorldResults {
         greenhouse: &Greenhouse,
         judged: &TransferResults,
         costs: &[f64],
-        best_possible: Option<f64>,
+        task: &TaskSpec,
     ) -> Self {
         let find = |name: &str| judged.controllers.iter().find(|one| one.name == name);
         let chase = find(CHASE).expect("the greedy rule is judged");
@@ -175,7 +185,10 @@ impl WorldResults {
             name: world.name.clone(),
             species: greenhouse.bean.name.clone(),
             scale: world.scale,
-            best_possible,
+            judging_plants: config.judging_plants_of(world),
+            photographs: config.photographs_of(world),
+            task: crate::task::in_words(task),
+            best_possible: task.best_fitness(),
             constant: BaselineResults::of(constant),
             chase: BaselineResults::of(chase),
             bound: bound.map(BaselineResults::of),

@@ -145,13 +145,20 @@ impl Comparison {
     }
 
     /// The recipes of all comparisons over laboratories in `folders`, by the means of their laboratories: one comparison for
-    /// each world.
+    /// each world. Where a comparison has no recipes, the rules by hand of each world, by their fitness on each plant.
     pub(super) fn of_laboratories(folders: &[&Path]) -> Result<Vec<Self>, Error> {
         let mut all: Vec<(String, Self)> = Vec::new();
+        let mut by_hand = Vec::new();
         for (folder, name) in folders.iter().zip(short_names(folders)) {
             let results: LaboratoriesResults = read_results(folder, "laboratories.json", "laboratories")?;
             let task = LaboratoriesPlan::of_folder(folder)?.config.task;
             for world in results.worlds {
+                if world.recipes.is_empty() {
+                    let mut rules = Self::of_transfers(&[&folder.join(&world.name).join("judged")])?;
+                    rules.title = format!("Rules by hand compared: {}", world.name);
+                    by_hand.push(rules);
+                    continue;
+                }
                 if !all.iter().any(|(known, _)| *known == world.name) {
                     let title = format!("Recipes compared: {}", world.name);
                     let values = "the mean fitness of each laboratory's controller over its judging plants";
@@ -171,7 +178,7 @@ impl Comparison {
                 }
             }
         }
-        Ok(all.into_iter().map(|(_, comparison)| comparison).collect())
+        Ok(all.into_iter().map(|(_, comparison)| comparison).chain(by_hand).collect())
     }
 
     /// A comparison of all `settings`, still without values.

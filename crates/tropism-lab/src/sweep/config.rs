@@ -211,6 +211,9 @@ impl SweepConfig {
             let mut config: LaboratoriesConfig = parsed(table)?;
             config.find_files_in(folder);
             config.check()?;
+            if config.recipes.is_empty() {
+                return Err(Error::Plan("`recipes`: found none, wanted at least one to compare".to_owned()));
+            }
             return Ok(Method::Laboratories(Box::new(config)));
         }
         let config: EvolveConfig = parsed(table)?;

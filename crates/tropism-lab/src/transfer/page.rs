@@ -16,11 +16,13 @@ const MAX_PAIRS: usize = 28;
 impl TransferPlan {
     /// The page of the comparison.
     pub(super) fn page(&self, scores: &Scores, results: &TransferResults) -> Result<Page, Error> {
-        let mut tables = vec![self.controller_table(results), arrival_table(results)];
+        let mut tables = vec![self.controller_table(results)];
+        let has_targets = results.controllers.iter().any(|controller| !controller.targets.is_empty());
+        tables.extend(has_targets.then(|| arrival_table(results)));
         if !results.pairs.is_empty() {
-            tables.push(pair_table(results));
+            tables.push(pair_table(results, self.unit()));
         }
-        tables.push(cause_table(results));
+        tables.extend(has_targets.then(|| cause_table(results)));
         let strips: Vec<ControllerScores> = (results.controllers.iter().enumerate())
             .map(|(number, controller)| ControllerScores {
                 name: controller.name.clone(),
@@ -35,7 +37,7 @@ impl TransferPlan {
             numbers: Vec::new(),
             tables,
             figures: vec![
-                report::score_strips(&strips, results.best_possible, Plants::Virtual),
+                report::score_strips(&strips, self.unit(), results.best_possible, Plants::Virtual),
                 report::steering_panels(&self.examples(scores)?, Plants::Virtual),
             ],
             left_out: Vec::new(),
@@ -65,16 +67,27 @@ impl TransferPlan {
                  arrival: swings on the way cost fitness, and a plant may score well and pass a target far away."
             )
         } else {
-            format!("Fitness is that of the task, {}: at most {best:.2}.", task::in_words(&self.task))
+            let most = self.task.best_fitness().map_or_else(String::new, |_| format!(": at most {best:.2}"));
+            format!("Fitness is that of the task, {}, in {}{most}.", task::in_words(&self.task), self.unit())
+        };
+        let arrival = if self.task.targets().is_empty() {
+            ""
+        } else {
+            " The second table has the distance of the tip from each target at its height."
         };
         format!(
             "Each of {} controllers steered the same {} virtual plants ({}, {} times the variation of the species). {tip} \
-             {fitness} The second table has the distance of the tip from each target at its height.",
+             {fitness}{arrival}",
             results.controllers.len(),
             results.plants,
             results.species,
             results.scale,
         )
+    }
+
+    /// What fitness is measured in.
+    fn unit(&self) -> &'static str {
+        if self.task.pole().is_some() { "turns" } else { "cm" }
     }
 
     fn controller_table(&self, results: &TransferResults) -> Table {
@@ -116,12 +129,20 @@ impl TransferPlan {
             row
         };
         let mut caption = format!(
-            "Virtual plants. Fitness in cm over {}; shares of plants under 9 and 6 cm; the fitness that the model \
+            "Virtual plants. Fitness in {} over {}; shares of plants under 9 and 6; the fitness that the model \
              predicted, and the share of it that was kept. Intervals by bootstrap over the plants.",
+            self.unit(),
             plural(results.plants, "plant")
         );
         if has_done {
-            caption += " Whole task: plants that reached all targets and touched nothing, with the interval by Wilson.";
+            caption += match self.task.pole() {
+                Some(_) => {
+                    " Whole task: plants with all turns that the task wants, with the interval by Wilson."
+                }
+                None => {
+                    " Whole task: plants that reached all targets and touched nothing, with the interval by Wilson."
+                }
+            };
         }
         if let Some(ceiling) = results.mean_ceiling {
             caption += &format!(
@@ -147,7 +168,7 @@ impl TransferPlan {
             let steered = |(word, place): (&str, usize)| {
                 let plant = order[place];
                 Ok(SteeredPlant {
-                    title: format!("{word}: plant {}, {:.2} cm", plant + 1, fitness[plant]),
+                    title: format!("{word}: plant {}, {:.2} {}", plant + 1, fitness[plant], self.unit()),
                     track: self.read_track(&self.track_path(number, plant))?,
                     goals: Goals::of(&scores.tasks[plant]),
                 })
@@ -189,7 +210,7 @@ fn arrival_table(results: &TransferResults) -> Table {
     }
 }
 
-fn pair_table(results: &TransferResults) -> Table {
+fn pair_table(results: &TransferResults, unit: &str) -> Table {
     let best = results.controllers.iter().max_by(|a, b| a.mean.total_cmp(&b.mean));
     let best = best.map_or("", |controller| controller.name.as_str());
     let is_shown = |one: &str, other: &str| results.pairs.len() <= MAX_PAIRS || one == best || other == best;
@@ -210,7 +231,7 @@ fn pair_table(results: &TransferResults) -> Table {
     Table {
         title: "Differences on the same plants".to_owned(),
         caption: format!(
-            "Virtual plants. Fitness in cm, plant by plant; an interval that holds 0 leaves open which is better.{left_out}"
+            "Virtual plants. Fitness in {unit}, plant by plant; an interval that holds 0 leaves open which is better.{left_out}"
         ),
         head: head.map(str::to_owned).to_vec(),
         rows: rows.collect(),

@@ -9,11 +9,11 @@ use tropism_lab::laboratories::{
 use tropism_lab::units::plural;
 
 pub(super) fn text(results: &LaboratoriesResults, out: &Path) -> String {
-    let mut text = format!(
-        "virtual plants: {}, {} in each world\n",
-        plural(results.laboratories, "laboratory"),
-        plural(results.judging_plants, "unseen plant")
-    );
+    let mut text = match results.laboratories {
+        0 => "virtual plants: rules by hand alone, without open-loop experiments, models or search\n"
+            .to_owned(),
+        count => format!("virtual plants: {}\n", plural(count, "laboratory")),
+    };
     results.worlds.iter().for_each(|world| add_world(&mut text, world));
     let _ = write!(
         text,
@@ -25,7 +25,10 @@ pub(super) fn text(results: &LaboratoriesResults, out: &Path) -> String {
 
 fn add_world(text: &mut String, world: &WorldResults) {
     let best = world.best_possible.map_or_else(String::new, |best| format!(", fitness of at most {best:.2}"));
-    let _ = writeln!(text, "\n{} ({}, variation {}{best})", world.name, world.species, world.scale);
+    let WorldResults { name, species, scale, task, judging_plants, photographs, .. } = world;
+    let plants = plural(*judging_plants, "unseen plant");
+    let tips = if *photographs { "through photographs" } else { "true tips with the detector's noise" };
+    let _ = writeln!(text, "\n{name}: {task} ({species}, variation {scale}, {plants}, {tips}{best})");
     let _ = writeln!(
         text,
         "  {:<12} {:<22} {:<24} {:<24} {:>9}  {:<19} s a laboratory",
