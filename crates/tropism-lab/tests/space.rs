@@ -12,6 +12,7 @@ use tropism::track::{Sample, Track};
 use tropism::vision::{FrameStatus, VisionConfig};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::run::{RunConfig, RunPlan};
+use tropism_lab::transfer::{NamedController, TransferPlan};
 use tropism_lab::{Error, Monitor, Silent, Workflow, read_journal};
 use tropism_rig::file::RigFile;
 
@@ -137,6 +138,32 @@ fn a_plant_is_followed_round_a_pole() {
     let (steps, _) = read_journal(folder.path()).unwrap();
     let hidden = |step: &&tropism_lab::StepRecord| step.seen.status == FrameStatus::Hidden;
     assert!(steps.iter().any(|step| hidden(&step)), "the pole never hid the tip");
+}
+
+#[test]
+fn turns_through_photographs_are_judged_by_the_true_stem() {
+    let folder = tempfile::tempdir().unwrap();
+    let task: TaskSpec = Spiral { max_steps: 60, ..Spiral::default() }.into();
+    let plan = TransferPlan {
+        controllers: vec![NamedController { name: "chase".to_owned(), controller: ControllerSpec::Greedy }],
+        plants: 1,
+        greenhouse: Greenhouse::default().for_task(&task),
+        task,
+        period_min: 20.0,
+        photographs: true,
+        out: folder.path().to_owned(),
+        ..TransferPlan::default()
+    };
+    let results = plan.execute(&Silent).unwrap();
+    let path = folder.path().join("tracks/chase/plant-0001.csv");
+    let track = Track::read_csv(std::fs::File::open(path).unwrap()).unwrap();
+    let turns = track.numbers("true_turns").unwrap();
+    let true_turns = turns.last().unwrap().abs() - turns[0].abs();
+    let chase = &results.controllers[0];
+    assert!((chase.mean - true_turns).abs() < 1e-9, "{} and {true_turns}", chase.mean);
+    let seen = chase.by_photographs.as_ref().unwrap();
+    assert!((seen.mean - plan.task.fitness(&track)).abs() < 1e-9, "{seen:?}");
+    assert!((seen.mean - true_turns).abs() < 0.5, "{seen:?} and {true_turns}");
 }
 
 /// Both cameras place the tip where `truth.jsonl` says it is.

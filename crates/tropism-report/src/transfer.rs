@@ -47,7 +47,7 @@ const SPREADING: f64 = 0.618_033_988_749_895;
 pub fn score_strips(controllers: &[ControllerScores], unit: &str, best: f64, plants: Plants) -> Figure {
     let rows = controllers.len().max(1) as f64;
     let all = controllers.iter().flat_map(|controller| controller.fitness.iter().copied());
-    let x = Axis::covering(&format!("fitness ({unit})"), (0.0, best.max(1.0)), all);
+    let x = Axis::covering(format!("fitness ({unit})"), (0.0, best.max(1.0)), all);
     let y = Axis { label: String::new(), from: 0.0, to: rows, tick: |_| String::new() };
     let mut plot = Plot::new(x, y, (560.0, ROW * rows), 24.0, 14.0);
     for (row, controller) in controllers.iter().enumerate() {

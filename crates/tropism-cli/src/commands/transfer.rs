@@ -166,6 +166,13 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
             100.0 * done.share
         );
     }
+    for (one, seen) in results.controllers.iter().filter_map(|one| Some((one, one.by_photographs.as_ref()?)))
+    {
+        text += &format!(
+            "{:<longest$}  turns are those of the true stem; the photographs alone say {:.2}\n",
+            one.name, seen.mean
+        );
+    }
     if let Some(ceiling) = results.mean_ceiling {
         text += &format!("best schedules found with all noise known: {ceiling:.2} on average\n");
     }

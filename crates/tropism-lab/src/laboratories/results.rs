@@ -8,7 +8,7 @@ use tropism::task::{Task, TaskSpec};
 use super::{BOUND, CHASE, CONSTANT, LaboratoriesConfig, LaboratoriesPlan, World, controller_name};
 use crate::Workflow;
 use crate::statistics::interval_over_laboratories;
-use crate::transfer::{ControllerResults, Share, TransferResults};
+use crate::transfer::{ControllerResults, SeenTurns, Share, TransferResults};
 
 /// A mean with its 95 % interval, by bootstrap over laboratories and plants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -87,6 +87,9 @@ pub struct BaselineResults {
     /// Share of plants on which the whole task was done, where it says what that is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub done: Option<Share>,
+    /// What the photographs alone say, where the truth of the tent is judged instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_photographs: Option<SeenTurns>,
     /// Median distance at the crossings of all targets, in cm; `None` if none was reached.
     pub median_cm: Option<f64>,
 }
@@ -97,6 +100,7 @@ impl BaselineResults {
             fitness: MeanAndInterval { mean: one.mean, interval: one.interval },
             under_6: one.under_6,
             done: one.done,
+            by_photographs: one.by_photographs.clone(),
             median_cm: one.median_cm,
         }
     }

@@ -28,7 +28,9 @@ pub use self::causes::{Cause, MISS_CM};
 use self::causes::{Reference, Response};
 pub(crate) use self::controllers::check_name;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
-pub use self::results::{ControllerPair, ControllerResults, Share, TargetResults, TransferResults};
+pub use self::results::{
+    ControllerPair, ControllerResults, SeenTurns, Share, TargetResults, TransferResults,
+};
 use self::results::{Judge, PlantResult, Scores};
 pub(crate) use self::status::status;
 pub use self::status::{SteeredPlants, TransferStatus};

@@ -105,6 +105,8 @@ impl TransferPlan {
         let mut head = head.map(str::to_owned).to_vec();
         let has_done = results.controllers.iter().any(|controller| controller.done.is_some());
         head.extend(has_done.then(|| "Whole task".to_owned()));
+        let has_seen = results.controllers.iter().any(|controller| controller.by_photographs.is_some());
+        head.extend(has_seen.then(|| "Turns by photographs".to_owned()));
         head.extend(results.bound.as_ref().map(|bound| format!("Of {bound}")));
         head.extend(results.mean_ceiling.map(|_| "Of the ceiling".to_owned()));
         let row = |controller: &ControllerResults| {
@@ -123,6 +125,10 @@ impl TransferPlan {
             row.extend(controller.done.map(|done| {
                 let [low, high] = done.interval.map(|share| 100.0 * share);
                 format!("{:.0} % ({low:.0} to {high:.0})", 100.0 * done.share)
+            }));
+            row.extend(controller.by_photographs.as_ref().map(|seen| {
+                let share = percent(seen.done.map(|done| done.share));
+                format!("{:.2}, whole task {share}", seen.mean)
             }));
             row.extend(results.bound.as_ref().map(|_| percent(controller.share_of_bound)));
             row.extend(results.mean_ceiling.map(|_| percent(controller.share_of_ceiling)));
@@ -143,6 +149,10 @@ impl TransferPlan {
                     " Whole task: plants that reached all targets and touched nothing, with the interval by Wilson."
                 }
             };
+        }
+        if has_seen {
+            caption += " Turns are those of the true stem in the tent; beside them is what the photographs alone say, in which \
+                        the pole hides the end of the stem for hours.";
         }
         if let Some(ceiling) = results.mean_ceiling {
             caption += &format!(

@@ -12,6 +12,7 @@ use tropism::track::Track;
 
 use super::TransferPlan;
 use super::causes::{Approach, Cause, Evidence, MISS_CM, Reference, Response};
+use super::steer::TURNS_COLUMN;
 use crate::Workflow;
 use crate::model::Model;
 use crate::statistics::{Bootstrap, PairedDifference};
@@ -95,6 +96,10 @@ pub struct ControllerResults {
     /// Median distance at the crossings of all targets that were reached, in cm; `None` if none was.
     #[serde(default)]
     pub median_cm: Option<f64>,
+    /// What the photographs alone say, where the truth of the tent is judged instead: the turns of a stem round a pole, which
+    /// hides its end from a camera for hours.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_photographs: Option<SeenTurns>,
     /// Plants that did all that the task wants, where it says what that is: for obstacles, to reach the targets and touch
     /// nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -105,6 +110,17 @@ pub struct ControllerResults {
     pub missed: BTreeMap<Cause, u32>,
     /// The same findings before targets that were reached: what is as frequent here is no cause.
     pub reached: BTreeMap<Cause, u32>,
+}
+
+/// Turns of stems as the photographs say.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SeenTurns {
+    /// Turns of each plant, in the order of the plants.
+    pub fitness: Vec<f64>,
+    /// Mean over the plants.
+    pub mean: f64,
+    /// Share of plants with all turns that the task wants; `None` where a stem was never seen in space.
+    pub done: Option<Share>,
 }
 
 /// A share of plants.
@@ -159,6 +175,8 @@ pub(super) struct PlantResult {
     pub(super) held: usize,
     pub(super) final_height_cm: f64,
     pub(super) is_done: Option<bool>,
+    /// Fitness and whether the task was done as the photographs say, where the truth is judged instead.
+    pub(super) by_photographs: Option<(f64, Option<bool>)>,
     /// For each target where the tip crossed its height, and what is found in the steps before.
     pub(super) targets: Vec<(Option<Crossing>, Cause)>,
 }
@@ -186,15 +204,28 @@ impl Judge<'_> {
             let evidence = Evidence::of(track, approach, self.model);
             (crossing, self.reference.cause(response, approach, evidence))
         });
+        let seen = (task.fitness(track), task.is_done(track));
+        let truth = true_turns(track, task);
+        let (fitness, is_done) = truth.unwrap_or(seen);
         PlantResult {
             targets: targets.collect(),
-            fitness: task.fitness(track),
+            fitness,
+            by_photographs: truth.map(|_| seen),
             steps,
             held: track.samples.iter().filter(|sample| sample.quality == Quality::Held).count(),
             final_height_cm: last.map_or(0.0, |sample| sample.tip.y),
-            is_done: task.is_done(track),
+            is_done,
         }
     }
+}
+
+/// Turns of the true stem, and whether they are all that the task wants; `None` of a track without the truth.
+fn true_turns(track: &Track, task: &TaskSpec) -> Option<(f64, Option<bool>)> {
+    let TaskSpec::Spiral(task) = task else { return None };
+    let turns = track.numbers(TURNS_COLUMN)?;
+    let known: Vec<f64> = turns.into_iter().filter(|turns| turns.is_finite()).map(f64::abs).collect();
+    let (first, last) = (known.first()?, known.last()?);
+    Some((last - first, Some(*last >= task.turns)))
 }
 
 /// All plants under all controllers: one list a controller, one result a plant; and the task and the ceiling of each plant.
@@ -273,11 +304,24 @@ impl Scores {
                 let done: Option<Vec<bool>> = self.plants[number].iter().map(|plant| plant.is_done).collect();
                 done.map(|done| Share::of(&done))
             },
+            by_photographs: self.by_photographs(number),
             targets: self.targets(plan, number),
             missed,
             reached,
             fitness,
         }
+    }
+
+    fn by_photographs(&self, number: usize) -> Option<SeenTurns> {
+        let seen: Option<Vec<_>> = self.plants[number].iter().map(|plant| plant.by_photographs).collect();
+        let seen = seen?;
+        let fitness: Vec<f64> = seen.iter().map(|(fitness, _)| *fitness).collect();
+        let done: Option<Vec<bool>> = seen.iter().map(|(_, is_done)| *is_done).collect();
+        Some(SeenTurns {
+            mean: mean(fitness.iter().copied()),
+            fitness,
+            done: done.map(|done| Share::of(&done)),
+        })
     }
 
     fn targets(&self, plan: &TransferPlan, number: usize) -> Vec<TargetResults> {
@@ -322,7 +366,7 @@ impl Scores {
                 .map(|what| format!("target_{target}_{what}"))
         });
         let head = ["controller", "plant", "seed", "fitness_cm", "ceiling_cm", "share_of_ceiling"];
-        let further = ["steps", "held", "final_height_cm", "is_done"];
+        let further = ["steps", "held", "final_height_cm", "is_done", "turns_by_photographs"];
         table.write_record(head.into_iter().chain(further).map(str::to_owned).chain(of_targets))?;
         for (named, plants) in plan.controllers.iter().zip(&self.plants) {
             for (number, (plant, seed)) in plants.iter().zip(plan.seeds()).enumerate() {
@@ -338,6 +382,7 @@ impl Scores {
                     plant.held.to_string(),
                     plant.final_height_cm.to_string(),
                     plant.is_done.map_or_else(String::new, |is_done| is_done.to_string()),
+                    or_empty(plant.by_photographs.map(|(turns, _)| turns)),
                 ];
                 let places = self.tasks[number].targets();
                 let targets = plant.targets.iter().enumerate().flat_map(|(number, &(crossing, cause))| {
@@ -390,6 +435,7 @@ mod tests {
             held: 0,
             final_height_cm: 14.0,
             is_done: None,
+            by_photographs: None,
             targets: distances.map(target).to_vec(),
         }
     }

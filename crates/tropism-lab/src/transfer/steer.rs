@@ -2,7 +2,8 @@
 //!
 //! In: a controller and the seed of a plant. Out: the track as its file holds it, so that an interruption changes nothing.
 //! Without photographs the tip is that of `grow`: the detector's grid and noise. With them the tracker sees what the virtual
-//! camera takes, as in `run --rig greenhouse`, and the true highest point stands in further columns.
+//! camera takes, as in `run --rig greenhouse`, and the true highest point stands in further columns; so do the turns of the
+//! true stem where it is to wind round a pole.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -24,6 +25,9 @@ use crate::{Error, Monitor};
 
 /// Columns of the highest point of the plant as the camera sees it, in cm.
 pub(super) const TOP_COLUMNS: [&str; 2] = ["top_x_cm", "top_y_cm"];
+
+/// Column of the turns of the true stem round the pole, counter-clockwise as seen from above.
+pub(super) const TURNS_COLUMN: &str = "true_turns";
 
 /// The file beside a track of photographs. `fit` and `report` read there that the plant is virtual, which the measured tips
 /// of the track itself do not tell.
@@ -57,7 +61,7 @@ impl TransferPlan {
             let track = environment::run(&mut open.rig, &mut *controller, task, &mut watch)
                 .map_err(Error::at(format!("the plant of seed {seed}")))?;
             let truth = open.truth.map_or_else(Vec::new, |tent| tent.truth_json());
-            let mut track = with_truth(track, &truth).map_err(Error::at(path.display()))?;
+            let mut track = with_truth(track, &truth, task).map_err(Error::at(path.display()))?;
             track.add_stem_columns();
             track
         } else {
@@ -97,17 +101,23 @@ impl TransferPlan {
     }
 }
 
-/// `track` with the true highest points of `truth`, one [`GroundTruth`] a line, in further columns.
-fn with_truth(mut track: Track, truth: &[u8]) -> Result<Track, serde_json::Error> {
+/// `track` with the true highest points of `truth`, one [`GroundTruth`] a line, in further columns; and with the turns of the
+/// true stem where `task` counts them.
+fn with_truth(mut track: Track, truth: &[u8], task: &TaskSpec) -> Result<Track, serde_json::Error> {
     let lines: Vec<GroundTruth> =
         serde_json::Deserializer::from_slice(truth).into_iter().collect::<Result<_, _>>()?;
-    let top = |step: u32| {
-        let found = lines.iter().find(|line| line.step == u64::from(step));
-        found.map_or([f64::NAN; 2], |line| line.front.top.into())
-    };
-    let tops: Vec<[f64; 2]> = track.samples.iter().map(|sample| top(sample.step)).collect();
+    let find = |sample: &Sample| lines.iter().find(|line| line.step == u64::from(sample.step));
+    let truths: Vec<Option<&GroundTruth>> = track.samples.iter().map(find).collect();
+    let top = |truth: &Option<&GroundTruth>| truth.map_or([f64::NAN; 2], |truth| truth.front.top.into());
+    let tops: Vec<[f64; 2]> = truths.iter().map(top).collect();
     for (axis, name) in TOP_COLUMNS.into_iter().enumerate() {
         track.add_numbers(name, DECIMALS, tops.iter().map(|top| top[axis]));
+    }
+    if let TaskSpec::Spiral(task) = task {
+        let turns = |truth: &Option<&GroundTruth>| {
+            truth.map_or(f64::NAN, |truth| task.turns_of(&truth.stem_in_space))
+        };
+        track.add_numbers(TURNS_COLUMN, DECIMALS, truths.iter().map(turns).collect::<Vec<f64>>());
     }
     Ok(track)
 }

@@ -48,6 +48,13 @@ pub fn midline(pose: &Pose) -> Polyline {
     Polyline(pose.stem.iter().map(|node| view::project(node.at)).collect()).resampled(STEM_POINTS)
 }
 
+/// The midline of the stem in space: ten points at equal distances from the base to the apex, in cm.
+#[must_use]
+pub fn midline_in_space(pose: &Pose) -> Vec<SpacePoint> {
+    let nodes: Vec<SpacePoint> = pose.stem.iter().map(|node| node.at).collect();
+    space::resampled(&nodes, STEM_POINTS)
+}
+
 /// [`midline`], plus normal draws of `rng` as noise. The base is known: it stays.
 pub fn detect_stem(pose: &Pose, rng: &mut impl Rng) -> Polyline {
     let mut stem = midline(pose);
@@ -63,8 +70,7 @@ pub fn detect_stem(pose: &Pose, rng: &mut impl Rng) -> Polyline {
 pub fn detect_in_space(pose: &Pose, seen: Observation, rng: &mut impl Rng) -> Observation {
     let side = detect(&pose.seen_from(View::Side), rng);
     let [x, y, z] = view::STEREO.triangulate(seen.tip, side).point;
-    let nodes: Vec<SpacePoint> = pose.stem.iter().map(|node| node.at).collect();
-    let mut stem = space::resampled(&nodes, STEM_POINTS);
+    let mut stem = midline_in_space(pose);
     for point in stem.iter_mut().skip(1) {
         *point = point.map(|axis| axis + STEM_NOISE_SD_CM * random::normal(rng));
     }

@@ -10,6 +10,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::bean::{Bean, Observer, Species, Trial, lamp_powers};
+use super::detector;
 use super::fault::{self, Fault, FaultEvent, Faults, has_fault};
 use super::render::{Renderer, Truth};
 use super::scene::Scene;
@@ -18,6 +19,7 @@ use super::view::{self, CAMERA, Frame, View};
 use crate::check::{self, OutOfRange};
 use crate::control::Controller;
 use crate::environment::{Environment, run};
+use crate::geometry::space::SpacePoint;
 use crate::geometry::{Point, Region};
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
@@ -115,6 +117,9 @@ pub struct GroundTruth {
     /// The plant as the side camera sees it, if there is one: x is the distance behind the base of the stem.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Truth>,
+    /// The middle of the stem in space from the base to the apex, ten points in cm: where there is a side camera.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stem_in_space: Vec<SpacePoint>,
 }
 
 /// The state of an open tent.
@@ -165,6 +170,7 @@ impl Tent {
             side_faults: side.as_deref().map_or_else(Vec::new, faults),
             front: self.renderer.truth(&pose),
             side: self.side.as_ref().map(|side| side.truth(&pose)),
+            stem_in_space: if self.side.is_some() { detector::midline_in_space(&pose) } else { Vec::new() },
         };
         self.truths.insert(step, truth);
     }

@@ -50,6 +50,15 @@ fn add_world(text: &mut String, world: &WorldResults) {
 fn add_baseline(text: &mut String, name: &str, one: &BaselineResults) {
     let share = 100.0 * one.done.map_or(one.under_6, |done| done.share);
     let _ = writeln!(text, "  {name:<12} {:<22} {:<24} {:<24} {share:>7.0} %", of(&one.fitness), "", "");
+    if let Some(seen) = &one.by_photographs {
+        let share =
+            seen.done.map_or_else(String::new, |done| format!(", all done {:.0} %", 100.0 * done.share));
+        let _ = writeln!(
+            text,
+            "  {:<12} true stems; the photographs alone say {:.2} turns{share}",
+            "", seen.mean
+        );
+    }
 }
 
 fn add_recipe(text: &mut String, recipe: &RecipeResults) {
