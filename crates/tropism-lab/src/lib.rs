@@ -39,6 +39,7 @@ pub mod workflow;
 mod model;
 pub mod planner;
 pub mod controller;
+mod reach;
 pub mod run;
 pub mod task;
 pub mod stop;

@@ -1,7 +1,5 @@
 //! Draw a target: what is within reach, evolution as a job, and trying a champion on a virtual bean.
 
-use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -12,16 +10,15 @@ use tropism::environment::Environment;
 use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
-use tropism::math::atan2;
 use tropism::observation::{Observation, Quality};
 use tropism::plant::lstm::LstmModel;
 use tropism::plant::stem::StemModel;
-use tropism::task::{OpenLoop, Task, TaskSpec};
+use tropism::task::{Reach, Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::files;
 
-use crate::drawing::{Drawing, round_to_mm};
+use crate::drawing::Drawing;
 use crate::error::Refusal;
 use crate::{Studio, evolution, found, jobs};
 
@@ -37,99 +34,18 @@ const TRACKS: &str = "virtual-bean";
 /// The model of them that is made then; and the model of their whole stems, for rules and tasks with obstacles.
 const MODELS: [&str; 2] = ["virtual-bean.json", "virtual-stem.json"];
 
-/// A controller that keeps the plant upright and then leans it to the right for good.
-struct Lean {
-    upright: u32,
-    step: u32,
-}
-
-impl Controller for Lean {
-    fn decide(&mut self, seen: &Observation) -> Light {
-        self.step += 1;
-        if self.step > self.upright || seen.tip.x < 0.0 { Light::RIGHT } else { Light::LEFT }
-    }
-}
-
-/// What four virtual beans reach: each leans to the side early or late, 15 times. Places are pairs of height and distance
-/// from the root, in cm; the same to both sides.
+/// What virtual common beans reach, as the page is told.
 #[derive(Debug, Serialize)]
-pub(crate) struct Reach {
+pub(crate) struct ToldReach {
     is_virtual: bool,
-    /// The farthest place, by height, at which a tip arrives there for the first time.
-    tips: Vec<[f64; 2]>,
-    /// The farthest place, by height, at which a stem is whose tip has just become higher than ever.
-    stems: Vec<[f64; 2]>,
-    /// The steepest lean to the vertical of the upper third of such a stem of at least [`GROWN_CM`], in degrees.
-    lean_deg: f64,
-}
-
-/// Height from which on a plant has a form to speak of, in cm: twice that of a seedling.
-const GROWN_CM: f64 = 8.0;
-
-/// The highest tip whose stem is looked at, in cm: no form counts higher on the page.
-const HIGHEST_CM: f64 = 17.0;
-
-/// Farthest distances by height, in half centimetres.
-#[derive(Default)]
-struct Farthest(BTreeMap<i32, f64>);
-
-impl Farthest {
-    fn add(&mut self, point: &Point) {
-        let at = self.0.entry((2.0 * point.y).floor() as i32).or_insert(0.0);
-        *at = at.max(point.x);
-    }
-
-    /// What a low plant reaches, a high one reaches too: between the delays that were tried there are others.
-    fn rows(self) -> Vec<[f64; 2]> {
-        let mut so_far = 0.0_f64;
-        let row = |(half, x): (i32, f64)| {
-            so_far = so_far.max(x);
-            [f64::from(half) / 2.0, round_to_mm(so_far)]
-        };
-        self.0.into_iter().map(row).collect()
-    }
+    #[serde(flatten)]
+    reach: Reach,
 }
 
 /// Computed once.
-pub(crate) fn reach() -> &'static Reach {
-    static REACH: OnceLock<Reach> = OnceLock::new();
-    REACH.get_or_init(|| {
-        const BEANS: u64 = 4;
-        const STEPS: u32 = 600;
-        let species = Species::default();
-        let delays: Vec<u32> = (0..STEPS - 60).step_by(36).collect();
-        let plants: Vec<(u64, u32)> =
-            delays.iter().flat_map(|&delay| (1..=BEANS).map(move |seed| (seed, delay))).collect();
-        let seeds: Vec<u64> = plants.iter().map(|(seed, _)| *seed).collect();
-        let task = OpenLoop { steps: STEPS, ..OpenLoop::default() };
-        let (mut tips, mut stems) = (Farthest::default(), Farthest::default());
-        let mut highest = vec![f64::NEG_INFINITY; seeds.len()];
-        let mut lean_deg = 0.0_f64;
-        let mut watch = |place: usize, sample: &Sample| {
-            if sample.tip.y <= highest[place] {
-                return ControlFlow::Continue(());
-            }
-            highest[place] = sample.tip.y;
-            tips.add(&sample.tip);
-            if let Some(stem) = sample.stem.as_ref().filter(|_| sample.tip.y <= HIGHEST_CM) {
-                stem.0.iter().filter(|point| point.y >= 0.0).for_each(|point| stems.add(point));
-                if sample.tip.y >= GROWN_CM {
-                    lean_deg = lean_deg.max(lean_of(&stem.0));
-                }
-            }
-            ControlFlow::Continue(())
-        };
-        let lean = |place: usize| Lean { upright: plants[place].1, step: 0 };
-        Trial::new(&species).grow_all(&seeds, lean, &task, &mut watch);
-        Reach { is_virtual: true, tips: tips.rows(), stems: stems.rows(), lean_deg: lean_deg.round() }
-    })
-}
-
-/// The angle of the upper third of a stem to the vertical, in degrees; 0 of no stem.
-fn lean_of(stem: &[Point]) -> f64 {
-    let Some((tip, rest)) = stem.split_last() else { return 0.0 };
-    let from = rest[2 * rest.len() / 3..].first().copied().unwrap_or_default();
-    atan2((tip.x - from.x).abs(), tip.y - from.y).to_degrees()
+pub(crate) fn reach() -> &'static ToldReach {
+    static REACH: OnceLock<ToldReach> = OnceLock::new();
+    REACH.get_or_init(|| ToldReach { is_virtual: true, reach: Species::default().reach() })
 }
 
 /// Who steers a bean that is tried.
@@ -451,26 +367,7 @@ pub(crate) fn models(root: &Path) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use tropism::task::Targets;
-
     use super::*;
-
-    #[test]
-    fn far_targets_are_out_of_reach_and_near_ones_are_not() {
-        let Reach { tips, stems, lean_deg, .. } = reach();
-        let of =
-            |rows: &[[f64; 2]], height: f64| rows.iter().find(|[y, _]| *y >= height).map_or(0.0, |[_, x]| *x);
-        let at = |height| of(tips, height);
-        // The paper's targets were reached by real plants.
-        for target in Targets::default().targets {
-            assert!(at(target.y) > target.x.abs(), "{target:?}: {}", at(target.y));
-        }
-        assert!(at(5.0) < 9.0, "{tips:?}");
-        // A grown stem leans, its root does not; and it is at least as far as its tip was.
-        assert!((20.0..90.0).contains(lean_deg), "{lean_deg}");
-        assert!(stems[0][0] < 1.0 && of(stems, 1.0) < 1.0, "{stems:?}");
-        assert!((5..14).map(f64::from).all(|height| of(stems, height) >= at(height)), "{stems:?} {tips:?}");
-    }
 
     #[test]
     fn rules_and_obstacles_need_the_model_of_the_stem() {

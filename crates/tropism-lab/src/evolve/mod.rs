@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
+use tropism::greenhouse::bean::Species;
 use tropism::task::TaskSpec;
 
 pub use self::config::EvolveConfig;
@@ -26,6 +27,7 @@ use self::runs::champion_of;
 pub(crate) use self::status::status;
 pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
+use crate::reach::note_out_of_reach;
 use crate::statistics::median;
 use crate::stopwatch::{Stopwatch, timed};
 use crate::{Error, Monitor, Workflow, champion, files, model};
@@ -160,6 +162,7 @@ impl Workflow for EvolvePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
         self.check()?;
+        note_out_of_reach(&self.task, &Species::default(), monitor);
         let stopwatch = Stopwatch::start();
         let model = model::read_for(&self.model, &self.task, monitor)?;
         let _lock = EvolutionRecord::new(self, &model).claim(&self.out, self.resume)?;

@@ -29,6 +29,7 @@ use crate::files;
 use crate::folder::RunFolder;
 use crate::journal::Journal;
 use crate::monitor::Monitor;
+use crate::reach::note_out_of_reach;
 use crate::recorder::{RecordError, Recorder, Supervision};
 use crate::workflow::Workflow;
 use alerts::{AlertMonitor, Alerts, GuardMonitor, HostMonitor, WorkflowMonitor};
@@ -249,6 +250,9 @@ impl Workflow for RunPlan {
         if matches!(&folder, Err(Error::Folder(error)) if error.is_refusal()) {
             folder?;
             unreachable!("an error returned above");
+        }
+        if let Some(greenhouse) = &self.config.rig.greenhouse {
+            note_out_of_reach(&self.config.task, &greenhouse.bean, monitor);
         }
         let max_steps = u64::from(self.config.task.max_steps());
         monitor.stage("run", max_steps);

@@ -37,6 +37,7 @@ pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
 use crate::lock::{FolderLock, lock};
 use crate::model::{self, Model};
+use crate::reach::note_out_of_reach;
 pub use crate::statistics::PairedDifference;
 use crate::workflow::check_same;
 use crate::{Error, Monitor, Workflow, files};
@@ -178,6 +179,9 @@ impl Workflow for TransferPlan {
         let model = self.model.as_deref().map(model::read).transpose()?;
         let _lock = self.claim()?;
         monitor.note("virtual plants: nothing here is a measurement of a living plant");
+        if !self.random_targets {
+            note_out_of_reach(&self.task, &self.greenhouse.bean, monitor);
+        }
         let scores = self.scores(model.as_ref(), monitor)?;
         let results = scores.results(self);
         let table = scores.csv(self).map_err(Error::at("plants.csv"))?;

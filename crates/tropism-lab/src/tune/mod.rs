@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use tropism::control::{PredictiveGreedy, PredictiveRule};
 use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
+use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
@@ -22,6 +23,7 @@ use tropism::track::PAPER_PERIOD_MIN;
 use self::saved::SavedSearch;
 pub use self::status::TuneStatus;
 pub(crate) use self::status::status;
+use crate::reach::note_out_of_reach;
 use crate::stopwatch::Stopwatch;
 use crate::{Error, Monitor, Workflow, files, model};
 
@@ -106,6 +108,8 @@ impl Workflow for TunePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {
         self.check()?;
+        let species = self.beans.as_ref().map_or_else(Species::default, |beans| beans.bean.clone());
+        note_out_of_reach(&self.task, &species, monitor);
         let stopwatch = Stopwatch::start();
         monitor.stage("tune", self.search.generations.into());
         let (tuned, found, withheld) = match &self.beans {

@@ -450,6 +450,17 @@ class ControllerPair(Results):
     _kinds = {"difference": PairedDifference}
 
 
+class SeenTurns(Results):
+    """Turns of stems round a pole as the photographs say."""
+
+    #: On each plant.
+    fitness: list[float]
+    mean: float
+    #: Share of the plants with all turns that the task wants.
+    done: Share | None
+    _kinds = {"done": Share}
+
+
 class ControllerResults(Results):
     """A controller on the plants of a comparison."""
 
@@ -471,11 +482,13 @@ class ControllerResults(Results):
     median_cm: float | None
     #: Share of the plants on which the whole task was done, for tasks that can be done.
     done: Share | None
+    #: Of winding round a pole through photographs, where the turns of the true stem are judged; else None.
+    by_photographs: SeenTurns | None
     targets: list[TargetResults]
     #: Plants by what is found in the steps before a target that they missed, and before one that they reached.
     missed: Mapping[str, int]
     reached: Mapping[str, int]
-    _kinds = {"done": Share, "targets": TargetResults}
+    _kinds = {"done": Share, "by_photographs": SeenTurns, "targets": TargetResults}
 
 
 class TransferResults(Results):

@@ -6,6 +6,7 @@
 //! turns of the stem round a pole; [`OpenLoop`] has nothing to reach and only ends. A task of one's own implements the trait;
 //! it sees whole observations, stems included.
 
+mod reach;
 mod obstacles;
 mod open_loop;
 mod shape;
@@ -22,6 +23,7 @@ use crate::track::Track;
 
 pub use obstacles::Obstacles;
 pub use open_loop::OpenLoop;
+pub use reach::Reach;
 pub use shape::Shape;
 pub use space::Space;
 pub use spec::TaskSpec;
@@ -132,6 +134,22 @@ pub trait Task: Sync {
     /// less for a greater fitness. By default the fitness itself.
     fn utility(&self, fitness: f64) -> f64 {
         fitness
+    }
+
+    /// Each target that plants of `reach` do not get to, or the farthest such point of a form, with the reason.
+    fn out_of_reach(&self, reach: &Reach) -> Vec<String> {
+        let over = |point: &&Point| point.x.abs();
+        let missed = self.shape().iter().filter(|point| reach.misses_stem(**point).is_some());
+        let farthest = missed.max_by(|one, other| over(one).total_cmp(&over(other)));
+        let of_form = farthest.and_then(|point| {
+            let why = reach.misses_stem(*point)?;
+            Some(format!("the point ({}, {}) of the form: {why}", point.x, point.y))
+        });
+        let of_tip = |target: Point| {
+            let why = reach.misses_tip(target)?;
+            Some(format!("the target ({}, {}): {why}", target.x, target.y))
+        };
+        self.targets().into_iter().filter_map(of_tip).chain(of_form).collect()
     }
 
     /// The best fitness there can be, where it is known.

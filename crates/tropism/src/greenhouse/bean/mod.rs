@@ -25,6 +25,7 @@ mod species;
 mod internodal;
 mod rod;
 mod population;
+mod reach;
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
