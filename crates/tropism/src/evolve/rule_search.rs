@@ -1,9 +1,9 @@
 //! The search for the numbers of a predictive rule on a model.
 //!
-//! CMA-ES moves nine numbers; a point is worth the mean [utility](Task::utility) of its fitness over simulated plants. All points of some generations steer the
-//! same plants (common random numbers), so that differences between points are not differences between plants; then other
-//! plants come, so that a rule is not tuned to a few. The best of each period are tried on plants that none of them has
-//! steered, and the best of these is chosen.
+//! CMA-ES moves nine numbers; a point is worth the mean [utility](Task::utility) of its fitness over simulated plants. All
+//! points of some generations steer the same plants (common random numbers), so that differences between points are not
+//! differences between plants; then other plants come, so that a rule is not tuned to a few. The best of each period are tried
+//! on plants that none of them has steered, and the best of these is chosen.
 //!
 //! # References
 //! Glasserman and Yao 1992, doi:10.1287/mnsc.38.6.884 (common random numbers). Milano, Carvalho and Nolfi 2018,
@@ -180,8 +180,8 @@ impl RuleSearch {
         (0..rounds).flat_map(move |round| of_round(round).chain([false])).chain([false])
     }
 
-    /// Searches the rule with the highest mean [utility](Task::utility) for `task` on `model`, on all threads. `watch` sees each generation;
-    /// `None` if it broke off.
+    /// Searches the rule with the highest mean [utility](Task::utility) for `task` on `model`, on all threads. `watch` sees each
+    /// generation; `None` if it broke off.
     ///
     /// # Panics
     /// If [`Self::check`] refuses the numbers.
@@ -216,9 +216,9 @@ impl RuleSearch {
         }
     }
 
-    /// Searches the rule with the highest mean utility of `scores`: the fitness of each of some trials in `task`, in order. Plants that
-    /// `scores` knows need no model: a search on virtual beans themselves finds what a rule can reach at best. In a task with
-    /// obstacles the rule also avoids them.
+    /// Searches the rule with the highest mean utility of `scores`: the fitness of each of some trials in `task`, in order.
+    /// Plants that `scores` knows need no model: a search on virtual beans themselves finds what a rule can reach at best. In a
+    /// task with obstacles the rule also avoids them.
     ///
     /// # Panics
     /// If [`Self::check`] refuses the numbers.
@@ -243,17 +243,7 @@ impl RuleSearch {
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        let trials_of = |points: &[[f64; N]],
-                         set: u32,
-                         plants: u32,
-                         worth: fn(&T, f64) -> f64|
-         -> Vec<Trial> {
-            let trial = |point, plant| RuleTrial { rule: rule_at(point), set, plant };
-            let trials: Vec<RuleTrial> =
-                points.iter().flat_map(|point| (0..plants).map(move |plant| trial(point, plant))).collect();
-            let worths: Vec<f64> = scores(&trials).into_iter().map(|fitness| worth(task, fitness)).collect();
-            worths.chunks(plants as usize).map(Trial::of).collect()
-        };
+        let objective = Objective { scores, task };
         let origin = [0.0; N];
         let begin = |start: u32| {
             let seed = if start == 0 { seed } else { derive(seed, Purpose::Start, start.into()) };
@@ -262,37 +252,32 @@ impl RuleSearch {
         let mut searches: Vec<CmaEs<N>> = (0..self.starts).map(begin).collect();
         // Sets of plants that the search itself does not steer.
         let fresh = self.generations / GENERATIONS_OF_PLANTS + 1;
+        let choice_plants = CHOICE_FACTOR * self.episodes;
         let rounds = self.rounds();
         let mut candidates = Vec::new();
         let mut generation = 0;
         for round in 0..rounds {
             if round > 0 {
                 let means: Vec<[f64; N]> = searches.iter().map(CmaEs::mean).collect();
-                let judged = trials_of(&means, fresh + 1 + round, CHOICE_FACTOR * self.episodes, T::utility);
+                let judged = objective.utility(&means, fresh + 1 + round, choice_plants);
                 searches = better_half(judged.iter().map(|trial| trial.mean).zip(searches).collect());
             }
-            // The greedy rule is a candidate: what is chosen is not worse on the same plants.
-            candidates = vec![origin];
-            let of_round = part(self.generations, rounds, round);
+            // Those of the last round count. The greedy rule is a candidate: what is chosen is not worse on the same plants.
+            candidates.clear();
+            candidates.push(origin);
+            let generations = part(self.generations, rounds, round);
             let count = searches.len() as u32;
             for (search, number) in searches.iter_mut().zip(0..) {
-                for _ in 0..part(of_round, count, number) {
-                    let points = search.ask();
-                    let set = generation / GENERATIONS_OF_PLANTS;
-                    let trials = trials_of(&points, set, self.episodes, T::utility);
-                    let utility: Vec<f64> = trials.iter().map(|trial| trial.mean).collect();
-                    let better = |best: usize, at: usize| if utility[at] > utility[best] { at } else { best };
-                    let best = (0..points.len()).fold(0, better);
-                    search.tell(&points, &utility.iter().map(|utility| -utility).collect::<Vec<f64>>());
+                for _ in 0..part(generations, count, number) {
+                    let (best, heard) = self.generation(search, generation, &objective);
                     let is_last_on_plants = (generation + 1).is_multiple_of(GENERATIONS_OF_PLANTS);
                     if is_last_on_plants || generation + 1 == self.generations || search.is_over() {
-                        candidates.extend([points[best], search.mean()]);
+                        candidates.extend([best, search.mean()]);
                     }
                     if search.is_over() {
                         *search = search.restarted();
                     }
-                    let mean = statistics::mean(utility.iter().copied());
-                    if watch(&RuleGeneration { generation, best: utility[best], mean }).is_break() {
+                    if watch(&heard).is_break() {
                         return None;
                     }
                     generation += 1;
@@ -300,10 +285,58 @@ impl RuleSearch {
             }
         }
         // Plants on which no candidate was tried before, and then further ones for the prediction.
-        let chosen = Choice::of(trials_of(&candidates, fresh, CHOICE_FACTOR * self.episodes, T::utility)).run;
-        let judged =
-            trials_of(&[candidates[chosen], origin], fresh + 1, PREDICTION_PLANTS, |_, fitness| fitness);
-        Some(RuleSearchResult { rule: rule_at(&candidates[chosen]), expected: judged[0], greedy: judged[1] })
+        let chosen = candidates[Choice::of(objective.utility(&candidates, fresh, choice_plants)).run];
+        let judged = objective.fitness(&[chosen, origin], fresh + 1, PREDICTION_PLANTS);
+        Some(RuleSearchResult { rule: rule_at(&chosen), expected: judged[0], greedy: judged[1] })
+    }
+
+    /// Takes a search a generation further: the best point of the generation, and what is told of it.
+    fn generation<const N: usize, S: Fn(&[RuleTrial]) -> Vec<f64>, T: Task + ?Sized>(
+        &self,
+        search: &mut CmaEs<N>,
+        generation: u32,
+        objective: &Objective<'_, S, T>,
+    ) -> ([f64; N], RuleGeneration) {
+        let points = search.ask();
+        let trials = objective.utility(&points, generation / GENERATIONS_OF_PLANTS, self.episodes);
+        let utility: Vec<f64> = trials.iter().map(|trial| trial.mean).collect();
+        let better = |best: usize, at: usize| if utility[at] > utility[best] { at } else { best };
+        let best = (0..points.len()).fold(0, better);
+        search.tell(&points, &utility.iter().map(|utility| -utility).collect::<Vec<f64>>());
+        let mean = statistics::mean(utility.iter().copied());
+        (points[best], RuleGeneration { generation, best: utility[best], mean })
+    }
+}
+
+/// What points are judged by: `scores` of their rules in `task`.
+struct Objective<'a, S, T: ?Sized> {
+    scores: S,
+    task: &'a T,
+}
+
+impl<S: Fn(&[RuleTrial]) -> Vec<f64>, T: Task + ?Sized> Objective<'_, S, T> {
+    /// The fitness of each point on the first `plants` plants of a set.
+    fn fitness<const N: usize>(&self, points: &[[f64; N]], set: u32, plants: u32) -> Vec<Trial> {
+        self.worth(points, set, plants, |fitness| fitness)
+    }
+
+    /// The utility of each point on the first `plants` plants of a set.
+    fn utility<const N: usize>(&self, points: &[[f64; N]], set: u32, plants: u32) -> Vec<Trial> {
+        self.worth(points, set, plants, |fitness| self.task.utility(fitness))
+    }
+
+    fn worth<const N: usize>(
+        &self,
+        points: &[[f64; N]],
+        set: u32,
+        plants: u32,
+        of: impl Fn(f64) -> f64,
+    ) -> Vec<Trial> {
+        let trial = |point, plant| RuleTrial { rule: rule_at(point), set, plant };
+        let trials: Vec<RuleTrial> =
+            points.iter().flat_map(|point| (0..plants).map(move |plant| trial(point, plant))).collect();
+        let worths: Vec<f64> = (self.scores)(&trials).into_iter().map(of).collect();
+        worths.chunks(plants as usize).map(Trial::of).collect()
     }
 }
 
