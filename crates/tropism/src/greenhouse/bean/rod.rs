@@ -112,6 +112,19 @@ pub(super) struct Rod {
 /// Number of the quantities that are the state of a segment.
 const STATE: usize = 11;
 
+/// These quantities of [`Segments`], or of a row of [`lanes`], in one order: `state_of!(&segments)`, `state_of!(&mut row)`.
+macro_rules! state_of {
+    (& $of:ident) => { state_of!(all [&] $of) };
+    (&mut $of:ident) => { state_of!(all [&mut] $of) };
+    (all $borrow:tt $of:ident) => {
+        state_of!(some $borrow $of: length k1 k2 rest1 rest2 light_stage1 light_stage2 light_memory1 light_memory2
+            gravity_memory1 gravity_memory2)
+    };
+    (some $borrow:tt $of:ident: $($quantity:ident)+) => { [$(state_of!(one $borrow $of.$quantity)),+] };
+    (one [$($borrow:tt)+] $of:ident.$quantity:ident) => { $($borrow)+ $of.$quantity };
+}
+use state_of;
+
 /// One value for each segment.
 type PerSegment = [f64; MAX_NODES];
 
@@ -463,36 +476,12 @@ impl Segments {
 
     /// The state: what stays from one tick to the next. Both halves of a split segment inherit it.
     fn state(&self) -> [&PerSegment; STATE] {
-        [
-            &self.length,
-            &self.k1,
-            &self.k2,
-            &self.rest1,
-            &self.rest2,
-            &self.light_stage1,
-            &self.light_stage2,
-            &self.light_memory1,
-            &self.light_memory2,
-            &self.gravity_memory1,
-            &self.gravity_memory2,
-        ]
+        state_of!(&self)
     }
 
     /// [`Self::state`], to be changed.
     fn state_mut(&mut self) -> [&mut PerSegment; STATE] {
-        [
-            &mut self.length,
-            &mut self.k1,
-            &mut self.k2,
-            &mut self.rest1,
-            &mut self.rest2,
-            &mut self.light_stage1,
-            &mut self.light_stage2,
-            &mut self.light_memory1,
-            &mut self.light_memory2,
-            &mut self.gravity_memory1,
-            &mut self.gravity_memory2,
-        ]
+        state_of!(&mut self)
     }
 
     /// Updates the distances from the apex, and their changes since the last call.

@@ -16,7 +16,7 @@ use super::contact::Contact;
 use super::{
     DENSITY, Forcing, GRAVITY, GROWTH_EDGE_CM, LAMP_DISTANCE, LAMP_RADIUS, MAX_NODES, MAX_SEGMENT_CM,
     MEGAPASCAL, Rod, Rotation, SATURATION, SERIES_LIMIT, STATE, Segments, TAPER_CM, TOUCH_CM, WALL_STIFFNESS,
-    half_rotation, small_exp,
+    half_rotation, small_exp, state_of,
 };
 use crate::greenhouse::bean::Individual;
 use crate::greenhouse::view::WALL;
@@ -601,37 +601,13 @@ impl Row {
     /// The state of the segments, in the order of [`Segments::state`].
     #[inline(always)]
     fn state(&self) -> [&PerPlant; STATE] {
-        [
-            &self.length,
-            &self.k1,
-            &self.k2,
-            &self.rest1,
-            &self.rest2,
-            &self.light_stage1,
-            &self.light_stage2,
-            &self.light_memory1,
-            &self.light_memory2,
-            &self.gravity_memory1,
-            &self.gravity_memory2,
-        ]
+        state_of!(&self)
     }
 
     /// [`Self::state`], to be changed.
     #[inline(always)]
     fn state_mut(&mut self) -> [&mut PerPlant; STATE] {
-        [
-            &mut self.length,
-            &mut self.k1,
-            &mut self.k2,
-            &mut self.rest1,
-            &mut self.rest2,
-            &mut self.light_stage1,
-            &mut self.light_stage2,
-            &mut self.light_memory1,
-            &mut self.light_memory2,
-            &mut self.gravity_memory1,
-            &mut self.gravity_memory2,
-        ]
+        state_of!(&mut self)
     }
 
     /// Copies what contacts read of a plant.
