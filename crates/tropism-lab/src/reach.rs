@@ -1,9 +1,7 @@
 //! What of a task is out of reach, told before long work begins.
 
-use std::sync::OnceLock;
-
 use tropism::greenhouse::bean::Species;
-use tropism::task::{Reach, Targets, Task, TaskSpec};
+use tropism::task::{Targets, Task, TaskSpec};
 
 use crate::Monitor;
 
@@ -13,10 +11,9 @@ pub(crate) fn note_out_of_reach(task: &TaskSpec, species: &Species, monitor: &dy
     if is_surely_reached(task) {
         return;
     }
-    static COMMON: OnceLock<Reach> = OnceLock::new();
     let of_species;
     let reach = if *species == Species::default() {
-        COMMON.get_or_init(|| species.reach())
+        Species::common_reach()
     } else {
         of_species = species.reach();
         &of_species

@@ -1,7 +1,6 @@
 //! Draw a target: what is within reach, evolution as a job, and trying a champion on a virtual bean.
 
 use std::path::Path;
-use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -39,13 +38,11 @@ const MODELS: [&str; 2] = ["virtual-bean.json", "virtual-stem.json"];
 pub(crate) struct ToldReach {
     is_virtual: bool,
     #[serde(flatten)]
-    reach: Reach,
+    reach: &'static Reach,
 }
 
-/// Computed once.
-pub(crate) fn reach() -> &'static ToldReach {
-    static REACH: OnceLock<ToldReach> = OnceLock::new();
-    REACH.get_or_init(|| ToldReach { is_virtual: true, reach: Species::default().reach() })
+pub(crate) fn reach() -> ToldReach {
+    ToldReach { is_virtual: true, reach: Species::common_reach() }
 }
 
 /// Who steers a bean that is tried.

@@ -2,6 +2,7 @@
 
 use core::ops::ControlFlow;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use super::{Species, Trial};
 use crate::control::Controller;
@@ -63,6 +64,13 @@ impl Farthest {
 }
 
 impl Species {
+    /// [`Self::reach`] of the common bean, which is computed once.
+    #[must_use]
+    pub fn common_reach() -> &'static Reach {
+        static COMMON: OnceLock<Reach> = OnceLock::new();
+        COMMON.get_or_init(|| Self::default().reach())
+    }
+
     /// What four virtual beans of this species reach between the paper's lamps: each leans to the side early or late, 15 times.
     /// Distances are rounded to mm.
     #[must_use]
