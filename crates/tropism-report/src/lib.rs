@@ -22,6 +22,7 @@ mod pdf;
 mod setup;
 mod over_time;
 mod trajectories;
+mod orthographic;
 mod decision;
 mod evolution;
 mod film;
@@ -47,6 +48,7 @@ pub use film::{Film, FilmStep};
 pub use forecast::{ForecastErrors, ForecastPanel, forecast_errors};
 pub use kinematics::{KinematicValue, kinematics};
 pub use network::{network, network_dot, too_large_to_draw};
+pub use orthographic::{Surroundings, in_space};
 pub use over_time::over_time;
 pub use page::{LeftOut, NumberRow, Page, Table};
 pub use picture::{cropped, scaled};
@@ -111,6 +113,24 @@ pub enum Body {
     Svg(String),
     /// JPEG pictures, side by side.
     Jpegs(Vec<Vec<u8>>),
+    /// A plant in space.
+    Space {
+        /// The plant from the front, from the side and from above, as one `<svg>`.
+        svg: String,
+        /// What a page draws while its reader turns the plant, as JSON.
+        scene: String,
+    },
+}
+
+impl Body {
+    /// The drawing; `None` for pictures.
+    #[must_use]
+    pub fn svg(&self) -> Option<&str> {
+        match self {
+            Self::Svg(svg) | Self::Space { svg, .. } => Some(svg),
+            Self::Jpegs(_) => None,
+        }
+    }
 }
 
 impl Figure {
@@ -123,7 +143,7 @@ impl Figure {
 
     fn files_named(&self, number: &str) -> Vec<(String, Vec<u8>)> {
         let mut files: Vec<(String, Vec<u8>)> = match &self.body {
-            Body::Svg(svg) => {
+            Body::Svg(svg) | Body::Space { svg, .. } => {
                 let (head, rest) = svg.split_once('>').unwrap_or((svg, ""));
                 let style = colour::plain_style();
                 let (width, height) = plot::size(svg);
@@ -175,7 +195,7 @@ pub fn in_one_svg(figures: &[Figure]) -> String {
     const WIDEST: f64 = 960.0;
     let (mut place, mut row, mut width, mut panels) = ((0.0, 0.0), 0.0_f64, 0.0_f64, String::new());
     for figure in figures {
-        let Body::Svg(svg) = &figure.body else { continue };
+        let Some(svg) = figure.body.svg() else { continue };
         let (wide, high) = plot::size(svg);
         if place.0 > 0.0 && place.0 + wide > WIDEST {
             place = (0.0, place.1 + row + GAP);

@@ -6,7 +6,9 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Body, Figure, Plants, colour, plot};
+use sha2::{Digest, Sha256};
+
+use super::{Body, Figure, Plants, colour, orthographic, plot};
 
 /// A number of the paper beside the one found here.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -73,7 +75,8 @@ pub struct Page {
 }
 
 impl Page {
-    /// The page as HTML, with its style sheet, figures and pictures, without scripts or links to other files.
+    /// The page as HTML, with its style sheet, figures and pictures, without links to other files. Where it shows a plant in space it
+    /// has one script, by which the reader turns it; a policy in the page keeps all others and the network out.
     #[must_use]
     pub fn html(&self) -> String {
         let style = format!("{}{}", colour::style(), include_str!("page.css"));
@@ -85,6 +88,7 @@ impl Page {
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     meta name="color-scheme" content="light dark";
                     meta name="generator" content={ "tropism " (self.version) };
+                    meta http-equiv="Content-Security-Policy" content=(self.policy());
                     title { (self.title) }
                     style { (PreEscaped(style)) }
                 }
@@ -97,10 +101,27 @@ impl Page {
                         (self.all_figures())
                         (self.provenance())
                     }
+                    @if self.has_space() { script { (PreEscaped(orthographic::SCRIPT)) } }
                 }
             }
         }
         .into_string()
+    }
+
+    /// Whether a figure shows a plant in space.
+    fn has_space(&self) -> bool {
+        self.figures.iter().any(|figure| matches!(figure.body, Body::Space { .. }))
+    }
+
+    /// The content security policy: pictures and styles of the page itself, and of scripts the one that turns plants.
+    fn policy(&self) -> String {
+        let policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+        if self.has_space() {
+            let hash = BASE64.encode(Sha256::digest(orthographic::SCRIPT));
+            format!("{policy}; script-src 'sha256-{hash}'")
+        } else {
+            policy.to_owned()
+        }
     }
 
     fn contents(&self) -> Markup {
@@ -238,7 +259,7 @@ fn family(figure: &Figure) -> &str {
 fn is_wide(figure: &Figure) -> bool {
     match &figure.body {
         Body::Svg(svg) => plot::size(svg).0 > 600.0,
-        Body::Jpegs(_) => true,
+        Body::Jpegs(_) | Body::Space { .. } => true,
     }
 }
 
@@ -247,7 +268,11 @@ fn drawn(figure: &Figure) -> Markup {
     html! {
         figure #{ "figure-" (number) } class=(if is_wide(figure) { "wide" } else { "" }) {
             @match &figure.body {
-                Body::Svg(svg) => div.drawing role="img" aria-label=(title) { (PreEscaped(svg)) },
+                Body::Svg(svg) => (drawing(svg, title)),
+                Body::Space { svg, scene } => {
+                    (drawing(svg, title))
+                    (turnable(scene, title))
+                },
                 Body::Jpegs(jpegs) if jpegs.is_empty() => p.none { "No photographs." },
                 Body::Jpegs(jpegs) => div.strip style={ "--columns:" (jpegs.len().min(6)) } {
                     @for (index, jpeg) in jpegs.iter().enumerate() {
@@ -260,6 +285,36 @@ fn drawn(figure: &Figure) -> Markup {
                 },
             }
             figcaption { p.title { @if is_numbered(figure) { b { "Figure " (number) } " " } (title) } p { (figure.caption) } }
+        }
+    }
+}
+
+fn drawing(svg: &str, title: &str) -> Markup {
+    html! { div.drawing role="img" aria-label=(title) { (PreEscaped(svg)) } }
+}
+
+/// A scene that the reader turns. It is hidden until the script of the page has found it.
+fn turnable(scene: &str, title: &str) -> Markup {
+    // A name with `</script>` would end the element: `<` is escaped.
+    let scene = scene.replace('<', "\\u003c");
+    html! {
+        div.turnable hidden {
+            script type="application/json" { (PreEscaped(scene)) }
+            svg.figure tabindex="0" role="application" aria-label=(title) data-title=(title) {}
+            p.controls {
+                @for (view, text) in [("front", "Front"), ("side", "Side"), ("above", "Above")] {
+                    button type="button" data-view=(view) { (text) }
+                }
+                button type="button" data-view="nearer" aria-label="Zoom in" { "+" }
+                button type="button" data-view="farther" aria-label="Zoom out" { "\u{2212}" }
+                button type="button" data-view="reset" { "Reset" }
+                output {}
+            }
+            p.source {
+                "Turn it with the mouse, a finger or the arrow keys; zoom with + and \u{2212} or, once it is chosen, the wheel; 0 \
+                 resets. The grid is the height of the root; the names are the directions of the lamps. Nearer lines are \
+                 wider and stronger."
+            }
         }
     }
 }
@@ -390,6 +445,34 @@ mod tests {
         assert!(html.contains("targets = [[3, 6]]") && html.contains("tropism study --seed 1"));
         assert!(html.len() < 1_000_000, "{} bytes", html.len());
         assert_eq!(html, page(Plants::Virtual).html());
+    }
+
+    #[test]
+    fn a_plant_in_space_is_turned_by_the_page_itself() {
+        let around = report::Surroundings::of(&tropism::task::Spiral::default());
+        let in_space =
+            report::in_space("8", "A plant", &testing::winding(40), &around, Plants::Virtual).unwrap();
+        let Body::Space { svg, scene } = in_space.body.clone() else { panic!() };
+        let page = Page { figures: vec![in_space.clone(), in_space], ..page(Plants::Virtual) };
+        let html = page.html();
+        testing::assert_well_formed(&html);
+        assert!(!html.contains("http:") && !html.contains("https:"));
+        // Each figure has its drawing for readers without scripts, and its scene; the page has one script.
+        assert_eq!(html.matches(&svg).count(), 2);
+        assert_eq!(html.matches(&scene).count(), 2);
+        assert_eq!(html.matches(orthographic::SCRIPT).count(), 1);
+        assert_eq!(html.matches("<script>").count(), 1);
+        let hash = BASE64.encode(Sha256::digest(orthographic::SCRIPT));
+        assert!(html.contains(&format!(
+            "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-{hash}'"
+        )));
+    }
+
+    #[test]
+    fn a_scene_cannot_end_its_element() {
+        let html = turnable(r#"{"name":"</script><b>"}"#, "A <b>").into_string();
+        assert_eq!(html.matches("</script>").count(), 1);
+        assert!(html.contains(r#"{"name":"\u003c/script>\u003cb>"}"#) && !html.contains("<b>"));
     }
 
     #[test]

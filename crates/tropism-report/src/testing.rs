@@ -1,9 +1,10 @@
 //! Tracks for the tests of this crate, and the comparison with golden files.
 
 use super::Figure;
-use tropism::geometry::Point;
-use tropism::lamps::Light;
-use tropism::observation::Quality;
+use tropism::geometry::{Point, Polyline};
+use tropism::lamps::{Layout, Light};
+use tropism::math;
+use tropism::observation::{Depth, Quality};
 use tropism::track::{Sample, Track};
 
 /// A track from rows of x, y and light: `l` for left, `r` for right, any other letter for dark.
@@ -43,6 +44,31 @@ pub(super) fn swings(count: usize, steps: usize) -> Vec<Track> {
         track
     };
     (0..count).map(one).collect()
+}
+
+/// A plant that winds up round the pole of a spiral, with a stem every fourth step.
+pub(super) fn winding(steps: u32) -> Track {
+    let place = |share: f64| {
+        let angle = std::f64::consts::PI * (1.0 + 3.0 * share);
+        [1.3 + 1.4 * math::cos(angle), 18.0 * share, -1.4 * math::sin(angle)]
+    };
+    let sample = |step: u32| {
+        let grown = 0.2 + 0.8 * f64::from(step) / f64::from(steps);
+        let stem: Vec<[f64; 3]> = (0..10).map(|i| place(grown * f64::from(i) / 9.0)).collect();
+        let [x, y, z] = place(grown);
+        let is_seen = step.is_multiple_of(4);
+        let stem_cm = stem.iter().map(|place| place[2]).filter(|_| is_seen).collect();
+        Sample {
+            step,
+            time_s: 300.0 * f64::from(step),
+            tip: Point::new(x, y),
+            stem: is_seen.then(|| Polyline(stem.iter().map(|[x, y, _]| Point::new(*x, *y)).collect())),
+            depth: Some(Depth { tip_cm: z, stem_cm }),
+            light: Light::new((step as usize / 20) % 4),
+            quality: Quality::Simulated,
+        }
+    };
+    Track { layout: Layout::four_sides(), ..Track::of((0..=steps).map(sample).collect()) }
 }
 
 /// Compares a figure's file with the one under `tests/golden`; with `TROPISM_BLESS` set, writes it instead.
