@@ -7,11 +7,17 @@ use tropism::geometry::Region;
 use tropism::greenhouse::{scene, view};
 use tropism::task::Task;
 use tropism::track::Track;
-use tropism_report::{self as report, Composite, Figure, Goals, LeftOut, LitStem, Plants, SetUp, Table};
+use tropism_report::{
+    self as report, Composite, Figure, Goals, LeftOut, LitStem, Plants, SetUp, Surroundings, Table,
+};
 
 use crate::Error;
 use crate::evolve::EvolutionHistory;
 use crate::finished_run::FinishedRun;
+use crate::task;
+
+/// Most plants in space of one kind that a report shows: each is drawn from three sides. Chosen: as many as the paper's plants.
+const MAX_IN_SPACE: usize = 6;
 
 /// Figures, and which are left out because there are no data for them.
 #[derive(Default)]
@@ -63,7 +69,22 @@ impl Figures {
         }
         let tracks: Vec<Track> = runs.iter().map(|run| run.track.clone()).collect();
         self.add_tips(&tracks, plants);
+        self.add_in_space(runs.iter().map(|run| {
+            let title = format!("Plant {} in space", short_name(&run.path));
+            report::in_space("space", &title, &run.track, &surroundings(run), plants)
+        }));
         Ok(())
+    }
+
+    /// Plants in space, as far as their depth is known.
+    fn add_in_space(&mut self, figures: impl Iterator<Item = Option<Figure>>) {
+        let mut figures = figures.flatten();
+        self.drawn.extend(figures.by_ref().take(MAX_IN_SPACE));
+        let further = figures.count();
+        if further > 0 {
+            let reason = format!("{further} further plants in space: the first {MAX_IN_SPACE} are shown");
+            self.leave_out("space", &reason);
+        }
     }
 
     /// Figures 3 to 5, and 9 if a track has stems, of tracks of photographs.
@@ -72,6 +93,10 @@ impl Figures {
             return;
         }
         self.add_tips(tracks, plants);
+        self.add_in_space((1..).zip(tracks).map(|(number, track)| {
+            let title = format!("Track {number} in space");
+            report::in_space("space", &title, track, &Surroundings::default(), plants)
+        }));
         let mut stems = tracks.iter().map(|track| (stems_of_track(track), &track.layout));
         match stems.find(|(stems, _)| !stems.is_empty()) {
             Some((stems, layout)) => self.drawn.push(report::stems(&stems, layout, plants)),
@@ -103,7 +128,8 @@ impl Figures {
         }
     }
 
-    /// Figure 8: the track of a steered plant between its targets. `remark` follows the name of the plant.
+    /// Figure 8: the track of a steered plant between its targets, in space where its depth is known. `remark` follows the name
+    /// of the plant.
     pub(crate) fn add_steered_run(&mut self, run: &FinishedRun, remark: &str) {
         let plant = short_name(&run.path);
         let plant = if run.config.is_virtual() {
@@ -112,9 +138,14 @@ impl Figures {
             format!("Plant {plant}")
         };
         let title = format!("{plant}{remark}, steered by {}", run.config.controller_description());
-        let goals = Goals::of(&run.config.task);
-        let fitness = (run.fitness(), run.config.task.best());
-        self.drawn.push(report::steering("8", &title, &run.track, &goals, fitness, run.plants()));
+        let title_in_space = format!("{title}, {}", task::score_in_words(&run.config.task, run.fitness()));
+        let around = surroundings(run);
+        let in_space = report::in_space("8", &title_in_space, &run.track, &around, run.plants());
+        self.drawn.push(in_space.unwrap_or_else(|| {
+            let goals = Goals::of(&run.config.task);
+            let fitness = (run.fitness(), run.config.task.best());
+            report::steering("8", &title, &run.track, &goals, fitness, run.plants())
+        }));
     }
 
     /// Figure 9: the stems of the first run in whose photographs stems are detected.
@@ -148,6 +179,15 @@ impl Figures {
             }
         }
     }
+}
+
+/// What stands around the plant of a run: the goals of its task, and the solids of a virtual tent.
+fn surroundings(run: &FinishedRun) -> Surroundings {
+    let mut around = Surroundings::of(&run.config.task);
+    if let Some(tent) = &run.config.rig.greenhouse {
+        around.solids = tent.clone().among(&around.solids).solids;
+    }
+    around
 }
 
 /// The composites without what lies beyond all plants, so that they keep one scale. Those of cameras that differ are left whole.

@@ -68,10 +68,19 @@ pub fn in_words(task: &TaskSpec) -> String {
     }
 }
 
+/// The fitness of a plant in a few words: `fitness 9.5 of 11.14 cm`, or `1.31 turns` round a pole.
+pub(crate) fn score_in_words(task: &TaskSpec, fitness: f64) -> String {
+    match task.best_fitness() {
+        _ if task.pole().is_some() => format!("{fitness:.2} turns"),
+        Some(best) => format!("fitness {fitness:.2} of {best:.2} cm"),
+        None => format!("fitness {fitness:.2} cm"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use tropism::evolve::Champion;
-    use tropism::task::{Obstacles, Targets};
+    use tropism::task::{Obstacles, Space, Spiral, Targets};
 
     use super::*;
 
@@ -102,6 +111,8 @@ mod tests {
     fn a_task_is_told_in_words() {
         assert_eq!(in_words(&TaskSpec::default()), "the targets (3, 6), (-5, 9), (-1, 13.5)");
         assert_eq!(in_words(&Obstacles::default().into()), "the target (0, 13) behind 1 obstacle");
+        assert_eq!(score_in_words(&Space::default().into(), 9.5), "fitness 9.50 of 11.14 cm");
+        assert_eq!(score_in_words(&Spiral::default().into(), -1.314), "-1.31 turns");
         let shorter = TaskSpec::default().with_max_steps(9);
         assert!(is_same_but_for_steps(&TaskSpec::default(), &shorter));
     }

@@ -11,6 +11,7 @@ use tropism::task::{Obstacles, Space, Spiral, Task, TaskSpec};
 use tropism::track::{Sample, Track};
 use tropism::vision::{FrameStatus, VisionConfig};
 use tropism_lab::controller::ControllerSpec;
+use tropism_lab::report::ReportPlan;
 use tropism_lab::run::{RunConfig, RunPlan};
 use tropism_lab::transfer::{NamedController, TransferPlan};
 use tropism_lab::{Error, Monitor, Silent, Workflow, read_journal};
@@ -72,6 +73,7 @@ fn a_run_in_space_survives_gaps_of_one_camera_and_interruptions() {
     assert!(whole.samples.iter().any(|sample| sample.observation().stem_in_space().is_some()));
 
     tips_are_in_space(&whole, &whole_at);
+    its_report_shows_it_in_space(&whole_at);
 
     for end in [1, 16] {
         let out = folder.path().join(format!("broken-{end}"));
@@ -86,6 +88,27 @@ fn a_run_in_space_survives_gaps_of_one_camera_and_interruptions() {
     let file = Track::read_csv(std::fs::File::open(whole_at.join("track.csv")).unwrap()).unwrap();
     let task = config().task;
     assert!((task.fitness(&file) - task.fitness(&whole)).abs() < 1e-3);
+}
+
+/// The report draws the run in space as Figure 8: in the page one that is turned, in files the views from three sides.
+fn its_report_shows_it_in_space(run: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    let figures = folder.path().join("figures");
+    let out = folder.path().join("report.html");
+    let sources = vec![run.to_owned(), run.join("track.csv")];
+    let plan = ReportPlan { sources, out: out.clone(), figures: Some(figures.clone()) };
+    let results = plan.execute(&Silent).unwrap();
+    assert!(results.figures.contains(&"8".to_owned()) && results.figures.contains(&"space".to_owned()));
+    let html = std::fs::read_to_string(out).unwrap();
+    assert_eq!(html.matches("class=\"turnable\"").count(), 2);
+    for name in ["figure-8", "figure-space"] {
+        let file = |ending: &str| std::fs::read_to_string(figures.join(format!("{name}.{ending}"))).unwrap();
+        let svg = file("svg");
+        assert!(["from the front", "from the side", "from above"].iter().all(|view| svg.contains(view)));
+        let csv = file("csv");
+        assert!(csv.starts_with("step,time_h,tip_x_cm,tip_y_cm,tip_z_cm,light\n"));
+        assert_eq!(csv.lines().count() as u32, STEPS + 2);
+    }
 }
 
 /// Distances of the measured tips from the true tops in `truth.jsonl`, as both cameras see them, in ascending order.
@@ -155,6 +178,8 @@ fn turns_through_photographs_are_judged_by_the_true_stem() {
         ..TransferPlan::default()
     };
     let results = plan.execute(&Silent).unwrap();
+    let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(html.contains("Median plant of chase") && html.contains("class=\"turnable\""));
     let path = folder.path().join("tracks/chase/plant-0001.csv");
     let track = Track::read_csv(std::fs::File::open(path).unwrap()).unwrap();
     let turns = track.numbers("true_turns").unwrap();

@@ -2,7 +2,9 @@
 
 use tropism::task::Task;
 use tropism::text::plural;
-use tropism_report::{self as report, ControllerScores, Goals, Page, Plants, SteeredPlant, Table};
+use tropism_report::{
+    self as report, ControllerScores, Figure, Goals, Page, Plants, SteeredPlant, Surroundings, Table,
+};
 
 use super::TransferPlan;
 use super::causes::Cause;
@@ -30,16 +32,18 @@ impl TransferPlan {
                 interval: controller.interval,
             })
             .collect();
+        let mut figures = vec![
+            report::score_strips(&strips, self.unit(), results.best_possible, Plants::Virtual),
+            report::steering_panels(&self.examples(scores)?, Plants::Virtual),
+        ];
+        figures.extend(self.median_plants_in_space(scores)?);
         Ok(Page {
             title: "Transfer to unseen virtual plants".to_owned(),
             intro: self.intro(results),
             plants: Plants::Virtual,
             numbers: Vec::new(),
             tables,
-            figures: vec![
-                report::score_strips(&strips, self.unit(), results.best_possible, Plants::Virtual),
-                report::steering_panels(&self.examples(scores)?, Plants::Virtual),
-            ],
+            figures,
             left_out: Vec::new(),
             command: String::new(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -168,12 +172,26 @@ impl TransferPlan {
         }
     }
 
+    /// The median plant of each controller in space, where its depth is known.
+    fn median_plants_in_space(&self, scores: &Scores) -> Result<Vec<Figure>, Error> {
+        let figure = |number: usize| {
+            let fitness = scores.fitness(number);
+            let order = from_best_to_worst(&fitness);
+            let plant = order[order.len() / 2];
+            let track = self.read_track(&self.track_path(number, plant))?;
+            let (name, unit) = (&self.controllers[number].name, self.unit());
+            let title = format!("Median plant of {name}: plant {}, {:.2} {unit}", plant + 1, fitness[plant]);
+            let around = Surroundings::of(&scores.tasks[plant]);
+            Ok(report::in_space("space", &title, &track, &around, Plants::Virtual))
+        };
+        (0..self.controllers.len()).filter_map(|number| figure(number).transpose()).collect()
+    }
+
     /// The best, the median and the worst plant of each controller.
     fn examples(&self, scores: &Scores) -> Result<Vec<(String, Vec<SteeredPlant>)>, Error> {
         let row = |number: usize| {
             let fitness = scores.fitness(number);
-            let mut order: Vec<usize> = (0..fitness.len()).collect();
-            order.sort_by(|&a, &b| fitness[b].total_cmp(&fitness[a]));
+            let order = from_best_to_worst(&fitness);
             let chosen = [("best", 0), ("median", order.len() / 2), ("worst", order.len() - 1)];
             let steered = |(word, place): (&str, usize)| {
                 let plant = order[place];
@@ -188,6 +206,13 @@ impl TransferPlan {
         };
         (0..self.controllers.len()).map(row).collect()
     }
+}
+
+/// The numbers of the plants in descending order of their fitness.
+fn from_best_to_worst(fitness: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..fitness.len()).collect();
+    order.sort_by(|&a, &b| fitness[b].total_cmp(&fitness[a]));
+    order
 }
 
 fn arrival_table(results: &TransferResults) -> Table {
