@@ -173,6 +173,16 @@ impl Figure {
 /// Names and bytes of the files of all figures. Of two with one number the second has the names `figure-8-b.svg` and so on.
 #[must_use]
 pub fn files(figures: &[Figure]) -> Vec<(String, Vec<u8>)> {
+    figures
+        .iter()
+        .zip(names(figures))
+        .map(|(figure, name)| figure.files_named(&name))
+        .collect::<Vec<_>>()
+        .concat()
+}
+
+/// A name for each figure: its number, and for the second of one number `8-b` and so on.
+fn names(figures: &[Figure]) -> Vec<String> {
     let mut seen: BTreeMap<&str, u8> = BTreeMap::new();
     let name = |figure: &Figure, copy: u8| match copy {
         0 => figure.number.to_owned(),
@@ -183,9 +193,9 @@ pub fn files(figures: &[Figure]) -> Vec<(String, Vec<u8>)> {
         let copies = seen.entry(figure.number).or_default();
         let name = name(figure, *copies);
         *copies = copies.saturating_add(1);
-        figure.files_named(&name)
+        name
     });
-    named.collect::<Vec<_>>().concat()
+    named.collect()
 }
 
 /// Figures as one SVG file with its style sheet, in rows of at most 960 pixels. Figures of JPEG pictures are left out.

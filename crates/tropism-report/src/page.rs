@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use sha2::{Digest, Sha256};
 
-use super::{Body, Figure, Plants, colour, orthographic, plot};
+use super::{Body, Figure, Plants, colour, names, orthographic, plot};
 
 /// A number of the paper beside the one found here.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -133,9 +133,9 @@ impl Page {
                     @for (index, table) in self.tables.iter().enumerate() {
                         li { a href={ "#table-" (index + 1) } { (table.title) } }
                     }
-                    @for figure in &self.figures {
+                    @for (figure, name) in self.figures.iter().zip(names(&self.figures)) {
                         li.figure-link {
-                            a href={ "#figure-" (figure.number) } {
+                            a href={ "#figure-" (name) } {
                                 @if is_numbered(figure) { b { (figure.number) } " " }
                                 (figure.title)
                             }
@@ -202,13 +202,15 @@ impl Page {
         if self.figures.is_empty() {
             return html! {};
         }
+        let names = names(&self.figures);
+        let named: Vec<(&Figure, &String)> = self.figures.iter().zip(&names).collect();
         html! {
             section #figures {
                 h2 { "Figures" }
                 @if self.figures.iter().any(is_numbered) { p.source { "Numbered as in the paper." } }
-                @for family in self.figures.chunk_by(|a, b| family(a) == family(b)) {
+                @for family in named.chunk_by(|(a, _), (b, _)| family(a) == family(b)) {
                     div class=(if family.len() == 1 { "family single" } else { "family" }) {
-                        @for figure in family { (drawn(figure)) }
+                        @for (figure, name) in family { (drawn(figure, name)) }
                     }
                 }
                 @if !self.left_out.is_empty() {
@@ -263,10 +265,11 @@ fn is_wide(figure: &Figure) -> bool {
     }
 }
 
-fn drawn(figure: &Figure) -> Markup {
+/// A figure with its caption; `name` tells it from others of its number.
+fn drawn(figure: &Figure, name: &str) -> Markup {
     let (number, title) = (figure.number, &figure.title);
     html! {
-        figure #{ "figure-" (number) } class=(if is_wide(figure) { "wide" } else { "" }) {
+        figure #{ "figure-" (name) } class=(if is_wide(figure) { "wide" } else { "" }) {
             @match &figure.body {
                 Body::Svg(svg) => (drawing(svg, title)),
                 Body::Space { svg, scene } => {
@@ -460,6 +463,10 @@ mod tests {
         // Each figure has its drawing for readers without scripts, and its scene; the page has one script.
         assert_eq!(html.matches(&svg).count(), 2);
         assert_eq!(html.matches(&scene).count(), 2);
+        for name in ["8", "8-b"] {
+            assert_eq!(html.matches(&format!("id=\"figure-{name}\"")).count(), 1);
+            assert_eq!(html.matches(&format!("href=\"#figure-{name}\"")).count(), 1);
+        }
         assert_eq!(html.matches(orthographic::SCRIPT).count(), 1);
         assert_eq!(html.matches("<script>").count(), 1);
         let hash = BASE64.encode(Sha256::digest(orthographic::SCRIPT));
