@@ -342,11 +342,14 @@ const HIGHEST: f64 = 400.0;
 const BESIDE: f64 = 18.0;
 const ABOVE: f64 = 46.0;
 
+/// Least range of x and z in cm. Chosen: its ticks are 2 cm apart, so that those of a plant 30 cm high do not overlap.
+const ASIDE_CM: (f64, f64) = (-5.0, 5.0);
+
 /// The scene from the front, from the side and from above, in one scale.
 fn still(scene: &Scene, layout: &Layout) -> String {
-    let x = scene.range(View::FRONT, 0, (-4.0, 4.0));
+    let x = scene.range(View::FRONT, 0, ASIDE_CM);
     let y = scene.range(View::FRONT, 1, (0.0, 8.0));
-    let z = scene.range(View::SIDE, 0, (-4.0, 4.0));
+    let z = scene.range(View::SIDE, 0, ASIDE_CM);
     let span = |(from, to): (f64, f64)| to - from;
     let scale = (PANEL / span(x).max(span(z))).min(HIGHEST / span(y));
     let legend = lamp::legend(layout, "light");
