@@ -138,7 +138,8 @@ impl Figures {
             format!("Plant {plant}")
         };
         let title = format!("{plant}{remark}, steered by {}", run.config.controller_description());
-        let title_in_space = format!("{title}, {}", task::score_in_words(&run.config.task, run.fitness()));
+        let title_in_space =
+            format!("{title}, fitness {}", task::score_in_words(&run.config.task, run.fitness()));
         let around = surroundings(run);
         let in_space = report::in_space("8", &title_in_space, &run.track, &around, run.plants());
         self.drawn.push(in_space.unwrap_or_else(|| {

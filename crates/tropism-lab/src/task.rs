@@ -68,12 +68,14 @@ pub fn in_words(task: &TaskSpec) -> String {
     }
 }
 
-/// The fitness of a plant in a few words: `fitness 9.5 of 11.14 cm`, or `1.31 turns` round a pole.
-pub(crate) fn score_in_words(task: &TaskSpec, fitness: f64) -> String {
+/// The fitness of a plant with its unit, and the best there can be where it is known: `9.50 cm of at most 11.14`, or
+/// `1.31 turns` round a pole.
+#[must_use]
+pub fn score_in_words(task: &TaskSpec, fitness: f64) -> String {
     match task.best_fitness() {
         _ if task.pole().is_some() => format!("{fitness:.2} turns"),
-        Some(best) => format!("fitness {fitness:.2} of {best:.2} cm"),
-        None => format!("fitness {fitness:.2} cm"),
+        Some(best) => format!("{fitness:.2} cm of at most {best:.2}"),
+        None => format!("{fitness:.2} cm"),
     }
 }
 
@@ -111,7 +113,7 @@ mod tests {
     fn a_task_is_told_in_words() {
         assert_eq!(in_words(&TaskSpec::default()), "the targets (3, 6), (-5, 9), (-1, 13.5)");
         assert_eq!(in_words(&Obstacles::default().into()), "the target (0, 13) behind 1 obstacle");
-        assert_eq!(score_in_words(&Space::default().into(), 9.5), "fitness 9.50 of 11.14 cm");
+        assert_eq!(score_in_words(&Space::default().into(), 9.5), "9.50 cm of at most 11.14");
         assert_eq!(score_in_words(&Spiral::default().into(), -1.314), "-1.31 turns");
         let shorter = TaskSpec::default().with_max_steps(9);
         assert!(is_same_but_for_steps(&TaskSpec::default(), &shorter));

@@ -9,6 +9,7 @@ use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::TaskSpec;
 use tropism::vision::VisionConfig;
 use tropism_lab::files::{self, shell_word};
+use tropism_lab::task::score_in_words;
 use tropism_lab::units::plural;
 use tropism_lab::{RunConfig, RunPlan, RunResults};
 use tropism_rig::file::RigFile;
@@ -183,7 +184,7 @@ fn text(plan: &RunPlan, results: &RunResults) -> String {
         last.y
     );
     if let Some(fitness) = results.fitness {
-        text += &format!("fitness {fitness:.2} cm of at most {:.2}\n", plan.config.task.best());
+        text += &format!("fitness {}\n", score_in_words(&plan.config.task, fitness));
     }
     let track = results.track_file.display();
     text += &format!("wrote {track}\nnext: ");

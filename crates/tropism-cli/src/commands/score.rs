@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism_lab::score::{ScorePlan, TaskSource, TrackScore};
-use tropism_lab::task::{in_words, is_same_but_for_steps};
+use tropism_lab::task::{in_words, is_same_but_for_steps, score_in_words};
 
 use crate::options::TaskOption;
 use crate::progress::execute_and_print;
@@ -53,15 +53,17 @@ fn text(scores: &[TrackScore]) -> String {
         text += &format!("{fitness:7.2}  {steps:5}  {distances:<44}  {}{done}\n", track.display());
     }
     let mean = scores.iter().map(|score| score.fitness).sum::<f64>() / scores.len() as f64;
-    text += &format!("mean of {}: {mean:.2} cm", scores.len());
     let is_one_task = scores.iter().all(|score| is_same_but_for_steps(&score.task, &scores[0].task));
     if !is_one_task {
-        return text + "; the runs had different tasks, each is scored by its own";
+        let mean = format!("mean of {}: {mean:.2}", scores.len());
+        return text + &mean + "; the runs had different tasks, each is scored by its own";
     }
     let source = match scores[0].task_from {
         TaskSource::Plan => "",
         TaskSource::Run => ", the task of the run",
         TaskSource::Paper => ", the paper's: the track says of no task, --task names another",
     };
-    text + &format!(" of at most {:.2}\nscored by {}{source}", scores[0].best, in_words(&scores[0].task))
+    let task = &scores[0].task;
+    let mean = score_in_words(task, mean);
+    text + &format!("mean of {}: {mean}\nscored by {}{source}", scores.len(), in_words(task))
 }

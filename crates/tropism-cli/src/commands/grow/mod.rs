@@ -10,6 +10,7 @@ use clap::Args;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files::shell_word;
 use tropism_lab::grow::{GrowPlan, GrowResults};
+use tropism_lab::task::score_in_words;
 
 use crate::controller::{ControllerName, task_for};
 use crate::options::{SeedOption, TaskOption, TentOptions};
@@ -112,7 +113,7 @@ fn text(plan: &GrowPlan, results: &GrowResults) -> String {
     let GrowResults { plants, mean_final_height_cm, .. } = results;
     let mut text = format!("{plants} virtual beans, mean height at the end {mean_final_height_cm:.1} cm\n");
     if let Some(mean) = results.mean_fitness {
-        text += &format!("mean fitness {mean:.2} cm of at most {:.2}\n", plan.task.best());
+        text += &format!("mean fitness {}\n", score_in_words(&plan.task, mean));
     }
     let out = results.out.display();
     let next = if plan.photographs {
