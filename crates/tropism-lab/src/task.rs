@@ -68,15 +68,17 @@ pub fn in_words(task: &TaskSpec) -> String {
     }
 }
 
+/// What the fitness of a task is measured in.
+pub(crate) fn unit(task: &TaskSpec) -> &'static str {
+    if task.pole().is_some() { "turns" } else { "cm" }
+}
+
 /// The fitness of a plant with its unit, and the best there can be where it is known: `9.50 cm of at most 11.14`, or
 /// `1.31 turns` round a pole.
 #[must_use]
 pub fn score_in_words(task: &TaskSpec, fitness: f64) -> String {
-    match task.best_fitness() {
-        _ if task.pole().is_some() => format!("{fitness:.2} turns"),
-        Some(best) => format!("{fitness:.2} cm of at most {best:.2}"),
-        None => format!("{fitness:.2} cm"),
-    }
+    let most = task.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));
+    format!("{fitness:.2} {}{most}", unit(task))
 }
 
 #[cfg(test)]

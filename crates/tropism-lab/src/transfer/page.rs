@@ -22,7 +22,7 @@ impl TransferPlan {
         let has_targets = results.controllers.iter().any(|controller| !controller.targets.is_empty());
         tables.extend(has_targets.then(|| arrival_table(results)));
         if !results.pairs.is_empty() {
-            tables.push(pair_table(results, self.unit()));
+            tables.push(pair_table(results, task::unit(&self.task)));
         }
         tables.extend(has_targets.then(|| cause_table(results)));
         let strips: Vec<ControllerScores> = (results.controllers.iter().enumerate())
@@ -33,7 +33,7 @@ impl TransferPlan {
             })
             .collect();
         let mut figures = vec![
-            report::score_strips(&strips, self.unit(), results.best_possible, Plants::Virtual),
+            report::score_strips(&strips, task::unit(&self.task), results.best_possible, Plants::Virtual),
             report::steering_panels(&self.examples(scores)?, Plants::Virtual),
         ];
         figures.extend(self.median_plants_in_space(scores)?);
@@ -72,7 +72,11 @@ impl TransferPlan {
             )
         } else {
             let most = self.task.best_fitness().map_or_else(String::new, |_| format!(": at most {best:.2}"));
-            format!("Fitness is that of the task, {}, in {}{most}.", task::in_words(&self.task), self.unit())
+            format!(
+                "Fitness is that of the task, {}, in {}{most}.",
+                task::in_words(&self.task),
+                task::unit(&self.task)
+            )
         };
         let arrival = if self.task.targets().is_empty() {
             ""
@@ -87,11 +91,6 @@ impl TransferPlan {
             results.species,
             results.scale,
         )
-    }
-
-    /// What fitness is measured in.
-    fn unit(&self) -> &'static str {
-        if self.task.pole().is_some() { "turns" } else { "cm" }
     }
 
     fn controller_table(&self, results: &TransferResults) -> Table {
@@ -141,7 +140,7 @@ impl TransferPlan {
         let mut caption = format!(
             "Virtual plants. Fitness in {} over {}; shares of plants under 9 and 6; the fitness that the model \
              predicted, and the share of it that was kept. Intervals by bootstrap over the plants.",
-            self.unit(),
+            task::unit(&self.task),
             plural(results.plants, "plant")
         );
         if has_done {
@@ -179,7 +178,7 @@ impl TransferPlan {
             let order = from_best_to_worst(&fitness);
             let plant = order[order.len() / 2];
             let track = self.read_track(&self.track_path(number, plant))?;
-            let (name, unit) = (&self.controllers[number].name, self.unit());
+            let (name, unit) = (&self.controllers[number].name, task::unit(&self.task));
             let title = format!("Median plant of {name}: plant {}, {:.2} {unit}", plant + 1, fitness[plant]);
             let around = Surroundings::of(&scores.tasks[plant]);
             Ok(report::in_space("space", &title, &track, &around, Plants::Virtual))
@@ -196,7 +195,12 @@ impl TransferPlan {
             let steered = |(word, place): (&str, usize)| {
                 let plant = order[place];
                 Ok(SteeredPlant {
-                    title: format!("{word}: plant {}, {:.2} {}", plant + 1, fitness[plant], self.unit()),
+                    title: format!(
+                        "{word}: plant {}, {:.2} {}",
+                        plant + 1,
+                        fitness[plant],
+                        task::unit(&self.task)
+                    ),
                     track: self.read_track(&self.track_path(number, plant))?,
                     goals: Goals::of(&scores.tasks[plant]),
                 })
