@@ -36,7 +36,8 @@ async function watchAndStop(cwd, opened, prefix) {
   await until(async () => /^\d+\.jpg$/.test(await frame()), "a photograph");
   const first = await frame();
   await until(async () => (await frame()) !== first, "the next photograph");
-  assert.ok((await opened.evaluate(() => document.querySelector("#img").naturalWidth)) > 0);
+  // The name stands before the picture is loaded.
+  await until(() => opened.evaluate(() => document.querySelector("#img").naturalWidth > 0), "its picture is loaded");
   await opened.click("#ask-button");
   await opened.click("#ask button[value=yes]");
   await until(async () => /Stopped/.test(await opened.locator("#state .chip").first().textContent()), "it is stopped", 20);

@@ -101,8 +101,8 @@ test("a run is watched, stopped by hold and resumed", async (t) => {
   await until(async () => (await frame()) !== first, "the next photograph");
   assert.match(await opened.textContent("#age"), /^taken \d+:\d\d ago$/);
   await until(async () => /left|right/i.test(await opened.textContent("#dock-lamp")), "the lamp");
-  const natural = await opened.evaluate(() => document.querySelector("#img").naturalWidth);
-  assert.equal(natural, 648);
+  // The name stands before the picture is loaded.
+  await until(() => opened.evaluate(() => document.querySelector("#img").naturalWidth === 648), "its picture, 648 pixels wide");
 
   const stop = opened.locator("#dock .stop");
   await press(opened, stop, 400);
