@@ -7,8 +7,10 @@ use cpu_time::ThreadTime;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use tropism::control::Periodic;
 use tropism::environment::unwatched;
+use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Bean, Population, Species, Trial, acceptance, lamp_powers};
 use tropism::lamps::Light;
+use tropism::obstacle::{Obstacle, Solid};
 use tropism::task::OpenLoop;
 use tropism::track::Sample;
 
@@ -89,9 +91,35 @@ fn population(criterion: &mut Criterion) {
     });
 }
 
+/// Beans that lean on an obstacle for most of the time, beside the same without: what contact costs at most.
+fn contact(criterion: &mut Criterion) {
+    let species = Species::default();
+    let scenes: [(&str, Vec<Solid>); 3] = [
+        ("without", vec![]),
+        ("disc", vec![Obstacle::Disc { centre: Point::new(4.0, 8.0), radius_cm: 1.0 }.into()]),
+        ("line", vec![Obstacle::Line { ends: [Point::new(1.0, 8.0), Point::new(8.0, 8.0)] }.into()]),
+    ];
+    let mut group = criterion.benchmark_group("8 beans towards the right lamp, 500 steps");
+    group.sample_size(10);
+    for (name, solids) in scenes {
+        group.bench_function(name, |bencher| {
+            bencher.iter_custom(|rounds| {
+                time(rounds, || {
+                    let mut beans: Vec<_> =
+                        (0..8).map(|seed| Bean::new(species.draw(seed, 1.0), seed).among(&solids)).collect();
+                    for bean in &mut beans {
+                        (0..500).for_each(|_| bean.advance(&lamp_powers(Some(Light::RIGHT)), 5.0));
+                    }
+                    beans
+                })
+            });
+        });
+    }
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = bean, population
+    targets = bean, population, contact
 }
 criterion_main!(benches);

@@ -12,7 +12,7 @@ pub mod rank_test;
 pub mod simplex;
 pub(crate) mod branchless;
 
-pub use libm::{atan2, cos, erfc, exp, hypot, log as ln, pow, sin, tan, tanh};
+pub use libm::{atan2, cos, erfc, exp, hypot, log as ln, pow, sin, sincos as sin_cos, tan, tanh};
 
 /// The logistic function `1 / (1 + e^-x)`.
 #[must_use]

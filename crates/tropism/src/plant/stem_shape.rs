@@ -49,8 +49,8 @@ pub(super) fn stem_of(base: Point, angles: &[f64; SEGMENTS], length_cm: f64) -> 
     let mut at = base;
     core::array::from_fn(|point| {
         if point > 0 {
-            let angle = angles[point - 1];
-            at = Point::new(at.x + segment_cm * math::sin(angle), at.y + segment_cm * math::cos(angle));
+            let (sin, cos) = math::sin_cos(angles[point - 1]);
+            at = Point::new(at.x + segment_cm * sin, at.y + segment_cm * cos);
         }
         at
     })
