@@ -65,7 +65,8 @@ test("three targets are drawn, evolved for and tried", async (t) => {
   await opened.fill("#generations", "150");
   await opened.click("#evolve");
   // A fast machine is done before the curve is looked at, and the page goes on by itself.
-  await opened.locator("#curve svg").waitFor({ state: "attached", timeout: 90_000 });
+  const curve = opened.locator("#curve svg, #p-try:not([hidden])").first();
+  await curve.waitFor({ state: "attached", timeout: 90_000 });
   const generation = async () => Number((await opened.textContent("#generation")).match(/generation (\d+)/)?.[1] ?? 0);
   const first = await generation();
   await until(async () => (await generation()) > first || (await opened.locator("#p-try").isVisible()), "the curve grows");
