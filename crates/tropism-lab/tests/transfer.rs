@@ -89,7 +89,7 @@ fn threads_and_interruptions_change_no_bit() {
     assert!(wanted == content(&two.out));
     let names =
         ["plants.csv", "transfer.json", "report.html", "transfer.toml", "tracks/chase/plant-0003.csv"];
-    for name in names.into_iter().chain(["ceilings/plant-0001.json"]) {
+    for name in names.into_iter().chain(["ceilings/plant-0001.csv"]) {
         assert!(wanted.contains_key(Path::new(name)), "{name}");
     }
     // Once among the tracks, and once among the ceilings.
@@ -159,6 +159,28 @@ fn a_score_is_that_of_the_plant_grown_alone_and_no_ceiling_lies_below_it() {
     let json = fs::read_to_string(plan.out.join("transfer.json")).unwrap();
     assert!(json.contains("\"schema\": \"tropism.transfer/1\"") && json.contains("\"is_virtual\": true"));
     assert!(fs::read_to_string(plan.out.join("report.html")).unwrap().contains("Virtual plants"));
+}
+
+#[test]
+fn a_ceiling_says_on_how_many_plants_a_schedule_does_the_whole_task() {
+    let folder = tempfile::tempdir().unwrap();
+    // A target beside the tip, and a disc in which the stem stands already: nothing can avoid that one.
+    let task = |centre: [f64; 2]| {
+        TaskSpec::from(Obstacles {
+            targets: vec![[0.0, 4.6].into()],
+            obstacles: vec![Obstacle::Disc { centre: centre.into(), radius_cm: 0.5 }],
+            end_height_cm: 4.6,
+            max_steps: 60,
+            ..Obstacles::default()
+        })
+    };
+    let share = |name: &str, centre| {
+        let plan = plan(folder.path().join(name));
+        TransferPlan { ceiling: true, task: task(centre), ..plan }.execute(&Silent).unwrap().ceiling_done
+    };
+    assert_eq!(share("far", [3.0, 4.0]).unwrap().share, 1.0);
+    assert_eq!(share("through", [0.0, 2.0]).unwrap().share, 0.0);
+    assert_eq!(plan(folder.path().join("none")).execute(&Silent).unwrap().ceiling_done, None);
 }
 
 #[test]

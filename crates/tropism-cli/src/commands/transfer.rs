@@ -174,7 +174,11 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
         );
     }
     if let Some(ceiling) = results.mean_ceiling {
-        text += &format!("best schedules found with all noise known: {ceiling:.2} on average\n");
+        let done = results.ceiling_done.map_or_else(String::new, |done| {
+            let [low, high] = done.interval.map(|share| 100.0 * share);
+            format!("; the whole task on {:.0} % of the plants ({low:.0} to {high:.0} %)", 100.0 * done.share)
+        });
+        text += &format!("best schedules found with all noise known: {ceiling:.2} on average{done}\n");
     }
     text += if plan.task.pole().is_some() {
         "mean: turns of the stem round the pole\n"

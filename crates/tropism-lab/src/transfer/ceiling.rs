@@ -1,9 +1,9 @@
 //! The clairvoyant schedule of one plant: which lamps would have steered this very plant best, had its noise been known.
 //!
-//! In: a plant before its first step, with all its noise, and a task. Out: the best fitness that a search finds over
-//! schedules in blocks of half an hour. The idea: a beam search over the blocks finds a start, and a local search over
-//! single blocks and pairs of neighbours improves it and a greedy start. A search proves no optimum, and shorter blocks
-//! could do better: the result is a lower bound of what is possible on the plant.
+//! In: a plant before its first step, with all its noise, and a task. Out: the best schedule that a search finds, in blocks
+//! of half an hour. The idea: a beam search over the blocks finds a start, and a local search over single blocks and pairs of
+//! neighbours improves it and a greedy start. A search proves no optimum, and shorter blocks could do better: the result is a
+//! lower bound of what is possible on the plant.
 //!
 //! # References
 //! Beam search: Lowerre 1976, *The HARPY Speech Recognition System*. Local search: Aarts and Lenstra 1997, chapter 1.
@@ -75,17 +75,60 @@ struct Search<'s> {
     may_go_on: &'s dyn Fn() -> bool,
 }
 
-/// The best fitness that the search finds on `plant`, in cm; `None` after `may_go_on` said no.
-pub(super) fn search(plant: &Specimen, task: &TaskSpec, may_go_on: &dyn Fn() -> bool) -> Option<f64> {
+/// A schedule of lamps in blocks, as a controller. The light of the last block stays lit.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Schedule {
+    blocks: Vec<Light>,
+    block_steps: usize,
+    step: usize,
+}
+
+impl Controller for Schedule {
+    fn decide(&mut self, _seen: &Observation) -> Light {
+        let block = (self.step / self.block_steps).min(self.blocks.len() - 1);
+        self.step += 1;
+        self.blocks[block]
+    }
+}
+
+/// The best schedule that the search finds on `plant`; `None` after `may_go_on` said no.
+pub(super) fn search(plant: &Specimen, task: &TaskSpec, may_go_on: &dyn Fn() -> bool) -> Option<Schedule> {
     let block_steps = ((BLOCK_MIN / plant.period_min()).round() as u32).max(1);
     let search = Search { lights: plant.layout().lights().collect(), block_steps, may_go_on };
     let start = Growing::begin(plant.clone(), task);
     let starts = [search.beam(&start)?, search.greedy(&start)];
-    let mut best = f64::NEG_INFINITY;
+    let mut best = (f64::NEG_INFINITY, Vec::new());
     for schedule in starts {
-        best = best.max(search.improve(&start, schedule)?);
+        let found = search.improve(&start, schedule)?;
+        if found.0 > best.0 {
+            best = found;
+        }
     }
-    Some(best)
+    // A task that is over at its start leaves no block.
+    let blocks = if best.1.is_empty() { search.lights } else { best.1 };
+    Some(Schedule { blocks, block_steps: block_steps as usize, step: 0 })
+}
+
+/// Keeps the [`BEAM`] fittest plants. Of equally fit ones, as all are while a task is worth nothing yet, those stay whose tips
+/// lie apart: the others are near copies of them.
+fn keep_fittest(plants: &mut Vec<(Growing<'_>, Vec<Light>)>) {
+    // A stable sort: of equals the first stays, whatever the machine.
+    let key = |(growing, _): &(Growing<'_>, Vec<Light>)| (growing.fitness, growing.seen.tip.x);
+    plants.sort_by(|one, other| {
+        let ((fitness, x), (other_fitness, other_x)) = (key(one), key(other));
+        other_fitness.total_cmp(&fitness).then(x.total_cmp(&other_x))
+    });
+    if plants.len() <= BEAM {
+        return;
+    }
+    let limit = plants[BEAM - 1].0.fitness;
+    let first = plants.partition_point(|(growing, _)| growing.fitness > limit);
+    let equals = plants[first..].partition_point(|(growing, _)| growing.fitness >= limit);
+    let room = BEAM - first;
+    for place in 1..room {
+        plants.swap(first + place, first + place * (equals - 1) / (room - 1));
+    }
+    plants.truncate(BEAM);
 }
 
 impl Search<'_> {
@@ -110,9 +153,7 @@ impl Search<'_> {
                     }
                 }
             }
-            // A stable sort: of equals the first stays, whatever the machine.
-            next.sort_by(|(a, _), (b, _)| b.fitness.total_cmp(&a.fitness));
-            next.truncate(BEAM);
+            keep_fittest(&mut next);
             beam = next;
         }
         Some(best.map_or_else(Vec::new, |(_, schedule)| schedule))
@@ -130,8 +171,8 @@ impl Search<'_> {
         schedule
     }
 
-    /// Changes single blocks and pairs of neighbours as long as the fitness rises, and returns it.
-    fn improve(&self, start: &Growing<'_>, mut schedule: Vec<Light>) -> Option<f64> {
+    /// Changes single blocks and pairs of neighbours as long as the fitness rises: the last fitness and schedule.
+    fn improve(&self, start: &Growing<'_>, mut schedule: Vec<Light>) -> Option<(f64, Vec<Light>)> {
         let (mut best, mut states) = self.follow(start, &schedule);
         let last = |schedule: &[Light]| schedule.last().copied().unwrap_or(self.lights[0]);
         schedule.resize(states.len(), last(&schedule));
@@ -164,7 +205,7 @@ impl Search<'_> {
                 break;
             }
         }
-        Some(best)
+        Some((best, schedule))
     }
 
     /// The fitness at the end of `schedule`, whose last light stays lit, and the plant at the beginning of each block.
@@ -214,11 +255,33 @@ mod tests {
         let species = Species::default();
         let trial = Trial::new(&species);
         let task = task();
-        let found = search(&trial.specimen(4), &task, &|| true).unwrap();
+        let mut found = search(&trial.specimen(4), &task, &|| true).unwrap();
+        assert_eq!(search(&trial.specimen(4), &task, &|| true).as_ref(), Some(&found));
+        assert_eq!(search(&trial.specimen(4), &task, &|| false), None);
+        let found = task.fitness(&trial.grow(4, &mut found, &task, &mut unwatched));
         let mut chase = Greedy::new(&task, &trial.layout);
         let chased = task.fitness(&trial.grow(4, &mut chase, &task, &mut unwatched));
         assert!(found > chased, "{found} against {chased}");
-        assert_eq!(search(&trial.specimen(4), &task, &|| true), Some(found));
-        assert_eq!(search(&trial.specimen(4), &task, &|| false), None);
+    }
+
+    #[test]
+    fn of_plants_that_are_equally_fit_those_stay_whose_tips_lie_apart() {
+        let species = Species::default();
+        let task = task();
+        let start = Growing::begin(Trial::new(&species).specimen(5), &task);
+        let plant = |fitness: f64, x: f64| {
+            let mut growing = Growing { fitness, ..start.clone() };
+            growing.seen.tip.x = x;
+            (growing, Vec::new())
+        };
+        let mut plants: Vec<_> = (0..40).map(|x| plant(0.0, f64::from(x))).collect();
+        plants.push(plant(-1.0, 80.0));
+        plants.push(plant(1.0, 90.0));
+        keep_fittest(&mut plants);
+        let mut tips: Vec<f64> = plants.iter().map(|(growing, _)| growing.seen.tip.x).collect();
+        assert_eq!((tips.len(), tips[0]), (BEAM, 90.0));
+        tips[1..].sort_by(f64::total_cmp);
+        assert_eq!((tips[1], tips[BEAM - 1]), (0.0, 39.0));
+        assert!(tips[1..].windows(2).all(|pair| (1.0..4.0).contains(&(pair[1] - pair[0]))), "{tips:?}");
     }
 }

@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use tropism::environment::unwatched;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
@@ -28,10 +29,10 @@ pub use self::causes::{Cause, MISS_CM};
 use self::causes::{Reference, Response};
 pub(crate) use self::controllers::check_name;
 pub use self::controllers::{ControllerSource, NamedController, read_controllers};
+use self::results::{Ceiling, Judge, PlantResult, Scores};
 pub use self::results::{
     ControllerPair, ControllerResults, SeenTurns, Share, TargetResults, TransferResults,
 };
-use self::results::{Judge, PlantResult, Scores};
 pub(crate) use self::status::status;
 pub use self::status::{SteeredPlants, TransferStatus};
 use crate::controller::ControllerSpec;
@@ -248,9 +249,9 @@ impl TransferPlan {
         Ok(Self { out: out.to_owned(), ..plan })
     }
 
-    /// The file of the ceiling of a plant, from 0.
+    /// The track file of a plant, from 0, under the best schedule that was found.
     fn ceiling_path(&self, plant: usize) -> PathBuf {
-        self.out.join("ceilings").join(format!("plant-{:04}.json", plant + 1))
+        self.out.join("ceilings").join(format!("plant-{:04}.csv", plant + 1))
     }
 
     /// The track file of a plant, from 0, under controller number `controller`.
@@ -311,11 +312,10 @@ impl TransferPlan {
         monitor.stage("searching schedules", ceilings as u64);
         let numbers: Vec<usize> = (0..ceilings).collect();
         let found = all(&numbers, |&plant| self.ceiling_of(plant, seeds[plant], &tasks[plant], monitor))?;
-        let mut ceilings: Vec<f64> = found.ok_or_else(|| self.interrupted())?;
+        let mut ceilings: Vec<Ceiling> = found.ok_or_else(|| self.interrupted())?;
         if !self.photographs {
-            // What a controller reached on the plant is possible, too.
             for (plant, ceiling) in ceilings.iter_mut().enumerate() {
-                *ceiling = plants.iter().map(|plants| plants[plant].fitness).fold(*ceiling, f64::max);
+                plants.iter().for_each(|plants| ceiling.raise(&plants[plant]));
             }
         }
         Ok(Scores { tasks, plants, ceilings: Some(ceilings) })
@@ -354,19 +354,20 @@ impl TransferPlan {
         seed: u64,
         task: &TaskSpec,
         monitor: &dyn Monitor,
-    ) -> Result<Option<f64>, Error> {
+    ) -> Result<Option<Ceiling>, Error> {
         let path = self.ceiling_path(plant);
         if path.exists() {
             monitor.skip(1);
-            return Ok(Some(files::read_as(&path, |text| serde_json::from_str(text))?));
-        }
-        let found = ceiling::search(&self.trial().specimen(seed), task, &|| monitor.may_go_on());
-        if let Some(ceiling) = found {
+        } else {
+            let trial = self.trial();
+            let found = ceiling::search(&trial.specimen(seed), task, &|| monitor.may_go_on());
+            let Some(mut schedule) = found else { return Ok(None) };
             files::make_folder(&self.out.join("ceilings"))?;
-            files::write_json(&path, &ceiling)?;
+            files::write_track(&path, &trial.grow(seed, &mut schedule, task, &mut unwatched))?;
             monitor.advance(1);
         }
-        Ok(found)
+        let track = self.read_track(&path)?;
+        Ok(Some(Ceiling { fitness: task.fitness(&track), is_done: task.is_done(&track) }))
     }
 }
 

@@ -159,9 +159,13 @@ impl TransferPlan {
         }
         if let Some(ceiling) = results.mean_ceiling {
             caption += &format!(
-                " A search over schedules of each very plant, with all its noise known, reached {ceiling:.2} cm on average: a \
-                 lower bound of what is possible."
+                " A search over schedules of each very plant, with all its noise known, reached {ceiling:.2} {} on average: a \
+                 lower bound of what is possible.",
+                task::unit(&self.task)
             );
+            if let Some(done) = results.ceiling_done {
+                caption += &format!(" It did the whole task on {} of the plants.", percent(Some(done.share)));
+            }
         }
         Table {
             title: "Controllers".to_owned(),

@@ -61,6 +61,9 @@ pub struct TransferResults {
     /// Mean over the plants of what the search over schedules found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_ceiling: Option<f64>,
+    /// Plants on which a schedule was found that did all that the task wants, where it says what that is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ceiling_done: Option<Share>,
 }
 
 /// A controller on all plants.
@@ -134,7 +137,7 @@ pub struct Share {
 
 impl Share {
     /// The share of those that are true.
-    fn of(all: &[bool]) -> Self {
+    pub(super) fn of(all: &[bool]) -> Self {
         let (count, of) = (all.iter().filter(|is_true| **is_true).count() as f64, all.len() as f64);
         Self { share: count / of, interval: wilson_interval(count, of) }
     }
@@ -179,6 +182,21 @@ pub(super) struct PlantResult {
     pub(super) by_photographs: Option<(f64, Option<bool>)>,
     /// For each target where the tip crossed its height, and what is found in the steps before.
     pub(super) targets: Vec<(Option<Crossing>, Cause)>,
+}
+
+/// What is possible on one plant, all its noise known: a lower bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ceiling {
+    pub(super) fitness: f64,
+    pub(super) is_done: Option<bool>,
+}
+
+impl Ceiling {
+    /// Counts what a controller reached on the same plant: it is possible, too.
+    pub(super) fn raise(&mut self, reached: &PlantResult) {
+        self.fitness = self.fitness.max(reached.fitness);
+        self.is_done = self.is_done.map(|is_done| is_done || reached.is_done == Some(true));
+    }
 }
 
 /// Whether a target counts as missed.
@@ -232,7 +250,7 @@ fn true_turns(track: &Track, task: &TaskSpec) -> Option<(f64, Option<bool>)> {
 pub(super) struct Scores {
     pub(super) tasks: Vec<TaskSpec>,
     pub(super) plants: Vec<Vec<PlantResult>>,
-    pub(super) ceilings: Option<Vec<f64>>,
+    pub(super) ceilings: Option<Vec<Ceiling>>,
 }
 
 impl Scores {
@@ -247,7 +265,10 @@ impl Scores {
         let bootstrap = Bootstrap::new(plan.seed, seeds);
         let number_of = |name: &String| plan.controllers.iter().position(|one| one.name == *name);
         let bound = plan.bound.as_ref().and_then(number_of).map(|number| mean(self.fitness(number)));
-        let mean_ceiling = self.ceilings.as_ref().map(|ceilings| mean(ceilings.iter().copied()));
+        let mean_of = |ceilings: &Vec<Ceiling>| mean(ceilings.iter().map(|ceiling| ceiling.fitness));
+        let mean_ceiling = self.ceilings.as_ref().map(mean_of);
+        let done_of = |ceilings: &Vec<Ceiling>| ceilings.iter().map(|ceiling| ceiling.is_done).collect();
+        let ceilings_done: Option<Vec<bool>> = self.ceilings.as_ref().and_then(done_of);
         let controllers = (0..plan.controllers.len()).map(|number| {
             let mut results = self.controller(plan, number, &bootstrap);
             results.share_of_bound = share(results.mean, bound);
@@ -269,6 +290,7 @@ impl Scores {
             pairs: self.pairs(plan, &bootstrap),
             bound: plan.bound.clone(),
             mean_ceiling,
+            ceiling_done: ceilings_done.map(|done| Share::of(&done)),
         }
     }
 
@@ -370,7 +392,7 @@ impl Scores {
         table.write_record(head.into_iter().chain(further).map(str::to_owned).chain(of_targets))?;
         for (named, plants) in plan.controllers.iter().zip(&self.plants) {
             for (number, (plant, seed)) in plants.iter().zip(plan.seeds()).enumerate() {
-                let ceiling = self.ceilings.as_ref().map(|ceilings| ceilings[number]);
+                let ceiling = self.ceilings.as_ref().map(|ceilings| ceilings[number].fitness);
                 let start = [
                     csv_cell(&named.name).into_owned(),
                     (number + 1).to_string(),
@@ -424,6 +446,14 @@ mod tests {
     use super::*;
     use crate::Silent;
 
+    #[test]
+    fn what_a_controller_reached_is_possible() {
+        let mut ceiling = Ceiling { fitness: -0.5, is_done: Some(false) };
+        ceiling.raise(&PlantResult { is_done: Some(true), ..plant(1.9, [None; 3]) });
+        ceiling.raise(&PlantResult { is_done: Some(false), ..plant(-3.0, [None; 3]) });
+        assert_eq!(ceiling, Ceiling { fitness: 1.9, is_done: Some(true) });
+    }
+
     fn plant(fitness: f64, distances: [Option<f64>; 3]) -> PlantResult {
         let target = |distance: Option<f64>| {
             let crossing = distance.map(|distance_cm| Crossing { step: 9, distance_cm });
@@ -447,7 +477,7 @@ mod tests {
         let scores = Scores {
             tasks: plan.tasks(&Silent).unwrap(),
             plants: vec![vec![plant(10.0, near), plant(8.0, [Some(0.4); 3])], vec![plant(5.0, near); 2]],
-            ceilings: Some(vec![12.0, 12.0]),
+            ceilings: Some(vec![Ceiling { fitness: 12.0, is_done: None }; 2]),
         };
         let results = scores.results(&plan);
         let [chase, periodic] = &results.controllers[..] else { panic!() };
@@ -459,7 +489,7 @@ mod tests {
             (1, 1, Some(0.4))
         );
         assert_eq!((chase.missed[&Cause::WeakResponse], chase.reached[&Cause::WeakResponse]), (2, 4));
-        assert_eq!(results.pairs.len(), 1);
+        assert_eq!((results.ceiling_done, results.pairs.len()), (None, 1));
         assert_eq!((results.pairs[0].difference.mean, results.pairs[0].difference.share_above), (4.0, 1.0));
         let csv = String::from_utf8(scores.csv(&plan).unwrap()).unwrap();
         let rows: Vec<&str> = csv.lines().collect();
