@@ -59,8 +59,8 @@ impl ShapeError {
 }
 
 impl NetworkController {
-    /// The controller that `genome` describes, with all its neurons at rest. `task` gives the targets that
-    /// [`Sensor::ToTarget`](super::Sensor::ToTarget) refers to.
+    /// The controller that `genome` describes, with all its neurons at rest. `task` gives the targets and
+    /// the obstacles that [sensors](super::Sensor) refer to.
     ///
     /// # Errors
     /// [`ShapeError`] if the genome has not the inputs of `sensors` and the outputs of `layout`.
@@ -73,7 +73,7 @@ impl NetworkController {
         ShapeError::check(genome, sensors, layout)?;
         Ok(Self {
             network: Network::new(genome),
-            sensors: SensorState::new(sensors, &task.way(), layout),
+            sensors: SensorState::new(sensors, task, layout),
             inputs: Vec::with_capacity(sensors.inputs()),
         })
     }

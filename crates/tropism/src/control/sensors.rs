@@ -1,13 +1,17 @@
 //! What a network sees: which parts of an observation and of the task become its inputs.
 //!
 //! The paper's network sees the tip, x and y (section 2.3). The other sensors are what a plant's response depends on
-//! besides: where the next target is, how the tip moved, and which light the plant has had.
+//! besides: where the next target is, how the tip moved, and which light the plant has had. For tasks on the whole stem (section
+//! 5, future work) there are its points, its lean and curvature, and where obstacles are.
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::Point;
+use crate::geometry::{Point, Polyline};
 use crate::lamps::{Layout, Light};
+use crate::math;
 use crate::observation::Observation;
+use crate::obstacle::{Obstacle, clearance};
+use crate::task::Task;
 
 /// Inputs of the paper's network: x and y of the tip. The bias is the network's own.
 pub const TIP_INPUTS: usize = 2;
@@ -36,15 +40,30 @@ pub enum Sensor {
         /// How many points, 2 to 100. Paper: 10 (section 4).
         points: usize,
     },
+    /// Angle of the upper third of the stem from the vertical, in rad, above 0 to the right; 0 where no stem was seen.
+    Lean,
+    /// Mean curvature of the stem, in 1/cm: by how much its upper third leans more than its lower third, a cm of its length
+    /// between their middles. Above 0 it bends to the right; 0 where no stem was seen.
+    Curvature,
+    /// Distance from the midline of the stem to the nearest obstacle, in cm, below 0 inside; and on which side the obstacle is
+    /// there, from -1 (left) to 1 (right). Farther than 10 cm, without obstacles and where no stem was seen: 10 and 0.
+    Clearance,
+    /// x and y from the tip to the surface of the nearest obstacle that reaches above the tip, in cm. Farther than 10 cm, and
+    /// above all obstacles: 0 and 10.
+    ObstacleAhead,
 }
+
+/// Distance from which on obstacles count as far away, in cm: the height of the paper's experiments (section 2.2.3), less
+/// that of the seedling.
+const FAR_CM: f64 = 10.0;
 
 impl Sensor {
     /// How many inputs it makes.
     #[must_use]
     pub const fn inputs(self) -> usize {
         match self {
-            Self::Tip | Self::ToTarget { .. } | Self::LastShift => 2,
-            Self::LightMemory { .. } => 1,
+            Self::Tip | Self::ToTarget { .. } | Self::LastShift | Self::Clearance | Self::ObstacleAhead => 2,
+            Self::LightMemory { .. } | Self::Lean | Self::Curvature => 1,
             Self::Stem { points } => 2 * points,
         }
     }
@@ -145,6 +164,7 @@ impl From<Sensors> for Vec<Sensor> {
 pub struct SensorState {
     sensors: Sensors,
     targets: Vec<Point>,
+    obstacles: Vec<Obstacle>,
     sides: Vec<f64>,
     last_tip: Option<Point>,
     /// One running mean for each sensor; only those of [`Sensor::LightMemory`] are used.
@@ -152,12 +172,13 @@ pub struct SensorState {
 }
 
 impl SensorState {
-    /// The state before the first observation. `targets` are the task's (cm).
+    /// The state before the first observation. Targets and obstacles are those of `task`.
     #[must_use]
-    pub fn new(sensors: &Sensors, targets: &[Point], layout: &Layout) -> Self {
+    pub fn new(sensors: &Sensors, task: &(impl Task + ?Sized), layout: &Layout) -> Self {
         Self {
             sensors: sensors.clone(),
-            targets: targets.to_vec(),
+            targets: task.way(),
+            obstacles: task.obstacles().to_vec(),
             sides: layout.lights().map(|light| layout.side(light)).collect(),
             last_tip: None,
             memories: vec![0.0; sensors.0.len()],
@@ -168,6 +189,7 @@ impl SensorState {
     pub fn sense(&mut self, seen: &Observation, inputs: &mut Vec<f64>) {
         inputs.clear();
         let tip = seen.tip;
+        let stem = seen.stem.as_ref().filter(|stem| stem.0.len() > 1);
         for (place, sensor) in self.sensors.0.iter().enumerate() {
             match *sensor {
                 Sensor::Tip => inputs.extend([tip.x, tip.y]),
@@ -183,15 +205,44 @@ impl SensorState {
                     inputs.extend([tip.x - before.x, tip.y - before.y]);
                 }
                 Sensor::LightMemory { .. } => inputs.push(self.memories[place]),
-                Sensor::Stem { points } => match seen.stem.as_ref().filter(|stem| stem.0.len() > 1) {
+                Sensor::Stem { points } => match stem {
                     Some(stem) => {
                         inputs.extend(stem.resampled(points).0.iter().flat_map(|point| [point.x, point.y]));
                     }
                     None => inputs.extend(std::iter::repeat_n(0.0, 2 * points)),
                 },
+                Sensor::Lean => inputs.push(stem.map_or(0.0, |stem| lower_and_upper_lean(stem)[1])),
+                Sensor::Curvature => inputs.push(stem.map_or(0.0, |stem| {
+                    let [lower, upper] = lower_and_upper_lean(stem);
+                    let between = 2.0 / 3.0 * stem.length();
+                    if between > 0.0 { (upper - lower) / between } else { 0.0 }
+                })),
+                Sensor::Clearance => inputs.extend(self.clearance(stem)),
+                Sensor::ObstacleAhead => inputs.extend(self.obstacle_ahead(tip)),
             }
         }
         self.last_tip = Some(tip);
+    }
+
+    /// The inputs of [`Sensor::Clearance`].
+    fn clearance(&self, stem: Option<&Polyline>) -> [f64; 2] {
+        let nearest = stem.and_then(|stem| clearance(&self.obstacles, stem));
+        let Some(nearest) = nearest.filter(|nearest| nearest.distance_cm < FAR_CM) else {
+            return [FAR_CM, 0.0];
+        };
+        let (stem, obstacle) = (nearest.stem, nearest.obstacle);
+        let towards = math::vector::normalize_or([obstacle.x - stem.x, obstacle.y - stem.y], [0.0, 1.0]);
+        [nearest.distance_cm, towards[0]]
+    }
+
+    /// The inputs of [`Sensor::ObstacleAhead`].
+    fn obstacle_ahead(&self, tip: Point) -> [f64; 2] {
+        let ahead = self.obstacles.iter().filter(|obstacle| obstacle.extent().1.y > tip.y);
+        let nearest = ahead
+            .map(|obstacle| obstacle.distance_and_normal(tip))
+            .min_by(|(one, _), (other, _)| one.total_cmp(other))
+            .filter(|(distance, _)| *distance < FAR_CM);
+        nearest.map_or([0.0, FAR_CM], |(distance, normal)| normal.map(|axis| -axis * distance))
     }
 
     /// Remembers the light that was decided upon.
@@ -205,10 +256,20 @@ impl SensorState {
     }
 }
 
+/// Angles of the lower and of the upper third of a stem from the vertical, in rad, above 0 to the right.
+fn lower_and_upper_lean(stem: &Polyline) -> [f64; 2] {
+    // The ends of the thirds.
+    let points = stem.resampled(4).0;
+    let lean = |from: Point, to: Point| math::atan2(to.x - from.x, to.y - from.y);
+    [lean(points[0], points[1]), lean(points[2], points[3])]
+}
+
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
-    use crate::geometry::Polyline;
+    use crate::task::{Obstacles, OpenLoop, Targets};
 
     fn sensed(state: &mut SensorState, x: f64, y: f64) -> Vec<f64> {
         let mut inputs = Vec::new();
@@ -226,8 +287,9 @@ mod tests {
             Sensor::LightMemory { steps: 2 },
         ])
         .unwrap();
-        let targets = [Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
-        let mut state = SensorState::new(&sensors, &targets, &Layout::default());
+        let targets = vec![Point::new(3.0, 6.0), Point::new(-5.0, 9.0)];
+        let task = Targets { targets, ..Targets::default() };
+        let mut state = SensorState::new(&sensors, &task, &Layout::default());
         assert_eq!(sensed(&mut state, 0.0, 4.0), [0.0, 4.0, 3.0, 2.0, -5.0, 5.0, 0.0, 0.0, 0.0]);
         state.remember(Light::RIGHT);
         assert_eq!(sensed(&mut state, 1.0, 7.0), [1.0, 7.0, -6.0, 2.0, -6.0, 2.0, 1.0, 3.0, 0.5]);
@@ -238,7 +300,7 @@ mod tests {
     #[test]
     fn a_stem_is_resampled_and_absent_where_none_was_seen() {
         let sensors = Sensors::new(vec![Sensor::Stem { points: 3 }]).unwrap();
-        let mut state = SensorState::new(&sensors, &[], &Layout::default());
+        let mut state = SensorState::new(&sensors, &OpenLoop::default(), &Layout::default());
         let stem = Polyline(vec![Point::new(0.0, 0.0), Point::new(0.0, 4.0)]);
         let seen = Observation { stem: Some(stem), ..Observation::simulated(Point::new(0.0, 4.0)) };
         let mut inputs = Vec::new();
@@ -247,9 +309,75 @@ mod tests {
         assert_eq!(sensed(&mut state, 0.0, 4.0), [0.0; 6]);
     }
 
+    /// What `sensors` give for a stem through `points` from the root upwards, and for the same without a stem.
+    fn of_stem(sensors: &[Sensor], task: &Obstacles, points: &[(f64, f64)]) -> [Vec<f64>; 2] {
+        let sensors = Sensors::new(sensors.to_vec()).unwrap();
+        let points: Vec<Point> = points.iter().map(|&(x, y)| Point::new(x, y)).collect();
+        let bare = Observation::simulated(points[points.len() - 1]);
+        let seen = Observation { stem: Some(Polyline(points)), ..bare.clone() };
+        [seen, bare].map(|seen| {
+            let mut inputs = Vec::new();
+            SensorState::new(&sensors, task, &Layout::default()).sense(&seen, &mut inputs);
+            assert_eq!(inputs.len(), sensors.inputs());
+            inputs
+        })
+    }
+
+    #[test]
+    fn lean_and_curvature_are_those_of_a_bow() {
+        // A quarter of a circle of 6 cm radius, to the right.
+        let angles = (0..=90).map(|degrees| f64::from(degrees).to_radians());
+        let bow: Vec<(f64, f64)> =
+            angles.map(|at| (6.0 - 6.0 * math::cos(at), 6.0 * math::sin(at))).collect();
+        let [felt, bare] = of_stem(&[Sensor::Lean, Sensor::Curvature], &Obstacles::default(), &bow);
+        assert!((felt[0] - 75.0_f64.to_radians()).abs() < 0.01, "{felt:?}");
+        assert!((felt[1] - 1.0 / 6.0).abs() < 0.001, "{felt:?}");
+        assert_eq!(bare, [0.0, 0.0]);
+    }
+
+    #[test]
+    fn obstacles_are_felt_by_the_stem_and_seen_from_the_tip() {
+        // A disc of 1 cm at (0, 8).
+        let (task, sensors) = (Obstacles::default(), [Sensor::Clearance, Sensor::ObstacleAhead]);
+        let [felt, bare] = of_stem(&sensors, &task, &[(0.0, 0.0), (0.0, 4.0)]);
+        assert_eq!(felt, [3.0, 0.0, 0.0, 3.0], "straight above");
+        assert_eq!(bare, [10.0, 0.0, 0.0, 3.0], "without a stem the tip alone is known");
+        let [felt, _] = of_stem(&sensors, &task, &[(-3.0, 0.0), (-3.0, 12.0)]);
+        assert_eq!(felt, [2.0, 1.0, 0.0, 10.0], "to the right of the stem, below the tip");
+        let [felt, _] = of_stem(&sensors, &task, &[(30.0, 0.0), (30.0, 4.0)]);
+        assert_eq!(felt, [10.0, 0.0, 0.0, 10.0], "far away");
+        let none = Obstacles { obstacles: Vec::new(), ..task };
+        assert_eq!(of_stem(&sensors, &none, &[(0.0, 0.0), (0.0, 4.0)])[0], [10.0, 0.0, 0.0, 10.0]);
+    }
+
+    proptest! {
+        #[test]
+        fn sideways_inputs_change_their_sign_in_a_mirror(
+            middles in prop::collection::vec((-4.0..4.0, 2.0..10.0), 1..6),
+            centre in (-4.0..4.0, 5.0..11.0),
+        ) {
+            let sensors = [Sensor::Lean, Sensor::Curvature, Sensor::Clearance, Sensor::ObstacleAhead];
+            let at = |sign: f64| {
+                let task = Obstacles {
+                    obstacles: vec![Obstacle::Disc { centre: Point::new(sign * centre.0, centre.1), radius_cm: 1.0 }],
+                    ..Obstacles::default()
+                };
+                let stem: Vec<(f64, f64)> =
+                    std::iter::once((0.0, 0.0)).chain(middles.iter().map(|&(x, y)| (sign * x, y))).collect();
+                of_stem(&sensors, &task, &stem)[0].clone()
+            };
+            let (seen, mirrored) = (at(1.0), at(-1.0));
+            let signs = [-1.0, -1.0, 1.0, -1.0, -1.0, 1.0];
+            for ((seen, mirrored), sign) in seen.iter().zip(&mirrored).zip(signs) {
+                prop_assert!((seen - sign * mirrored).abs() < 1e-9, "{seen} {mirrored}");
+            }
+        }
+    }
+
     #[test]
     fn sensors_are_readable_and_checked() {
-        let text = r#"["tip",{"to_target":{"ahead":1}},{"light_memory":{"steps":7}}]"#;
+        let text =
+            r#"["tip",{"to_target":{"ahead":1}},{"light_memory":{"steps":7}},"clearance","obstacle_ahead"]"#;
         let sensors: Sensors = serde_json::from_str(text).unwrap();
         assert_eq!(serde_json::to_string(&sensors).unwrap(), text);
         let error = |text| serde_json::from_str::<Sensors>(text).unwrap_err().to_string();
