@@ -15,9 +15,9 @@ judging_plants = 12
 reality_plants = 1
 
 [task]
-targets = [[1.0, 5.0], [-1.0, 6.0]]
-end_height_cm = 6.3
-max_steps = 65
+targets = [[0.7, 4.7], [-0.7, 5.4]]
+end_height_cm = 5.6
+max_steps = 45
 
 [evolution]
 runs = 2
