@@ -172,12 +172,14 @@ impl Background {
     /// Red, green and blue of each pixel, sharp.
     pub(super) fn photograph(&self, scene: &Scene, lighting: &Lighting, tone: &ToneCurve) -> Vec<u8> {
         let frame = scene.frame();
+        let lamps: Vec<_> = self.lamps.iter().map(Coil::extent).collect();
         let mut rgb = Vec::with_capacity(3 * scene.width as usize * scene.height as usize);
         for row in 0..scene.height {
             for column in 0..scene.width {
                 let centre = frame.point(Pixel::new(f64::from(column), f64::from(row)));
-                // Edges need more than one ray; the cloth has none.
-                let rays = if self.is_cloth(centre) { 1 } else { 3 };
+                // Edges need more than one ray; the cloth has none, and is met before all else.
+                let is_cloth = self.is_cloth(centre, &lamps);
+                let rays = if is_cloth { 1 } else { 3 };
                 let mut seen = [0.0; 3];
                 for ray in 0..rays * rays {
                     let offset = |step: i32| (f64::from(step) + 0.5) / f64::from(rays) - 0.5;
@@ -186,7 +188,9 @@ impl Background {
                         centre.y + offset(ray / rays) / frame.px_per_cm,
                     );
                     // Clipping each ray keeps the edge of a lamp from outshining the pixel that holds it.
-                    let light = self.light(point, lighting).map(|band| band.min(1.5));
+                    let along = sub([point.x, point.y, 0.0], CAMERA);
+                    let hit = if is_cloth { self.meet_wall(along) } else { self.meet(along) };
+                    let light = self.light(point, along, &hit, lighting).map(|band| band.min(1.5));
                     seen = add(seen, scale(light, 1.0 / f64::from(rays * rays)));
                 }
                 rgb.extend(seen.map(|band| tone.grey(band)));
@@ -195,13 +199,11 @@ impl Background {
         rgb
     }
 
-    /// The light that reaches the lens through a point of the plane of the pot's axis.
-    fn light(&self, point: Point, lighting: &Lighting) -> Rgb {
-        let along = sub([point.x, point.y, 0.0], CAMERA);
-        let hit = self.meet(along);
+    /// The light that reaches the lens from `hit`, along a ray through a point of the plane of the pot's axis.
+    fn light(&self, point: Point, along: Vec3, hit: &Hit, lighting: &Lighting) -> Rgb {
         let light = match hit.what {
             Thing::Coil(light) if lighting.lit() == Some(light) => [40.0; 3],
-            Thing::Wall => self.on_wall(&hit, lighting),
+            Thing::Wall => self.on_wall(hit, lighting),
             Thing::Coil(_) => lighting.at(hit.at, hit.normal, 0.2),
             Thing::Matt | Thing::Pot => lighting.at(hit.at, hit.normal, 0.3),
             Thing::Wood | Thing::Metal => lighting.at(hit.at, hit.normal, 0.1),
@@ -411,12 +413,11 @@ impl Background {
         math::hypot((point.x - centre.x) / near, above.max(0.0))
     }
 
-    /// Whether nothing but cloth can be seen near a point.
-    fn is_cloth(&self, point: Point) -> bool {
+    /// Whether nothing but cloth can be seen near a point. `lamps` are their [extents](Coil::extent).
+    fn is_cloth(&self, point: Point, lamps: &[(Point, f64, f64)]) -> bool {
         let pot = point.y < 2.5 && point.x.abs() < POT_RADIUS + 2.0;
-        let lamps = self.lamps.iter().any(|coil| {
-            let (centre, half_width, half_height) = coil.extent();
-            (point.x - centre.x).abs() < half_width && (point.y - centre.y).abs() < half_height
+        let lamps = lamps.iter().any(|(centre, half_width, half_height)| {
+            (point.x - centre.x).abs() < *half_width && (point.y - centre.y).abs() < *half_height
         });
         !pot && !lamps && !self.solids.is_near(point)
     }
