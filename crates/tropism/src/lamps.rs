@@ -11,7 +11,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::math::hypot;
+use crate::math::{atan2, cos, hypot, sin};
 
 /// The largest number of lamps in a layout.
 pub const MAX_LAMPS: usize = 8;
@@ -291,6 +291,63 @@ impl Layout {
         self.lights().all(|light| self.mirrored(light).is_some())
     }
 
+    /// The turns about the vertical and the mirrors that bring each lamp, seen from above, to about where another one stands:
+    /// matrices for (x, z), the identity among them. In such an image an experiment is one under the same lamps.
+    ///
+    /// "About" is a third of the angle between lamps that stand evenly around the plant: the paper's two stand 8 cm behind it.
+    /// Lamps right above the root stay where they are.
+    ///
+    /// ```
+    /// use tropism::lamps::Layout;
+    /// assert_eq!(Layout::four_sides().symmetries().len(), 8); // those of a square
+    /// assert!(Layout::wahby2016().symmetries().contains(&[[-1.0, 0.0], [0.0, 1.0]])); // the mirror of section 2.2.3
+    /// ```
+    #[must_use]
+    pub fn symmetries(&self) -> Vec<[[f64; 2]; 2]> {
+        const TURN: f64 = core::f64::consts::TAU;
+        let around = |lamp: &Lamp| {
+            let [x, _, z] = lamp.at;
+            (hypot(x, z) > 0.0).then(|| atan2(z, x))
+        };
+        let angles: Vec<f64> = self.lamps.iter().filter_map(around).collect();
+        let about = TURN / (3 * angles.len().max(1)) as f64;
+        let apart = |one: f64, other: f64| {
+            let turned: f64 = one - other;
+            (turned - TURN * (turned / TURN).round()).abs()
+        };
+        // Each lamp is the image of one alone.
+        let is_symmetry = |image: &dyn Fn(f64) -> f64| {
+            let mut taken = vec![false; angles.len()];
+            angles.iter().all(|&angle| {
+                let is_there = |&lamp: &usize| !taken[lamp] && apart(image(angle), angles[lamp]) <= about;
+                let found = (0..angles.len()).find(is_there);
+                found.is_some_and(|lamp| {
+                    taken[lamp] = true;
+                    true
+                })
+            })
+        };
+        let exact = |value: f64| if (value - value.round()).abs() < 1e-9 { value.round() } else { value };
+        let count = angles.len().max(1);
+        let mut found = Vec::new();
+        for number in 0..count {
+            let turn = TURN * number as f64 / count as f64;
+            if is_symmetry(&|angle| angle + turn) {
+                let (sin, cos) = (exact(sin(turn)), exact(cos(turn)));
+                found.push([[cos, -sin], [sin, cos]]);
+            }
+        }
+        // A mirror takes an angle to `turn` less it. Its line stands at half of `turn`: at a lamp, or between two.
+        for number in 0..2 * count {
+            let turn = TURN * number as f64 / (2 * count) as f64;
+            if is_symmetry(&|angle| turn - angle) {
+                let (sin, cos) = (exact(sin(turn)), exact(cos(turn)));
+                found.push([[cos, sin], [sin, -cos]]);
+            }
+        }
+        found
+    }
+
     /// The side of a lamp: the sign of its x, 0 in the middle.
     #[must_use]
     pub fn side(&self, light: Light) -> f64 {
@@ -381,6 +438,26 @@ mod tests {
         }
         let alone = vec![Lamp::new("a", [3.0, 10.0, 0.0]), Lamp::new("b", [0.0, 10.0, 0.0])];
         assert!(!Layout::new(alone).unwrap().is_symmetric());
+    }
+
+    #[test]
+    fn symmetries_bring_lamps_to_lamps() {
+        let around = |count: usize| {
+            let angle = |number: usize| core::f64::consts::TAU * (number as f64 + 0.05) / count as f64;
+            let lamp = |number| {
+                let (sin, cos) = (sin(angle(number)), cos(angle(number)));
+                Lamp::new(&format!("lamp{number}"), [30.0 * cos, 20.0, 30.0 * sin])
+            };
+            Layout::new((0..count).map(lamp).collect()).unwrap()
+        };
+        for count in 3..=8 {
+            let found = around(count).symmetries();
+            assert_eq!((found.len(), found[0]), (2 * count, [[1.0, 0.0], [0.0, 1.0]]), "{count} lamps");
+        }
+        let lamps = vec![Lamp::new("a", [3.0, 10.0, 0.0]), Lamp::new("b", [0.0, 10.0, 3.0])];
+        // Two lamps at a right angle: no turn, and the mirror that swaps them.
+        let found = Layout::new(lamps).unwrap().symmetries();
+        assert_eq!(found, [[[1.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]]);
     }
 
     #[test]

@@ -266,7 +266,8 @@ impl Stretch<'_> {
 /// The whole steps of each plant: light and stem known, below 16 cm.
 fn steps_of(measured: &MeasuredPlants, modes: &Modes) -> Vec<Vec<Option<Step>>> {
     let of_plant = |plant: &MeasuredPlant| {
-        let (scores, lengths) = (plant.scores(modes), smooth_lengths(plant, modes, measured.period_min));
+        let (scores, lengths) =
+            (plant.scores(modes), smooth_lengths(&plant.lengths(modes), measured.period_min));
         let step = |at: usize| {
             let is_low = plant.tips[at].is_some_and(|tip| tip.y < MAX_HEIGHT_CM);
             let length_cm = lengths[at].filter(|_| is_low)?;
@@ -639,7 +640,7 @@ impl PlantModel for LstmModel {
         let Some(body) = Body::observed(&seen) else { return plant };
         plant.body = body;
         let gain = plant.gain * self.plants[plant.plant].gain;
-        let lengths = smooth_lengths(&seen.plant, &self.modes, period_min);
+        let lengths = smooth_lengths(&seen.plant.lengths(&self.modes), period_min);
         let known = seen.scores.iter().zip(&lengths).zip(&seen.plant.sides);
         let mut last = None;
         // A step without a stem is taken for one at which nothing changed.

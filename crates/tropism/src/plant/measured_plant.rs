@@ -12,11 +12,11 @@ use crate::random::StepNoise;
 use crate::track::{SAME_PERIOD, Sample, Track};
 
 /// Longest step of a model with memory, in minutes: with longer ones two windows of the light are the same step.
-const MAX_PERIOD_MIN: f64 = 10.0;
+pub(super) const MAX_PERIOD_MIN: f64 = 10.0;
 
 /// How much of each track is used, in minutes: 500 steps of five minutes. At 0.03 cm a step, eq. (4), a plant is taller than
 /// the paper's highest target by then.
-const USED_MIN: f64 = 2500.0;
+pub(super) const USED_MIN: f64 = 2500.0;
 
 /// Steps that begin at this height or above are left out, in cm. The paper's experiments end at 13.8 cm.
 pub(super) const MAX_HEIGHT_CM: f64 = 16.0;
@@ -32,7 +32,7 @@ pub(super) fn draw_plant(count: usize, noise: &mut StepNoise) -> (usize, f64, f6
 }
 
 /// Coordinates beyond this are no plant.
-const FARTHEST_CM: f64 = 1000.0;
+pub(super) const FARTHEST_CM: f64 = 1000.0;
 
 /// A stem from the base up, in cm.
 pub(super) type Stem = [Point; STEM_POINTS];
@@ -185,9 +185,13 @@ impl MeasuredPlants {
     }
 }
 
-/// What models of measured plants tell of their data alike: a model has the fields `measured`, `plants` and `extent`.
+/// What models of measured plants tell of their data alike: a model has the fields `measured`, `plants` and `extent`. `$place`
+/// is the type of a measured tip, and `$seen` where [`Extent`] knows the tip of a sample.
 macro_rules! tell_of_measured_plants {
     ($model:ident) => {
+        tell_of_measured_plants!($model, Point, |sample| sample.tip);
+    };
+    ($model:ident, $place:ty, $seen:expr) => {
         impl $model {
             /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.
             #[must_use]
@@ -209,14 +213,14 @@ macro_rules! tell_of_measured_plants {
             }
 
             /// The measured tips that it is made of, in cm.
-            pub fn tips(&self) -> impl Iterator<Item = Point> {
+            pub fn tips(&self) -> impl Iterator<Item = $place> {
                 self.measured.tips()
             }
 
             /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, higher or lower than all data.
             #[must_use]
             pub fn share_without_data(&self, samples: &[Sample]) -> f64 {
-                self.extent.share_outside(samples, BLOCK_REACH_CM)
+                self.extent.share_outside(samples, BLOCK_REACH_CM, $seen)
             }
         }
     };
@@ -340,14 +344,20 @@ impl Extent {
 
     /// The share of the lit steps of a track, 0 to 1, that begin farther to a side, or by more than `reach_cm` higher or
     /// lower, than all data.
-    pub(super) fn share_outside(&self, samples: &[Sample], reach_cm: f64) -> f64 {
+    /// `place` is where the tip of a sample is.
+    pub(super) fn share_outside(
+        &self,
+        samples: &[Sample],
+        reach_cm: f64,
+        place: impl Fn(&Sample) -> Point,
+    ) -> f64 {
         let [lowest, highest] = self.heights_cm;
         let is_outside = |tip: Point| {
             tip.x.abs() > self.widest_cm || !(lowest - reach_cm..=highest + reach_cm).contains(&tip.y)
         };
         let lit = samples.iter().filter(|sample| sample.light.is_some());
         let (outside, steps) = lit.fold((0, 0), |(outside, steps), sample| {
-            (outside + u32::from(is_outside(sample.tip)), steps + 1)
+            (outside + u32::from(is_outside(place(sample))), steps + 1)
         });
         f64::from(outside) / f64::from(steps.max(1))
     }

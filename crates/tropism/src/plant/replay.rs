@@ -12,7 +12,7 @@ const BLOCK_MIN: f64 = 120.0;
 /// A block begins at data of a plant whose size was within this of the size now, in cm.
 pub(super) const BLOCK_REACH_CM: f64 = 1.5;
 
-/// Share of the records within reach, and of their mirror images, from which a block begins that is like the plant now. Of
+/// Share of the images of the records within reach from which a block begins that is like the plant now. Of
 /// 5 and 10 %, 10 % predicted the fitness of five laboratories of virtual beans better.
 const LIKE_SHARE: f64 = 0.1;
 
@@ -56,46 +56,48 @@ impl<R> Replay<R> {
         next.unwrap_or_else(|| self.draw(size_cm, noise.uniform()))
     }
 
-    /// The place of the record to replay now, and whether its mirror image is (-1 or 1): the one after `last`, or the
-    /// beginning of another block that is like the plant now. `apart` says how unlike a record or its mirror image is.
+    /// The place of the record to replay now, and which of `kinds` images of it, by number: the one after `last`, or the
+    /// beginning of another block that is like the plant now. `apart` says how unlike an image of a record is.
     ///
     /// What a line does not explain depends on the state: a block from a stem that leans far over does not belong to an
     /// upright one.
     pub(super) fn next_like(
         &self,
-        last: Option<(usize, f64)>,
+        last: Option<(usize, usize)>,
         size_cm: f64,
         period_min: f64,
-        apart: impl Fn(&R, f64) -> f64,
+        kinds: usize,
+        apart: impl Fn(&R, usize) -> f64,
         noise: &mut StepNoise,
-    ) -> (usize, f64) {
+    ) -> (usize, usize) {
         let goes_on = noise.uniform() >= period_min / BLOCK_MIN;
-        let next =
-            last.filter(|_| goes_on).and_then(|(place, mirror)| Some((self.successor(place)?, mirror)));
+        let next = last.filter(|_| goes_on).and_then(|(place, image)| Some((self.successor(place)?, image)));
         next.unwrap_or_else(|| {
             let uniform = noise.uniform();
-            let within = self.within_reach(size_cm);
-            let images = within.iter().flat_map(|&place| [(place, 1.0), (place, -1.0)]);
-            let distance = |(place, mirror): (usize, f64)| apart(&self.records[place].what, mirror);
-            let mut images: Vec<(f64, usize, f64)> =
-                images.map(|image| (distance(image), image.0, image.1)).collect();
+            let distance = |place: usize, image: usize| apart(&self.records[place].what, image);
+            let images_of = |&place: &usize| (0..kinds).map(move |image| (place, image));
+            let within = self.within_reach(size_cm).iter().flat_map(images_of);
+            let mut images: Vec<(f64, usize, usize)> =
+                within.map(|(place, image)| (distance(place, image), place, image)).collect();
             if images.is_empty() {
                 let place = self.draw(size_cm, uniform);
-                let is_like = distance((place, 1.0)) <= distance((place, -1.0));
-                return (place, if is_like { 1.0 } else { -1.0 });
+                let nearer = |best: usize, image: usize| {
+                    if distance(place, image) <= distance(place, best) { image } else { best }
+                };
+                return (place, (1..kinds).fold(0, nearer));
             }
             let count = ((LIKE_SHARE * images.len() as f64) as usize).max(1);
-            // Ties are broken by place and mirror: every machine chooses alike.
+            // Ties are broken by place and image: every machine chooses alike.
             images.select_nth_unstable_by(count - 1, |one, other| {
-                one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)).then(one.2.total_cmp(&other.2))
+                one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)).then(one.2.cmp(&other.2))
             });
             let like = &mut images[..count];
             // In this order a plant in a mirror draws the mirror images.
             like.sort_unstable_by(|one, other| {
-                one.1.cmp(&other.1).then(one.0.total_cmp(&other.0)).then(one.2.total_cmp(&other.2))
+                one.1.cmp(&other.1).then(one.0.total_cmp(&other.0)).then(one.2.cmp(&other.2))
             });
-            let (_, place, mirror) = like[(uniform * count as f64) as usize];
-            (place, mirror)
+            let (_, place, image) = like[(uniform * count as f64) as usize];
+            (place, image)
         })
     }
 
@@ -169,10 +171,10 @@ mod tests {
         let noise = NoiseStream::new(5, Purpose::Trial, [0; 3]);
         for step in 0..50 {
             let wanted = 50.0 * crate::math::sin(f64::from(step));
-            let apart = |lean: &f64, mirror: f64| (mirror * lean - wanted).abs();
-            let (place, mirror) = replay.next_like(None, 9.0, 5.0, apart, &mut noise.at(step));
+            let apart = |lean: &f64, image: usize| ([-lean, *lean][image] - wanted).abs();
+            let (place, image) = replay.next_like(None, 9.0, 5.0, 2, apart, &mut noise.at(step));
             // A tenth of 200 images: ten leans to either side of what is wanted, fewer near 0.
-            assert!((mirror * replay.records[place].what - wanted).abs() <= 21.0);
+            assert!(([-1.0, 1.0][image] * replay.records[place].what - wanted).abs() <= 21.0);
         }
     }
 

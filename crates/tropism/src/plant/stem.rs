@@ -42,26 +42,32 @@ const SCHEMA: &str = "tropism.stem-model/1";
 pub const TERMS: usize = 39;
 
 /// The first terms are those of the light, to which the gain of a plant applies.
-const LIGHT_TERMS: usize = 15;
+pub(super) const LIGHT_TERMS: usize = 15;
 
 /// Windows over which past changes of the scores are averaged, in minutes before the step.
 const CHANGE_WINDOWS_MIN: [[f64; 2]; 4] = [[0.0, 5.0], [5.0, 15.0], [15.0, 30.0], [30.0, 60.0]];
 
 /// Length around which the response is expanded, in cm, and the scale of its change: the middle and half of the range of
 /// lengths, 4 to 14 cm.
-const MIDDLE_LENGTH_CM: f64 = 9.0;
+pub(super) const MIDDLE_LENGTH_CM: f64 = 9.0;
 const LENGTH_SCALE_CM: f64 = 5.0;
 
 /// Ridge of the weights of all plants together, which are drawn to 0; of terms scaled to a mean square of 1. At 100 the
 /// predicted fitness was the same within 0.1 cm.
-const POOLED_RIDGE: f64 = 30.0;
+pub(super) const POOLED_RIDGE: f64 = 30.0;
 
 /// Ridge of the weights of one plant, which are drawn to those of all. Of 30, 100 and infinity, 100 predicted the fitness of
 /// the greedy rule best in five laboratories of virtual beans.
-const PLANT_RIDGE: f64 = 100.0;
+pub(super) const PLANT_RIDGE: f64 = 100.0;
 
-/// The terms of the line. In a mirror all of them change sign.
-fn terms(light: [f64; 5], length_cm: f64, scores: Scores, changes: [Scores; 4]) -> [f64; TERMS] {
+/// The terms of the line. `squares` are those of the size of each score. In a mirror all terms change sign.
+pub(super) fn terms(
+    light: [f64; 5],
+    length_cm: f64,
+    scores: Scores,
+    squares: Scores,
+    changes: [Scores; 4],
+) -> [f64; TERMS] {
     let length = (length_cm - MIDDLE_LENGTH_CM) / LENGTH_SCALE_CM;
     let mut terms = [0.0; TERMS];
     let mut slots = terms.iter_mut();
@@ -76,9 +82,14 @@ fn terms(light: [f64; 5], length_cm: f64, scores: Scores, changes: [Scores; 4]) 
     for factor in [1.0, length, length * length] {
         put(&scores, factor);
     }
-    put(&scores.map(|score| score * score * score), 1.0);
+    put(&core::array::from_fn::<f64, MODES, _>(|mode| squares[mode] * scores[mode]), 1.0);
     changes.iter().for_each(|change| put(change, 1.0));
     terms
+}
+
+/// The square of each score.
+fn squares(scores: Scores) -> Scores {
+    scores.map(|score| score * score)
 }
 
 /// One usable step of a plant.
@@ -92,14 +103,14 @@ struct Row {
 
 /// Windows of the memory, in steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Windows {
-    like: Window,
-    light: [Window; 5],
-    changes: [Window; 4],
+pub(super) struct Windows {
+    pub(super) like: Window,
+    pub(super) light: [Window; 5],
+    pub(super) changes: [Window; 4],
 }
 
 impl Windows {
-    fn of(period_min: f64) -> Self {
+    pub(super) fn of(period_min: f64) -> Self {
         let steps = |window| steps_of_window(window, period_min);
         Self {
             like: steps([0.0, LIKE_LIGHT_MIN]),
@@ -116,7 +127,7 @@ fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64
     // Steps until what is not known has left the memory.
     let (mut light_gap, mut change_gap) = (0, 0_usize);
     let (mut light, mut changes) = (History::<1>::new(), History::<MODES>::new());
-    let lengths = smooth_lengths(plant, modes, period_min);
+    let lengths = smooth_lengths(&plant.lengths(modes), period_min);
     let scores = plant.scores(modes);
     let mut rows = Vec::new();
     for step in 0..plant.tips.len().saturating_sub(1) {
@@ -144,7 +155,7 @@ fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64
             let lights = windows.light.map(|window| light.mean(window)[0]);
             is_usable.then(|| Row {
                 step,
-                terms: terms(lights, length_cm, scores, past),
+                terms: terms(lights, length_cm, scores, squares(scores), past),
                 change,
                 happened: Happened {
                     residual: change,
@@ -361,10 +372,12 @@ impl PlantModel for StemModel {
         let (happened, mirror) = plant.body.draw(replay, modes, windows.like, measured.period_min, noise);
         let Body { scores, length_cm, light, .. } = &plant.body;
         let clamped = |mode: usize| scores[mode].clamp(-self.most_scores[mode], self.most_scores[mode]);
+        let clamped: Scores = core::array::from_fn(clamped);
         let terms = terms(
             windows.light.map(|window| light.mean(window)[0]),
             length_cm.clamp(self.lengths_cm[0], self.lengths_cm[1]),
-            core::array::from_fn(clamped),
+            clamped,
+            squares(clamped),
             windows.changes.map(|window| plant.changes.mean(window)),
         );
         let (of_light, others) = terms.split_at(LIGHT_TERMS);

@@ -26,7 +26,7 @@ const LENGTH_SMOOTHING_MIN: f64 = 25.0;
 /// of mean light counts. Chosen in five laboratories of virtual beans: their plants gave 8.3 cm under the greedy rule on
 /// average, and the model 7.4 without a choice, 7.8 by the score alone, and 8.3 with the light.
 pub(super) const LIKE_LIGHT_MIN: f64 = 50.0;
-const LIKE_LIGHT_WEIGHT: f64 = 0.5;
+pub(super) const LIKE_LIGHT_WEIGHT: f64 = 0.5;
 
 /// One number for each mode.
 pub(super) type Scores = [f64; MODES];
@@ -74,12 +74,11 @@ pub(super) struct Happened {
     pub(super) state: [f64; 2],
 }
 
-/// The length at each step, averaged over an hour; `None` without a stem.
-pub(super) fn smooth_lengths(plant: &MeasuredPlant, modes: &Modes, period_min: f64) -> Vec<Option<f64>> {
+/// Lengths at each step, averaged over an hour; `None` without a stem.
+pub(super) fn smooth_lengths(lengths: &[Option<f64>], period_min: f64) -> Vec<Option<f64>> {
     let reach = (LENGTH_SMOOTHING_MIN / period_min).round() as usize;
-    let lengths = plant.lengths(modes);
-    let mean = |(step, stem): (usize, &Option<f64>)| {
-        stem.as_ref()?;
+    let mean = |(step, length): (usize, &Option<f64>)| {
+        length.as_ref()?;
         let around = &lengths[step.saturating_sub(reach)..(step + reach + 1).min(lengths.len())];
         Some(math::statistics::mean(around.iter().flatten().copied()))
     };
@@ -92,7 +91,7 @@ pub(super) struct Modes(pub(super) [[f64; SEGMENTS]; MODES]);
 
 impl MeasuredPlant {
     /// The length of each stem, in cm; `None` without a stem.
-    fn lengths(&self, modes: &Modes) -> Vec<Option<f64>> {
+    pub(super) fn lengths(&self, modes: &Modes) -> Vec<Option<f64>> {
         self.stems.iter().map(|stem| stem.as_ref().map(|stem| modes.length_cm(stem))).collect()
     }
 
@@ -145,6 +144,12 @@ impl Modes {
         transform(&self.0, *angles)
     }
 
+    /// What the modes leave of some angles.
+    pub(super) fn rest(&self, angles: &[f64; SEGMENTS]) -> [f64; SEGMENTS] {
+        let bent = self.angles(self.scores(angles));
+        core::array::from_fn(|segment| angles[segment] - bent[segment])
+    }
+
     pub(super) fn angles(&self, scores: Scores) -> [f64; SEGMENTS] {
         core::array::from_fn(|segment| {
             self.0.iter().zip(scores).map(|(mode, score)| mode[segment] * score).sum()
@@ -154,7 +159,10 @@ impl Modes {
 
 /// Minutes in which a simulated tip comes back by 63 % to where the replayed tip is seen beside the stem. Chosen: the top
 /// leaves, which make most of this distance, take their time.
-const OFFSET_MIN: f64 = 60.0;
+pub(super) const OFFSET_MIN: f64 = 60.0;
+
+/// The images of a record: in a mirror, and as it is.
+const IMAGES: [f64; 2] = [-1.0, 1.0];
 
 /// The state of a simulated stem, whatever expects how it bends.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,8 +177,8 @@ pub(super) struct Body {
     pub(super) light: History<1>,
     /// From where the tip is replayed beside the stem to where it is, in cm.
     apart: Point,
-    /// The record that is replayed, and -1 if its mirror image is, else 1.
-    record: Option<(usize, f64)>,
+    /// The record that is replayed, and which of its [`IMAGES`].
+    record: Option<(usize, usize)>,
 }
 
 impl Body {
@@ -218,19 +226,20 @@ impl Body {
         noise: &mut StepNoise,
     ) -> (Happened, f64) {
         let (score, lit) = (self.scores[0], self.light.mean(like)[0]);
-        let apart = |what: &Happened, mirror: f64| {
-            let [their_score, their_light] = what.state;
+        let apart = |what: &Happened, image: usize| {
+            let (mirror, [their_score, their_light]) = (IMAGES[image], what.state);
             (mirror * their_score - score).abs() + LIKE_LIGHT_WEIGHT * (mirror * their_light - lit).abs()
         };
-        let (place, mirror) = replay.next_like(self.record, self.length_cm, period_min, apart, noise);
-        let happened = replay.records[place].what;
-        let goes_on = self.record.is_some_and(|(last, before)| place == last + 1 && mirror == before);
+        let drawn = replay.next_like(self.record, self.length_cm, period_min, IMAGES.len(), apart, noise);
+        let (place, image) = drawn;
+        let (happened, mirror) = (replay.records[place].what, IMAGES[image]);
+        let goes_on = self.record.is_some_and(|(last, before)| place == last + 1 && image == before);
         if !goes_on {
             let top = top_of(&self.stem(modes));
             let theirs = happened.offsets[0];
             self.apart = Point::new(self.tip.x - top.x - mirror * theirs.x, self.tip.y - top.y - theirs.y);
         }
-        self.record = Some((place, mirror));
+        self.record = Some(drawn);
         (happened, mirror)
     }
 
@@ -294,7 +303,9 @@ impl Past {
         let last = &samples[samples.len() - 1];
         let from = samples.partition_point(|sample| sample.step as usize + most_steps < last.step as usize);
         let plant = MeasuredPlant::of_samples(&samples[from..], layout, most_steps);
-        let rest = mean_rest(&plant, modes, noise);
+        let rests: Vec<[f64; SEGMENTS]> =
+            plant.stems.iter().flatten().map(|stem| modes.rest(&angles(stem))).collect();
+        let rest = drawn_rest(&rests, noise);
         let mut scores = plant.scores(modes);
         for scores in scores.iter_mut().flatten() {
             for (score, error) in scores.iter_mut().zip(errors.scores) {
@@ -308,13 +319,7 @@ impl Past {
 }
 
 /// The mean of what the modes leave of the angles of a plant, in radians, drawn with its standard error.
-fn mean_rest(plant: &MeasuredPlant, modes: &Modes, noise: &mut StepNoise) -> [f64; SEGMENTS] {
-    let rest = |stem: &Stem| -> [f64; SEGMENTS] {
-        let seen = angles(stem);
-        let bent = modes.angles(modes.scores(&seen));
-        core::array::from_fn(|segment| seen[segment] - bent[segment])
-    };
-    let rests: Vec<[f64; SEGMENTS]> = plant.stems.iter().flatten().map(rest).collect();
+pub(super) fn drawn_rest(rests: &[[f64; SEGMENTS]], noise: &mut StepNoise) -> [f64; SEGMENTS] {
     if rests.len() < 2 {
         return [0.0; SEGMENTS];
     }
@@ -326,7 +331,7 @@ fn mean_rest(plant: &MeasuredPlant, modes: &Modes, noise: &mut StepNoise) -> [f6
 }
 
 /// The last of some lengths, in cm: the mean of the last half hour, and what the plant grew since its middle.
-fn length_now(lengths: &[Option<f64>], period_min: f64) -> Option<f64> {
+pub(super) fn length_now(lengths: &[Option<f64>], period_min: f64) -> Option<f64> {
     let half = (LENGTH_SMOOTHING_MIN / period_min).round() as usize + 1;
     let mean = |window: &[Option<f64>]| {
         let known: Vec<f64> = window.iter().flatten().copied().collect();
@@ -341,7 +346,7 @@ fn length_now(lengths: &[Option<f64>], period_min: f64) -> Option<f64> {
 
 /// Standard deviation of [`Past::length_cm`] as a share of that of one length: two means of six, 1.42 and -0.42 of
 /// them.
-const LENGTH_ERROR: f64 = 0.6;
+pub(super) const LENGTH_ERROR: f64 = 0.6;
 
 /// Standard deviations of the errors with which stems are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -351,19 +356,25 @@ pub(super) struct Errors {
 }
 
 impl Errors {
-    /// The errors in the stems of `plants`: what a parabola through seven successive values leaves of the middle one.
+    /// The errors in the stems of `plants`.
+    pub(super) fn of(plants: &[MeasuredPlant], modes: &Modes) -> Self {
+        let scores: Vec<Vec<Option<Scores>>> = plants.iter().map(|plant| plant.scores(modes)).collect();
+        let lengths: Vec<Vec<Option<f64>>> = plants.iter().map(|plant| plant.lengths(modes)).collect();
+        Self::of_series(&scores, &lengths)
+    }
+
+    /// The errors in series of scores and of lengths: what a parabola through seven successive values leaves of the middle
+    /// one.
     ///
     /// # References
     /// Savitzky and Golay 1964, doi:10.1021/ac60214a047 (the parabola; it takes on a third of the error of the middle value).
-    pub(super) fn of(plants: &[MeasuredPlant], modes: &Modes) -> Self {
-        let scores: Vec<Vec<Option<Scores>>> = plants.iter().map(|plant| plant.scores(modes)).collect();
+    pub(super) fn of_series(scores: &[Vec<Option<Scores>>], lengths: &[Vec<Option<f64>>]) -> Self {
         let of_mode = |mode: usize| {
             let series =
                 scores.iter().map(|scores| scores.iter().map(|scores| Some((*scores)?[mode])).collect());
             rough(&series.collect::<Vec<Vec<Option<f64>>>>())
         };
-        let lengths: Vec<Vec<Option<f64>>> = plants.iter().map(|plant| plant.lengths(modes)).collect();
-        Self { scores: core::array::from_fn(of_mode), length_cm: rough(&lengths) }
+        Self { scores: core::array::from_fn(of_mode), length_cm: rough(lengths) }
     }
 }
 

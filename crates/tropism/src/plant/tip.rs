@@ -43,6 +43,14 @@ pub enum ModelError {
         /// Position of the track, from 1.
         track: usize,
     },
+    /// A track without stems in space.
+    #[error(
+        "track {track}: found no stem in space, wanted a track of two cameras, such as those of `tropism grow --cameras 2 --lamps 4`"
+    )]
+    NoDepth {
+        /// Position of the track, from 1.
+        track: usize,
+    },
     /// Tracks without a stretch that is long enough for an LSTM.
     #[error(
         "found no stretch of eight hours in {tracks} tracks, wanted successive measured stems below 16 cm for as long"

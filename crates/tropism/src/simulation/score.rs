@@ -8,6 +8,7 @@ use crate::control::{NetworkController, Sensors};
 use crate::plant::PlantModel;
 use crate::plant::lstm::LstmModel;
 use crate::plant::memory::MemoryModel;
+use crate::plant::space::SpaceModel;
 use crate::plant::stem::StemModel;
 use crate::plant::tip::TipModel;
 use crate::plant::window::WindowModel;
@@ -100,3 +101,5 @@ impl BatchModel for MemoryModel {}
 impl BatchModel for StemModel {}
 
 impl BatchModel for LstmModel {}
+
+impl BatchModel for SpaceModel {}
