@@ -27,10 +27,10 @@ pub struct Greedy {
 
 /// How far ahead on the circle about a pole the point lies to which it steers, in rad. Chosen by hand; the first value that was
 /// tried.
-const AHEAD_RAD: f64 = 0.4;
+pub(super) const AHEAD_RAD: f64 = 0.4;
 
 /// Distance of that circle from the surface of the pole, in cm: a stem lies on it.
-const BESIDE_POLE_CM: f64 = 0.3;
+pub(super) const BESIDE_POLE_CM: f64 = 0.3;
 
 impl Greedy {
     /// Steers along the way of `task` with the lamps of `layout`.
@@ -52,11 +52,12 @@ impl Greedy {
     }
 }
 
-/// From a tip at (x, z) to the point ahead of it on the circle about `pole`, counter-clockwise seen from above.
-fn round(pole: Pole, [x, z]: [f64; 2]) -> [f64; 2] {
+/// From a tip at (x, z) to the point that is `ahead_rad` ahead of it on the circle `beside_cm` from the surface of `pole`,
+/// counter-clockwise seen from above.
+pub(super) fn round(pole: Pole, [x, z]: [f64; 2], ahead_rad: f64, beside_cm: f64) -> [f64; 2] {
     // Seen from above, z points down.
-    let angle = math::atan2(pole.at[1] - z, x - pole.at[0]) + AHEAD_RAD;
-    let radius = pole.radius_cm + BESIDE_POLE_CM;
+    let angle = math::atan2(pole.at[1] - z, x - pole.at[0]) + ahead_rad;
+    let radius = pole.radius_cm + beside_cm;
     [pole.at[0] + radius * math::cos(angle) - x, pole.at[1] - radius * math::sin(angle) - z]
 }
 
@@ -64,7 +65,7 @@ impl Controller for Greedy {
     fn decide(&mut self, seen: &Observation) -> Light {
         if let Some(pole) = self.pole {
             let z = seen.depth.as_ref().map_or(0.0, |depth| depth.tip_cm);
-            return self.steering.towards(round(pole, [seen.tip.x, z]));
+            return self.steering.towards(round(pole, [seen.tip.x, z], AHEAD_RAD, BESIDE_POLE_CM));
         }
         let next = self.way.iter().find(|target| seen.tip.y < target[1]).or(self.way.last());
         let z = seen.depth.as_ref().map(|depth| depth.tip_cm);

@@ -3,13 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::Controller;
+use super::greedy::{AHEAD_RAD, BESIDE_POLE_CM, round};
 use super::steering::Steering;
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::space::SpacePoint;
 use crate::geometry::{Point, STEM_POINTS};
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
-use crate::obstacle::{Obstacle, clearance};
+use crate::obstacle::{Obstacle, Pole, clearance};
 use crate::task::Task;
 
 /// Weight of the last shift in its running mean. This and the next constant stood in the first version of the rule; other
@@ -27,6 +28,10 @@ const LIGHT_WEIGHT: f64 = 0.15;
 /// the last light u (left -1, right 1), the aim is `X (1 + overshoot) + approach (X' - X) + offset`, where `approach` is
 /// `next_target` on the target's height and falls to 0 at `look_ahead_cm` below it; the tip is expected at
 /// `x (1 + lean) + velocity_steps v + shift_steps d + light_memory_cm b - persistence_cm u`.
+///
+/// Round a [pole](Task::pole) it aims from where the tip is expected, along x and z, at the point ahead on a circle about the
+/// pole. Then `overshoot` is by how many rad that point is farther ahead than the greedy rule's, and `offset_cm` by how much the
+/// circle is wider.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PredictiveRule {
@@ -158,6 +163,7 @@ pub struct PredictiveGreedy {
     rule: PredictiveRule,
     way: Vec<SpacePoint>,
     obstacles: Vec<Obstacle>,
+    pole: Option<Pole>,
     steering: Steering,
     /// x and z. For a task in the plane the second is not used.
     axes: [Axis; 2],
@@ -199,8 +205,8 @@ impl Axis {
 }
 
 impl PredictiveGreedy {
-    /// Steers along the way of `task`: with the outermost lamps of `layout`, or for a task in space with all of them and the
-    /// same rule along x and z.
+    /// Steers along the way of `task`: with the outermost lamps of `layout`, or for a task in space and round a pole with all of
+    /// them and the same rule along x and z.
     #[must_use]
     pub fn new(rule: PredictiveRule, task: &(impl Task + ?Sized), layout: &Layout) -> Self {
         let targets = task.targets();
@@ -212,12 +218,14 @@ impl PredictiveGreedy {
         };
         let (way, steering) = match task.way_in_space() {
             Some(way) => (way, Steering::in_space(layout)),
+            None if task.pole().is_some() => (Vec::new(), Steering::in_space(layout)),
             None => (task.way().into_iter().map(shift).collect(), Steering::in_plane(layout)),
         };
         Self {
             rule,
             way,
             obstacles: task.obstacles().to_vec(),
+            pole: task.pole(),
             steering,
             axes: [Axis::default(); 2],
             last_clearance: None,
@@ -240,6 +248,23 @@ impl PredictiveGreedy {
         (away * avoidance.push * (avoidance.clearance_cm - expected).max(0.0), lean)
     }
 
+    /// From where the tip is expected to the point ahead of it on the circle about `pole`, in cm.
+    fn round(&mut self, pole: Pole, seen: &Observation) -> [f64; 2] {
+        let rule = self.rule;
+        let at = [seen.tip.x, seen.depth.as_ref().map_or(0.0, |depth| depth.tip_cm)];
+        let [x, z] = &mut self.axes;
+        let expected = [x.expected(&rule, at[0]), z.expected(&rule, at[1])];
+        round(pole, expected, AHEAD_RAD + rule.overshoot, BESIDE_POLE_CM + rule.offset_cm)
+    }
+
+    /// The lamp of `light` is lit.
+    fn lit(&mut self, light: Light) -> Light {
+        for (axis, side) in self.axes.iter_mut().zip(self.steering.sides(light)) {
+            axis.lit(side);
+        }
+        light
+    }
+
     /// The x and z at which the tip should be for a height of `y`, in cm; `None` without targets.
     fn aim(&self, y: f64) -> Option<[f64; 2]> {
         let rule = &self.rule;
@@ -257,6 +282,10 @@ impl PredictiveGreedy {
 
 impl Controller for PredictiveGreedy {
     fn decide(&mut self, seen: &Observation) -> Light {
+        if let Some(pole) = self.pole {
+            let way = self.round(pole, seen);
+            return self.lit(self.steering.towards(way));
+        }
         let (push, bend) = self.avoid(seen);
         let aim = self.aim(seen.tip.y);
         let [x, z] = &mut self.axes;
@@ -264,11 +293,7 @@ impl Controller for PredictiveGreedy {
         let to_front =
             aim.zip(seen.depth.as_ref()).map(|([_, aim], depth)| (aim, z.expected(&self.rule, depth.tip_cm)));
         let way = |there: Option<(f64, f64)>| there.map_or(0.0, |(aim, expected)| aim - expected);
-        let light = self.steering.towards([way(to_right), way(to_front)]);
-        for (axis, side) in self.axes.iter_mut().zip(self.steering.sides(light)) {
-            axis.lit(side);
-        }
-        light
+        self.lit(self.steering.towards([way(to_right), way(to_front)]))
     }
 }
 
@@ -279,7 +304,9 @@ mod tests {
     use super::*;
     use crate::control::Greedy;
     use crate::geometry::Polyline;
-    use crate::task::{Obstacles, Targets};
+    use crate::math;
+    use crate::observation::Depth;
+    use crate::task::{Obstacles, Spiral, Targets};
 
     fn mirrored(task: &Targets) -> Targets {
         Targets { targets: task.targets.iter().map(|target| target.mirrored()).collect(), ..task.clone() }
@@ -353,6 +380,35 @@ mod tests {
         );
         let at_once = PredictiveRule { look_ahead_cm: 0.0, ..PredictiveRule::default() };
         assert_eq!(error(at_once), "found look_ahead_cm = 0, wanted cm above 0");
+    }
+
+    #[test]
+    fn round_a_pole_it_is_the_greedy_rule_with_foresight() {
+        let (task, layout) = (Spiral::default(), Layout::four_sides());
+        let decide = |rule: Option<PredictiveRule>, tips: &[[f64; 2]]| {
+            let mut greedy = Greedy::new(&task, &layout);
+            let mut predictive = rule.map(|rule| PredictiveGreedy::new(rule, &task, &layout));
+            let decide = |&[x, z]: &[f64; 2]| {
+                let depth = Some(Depth { tip_cm: z, stem_cm: Vec::new() });
+                let seen = Observation { depth, ..Observation::simulated(Point::new(x, 9.0)) };
+                predictive.as_mut().map_or_else(|| greedy.decide(&seen), |rule| rule.decide(&seen))
+            };
+            tips.iter().map(decide).collect::<Vec<Light>>()
+        };
+        // Round the pole at x = 1.3: from its left to the front, to the right and to the back.
+        let tips: Vec<[f64; 2]> = (0..40)
+            .map(|step| 0.15 * f64::from(step))
+            .map(|turn| [1.3 - 1.4 * math::cos(turn), 1.4 * math::sin(turn)])
+            .collect();
+        let greedy = decide(None, &tips);
+        assert!(layout.lights().all(|light| greedy.contains(&light)), "{greedy:?}");
+        assert_eq!(decide(Some(PredictiveRule::default()), &tips), greedy);
+        // A tip that moves on is led earlier.
+        let first_right = |lights: &[Light]| lights.iter().position(|&light| light == Light::RIGHT);
+        let led = decide(Some(PredictiveRule { shift_steps: 2.0, ..PredictiveRule::default() }), &tips);
+        assert!(first_right(&led) < first_right(&greedy), "{led:?}");
+        let ahead = decide(Some(PredictiveRule { overshoot: 0.5, ..PredictiveRule::default() }), &tips);
+        assert!(first_right(&ahead) < first_right(&greedy), "{ahead:?}");
     }
 
     proptest! {
