@@ -9,6 +9,7 @@ use tropism::math::statistics::range;
 use tropism::observation::Quality;
 use tropism::plant::lstm::{LstmModel, Training, TrainingProgress};
 use tropism::plant::memory::MemoryModel;
+use tropism::plant::space::SpaceModel;
 use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::text::plural;
@@ -31,6 +32,8 @@ pub enum ModelKind {
     Stem,
     /// The LSTM of the whole stem. The tracks must have stems.
     Lstm,
+    /// The linear model of the whole stem in space. The tracks must have stems in space.
+    Space,
 }
 
 impl ModelKind {
@@ -41,6 +44,7 @@ impl ModelKind {
             Self::Memory => "memory",
             Self::Stem => "stem",
             Self::Lstm => "lstm",
+            Self::Space => "space",
         }
     }
 }
@@ -166,6 +170,11 @@ impl Workflow for FitPlan {
             ModelKind::Stem => {
                 let model = StemModel::fit(&tracks)?.of_virtual_plants(is_virtual);
                 (model.to_json(), model.steps(), model.tips().collect())
+            }
+            ModelKind::Space => {
+                let model = SpaceModel::fit(&tracks)?.of_virtual_plants(is_virtual);
+                let in_front = model.tips().map(|[x, y, _]| Point::new(x, y)).collect();
+                (model.to_json(), model.steps(), in_front)
             }
             ModelKind::Lstm => {
                 let (model, how) = self.train(&tracks, monitor)?;

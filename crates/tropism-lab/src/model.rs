@@ -7,10 +7,12 @@ use tropism::control::{Controller, Sensors};
 use tropism::environment;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
+use tropism::math::hypot;
 use tropism::observation::Observation;
 use tropism::plant::PlantModel;
 use tropism::plant::lstm::{LstmModel, LstmState};
 use tropism::plant::memory::{MemoryModel, MemoryState};
+use tropism::plant::space::{SpaceModel, SpaceState};
 use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{ModelError, TipModel, TipState};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
@@ -40,6 +42,8 @@ pub(crate) enum Model {
     Stem(Box<StemModel>),
     /// The LSTM of the whole stem.
     Lstm(Box<LstmModel>),
+    /// The linear model of the whole stem in space.
+    Space(Box<SpaceModel>),
 }
 
 /// The state of one plant of a [`Model`].
@@ -49,6 +53,7 @@ pub(crate) enum ModelState {
     Memory(MemoryState),
     Stem(StemState),
     Lstm(Box<LstmState>),
+    Space(Box<SpaceState>),
 }
 
 impl From<TipModel> for Model {
@@ -75,6 +80,12 @@ impl From<LstmModel> for Model {
     }
 }
 
+impl From<SpaceModel> for Model {
+    fn from(model: SpaceModel) -> Self {
+        Self::Space(Box::new(model))
+    }
+}
+
 impl Model {
     /// Reads any kind, told apart by the schema.
     pub(crate) fn from_json(text: &str) -> Result<Self, ModelError> {
@@ -84,6 +95,8 @@ impl Model {
             StemModel::from_json(text).map(Self::from)
         } else if LstmModel::is_named_in(text) {
             LstmModel::from_json(text).map(Self::from)
+        } else if SpaceModel::is_named_in(text) {
+            SpaceModel::from_json(text).map(Self::from)
         } else {
             TipModel::from_json(text).map(Self::from)
         }
@@ -95,6 +108,7 @@ impl Model {
             Self::Memory(model) => model.to_json(),
             Self::Stem(model) => model.to_json(),
             Self::Lstm(model) => model.to_json(),
+            Self::Space(model) => model.to_json(),
         }
     }
 
@@ -104,6 +118,7 @@ impl Model {
             Self::Memory(model) => model.is_virtual(),
             Self::Stem(model) => model.is_virtual(),
             Self::Lstm(model) => model.is_virtual(),
+            Self::Space(model) => model.is_virtual(),
         }
     }
 
@@ -114,6 +129,7 @@ impl Model {
             Self::Memory(model) => model.share_without_data(samples),
             Self::Stem(model) => model.share_without_data(samples),
             Self::Lstm(model) => model.share_without_data(samples),
+            Self::Space(model) => model.share_without_data(samples),
         }
     }
 
@@ -124,14 +140,20 @@ impl Model {
             Self::Memory(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
             Self::Stem(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
             Self::Lstm(model) => model.of_each_plant(most).into_iter().map(Self::from).collect(),
+            Self::Space(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
         })
+    }
+
+    /// Whether its plants are in space; else they are in the plane of the front camera.
+    pub(crate) fn is_in_space(&self) -> bool {
+        matches!(self, Self::Space(_))
     }
 
     /// Whether the model has data around `tip`.
     fn has_data(&self, tip: Point) -> bool {
         match self {
             Self::Tip(model) => model.layout().lights().any(|light| model.mean_shift(tip, light).is_some()),
-            Self::Memory(_) | Self::Stem(_) | Self::Lstm(_) => self.gap_cm(tip) <= NEAR_CM,
+            Self::Memory(_) | Self::Stem(_) | Self::Lstm(_) | Self::Space(_) => self.gap_cm(tip) <= NEAR_CM,
         }
     }
 
@@ -144,6 +166,10 @@ impl Model {
             Self::Memory(model) => model.tips().fold(f64::INFINITY, nearer),
             Self::Stem(model) => model.tips().fold(f64::INFINITY, nearer),
             Self::Lstm(model) => model.tips().fold(f64::INFINITY, nearer),
+            // Turned about the vertical, data are data.
+            Self::Space(model) => {
+                model.tips().map(|[x, y, z]| Point::new(hypot(x, z), y)).fold(f64::INFINITY, nearer)
+            }
         }
     }
 }
@@ -157,6 +183,7 @@ impl PlantModel for Model {
             Self::Memory(model) => ModelState::Memory(model.seedling(start, noise)),
             Self::Stem(model) => ModelState::Stem(model.seedling(start, noise)),
             Self::Lstm(model) => ModelState::Lstm(Box::new(model.seedling(start, noise))),
+            Self::Space(model) => ModelState::Space(Box::new(model.seedling(start, noise))),
         }
     }
 
@@ -166,6 +193,7 @@ impl PlantModel for Model {
             Self::Memory(model) => ModelState::Memory(model.resumed(past, noise)),
             Self::Stem(model) => ModelState::Stem(model.resumed(past, noise)),
             Self::Lstm(model) => ModelState::Lstm(Box::new(model.resumed(past, noise))),
+            Self::Space(model) => ModelState::Space(Box::new(model.resumed(past, noise))),
         }
     }
 
@@ -175,6 +203,7 @@ impl PlantModel for Model {
             (Self::Memory(model), ModelState::Memory(plant)) => model.step(plant, light, noise),
             (Self::Stem(model), ModelState::Stem(plant)) => model.step(plant, light, noise),
             (Self::Lstm(model), ModelState::Lstm(plant)) => model.step(plant, light, noise),
+            (Self::Space(model), ModelState::Space(plant)) => model.step(plant, light, noise),
             _ => unreachable!("a plant of another model"),
         }
     }
@@ -185,6 +214,7 @@ impl PlantModel for Model {
             (Self::Memory(model), ModelState::Memory(plant)) => model.observe(plant),
             (Self::Stem(model), ModelState::Stem(plant)) => model.observe(plant),
             (Self::Lstm(model), ModelState::Lstm(plant)) => model.observe(plant),
+            (Self::Space(model), ModelState::Space(plant)) => model.observe(plant),
             _ => unreachable!("a plant of another model"),
         }
     }
@@ -195,6 +225,7 @@ impl PlantModel for Model {
             Self::Memory(model) => model.layout(),
             Self::Stem(model) => model.layout(),
             Self::Lstm(model) => model.layout(),
+            Self::Space(model) => model.layout(),
         }
     }
 
@@ -204,6 +235,7 @@ impl PlantModel for Model {
             Self::Memory(model) => model.period_min(),
             Self::Stem(model) => model.period_min(),
             Self::Lstm(model) => model.period_min(),
+            Self::Space(model) => model.period_min(),
         }
     }
 }
@@ -220,6 +252,7 @@ impl BatchModel for Model {
             Self::Memory(model) => model.score(task, sensors, episodes),
             Self::Stem(model) => model.score(task, sensors, episodes),
             Self::Lstm(model) => model.score(task, sensors, episodes),
+            Self::Space(model) => model.score(task, sensors, episodes),
         }
     }
 
@@ -233,6 +266,7 @@ impl BatchModel for Model {
             Self::Memory(model) => model.score_linear(task, episodes),
             Self::Stem(model) => model.score_linear(task, episodes),
             Self::Lstm(model) => model.score_linear(task, episodes),
+            Self::Space(model) => model.score_linear(task, episodes),
         }
     }
 }
@@ -242,6 +276,7 @@ pub(crate) fn is_named_in(text: &str) -> bool {
     MemoryModel::is_named_in(text)
         || StemModel::is_named_in(text)
         || LstmModel::is_named_in(text)
+        || SpaceModel::is_named_in(text)
         || TipModel::is_named_in(text)
 }
 
@@ -264,9 +299,16 @@ pub(crate) fn read_tip(path: &Path) -> Result<TipModel, FileError> {
 /// Reads the model in `path`, on which plants start where `task` says. Notes a gap between this start and the data.
 ///
 /// # Errors
-/// [`Error::File`] as [`read`] does; [`Error::Plan`] if the gap is larger than [`MAX_GAP_CM`].
+/// [`Error::File`] as [`read`] does; [`Error::Plan`] if the gap is larger than [`MAX_GAP_CM`], or the model knows no space where
+/// the stem is to wind round a pole.
 pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> Result<Model, Error> {
     let model = read(path)?;
+    if task.pole().is_some() && !model.is_in_space() {
+        return Err(Error::Plan(format!(
+            "{}: found a model of the plane, wanted one in space: `tropism fit --model space`",
+            path.display()
+        )));
+    }
     let Some((gap_cm, found)) = gap(&model, path, "start of the task", task.start()) else {
         return Ok(model);
     };
@@ -277,7 +319,7 @@ pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> R
     }
     let over_gap = match model {
         Model::Tip(_) => "simulated plants grow straight over this gap",
-        Model::Memory(_) | Model::Stem(_) | Model::Lstm(_) => {
+        Model::Memory(_) | Model::Stem(_) | Model::Lstm(_) | Model::Space(_) => {
             "simulated plants move there as at the nearest data"
         }
     };
@@ -318,9 +360,12 @@ fn gap(model: &Model, path: &Path, what: &str, place: Point) -> Option<(f64, Str
 /// Share of steps without data from which on no fitness is expected; chosen by hand.
 const MOST_WITHOUT_DATA: f64 = 0.5;
 
-/// Why fitness on a model of so many plants, in which a controller meets so large a share of steps without data, is no
+/// Why fitness in `task` on a model of so many plants, in which a controller meets so large a share of steps without data, is no
 /// expectation for unseen plants; `None` where it is one.
-pub(crate) fn reason_to_withhold(plants: usize, without_data: f64) -> Option<String> {
+pub(crate) fn reason_to_withhold(task: &TaskSpec, plants: usize, without_data: f64) -> Option<String> {
+    if task.pole().is_some() {
+        return Some("the model knows no contact with the pole, which holds a stem that winds".to_owned());
+    }
     if plants < 2 {
         return Some("the model is of one plant, which does not tell how plants differ".to_owned());
     }

@@ -43,7 +43,7 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
         task: Targets { max_steps: 30, ..Targets::default() }.into(),
         bound: Some(search),
         recipes: vec![
-            recipe("paper", Method::Evolve { evolution }),
+            recipe("paper", Method::Evolve { model: ModelKind::Tip, evolution }),
             recipe("rule", Method::Tune { model: ModelKind::Stem, search }),
             recipe("planner", Method::Plan { model: ModelKind::Stem, planner: Box::new(planner) }),
         ],

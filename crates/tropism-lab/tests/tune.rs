@@ -8,7 +8,7 @@ use tropism::environment::unwatched;
 use tropism::evolve::RuleSearch;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::Layout;
-use tropism::task::OpenLoop;
+use tropism::task::{OpenLoop, Space, Spiral};
 use tropism_lab::fit::{FitPlan, ModelKind};
 use tropism_lab::tune::TunePlan;
 use tropism_lab::{Error, Monitor, Silent, Workflow, files};
@@ -72,4 +72,40 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
     assert!(fs::read(&out).unwrap() == rule && !saved.exists());
     let error = TunePlan::of_search(&out).unwrap_err().to_string();
     assert!(error.contains("rule.json: found a rule whose search is over"), "{error}");
+}
+
+#[test]
+fn a_model_in_space_says_beforehand_what_a_rule_reaches_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let [model, out] = ["space.json", "rule.json"].map(|name| folder.path().join(name));
+    let species = Species::default();
+    let trial = Trial { layout: Layout::four_sides(), in_space: true, ..Trial::new(&species) };
+    let task = OpenLoop { steps: 60, ..OpenLoop::default() };
+    let track = |seed| {
+        let path = folder.path().join(format!("{seed}.csv"));
+        let grown = trial.grow(seed, &mut Periodic::new(12, &trial.layout), &task, &mut unwatched);
+        files::write_track(&path, &grown).unwrap();
+        path
+    };
+    let tracks = vec![track(1), track(2)];
+    let fit = FitPlan { tracks, kind: ModelKind::Space, out: model.clone(), ..FitPlan::default() };
+    assert_eq!(fit.execute(&Silent).unwrap().shifts, 120);
+    let search = RuleSearch { generations: 1, population: 4, episodes: 2, starts: 1 };
+    let plan = TunePlan {
+        model: model.clone(),
+        out,
+        search,
+        task: Space { max_steps: 3, ..Space::default() }.into(),
+        ..TunePlan::default()
+    };
+    let tuned = plan.execute(&Silent).unwrap();
+    assert!(tuned.withheld.is_none() && tuned.expected == Some(tuned.in_model), "{tuned:?}");
+    // Round a pole the stem would have to touch it.
+    let task = Spiral { max_steps: 3, ..Spiral::default() }.into();
+    let wound = TunePlan { task, out: folder.path().join("spiral.json"), ..plan.clone() };
+    let wound = wound.execute(&Silent).unwrap();
+    assert!(wound.expected.is_none() && wound.withheld.unwrap().contains("no contact"));
+    let plane = FitPlan { kind: ModelKind::Stem, out: folder.path().join("stem.json"), ..fit };
+    let error = plane.execute(&Silent).unwrap_err().to_string();
+    assert!(error.contains("wanted two at mirrored places"), "{error}");
 }

@@ -488,7 +488,7 @@ impl Batch {
     #[pyo3(signature = (model, task, count=1, has_stem=false))]
     fn of_model(model: &Model, task: &str, count: usize, has_stem: bool) -> PyResult<Self> {
         let (layout, period_min) = (model.0.layout().clone(), model.0.period_min());
-        if has_stem && !matches!(&*model.0, AnyModel::Stem(_) | AnyModel::Lstm(_)) {
+        if has_stem && !matches!(&*model.0, AnyModel::Stem(_) | AnyModel::Lstm(_) | AnyModel::Space(_)) {
             return Err(refused(
                 "found a model of the tip, wanted one of the stem: Model.of_virtual_beans(\"stem\")",
             ));
@@ -499,6 +499,7 @@ impl Batch {
                 AnyModel::Memory(model) => Box::new(Simulated::new(Arc::clone(model), size)),
                 AnyModel::Stem(model) => Box::new(Simulated::new(Arc::clone(model), size)),
                 AnyModel::Lstm(model) => Box::new(Simulated::new(Arc::clone(model), size)),
+                AnyModel::Space(model) => Box::new(Simulated::new(Arc::clone(model), size)),
                 AnyModel::Python(_) => unreachable!("models of Python are no `Model`"),
             }
         };

@@ -12,6 +12,7 @@ use tropism::observation::Observation;
 use tropism::plant::PlantModel;
 use tropism::plant::lstm::{LstmModel, LstmState};
 use tropism::plant::memory::{MemoryModel, MemoryState};
+use tropism::plant::space::{SpaceModel, SpaceState};
 use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{TipModel, TipModelConfig, TipState};
 use tropism::random::{self, Purpose, StepNoise};
@@ -32,6 +33,7 @@ pub(crate) enum AnyModel {
     Memory(Arc<MemoryModel>),
     Stem(Arc<StemModel>),
     Lstm(Arc<LstmModel>),
+    Space(Arc<SpaceModel>),
     Python(PythonModel),
 }
 
@@ -42,6 +44,7 @@ pub(crate) enum AnyState {
     Memory(Box<MemoryState>),
     Stem(Box<StemState>),
     Lstm(Box<LstmState>),
+    Space(Box<SpaceState>),
     Python(Arc<Py<PyAny>>),
 }
 
@@ -54,6 +57,7 @@ impl PlantModel for AnyModel {
             Self::Memory(model) => AnyState::Memory(Box::new(model.seedling(start, noise))),
             Self::Stem(model) => AnyState::Stem(Box::new(model.seedling(start, noise))),
             Self::Lstm(model) => AnyState::Lstm(Box::new(model.seedling(start, noise))),
+            Self::Space(model) => AnyState::Space(Box::new(model.seedling(start, noise))),
             Self::Python(model) => AnyState::Python(model.seedling(start, noise)),
         }
     }
@@ -64,6 +68,7 @@ impl PlantModel for AnyModel {
             (Self::Memory(model), AnyState::Memory(plant)) => model.step(plant, light, noise),
             (Self::Stem(model), AnyState::Stem(plant)) => model.step(plant, light, noise),
             (Self::Lstm(model), AnyState::Lstm(plant)) => model.step(plant, light, noise),
+            (Self::Space(model), AnyState::Space(plant)) => model.step(plant, light, noise),
             (Self::Python(model), AnyState::Python(plant)) => model.step(plant, light, noise),
             _ => unreachable!("a plant of another model"),
         }
@@ -75,6 +80,7 @@ impl PlantModel for AnyModel {
             (Self::Memory(model), AnyState::Memory(plant)) => model.observe(plant),
             (Self::Stem(model), AnyState::Stem(plant)) => model.observe(plant),
             (Self::Lstm(model), AnyState::Lstm(plant)) => model.observe(plant),
+            (Self::Space(model), AnyState::Space(plant)) => model.observe(plant),
             (Self::Python(model), AnyState::Python(plant)) => model.observe(plant),
             _ => unreachable!("a plant of another model"),
         }
@@ -86,6 +92,7 @@ impl PlantModel for AnyModel {
             Self::Memory(model) => model.layout(),
             Self::Stem(model) => model.layout(),
             Self::Lstm(model) => model.layout(),
+            Self::Space(model) => model.layout(),
             Self::Python(model) => model.layout(),
         }
     }
@@ -96,6 +103,7 @@ impl PlantModel for AnyModel {
             Self::Memory(model) => model.period_min(),
             Self::Stem(model) => model.period_min(),
             Self::Lstm(model) => model.period_min(),
+            Self::Space(model) => model.period_min(),
             Self::Python(model) => model.period_min(),
         }
     }
@@ -115,6 +123,7 @@ impl BatchModel for AnyModel {
             Self::Memory(model) => model.score(task, sensors, episodes),
             Self::Stem(model) => model.score(task, sensors, episodes),
             Self::Lstm(model) => model.score(task, sensors, episodes),
+            Self::Space(model) => model.score(task, sensors, episodes),
             Self::Python(model) => model.score(task, sensors, episodes),
         }
     }
@@ -129,6 +138,7 @@ impl BatchModel for AnyModel {
             Self::Memory(model) => model.score_linear(task, episodes),
             Self::Stem(model) => model.score_linear(task, episodes),
             Self::Lstm(model) => model.score_linear(task, episodes),
+            Self::Space(model) => model.score_linear(task, episodes),
             Self::Python(model) => model.score_linear(task, episodes),
         }
     }
@@ -148,8 +158,10 @@ impl Model {
                 .map(|model| AnyModel::Memory(Arc::new(model.of_virtual_plants(is_virtual)))),
             "stem" => StemModel::fit(tracks())
                 .map(|model| AnyModel::Stem(Arc::new(model.of_virtual_plants(is_virtual)))),
+            "space" => SpaceModel::fit(tracks())
+                .map(|model| AnyModel::Space(Arc::new(model.of_virtual_plants(is_virtual)))),
             _ => {
-                let wanted = "tip, memory or stem; `tropism.fit` trains an lstm";
+                let wanted = "tip, memory, stem or space; `tropism.fit` trains an lstm";
                 return Err(refused(format!("found kind {kind:?}, wanted {wanted}")));
             }
         };
@@ -159,7 +171,7 @@ impl Model {
 
 #[pymethods]
 impl Model {
-    /// A model of tracks: `kind` is tip (the paper's), memory or stem.
+    /// A model of tracks: `kind` is tip (the paper's), memory, stem or space.
     #[staticmethod]
     #[pyo3(signature = (tracks, kind="tip", is_virtual=false))]
     fn fit(tracks: Vec<PyRef<'_, Track>>, kind: &str, is_virtual: bool) -> PyResult<Self> {
@@ -167,14 +179,17 @@ impl Model {
         Self::fitted(&tracks, kind, is_virtual)
     }
 
-    /// A model of virtual beans under periodic lamps, as in the paper's open-loop experiments.
+    /// A model of virtual beans under periodic lamps, as in the paper's open-loop experiments; of kind space with four lamps,
+    /// seen by two cameras.
     #[staticmethod]
     #[pyo3(signature = (kind="tip", seed=1, plants=6, steps=1000))]
     fn of_virtual_beans(py: Python<'_>, kind: &str, seed: u64, plants: u32, steps: u32) -> PyResult<Self> {
         check_fork()?;
         py.detach(|| {
             let (species, task) = (Species::default(), OpenLoop { steps, ..OpenLoop::default() });
-            let trial = Trial::new(&species);
+            let in_space = kind == "space";
+            let layout = if in_space { Layout::four_sides() } else { Layout::default() };
+            let trial = Trial { layout, in_space, ..Trial::new(&species) };
             // The plants of `tropism grow` with this seed.
             let seeds: Vec<u64> =
                 (0..plants).map(|plant| random::derive(seed, Purpose::Plant, plant.into()) >> 1).collect();
@@ -195,6 +210,8 @@ impl Model {
             AnyModel::Stem(Arc::new(StemModel::from_json(&text).map_err(at)?))
         } else if LstmModel::is_named_in(&text) {
             AnyModel::Lstm(Arc::new(LstmModel::from_json(&text).map_err(at)?))
+        } else if SpaceModel::is_named_in(&text) {
+            AnyModel::Space(Arc::new(SpaceModel::from_json(&text).map_err(at)?))
         } else if MemoryModel::is_named_in(&text) {
             AnyModel::Memory(Arc::new(MemoryModel::from_json(&text).map_err(at)?))
         } else {
@@ -210,6 +227,7 @@ impl Model {
             AnyModel::Memory(model) => Ok(model.to_json()),
             AnyModel::Stem(model) => Ok(model.to_json()),
             AnyModel::Lstm(model) => Ok(model.to_json()),
+            AnyModel::Space(model) => Ok(model.to_json()),
             AnyModel::Python(_) => Err(refused("found a model of Python, wanted one that files can hold")),
         }
     }
@@ -221,6 +239,7 @@ impl Model {
             AnyModel::Memory(_) => "memory",
             AnyModel::Stem(_) => "stem",
             AnyModel::Lstm(_) => "lstm",
+            AnyModel::Space(_) => "space",
             AnyModel::Python(_) => "python",
         }
     }
@@ -232,6 +251,7 @@ impl Model {
             AnyModel::Memory(model) => model.is_virtual(),
             AnyModel::Stem(model) => model.is_virtual(),
             AnyModel::Lstm(model) => model.is_virtual(),
+            AnyModel::Space(model) => model.is_virtual(),
             AnyModel::Python(_) => true,
         }
     }

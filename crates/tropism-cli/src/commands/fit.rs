@@ -21,13 +21,16 @@ use crate::shell::Shell;
 /// images. The models with memory are not the paper's: each step depends on the light of the last hour and on the last steps,
 /// and each plant has a response of its own. They need two lamps, one on each side. The models of the stem predict best: a
 /// linear one in seconds, and an LSTM, which is trained for minutes. They need tracks with stems, such as those of `tropism
-/// track` and `tropism grow`. `tropism forecast` compares models on plants that were left out.
+/// track` and `tropism grow`. For targets in space there is a linear model of the stem in space: it needs tracks of two
+/// cameras, and takes 2 to 8 lamps. `tropism forecast` compares models on plants that were left out.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism fit tent --out model.json\n  \
     tropism fit tent/1/track.csv tent/2/track.csv --out model.json\n  \
     tropism fit grown --model stem --out stem.json\n  \
-    tropism fit grown --model lstm --out lstm.json")]
+    tropism fit grown --model lstm --out lstm.json\n  \
+    tropism grow --lamps 4 --cameras 2 --out around\n  \
+    tropism fit around --model space --out space.json")]
 pub(crate) struct Fit {
     /// Tracks (CSV with tip_x_cm, tip_y_cm and light), and folders of runs or of tracks
     #[arg(required = true, value_name = "TRACK.csv|DIR")]
@@ -45,7 +48,7 @@ pub(crate) struct Fit {
     #[arg(long)]
     force: bool,
 
-    /// The paper's tip-motion model, the model of the tip with memory, or one of the whole stem: linear, or an LSTM
+    /// The paper's tip-motion model, the model of the tip with memory, or one of the whole stem: linear, an LSTM, or linear in space
     #[arg(long, value_enum, default_value = "tip")]
     model: ModelName,
 
@@ -77,6 +80,7 @@ enum ModelName {
     Memory,
     Stem,
     Lstm,
+    Space,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -101,6 +105,7 @@ impl Fit {
             ModelName::Memory => (ModelKind::Memory, "tune --out rule.json"),
             ModelName::Stem => (ModelKind::Stem, "tune --out rule.json"),
             ModelName::Lstm => (ModelKind::Lstm, "tune --out rule.json"),
+            ModelName::Space => (ModelKind::Space, "tune --task space.toml --out rule.json"),
         };
         let plan = FitPlan {
             tracks: self.tracks,

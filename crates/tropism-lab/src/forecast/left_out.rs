@@ -104,15 +104,17 @@ fn of_measured(name: String, track: Track, is_virtual: bool) -> LeftOut {
     LeftOut { name, is_virtual, truth: truth.collect(), observed: Track { samples, ..track } }
 }
 
-/// Virtual beans under both kinds of light: the lamps in turn for six hours each, and for random times.
+/// Virtual beans, `in_space` seen by two cameras, under both kinds of light: the lamps in turn for six hours each, and for random times.
 pub(super) fn grown(
     plan: &ForecastPlan,
     layout: &Layout,
     period_min: f64,
+    in_space: bool,
     monitor: &dyn Monitor,
 ) -> Result<Vec<(String, Vec<LeftOut>)>, Error> {
     monitor.stage("growing unseen beans", u64::from(2 * plan.plants));
-    let trial = Trial { layout: layout.clone(), ..plan.greenhouse.trial(period_min) };
+    let trial = plan.greenhouse.trial(period_min);
+    let trial = Trial { layout: layout.clone(), in_space: in_space || trial.in_space, ..trial };
     let steps = steps_of(GROWN_MIN, period_min);
     let grow = |light: &str, make: &(dyn Fn(u32) -> Box<dyn Controller> + Sync)| {
         let plant = |plant: u32| {

@@ -1,8 +1,8 @@
 //! How well models predict plants that were left out.
 //!
 //! In: models, and tracks of plants of which no model was made; without tracks, virtual beans that no other command grows.
-//! Out: by how much the predicted tip and stem miss the plant after some time, and how often it is where the model expects
-//! it. From each start a model runs on by itself, under the lights of the track: it never sees the plant again.
+//! Out: by how much the predicted tip and stem miss the plant after some time, as the front camera sees them, and how often it
+//! is where the model expects it. From each start a model runs on by itself, under the lights of the track: it never sees the plant again.
 
 mod left_out;
 mod score;
@@ -158,7 +158,7 @@ impl Workflow for ForecastPlan {
         let first = models().next().expect("at least one model, as checked");
         let (truth, lights) = if self.tracks.is_empty() {
             let period_min = first.period_min();
-            (Truth::NoiseFree, grown(self, first.layout(), period_min, monitor)?)
+            (Truth::NoiseFree, grown(self, first.layout(), period_min, first.is_in_space(), monitor)?)
         } else {
             (Truth::Measured, vec![("tracks".to_owned(), measured(&self.tracks)?)])
         };

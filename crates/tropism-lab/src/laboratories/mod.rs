@@ -54,8 +54,11 @@ const BOUND: &str = "bound";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "lowercase", deny_unknown_fields)]
 pub enum Method {
-    /// NEAT on the paper's tip-motion model: the champion is the best on models of single plants.
+    /// NEAT, by default on the paper's tip-motion model: the champion is the best on models of single plants.
     Evolve {
+        /// Which model.
+        #[serde(default, skip_serializing_if = "is_tip")]
+        model: ModelKind,
         /// Number of runs, generations and episodes, and NEAT's parameters.
         #[serde(default)]
         evolution: Box<EvolutionConfig>,
@@ -124,6 +127,11 @@ impl World {
             photographs: None,
         }
     }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
+fn is_tip(kind: &ModelKind) -> bool {
+    *kind == ModelKind::Tip
 }
 
 const fn one() -> f64 {
@@ -260,7 +268,7 @@ impl LaboratoriesConfig {
         check_names("worlds", self.worlds.iter().map(|world| world.name.as_str()))?;
         for Recipe { name, method } in &self.recipes {
             match method {
-                Method::Evolve { evolution } => evolution.check().map_err(Error::in_plan(name))?,
+                Method::Evolve { evolution, .. } => evolution.check().map_err(Error::in_plan(name))?,
                 Method::Tune { search, .. } => search.check().map_err(Error::in_plan(name))?,
                 Method::Plan { planner, .. } => planner.check().map_err(Error::in_plan(name))?,
             }
@@ -466,10 +474,10 @@ impl Stages<'_> {
             return Ok((file, files::read_as(&cost, |text| text.trim().parse::<f64>())?));
         }
         let seed = self.seed(laboratory.into());
-        let kind = match &recipe.method {
-            Method::Evolve { .. } => ModelKind::Tip,
-            Method::Tune { model, .. } | Method::Plan { model, .. } => *model,
-        };
+        let (Method::Evolve { model: kind, .. }
+        | Method::Tune { model: kind, .. }
+        | Method::Plan { model: kind, .. }) = &recipe.method;
+        let kind = *kind;
         let model = self.model(&folder, kind, seed)?;
         let seconds = match &recipe.method {
             Method::Tune { search, .. } => self.tune(&file, Some(&model), search, seed)?,
@@ -481,7 +489,7 @@ impl Stages<'_> {
                 files::write(&file, text.as_bytes())?;
                 0.0
             }
-            Method::Evolve { evolution } => {
+            Method::Evolve { evolution, .. } => {
                 let out = folder.join(format!("{}-evolution", recipe.name));
                 let plan = EvolvePlan {
                     model,
@@ -512,21 +520,32 @@ impl Stages<'_> {
         let grow = GrowPlan {
             plants: config.plants,
             task: OpenLoop { steps: config.steps, ..OpenLoop::default() }.into(),
-            // Models know the plane of the front camera, and its two lamps.
-            greenhouse: Greenhouse {
-                bean: self.greenhouse.bean.clone(),
-                scale: self.greenhouse.scale,
-                ..Greenhouse::default()
-            },
             seed,
-            out: folder.join("open-loop"),
-            ..GrowPlan::default()
+            ..self.open_loop(kind, folder)
         };
         let tracks = grow.execute(self.monitor)?.tracks;
         let fit =
             FitPlan { tracks, kind, out: out.clone(), anyway: true, replace: true, ..FitPlan::default() };
         fit.execute(self.monitor)?;
         Ok(out)
+    }
+
+    /// The open-loop experiments for a kind of model. Only one in space knows more than the plane of the front camera and its two
+    /// lamps.
+    fn open_loop(&self, kind: ModelKind, folder: &Path) -> GrowPlan {
+        if kind == ModelKind::Space {
+            return GrowPlan {
+                greenhouse: self.greenhouse.clone(),
+                out: folder.join("open-loop-in-space"),
+                ..GrowPlan::default()
+            };
+        }
+        let Greenhouse { bean, scale, .. } = self.greenhouse.clone();
+        GrowPlan {
+            greenhouse: Greenhouse { bean, scale, ..Greenhouse::default() },
+            out: folder.join("open-loop"),
+            ..GrowPlan::default()
+        }
     }
 
     /// Tunes a rule on a model, or without one on virtual plants themselves; returns its processor time, in s.

@@ -168,10 +168,11 @@ impl TunePlan {
         found.filter(|_| monitor.may_go_on()).ok_or_else(interrupted)
     }
 
-    /// Searches on simulated plants of the model. Models know the plane of the front camera: for targets in space the rule is
-    /// tuned to reach them as that camera sees them, and then steers by it along x and z.
+    /// Searches on simulated plants of the model. One that knows the plane of the front camera alone knows no depth: a rule for
+    /// targets in space is then tuned to reach them as that camera sees them, and steers by it along x and z.
     fn tune_on_model(&self, monitor: &dyn Monitor) -> Result<Tuned, Error> {
-        if let Some(task) = self.task.in_front() {
+        let is_in_plane = || model::read(&self.model).is_ok_and(|model| !model.is_in_space());
+        if let Some(task) = self.task.in_front().filter(|_| is_in_plane()) {
             monitor
                 .note("the model is one of the plane: the rule is tuned for the targets without their depth");
             let plan = Self { task: task.into(), ..self.clone() };
@@ -190,7 +191,7 @@ impl TunePlan {
         let track = model::simulate(&model, &mut controller, &self.task, self.seed, 0, unwatched);
         let without_data = model.share_without_data(&track.samples);
         // Two plants are enough to tell whether there is more than one.
-        let withheld = model::reason_to_withhold(model.of_each_plant(2)?.len(), without_data);
+        let withheld = model::reason_to_withhold(&self.task, model.of_each_plant(2)?.len(), without_data);
         let expected = withheld.is_none().then_some(found.expected);
         Ok((TunedRule { task: Some(self.task.clone()), expected, ..tuned }, found, withheld))
     }
