@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::control::Sensors;
 use tropism::evolve::{self, Champion};
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::TaskSpec;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism_neat::Config;
 
+use crate::sequences;
 use crate::stopwatch::Stopwatch;
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
@@ -72,6 +75,10 @@ impl Workflow for BaselinePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<BaselineResults, Error> {
         self.check()?;
+        if let Some(task) = sequences::drawn(&self.task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.seed)?
+        {
+            return Self { task, ..self.clone() }.execute(monitor);
+        }
         let stopwatch = Stopwatch::start();
         let model = model::read_for(&self.model, &self.task, monitor)?;
         monitor.stage("random controllers", self.count);

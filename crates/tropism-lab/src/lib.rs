@@ -40,6 +40,7 @@ mod model;
 pub mod planner;
 pub mod controller;
 mod reach;
+mod sequences;
 pub mod run;
 pub mod task;
 pub mod stop;

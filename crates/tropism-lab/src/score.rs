@@ -60,7 +60,14 @@ impl Workflow for ScorePlan {
     const SCHEMA: &'static str = "tropism.score/1";
 
     fn check(&self) -> Result<(), Error> {
-        self.task.iter().try_for_each(TaskSpec::check).map_err(Error::in_plan("task"))
+        self.task.iter().try_for_each(TaskSpec::check).map_err(Error::in_plan("task"))?;
+        if let Some(TaskSpec::RandomTargets(_)) = self.task {
+            return Err(Error::Plan(
+                "`task`: found targets that are still to be drawn, wanted those of the experiment, such as its run folder"
+                    .to_owned(),
+            ));
+        }
+        Ok(())
     }
 
     fn execute(&self, _monitor: &dyn Monitor) -> Result<Vec<TrackScore>, Error> {

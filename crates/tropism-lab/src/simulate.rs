@@ -6,15 +6,18 @@ use serde::{Deserialize, Serialize};
 use tropism::control::Controller;
 use tropism::environment::unwatched;
 use tropism::evolve::Trial;
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::task::{Task, TaskSpec};
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism::track::{Sample, Track};
 
 use crate::controller::ControllerSpec;
 use crate::journal::{StepRecord, lights_that_acted};
 use crate::run::RunConfig;
+use crate::sequences;
 use crate::{Error, Monitor, Silent, Workflow, files, model};
 
 /// Simulates plants that a controller steers, and writes the track of the first one.
@@ -210,6 +213,10 @@ impl Workflow for SimulatePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {
         self.check()?;
+        if let Some(task) = sequences::drawn(&self.task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.seed)?
+        {
+            return Self { task, ..self.clone() }.execute(monitor);
+        }
         let model = model::read_for(&self.model, &self.task, monitor)?;
         self.controller.check(model.layout(), model.period_min())?;
         let (mut fitness, mut without_data, mut first) = (Vec::new(), 0.0, None::<Track>);

@@ -50,6 +50,9 @@ pub fn in_words(task: &TaskSpec) -> String {
     if let Some(pole) = task.pole() {
         return format!("winding round a pole of {} cm", 2.0 * pole.radius_cm);
     }
+    if let TaskSpec::RandomTargets(task) = task {
+        return format!("{} up to {} cm", plural(task.count as usize, "random target"), task.highest_cm);
+    }
     if task.targets().is_empty() && task.has_goal() {
         return "a form of the stem".to_owned();
     }

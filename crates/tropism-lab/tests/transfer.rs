@@ -10,7 +10,7 @@ use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::observation::Quality;
 use tropism::obstacle::Obstacle;
-use tropism::task::{Obstacles, OpenLoop, Targets, Task, TaskSpec};
+use tropism::task::{Obstacles, OpenLoop, RandomTargets, Targets, Task, TaskSpec};
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
 use tropism_lab::fit::FitPlan;
@@ -201,6 +201,10 @@ fn each_plant_has_a_sequence_of_its_own_that_neither_threads_nor_resuming_change
     let two = on_threads(2, || plan("two", false).execute(&Silent)).unwrap();
     assert_eq!(one, two);
     assert_eq!(plan("one", true).execute(&Silent).unwrap(), one);
+    // A task whose targets are to be drawn says the same.
+    let drawn = RandomTargets::like(&low).unwrap();
+    let drawn = TransferPlan { task: drawn.into(), random_targets: false, ..plan("drawn", false) };
+    assert_eq!(drawn.execute(&Silent).unwrap(), one);
     assert!(one.random_targets && one.controllers[0].targets.iter().all(|target| target.target.is_none()));
     let table = fs::read_to_string(folder.path().join("one/plants.csv")).unwrap();
     let column = table.lines().next().unwrap().split(',').position(|name| name == "target_1_x_cm").unwrap();
@@ -209,6 +213,34 @@ fn each_plant_has_a_sequence_of_its_own_that_neither_threads_nor_resuming_change
     // The heading, three plants under chase, and the same three under the periodic rule.
     assert_eq!(places[1..4], places[4..7]);
     assert!(places[1] != places[2] && places[2] != places[3], "{places:?}");
+}
+
+#[test]
+fn a_run_keeps_the_targets_that_were_drawn_for_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let low = RandomTargets {
+        count: 2,
+        highest_cm: 4.2,
+        end_height_cm: 4.25,
+        max_steps: 60,
+        ..RandomTargets::default()
+    };
+    let run = |seed, out: &str| {
+        let rig = RigFile::greenhouse(Greenhouse::default(), VisionConfig::default());
+        let config = RunConfig::new(rig, ControllerSpec::Greedy, low.clone().into(), seed);
+        let plan = RunPlan { out: folder.path().join(out), config, ..RunPlan::default() };
+        let track = plan.execute(&Silent).unwrap().track;
+        (RunConfig::read(&plan.out).unwrap().task, track)
+    };
+    let (task, track) = run(7, "seven");
+    assert!(matches!(&task, TaskSpec::Targets(task) if task.targets.len() == 2), "{task:?}");
+    assert_ne!(run(8, "eight").0, task, "another seed, other targets");
+    let again = RunPlan::of_folder(&folder.path().join("seven"), false).unwrap();
+    let again = RunPlan { out: folder.path().join("again"), ..again };
+    assert_eq!(again.execute(&Silent).unwrap().track, track);
+    let scored = ScorePlan { task: Some(low.into()), tracks: vec![folder.path().join("seven")] };
+    let error = scored.execute(&Silent).unwrap_err().to_string();
+    assert!(error.contains("still to be drawn"), "{error}");
 }
 
 #[test]

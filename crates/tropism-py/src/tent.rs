@@ -43,6 +43,9 @@ pub(crate) fn greenhouse_for(task: &str, greenhouse: &str) -> PyResult<String> {
 pub(crate) fn task_of(json: &str) -> PyResult<TaskSpec> {
     let task: TaskSpec = parsed("task", json)?;
     task.check().map_err(refused)?;
+    if let TaskSpec::RandomTargets(_) = task {
+        return Err(refused("found targets that are still to be drawn, wanted drawn ones; `tropism.transfer` draws them"));
+    }
     Ok(task)
 }
 

@@ -324,6 +324,7 @@ fn end_height(task: &TaskSpec) -> f64 {
         TaskSpec::Shape(task) => task.end_height_cm,
         TaskSpec::Space(task) => task.end_height_cm,
         TaskSpec::Spiral(task) => task.end_height_cm,
+        TaskSpec::RandomTargets(task) => task.end_height_cm,
         TaskSpec::OpenLoop(_) => f64::INFINITY,
     }
 }

@@ -17,7 +17,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
 use tropism::greenhouse::bean::Species;
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::TaskSpec;
+use tropism::track::PAPER_PERIOD_MIN;
 
 pub use self::config::EvolveConfig;
 pub use self::history::EvolutionHistory;
@@ -28,6 +30,7 @@ pub(crate) use self::status::status;
 pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
 use crate::reach::note_out_of_reach;
+use crate::sequences;
 use crate::statistics::median;
 use crate::stopwatch::{Stopwatch, timed};
 use crate::{Error, Monitor, Workflow, champion, files, model};
@@ -162,6 +165,10 @@ impl Workflow for EvolvePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
         self.check()?;
+        if let Some(task) = sequences::drawn(&self.task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.seed)?
+        {
+            return Self { task, ..self.clone() }.execute(monitor);
+        }
         note_out_of_reach(&self.task, &Species::default(), monitor);
         let stopwatch = Stopwatch::start();
         let model = model::read_for(&self.model, &self.task, monitor)?;

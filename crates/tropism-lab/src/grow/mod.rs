@@ -27,6 +27,7 @@ pub use self::acceptance::{AcceptancePlan, AcceptanceRow, OPEN_LOOP_PLANTS, STEE
 pub use self::kinematics::{KinematicsPlan, KinematicsResults, MeasuredQuantity};
 use crate::controller::ControllerSpec;
 use crate::run::RunConfig;
+use crate::sequences;
 use crate::{Error, Monitor, Workflow, files};
 
 /// Least and greatest number of plants that a thread grows side by side. Chosen: a vector of plants; and few enough that an
@@ -119,6 +120,9 @@ impl Workflow for GrowPlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<GrowResults, Error> {
         self.check()?;
+        if let Some(task) = sequences::drawn(&self.task, &self.greenhouse, self.period_min, self.seed)? {
+            return Self { task, ..self.clone() }.execute(monitor);
+        }
         files::make_folder(&self.out)?;
         let plants = if self.photographs { self.photograph(monitor)? } else { self.grow(monitor)? };
         let count = plants.len() as f64;

@@ -20,6 +20,7 @@ use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Light;
 use tropism::random::{self, Purpose};
 use tropism::task::{OpenLoop, Task, TaskSpec};
+use tropism::track::PAPER_PERIOD_MIN;
 
 pub use self::results::{
     BaselineResults, LaboratoriesResults, LaboratoryResults, MeanAndInterval, RecipeResults, WorldResults,
@@ -33,6 +34,7 @@ use crate::fit::{FitPlan, ModelKind};
 use crate::grow::GrowPlan;
 use crate::lock::{FolderLock, lock};
 use crate::planner::PlannerFile;
+use crate::sequences;
 use crate::transfer::{JUDGING_PLANTS, NamedController, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
 use crate::workflow::check_same;
@@ -368,11 +370,15 @@ impl LaboratoriesPlan {
 
     /// The task of each world.
     fn tasks(&self) -> Result<Vec<TaskSpec>, Error> {
+        let drawn = |task: TaskSpec| -> Result<TaskSpec, Error> {
+            let drawn = sequences::drawn(&task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.config.seed)?;
+            Ok(drawn.unwrap_or(task))
+        };
         let task = |world: &World| {
-            let Some(file) = &world.task else { return Ok(self.config.task.clone()) };
+            let Some(file) = &world.task else { return drawn(self.config.task.clone()) };
             let task = crate::task::read(file)?;
             if task.has_goal() {
-                return Ok(task);
+                return drawn(task);
             }
             Err(FileError::content(
                 file,

@@ -31,6 +31,7 @@ use crate::journal::Journal;
 use crate::monitor::Monitor;
 use crate::reach::note_out_of_reach;
 use crate::recorder::{RecordError, Recorder, Supervision};
+use crate::sequences;
 use crate::workflow::Workflow;
 use alerts::{AlertMonitor, Alerts, GuardMonitor, HostMonitor, WorkflowMonitor};
 use guard::Guard;
@@ -245,6 +246,13 @@ impl Workflow for RunPlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<RunResults, Error> {
         self.check()?;
+        let RunConfig { task, rig, seed, .. } = &self.config;
+        let tent = rig.greenhouse.clone().unwrap_or_default();
+        if let Some(task) = sequences::drawn(task, &tent, rig.period_min, *seed)? {
+            let mut plan = self.clone();
+            plan.config.task = task;
+            return plan.execute(monitor);
+        }
         let folder = self.config.open_folder(&self.out, self.resume);
         // A folder that another program or another run has is left as it is, and no alert tells of it.
         if matches!(&folder, Err(Error::Folder(error)) if error.is_refusal()) {

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use tropism::control::ShapeError;
 use tropism::evolve::Champion;
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::TaskSpec;
 use tropism::text::plural;
+use tropism::track::PAPER_PERIOD_MIN;
 use tropism::track::Track;
 use tropism_report::Plants;
 
@@ -13,6 +15,7 @@ use super::ShowPlan;
 use crate::evolve::EvolutionRecord;
 use crate::model::Model;
 use crate::run::RunConfig;
+use crate::sequences;
 use crate::{Error, Monitor, champion, files, model};
 
 /// A champion, the file that it was read from, its task, and a plant that it steered.
@@ -43,6 +46,8 @@ impl ShownChampion {
             (None, None, None) => TaskSpec::default(),
         };
         let seed = record.as_ref().map_or(1, |record| record.seed);
+        let drawn = sequences::drawn(&task, &Greenhouse::default(), PAPER_PERIOD_MIN, seed)?;
+        let task = drawn.unwrap_or(task);
         let model = match &plan.model {
             Some(path) => Some(model::read_for(path, &task, monitor)?),
             None => own_model(folder, record.as_ref())?,

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::{OpenLoop, TaskSpec};
+use tropism::track::PAPER_PERIOD_MIN;
 
 use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;
@@ -34,6 +35,7 @@ use crate::finished_run::make_small;
 use crate::fit::FitPlan;
 use crate::monitor::{Part, Titled};
 use crate::run::{RunConfig, RunPlan};
+use crate::sequences;
 use crate::transfer::{NamedController, TransferPlan};
 use crate::workflow::check_same;
 use crate::{Error, FolderLock, Monitor, Workflow, lock};
@@ -79,6 +81,11 @@ impl Workflow for StudyPlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<StudyResults, Error> {
         self.check()?;
+        let StudyConfig { task, seed, .. } = &self.config;
+        if let Some(task) = sequences::drawn(task, &Greenhouse::default(), PAPER_PERIOD_MIN, *seed)? {
+            let config = StudyConfig { task, ..self.config.clone() };
+            return Self { config, ..self.clone() }.execute(monitor);
+        }
         let _lock = self.claim()?;
         monitor.note("a study on virtual plants: nothing here is a measurement of a living plant");
         let mut study = StudyStages { plan: self, monitor, stage: 0, seconds: read_seconds(&self.out) };

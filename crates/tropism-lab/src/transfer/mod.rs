@@ -7,7 +7,6 @@
 
 mod controllers;
 mod ceiling;
-mod sequences;
 mod steer;
 mod causes;
 mod results;
@@ -22,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use tropism::environment::unwatched;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::random::{self, Purpose};
-use tropism::task::{Task, TaskSpec};
+use tropism::task::{RandomTargets, Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Track};
 
 pub use self::causes::{Cause, MISS_CM};
@@ -39,6 +38,7 @@ use crate::controller::ControllerSpec;
 use crate::lock::{FolderLock, lock};
 use crate::model::{self, Model};
 use crate::reach::note_out_of_reach;
+use crate::sequences;
 pub use crate::statistics::PairedDifference;
 use crate::workflow::check_same;
 use crate::{Error, Monitor, Workflow, files};
@@ -177,6 +177,10 @@ impl Workflow for TransferPlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TransferResults, Error> {
         self.check()?;
+        if let TaskSpec::RandomTargets(task) = &self.task {
+            let plan = Self { task: task.straight_up().into(), random_targets: true, ..self.clone() };
+            return plan.execute(monitor);
+        }
         let model = self.model.as_deref().map(model::read).transpose()?;
         let _lock = self.claim()?;
         monitor.note("virtual plants: nothing here is a measurement of a living plant");
@@ -263,21 +267,13 @@ impl TransferPlan {
     /// The task of each plant, in order.
     pub(super) fn tasks(&self, monitor: &dyn Monitor) -> Result<Vec<TaskSpec>, Error> {
         let plants = self.seeds().len();
-        let Some(task) = self.task.as_targets().filter(|_| self.random_targets) else {
-            return Ok(vec![self.task.clone(); plants]);
-        };
+        let to_draw = self.task.as_targets().filter(|_| self.random_targets).and_then(RandomTargets::like);
+        let Some(task) = to_draw else { return Ok(vec![self.task.clone(); plants]) };
         let drawn = (0..plants as u64).into_par_iter().map(|index| {
             if !monitor.may_go_on() {
                 return Err(self.interrupted());
             }
-            let found = sequences::draw(task, &self.trial(), self.seed, index);
-            found.map(TaskSpec::from).ok_or_else(|| {
-                Error::Plan(format!(
-                    "`random_targets`: found no typical plant as high as {} cm in {} steps, wanted targets in its reach",
-                    task.targets[task.targets.len() - 1].y,
-                    task.max_steps
-                ))
-            })
+            sequences::draw(&task, &self.trial(), self.seed, index).map(TaskSpec::from)
         });
         drawn.collect()
     }

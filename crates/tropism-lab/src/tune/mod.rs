@@ -25,7 +25,7 @@ pub use self::status::TuneStatus;
 pub(crate) use self::status::status;
 use crate::reach::note_out_of_reach;
 use crate::stopwatch::Stopwatch;
-use crate::{Error, Monitor, Workflow, files, model};
+use crate::{Error, Monitor, Workflow, files, model, sequences};
 
 /// Plants that grow side by side in a thread: some milliseconds of work.
 const PLANTS_AT_ONCE: usize = 64;
@@ -108,6 +108,11 @@ impl Workflow for TunePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {
         self.check()?;
+        if let Some(task) =
+            sequences::drawn(&self.task, &self.beans.clone().unwrap_or_default(), self.period_min, self.seed)?
+        {
+            return Self { task, ..self.clone() }.execute(monitor);
+        }
         let species = self.beans.as_ref().map_or_else(Species::default, |beans| beans.bean.clone());
         note_out_of_reach(&self.task, &species, monitor);
         let stopwatch = Stopwatch::start();

@@ -3,7 +3,7 @@
 //! Observations go in; a fitness comes out. A [`Task`] says where a seedling starts, when an experiment is over, and what
 //! each step is worth. [`Targets`] is the paper's task with eq. (9); [`Obstacles`] has targets behind things that the stem
 //! must not touch; [`Shape`] wants a form of the whole stem; [`Space`] has targets in three coordinates; [`Spiral`] counts the
-//! turns of the stem round a pole; [`OpenLoop`] has nothing to reach and only ends. A task of one's own implements the trait;
+//! turns of the stem round a pole; [`RandomTargets`] are still to be drawn; [`OpenLoop`] has nothing to reach and only ends. A task of one's own implements the trait;
 //! it sees whole observations, stems included.
 
 mod reach;
@@ -12,6 +12,7 @@ mod open_loop;
 mod shape;
 mod space;
 mod spiral;
+mod random_targets;
 mod spec;
 mod targets;
 
@@ -23,6 +24,7 @@ use crate::track::Track;
 
 pub use obstacles::Obstacles;
 pub use open_loop::OpenLoop;
+pub use random_targets::RandomTargets;
 pub use reach::Reach;
 pub use shape::Shape;
 pub use space::Space;

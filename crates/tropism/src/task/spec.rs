@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::{Crossing, Obstacles, OpenLoop, Shape, Space, Spiral, Targets, Task};
+use super::{Crossing, Obstacles, OpenLoop, RandomTargets, Shape, Space, Spiral, Targets, Task};
 use crate::check::{OutOfRange, ensure};
 use crate::geometry::Point;
 use crate::geometry::space::SpacePoint;
@@ -35,6 +35,8 @@ pub enum TaskSpec {
     Space(Space),
     /// Wind round a pole.
     Spiral(Spiral),
+    /// Visit targets that are drawn when the experiment begins.
+    RandomTargets(RandomTargets),
     /// Grow for a number of steps.
     OpenLoop(OpenLoop),
 }
@@ -49,12 +51,21 @@ enum Kind {
     Shape,
     Space,
     Spiral,
+    #[serde(rename = "random-targets", alias = "random_targets")]
+    RandomTargets,
     OpenLoop,
 }
 
 impl Kind {
-    const ALL: [Self; 6] =
-        [Self::Targets, Self::Obstacles, Self::Shape, Self::Space, Self::Spiral, Self::OpenLoop];
+    const ALL: [Self; 7] = [
+        Self::Targets,
+        Self::Obstacles,
+        Self::Shape,
+        Self::Space,
+        Self::Spiral,
+        Self::RandomTargets,
+        Self::OpenLoop,
+    ];
 
     /// The keys that a task of this kind has beside `kind`, `start` and `max_steps`.
     const fn keys(self) -> &'static [&'static str] {
@@ -67,6 +78,7 @@ impl Kind {
                 &["end_height_cm", "line", "apex", "radius_cm", "inflection", "lean_deg", "within_cm"]
             }
             Self::Spiral => &["end_height_cm", "pole", "turns"],
+            Self::RandomTargets => &["count", "highest_cm", "end_height_cm"],
             Self::OpenLoop => &[],
         }
     }
@@ -111,6 +123,10 @@ struct Keys {
     pole: Option<Pole>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     turns: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    count: Option<u32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    highest_cm: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "height")]
     end_height_cm: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -144,6 +160,8 @@ impl Keys {
             ("within_cm", self.within_cm.is_some()),
             ("pole", self.pole.is_some()),
             ("turns", self.turns.is_some()),
+            ("count", self.count.is_some()),
+            ("highest_cm", self.highest_cm.is_some()),
             ("end_height_cm", self.end_height_cm.is_some()),
         ];
         found.into_iter().try_for_each(|(key, is_there)| {
@@ -240,6 +258,19 @@ impl TryFrom<Keys> for TaskSpec {
                     max_steps: keys.max_steps.unwrap_or(usual.max_steps),
                 })
             }
+            Kind::RandomTargets => {
+                let usual = RandomTargets::default();
+                let highest_cm = keys.highest_cm.unwrap_or(usual.highest_cm);
+                // As far above the highest target as in the paper.
+                let end_height_cm = highest_cm + (usual.end_height_cm - usual.highest_cm);
+                Self::RandomTargets(RandomTargets {
+                    start: keys.start.unwrap_or(usual.start),
+                    count: keys.count.unwrap_or(usual.count),
+                    highest_cm,
+                    end_height_cm: keys.end_height_cm.unwrap_or(end_height_cm),
+                    max_steps: keys.max_steps.unwrap_or(usual.max_steps),
+                })
+            }
             Kind::OpenLoop => {
                 let usual = OpenLoop::default();
                 Self::OpenLoop(OpenLoop {
@@ -307,6 +338,15 @@ impl From<TaskSpec> for Keys {
                 max_steps: Some(task.max_steps),
                 ..Self::default()
             },
+            TaskSpec::RandomTargets(task) => Self {
+                kind: Kind::RandomTargets,
+                start: Some(task.start),
+                count: Some(task.count),
+                highest_cm: Some(task.highest_cm),
+                end_height_cm: Some(task.end_height_cm),
+                max_steps: Some(task.max_steps),
+                ..Self::default()
+            },
             TaskSpec::OpenLoop(task) => Self {
                 kind: Kind::OpenLoop,
                 start: Some(task.start),
@@ -354,6 +394,12 @@ impl From<Spiral> for TaskSpec {
     }
 }
 
+impl From<RandomTargets> for TaskSpec {
+    fn from(task: RandomTargets) -> Self {
+        Self::RandomTargets(task)
+    }
+}
+
 impl From<OpenLoop> for TaskSpec {
     fn from(task: OpenLoop) -> Self {
         Self::OpenLoop(task)
@@ -372,6 +418,7 @@ impl TaskSpec {
             Self::Shape(task) => task.check(),
             Self::Space(task) => task.check(),
             Self::Spiral(task) => task.check(),
+            Self::RandomTargets(task) => task.check(),
             Self::OpenLoop(OpenLoop { start, steps }) => {
                 Targets { start: *start, max_steps: *steps, ..Targets::open_loop(1) }.check()
             }
@@ -393,6 +440,7 @@ impl TaskSpec {
             Self::Shape(task) => task.max_steps,
             Self::Space(task) => task.max_steps,
             Self::Spiral(task) => task.max_steps,
+            Self::RandomTargets(task) => task.max_steps,
             Self::OpenLoop(task) => task.steps,
         }
     }
@@ -406,6 +454,7 @@ impl TaskSpec {
             Self::Shape(task) => task.max_steps = steps,
             Self::Space(task) => task.max_steps = steps,
             Self::Spiral(task) => task.max_steps = steps,
+            Self::RandomTargets(task) => task.max_steps = steps,
             Self::OpenLoop(task) => task.steps = steps,
         }
         self
@@ -418,6 +467,7 @@ impl TaskSpec {
             Self::Shape(task) => task,
             Self::Space(task) => task,
             Self::Spiral(task) => task,
+            Self::RandomTargets(task) => task,
             Self::OpenLoop(task) => task,
         }
     }
@@ -511,7 +561,8 @@ mod tests {
         let round = Obstacles { way_points: vec![Point::new(3.0, 10.0)], ..Obstacles::default() };
         let short = OpenLoop { steps: 7, ..OpenLoop::default() };
         let bow = Shape { radius_cm: Some(7.0), ..Shape::default() };
-        let in_space = [Space::default().into(), Spiral::default().into(), bow.into()];
+        let drawn = RandomTargets { count: 5, highest_cm: 12.0, ..RandomTargets::default() };
+        let in_space = [Space::default().into(), Spiral::default().into(), bow.into(), drawn.into()];
         let in_plane = [TaskSpec::default(), endless.into(), round.into(), short.into()];
         for spec in in_plane.into_iter().chain(in_space) {
             let text = toml::to_string(&spec).unwrap();

@@ -1,6 +1,6 @@
 //! Random sequences of targets in the reach of a plant.
 //!
-//! In: a task, a species with its lamps, and a seed. Out: a task with as many targets at other places. The rule: a plant of
+//! In: a task whose targets are to be drawn, a species with its lamps, and a seed. Out: the task with its targets. The rule: a plant of
 //! the species without individual variation grows from the start of the task under light that moves to another lamp at random
 //! times. The way up to the highest target of the task is divided into bands, one a target; each new target is where the tip
 //! was at a random height in the upper part of its band. So each sequence is in the reach of such a plant.
@@ -9,11 +9,14 @@ use tropism::control::Controller;
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
 use tropism::greenhouse::bean::Trial;
+use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
 use tropism::random::{self, Purpose};
-use tropism::task::Targets;
+use tropism::task::{RandomTargets, Targets, TaskSpec};
 use tropism::track::Track;
+
+use crate::Error;
 
 /// Mean time between two moves of the light, in hours: as often as in the paper's open-loop experiments (section 2.2.1).
 const MOVE_H: f64 = 6.0;
@@ -51,27 +54,54 @@ impl Controller for Drawn {
     }
 }
 
+/// The task with its targets drawn, if `task` is one whose targets are still to be: number 0 under `seed`, in the tent
+/// `greenhouse` at steps of `period_min` minutes.
+///
+/// # Errors
+/// [`Error::Plan`] as [`draw`].
+pub(crate) fn drawn(
+    task: &TaskSpec,
+    greenhouse: &Greenhouse,
+    period_min: f64,
+    seed: u64,
+) -> Result<Option<TaskSpec>, Error> {
+    let TaskSpec::RandomTargets(task) = task else { return Ok(None) };
+    let targets = draw(task, &greenhouse.trial(period_min), seed, 0)?;
+    Ok(Some(targets.into()))
+}
+
 /// A random sequence of targets for number `index` under `seed`, after the rule above; `trial` is the species, whose individual
-/// variation does not count. `None` if its typical plant is never as high as the highest target of `task`.
-pub(super) fn draw(task: &Targets, trial: &Trial<'_>, seed: u64, index: u64) -> Option<Targets> {
+/// variation does not count.
+///
+/// # Errors
+/// [`Error::Plan`] if its typical plant is never as high as the highest target of `task` may be.
+pub(crate) fn draw(task: &RandomTargets, trial: &Trial<'_>, seed: u64, index: u64) -> Result<Targets, Error> {
+    try_draw(task, trial, seed, index).ok_or_else(|| {
+        Error::Plan(format!(
+            "random targets: found no typical plant as high as {} cm in {} steps, wanted targets in its reach",
+            task.highest_cm, task.max_steps
+        ))
+    })
+}
+
+fn try_draw(task: &RandomTargets, trial: &Trial<'_>, seed: u64, index: u64) -> Option<Targets> {
     let typical = Trial { scale: 0.0, ..trial.clone() };
     let mut rng = random::stream(seed, Purpose::Targets, index);
-    let highest = task.targets.last()?.y;
-    let band = (highest - task.start.y) / task.targets.len() as f64;
-    let heights: Vec<f64> = (0..task.targets.len())
+    let band = (task.highest_cm - task.start.y) / f64::from(task.count);
+    let heights: Vec<f64> = (0..task.count)
         .map(|number| {
             let share = CLEAR + (1.0 - CLEAR) * random::uniform(&mut rng);
-            task.start.y + band * (number as f64 + share)
+            task.start.y + band * (f64::from(number) + share)
         })
         .collect();
-    let growth = Targets { targets: Vec::new(), ..task.clone() };
+    let RandomTargets { start, end_height_cm, max_steps, .. } = *task;
+    let growth = Targets { start, targets: Vec::new(), end_height_cm, max_steps };
     (0..TRIES).find_map(|attempt| {
         let plant = random::derive(seed, Purpose::Targets, index * TRIES + attempt) >> 1;
         let mut lights = Drawn::wandering(&typical.layout, typical.period_min, task.max_steps, plant);
         let track = typical.grow(plant, &mut lights, &growth, &mut unwatched);
         let targets: Option<Vec<Point>> = heights.iter().map(|&height| place_at(&track, height)).collect();
-        let end_height_cm = heights.last()? + (task.end_height_cm - highest);
-        Some(Targets { targets: targets?, end_height_cm, ..task.clone() })
+        Some(task.drawn(targets?))
     })
 }
 
@@ -92,7 +122,7 @@ mod tests {
 
     #[test]
     fn sequences_differ_and_rise_within_the_way_of_the_task() {
-        let (task, species) = (Targets::default(), Species::default());
+        let (task, species) = (RandomTargets::default(), Species::default());
         let trial = Trial::new(&species);
         let drawn: Vec<Targets> = (0..12).map(|index| draw(&task, &trial, 7, index).unwrap()).collect();
         for targets in &drawn {
@@ -108,19 +138,23 @@ mod tests {
             drawn.iter().flat_map(|task| &task.targets).map(|target| target.x.abs()).fold(0.0, f64::max);
         assert!((1.5..9.0).contains(&widest), "{widest}");
         assert!(drawn.windows(2).all(|pair| pair[0] != pair[1]));
-        assert_eq!(draw(&task, &trial, 7, 3).as_ref(), Some(&drawn[3]), "the same seed, the same targets");
+        assert_eq!(draw(&task, &trial, 7, 3).unwrap(), drawn[3], "the same seed, the same targets");
+        let first = super::drawn(&task.into(), &Greenhouse::default(), 5.0, 7).unwrap();
+        assert_eq!(first, Some(drawn[0].clone().into()), "a command without many plants takes the first");
     }
 
     #[test]
     fn a_height_that_no_plant_reaches_has_no_sequence() {
         let species = Species::default();
         let trial = Trial::new(&species);
-        let task = Targets {
-            targets: vec![Point::new(0.0, 500.0)],
+        let task = RandomTargets {
+            count: 1,
+            highest_cm: 500.0,
             end_height_cm: 501.0,
             max_steps: 20,
-            ..Targets::default()
+            ..RandomTargets::default()
         };
-        assert_eq!(draw(&task, &trial, 1, 0), None);
+        let error = draw(&task, &trial, 1, 0).unwrap_err().to_string();
+        assert!(error.contains("found no typical plant as high as 500 cm in 20 steps"), "{error}");
     }
 }
