@@ -2,12 +2,14 @@
 //!
 //! The paper's network sees the tip, x and y (section 2.3). The other sensors are what a plant's response depends on
 //! besides: where the next target is, how the tip moved, and which light the plant has had. For tasks on the whole stem (section
-//! 5, future work) there are its points, its lean and curvature, and where obstacles are.
+//! 5, future work) there are its points, its lean and curvature, where obstacles are, and how far it is from a drawn line. In
+//! space there are the depth of the tip and the targets with theirs: towards the front camera, so that a mirror leaves them.
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Point, Polyline};
-use crate::lamps::{Layout, Light};
+use crate::geometry::space::SpacePoint;
+use crate::geometry::{Point, Polyline, STEM_POINTS};
+use crate::lamps::{Lamp, Layout, Light};
 use crate::math;
 use crate::observation::Observation;
 use crate::obstacle::{Obstacle, clearance};
@@ -51,6 +53,25 @@ pub enum Sensor {
     /// x and y from the tip to the surface of the nearest obstacle that reaches above the tip, in cm. Farther than 10 cm, and
     /// above all obstacles: 0 and 10.
     ObstacleAhead,
+    /// Depth of the tip, z, in cm, above 0 towards the front camera; 0 where it is not known.
+    Depth,
+    /// Change of the depth of the tip in the last step, in cm; 0 at the first, and where the depth is not known.
+    DepthShift,
+    /// x, y and z from the tip to a target above it, in cm, as [`Sensor::ToTarget`]. In a plane task targets have a depth of 0.
+    ToTargetInSpace {
+        /// How many targets lie between, 0 to 100.
+        ahead: usize,
+    },
+    /// Running mean of the lit lamp along the depth (-1 behind the plant, 1 in front of it, 0 for one that stands more to a
+    /// side), with weight 1 / `steps` for the last step; 0 at first.
+    FrontLightMemory {
+        /// Steps of the mean, 1 to 10000.
+        steps: u32,
+    },
+    /// How far the drawn line of a task lies to the right of the stem at the same height, in cm: at the tip, and the mean over
+    /// ten points of the stem. Above the line its upper end counts, below it the lower one. 0 without a line; without a stem
+    /// the tip alone counts.
+    LineOffset,
 }
 
 /// Distance from which on obstacles count as far away, in cm: the height of the paper's experiments (section 2.2.3), less
@@ -63,7 +84,10 @@ impl Sensor {
     pub const fn inputs(self) -> usize {
         match self {
             Self::Tip | Self::ToTarget { .. } | Self::LastShift | Self::Clearance | Self::ObstacleAhead => 2,
-            Self::LightMemory { .. } | Self::Lean | Self::Curvature => 1,
+            Self::LineOffset => 2,
+            Self::ToTargetInSpace { .. } => 3,
+            Self::LightMemory { .. } | Self::FrontLightMemory { .. } => 1,
+            Self::Lean | Self::Curvature | Self::Depth | Self::DepthShift => 1,
             Self::Stem { points } => 2 * points,
         }
     }
@@ -107,8 +131,14 @@ impl Sensors {
                 Sensor::ToTarget { ahead } if ahead > 100 => {
                     return error(format!("to_target with ahead = {ahead}"), "0 to 100");
                 }
+                Sensor::ToTargetInSpace { ahead } if ahead > 100 => {
+                    return error(format!("to_target_in_space with ahead = {ahead}"), "0 to 100");
+                }
                 Sensor::LightMemory { steps } if !(1..=10_000).contains(&steps) => {
                     return error(format!("light_memory with steps = {steps}"), "1 to 10000");
+                }
+                Sensor::FrontLightMemory { steps } if !(1..=10_000).contains(&steps) => {
+                    return error(format!("front_light_memory with steps = {steps}"), "1 to 10000");
                 }
                 Sensor::Stem { points } if !(2..=100).contains(&points) => {
                     return error(format!("stem with points = {points}"), "2 to 100");
@@ -163,11 +193,16 @@ impl From<Sensors> for Vec<Sensor> {
 #[derive(Clone, Debug)]
 pub struct SensorState {
     sensors: Sensors,
-    targets: Vec<Point>,
+    /// Those of a task in the plane have a depth of 0.
+    targets: Vec<SpacePoint>,
     obstacles: Vec<Obstacle>,
+    line: Vec<Point>,
     sides: Vec<f64>,
+    /// For each lamp -1 behind the plant, 1 in front of it, 0 more to a side.
+    fronts: Vec<f64>,
     last_tip: Option<Point>,
-    /// One running mean for each sensor; only those of [`Sensor::LightMemory`] are used.
+    last_depth: Option<f64>,
+    /// One running mean for each sensor; only those of the light are used.
     memories: Vec<f64>,
 }
 
@@ -175,12 +210,20 @@ impl SensorState {
     /// The state before the first observation. Targets and obstacles are those of `task`.
     #[must_use]
     pub fn new(sensors: &Sensors, task: &(impl Task + ?Sized), layout: &Layout) -> Self {
+        let in_plane = || task.way().into_iter().map(|target| [target.x, target.y, 0.0]).collect();
+        let front = |lamp: &Lamp| {
+            let [x, _, z] = lamp.at;
+            if z.abs() > x.abs() { z.signum() } else { 0.0 }
+        };
         Self {
             sensors: sensors.clone(),
-            targets: task.way(),
+            targets: task.way_in_space().unwrap_or_else(in_plane),
             obstacles: task.obstacles().to_vec(),
+            line: task.shape().to_vec(),
             sides: layout.lights().map(|light| layout.side(light)).collect(),
+            fronts: layout.lamps().iter().map(front).collect(),
             last_tip: None,
+            last_depth: None,
             memories: vec![0.0; sensors.0.len()],
         }
     }
@@ -189,22 +232,25 @@ impl SensorState {
     pub fn sense(&mut self, seen: &Observation, inputs: &mut Vec<f64>) {
         inputs.clear();
         let tip = seen.tip;
+        let z = seen.depth.as_ref().map_or(0.0, |depth| depth.tip_cm);
         let stem = seen.stem.as_ref().filter(|stem| stem.0.len() > 1);
         for (place, sensor) in self.sensors.0.iter().enumerate() {
             match *sensor {
                 Sensor::Tip => inputs.extend([tip.x, tip.y]),
-                Sensor::ToTarget { ahead } => {
-                    let next = self.targets.iter().position(|target| tip.y < target.y);
-                    let last = self.targets.len().saturating_sub(1);
-                    let place = next.map_or(last, |next| (next + ahead).min(last));
-                    let target = self.targets.get(place).copied().unwrap_or(tip);
-                    inputs.extend([target.x - tip.x, target.y - tip.y]);
+                Sensor::ToTarget { ahead } => inputs.extend_from_slice(&self.to_target(ahead, tip, z)[..2]),
+                Sensor::ToTargetInSpace { ahead } => inputs.extend(self.to_target(ahead, tip, z)),
+                Sensor::Depth => inputs.push(z),
+                Sensor::DepthShift => {
+                    let now = seen.depth.as_ref().map(|depth| depth.tip_cm);
+                    inputs.push(self.last_depth.zip(now).map_or(0.0, |(before, now)| now - before));
                 }
                 Sensor::LastShift => {
                     let before = self.last_tip.unwrap_or(tip);
                     inputs.extend([tip.x - before.x, tip.y - before.y]);
                 }
-                Sensor::LightMemory { .. } => inputs.push(self.memories[place]),
+                Sensor::LightMemory { .. } | Sensor::FrontLightMemory { .. } => {
+                    inputs.push(self.memories[place]);
+                }
                 Sensor::Stem { points } => match stem {
                     Some(stem) => {
                         inputs.extend(stem.resampled(points).0.iter().flat_map(|point| [point.x, point.y]));
@@ -219,9 +265,28 @@ impl SensorState {
                 })),
                 Sensor::Clearance => inputs.extend(self.clearance(stem)),
                 Sensor::ObstacleAhead => inputs.extend(self.obstacle_ahead(tip)),
+                Sensor::LineOffset => inputs.extend(self.line_offset(tip, stem)),
             }
         }
         self.last_tip = Some(tip);
+        self.last_depth = seen.depth.as_ref().map(|depth| depth.tip_cm);
+    }
+
+    /// The way from the tip to the target that is `ahead` of the next one; none without targets.
+    fn to_target(&self, ahead: usize, tip: Point, z: f64) -> [f64; 3] {
+        let next = self.targets.iter().position(|target| tip.y < target[1]);
+        let last = self.targets.len().saturating_sub(1);
+        let place = next.map_or(last, |next| (next + ahead).min(last));
+        self.targets.get(place).map_or([0.0; 3], |target| math::vector::sub(*target, [tip.x, tip.y, z]))
+    }
+
+    /// The inputs of [`Sensor::LineOffset`].
+    fn line_offset(&self, tip: Point, stem: Option<&Polyline>) -> [f64; 2] {
+        let offset = |point: Point| x_at(&self.line, point.y).map_or(0.0, |x| x - point.x);
+        let mean = stem.map_or(offset(tip), |stem| {
+            math::statistics::mean(stem.resampled(STEM_POINTS).0.into_iter().map(offset))
+        });
+        [offset(tip), mean]
     }
 
     /// The inputs of [`Sensor::Clearance`].
@@ -247,13 +312,28 @@ impl SensorState {
 
     /// Remembers the light that was decided upon.
     pub fn remember(&mut self, light: Light) {
-        let side = self.sides.get(light.index()).copied().unwrap_or(0.0);
+        let of = |values: &[f64]| values.get(light.index()).copied().unwrap_or(0.0);
+        let (side, front) = (of(&self.sides), of(&self.fronts));
         for (sensor, memory) in self.sensors.0.iter().zip(&mut self.memories) {
-            if let Sensor::LightMemory { steps } = *sensor {
-                *memory += (side - *memory) / f64::from(steps);
+            match *sensor {
+                Sensor::LightMemory { steps } => *memory += (side - *memory) / f64::from(steps),
+                Sensor::FrontLightMemory { steps } => *memory += (front - *memory) / f64::from(steps),
+                _ => {}
             }
         }
     }
+}
+
+/// x of a line where it first is at a height, in cm; above and below it that of its upper or lower end. `None` without a line.
+fn x_at(line: &[Point], y: f64) -> Option<f64> {
+    let (first, last) = (line.first()?, line.last()?);
+    let is_there = |pair: &&[Point]| pair[0].y <= y && y <= pair[1].y;
+    let Some(pair) = line.windows(2).find(is_there) else {
+        return Some(if y < first.y { first.x } else { last.x });
+    };
+    let rise = pair[1].y - pair[0].y;
+    let share = if rise > 0.0 { (y - pair[0].y) / rise } else { 0.0 };
+    Some(math::interpolate::lerp(pair[0].x, pair[1].x, share))
 }
 
 /// Angles of the lower and of the upper third of a stem from the vertical, in rad, above 0 to the right.
@@ -269,7 +349,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::task::{Obstacles, OpenLoop, Targets};
+    use crate::observation::Depth;
+    use crate::task::{Obstacles, OpenLoop, Shape, Space, Targets};
 
     fn sensed(state: &mut SensorState, x: f64, y: f64) -> Vec<f64> {
         let mut inputs = Vec::new();
@@ -375,7 +456,74 @@ mod tests {
     }
 
     #[test]
+    fn depth_is_felt_and_does_not_change_in_a_mirror() {
+        let sensors = Sensors::new(vec![
+            Sensor::Depth,
+            Sensor::DepthShift,
+            Sensor::ToTargetInSpace { ahead: 0 },
+            Sensor::ToTargetInSpace { ahead: 1 },
+            Sensor::ToTarget { ahead: 0 },
+            Sensor::FrontLightMemory { steps: 2 },
+        ])
+        .unwrap();
+        let felt = |sign: f64| {
+            let targets = vec![[2.0 * sign, 8.0, 1.0], [-sign, 12.0, -3.0]];
+            let task = Space { targets, ..Space::default() };
+            let layout = Layout::four_sides();
+            let mut state = SensorState::new(&sensors, &task, &layout);
+            let mut sense = |x: f64, z: Option<f64>, light: Light| {
+                let depth = z.map(|tip_cm| Depth { tip_cm, stem_cm: Vec::new() });
+                let mut inputs = Vec::new();
+                state.sense(
+                    &Observation { depth, ..Observation::simulated(Point::new(sign * x, 5.0)) },
+                    &mut inputs,
+                );
+                state.remember(if sign < 0.0 { layout.mirrored(light).unwrap() } else { light });
+                inputs
+            };
+            [
+                sense(0.0, Some(0.5), Light::FRONT),
+                sense(1.0, Some(0.75), Light::RIGHT),
+                sense(1.0, None, Light::BACK),
+            ]
+        };
+        let [first, second, unknown] = felt(1.0);
+        assert_eq!(first, [0.5, 0.0, 2.0, 3.0, 0.5, -1.0, 7.0, -3.5, 2.0, 3.0, 0.0]);
+        assert_eq!(second, [0.75, 0.25, 1.0, 3.0, 0.25, -2.0, 7.0, -3.75, 1.0, 3.0, 0.5]);
+        assert_eq!(unknown, [0.0, 0.0, 1.0, 3.0, 1.0, -2.0, 7.0, -3.0, 1.0, 3.0, 0.25]);
+        let signs = [1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0];
+        for (one, other) in felt(1.0).iter().zip(&felt(-1.0)) {
+            let mirrored: Vec<f64> = other.iter().zip(signs).map(|(value, sign)| sign * value).collect();
+            assert_eq!(*one, mirrored);
+        }
+    }
+
+    #[test]
+    fn a_drawn_line_is_felt_from_tip_and_stem() {
+        let sensors = Sensors::new(vec![Sensor::LineOffset]).unwrap();
+        let felt = |sign: f64, stem: Option<[(f64, f64); 2]>| {
+            let line = [(0.0, 0.0), (0.0, 4.0), (4.0, 8.0)].map(|(x, y)| Point::new(sign * x, y)).to_vec();
+            let task = Shape { line, ..Shape::default() };
+            let stem = stem.map(|stem| Polyline(stem.map(|(x, y)| Point::new(sign * x, y)).to_vec()));
+            let mut inputs = Vec::new();
+            let seen = Observation { stem, ..Observation::simulated(Point::new(sign, 6.0)) };
+            SensorState::new(&sensors, &task, &Layout::default()).sense(&seen, &mut inputs);
+            inputs
+        };
+        // At 6 cm the line is at x = 2; the lower half of this stem stands on it.
+        assert_eq!(felt(1.0, None), [1.0, 1.0]);
+        let beside = felt(1.0, Some([(1.0, 0.0), (1.0, 4.0)]));
+        assert!((beside[0] - 1.0).abs() < 1e-12 && (beside[1] + 1.0).abs() < 1e-12, "{beside:?}");
+        let mirrored = felt(-1.0, Some([(1.0, 0.0), (1.0, 4.0)]));
+        assert!((mirrored[0] + 1.0).abs() < 1e-12 && (mirrored[1] - 1.0).abs() < 1e-12, "{mirrored:?}");
+        assert_eq!((x_at(&[], 3.0), x_at(&[Point::new(1.0, 2.0)], 9.0)), (None, Some(1.0)));
+    }
+
+    #[test]
     fn sensors_are_readable_and_checked() {
+        let felt = r#"["depth","depth_shift",{"to_target_in_space":{"ahead":0}},{"front_light_memory":{"steps":7}},"line_offset"]"#;
+        let sensors: Sensors = serde_json::from_str(felt).unwrap();
+        assert_eq!((serde_json::to_string(&sensors).unwrap().as_str(), sensors.inputs()), (felt, 8));
         let text =
             r#"["tip",{"to_target":{"ahead":1}},{"light_memory":{"steps":7}},"clearance","obstacle_ahead"]"#;
         let sensors: Sensors = serde_json::from_str(text).unwrap();
@@ -383,5 +531,6 @@ mod tests {
         let error = |text| serde_json::from_str::<Sensors>(text).unwrap_err().to_string();
         assert!(error("[]").contains("found 0 sensors"));
         assert!(error(r#"[{"light_memory":{"steps":0}}]"#).contains("steps = 0"));
+        assert!(error(r#"[{"front_light_memory":{"steps":0}}]"#).contains("front_light_memory"));
     }
 }
