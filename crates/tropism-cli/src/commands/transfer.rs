@@ -136,9 +136,10 @@ fn parse_seeds(text: &str) -> Result<Range<u64>, String> {
 fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     let longest = results.controllers.iter().map(|one| one.name.len()).max().unwrap_or(0).max(10);
     // The shares under 9 and 6 cm are those of the paper's task.
-    let is_paper_like = plan.task.as_targets().is_some();
+    let is_paper_like = plan.task.as_targets().is_some() || results.random_targets;
     let unit = if is_paper_like { " in cm" } else { "" };
-    let best = plan.task.best_fitness().map(|_| format!(" of at most {:.2}", results.best_possible));
+    let has_best = plan.task.best_fitness().is_some() || results.random_targets;
+    let best = has_best.then(|| format!(" of at most {:.2}", results.best_possible));
     let shares = if is_paper_like { "  under 9  under 6" } else { "" };
     let mut text = format!(
         "{} virtual plants, fitness{unit}{}\n{:<longest$}   mean   95 % interval     sd{shares}  kept  at targets\n",
