@@ -406,7 +406,7 @@ pub(crate) fn reason_not_to_predict(config: &RunConfig) -> Option<&'static str> 
             Some("its controller plans by simulations of its own, which takes too long for many plants")
         }
         task if task.is_in_space() => {
-            Some("this task is in space, and models of plants know the plane of the front camera alone")
+            Some("this task is in space, and what is predicted here is in the plane of the front camera")
         }
         _ => None,
     }
