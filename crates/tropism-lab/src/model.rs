@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use tropism::control::{Controller, Sensors};
+use tropism::control::{Controller, PredictiveRule, Sensors};
 use tropism::environment;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
@@ -267,6 +267,19 @@ impl BatchModel for Model {
             Self::Stem(model) => model.score_linear(task, episodes),
             Self::Lstm(model) => model.score_linear(task, episodes),
             Self::Space(model) => model.score_linear(task, episodes),
+        }
+    }
+
+    fn score_rules<T: Task + ?Sized>(
+        &self,
+        task: &T,
+        episodes: impl Iterator<Item = Episode<PredictiveRule>>,
+    ) -> Vec<f64> {
+        match self {
+            Self::Tip(model) => model.score_rules(task, episodes),
+            Self::Memory(model) => model.score_rules(task, episodes),
+            Self::Stem(model) => model.score_rules(task, episodes),
+            Self::Lstm(model) => model.score_rules(task, episodes),
         }
     }
 }

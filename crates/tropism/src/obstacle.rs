@@ -6,6 +6,8 @@
 //! # References
 //! Hart 1996, doi:10.1007/s003710050084 (signed distances; how far a line can be followed without meeting anything).
 
+pub(crate) mod lanes;
+
 use serde::{Deserialize, Serialize};
 
 use crate::check::{OutOfRange, ensure};

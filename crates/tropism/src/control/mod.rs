@@ -15,7 +15,7 @@ mod network;
 pub mod network_analysis;
 mod periodic;
 mod planner;
-mod rule;
+pub(crate) mod rule;
 mod sensors;
 
 use crate::lamps::Light;

@@ -1,5 +1,7 @@
 //! The greedy rule with foresight: nine numbers say where it aims and what it expects of the plant.
 
+pub(crate) mod lanes;
+
 use serde::{Deserialize, Serialize};
 
 use super::Controller;

@@ -135,33 +135,89 @@ const SIN: [f64; 6] = [
     1.589_690_995_211_55e-10,
 ];
 
-/// The cosine of `x`: that of `libm` from 0 to 2 pi, where [`is_between_zeros`].
+/// `x` without the right angles to the nearest axis: their number, and the rest in two parts.
 #[inline(always)]
-pub(crate) fn cos(x: f64) -> f64 {
-    // Number of right angles to the nearest axis; the bounds are high parts of pi / 4, 3 pi / 4 and so on.
+fn reduced(x: f64) -> (f64, f64, f64) {
+    // The bounds are high parts of pi / 4, 3 pi / 4 and so on.
     let axis = |bound: u32| if x >= of_high(bound) { 1.0 } else { 0.0 };
     let n = axis(0x3fe9_21fc) + axis(0x4002_d97d) + axis(0x400f_6a7b) + axis(0x4015_fdbd);
     let z = x - n * HALF_PI[0];
     let low = n * HALF_PI[1];
     let y = z - low;
-    let tail = (z - y) - low;
+    (n, y, (z - y) - low)
+}
 
+/// The cosine of an angle up to pi / 4 in two parts.
+#[inline(always)]
+fn reduced_cosine(y: f64, tail: f64) -> f64 {
     let y2 = y * y;
     let y4 = y2 * y2;
     let [c1, c2, c3, c4, c5, c6] = COS;
     let r = y2 * (c1 + y2 * (c2 + y2 * c3)) + y4 * y4 * (c4 + y2 * (c5 + y2 * c6));
     let half = 0.5 * y2;
     let w = 1.0 - half;
-    let cosine = w + (((1.0 - w) - half) + (y2 * r - y * tail));
+    w + (((1.0 - w) - half) + (y2 * r - y * tail))
+}
 
+/// The sine of an angle up to pi / 4 in two parts; the second value is that of the first part alone.
+#[inline(always)]
+fn reduced_sine(y: f64, tail: f64) -> (f64, f64) {
+    let y2 = y * y;
+    let y4 = y2 * y2;
     let [s1, s2, s3, s4, s5, s6] = SIN;
     let r = s2 + y2 * (s3 + y2 * s4) + y2 * y4 * (s5 + y2 * s6);
     let v = y2 * y;
-    let sine = y - ((y2 * (0.5 * tail - v * r) - tail) - v * s1);
+    (y - ((y2 * (0.5 * tail - v * r) - tail) - v * s1), y + v * (s1 + y2 * r))
+}
 
+/// The cosine of `x`: that of `libm` from 0 to 2 pi, where [`is_between_zeros`].
+#[inline(always)]
+pub(crate) fn cos(x: f64) -> f64 {
+    let (n, y, tail) = reduced(x);
     let is_sine = n == 1.0 || n == 3.0;
-    let turned = if is_sine { sine } else { cosine };
+    let turned = if is_sine { reduced_sine(y, tail).0 } else { reduced_cosine(y, tail) };
     if n == 1.0 || n == 2.0 { -turned } else { turned }
+}
+
+/// Sine and cosine of `x`: those of `libm` where [`is_sin_cos_angle`].
+#[inline(always)]
+pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
+    const SIGN: u64 = 1 << 63;
+    let (n, y, tail) = reduced(x.abs());
+    let cosine = reduced_cosine(y, tail);
+    let (sine, sine_of_whole) = reduced_sine(y, tail);
+    let sine = if n == 0.0 { sine_of_whole } else { sine };
+    let (sin, cos) = if n == 1.0 || n == 3.0 { (cosine, sine) } else { (sine, cosine) };
+    let sin = if n == 2.0 || n == 3.0 { -sin } else { sin };
+    let cos = if n == 1.0 || n == 2.0 { -cos } else { cos };
+    (f64::from_bits(sin.to_bits() ^ (x.to_bits() & SIGN)), cos)
+}
+
+/// Whether [`sin_cos`] takes `x`: up to a full turn to either side, and not at a multiple of pi / 2 but 0.
+#[inline(always)]
+pub(crate) fn is_sin_cos_angle(x: f64) -> bool {
+    (x.abs() <= core::f64::consts::TAU) & is_between_zeros(x.abs())
+}
+
+/// The length of the hypotenuse over `x` and `y`: that of `libm` where it is 0, or 1e-100 to 1e100.
+#[inline(always)]
+pub(crate) fn hypot(x: f64, y: f64) -> f64 {
+    let (x, y) = (x.abs(), y.abs());
+    let (long, short) = if x < y { (y, x) } else { (x, y) };
+    let ((long, of_long), (short, of_short)) = (square(long), square(short));
+    (of_short + of_long + short + long).sqrt()
+}
+
+/// The square of `x`, and what rounding left of it (Dekker 1971, doi:10.1007/BF01397083).
+#[inline(always)]
+fn square(x: f64) -> (f64, f64) {
+    /// 2^27 + 1.
+    const SPLIT: f64 = 134_217_729.0;
+    let shifted = x * SPLIT;
+    let above = x - shifted + shifted;
+    let below = x - above;
+    let square = x * x;
+    (square, above * above - square + 2.0 * above * below + below * below)
 }
 
 /// Whether `x` is so far from all multiples of pi / 2 but 0 that [`cos`] is that of `libm`.
@@ -296,6 +352,8 @@ mod tests {
             [0x3fe9_21fc, 0x4002_d97d, 0x400f_6a7b, 0x4015_fdbd].map(of_high).into_iter().flat_map(beside)
         {
             assert_eq!(cos(x).to_bits(), math::cos(x).to_bits(), "cos {x:e}");
+            assert!(is_sin_cos_angle(x));
+            assert_eq!([sin_cos(x), sin_cos(-x)], [math::sin_cos(x), math::sin_cos(-x)], "sin {x:e}");
         }
         assert_eq!((exp(0.0), exp(-0.0), ln(1.0).to_bits(), cos(0.0)), (1.0, 1.0, 0, 1.0));
     }
@@ -330,6 +388,14 @@ mod tests {
             let angle = core::f64::consts::TAU * share;
             if is_between_zeros(angle) {
                 prop_assert_eq!(cos(angle).to_bits(), math::cos(angle).to_bits(), "cos {}", angle);
+            }
+            for angle in [angle, -angle, power] {
+                let [both, wanted] = [sin_cos(angle), math::sin_cos(angle)];
+                prop_assert!(!is_sin_cos_angle(angle) || both == wanted, "sine and cosine of {}", angle);
+            }
+            for (x, y) in [(angle, exponent), (-power, exponent), (base, base * exponent), (angle, 0.0)] {
+                let [length, wanted] = [hypot(x, y), math::hypot(x, y)];
+                prop_assert!(length == wanted, "hypotenuse over {} and {}", x, y);
             }
         }
     }

@@ -57,7 +57,7 @@ impl<R> Replay<R> {
     }
 
     /// The place of the record to replay now, and which of `kinds` images of it, by number: the one after `last`, or the
-    /// beginning of another block that is like the plant now. `apart` says how unlike an image of a record is.
+    /// beginning of another block that is like the plant now. `apart` says how unlike an image of a record is, from 0 up.
     ///
     /// What a line does not explain depends on the state: a block from a stem that leans far over does not belong to an
     /// upright one.
@@ -74,29 +74,31 @@ impl<R> Replay<R> {
         let next = last.filter(|_| goes_on).and_then(|(place, image)| Some((self.successor(place)?, image)));
         next.unwrap_or_else(|| {
             let uniform = noise.uniform();
+            let within = self.within_reach(size_cm);
             let distance = |place: usize, image: usize| apart(&self.records[place].what, image);
-            let images_of = |&place: &usize| (0..kinds).map(move |image| (place, image));
-            let within = self.within_reach(size_cm).iter().flat_map(images_of);
-            let mut images: Vec<(f64, usize, usize)> =
-                within.map(|(place, image)| (distance(place, image), place, image)).collect();
-            if images.is_empty() {
+            if within.is_empty() {
                 let place = self.draw(size_cm, uniform);
                 let nearer = |best: usize, image: usize| {
                     if distance(place, image) <= distance(place, best) { image } else { best }
                 };
                 return (place, (1..kinds).fold(0, nearer));
             }
+            // Numbers from 0 up are in the order of their bits, and integers are sooner compared.
+            let images = within.iter().flat_map(|&place| (0..kinds).map(move |image| (place, image)));
+            let images: Vec<(u64, usize, usize)> =
+                images.map(|(place, image)| (distance(place, image).to_bits(), place, image)).collect();
             let count = ((LIKE_SHARE * images.len() as f64) as usize).max(1);
+            let mut distances: Vec<u64> = images.iter().map(|image| image.0).collect();
+            let (_, &mut limit, _) = distances.select_nth_unstable(count - 1);
+            let mut like: Vec<_> = images.iter().copied().filter(|image| image.0 < limit).collect();
             // Ties are broken by place and image: every machine chooses alike.
-            images.select_nth_unstable_by(count - 1, |one, other| {
-                one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)).then(one.2.cmp(&other.2))
-            });
-            let like = &mut images[..count];
+            let mut ties: Vec<_> = images.into_iter().filter(|image| image.0 == limit).collect();
+            ties.sort_unstable_by_key(|&(_, place, image)| (place, image));
+            like.extend(ties.into_iter().take(count - like.len()));
             // In this order a plant in a mirror draws the mirror images.
-            like.sort_unstable_by(|one, other| {
-                one.1.cmp(&other.1).then(one.0.total_cmp(&other.0)).then(one.2.cmp(&other.2))
-            });
-            let (_, place, image) = like[(uniform * count as f64) as usize];
+            let chosen = (uniform * count as f64) as usize;
+            let (_, &mut (_, place, image), _) =
+                like.select_nth_unstable_by_key(chosen, |&(apart, place, image)| (place, apart, image));
             (place, image)
         })
     }

@@ -15,6 +15,8 @@
 //! # References
 //! Stephens et al. 2008, doi:10.1371/journal.pcbi.1000028 (modes of the angles along a body).
 
+pub(crate) mod lanes;
+
 use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
 use super::measured_plant::{
     Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, draw_plant, is_named_in, tell_of_measured_plants,
@@ -37,8 +39,8 @@ use crate::track::{Sample, Track};
 /// The schema of the file.
 const SCHEMA: &str = "tropism.stem-model/1";
 
-/// Terms of the line: five of light, these times the length and times its square, the scores, these times the length and
-/// times its square, their cubes, and four past changes of each score.
+/// Places of the terms of the line: five of light, these times the length and times its square, the scores, these times the
+/// length and times its square, their cubes, and past changes of the scores. Some places stay empty.
 pub const TERMS: usize = 39;
 
 /// The first terms are those of the light, to which the gain of a plant applies.
@@ -60,6 +62,16 @@ pub(super) const POOLED_RIDGE: f64 = 30.0;
 /// the greedy rule best in five laboratories of virtual beans.
 pub(super) const PLANT_RIDGE: f64 = 100.0;
 
+/// The place of a term: groups 0 to 2 are those of the light, 3 to 6 those of the scores, and the others the past changes.
+///
+/// Before each group but the first one place stays empty. So the weights of the last two terms of light have no gain, and of the
+/// past changes only the first four have a place. All figures in `docs/` were measured so.
+#[inline(always)]
+const fn place(group: usize, number: usize) -> usize {
+    let first = if group <= 3 { 5 * group } else { 15 + 3 * (group - 3) };
+    first + group + number
+}
+
 /// The terms of the line. `squares` are those of the size of each score. In a mirror all terms change sign.
 pub(super) fn terms(
     light: [f64; 5],
@@ -70,20 +82,21 @@ pub(super) fn terms(
 ) -> [f64; TERMS] {
     let length = (length_cm - MIDDLE_LENGTH_CM) / LENGTH_SCALE_CM;
     let mut terms = [0.0; TERMS];
-    let mut slots = terms.iter_mut();
-    let mut put = |values: &[f64], factor: f64| {
-        for (slot, value) in slots.by_ref().zip(values) {
-            *slot = factor * value;
+    let mut put = |group: usize, values: &[f64], factor: f64| {
+        for (number, value) in values.iter().enumerate() {
+            if let Some(term) = terms.get_mut(place(group, number)) {
+                *term = factor * value;
+            }
         }
     };
-    for factor in [1.0, length, length * length] {
-        put(&light, factor);
+    for (factor, group) in [1.0, length, length * length].into_iter().zip(0..) {
+        put(group, &light, factor);
+        put(group + 3, &scores, factor);
     }
-    for factor in [1.0, length, length * length] {
-        put(&scores, factor);
+    put(6, &core::array::from_fn::<f64, MODES, _>(|mode| squares[mode] * scores[mode]), 1.0);
+    for (change, group) in changes.iter().zip(7..) {
+        put(group, change, 1.0);
     }
-    put(&core::array::from_fn::<f64, MODES, _>(|mode| squares[mode] * scores[mode]), 1.0);
-    changes.iter().for_each(|change| put(change, 1.0));
     terms
 }
 

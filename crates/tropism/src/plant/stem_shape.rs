@@ -162,7 +162,7 @@ impl Modes {
 pub(super) const OFFSET_MIN: f64 = 60.0;
 
 /// The images of a record: in a mirror, and as it is.
-const IMAGES: [f64; 2] = [-1.0, 1.0];
+pub(super) const IMAGES: [f64; 2] = [-1.0, 1.0];
 
 /// The state of a simulated stem, whatever expects how it bends.
 #[derive(Clone, Debug, PartialEq)]
@@ -225,12 +225,8 @@ impl Body {
         period_min: f64,
         noise: &mut StepNoise,
     ) -> (Happened, f64) {
-        let (score, lit) = (self.scores[0], self.light.mean(like)[0]);
-        let apart = |what: &Happened, image: usize| {
-            let (mirror, [their_score, their_light]) = (IMAGES[image], what.state);
-            (mirror * their_score - score).abs() + LIKE_LIGHT_WEIGHT * (mirror * their_light - lit).abs()
-        };
-        let drawn = replay.next_like(self.record, self.length_cm, period_min, IMAGES.len(), apart, noise);
+        let state = [self.scores[0], self.light.mean(like)[0]];
+        let drawn = draw_like(replay, self.record, state, self.length_cm, period_min, noise);
         let (place, image) = drawn;
         let (happened, mirror) = (replay.records[place].what, IMAGES[image]);
         let goes_on = self.record.is_some_and(|(last, before)| place == last + 1 && image == before);
@@ -275,6 +271,23 @@ impl Body {
     pub(super) fn observe(&self, modes: &Modes) -> Observation {
         Observation { stem: Some(Polyline(self.stem(modes).to_vec())), ..Observation::simulated(self.tip) }
     }
+}
+
+/// Draws the record after `last`, or one of a stem that was about as long and in about the same state: its first score, and the
+/// mean light of the last [`LIKE_LIGHT_MIN`] minutes. Its place, and which of its [`IMAGES`].
+pub(super) fn draw_like(
+    replay: &Replay<Happened>,
+    last: Option<(usize, usize)>,
+    [score, lit]: [f64; 2],
+    length_cm: f64,
+    period_min: f64,
+    noise: &mut StepNoise,
+) -> (usize, usize) {
+    let apart = |what: &Happened, image: usize| {
+        let (mirror, [their_score, their_light]) = (IMAGES[image], what.state);
+        (mirror * their_score - score).abs() + LIKE_LIGHT_WEIGHT * (mirror * their_light - lit).abs()
+    };
+    replay.next_like(last, length_cm, period_min, IMAGES.len(), apart, noise)
 }
 
 /// What may have happened to an observed plant up to now: stems are measured with errors, so the past is drawn from those

@@ -4,7 +4,7 @@ use tropism_neat::Genome;
 
 use super::batch::{self, LinearController};
 use super::fitness_of;
-use crate::control::{NetworkController, Sensors};
+use crate::control::{NetworkController, PredictiveGreedy, PredictiveRule, Sensors};
 use crate::plant::PlantModel;
 use crate::plant::lstm::LstmModel;
 use crate::plant::memory::MemoryModel;
@@ -50,6 +50,26 @@ pub trait BatchModel: PlantModel + Sized {
     ) -> Vec<f64> {
         episodes.map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise)).collect()
     }
+
+    /// The fitness of each episode's rule, in order.
+    fn score_rules<T: Task + ?Sized>(
+        &self,
+        task: &T,
+        episodes: impl Iterator<Item = Episode<PredictiveRule>>,
+    ) -> Vec<f64> {
+        rules_one_by_one(self, task, episodes)
+    }
+}
+
+fn rules_one_by_one<M: PlantModel, T: Task + ?Sized>(
+    model: &M,
+    task: &T,
+    episodes: impl Iterator<Item = Episode<PredictiveRule>>,
+) -> Vec<f64> {
+    let score = |Episode { controller, noise }| {
+        fitness_of(model, &mut PredictiveGreedy::new(controller, task, model.layout()), task, noise)
+    };
+    episodes.map(score).collect()
 }
 
 fn one_by_one<'g, M: PlantModel, T: Task + ?Sized>(
@@ -98,7 +118,18 @@ impl BatchModel for WindowModel {}
 
 impl BatchModel for MemoryModel {}
 
-impl BatchModel for StemModel {}
+impl BatchModel for StemModel {
+    /// Side by side in vectors for targets in the plane, with and without obstacles.
+    fn score_rules<T: Task + ?Sized>(
+        &self,
+        task: &T,
+        episodes: impl Iterator<Item = Episode<PredictiveRule>>,
+    ) -> Vec<f64> {
+        let mut episodes = episodes;
+        batch::fitness_of_rules(self, task, &mut episodes)
+            .unwrap_or_else(|| rules_one_by_one(self, task, episodes))
+    }
+}
 
 impl BatchModel for LstmModel {}
 

@@ -159,8 +159,13 @@ pub trait Task: Sync {
         None
     }
 
-    /// This task as the paper's, if it is one: vectorised simulation exists for eq. (9) only.
+    /// This task as the paper's, if it is one: vectorised simulation exists for few tasks.
     fn as_targets(&self) -> Option<&Targets> {
+        None
+    }
+
+    /// This task as one of targets behind obstacles, if it is one: as [`as_targets`](Self::as_targets).
+    fn as_obstacles(&self) -> Option<&Obstacles> {
         None
     }
 

@@ -115,6 +115,27 @@ impl Obstacles {
         nearest.map_or(f64::INFINITY, |nearest| nearest.distance_cm - self.stem_radius_cm)
     }
 
+    /// What a step costs in which the midline of the stem came from one distance from the obstacles to another, in cm.
+    #[inline(always)]
+    pub(crate) fn cost_of_distances(&self, was_cm: f64, now_cm: f64) -> f64 {
+        let gap = |distance_cm: f64| {
+            let gap = distance_cm - self.stem_radius_cm;
+            if distance_cm < TOUCH_CM + self.stem_radius_cm { gap } else { f64::INFINITY }
+        };
+        let (was, now) = (gap(was_cm), gap(now_cm));
+        if now < TOUCH_CM { contact_cost(was, now) } else { 0.0 }
+    }
+
+    /// `worth`, and what a target is worth that the tip passes from `before` to `after`.
+    pub(crate) fn add_target(&self, worth: f64, target: Point, [before, after]: [Point; 2]) -> f64 {
+        if !(before.y < target.y && after.y >= target.y) {
+            return worth;
+        }
+        let distance = after.distance(target);
+        worth - (distance - FREE_SHARE * self.reach_cm).max(0.0)
+            + if distance <= self.reach_cm { TARGET_WORTH } else { 0.0 }
+    }
+
     /// Whether the stem touches an obstacle: with a gap below 0.05 cm.
     #[must_use]
     pub fn touches(&self, seen: &Observation) -> bool {
@@ -128,6 +149,15 @@ impl Obstacles {
     }
 }
 
+/// What a step costs at whose end the stem touches an obstacle, by the gap before it and at its end, in cm.
+#[inline(always)]
+fn contact_cost(was: f64, gap: f64) -> f64 {
+    let onset = if was < TOUCH_CM { 0.0 } else { CONTACT_COST };
+    let depth = |gap: f64| (-gap - DENT_CM).max(0.0);
+    let deeper = depth(gap) - depth(was);
+    onset + STEP_COST + DEPTH_COST_PER_CM * deeper.max(0.0)
+}
+
 impl Task for Obstacles {
     fn is_over(&self, step: u32, seen: &Observation) -> bool {
         seen.tip.y >= self.end_height_cm || step >= self.max_steps
@@ -136,23 +166,10 @@ impl Task for Obstacles {
     /// A target within reach is worth 2; beyond that each cm costs 1. Each contact costs 2, each step of it 0.02, and each cm
     /// that the stem goes deeper into an obstacle 3, which only a model does.
     fn step_fitness(&self, _first: &Observation, before: &Observation, after: &Observation) -> f64 {
-        let mut worth = 0.0;
-        for target in &self.targets {
-            if before.tip.y < target.y && after.tip.y >= target.y {
-                let distance = after.tip.distance(*target);
-                worth -= (distance - FREE_SHARE * self.reach_cm).max(0.0);
-                worth += if distance <= self.reach_cm { TARGET_WORTH } else { 0.0 };
-            }
-        }
+        let tips = [before.tip, after.tip];
+        let worth = self.targets.iter().fold(0.0, |worth, target| self.add_target(worth, *target, tips));
         let gap = self.gap_below(TOUCH_CM, after);
-        if gap < TOUCH_CM {
-            let was = self.gap_below(TOUCH_CM, before);
-            let onset = if was < TOUCH_CM { 0.0 } else { CONTACT_COST };
-            let depth = |gap: f64| (-gap - DENT_CM).max(0.0);
-            let deeper = depth(gap) - depth(was);
-            worth -= onset + STEP_COST + DEPTH_COST_PER_CM * deeper.max(0.0);
-        }
-        worth
+        if gap < TOUCH_CM { worth - contact_cost(self.gap_below(TOUCH_CM, before), gap) } else { worth }
     }
 
     /// Below 0 the logarithm: a plant that failed has failed, and how far it went into an obstacle matters little. By the mean
@@ -181,6 +198,10 @@ impl Task for Obstacles {
 
     fn best_fitness(&self) -> Option<f64> {
         Some(TARGET_WORTH * self.targets.len() as f64)
+    }
+
+    fn as_obstacles(&self) -> Option<&Obstacles> {
+        Some(self)
     }
 
     /// `None` for a track without stems.

@@ -546,6 +546,10 @@ impl Task for TaskSpec {
         self.task().as_targets()
     }
 
+    fn as_obstacles(&self) -> Option<&Obstacles> {
+        self.task().as_obstacles()
+    }
+
     fn fitness(&self, track: &Track) -> f64 {
         self.task().fitness(track)
     }

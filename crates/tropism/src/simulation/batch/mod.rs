@@ -13,6 +13,7 @@
 mod plants;
 mod linear;
 mod networks;
+mod rules;
 
 use std::cell::Cell;
 use std::marker::PhantomData;
@@ -31,6 +32,7 @@ use crate::simd::{Kernel, dispatch};
 use crate::task::Targets;
 
 pub use linear::LinearController;
+pub(super) use rules::fitness_of_rules;
 
 /// Lanes for networks of any size. Chosen by hand for speed.
 const NETWORK_LANES: usize = 32;

@@ -1,0 +1,311 @@
+//! Predictive rules on many plants of the stem model at once.
+
+#![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
+
+use crate::control::rule::lanes::Rules;
+use crate::control::{PredictiveGreedy, PredictiveRule};
+use crate::geometry::Point;
+use crate::math::lanes::{LANES, Row};
+use crate::obstacle::lanes::{ClearanceRow, PointRow, are_known, clearance_of};
+use crate::plant::PlantModel;
+use crate::plant::stem::StemModel;
+use crate::plant::stem::lanes::Stems;
+use crate::simd::{Kernel, dispatch};
+use crate::simulation::{Episode, fitness_of};
+use crate::task::{Obstacles, Targets, Task};
+
+/// The fitness of each episode's rule on `model`, in order: what [`fitness_of`] gives, to the bit. `None` for a task that has no
+/// form in lanes.
+#[must_use]
+pub(in crate::simulation) fn fitness_of_rules(
+    model: &StemModel,
+    task: &(impl Task + ?Sized),
+    episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
+) -> Option<Vec<f64>> {
+    // The hot loop is not generic: so it is compiled here, and not in each crate that searches.
+    match (task.as_targets(), task.as_obstacles()) {
+        (Some(task), _) => Some(fitness_in_lanes(model, &LaneTask::Targets(task), episodes)),
+        (_, Some(task)) if are_known(&task.obstacles) => {
+            Some(fitness_in_lanes(model, &LaneTask::Obstacles(task), episodes))
+        }
+        _ => None,
+    }
+}
+
+fn fitness_in_lanes(
+    model: &StemModel,
+    of_lanes: &LaneTask<'_>,
+    episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
+) -> Vec<f64> {
+    let task = of_lanes.task();
+    let (start, layout) = (task.start(), model.layout());
+    let mut batch = Batch {
+        stems: Stems::new(model, start),
+        rules: Rules::new(task.way().len(), layout),
+        floor: start.y,
+        nearest: None,
+        fitness: [0.0; LANES],
+        steps: [0; LANES],
+        numbers: [None; LANES],
+    };
+    let mut fitness = Vec::with_capacity(episodes.size_hint().0);
+    loop {
+        let mut is_any_running = false;
+        for lane in 0..LANES {
+            while batch.is_over(of_lanes, lane) {
+                if let Some(number) = batch.numbers[lane].take() {
+                    fitness[number] = batch.fitness[lane];
+                }
+                let Some(Episode { controller, noise }) = episodes.next() else { break };
+                if batch.rules.refill(lane, controller, task, layout) {
+                    batch.stems.refill(lane, start, noise);
+                    (batch.fitness[lane], batch.steps[lane]) = (0.0, 0);
+                    batch.numbers[lane] = Some(fitness.len());
+                    fitness.push(0.0);
+                } else {
+                    let mut plain = PredictiveGreedy::new(controller, task, layout);
+                    fitness.push(fitness_of(model, &mut plain, task, noise));
+                }
+            }
+            is_any_running |= batch.numbers[lane].is_some();
+        }
+        if !is_any_running {
+            return fitness;
+        }
+        dispatch(UntilOneIsOver { batch: &mut batch, task: of_lanes });
+    }
+}
+
+/// A task that has a form in lanes.
+enum LaneTask<'t> {
+    Targets(&'t Targets),
+    Obstacles(&'t Obstacles),
+}
+
+impl LaneTask<'_> {
+    const fn task(&self) -> &dyn Task {
+        match self {
+            Self::Targets(task) => *task,
+            Self::Obstacles(task) => *task,
+        }
+    }
+
+    #[inline(always)]
+    const fn end(&self) -> (f64, u32) {
+        match self {
+            Self::Targets(task) => (task.end_height_cm, task.max_steps),
+            Self::Obstacles(task) => (task.end_height_cm, task.max_steps),
+        }
+    }
+}
+
+/// Plants, each with its rule. A plant without a number is done and grows on.
+struct Batch<'m> {
+    stems: Stems<'m>,
+    rules: Rules,
+    /// Height of the first tip, in cm.
+    floor: f64,
+    /// Where each stem is nearest to an obstacle.
+    nearest: Option<ClearanceRow>,
+    fitness: Row,
+    steps: [u32; LANES],
+    /// Number of the episode in each lane.
+    numbers: [Option<usize>; LANES],
+}
+
+impl Batch<'_> {
+    /// Whether the experiment of a lane is over, or there is none.
+    fn is_over(&self, task: &LaneTask<'_>, lane: usize) -> bool {
+        let (end_cm, max_steps) = task.end();
+        let is_over = self.stems.tips()[1][lane] >= end_cm || self.steps[lane] >= max_steps;
+        is_over || self.numbers[lane].is_none()
+    }
+
+    /// One step of every plant.
+    #[inline(always)]
+    fn step(&mut self, task: &LaneTask<'_>) {
+        let sides = self.rules.decide(self.stems.tips(), self.stems.points(), self.nearest.as_ref());
+        let before = *self.stems.tips();
+        self.stems.step(&sides);
+        match task {
+            LaneTask::Targets(task) => self.count_targets(task, &before),
+            LaneTask::Obstacles(task) => self.count_obstacles(task, &before),
+        }
+    }
+
+    /// Eq. (9).
+    #[inline(always)]
+    fn count_targets(&mut self, task: &Targets, [before, _]: &PointRow) {
+        let [x, y] = self.stems.tips();
+        let (mut target, mut counts) = ([0.0; LANES], [0.0; LANES]);
+        for next in task.targets.iter().rev() {
+            for lane in 0..LANES {
+                let is_below = y[lane] < next.y;
+                target[lane] = if is_below { next.x } else { target[lane] };
+                counts[lane] = if is_below { 1.0 } else { counts[lane] };
+            }
+        }
+        for lane in 0..LANES {
+            let shift = x[lane] - before[lane];
+            let beyond = if x[lane] > target[lane] { -shift } else { shift.abs() };
+            let worth = if x[lane] < target[lane] { shift } else { beyond };
+            let counts = (counts[lane] > 0.0) & !(y[lane] < self.floor);
+            self.fitness[lane] += if counts { worth } else { 0.0 };
+        }
+    }
+
+    /// What the tip reached, and what the stem touched.
+    #[inline(always)]
+    fn count_obstacles(&mut self, task: &Obstacles, before: &PointRow) {
+        let was = self.nearest.take();
+        if !task.obstacles.is_empty() {
+            self.nearest = Some(clearance_of(&task.obstacles, self.stems.points()));
+        }
+        let mut worth = [0.0; LANES];
+        let after = self.stems.tips();
+        for target in &task.targets {
+            let mut is_any_there = false;
+            for lane in 0..LANES {
+                is_any_there |= (before[1][lane] < target.y) & (after[1][lane] >= target.y);
+            }
+            if is_any_there {
+                for lane in 0..LANES {
+                    let tips = [before, after].map(|tips| Point::new(tips[0][lane], tips[1][lane]));
+                    worth[lane] = task.add_target(worth[lane], *target, tips);
+                }
+            }
+        }
+        if let Some((was, now)) = was.zip(self.nearest.as_ref()) {
+            for lane in 0..LANES {
+                worth[lane] -= task.cost_of_distances(was.distance_cm[lane], now.distance_cm[lane]);
+            }
+        }
+        for lane in 0..LANES {
+            self.fitness[lane] += worth[lane];
+        }
+    }
+}
+
+/// Steps of every plant until the experiment of one is over.
+struct UntilOneIsOver<'b, 'm> {
+    batch: &'b mut Batch<'m>,
+    task: &'b LaneTask<'b>,
+}
+
+impl Kernel for UntilOneIsOver<'_, '_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { batch, task } = self;
+        // New seedlings stand where the last step left other plants.
+        if let LaneTask::Obstacles(Obstacles { obstacles, .. }) = task
+            && !obstacles.is_empty()
+        {
+            batch.nearest = Some(clearance_of(obstacles, batch.stems.points()));
+        }
+        let (end_cm, max_steps) = task.end();
+        loop {
+            batch.step(task);
+            let mut is_any_over = false;
+            for lane in 0..LANES {
+                batch.steps[lane] = batch.steps[lane].wrapping_add(1);
+                let is_over = (batch.stems.tips()[1][lane] >= end_cm) | (batch.steps[lane] >= max_steps);
+                is_any_over |= is_over & batch.numbers[lane].is_some();
+            }
+            if is_any_over {
+                return;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::{Avoidance, Periodic};
+    use crate::environment::unwatched;
+    use crate::greenhouse::bean::{Species, Trial};
+    use crate::obstacle::Obstacle;
+    use crate::random::{self, NoiseStream, Purpose};
+    use crate::task::OpenLoop;
+
+    fn model() -> StemModel {
+        let species = Species::default();
+        let trial = Trial::new(&species);
+        let mut controller = Periodic::new(36, &trial.layout);
+        let task = OpenLoop { steps: 250, ..OpenLoop::default() };
+        StemModel::fit(&[trial.grow(1, &mut controller, &task, &mut unwatched)]).unwrap()
+    }
+
+    fn rule(number: u64, avoids: bool) -> PredictiveRule {
+        let mut rng = random::stream(number, Purpose::Search, 0);
+        let mut draw = |size: f64| size * random::normal(&mut rng);
+        let avoidance = Avoidance {
+            way_x_cm: draw(1.0),
+            way_y_cm: draw(1.0),
+            clearance_cm: 1.0 + draw(0.5),
+            push: draw(2.0).abs(),
+            clearance_steps: draw(5.0),
+            bend: draw(1.0),
+        };
+        PredictiveRule {
+            look_ahead_cm: 0.2 + draw(1.0).abs(),
+            overshoot: draw(0.3),
+            next_target: draw(0.3),
+            offset_cm: draw(0.5),
+            velocity_steps: draw(10.0),
+            shift_steps: draw(3.0),
+            light_memory_cm: draw(1.0),
+            lean: draw(0.1),
+            persistence_cm: draw(0.2),
+            avoidance: avoids.then_some(avoidance),
+        }
+    }
+
+    fn assert_twins(model: &StemModel, task: &impl Task, avoids: bool) {
+        let episode = |number: u32| Episode {
+            controller: rule(number.into(), avoids),
+            noise: NoiseStream::new(2, Purpose::Trial, [number, 0, 0]),
+        };
+        let fast = fitness_of_rules(model, task, &mut (0..21).map(episode)).expect("a task that lanes know");
+        for (number, fast) in (0..).zip(fast) {
+            let Episode { controller, noise } = episode(number);
+            let mut plain = PredictiveGreedy::new(controller, task, model.layout());
+            let exact = fitness_of(model, &mut plain, task, noise);
+            assert_eq!(fast.to_bits(), exact.to_bits(), "rule {number}: {fast} {exact}");
+        }
+    }
+
+    #[test]
+    fn rules_have_the_fitness_of_the_plain_path_to_the_bit() {
+        let model = model();
+        let targets =
+            Targets { targets: vec![Point::new(2.0, 5.0), Point::new(-2.0, 7.0)], ..Targets::default() };
+        assert_twins(&model, &Targets { end_height_cm: 7.5, max_steps: 160, ..targets.clone() }, false);
+        // Without a target above it no step counts; at once over; a rule that avoids what is not there.
+        assert_twins(&model, &Targets { max_steps: 1, ..targets.clone() }, false);
+        assert_twins(&model, &Targets { targets: Vec::new(), end_height_cm: 3.0, ..targets.clone() }, false);
+        assert_twins(&model, &Targets { max_steps: 20, ..targets }, true);
+        let disc = |x: f64, y: f64| Obstacle::Disc { centre: Point::new(x, y), radius_cm: 0.8 };
+        let line = |x: f64, y: f64| Obstacle::Line { ends: [Point::new(x, y), Point::new(x + 3.0, y + 0.5)] };
+        for obstacles in [
+            vec![disc(0.0, 6.0)],
+            vec![disc(-1.5, 5.5), disc(1.0, 6.0)],
+            vec![line(0.2, 5.5), disc(-2.0, 6.0)],
+            vec![],
+        ] {
+            let way_points = vec![Point::new(-1.5, 6.5)];
+            let targets = vec![Point::new(-1.0, 5.0), Point::new(0.0, 7.0)];
+            let task = Obstacles {
+                targets,
+                obstacles,
+                way_points,
+                end_height_cm: 7.2,
+                max_steps: 180,
+                ..Obstacles::default()
+            };
+            assert_twins(&model, &task, true);
+        }
+    }
+}
