@@ -2,7 +2,7 @@
 //!
 //! [`Simulation`] is an [`Environment`] like a tent, so [`run`] writes its track; [`fitness_of`] is the same loop without
 //! the track. [`BatchModel`] scores many episodes at once: one by one for any model, side by side in vectors for the tip
-//! model, to the same bits.
+//! model, and for predictive rules on the model of the stem, to the same bits.
 
 mod batch;
 mod score;
