@@ -87,7 +87,7 @@ pub fn score_in_words(task: &TaskSpec, fitness: f64) -> String {
 #[cfg(test)]
 mod tests {
     use tropism::evolve::Champion;
-    use tropism::task::{Obstacles, Space, Spiral, Targets};
+    use tropism::task::{Obstacles, RandomTargets, Space, Spiral, Targets};
 
     use super::*;
 
@@ -118,6 +118,7 @@ mod tests {
     fn a_task_is_told_in_words() {
         assert_eq!(in_words(&TaskSpec::default()), "the targets (3, 6), (-5, 9), (-1, 13.5)");
         assert_eq!(in_words(&Obstacles::default().into()), "the target (0, 13) behind 1 obstacle");
+        assert_eq!(in_words(&RandomTargets::default().into()), "3 random targets up to 13.5 cm");
         assert_eq!(score_in_words(&Space::default().into(), 9.5), "9.50 cm of at most 11.14");
         assert_eq!(score_in_words(&Spiral::default().into(), -1.314), "-1.31 turns");
         let shorter = TaskSpec::default().with_max_steps(9);
