@@ -149,7 +149,7 @@ impl Batch<'_> {
             let shift = x[lane] - before[lane];
             let beyond = if x[lane] > target[lane] { -shift } else { shift.abs() };
             let worth = if x[lane] < target[lane] { shift } else { beyond };
-            let counts = (counts[lane] > 0.0) & !(y[lane] < self.floor);
+            let counts = (counts[lane] > 0.0) & (y[lane] >= self.floor);
             self.fitness[lane] += if counts { worth } else { 0.0 };
         }
     }
