@@ -552,6 +552,34 @@ fn a_tracker_holds_the_last_tip_and_gives_a_status() {
 }
 
 #[test]
+fn letters_on_a_title_are_no_plant() {
+    let drawing =
+        Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(124.0, 70.0), exposure: 1.0, seed: 1 };
+    let (width, height) = Drawing::SIZE;
+    for (ground, ink) in [(12, 230), (235, 20)] {
+        let mut title = flat(ground, width, height);
+        for (left, top) in [(80, 60), (104, 60), (128, 60), (104, 100)] {
+            for (x, y) in (left..left + 8).flat_map(|x| (top..top + 40).map(move |y| (x, y))) {
+                title.rgb[3 * (y * width + x)..][..3].fill(ink);
+            }
+        }
+        // Two alike, and the plant from then on: the first pictures are looked at before tracking, as in a series.
+        let title = Frame::new(photo(title.to_jpeg(90).unwrap()));
+        let mut other = drawing.photo();
+        other.bytes.push(0);
+        let frames = [title.clone(), title, Frame::new(drawing.photo()), Frame::new(other)];
+        let mut tracker = tracker(drawing.base, Mode::Robust);
+        frames.iter().for_each(|frame| tracker.set_reference(frame.picture().unwrap()));
+        let statuses = frames.each_ref().map(|frame| {
+            let detection = tracker.detect(frame.picture());
+            tracker.update_next(detection).status
+        });
+        let wanted = [FrameStatus::NoPlant, FrameStatus::NoPlant, FrameStatus::Ok, FrameStatus::Ok];
+        assert_eq!(statuses, wanted, "letters {ink} on {ground}");
+    }
+}
+
+#[test]
 fn a_tracker_gives_ten_vertices_and_resumes() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(84.0, 60.0), exposure: 0.5, seed: 2 };

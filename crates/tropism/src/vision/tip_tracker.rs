@@ -21,7 +21,7 @@ use crate::vision::frame_status::FrameStatus;
 use crate::vision::raster::Masked;
 use crate::vision::raster::frame::{Frame, OpenPicture};
 use crate::vision::raster::source::PixelSource;
-use crate::vision::tracking::background::{Background, is_black};
+use crate::vision::tracking::background::{Background, Tone, is_black};
 use crate::vision::tracking::gating::{Interval, PlantMeasurement, TrackGate};
 use crate::vision::tracking::hold::StemHold;
 
@@ -273,6 +273,11 @@ impl TipTracker {
             self.calibration.check_size(width, height).map_err(|_| FrameStatus::Foreign)?;
         }
         let reference = self.reference.as_ref();
+        let compared = reference.map(|reference| (reference, Tone::of(image)));
+        if compared.is_some_and(|(reference, tone)| reference.is_title(tone)) && !is_black(image) {
+            return Err(FrameStatus::NoPlant);
+        }
+        let is_darkened = compared.is_some_and(|(reference, tone)| reference.is_darkened(tone));
         let estimate = reference.and_then(|reference| reference.estimate_shift(image));
         let is_unregistered = estimate.is_none() && reference.is_some_and(Background::has_enough_features);
         let shift =
@@ -280,12 +285,12 @@ impl TipTracker {
         let base = Pixel::new(self.calibration.base.x + shift.x, self.calibration.base.y + shift.y);
         let crop = self.config.crop.map(|crop| shift_region(crop, shift, (width, height)));
         let config = VisionConfig { crop, ..self.config.clone() };
-        let detection = self
-            .detect_beside_obstacles(image, base, shift, &config)
-            .ok_or_else(|| if self.lacks_light(image) { FrameStatus::Dark } else { FrameStatus::NoPlant })?;
+        let detection = self.detect_beside_obstacles(image, base, shift, &config).ok_or_else(|| {
+            if is_darkened || is_black(image) { FrameStatus::Dark } else { FrameStatus::NoPlant }
+        })?;
         let is_misty = reference.is_some_and(|reference| reference.is_misty(image, shift));
         // Without the flash, lit cloth may pass for a part of the plant.
-        let is_occluded = detection.is_occluded || is_unregistered || is_misty || self.is_darkened(image);
+        let is_occluded = detection.is_occluded || is_unregistered || is_misty || is_darkened;
         let light = lamp_state(image, None);
         Ok(Detection { camera_shift: shift, light, is_occluded, is_unregistered, ..detection })
     }
@@ -351,7 +356,7 @@ impl TipTracker {
 
     /// Whether a picture is much darker than the reference.
     fn is_darkened(&self, image: &impl PixelSource) -> bool {
-        self.reference.as_ref().is_some_and(|reference| reference.is_darkened(image))
+        self.reference.as_ref().is_some_and(|reference| reference.is_darkened(Tone::of(image)))
     }
 
     /// [`TipTracker::update`], one period after the photograph before.

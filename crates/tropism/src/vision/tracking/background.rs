@@ -24,6 +24,11 @@ const BLACK_CONTRAST: f64 = 5.0;
 /// Grey level that the brightest parts of a black picture stay below. Chosen by hand: a quarter of the range.
 const BLACK_LEVEL: f32 = 64.0;
 
+/// Share of a picture from which on it is drawn if it has the median luma, and how near to that is the same. Chosen: letters
+/// and pictograms cover less than a third of a title.
+const DRAWN_SHARE: f64 = 0.66;
+const EVEN_LUMA: f32 = 0.02;
+
 /// Columns at which a picture is searched for bright parts. Chosen by hand.
 const COARSE_COLUMNS: usize = 256;
 
@@ -31,18 +36,43 @@ const COARSE_COLUMNS: usize = 256;
 #[derive(Clone, Debug)]
 pub(in crate::vision) struct Background {
     features: ReferenceFeatures,
+    tone: Tone,
+}
+
+/// What the means of 8 x 8 pixels say of a picture, which a JPEG gives without decoding its pixels.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::vision) struct Tone {
+    /// Median luma, 0 to 255.
     brightness: f64,
+    /// Whether it is drawn, such as a title: most of it has one and the same value, as no photograph has with its noise.
+    is_drawn: bool,
+}
+
+impl Tone {
+    /// The tone of a picture.
+    pub(in crate::vision) fn of(image: &impl PixelSource) -> Self {
+        let (width, height) = image.size();
+        let factor = if width.min(height) < 8 { 1 } else { 8 };
+        let values = image.downscale_luma(full_region((width, height)), factor);
+        let brightness = Levels::from_values(&values, 1).background;
+        let even = values.iter().filter(|&&value| (value - brightness).abs() < EVEN_LUMA).count();
+        Self { brightness: f64::from(brightness), is_drawn: even as f64 > DRAWN_SHARE * values.len() as f64 }
+    }
 }
 
 impl Background {
     /// A picture as the reference; its features are taken outside the inner part of `crop`.
     pub(in crate::vision) fn of(image: &impl PixelSource, crop: Option<Region>) -> Self {
-        Self { features: ReferenceFeatures::extract(image, crop), brightness: brightness(image) }
+        Self { features: ReferenceFeatures::extract(image, crop), tone: Tone::of(image) }
     }
 
-    /// Whether another picture is the better reference: this one was dark or misty.
+    /// Whether another picture is the better reference: this one was dark, misty or drawn.
     pub(in crate::vision) fn is_exceeded_by(&self, image: &impl PixelSource) -> bool {
-        brightness(image) > BETTER_RATIO * self.brightness.max(1.0)
+        let tone = Tone::of(image);
+        if self.tone.is_drawn != tone.is_drawn {
+            return self.tone.is_drawn;
+        }
+        tone.brightness > BETTER_RATIO * self.tone.brightness.max(1.0)
             || self.features.relative_contrast(image, Pixel::default()) > BETTER_RATIO
     }
 
@@ -61,9 +91,14 @@ impl Background {
         self.features.relative_contrast(image, shift) < MISTY_CONTRAST
     }
 
-    /// Whether a picture is much darker.
-    pub(in crate::vision) fn is_darkened(&self, image: &impl PixelSource) -> bool {
-        brightness(image) < DARK_BRIGHTNESS * self.brightness
+    /// Whether a picture of a tone is much darker.
+    pub(in crate::vision) fn is_darkened(&self, tone: Tone) -> bool {
+        tone.brightness < DARK_BRIGHTNESS * self.tone.brightness
+    }
+
+    /// Whether a picture of a tone is drawn among photographs: a title.
+    pub(in crate::vision) const fn is_title(&self, tone: Tone) -> bool {
+        tone.is_drawn && !self.tone.is_drawn
     }
 }
 
@@ -73,13 +108,4 @@ pub(in crate::vision) fn is_black(image: &impl PixelSource) -> bool {
     let plane = sample_luma(image, full_region(size), 0.0, (size.0 / COARSE_COLUMNS).max(1));
     let levels = Levels::from_plane(&plane, plane.values.len() / 1_000);
     levels.contrast() < BLACK_CONTRAST && levels.bright < BLACK_LEVEL
-}
-
-/// Median luma of a picture, 0 to 255. Read from means of 8 x 8 pixels, which a JPEG gives without decoding its
-/// pixels.
-fn brightness(image: &impl PixelSource) -> f64 {
-    let (width, height) = image.size();
-    let factor = if width.min(height) < 8 { 1 } else { 8 };
-    let values = image.downscale_luma(full_region((width, height)), factor);
-    f64::from(Levels::from_values(&values, 1).background)
 }
