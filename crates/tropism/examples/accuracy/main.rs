@@ -22,6 +22,7 @@ mod tent;
 
 use std::path::PathBuf;
 
+use reliability::Reliability;
 use score::Score;
 use tropism::vision::Mode;
 
@@ -83,12 +84,18 @@ fn main() -> Result<(), String> {
         wanted.mode, wanted.seed, wanted.frames
     );
     println!("\nvirtual frames, mm; shares in % of the frames scored\n{}", Score::HEADER);
+    let mut reliability = Reliability::default();
     for row in tent::rows().iter().filter(|row| wanted.has(row.name)) {
         let score = row.score(wanted.frames, wanted.seed, wanted.mode, wanted.list.as_deref());
         println!("{}", score.line(row.name));
+        // What is hidden from the first photograph on cannot be recognised.
+        if !row.name.starts_with("always") {
+            reliability.extend(score.answers.iter().copied());
+        }
         let list = score.wrong.iter().filter(|_| wanted.list.is_some());
         list.for_each(|wrong| println!("    {wrong}"));
     }
+    println!("confidence, virtual: {reliability}");
     for row in tent::file_rows().iter().filter(|row| wanted.has(row.name)) {
         println!("{}", row.score(wanted.frames, wanted.seed, wanted.mode));
     }

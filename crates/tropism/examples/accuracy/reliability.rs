@@ -5,7 +5,7 @@ use std::fmt;
 use crate::share::Share;
 
 /// Upper ends of the bins of confidence, the last with 1.
-const BINS: [f64; 5] = [0.5, 0.7, 0.8, 0.9, f64::INFINITY];
+const BINS: [f64; 7] = [0.5, 0.7, 0.8, 0.9, 0.95, 0.98, f64::INFINITY];
 
 /// Answers as pairs of confidence and whether each is right.
 #[derive(Default)]

@@ -24,6 +24,8 @@ pub(crate) struct Score {
     held: usize,
     /// Frames with the class ok and a wrong tip, a line each.
     pub(crate) wrong: Vec<String>,
+    /// Confidence of each measured tip, and whether it is right.
+    pub(crate) answers: Vec<(f64, bool)>,
     /// Errors of measured tops, in mm to the right and up.
     tops: Vec<[f64; 2]>,
     apexes: Vec<f64>,
@@ -68,6 +70,7 @@ impl Score {
             return false;
         }
         self.measured += 1;
+        self.answers.push((seen.confidence, miss <= WRONG_MM));
         let error = [10.0 * (observation.tip.x - truth.top.x), 10.0 * (observation.tip.y - truth.top.y)];
         let is_wrong = seen.status == FrameStatus::Ok && miss > WRONG_MM;
         if is_wrong {
@@ -97,6 +100,7 @@ impl Score {
         self.measured += other.measured;
         self.held += other.held;
         self.wrong.extend(other.wrong);
+        self.answers.extend(other.answers);
         self.tops.extend(other.tops);
         self.apexes.extend(other.apexes);
         self.stems.extend(other.stems);

@@ -62,17 +62,37 @@ pub fn detect_from_base(
     base: Option<Pixel>,
     config: &VisionConfig,
 ) -> Option<Detection> {
+    detect_posed(image, base, config, false)
+}
+
+/// Detects a plant whose stem leaves the soil at `base` in a photograph that is compared with no other: the stem is
+/// looked for by its form first.
+pub(super) fn detect_alone(
+    image: &impl PixelSource,
+    base: Pixel,
+    config: &VisionConfig,
+) -> Option<Detection> {
+    detect_posed(image, Some(base), config, true)
+}
+
+/// Detects a plant in any pose and tone.
+fn detect_posed(
+    image: &impl PixelSource,
+    base: Option<Pixel>,
+    config: &VisionConfig,
+    is_alone: bool,
+) -> Option<Detection> {
     let (width, height) = image.size();
     config.check(width, height).ok()?;
     let crop = config.region(width, height);
     let is_light = config.mode == Mode::Robust && has_light_background(image);
     if config.up == Direction::Up && !is_light {
-        return detect_upright(image, crop, base, config);
+        return detect_upright(image, crop, base, config, is_alone);
     }
     let detect_as = |is_inverted| {
         let view = View::new(image, config.up, is_inverted);
         let base = base.map(|base| view.to_view(base));
-        let found = detect_upright(&view, view.region_to_view(crop), base, config)?;
+        let found = detect_upright(&view, view.region_to_view(crop), base, config, is_alone)?;
         Some(view.detection_to_picture(found))
     };
     is_light.then(|| detect_as(true)).flatten().or_else(|| detect_as(false))
@@ -108,13 +128,14 @@ fn detect_upright(
     crop: Region,
     base: Option<Pixel>,
     config: &VisionConfig,
+    is_alone: bool,
 ) -> Option<Detection> {
     match config.mode {
         Mode::Paper => paper::detect(image, crop, config),
         Mode::Robust => {
             let by_colour = robust::detect(image, crop, base, config, None);
             match base.filter(|_| config.stem) {
-                Some(base) => ridge::detect(image, crop, base, config, by_colour),
+                Some(base) => ridge::detect(image, crop, base, config, by_colour, is_alone),
                 None => by_colour,
             }
         }

@@ -42,7 +42,7 @@ pub(super) struct StemFlanks {
     /// Points, [`POINTS_PER_WIDTH`] to a width of the stem.
     pub(super) line: Vec<PlanePoint>,
     /// Width of the stem.
-    width: f64,
+    pub(super) width: f64,
     /// Colour of the stem at each point.
     stem: Vec<Rgb>,
     /// Colours of the bands at each point.
@@ -81,6 +81,11 @@ impl StemFlanks {
         let lower_half = (0..line.len().div_ceil(2)).map(contrast).collect::<Vec<_>>();
         let contrast = math::statistics::quantile_nearest(&lower_half, 0.5).max(1e-6);
         Self { line, width, stem, bands, contrast }
+    }
+
+    /// Colour beside a point, without the band nearest to the stem; side 0 is left.
+    pub(super) fn outer_colour(&self, i: usize, side: usize) -> Rgb {
+        rgb::mean(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied())
     }
 
     /// Median bands of the points between two that `counts` admits.
@@ -176,12 +181,11 @@ impl StemFlanks {
                 i.saturating_sub(POINTS_PER_WIDTH / 4)..(i + POINTS_PER_WIDTH / 4 + 1).min(self.line.len());
             rgb::mean(window.map(|i| image.at(offset_by(self.line[i], across, normals[i]))))
         };
-        let outer = |i: usize| rgb::mean(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied());
         let found: Vec<Option<f64>> = (first..=last)
             .map(|i| {
                 let radius = 3 * POINTS_PER_WIDTH;
                 let around = i.saturating_sub(radius).max(first)..=(i + radius).min(last);
-                let flank = rgb::median(&around.map(outer).collect::<Vec<_>>());
+                let flank = rgb::median(&around.map(|i| self.outer_colour(i, side)).collect::<Vec<_>>());
                 let mut was_inside = false;
                 let offsets = (0..(2.5 * self.width) as u32).map(|half| 0.5 * f64::from(half));
                 offsets.into_iter().find(|&across| {
@@ -221,7 +225,7 @@ fn last_unchanged(points: impl Iterator<Item = usize>, changes: &[bool]) -> usiz
 }
 
 /// Unit vector across a line at one of its points, to the right of its direction.
-fn normal(line: &[PlanePoint], i: usize) -> PlanePoint {
+pub(super) fn normal(line: &[PlanePoint], i: usize) -> PlanePoint {
     let half = POINTS_PER_WIDTH / 2;
     let (from, to) = (line[i.saturating_sub(half)], line[(i + half).min(line.len() - 1)]);
     let length = math::hypot(to.0 - from.0, to.1 - from.1).max(1e-9);

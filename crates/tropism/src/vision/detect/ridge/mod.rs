@@ -3,8 +3,8 @@
 //! In: a picture and the point where the stem leaves the soil. Out: the midline of the stem, or nothing. The one
 //! idea: across a stem lies a bar that differs from both of its sides in the same way, be it brighter, darker or of
 //! another colour; the path from the base with the greatest contrast of such bars is the stem. What lies beside a
-//! stem is the wall behind it and stays the same; where it changes for good, leaves begin and the stem ends. Where
-//! there is no long clear stretch of this kind, no stem is given.
+//! stem is the wall behind it and stays the same. Where there is no long clear stretch of this kind, no stem is given.
+//! Above it, the stem ends where the plant is not as wide any more.
 //!
 //! All constants of this module and its children were chosen by hand on the odd-numbered pictures of the marked
 //! sunflower seedlings (the row `real/sunflower-centerlines` of `examples/accuracy`).
@@ -13,6 +13,7 @@ mod rgb;
 mod bar;
 mod search;
 mod flanks;
+mod leaf;
 
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
@@ -20,6 +21,7 @@ use crate::vision::config::VisionConfig;
 use crate::vision::detect::curve::{PlanePoint, resample};
 use crate::vision::detect::detection::Detection;
 use crate::vision::detect::occupancy::OccupancyGrid;
+use crate::vision::detect::silhouette::is_silhouette;
 use crate::vision::raster::filter::sample_gaussian;
 use crate::vision::raster::levels::Levels;
 use crate::vision::raster::plane::LUMA;
@@ -34,11 +36,16 @@ const POT_DEPTH: f64 = 0.06;
 /// Level of a pot, as a share of the way from the background to the brightest samples.
 const POT_LEVEL: f64 = 0.15;
 
-/// Least length of a stem, in stem widths.
-const MIN_LENGTH: f64 = 5.5;
+/// Least length of the stretch with unchanged flanks, and of the stem up to where leaves begin, in stem widths.
+const MIN_LENGTH: f64 = 4.0;
+const MIN_STEM: f64 = 3.0;
 
 /// Least contrast to the nearer flank over four fifths of the stem, as a share of the mean contrast.
-const MIN_FLANK_CONTRAST: f64 = 0.4;
+const MIN_FLANK_CONTRAST: f64 = 0.3;
+
+/// Least length of a stem by colour, and greatest distance of its foot from the base, in stem widths.
+const MIN_LENGTH_BY_COLOUR: f64 = 4.0;
+const MAX_START: f64 = 2.0;
 
 /// A stem found by its form.
 #[derive(Clone, Debug)]
@@ -68,35 +75,50 @@ pub(super) fn find_stem(image: &Image, base: PlanePoint, min_contrast: f64) -> O
         return None;
     }
     flanks.centre(&smoothed, first, last);
-    flanks.line.truncate(last + 1);
-    Some(StemRidge { line: flanks.line, width, contrast })
+    let line = resample(&flanks.line, width / POINTS_PER_WIDTH as f64);
+    let last = last.min(line.len() - 1);
+    let mut flanks = StemFlanks::sample(&smoothed, line, width);
+    let end = flanks.stem_end(&smoothed, first.min(last), last)?;
+    flanks.line.truncate(end + 1);
+    let is_long = end as f64 >= MIN_STEM * POINTS_PER_WIDTH as f64;
+    is_long.then_some(StemRidge { line: flanks.line, width, contrast })
 }
 
 /// Corrects a detection by colour where the crop contains a pot, or detects the stem where colour found no plant.
 ///
 /// Where the crop does not "exclude the pot" (section 2.2.2) and what lies below the base is bright, colour cannot
-/// tell where the stem begins and what lies beside it. Then the stem is found by its form, or none is given.
+/// tell where the stem begins and what lies beside it. Then the stem is found by its form, or none is given. In a
+/// photograph that `is_alone` no other can tell a wrong stem, so its form is looked for without a pot, too.
 pub(super) fn detect(
     image: &impl PixelSource,
     crop: Region,
     base: Pixel,
     config: &VisionConfig,
     by_colour: Option<Detection>,
+    is_alone: bool,
 ) -> Option<Detection> {
     let step = config.step(image.size().0).min(crop.width).min(crop.height);
     let scale = step as f64;
     let middle = (scale - 1.0) / 2.0;
     let origin = Pixel::new(crop.x as f64 + middle, crop.y as f64 + middle);
+    let foot = base;
     let base = ((base.x - origin.x) / scale, (base.y - origin.y) / scale);
     if base.1 + 1.0 >= (crop.height / step) as f64 {
         return by_colour;
     }
     let small = image.downscale(crop, step);
-    if by_colour.is_some() && !shows_pot(&small, base, config) {
+    let surroundings = Surroundings::of(&small, base, config);
+    if by_colour.is_some() && (surroundings.is_silhouette || !surroundings.has_pot && !is_alone) {
         return by_colour;
     }
     let Some(ridge) = find_stem(&small, base, config.contrast) else {
-        return by_colour.map(|found| Detection { stem: None, stem_width: None, apex: None, ..found });
+        let keeps_stem = |found: &Detection| !surroundings.has_pot && begins_at(found, foot);
+        return by_colour.map(|found| {
+            if keeps_stem(&found) {
+                return Detection { is_occluded: true, ..found };
+            }
+            Detection { stem: None, stem_width: None, apex: None, ..found }
+        });
     };
     let stem: Vec<Pixel> =
         ridge.line.iter().map(|at| Pixel::new(origin.x + scale * at.0, origin.y + scale * at.1)).collect();
@@ -114,24 +136,41 @@ pub(super) fn detect(
     Some(Detection { apex, stem: Some(stem), stem_width: Some(ridge.width * scale), ..found })
 }
 
-/// Whether most of what lies just below the base is bright: a pot, not dark soil.
-fn shows_pot(small: &Image, base: PlanePoint, config: &VisionConfig) -> bool {
-    let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
-    let luma = sample_gaussian(small, whole, LUMA, config.sigma, 1);
-    let level = Levels::from_plane(&luma, config.bright_samples).threshold(POT_LEVEL);
-    let half_width = MAX_WIDTH_SHARE * small.width.min(small.height) as f64;
-    let depth = POT_DEPTH * small.height as f64;
-    let is_below = |x: usize, y: usize| {
-        (x as f64 - base.0).abs() <= half_width && (2.0..depth + 3.0).contains(&(y as f64 - base.1))
-    };
-    let (mut all, mut bright) = (0, 0);
-    for (i, &value) in luma.values.iter().enumerate() {
-        if is_below(i % luma.width, i / luma.width) {
-            all += 1;
-            bright += usize::from(value > level);
+/// Whether the stem of a detection by colour begins at `base` and is long enough to be one.
+fn begins_at(found: &Detection, base: Pixel) -> bool {
+    let (Some(stem), Some(width)) = (found.stem.as_deref(), found.stem_width) else { return false };
+    let length: f64 = stem.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    length >= MIN_LENGTH_BY_COLOUR * width && stem[0].distance(base) <= MAX_START * width
+}
+
+/// What a picture shows around the base.
+struct Surroundings {
+    /// Whether most of what lies just below the base is bright: a pot, not dark soil.
+    has_pot: bool,
+    /// Whether the picture is a silhouette.
+    is_silhouette: bool,
+}
+
+impl Surroundings {
+    fn of(small: &Image, base: PlanePoint, config: &VisionConfig) -> Self {
+        let whole = Region { x: 0, y: 0, width: small.width, height: small.height };
+        let luma = sample_gaussian(small, whole, LUMA, config.sigma, 1);
+        let levels = Levels::from_plane(&luma, config.bright_samples);
+        let level = levels.threshold(POT_LEVEL);
+        let half_width = MAX_WIDTH_SHARE * small.width.min(small.height) as f64;
+        let depth = POT_DEPTH * small.height as f64;
+        let is_below = |x: usize, y: usize| {
+            (x as f64 - base.0).abs() <= half_width && (2.0..depth + 3.0).contains(&(y as f64 - base.1))
+        };
+        let (mut all, mut bright) = (0, 0);
+        for (i, &value) in luma.values.iter().enumerate() {
+            if is_below(i % luma.width, i / luma.width) {
+                all += 1;
+                bright += usize::from(value > level);
+            }
         }
+        Self { has_pot: 2 * bright > all, is_silhouette: is_silhouette(&luma, &levels) }
     }
-    2 * bright > all
 }
 
 #[cfg(test)]

@@ -44,8 +44,9 @@ const TAPERS: [f64; 3] = [1.0 / 1.06, 1.0, 1.06];
 const MIN_TAPER: f64 = 0.7;
 const MAX_TAPER: f64 = 1.35;
 
-/// Contrast, as a share of the first piece's, from which on a step raises the score.
-const STEP_COST: f64 = 0.4;
+/// Contrast, as a share of the first piece's, from which on a step raises the score: low, for a path may lead on into a
+/// leaf. Where the stem ends is found afterwards.
+const STEP_COST: f64 = 0.15;
 
 /// Cost of a turn, per squared radian, and of a change of width, per unit of its logarithm.
 const TURN_COST: f64 = 3.0;

@@ -1,0 +1,136 @@
+//! Where leaves begin: above, a stem is not as wide as below any more, or something lies beside it.
+//!
+//! In: a line along a stem and beyond, and the stretch of it that is surely stem. Out: the point at which leaves begin.
+//! The one idea: what differs from the background on its side is plant. Along a stem the plant is as wide as at its
+//! beginning. A leaf is wider for long, its stalk is thinner, and a second leaf lies beside the first; from there the
+//! stem's end is found by going back to where the plant was last as wide as a stem.
+
+use crate::math::statistics::quantile_nearest;
+use crate::vision::detect::curve::offset_by;
+use crate::vision::detect::ridge::bar::SmoothedImage;
+use crate::vision::detect::ridge::flanks::{POINTS_PER_WIDTH, StemFlanks, normal};
+use crate::vision::detect::ridge::rgb::{self, Rgb};
+
+/// Reach of a profile to each side of the line, in widths, and its samples along one width.
+const REACH: usize = 3;
+const SAMPLES_PER_WIDTH: usize = 16;
+
+/// Samples of a profile on one side.
+const SIDE: usize = REACH * SAMPLES_PER_WIDTH;
+
+/// Colour differences from the background, as shares of the stem's contrast, at which a sample begins to be plant and
+/// is wholly plant.
+const LEAST_PLANT: f64 = 0.12;
+const WHOLE_PLANT: f64 = 0.37;
+
+/// Points to each side over which a background is the median.
+const BACKGROUND_POINTS: usize = 3 * POINTS_PER_WIDTH;
+
+/// Points of the sure stem from which on its width is learned.
+const WIDTH_POINTS: usize = 4 * POINTS_PER_WIDTH;
+
+/// Widths, as multiples of the stem's, of what is no stem: a leaf, or a leaf's stalk.
+const LEAF: f64 = 1.4;
+const STALK: f64 = 0.55;
+
+/// Plant beside the stem, in widths, that is a second leaf.
+const BESIDE: f64 = 0.7;
+
+/// Points over which it is no stem, and the share of them: marks painted on a stem are shorter.
+const LASTING_POINTS: usize = 5 * POINTS_PER_WIDTH / 4;
+const LASTING_SHARE: f64 = 0.8;
+
+/// Widths, as multiples of the stem's, and plant beside it, in widths, with which a stem ends.
+const STEM_WIDTHS: std::ops::RangeInclusive<f64> = 0.7..=1.2;
+const STEM_BESIDE: f64 = 0.25;
+
+/// How much of the plant lies across a line at one point, in widths.
+#[derive(Clone, Copy, Debug, Default)]
+struct Extent {
+    /// What is connected to the line.
+    width: f64,
+    /// All within reach.
+    all: f64,
+}
+
+impl StemFlanks {
+    /// The last point of the stem whose points from `first` to `last` are sure; `None` where no leaves are found above it, so
+    /// that its end is not known.
+    pub(super) fn stem_end(&self, image: &SmoothedImage, first: usize, last: usize) -> Option<usize> {
+        let extents = self.extents(image, first, last);
+        let sure = first..(first + WIDTH_POINTS).min(last + 1);
+        let usual = |of: fn(&Extent) -> f64| {
+            quantile_nearest(&extents[sure.clone()].iter().map(of).collect::<Vec<_>>(), 0.5)
+        };
+        let (width, all) = (usual(|extent| extent.width), usual(|extent| extent.all));
+        let is_leaf = |extent: &Extent| {
+            extent.width > LEAF * width || extent.width < STALK * width || extent.all > all + BESIDE
+        };
+        let is_stem = |extent: &Extent| {
+            STEM_WIDTHS.contains(&(extent.width / width)) && extent.all <= all + STEM_BESIDE
+        };
+        let lasts = |start: usize| {
+            let next = &extents[start..(start + LASTING_POINTS).min(extents.len())];
+            let leaf = next.iter().filter(|extent| is_leaf(extent)).count();
+            2 * next.len() > LASTING_POINTS && leaf as f64 >= LASTING_SHARE * next.len() as f64
+        };
+        let leaf =
+            (sure.start + POINTS_PER_WIDTH..extents.len()).find(|&i| is_leaf(&extents[i]) && lasts(i))?;
+        (first + 1..leaf).rev().find(|&i| is_stem(&extents[i]))
+    }
+
+    /// The plant across each point of the line.
+    fn extents(&self, image: &SmoothedImage, first: usize, last: usize) -> Vec<Extent> {
+        let background = |i: usize, side: usize| {
+            let at = i.clamp(first, last);
+            let around = at.saturating_sub(BACKGROUND_POINTS).max(first)..=(at + BACKGROUND_POINTS).min(last);
+            rgb::median(&around.map(|i| self.outer_colour(i, side)).collect::<Vec<_>>())
+        };
+        let profile = |i: usize| -> Vec<Rgb> {
+            let normal = normal(&self.line, i);
+            let across = |k: usize| (k as f64 - SIDE as f64) / SAMPLES_PER_WIDTH as f64 * self.width;
+            (0..=2 * SIDE).map(|k| image.at(offset_by(self.line[i], across(k), normal))).collect()
+        };
+        let profiles: Vec<Vec<Rgb>> = (0..self.line.len()).map(profile).collect();
+        let is_plant = |i: usize, k: usize, background: Rgb| {
+            let near = i.saturating_sub(2)..(i + 3).min(profiles.len());
+            let colour = rgb::mean(profiles[near].iter().map(|profile| profile[k]));
+            let difference = rgb::distance(colour, background) / self.contrast;
+            ((difference - LEAST_PLANT) / (WHOLE_PLANT - LEAST_PLANT)).clamp(0.0, 1.0)
+        };
+        let extents: Vec<Extent> = (0..profiles.len())
+            .map(|i| {
+                let sides = [background(i, 0), background(i, 1)];
+                let plant: Vec<f64> =
+                    (0..=2 * SIDE).map(|k| is_plant(i, k, sides[usize::from(k >= SIDE)])).collect();
+                extent(&plant)
+            })
+            .collect();
+        let median = |i: usize, of: fn(&Extent) -> f64| {
+            let near = i.saturating_sub(2)..(i + 3).min(extents.len());
+            quantile_nearest(&extents[near].iter().map(of).collect::<Vec<_>>(), 0.5)
+        };
+        (0..extents.len())
+            .map(|i| Extent { width: median(i, |extent| extent.width), all: median(i, |extent| extent.all) })
+            .collect()
+    }
+}
+
+/// The extent of a profile, whose samples are 0 on background and 1 on plant.
+fn extent(plant: &[f64]) -> Extent {
+    let all = plant.iter().sum::<f64>() / SAMPLES_PER_WIDTH as f64;
+    let is_plant = |k: usize| plant[k] > 0.5;
+    let near = SIDE - SAMPLES_PER_WIDTH / 2..=SIDE + SAMPLES_PER_WIDTH / 2;
+    let middle = near.filter(|&k| is_plant(k)).min_by_key(|k| k.abs_diff(SIDE));
+    let Some(middle) = middle else { return Extent { width: 0.0, all } };
+    // A gap of one sample is noise.
+    let mut right = middle;
+    while let Some(next) = (right + 1..plant.len().min(right + 3)).find(|&k| is_plant(k)) {
+        right = next;
+    }
+    let mut left = middle;
+    while let Some(next) = (left.saturating_sub(2)..left).rev().find(|&k| is_plant(k)) {
+        left = next;
+    }
+    Extent { width: (right - left + 1) as f64 / SAMPLES_PER_WIDTH as f64, all }
+}
