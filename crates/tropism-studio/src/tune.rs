@@ -16,7 +16,7 @@ use crate::{Studio, draw, found};
 /// Photographs that are looked at.
 const SAMPLES: usize = 12;
 
-/// Below this confidence a tip is doubtful; chosen by hand.
+/// Below this confidence a tip is doubtful, as is one that may be hidden; chosen by hand.
 const DOUBTFUL: f64 = 0.5;
 
 /// The settings that the page changes.
@@ -154,6 +154,8 @@ fn seen(source: &Source, settings: &Settings, names: &[String]) -> Result<Vec<Va
         let picture = photo.open();
         let detection = alone.detect(picture.as_ref());
         let pixels = detection.as_ref().ok().map(|seen| (seen.tip, seen.stem.clone()));
+        let may_be_hidden =
+            detection.as_ref().is_ok_and(|seen| seen.is_occluded || seen.clipped_at.is_some());
         let frame = alone.update_next(detection);
         let is_found = frame.is_measured();
         let pair = |pixel: &Pixel| [(10.0 * pixel.x).round() / 10.0, (10.0 * pixel.y).round() / 10.0];
@@ -165,7 +167,7 @@ fn seen(source: &Source, settings: &Settings, names: &[String]) -> Result<Vec<Va
         });
         let state = if !is_found {
             "missed"
-        } else if frame.confidence < DOUBTFUL {
+        } else if may_be_hidden || frame.confidence < DOUBTFUL {
             "doubtful"
         } else {
             "found"
