@@ -18,6 +18,7 @@ mod doubt;
 mod provenance;
 mod plan;
 mod locate;
+mod direction;
 mod pipeline;
 mod results;
 mod guide;
@@ -64,6 +65,14 @@ impl Workflow for TrackPlan {
         let found = files::list_photographs(&self.photographs)?;
         found.notes.iter().for_each(|note| monitor.note(note));
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
+        let plan = self.turned(&series.frames, monitor);
+        plan.track(&series, monitor)
+    }
+}
+
+impl TrackPlan {
+    /// Tracks the photographs of a series.
+    fn track(&self, series: &Series, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
         let located = self.located(&series.frames, monitor);
         let is_located = located.is_some();
         let plans = located.map_or_else(|| self.plants.clone(), |plant| vec![plant]);
@@ -74,7 +83,7 @@ impl Workflow for TrackPlan {
             files::make_folder(folder)?;
         }
         let settings = TrackSettings::new(self, &plants);
-        let mut pipeline = Pipeline::new(self, &series, &plants, lights, &settings.sha256()?)?;
+        let mut pipeline = Pipeline::new(self, series, &plants, lights, &settings.sha256()?)?;
         pipeline.run(monitor)?;
         pipeline.finish(settings)
     }

@@ -40,6 +40,9 @@ pub struct TrackPlan {
     pub default_period_min: f64,
     /// How plants are detected. The crop of a plant is its region.
     pub vision: VisionConfig,
+    /// Whether the direction in which the plant grows is found from its root and its stem in the first photographs, where
+    /// `vision` says up and the root of the only plant is given.
+    pub find_up: bool,
     /// Whether the photographs have nothing to do with each other, such as a folder of many plants: none is compared with
     /// another, and each plant that is detected is accepted. So is the only photograph of a series.
     pub each: bool,
@@ -65,6 +68,7 @@ impl Default for TrackPlan {
             period_min: None,
             default_period_min: PAPER_PERIOD_MIN,
             vision: VisionConfig::default(),
+            find_up: false,
             each: false,
             overlay: None,
             sheet: None,

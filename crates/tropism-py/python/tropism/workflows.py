@@ -141,6 +141,7 @@ class TrackPlan(Plan[TrackResults]):
     period_min: float | None = None
     default_period_min: float | None = None
     vision: Settings | None = None
+    find_up: bool | None = None
     each: bool | None = None
     overlay: PathLike | None = None
     sheet: PathLike | None = None

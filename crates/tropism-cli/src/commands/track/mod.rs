@@ -89,9 +89,10 @@ pub(crate) struct Track {
     #[arg(long, value_name = "robust|paper", default_value = "robust", value_parser = parse_mode)]
     mode: Mode,
 
-    /// Direction in which the plant grows in the pictures: up, left, right or down
-    #[arg(long, value_name = "DIRECTION", default_value = "up", hide_default_value = true)]
-    up: Direction,
+    /// Direction in which the plant grows in the pictures: up, left, right or down; by default that in which the stem leaves
+    /// the given root
+    #[arg(long, value_name = "DIRECTION")]
+    up: Option<Direction>,
 
     /// Take the photographs as unrelated, such as a folder of many plants: none is compared with another
     #[arg(long, conflicts_with_all = ["guide", "period"])]
@@ -176,7 +177,12 @@ impl Track {
             light: self.light,
             time: self.time.into(),
             period_min: self.period,
-            vision: VisionConfig { mode: self.mode, up: self.up, ..VisionConfig::default() },
+            vision: VisionConfig {
+                mode: self.mode,
+                up: self.up.unwrap_or_default(),
+                ..VisionConfig::default()
+            },
+            find_up: self.up.is_none(),
             each: self.each,
             overlay: self.overlay,
             sheet: self.sheet,
@@ -195,7 +201,11 @@ impl Track {
             page,
             time: self.time.into(),
             period_min: self.period,
-            vision: VisionConfig { mode: self.mode, up: self.up, ..VisionConfig::default() },
+            vision: VisionConfig {
+                mode: self.mode,
+                up: self.up.unwrap_or_default(),
+                ..VisionConfig::default()
+            },
             ..GuidePlan::default()
         })
     }

@@ -1,0 +1,117 @@
+//! In which direction a plant grows, from its root and its stem in the first photographs.
+//!
+//! In: photographs, the root and the region of a plant. Out: the direction in which its stem leaves the root. The one
+//! idea: the same stem is found whichever way a picture is turned, and its lower half shows where it leads.
+
+use tropism::geometry::Pixel;
+use tropism::vision::{Direction, Frame as Picture, VisionConfig, detect_from_base};
+
+use super::plan::TrackPlan;
+use super::plants::PlantPlan;
+use super::series::Frame;
+use crate::{Monitor, files};
+
+/// Photographs that are looked at: chosen, half an hour.
+const LOOKED_AT: usize = 6;
+
+/// Share of them in which the stem must lead in one direction.
+const LEAST_AGREEING: f64 = 0.6;
+
+/// Least length of a stem, in its widths: chosen, what is shorter shows no direction.
+const LEAST_LENGTH: f64 = 5.0;
+
+/// How much farther a stem leads in its direction than across it: chosen, about 63 degrees, so that a stem that leans grows up.
+const LEAST_SLOPE: f64 = 2.0;
+
+/// Directions other than up.
+const TURNED: [Direction; 3] = [Direction::Left, Direction::Right, Direction::Down];
+
+impl TrackPlan {
+    /// The plan with the direction in which its only plant grows, where that is to be found and the root is known.
+    pub(super) fn turned(&self, frames: &[Frame], monitor: &dyn Monitor) -> Self {
+        let mut plan = self.clone();
+        let [PlantPlan { base: Some(base), region, .. }] = self.plants.as_slice() else { return plan };
+        if !self.find_up || self.vision.up != Direction::Up || !self.vision.poles.is_empty() {
+            return plan;
+        }
+        let config = VisionConfig { crop: *region, ..self.vision.clone() };
+        let read = |frame: &Frame| files::read_photo(&frame.path, frame.time_s).ok();
+        let pictures = frames.iter().filter_map(read).map(Picture::new);
+        let found: Vec<Direction> = pictures
+            .filter_map(|picture| Some(growth(picture.picture().ok()?, *base, &config)))
+            .take(LOOKED_AT)
+            .collect();
+        let agreeing = |up: Direction| found.iter().filter(|other| **other == up).count() as f64;
+        let is_agreed = |up: &Direction| agreeing(*up) >= LEAST_AGREEING * found.len().max(1) as f64;
+        if let Some(up) = TURNED.into_iter().find(is_agreed) {
+            let word = format!("{up:?}").to_lowercase();
+            monitor.note(&format!(
+                "the stem leads {word} from the root: the plant is taken to grow {word}. `up` gives another direction"
+            ));
+            plan.vision.up = up;
+        }
+        plan
+    }
+}
+
+/// The direction in which the stem leads from `base` in a picture; up where none is clear.
+fn growth(
+    picture: &impl tropism::vision::raster::source::PixelSource,
+    base: Pixel,
+    config: &VisionConfig,
+) -> Direction {
+    let leads = |up: Direction| {
+        let config = VisionConfig { up, ..config.clone() };
+        let found = detect_from_base(picture, Some(base), &config)?;
+        let (stem, width) = (found.stem?, found.stem_width?);
+        let length: f64 = stem.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+        let middle = stem[stem.len() / 2];
+        let (right, down) = (middle.x - stem[0].x, middle.y - stem[0].y);
+        let (along, across) = match up {
+            Direction::Up => (-down, right),
+            Direction::Left => (-right, down),
+            Direction::Right => (right, down),
+            Direction::Down => (down, right),
+        };
+        (length >= LEAST_LENGTH * width && along > 0.0).then_some((along / across.abs().max(1e-9), length))
+    };
+    // A stem that leans grows up.
+    if leads(Direction::Up).is_some_and(|(slope, _)| slope * LEAST_SLOPE >= 1.0) {
+        return Direction::Up;
+    }
+    let turned = TURNED.into_iter().filter_map(|up| Some((up, leads(up)?)));
+    let clear = turned.filter(|(_, (slope, _))| *slope >= LEAST_SLOPE);
+    let longest = clear.max_by(|(_, one), (_, other)| one.1.total_cmp(&other.1));
+    longest.map_or(Direction::Up, |(up, _)| up)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tropism::photo::Image;
+
+    /// A bent shoot that grows to the right out of a root at the left edge, turned by quarters to the left.
+    fn shoot(quarters: usize) -> (Image, Pixel) {
+        let side = 120;
+        let mut image = Image { width: side, height: side, rgb: vec![20; 3 * side * side] };
+        let turn = |x: usize, y: usize| (0..quarters).fold((x, y), |(x, y), _| (y, side - 1 - x));
+        for x in 5..100 {
+            let middle = 60 - x * x / 400;
+            for y in middle - 3..=middle + 3 {
+                let (column, row) = turn(x, y);
+                image.rgb[3 * (row * side + column)..][..3].copy_from_slice(&[90, 200, 60]);
+            }
+        }
+        let (x, y) = turn(5, 60);
+        (image, Pixel::new(x as f64, y as f64))
+    }
+
+    #[test]
+    fn a_shoot_grows_where_its_stem_leads() {
+        let wanted = [Direction::Right, Direction::Up, Direction::Left, Direction::Down];
+        for (quarters, wanted) in wanted.into_iter().enumerate() {
+            let (image, base) = shoot(quarters);
+            assert_eq!(growth(&image, base, &VisionConfig::default()), wanted);
+        }
+    }
+}
