@@ -44,7 +44,9 @@ pub(crate) fn task_of(json: &str) -> PyResult<TaskSpec> {
     let task: TaskSpec = parsed("task", json)?;
     task.check().map_err(refused)?;
     if let TaskSpec::RandomTargets(_) = task {
-        return Err(refused("found targets that are still to be drawn, wanted drawn ones; `tropism.transfer` draws them"));
+        return Err(refused(
+            "found targets that are still to be drawn, wanted drawn ones; `tropism.transfer` draws them",
+        ));
     }
     Ok(task)
 }
