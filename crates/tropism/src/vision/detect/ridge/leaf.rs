@@ -72,7 +72,7 @@ impl StemFlanks {
         let lasts = |start: usize| {
             let next = &extents[start..(start + LASTING_POINTS).min(extents.len())];
             let leaf = next.iter().filter(|extent| is_leaf(extent)).count();
-            2 * next.len() > LASTING_POINTS && leaf as f64 >= LASTING_SHARE * next.len() as f64
+            leaf as f64 >= LASTING_SHARE * next.len() as f64
         };
         let leaf =
             (sure.start + POINTS_PER_WIDTH..extents.len()).find(|&i| is_leaf(&extents[i]) && lasts(i))?;
