@@ -280,6 +280,7 @@ impl BatchModel for Model {
             Self::Memory(model) => model.score_rules(task, episodes),
             Self::Stem(model) => model.score_rules(task, episodes),
             Self::Lstm(model) => model.score_rules(task, episodes),
+            Self::Space(model) => model.score_rules(task, episodes),
         }
     }
 }
