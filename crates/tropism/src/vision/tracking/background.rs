@@ -29,6 +29,10 @@ const BLACK_LEVEL: f32 = 64.0;
 const DRAWN_SHARE: f64 = 0.66;
 const EVEN_LUMA: f32 = 0.02;
 
+/// Least difference of a title's ground from the background of photographs, in grey levels. Chosen: what is drawn on their own
+/// ground is one of them, such as a drawing with less noise.
+const TITLE_LUMA: f64 = 4.0;
+
 /// Columns at which a picture is searched for bright parts. Chosen by hand.
 const COARSE_COLUMNS: usize = 256;
 
@@ -96,9 +100,10 @@ impl Background {
         tone.brightness < DARK_BRIGHTNESS * self.tone.brightness
     }
 
-    /// Whether a picture of a tone is drawn among photographs: a title.
+    /// Whether a picture of a tone is drawn among photographs, on another ground: a title.
     pub(in crate::vision) const fn is_title(&self, tone: Tone) -> bool {
-        tone.is_drawn && !self.tone.is_drawn
+        let difference = tone.brightness - self.tone.brightness;
+        tone.is_drawn && !self.tone.is_drawn && (difference > TITLE_LUMA || difference < -TITLE_LUMA)
     }
 }
 

@@ -18,7 +18,7 @@ mod leaf;
 use crate::geometry::{Pixel, Region};
 use crate::photo::Image;
 use crate::vision::config::VisionConfig;
-use crate::vision::detect::curve::{PlanePoint, resample};
+use crate::vision::detect::curve::{PlanePoint, direction, distance, offset_by, resample};
 use crate::vision::detect::detection::Detection;
 use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::detect::silhouette::is_silhouette;
@@ -75,13 +75,22 @@ pub(super) fn find_stem(image: &Image, base: PlanePoint, min_contrast: f64) -> O
         return None;
     }
     flanks.centre(&smoothed, first, last);
-    let line = resample(&flanks.line, width / POINTS_PER_WIDTH as f64);
+    let mut line = resample(&flanks.line, width / POINTS_PER_WIDTH as f64);
     let last = last.min(line.len() - 1);
+    extend(&mut line);
     let mut flanks = StemFlanks::sample(&smoothed, line, width);
     let end = flanks.stem_end(&smoothed, first.min(last), last)?;
     flanks.line.truncate(end + 1);
     let is_long = end as f64 >= MIN_STEM * POINTS_PER_WIDTH as f64;
     is_long.then_some(StemRidge { line: flanks.line, width, contrast })
+}
+
+/// Leads a line straight on by two widths: its path stops where a wide leaf begins, which has no flanks.
+fn extend(line: &mut Vec<PlanePoint>) {
+    let (end, before) = (line[line.len() - 1], line[line.len().saturating_sub(1 + POINTS_PER_WIDTH)]);
+    let step = distance(before, end) / POINTS_PER_WIDTH as f64;
+    let tangent = direction(before, end);
+    line.extend((1..=2 * POINTS_PER_WIDTH).map(|i| offset_by(end, i as f64 * step, tangent)));
 }
 
 /// Corrects a detection by colour where the crop contains a pot, or detects the stem where colour found no plant.
