@@ -55,27 +55,35 @@ struct Extent {
 
 impl StemFlanks {
     /// The last point of the stem whose points from `first` to `last` are sure; `None` where no leaves are found above it, so
-    /// that its end is not known.
-    pub(super) fn stem_end(&self, image: &SmoothedImage, first: usize, last: usize) -> Option<usize> {
+    /// that its end is not known. From the point `path_end` on the line leads beyond what was followed: there only what is
+    /// wide is a leaf.
+    pub(super) fn stem_end(
+        &self,
+        image: &SmoothedImage,
+        first: usize,
+        last: usize,
+        path_end: usize,
+    ) -> Option<usize> {
         let extents = self.extents(image, first, last);
         let sure = first..(first + WIDTH_POINTS).min(last + 1);
         let usual = |of: fn(&Extent) -> f64| {
             quantile_nearest(&extents[sure.clone()].iter().map(of).collect::<Vec<_>>(), 0.5)
         };
         let (width, all) = (usual(|extent| extent.width), usual(|extent| extent.all));
-        let is_leaf = |extent: &Extent| {
-            extent.width > LEAF * width || extent.width < STALK * width || extent.all > all + BESIDE
+        let is_leaf = |i: usize| {
+            let extent = &extents[i];
+            let is_narrow = extent.width < STALK * width || extent.all > all + BESIDE;
+            extent.width > LEAF * width || i < path_end && is_narrow
         };
         let is_stem = |extent: &Extent| {
             STEM_WIDTHS.contains(&(extent.width / width)) && extent.all <= all + STEM_BESIDE
         };
         let lasts = |start: usize| {
-            let next = &extents[start..(start + LASTING_POINTS).min(extents.len())];
-            let leaf = next.iter().filter(|extent| is_leaf(extent)).count();
-            leaf as f64 >= LASTING_SHARE * next.len() as f64
+            let next = start..(start + LASTING_POINTS).min(extents.len());
+            let leaf = next.clone().filter(|&i| is_leaf(i)).count();
+            2 * next.len() > LASTING_POINTS && leaf as f64 >= LASTING_SHARE * next.len() as f64
         };
-        let leaf =
-            (sure.start + POINTS_PER_WIDTH..extents.len()).find(|&i| is_leaf(&extents[i]) && lasts(i))?;
+        let leaf = (sure.start + POINTS_PER_WIDTH..extents.len()).find(|&i| is_leaf(i) && lasts(i))?;
         (first + 1..leaf).rev().find(|&i| is_stem(&extents[i]))
     }
 

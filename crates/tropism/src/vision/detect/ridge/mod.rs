@@ -77,9 +77,10 @@ pub(super) fn find_stem(image: &Image, base: PlanePoint, min_contrast: f64) -> O
     flanks.centre(&smoothed, first, last);
     let mut line = resample(&flanks.line, width / POINTS_PER_WIDTH as f64);
     let last = last.min(line.len() - 1);
+    let path_end = line.len();
     extend(&mut line);
     let mut flanks = StemFlanks::sample(&smoothed, line, width);
-    let end = flanks.stem_end(&smoothed, first.min(last), last)?;
+    let end = flanks.stem_end(&smoothed, first.min(last), last, path_end)?;
     flanks.line.truncate(end + 1);
     let is_long = end as f64 >= MIN_STEM * POINTS_PER_WIDTH as f64;
     is_long.then_some(StemRidge { line: flanks.line, width, contrast })
