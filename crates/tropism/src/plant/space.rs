@@ -3,7 +3,7 @@
 //! Each of the nine segments of a stem tilts: an angle from the vertical, towards some side. As a vector of x and z this tilt
 //! has two components, and so has the light of a lamp. A plant has no side of its own: turned about the vertical, or in a
 //! mirror, it answers turned or mirrored light in the same way. So one line for both components is all there is: the modes, the
-//! [`TERMS`](super::stem::TERMS) terms and their weights are those of the plane, and each step counts twice, along x and along
+//! [`TERMS`] terms and their weights are those of the plane, and each step counts twice, along x and along
 //! z. That holds for any layout of 2 to 8 lamps.
 //!
 //! What the line does not explain, the growth, and where the tip is seen beside the end of the stem, are replayed in blocks
