@@ -182,7 +182,7 @@ impl Default for SimulatePlan {
     }
 }
 
-/// The fitness of the simulated plants, in cm.
+/// The fitness of the simulated plants, in cm, or in turns round a pole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulateResults {
     /// File of the track of the first plant.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism_lab::simulate::{SimulatePlan, SimulateResults};
+use tropism_lab::task::score_in_words;
 
 use crate::controller::{ControllerName, task_of_champion};
 use crate::options::{SeedOption, TaskOption};
@@ -59,16 +60,15 @@ impl Simulate {
             replace: self.force,
         };
         check_outputs(std::slice::from_ref(&plan.out), [self.task.task.as_ref(), self.controller.file()])?;
-        execute_and_print(&plan, shell, text)
+        execute_and_print(&plan, shell, |results| text(&plan, results))
     }
 }
 
-fn text(results: &SimulateResults) -> String {
+fn text(plan: &SimulatePlan, results: &SimulateResults) -> String {
     format!(
-        "fitness {:.2} cm of at most {:.2} (sd {:.2}, {} simulated plants); {:.1} % of steps where the model has no data\n\
+        "fitness {} (sd {:.2}, {} simulated plants); {:.1} % of steps where the model has no data\n\
          wrote {}",
-        results.mean_fitness,
-        results.best,
+        score_in_words(&plan.task, results.mean_fitness),
         results.sd_fitness,
         results.episodes,
         100.0 * results.steps_without_data,
