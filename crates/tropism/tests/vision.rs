@@ -2,6 +2,8 @@
 //!
 //! Tests on real photographs read the folder named by `TROPISM_DATA`; where it is unset they print so and pass.
 
+#[path = "vision/location.rs"]
+mod location;
 #[path = "../examples/accuracy/marks.rs"]
 mod marks;
 #[path = "../examples/accuracy/published.rs"]

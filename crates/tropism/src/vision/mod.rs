@@ -20,6 +20,7 @@ pub mod camera;
 pub mod detect;
 pub mod tracking;
 pub mod tip_tracker;
+pub mod location;
 pub mod overlay;
 
 pub use camera::calibration::Calibration;
