@@ -2,7 +2,7 @@
 //!
 //! `Neat::tell` is measured with the parameters of Wahby et al. (2016), for small and large networks.
 //!
-//! `cargo bench -p tropism-neat`
+//! `cargo bench --manifest-path benches/Cargo.toml --bench bookkeeping`
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};

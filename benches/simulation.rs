@@ -1,7 +1,7 @@
 //! What a step of plant and network costs, in elements of one step: with few and with many data points in the model, and
 //! with networks of few and of many links.
 //!
-//! `cargo bench -p tropism --bench simulation`
+//! `cargo bench --manifest-path benches/Cargo.toml --bench simulation`
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use tropism::control::{NetworkController, Sensors};
