@@ -5,9 +5,11 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use serde_json::Value;
+use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Light;
 use tropism::rig::{Camera, Clock, Flash, Lamps};
@@ -50,14 +52,18 @@ fn never_fails(lines: &[String]) {
 const CAMERA: &str = "s=dark; test -e left && s=left; test -e right && s=right; test -e flash && s=flash\n\
                       n=$(cat n 2>/dev/null || echo 0); echo $((n + 1)) > n; cat $s-$((n % 2)).jpg\n";
 
-/// A tent of programs in `folder`, whose pictures are of the virtual tent.
-fn tent(folder: &Path) {
-    let mut greenhouse = Greenhouse::default();
-    // Small, so that all of it is quick.
-    (greenhouse.scene.width, greenhouse.scene.height) = (432, 324);
-    let (device, _) = greenhouse.open(3, 5.0, &VisionConfig::default()).unwrap();
+/// The virtual tent with small photographs.
+static GREENHOUSE: LazyLock<Greenhouse> = LazyLock::new(|| {
+    let scene = Scene { width: 432, height: 324, ..Scene::default() };
+    Greenhouse { scene, ..Greenhouse::default() }
+});
+
+/// Two photographs of it under each light, by the names of their files.
+static PHOTOGRAPHS: LazyLock<Vec<(String, Vec<u8>)>> = LazyLock::new(|| {
+    let (device, _) = GREENHOUSE.open(3, 5.0, &VisionConfig::default()).unwrap();
     let (mut camera, mut lamps, mut flash, mut clock) =
         (device.clone(), device.clone(), device.clone(), device);
+    let mut photographs = Vec::new();
     for number in 0..2 {
         let _ = clock.wait_until(Duration::from_secs(300 * number), &mut || ControlFlow::Continue(()));
         for (name, light, has_flash) in [
@@ -69,8 +75,16 @@ fn tent(folder: &Path) {
             lamps.light(light).unwrap();
             flash.flash(has_flash).unwrap();
             let photo = camera.photograph().unwrap();
-            fs::write(folder.join(format!("{name}-{number}.jpg")), photo.bytes).unwrap();
+            photographs.push((format!("{name}-{number}.jpg"), photo.bytes));
         }
+    }
+    photographs
+});
+
+/// A tent of programs in `folder`, whose pictures are of the virtual tent.
+fn tent(folder: &Path) {
+    for (name, bytes) in &*PHOTOGRAPHS {
+        fs::write(folder.join(name), bytes).unwrap();
     }
     fs::write(folder.join("camera"), CAMERA).unwrap();
     let switch = |name: &str| format!("on = [\"touch\", \"{name}\"]\noff = [\"rm\", \"-f\", \"{name}\"]\n");
@@ -80,8 +94,8 @@ fn tent(folder: &Path) {
         switch("left"),
         switch("right"),
         switch("flash"),
-        toml::to_string(&greenhouse.crop()).unwrap().trim().replace('\n', ", "),
-        toml::to_string(&greenhouse.calibration()).unwrap().replace("[base]", "[calibration.base]"),
+        toml::to_string(&GREENHOUSE.crop()).unwrap().trim().replace('\n', ", "),
+        toml::to_string(&GREENHOUSE.calibration()).unwrap().replace("[base]", "[calibration.base]"),
     );
     fs::write(folder.join("rig.toml"), text).unwrap();
 }
@@ -96,7 +110,8 @@ fn change(folder: &Path, file: &str, from: &str, to: &str) {
 #[test]
 fn the_virtual_tent_passes_and_survives_a_kill() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("rig.toml"), "[greenhouse]\n").unwrap();
+    let small = "[greenhouse.scene]\nwidth = 432\nheight = 324\n";
+    fs::write(folder.path().join("rig.toml"), small).unwrap();
     let (code, lines) = check(folder.path(), &["--rehearse"]);
     never_fails(&lines);
     assert_eq!(code, 0);

@@ -22,6 +22,10 @@ max_steps = 45
 [evolution]
 runs = 2
 generations = 40
+
+[greenhouse.scene]
+width = 324
+height = 243
 ";
 
 fn study(folder: &Path, more: &[&str]) -> Command {

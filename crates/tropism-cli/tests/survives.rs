@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -112,7 +113,7 @@ impl Moments {
 /// `TROPISM_KILLS` says how often; `scripts/kills` asks for a thousand.
 #[test]
 fn a_run_that_is_killed_again_and_again_loses_nothing_and_ends_as_if_it_had_not_been() {
-    let kills = std::env::var("TROPISM_KILLS").map_or(24, |kills| kills.parse().expect("a number of kills"));
+    let kills = std::env::var("TROPISM_KILLS").map_or(16, |kills| kills.parse().expect("a number of kills"));
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("tent.toml"), TENT).unwrap();
     done(&tent(folder.path(), "whole").output().unwrap());
@@ -173,6 +174,16 @@ fn a_run_that_is_killed_again_and_again_loses_nothing_and_ends_as_if_it_had_not_
     );
 }
 
+/// A run of the virtual tent, whose photographs are shown again.
+static RECORDED: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    // Larger pictures: a plant that moves in 50 milliseconds as in five minutes is lost in the smaller ones.
+    let larger = TENT.replace("width = 324\nheight = 243", "width = 432\nheight = 324");
+    fs::write(folder.path().join("tent.toml"), larger).unwrap();
+    done(&tent(folder.path(), "tent").output().unwrap());
+    folder
+});
+
 /// A real rig of programs and recorded photographs, with a step every 50 milliseconds.
 struct Real {
     folder: TempDir,
@@ -186,12 +197,9 @@ impl Real {
     fn with_period(period_min: f64, more: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
-        // Larger pictures: a plant that moves in 50 milliseconds as in five minutes is lost in the smaller ones.
-        let larger = TENT.replace("width = 324\nheight = 243", "width = 432\nheight = 324");
-        fs::write(path.join("tent.toml"), larger).unwrap();
-        done(&tent(path, "tent").output().unwrap());
-        let calibration = fs::read_to_string(path.join("tent/calibration.toml")).unwrap();
-        let photographs = path.join("tent/photographs");
+        let recorded = RECORDED.path().join("tent");
+        let calibration = fs::read_to_string(recorded.join("calibration.toml")).unwrap();
+        let photographs = recorded.join("photographs");
         let say = |what: &str| format!("[\"sh\", \"-c\", \"echo {what} >> lamps\"]");
         let rig = format!(
             "period_min = {period_min}\n[patience]\nlate_s = inf\nfree_mb = 0\n{more}\n\

@@ -23,10 +23,17 @@ fn tent_faults() -> Faults {
     Faults { dropped: 0.15, ..Faults::default() }
 }
 
+/// A tent for a task, with small photographs.
+fn tent(task: &TaskSpec) -> Greenhouse {
+    let mut tent = Greenhouse::default().for_task(task);
+    (tent.scene.width, tent.scene.height) = (432, 324);
+    tent
+}
+
 /// A tent whose camera at the side drops photographs now and then.
 fn config() -> RunConfig {
     let task: TaskSpec = Space { max_steps: STEPS, ..Space::default() }.into();
-    let mut tent = Greenhouse::default().for_task(&task);
+    let mut tent = tent(&task);
     tent.faults = tent_faults();
     let rig = RigFile { period_min: 20.0, ..RigFile::greenhouse(tent, VisionConfig::default()) };
     // A plant whose first photographs are there.
@@ -130,8 +137,7 @@ fn errors(track: &Track, out: &Path) -> Vec<f64> {
 
 /// A run through photographs in the virtual tent, in steps of 20 minutes.
 fn run_task(task: TaskSpec, seed: u64, out: &Path) -> Track {
-    let tent = Greenhouse::default().for_task(&task);
-    let rig = RigFile { period_min: 20.0, ..RigFile::greenhouse(tent, VisionConfig::default()) };
+    let rig = RigFile { period_min: 20.0, ..RigFile::greenhouse(tent(&task), VisionConfig::default()) };
     let config = RunConfig::new(rig, ControllerSpec::Greedy, task, seed);
     let plan = RunPlan { out: out.to_owned(), config, ..RunPlan::default() };
     plan.execute(&Silent).unwrap().track
@@ -170,7 +176,7 @@ fn turns_through_photographs_are_judged_by_the_true_stem() {
     let plan = TransferPlan {
         controllers: vec![NamedController { name: "chase".to_owned(), controller: ControllerSpec::Greedy }],
         plants: 1,
-        greenhouse: Greenhouse::default().for_task(&task),
+        greenhouse: tent(&task),
         task,
         period_min: 20.0,
         photographs: true,

@@ -128,7 +128,7 @@ fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
     let repeated = |step: &u64| step > &0 && side[step] == side[&(step - 1)] && !side[step].is_empty();
     assert!(side.keys().any(repeated), "a photograph from the side is repeated");
     assert!(track.samples.iter().any(|sample| sample.quality == Quality::Held), "something is not seen");
-    for samples in [1, 4, 5, 17, 18, 40] {
+    for samples in [1, 5, 18, 40] {
         record(&greenhouse, broken.path(), 60, samples);
     }
     // Photographs from the side of steps that are lived through again are drawn again, and are the same.
@@ -145,8 +145,9 @@ fn a_run_in_which_everything_goes_wrong_is_resumed_to_the_same_bits() {
 fn a_run_at_any_interval_is_one_from_photographs_to_model() {
     for period_min in [2.0, 10.0, 30.0] {
         let folder = tempfile::tempdir().unwrap();
-        let mut rig = RigFile::greenhouse(Greenhouse::default(), VisionConfig::default());
-        rig.period_min = period_min;
+        let scene = Scene { width: 432, height: 324, ..Scene::default() };
+        let tent = Greenhouse { scene, ..Greenhouse::default() };
+        let rig = RigFile { period_min, ..RigFile::greenhouse(tent, VisionConfig::default()) };
         let task = Targets::open_loop((240.0 / period_min) as u32).into();
         let config = RunConfig::new(rig, ControllerSpec::periodic(60.0), task, 3);
         let out = folder.path().join("run");

@@ -588,7 +588,8 @@ mod tests {
 
     #[test]
     fn a_tip_is_found_under_each_of_four_lamps() {
-        let tent = Greenhouse { layout: Layout::four_sides(), ..Greenhouse::default() };
+        let scene = Scene { width: 432, height: 324, ..Scene::default() };
+        let tent = Greenhouse { layout: Layout::four_sides(), scene, ..Greenhouse::default() };
         for light in tent.layout.lights() {
             let (handle, tracker) = tent.open(2, 5.0, &VisionConfig::default()).unwrap();
             let hand = || handle.clone();
