@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tropism::control::Sensors;
 use tropism::evolve::{self, Champion};
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::TaskSpec;
-use tropism::track::PAPER_PERIOD_MIN;
 use tropism_neat::Config;
 
 use crate::sequences;
@@ -75,8 +73,7 @@ impl Workflow for BaselinePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<BaselineResults, Error> {
         self.check()?;
-        if let Some(task) = sequences::drawn(&self.task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.seed)?
-        {
+        if let Some(task) = sequences::drawn_for(&self.task, &self.model, self.seed)? {
             return Self { task, ..self.clone() }.execute(monitor);
         }
         let stopwatch = Stopwatch::start();

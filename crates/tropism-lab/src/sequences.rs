@@ -5,6 +5,8 @@
 //! times. The way up to the highest target of the task is divided into bands, one a target; each new target is where the tip
 //! was at a random height in the upper part of its band. So each sequence is in the reach of such a plant.
 
+use std::path::Path;
+
 use tropism::control::Controller;
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
@@ -12,11 +14,12 @@ use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
+use tropism::plant::PlantModel;
 use tropism::random::{self, Purpose};
 use tropism::task::{RandomTargets, Targets, TaskSpec};
 use tropism::track::Track;
 
-use crate::Error;
+use crate::{Error, model};
 
 /// Mean time between two moves of the light, in hours: as often as in the paper's open-loop experiments (section 2.2.1).
 const MOVE_H: f64 = 6.0;
@@ -68,6 +71,19 @@ pub(crate) fn drawn(
     let TaskSpec::RandomTargets(task) = task else { return Ok(None) };
     let targets = draw(task, &greenhouse.trial(period_min), seed, 0)?;
     Ok(Some(targets.into()))
+}
+
+/// As [`drawn`], for plants of the model in `path`: under its lamps, at its steps.
+///
+/// # Errors
+/// [`Error::File`] if the model cannot be read; [`Error::Plan`] as [`draw`].
+pub(crate) fn drawn_for(task: &TaskSpec, path: &Path, seed: u64) -> Result<Option<TaskSpec>, Error> {
+    if !matches!(task, TaskSpec::RandomTargets(_)) {
+        return Ok(None);
+    }
+    let model = model::read(path)?;
+    let greenhouse = Greenhouse { layout: model.layout().clone(), ..Greenhouse::default() };
+    drawn(task, &greenhouse, model.period_min(), seed)
 }
 
 /// A random sequence of targets for number `index` under `seed`, after the rule above; `trial` is the species, whose individual

@@ -6,12 +6,10 @@ use serde::{Deserialize, Serialize};
 use tropism::control::Controller;
 use tropism::environment::unwatched;
 use tropism::evolve::Trial;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::task::{Task, TaskSpec};
-use tropism::track::PAPER_PERIOD_MIN;
 use tropism::track::{Sample, Track};
 
 use crate::controller::ControllerSpec;
@@ -213,8 +211,7 @@ impl Workflow for SimulatePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {
         self.check()?;
-        if let Some(task) = sequences::drawn(&self.task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.seed)?
-        {
+        if let Some(task) = sequences::drawn_for(&self.task, &self.model, self.seed)? {
             return Self { task, ..self.clone() }.execute(monitor);
         }
         let model = model::read_for(&self.model, &self.task, monitor)?;

@@ -9,14 +9,14 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use tropism::evolve::EvolutionConfig;
 use tropism::geometry::Point;
-use tropism::task::Targets;
+use tropism::task::{RandomTargets, Targets};
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::evolve::EvolvePlan;
 use tropism_lab::fit::FitPlan;
 use tropism_lab::score::ScorePlan;
 use tropism_lab::show::ShowPlan;
 use tropism_lab::simulate::SimulatePlan;
-use tropism_lab::{ControllerSpec, Error, Monitor, Silent, Workflow};
+use tropism_lab::{ControllerSpec, Error, Monitor, Silent, Workflow, files};
 use tropism_neat::Generation;
 
 /// Fits a model to one plant that leans after the lamp, and plans an evolution on it.
@@ -155,4 +155,38 @@ fn a_champion_is_simulated_scored_and_shown() {
     let random = baseline.execute(&Silent).unwrap();
     assert!(random.median <= random.best);
     assert!(matches!(baseline.execute(&Counter::until(0)).unwrap_err(), Error::Cancelled(_)));
+}
+
+/// In 40 steps of five minutes no plant grows by 3 cm; in 40 of half an hour it does.
+#[test]
+fn targets_are_drawn_for_plants_at_the_steps_of_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let slow = |path: &str| {
+        let mut track = files::read_track(&folder.path().join("track.csv")).unwrap();
+        track.period_min *= 6.0;
+        track.samples.iter_mut().for_each(|sample| sample.time_s *= 6.0);
+        files::write_track(&folder.path().join(path), &track).unwrap();
+    };
+    let EvolvePlan { model, .. } = plan(folder.path(), "unused");
+    let task = RandomTargets {
+        count: 2,
+        highest_cm: 7.0,
+        end_height_cm: 7.5,
+        max_steps: 40,
+        ..RandomTargets::default()
+    };
+    let plan = |model: &Path| BaselinePlan {
+        model: model.to_owned(),
+        task: task.clone().into(),
+        count: 10,
+        ..BaselinePlan::default()
+    };
+    let error = plan(&model).execute(&Silent).unwrap_err().to_string();
+    assert!(error.contains("found no typical plant as high as 7 cm in 40 steps"), "{error}");
+    slow("slow.csv");
+    let out = folder.path().join("slow.json");
+    let fit =
+        FitPlan { tracks: vec![folder.path().join("slow.csv")], out: out.clone(), ..FitPlan::default() };
+    fit.execute(&Silent).unwrap();
+    assert_eq!(plan(&out).execute(&Silent).unwrap().count, 10);
 }

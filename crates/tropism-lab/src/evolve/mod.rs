@@ -17,9 +17,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
 use tropism::greenhouse::bean::Species;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::TaskSpec;
-use tropism::track::PAPER_PERIOD_MIN;
 
 pub use self::config::EvolveConfig;
 pub use self::history::EvolutionHistory;
@@ -165,8 +163,7 @@ impl Workflow for EvolvePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
         self.check()?;
-        if let Some(task) = sequences::drawn(&self.task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.seed)?
-        {
+        if let Some(task) = sequences::drawn_for(&self.task, &self.model, self.seed)? {
             return Self { task, ..self.clone() }.execute(monitor);
         }
         note_out_of_reach(&self.task, &Species::default(), monitor);

@@ -46,7 +46,10 @@ impl ShownChampion {
             (None, None, None) => TaskSpec::default(),
         };
         let seed = record.as_ref().map_or(1, |record| record.seed);
-        let drawn = sequences::drawn(&task, &Greenhouse::default(), PAPER_PERIOD_MIN, seed)?;
+        let drawn = match &plan.model {
+            Some(path) => sequences::drawn_for(&task, path, seed)?,
+            None => sequences::drawn(&task, &Greenhouse::default(), PAPER_PERIOD_MIN, seed)?,
+        };
         let task = drawn.unwrap_or(task);
         let model = match &plan.model {
             Some(path) => Some(model::read_for(path, &task, monitor)?),

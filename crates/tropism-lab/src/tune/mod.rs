@@ -108,9 +108,11 @@ impl Workflow for TunePlan {
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {
         self.check()?;
-        if let Some(task) =
-            sequences::drawn(&self.task, &self.beans.clone().unwrap_or_default(), self.period_min, self.seed)?
-        {
+        let drawn = match &self.beans {
+            None => sequences::drawn_for(&self.task, &self.model, self.seed)?,
+            Some(beans) => sequences::drawn(&self.task, beans, self.period_min, self.seed)?,
+        };
+        if let Some(task) = drawn {
             return Self { task, ..self.clone() }.execute(monitor);
         }
         let species = self.beans.as_ref().map_or_else(Species::default, |beans| beans.bean.clone());
