@@ -219,6 +219,17 @@ impl PlantModel for Model {
         }
     }
 
+    fn is_beyond_data(&self, plant: &ModelState) -> bool {
+        match (self, plant) {
+            (Self::Tip(model), ModelState::Tip(plant)) => model.is_beyond_data(plant),
+            (Self::Memory(model), ModelState::Memory(plant)) => model.is_beyond_data(plant),
+            (Self::Stem(model), ModelState::Stem(plant)) => model.is_beyond_data(plant),
+            (Self::Lstm(model), ModelState::Lstm(plant)) => model.is_beyond_data(plant),
+            (Self::Space(model), ModelState::Space(plant)) => model.is_beyond_data(plant),
+            _ => unreachable!("a plant of another model"),
+        }
+    }
+
     fn layout(&self) -> &Layout {
         match self {
             Self::Tip(model) => model.layout(),
@@ -273,14 +284,15 @@ impl BatchModel for Model {
     fn score_rules<T: Task + ?Sized>(
         &self,
         task: &T,
+        beyond_cost_cm: f64,
         episodes: impl Iterator<Item = Episode<PredictiveRule>>,
     ) -> Vec<f64> {
         match self {
-            Self::Tip(model) => model.score_rules(task, episodes),
-            Self::Memory(model) => model.score_rules(task, episodes),
-            Self::Stem(model) => model.score_rules(task, episodes),
-            Self::Lstm(model) => model.score_rules(task, episodes),
-            Self::Space(model) => model.score_rules(task, episodes),
+            Self::Tip(model) => model.score_rules(task, beyond_cost_cm, episodes),
+            Self::Memory(model) => model.score_rules(task, beyond_cost_cm, episodes),
+            Self::Stem(model) => model.score_rules(task, beyond_cost_cm, episodes),
+            Self::Lstm(model) => model.score_rules(task, beyond_cost_cm, episodes),
+            Self::Space(model) => model.score_rules(task, beyond_cost_cm, episodes),
         }
     }
 }

@@ -157,7 +157,7 @@ impl TunePlan {
     /// Searches by `scores`, from where the search was interrupted if it is to go on.
     fn search(
         &self,
-        scores: impl Fn(&[RuleTrial]) -> Vec<f64>,
+        scores: impl Fn(&[RuleTrial], f64) -> Vec<f64>,
         model_sha256: Option<String>,
         monitor: &dyn Monitor,
     ) -> Result<RuleSearchResult, Error> {
@@ -167,7 +167,9 @@ impl TunePlan {
             monitor.status(&format!("best {:.2}", generation.best));
             if saved.has_failed() { ControlFlow::Break(()) } else { monitor.answer() }
         };
-        let scores = |trials: &[RuleTrial]| saved.scores(trials.len(), || scores(trials), monitor);
+        let scores = |trials: &[RuleTrial], beyond_cost_cm: f64| {
+            saved.scores(trials.len(), || scores(trials, beyond_cost_cm), monitor)
+        };
         let found = self.search.tune_by(scores, &self.task, self.seed, &mut watch);
         saved.end()?;
         // What was left out at the end of the search counted for nothing.
@@ -223,7 +225,9 @@ impl TunePlan {
                 .grow_all(&seeds, controller, &self.task, &mut |_, sample| environment::unwatched(sample));
             tracks.iter().map(|track| self.task.fitness(track)).collect::<Vec<f64>>()
         };
-        let scores = |trials: &[RuleTrial]| trials.par_chunks(PLANTS_AT_ONCE).flat_map_iter(grow).collect();
+        // Plants themselves have no end of data.
+        let scores =
+            |trials: &[RuleTrial], _: f64| trials.par_chunks(PLANTS_AT_ONCE).flat_map_iter(grow).collect();
         let found = self.search(scores, None, monitor)?;
         let tuned = TunedRule {
             rule: found.rule,

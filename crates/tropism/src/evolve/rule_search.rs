@@ -3,11 +3,13 @@
 //! CMA-ES moves nine numbers; a point is worth the mean [utility](Task::utility) of its fitness over simulated plants. All
 //! points of some generations steer the same plants (common random numbers), so that differences between points are not
 //! differences between plants; then other plants come, so that a rule is not tuned to a few. The best of each period are tried
-//! on plants that none of them has steered, and the best of these is chosen.
+//! on plants that none of them has steered, and the best of these is chosen. Each step at which a plant is
+//! [beyond all data](crate::plant::PlantModel::is_beyond_data) of the model costs: a search must not live on guesses.
 //!
 //! # References
 //! Glasserman and Yao 1992, doi:10.1287/mnsc.38.6.884 (common random numbers). Milano, Carvalho and Nolfi 2018,
-//! doi:10.1162/ARTL_a_00274 (plants that change every few generations).
+//! doi:10.1162/ARTL_a_00274 (plants that change every few generations). Yu et al. 2020, arXiv:2005.13239 (steps of which a model
+//! is not sure cost).
 
 use std::ops::ControlFlow;
 
@@ -41,6 +43,10 @@ const PREDICTION_PLANTS: u32 = 1000;
 
 /// Trials that a thread takes at once: some milliseconds of work, in which vector lanes are rarely without a plant.
 const TRIALS_AT_ONCE: usize = 64;
+
+/// What a step beyond all data of a model costs in a search, in cm: about as much as a tip moves in a step, so that nothing is
+/// gained there. Chosen by hand.
+const BEYOND_COST_CM: f64 = 0.1;
 
 /// Least look-ahead, in cm.
 const MIN_LOOK_AHEAD_CM: f64 = 0.2;
@@ -194,35 +200,37 @@ impl RuleSearch {
         self.tune_by(Self::scores_on(model, task, seed), task, seed, watch)
     }
 
-    /// The fitness of trials on simulated plants of `model`, on all threads: [`tune`](Self::tune) searches by it.
+    /// The fitness of trials on simulated plants of `model`, on all threads, less a cost in cm for each step beyond all data:
+    /// [`tune`](Self::tune) searches by it.
     pub fn scores_on<M: BatchModel, T: Task + ?Sized>(
         model: &M,
         task: &T,
         seed: u64,
-    ) -> impl Fn(&[RuleTrial]) -> Vec<f64> {
+    ) -> impl Fn(&[RuleTrial], f64) -> Vec<f64> {
         let episode = move |trial: &RuleTrial| Episode {
             controller: trial.rule,
             noise: NoiseStream::new(seed, Purpose::Trial, [trial.plant, trial.set, 0]),
         };
-        move |trials: &[RuleTrial]| {
+        move |trials: &[RuleTrial], beyond_cost_cm: f64| {
             let places: Vec<usize> = (0..trials.len()).step_by(TRIALS_AT_ONCE).collect();
             let some = parallel::map(places, |from| {
                 let until = (from + TRIALS_AT_ONCE).min(trials.len());
-                model.score_rules(task, trials[from..until].iter().map(episode))
+                model.score_rules(task, beyond_cost_cm, trials[from..until].iter().map(episode))
             });
             some.into_iter().flatten().collect()
         }
     }
 
-    /// Searches the rule with the highest mean utility of `scores`: the fitness of each of some trials in `task`, in order.
-    /// Plants that `scores` knows need no model: a search on virtual beans themselves finds what a rule can reach at best. In a
-    /// task with obstacles the rule also avoids them.
+    /// Searches the rule with the highest mean utility of `scores`: the fitness of each of some trials in `task`, in order, less
+    /// a cost in cm for each step beyond all data, which is 0 for what is told of the chosen rule. Plants that `scores` knows
+    /// need no model: a search on virtual beans themselves finds what a rule can reach at best. In a task with obstacles the
+    /// rule also avoids them.
     ///
     /// # Panics
     /// If [`Self::check`] refuses the numbers.
     pub fn tune_by(
         &self,
-        scores: impl Fn(&[RuleTrial]) -> Vec<f64>,
+        scores: impl Fn(&[RuleTrial], f64) -> Vec<f64>,
         task: &(impl Task + ?Sized),
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
@@ -236,7 +244,7 @@ impl RuleSearch {
 
     fn search<const N: usize, T: Task + ?Sized>(
         &self,
-        scores: impl Fn(&[RuleTrial]) -> Vec<f64>,
+        scores: impl Fn(&[RuleTrial], f64) -> Vec<f64>,
         task: &T,
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
@@ -289,7 +297,7 @@ impl RuleSearch {
     }
 
     /// Takes a search a generation further: the best point of the generation, and what is told of it.
-    fn generation<const N: usize, S: Fn(&[RuleTrial]) -> Vec<f64>, T: Task + ?Sized>(
+    fn generation<const N: usize, S: Fn(&[RuleTrial], f64) -> Vec<f64>, T: Task + ?Sized>(
         &self,
         search: &mut CmaEs<N>,
         generation: u32,
@@ -306,21 +314,21 @@ impl RuleSearch {
     }
 }
 
-/// What points are judged by: `scores` of their rules in `task`.
+/// What points are judged by: `scores` of their rules in `task`, less a cost for steps beyond all data.
 struct Objective<'a, S, T: ?Sized> {
     scores: S,
     task: &'a T,
 }
 
-impl<S: Fn(&[RuleTrial]) -> Vec<f64>, T: Task + ?Sized> Objective<'_, S, T> {
-    /// The fitness of each point on the first `plants` plants of a set.
+impl<S: Fn(&[RuleTrial], f64) -> Vec<f64>, T: Task + ?Sized> Objective<'_, S, T> {
+    /// The fitness of each point on the first `plants` plants of a set; nothing costs.
     fn fitness<const N: usize>(&self, points: &[[f64; N]], set: u32, plants: u32) -> Vec<Trial> {
-        self.worth(points, set, plants, |fitness| fitness)
+        self.worth(points, set, plants, 0.0, |fitness| fitness)
     }
 
-    /// The utility of each point on the first `plants` plants of a set.
+    /// The utility of each point on the first `plants` plants of a set; steps beyond all data cost.
     fn utility<const N: usize>(&self, points: &[[f64; N]], set: u32, plants: u32) -> Vec<Trial> {
-        self.worth(points, set, plants, |fitness| self.task.utility(fitness))
+        self.worth(points, set, plants, BEYOND_COST_CM, |fitness| self.task.utility(fitness))
     }
 
     fn worth<const N: usize>(
@@ -328,12 +336,13 @@ impl<S: Fn(&[RuleTrial]) -> Vec<f64>, T: Task + ?Sized> Objective<'_, S, T> {
         points: &[[f64; N]],
         set: u32,
         plants: u32,
+        beyond_cost_cm: f64,
         of: impl Fn(f64) -> f64,
     ) -> Vec<Trial> {
         let trial = |point, plant| RuleTrial { rule: rule_at(point), set, plant };
         let trials: Vec<RuleTrial> =
             points.iter().flat_map(|point| (0..plants).map(move |plant| trial(point, plant))).collect();
-        let worths: Vec<f64> = (self.scores)(&trials).into_iter().map(of).collect();
+        let worths: Vec<f64> = (self.scores)(&trials, beyond_cost_cm).into_iter().map(of).collect();
         worths.chunks(plants as usize).map(Trial::of).collect()
     }
 }
@@ -348,8 +357,9 @@ mod tests {
     use crate::random::StepNoise;
     use crate::task::Targets;
 
-    /// A plant that goes on moving after the lamp is switched: greedy control swings far beyond a target.
-    struct Sluggish(Layout);
+    /// A plant that goes on moving after the lamp is switched: greedy control swings far beyond a target. Its data end so far
+    /// aside, in cm.
+    struct Sluggish(Layout, f64);
 
     impl BatchModel for Sluggish {}
 
@@ -370,6 +380,10 @@ mod tests {
             Observation::simulated(*tip)
         }
 
+        fn is_beyond_data(&self, (tip, _): &(Point, f64)) -> bool {
+            tip.x.abs() > self.1
+        }
+
         fn layout(&self) -> &Layout {
             &self.0
         }
@@ -380,7 +394,7 @@ mod tests {
     }
 
     fn tune(search: RuleSearch, seed: u64) -> RuleSearchResult {
-        let model = Sluggish(Layout::default());
+        let model = Sluggish(Layout::default(), f64::INFINITY);
         search.tune(&model, &Targets::default(), seed, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
@@ -409,7 +423,7 @@ mod tests {
 
     #[test]
     fn a_watcher_sees_each_generation_and_may_break_off() {
-        let model = Sluggish(Layout::default());
+        let model = Sluggish(Layout::default(), f64::INFINITY);
         let mut seen = Vec::new();
         let found = short().tune(&model, &Targets::default(), 1, &mut |generation| {
             assert!(generation.best >= generation.mean);
@@ -422,7 +436,7 @@ mod tests {
     #[test]
     fn searches_side_by_side_share_the_generations() {
         let side_by_side = RuleSearch { starts: 5, generations: 22, ..short() };
-        let model = Sluggish(Layout::default());
+        let model = Sluggish(Layout::default(), f64::INFINITY);
         let mut seen = 0;
         let found = side_by_side.tune(&model, &Targets::default(), 1, &mut |generation| {
             assert_eq!(generation.generation, seen);
@@ -437,11 +451,27 @@ mod tests {
     }
 
     #[test]
+    fn steps_beyond_all_data_cost_in_the_search_alone() {
+        let best = |data_end_cm: f64| {
+            let (model, mut best) = (Sluggish(Layout::default(), data_end_cm), f64::NEG_INFINITY);
+            let found = short().tune(&model, &Targets::default(), 1, &mut |generation| {
+                best = best.max(generation.best);
+                ControlFlow::Continue(())
+            });
+            (best, found.unwrap())
+        };
+        let (free, nowhere) = (best(f64::INFINITY), best(-1.0));
+        // All rules take as many steps, and pay as much: the order stays, and the expected fitness does.
+        assert_eq!(free.1, nowhere.1);
+        assert!(free.0 > nowhere.0 + 10.0, "{} {}", free.0, nowhere.0);
+    }
+
+    #[test]
     fn it_is_known_which_lists_of_trials_are_generations() {
         for starts in [1, 2, 3] {
             let search = RuleSearch { generations: 5, population: 6, episodes: 4, starts };
             let asked = std::cell::RefCell::new(Vec::new());
-            let scores = |trials: &[RuleTrial]| {
+            let scores = |trials: &[RuleTrial], _: f64| {
                 asked.borrow_mut().push(trials.len());
                 vec![0.0; trials.len()]
             };
@@ -474,7 +504,7 @@ mod tests {
                 100.0 * fitness
             }
         }
-        let model = Sluggish(Layout::default());
+        let model = Sluggish(Layout::default(), f64::INFINITY);
         let mut best = Vec::new();
         let found = short().tune(&model, &Hundredfold(Targets::default()), 1, &mut |generation| {
             best.push(generation.best);

@@ -21,8 +21,8 @@ use super::measured_plant::{
 use super::recurrent::{self, Adam, CHANGES, EVEN, Memory, ODD, WEIGHTS};
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 use super::stem_shape::{
-    Body, Errors, Happened, LIKE_LIGHT_MIN, MODES, Modes, Past, SEGMENTS, Scores, smooth_lengths, stem_of,
-    top_of,
+    Body, Errors, Happened, LIKE_LIGHT_MIN, MODES, Modes, Past, SEGMENTS, Scores, is_beyond, smooth_lengths,
+    stem_of, top_of,
 };
 use super::tip::ModelError;
 use super::{PlantModel, evenly};
@@ -667,6 +667,10 @@ impl PlantModel for LstmModel {
 
     fn observe(&self, plant: &LstmState) -> Observation {
         plant.body.observe(&self.modes)
+    }
+
+    fn is_beyond_data(&self, plant: &LstmState) -> bool {
+        is_beyond(plant.body.scores[0], plant.body.length_cm, self.most_scores, self.lengths_cm)
     }
 
     fn layout(&self) -> &Layout {

@@ -86,6 +86,12 @@ pub trait PlantModel: Sync {
     /// What a camera would see of the plant.
     fn observe(&self, plant: &Self::Plant) -> Observation;
 
+    /// Whether the plant is beyond all data of the model, which there answers as at their edge: what it says is a guess. A model
+    /// that does not know where its data end says never.
+    fn is_beyond_data(&self, _plant: &Self::Plant) -> bool {
+        false
+    }
+
     /// The lamps whose light the model knows.
     fn layout(&self) -> &Layout;
 

@@ -25,7 +25,8 @@ use super::regression::{dot, ridge_regression};
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 pub use super::stem_shape::MODES;
 use super::stem_shape::{
-    Body, Errors, Happened, LIKE_LIGHT_MIN, Modes, Past, Scores, low_angles, smooth_lengths, stem_of, top_of,
+    Body, Errors, Happened, LIKE_LIGHT_MIN, Modes, Past, Scores, is_beyond, low_angles, smooth_lengths,
+    stem_of, top_of,
 };
 use super::tip::ModelError;
 use super::{PlantModel, evenly};
@@ -405,6 +406,10 @@ impl PlantModel for StemModel {
 
     fn observe(&self, plant: &StemState) -> Observation {
         plant.body.observe(&self.modes)
+    }
+
+    fn is_beyond_data(&self, plant: &StemState) -> bool {
+        is_beyond(plant.body.scores[0], plant.body.length_cm, self.most_scores, self.lengths_cm)
     }
 
     fn layout(&self) -> &Layout {

@@ -5,7 +5,7 @@
 
 use super::history::{History, Window};
 use super::measured_plant::{MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, Stem};
-use super::replay::Replay;
+use super::replay::{BLOCK_REACH_CM, Replay};
 use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::math;
 use crate::math::matrix::{eigen_symmetric, transform};
@@ -271,6 +271,13 @@ impl Body {
     pub(super) fn observe(&self, modes: &Modes) -> Observation {
         Observation { stem: Some(Polyline(self.stem(modes).to_vec())), ..Observation::simulated(self.tip) }
     }
+}
+
+/// Whether a stem of such a first score and length is beyond all data, so that no block is like it: it leans farther, or is
+/// shorter or longer by more than blocks reach.
+#[inline(always)]
+pub(super) fn is_beyond(lean: f64, length_cm: f64, [most_lean, ..]: Scores, [least, most]: [f64; 2]) -> bool {
+    (lean.abs() > most_lean) | (length_cm < least - BLOCK_REACH_CM) | (length_cm > most + BLOCK_REACH_CM)
 }
 
 /// Draws the record after `last`, or one of a stem that was about as long and in about the same state: its first score, and the

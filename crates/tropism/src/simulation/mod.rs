@@ -98,6 +98,18 @@ pub fn fitness_of<M: PlantModel>(
     task: &(impl Task + ?Sized),
     noise: NoiseStream,
 ) -> f64 {
+    cautious_fitness_of(model, controller, task, noise, 0.0)
+}
+
+/// [`fitness_of`], less `beyond_cost_cm` for each step after which the plant is [beyond all data](PlantModel::is_beyond_data) of
+/// the model.
+pub fn cautious_fitness_of<M: PlantModel>(
+    model: &M,
+    controller: &mut (impl Controller + ?Sized),
+    task: &(impl Task + ?Sized),
+    noise: NoiseStream,
+    beyond_cost_cm: f64,
+) -> f64 {
     let mut plant = model.seedling(task.start(), &mut noise.of_seedling());
     let mut seen = model.observe(&plant);
     let first = seen.clone();
@@ -108,6 +120,7 @@ pub fn fitness_of<M: PlantModel>(
         model.step(&mut plant, light, &mut noise.at(step));
         let after = model.observe(&plant);
         fitness += task.step_fitness(&first, &seen, &after);
+        fitness -= if model.is_beyond_data(&plant) { beyond_cost_cm } else { 0.0 };
         seen = after;
         step += 1;
     }

@@ -3,7 +3,7 @@
 use tropism_neat::Genome;
 
 use super::batch::{self, LinearController};
-use super::fitness_of;
+use super::{cautious_fitness_of, fitness_of};
 use crate::control::{NetworkController, PredictiveGreedy, PredictiveRule, Sensors};
 use crate::plant::PlantModel;
 use crate::plant::lstm::LstmModel;
@@ -51,23 +51,27 @@ pub trait BatchModel: PlantModel + Sized {
         episodes.map(|mut episode| fitness_of(self, &mut episode.controller, task, episode.noise)).collect()
     }
 
-    /// The fitness of each episode's rule, in order.
+    /// The fitness of each episode's rule, in order, less `beyond_cost_cm` for each step after which the plant is
+    /// [beyond all data](PlantModel::is_beyond_data) of the model.
     fn score_rules<T: Task + ?Sized>(
         &self,
         task: &T,
+        beyond_cost_cm: f64,
         episodes: impl Iterator<Item = Episode<PredictiveRule>>,
     ) -> Vec<f64> {
-        rules_one_by_one(self, task, episodes)
+        rules_one_by_one(self, task, beyond_cost_cm, episodes)
     }
 }
 
 fn rules_one_by_one<M: PlantModel, T: Task + ?Sized>(
     model: &M,
     task: &T,
+    beyond_cost_cm: f64,
     episodes: impl Iterator<Item = Episode<PredictiveRule>>,
 ) -> Vec<f64> {
     let score = |Episode { controller, noise }| {
-        fitness_of(model, &mut PredictiveGreedy::new(controller, task, model.layout()), task, noise)
+        let mut controller = PredictiveGreedy::new(controller, task, model.layout());
+        cautious_fitness_of(model, &mut controller, task, noise, beyond_cost_cm)
     };
     episodes.map(score).collect()
 }
@@ -123,11 +127,12 @@ impl BatchModel for StemModel {
     fn score_rules<T: Task + ?Sized>(
         &self,
         task: &T,
+        beyond_cost_cm: f64,
         episodes: impl Iterator<Item = Episode<PredictiveRule>>,
     ) -> Vec<f64> {
         let mut episodes = episodes;
-        batch::fitness_of_rules(self, task, &mut episodes)
-            .unwrap_or_else(|| rules_one_by_one(self, task, episodes))
+        batch::fitness_of_rules(self, task, beyond_cost_cm, &mut episodes)
+            .unwrap_or_else(|| rules_one_by_one(self, task, beyond_cost_cm, episodes))
     }
 }
 

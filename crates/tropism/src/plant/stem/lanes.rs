@@ -6,7 +6,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
 
-use super::super::stem_shape::{IMAGES, OFFSET_MIN, SEGMENTS, Scores, draw_like, stem_of, top_of};
+use super::super::stem_shape::{IMAGES, OFFSET_MIN, SEGMENTS, Scores, draw_like, is_beyond, stem_of, top_of};
 use super::{LENGTH_SCALE_CM, LIGHT_TERMS, MIDDLE_LENGTH_CM, MODES, StemModel, StemState, TERMS, place};
 use crate::geometry::{Point, STEM_POINTS};
 use crate::math::lanes::{LANES, Row, clamped};
@@ -162,6 +162,18 @@ impl<'m> Stems<'m> {
     /// Ten points of the stem of each plant, from the base up, in cm.
     pub(crate) const fn points(&self) -> &[PointRow; STEM_POINTS] {
         &self.points
+    }
+
+    /// 1 for each plant that is beyond all data of the model, else 0.
+    #[inline(always)]
+    pub(crate) fn beyond_data(&self) -> Row {
+        let (most_scores, lengths_cm) = (self.model.most_scores, self.model.lengths_cm);
+        let mut beyond = [0.0; LANES];
+        for lane in 0..LANES {
+            let is_beyond = is_beyond(self.scores[0][lane], self.length_cm[lane], most_scores, lengths_cm);
+            beyond[lane] = if is_beyond { 1.0 } else { 0.0 };
+        }
+        beyond
     }
 
     /// One step of each plant under the lamp on a side.

@@ -11,22 +11,23 @@ use crate::plant::PlantModel;
 use crate::plant::stem::StemModel;
 use crate::plant::stem::lanes::Stems;
 use crate::simd::{Kernel, dispatch};
-use crate::simulation::{Episode, fitness_of};
+use crate::simulation::{Episode, cautious_fitness_of};
 use crate::task::{Obstacles, Targets, Task};
 
-/// The fitness of each episode's rule on `model`, in order: what [`fitness_of`] gives, to the bit. `None` for a task that has no
-/// form in lanes.
+/// The fitness of each episode's rule on `model`, in order: what [`cautious_fitness_of`] gives, to the bit. `None` for a task that
+/// has no form in lanes.
 #[must_use]
 pub(in crate::simulation) fn fitness_of_rules(
     model: &StemModel,
     task: &(impl Task + ?Sized),
+    beyond_cost_cm: f64,
     episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
 ) -> Option<Vec<f64>> {
     // The hot loop is not generic: so it is compiled here, and not in each crate that searches.
     match (task.as_targets(), task.as_obstacles()) {
-        (Some(task), _) => Some(fitness_in_lanes(model, &LaneTask::Targets(task), episodes)),
+        (Some(task), _) => Some(fitness_in_lanes(model, &LaneTask::Targets(task), beyond_cost_cm, episodes)),
         (_, Some(task)) if are_known(&task.obstacles) => {
-            Some(fitness_in_lanes(model, &LaneTask::Obstacles(task), episodes))
+            Some(fitness_in_lanes(model, &LaneTask::Obstacles(task), beyond_cost_cm, episodes))
         }
         _ => None,
     }
@@ -35,6 +36,7 @@ pub(in crate::simulation) fn fitness_of_rules(
 fn fitness_in_lanes(
     model: &StemModel,
     of_lanes: &LaneTask<'_>,
+    beyond_cost_cm: f64,
     episodes: &mut dyn Iterator<Item = Episode<PredictiveRule>>,
 ) -> Vec<f64> {
     let task = of_lanes.task();
@@ -44,6 +46,7 @@ fn fitness_in_lanes(
         rules: Rules::new(task.way().len(), layout),
         floor: start.y,
         nearest: None,
+        beyond_cost_cm,
         fitness: [0.0; LANES],
         steps: [0; LANES],
         numbers: [None; LANES],
@@ -64,7 +67,7 @@ fn fitness_in_lanes(
                     fitness.push(0.0);
                 } else {
                     let mut plain = PredictiveGreedy::new(controller, task, layout);
-                    fitness.push(fitness_of(model, &mut plain, task, noise));
+                    fitness.push(cautious_fitness_of(model, &mut plain, task, noise, beyond_cost_cm));
                 }
             }
             is_any_running |= batch.numbers[lane].is_some();
@@ -107,6 +110,8 @@ struct Batch<'m> {
     floor: f64,
     /// Where each stem is nearest to an obstacle.
     nearest: Option<ClearanceRow>,
+    /// What each step beyond the data of the model costs, in cm.
+    beyond_cost_cm: f64,
     fitness: Row,
     steps: [u32; LANES],
     /// Number of the episode in each lane.
@@ -130,6 +135,10 @@ impl Batch<'_> {
         match task {
             LaneTask::Targets(task) => self.count_targets(task, &before),
             LaneTask::Obstacles(task) => self.count_obstacles(task, &before),
+        }
+        let beyond = self.stems.beyond_data();
+        for lane in 0..LANES {
+            self.fitness[lane] -= beyond[lane] * self.beyond_cost_cm;
         }
     }
 
@@ -268,11 +277,12 @@ mod tests {
             controller: rule(number.into(), avoids),
             noise: NoiseStream::new(2, Purpose::Trial, [number, 0, 0]),
         };
-        let fast = fitness_of_rules(model, task, &mut (0..21).map(episode)).expect("a task that lanes know");
+        let fast = fitness_of_rules(model, task, 0.1, &mut (0..21).map(episode));
+        let fast = fast.expect("a task that lanes know");
         for (number, fast) in (0..).zip(fast) {
             let Episode { controller, noise } = episode(number);
             let mut plain = PredictiveGreedy::new(controller, task, model.layout());
-            let exact = fitness_of(model, &mut plain, task, noise);
+            let exact = cautious_fitness_of(model, &mut plain, task, noise, 0.1);
             assert_eq!(fast.to_bits(), exact.to_bits(), "rule {number}: {fast} {exact}");
         }
     }
@@ -286,7 +296,9 @@ mod tests {
         // Without a target above it no step counts; at once over; a rule that avoids what is not there.
         assert_twins(&model, &Targets { max_steps: 1, ..targets.clone() }, false);
         assert_twins(&model, &Targets { targets: Vec::new(), end_height_cm: 3.0, ..targets.clone() }, false);
-        assert_twins(&model, &Targets { max_steps: 20, ..targets }, true);
+        assert_twins(&model, &Targets { max_steps: 20, ..targets.clone() }, true);
+        // Stems that are longer than all data.
+        assert_twins(&model, &Targets { end_height_cm: 30.0, max_steps: 420, ..targets }, false);
         let disc = |x: f64, y: f64| Obstacle::Disc { centre: Point::new(x, y), radius_cm: 0.8 };
         let line = |x: f64, y: f64| Obstacle::Line { ends: [Point::new(x, y), Point::new(x + 3.0, y + 0.5)] };
         for obstacles in [
