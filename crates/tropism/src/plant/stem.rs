@@ -66,7 +66,8 @@ pub(super) const PLANT_RIDGE: f64 = 100.0;
 /// The place of a term: groups 0 to 2 are those of the light, 3 to 6 those of the scores, and the others the past changes.
 ///
 /// Before each group but the first one place stays empty. So the weights of the last two terms of light have no gain, and of the
-/// past changes only the first four have a place. All figures in `docs/` were measured so.
+/// past changes only the first four have a place. With a place for each, neither the forecasts nor the rules were better
+/// (docs/beyond.md), and all figures in `docs/` were measured so.
 #[inline(always)]
 const fn place(group: usize, number: usize) -> usize {
     let first = if group <= 3 { 5 * group } else { 15 + 3 * (group - 3) };
