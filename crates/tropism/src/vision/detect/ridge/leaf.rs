@@ -12,6 +12,7 @@ use crate::math::statistics::quantile_nearest;
 use crate::vision::detect::curve::offset_by;
 use crate::vision::detect::ridge::bar::SmoothedImage;
 use crate::vision::detect::ridge::flanks::{POINTS_PER_WIDTH, StemFlanks, normal};
+use crate::vision::detect::ridge::paint::Marks;
 use crate::vision::detect::ridge::rgb::{self, Rgb};
 
 /// Reach of a profile to each side of the line, in widths, and its samples along one width.
@@ -47,6 +48,12 @@ const LASTING_SHARE: f64 = 0.8;
 const STEM_WIDTHS: std::ops::RangeInclusive<f64> = 0.7..=1.2;
 const STEM_BESIDE: f64 = 0.25;
 
+/// Points below there at which a stem begins to widen.
+const WIDENING_POINTS: usize = 3 * POINTS_PER_WIDTH / 8;
+
+/// Points above the topmost mark within which a stem ends that is marked all along.
+const ABOVE_MARK: std::ops::RangeInclusive<usize> = POINTS_PER_WIDTH / 4..=POINTS_PER_WIDTH;
+
 /// How much of the plant lies across a line at one point, in widths.
 #[derive(Clone, Copy, Debug, Default)]
 struct Extent {
@@ -59,13 +66,14 @@ struct Extent {
 impl StemFlanks {
     /// The last point of the stem whose points from `first` to `last` are sure; `None` where no leaves are found above it, so
     /// that its end is not known. From the point `path_end` on the line leads beyond what was followed: there only what is
-    /// wide is a leaf.
+    /// wide is a leaf. Where `marks` are painted on it, it reaches beyond them.
     pub(super) fn stem_end(
         &self,
         image: &SmoothedImage,
         first: usize,
         last: usize,
         path_end: usize,
+        marks: Option<Marks>,
     ) -> Option<usize> {
         let extents = self.extents(image, first, last);
         let sure = first..(first + WIDTH_POINTS).min(last + 1);
@@ -86,8 +94,14 @@ impl StemFlanks {
             let leaf = next.clone().filter(|&i| is_leaf(i)).count();
             2 * next.len() > LASTING_POINTS && leaf as f64 >= LASTING_SHARE * next.len() as f64
         };
-        let leaf = (sure.start + POINTS_PER_WIDTH..extents.len()).find(|&i| is_leaf(i) && lasts(i))?;
-        (first + 1..leaf).rev().find(|&i| is_stem(&extents[i]))
+        // What is no stem below a mark is another mark.
+        let start = marks.map_or(sure.end + POINTS_PER_WIDTH, |marks| marks.topmost);
+        let leaf = (start..extents.len()).find(|&i| is_leaf(i) && lasts(i))?;
+        let end = (first + 1..leaf).rev().find(|&i| is_stem(&extents[i]))?;
+        let Some(Marks { topmost, reach }) = marks else { return Some(end.saturating_sub(WIDENING_POINTS)) };
+        let end = end.max(topmost).saturating_sub(WIDENING_POINTS);
+        let highest = if end <= topmost + reach { topmost + ABOVE_MARK.end() } else { end };
+        Some(end.clamp(topmost + ABOVE_MARK.start(), highest).min(self.line.len() - 1))
     }
 
     /// The plant across each point of the line.

@@ -13,6 +13,7 @@ mod rgb;
 mod bar;
 mod search;
 mod flanks;
+mod paint;
 mod leaf;
 
 use crate::geometry::{Pixel, Region};
@@ -37,8 +38,8 @@ const POT_DEPTH: f64 = 0.06;
 const POT_LEVEL: f64 = 0.15;
 
 /// Least length of the stretch with unchanged flanks, and of the stem up to where leaves begin, in stem widths.
-const MIN_LENGTH: f64 = 4.0;
-const MIN_STEM: f64 = 3.0;
+const MIN_LENGTH: f64 = 2.5;
+const MIN_STEM: f64 = 4.0;
 
 /// Least contrast to the nearer flank over four fifths of the stem, as a share of the mean contrast.
 const MIN_FLANK_CONTRAST: f64 = 0.3;
@@ -80,7 +81,9 @@ pub(super) fn find_stem(image: &Image, base: PlanePoint, min_contrast: f64) -> O
     let path_end = line.len();
     extend(&mut line);
     let mut flanks = StemFlanks::sample(&smoothed, line, width);
-    let end = flanks.stem_end(&smoothed, first.min(last), last, path_end)?;
+    let first = first.min(last);
+    let marks = flanks.marks(&smoothed, first, last);
+    let end = flanks.stem_end(&smoothed, first, last, path_end, marks)?;
     flanks.line.truncate(end + 1);
     let is_long = end as f64 >= MIN_STEM * POINTS_PER_WIDTH as f64;
     is_long.then_some(StemRidge { line: flanks.line, width, contrast })
@@ -197,6 +200,12 @@ mod tests {
     /// A leaning stem nine pixels wide with a painted mark, before a wall that brightens to the right. It grows out
     /// of a pot of its own colour; a leaf of that colour begins at a height of 100 pixels.
     fn picture(stem: [f64; 3]) -> Image {
+        marked_picture(stem, &[60.0])
+    }
+
+    /// The same with painted marks at several heights.
+    fn marked_picture(stem: [f64; 3], marks: &[f64]) -> Image {
+        let is_mark = |rise: f64| marks.iter().any(|mark| (*mark..mark + 6.0).contains(&rise));
         let mut rgb = Vec::new();
         for i in 0..SIZE.0 * SIZE.1 {
             let (x, y) = ((i % SIZE.0) as f64, (i / SIZE.0) as f64);
@@ -206,7 +215,7 @@ mod tests {
             let is_pot = y > 170.0 && (20.0..140.0).contains(&x);
             let wall = 40.0 + 0.2 * x;
             rgb.extend(match () {
-                () if is_plant && (60.0..66.0).contains(&rise) => [150, 20, 20],
+                () if is_plant && is_mark(rise) => [150, 20, 20],
                 () if is_plant || is_pot => stem.map(|level| level as u8),
                 () => [wall as u8 / 4, wall as u8 / 4, wall as u8],
             });
@@ -225,6 +234,17 @@ mod tests {
             assert!((last.1 - 70.0).abs() < 12.0, "{colour:?}: {last:?}");
             assert!((5.0..13.0).contains(&found.width), "{}", found.width);
         }
+    }
+
+    #[test]
+    fn a_stem_goes_on_above_its_marks_and_ends_near_the_topmost_of_a_row() {
+        let rise = |marks: &[f64]| {
+            let found = find_stem(&marked_picture([40.0, 60.0, 240.0], marks), (70.0, 170.0), 6.0).unwrap();
+            170.0 - found.line[found.line.len() - 1].1
+        };
+        let ends = [rise(&[54.0, 64.0, 74.0]), rise(&[20.0, 40.0, 60.0])];
+        assert!((80.0..92.0).contains(&ends[0]), "{ends:?}");
+        assert!((66.0..78.0).contains(&ends[1]), "{ends:?}");
     }
 
     #[test]
