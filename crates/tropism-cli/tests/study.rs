@@ -87,7 +87,7 @@ fn one_thread_two_threads_and_a_killed_study_end_in_the_same_bits() {
 
     // On two threads, and killed again and again, without a chance to save, at moments of no meaning.
     let mut kills = 0;
-    let mut patience = Duration::from_millis(700);
+    let mut patience = Duration::from_millis(300);
     loop {
         let more: &[&str] = if kills == 0 { &[] } else { &["--resume"] };
         let mut child = study(killed.path(), &[&["--threads", "2"], more].concat()).spawn().unwrap();
