@@ -6,8 +6,8 @@
 //! stem is the wall behind it and stays the same. Where there is no long clear stretch of this kind, no stem is given.
 //! Above it, the stem ends where the plant is not as wide any more.
 //!
-//! All constants of this module and its children were chosen by hand on the odd-numbered pictures of the marked
-//! sunflower seedlings (the row `real/sunflower-centerlines` of `examples/accuracy`).
+//! The constants of this module and its children were chosen by hand on the first half of the photographs of sunflower
+//! seedlings with centre lines (`docs/vision.md`).
 
 mod rgb;
 mod bar;
