@@ -65,22 +65,8 @@ pub enum Location {
 /// motion, and 12 of them twice more: once for the root, once to see whether a plant is detected there.
 pub fn locate(count: usize, read: impl Fn(usize) -> Option<Image>, vision: &VisionConfig) -> Location {
     let of = |most: usize| evenly(count, most).filter_map(&read);
-    locate_in(of(COMPARED), || of(TRIED), vision)
-}
-
-/// At most `most` of `count` indices at equal distances, from the first to the last.
-fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
-    let taken = count.min(most);
-    (0..taken).map(move |index| index * (count - 1) / (taken - 1).max(1))
-}
-
-fn locate_in<I: Iterator<Item = Image>>(
-    compared: impl Iterator<Item = Image>,
-    tried: impl Fn() -> I,
-    vision: &VisionConfig,
-) -> Location {
     let unsure = |reason: &str| Location::Unsure(reason.to_owned());
-    let Some(motion) = Motion::of(compared) else {
+    let Some(motion) = Motion::of(of(COMPARED)) else {
         return unsure("too few photographs follow each other in the same light");
     };
     let mut things = motion.things();
@@ -102,7 +88,7 @@ fn locate_in<I: Iterator<Item = Image>>(
     let moving = motion.region(thing, MARGIN_SHARE);
     let height = motion.region(thing, 0.0).height;
     let lowest = motion.base(thing);
-    let roots: Vec<Pixel> = tried().map(|image| root_below(&image, lowest, height)).collect();
+    let roots: Vec<Pixel> = of(TRIED).map(|image| root_below(&image, lowest, height)).collect();
     let middle = |of: fn(&Pixel) -> f64| {
         let values: Vec<f64> = roots.iter().map(of).collect();
         upper_median(&values, f64::total_cmp)
@@ -117,7 +103,7 @@ fn locate_in<I: Iterator<Item = Image>>(
         let found = detect_from_base(&image, Some(base), &config);
         found.is_some_and(|found| found.clipped_at.is_none() && motion.is_near(thing, found.tip))
     };
-    let detected: Vec<bool> = tried().map(is_detected).collect();
+    let detected: Vec<bool> = of(TRIED).map(is_detected).collect();
     let count = detected.iter().filter(|is_detected| **is_detected).count();
     if (count as f64) < LEAST_DETECTED * detected.len() as f64 {
         return Location::Unsure(format!(
@@ -126,6 +112,12 @@ fn locate_in<I: Iterator<Item = Image>>(
         ));
     }
     Location::Plant { region, base }
+}
+
+/// At most `most` of `count` indices at equal distances, from the first to the last.
+fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
+    let taken = count.min(most);
+    (0..taken).map(move |index| index * (count - 1) / (taken - 1).max(1))
 }
 
 /// Reach to each side in which a stem is looked for below what moves, and in which it stands out, as shares of the height
