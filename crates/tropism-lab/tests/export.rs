@@ -1,10 +1,13 @@
 //! Exports of run folders that were tampered with, and of runs with secrets.
 
+#[path = "common/tent.rs"]
+mod small_tent;
+
 use std::fs;
 use std::path::Path;
 
+use small_tent::small_tent;
 use tempfile::TempDir;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::vision::VisionConfig;
 use tropism_lab::export::ExportPlan;
 use tropism_lab::timelapse::TimelapsePlan;
@@ -14,12 +17,10 @@ use tropism_rig::file::RigFile;
 /// A folder with a virtual run of three steps in `run`.
 fn run() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let mut greenhouse = Greenhouse::default();
-    (greenhouse.scene.width, greenhouse.scene.height) = (432, 324);
     let controller = ControllerSpec::default();
     let task = controller.default_task().with_max_steps(3);
     let config =
-        RunConfig::new(RigFile::greenhouse(greenhouse, VisionConfig::default()), controller, task, 1);
+        RunConfig::new(RigFile::greenhouse(small_tent(), VisionConfig::default()), controller, task, 1);
     let plan = RunPlan { out: folder.path().join("run"), config, ..RunPlan::default() };
     plan.execute(&Silent).unwrap();
     folder

@@ -1,7 +1,11 @@
 //! A run with two cameras: tip and stem in space, a side camera that fails, and a resume at any step.
 
+#[path = "common/tent.rs"]
+mod small_tent;
+
 use std::path::Path;
 
+use small_tent::small_tent;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
 use tropism::greenhouse::view::{STEREO, View};
@@ -25,9 +29,7 @@ fn tent_faults() -> Faults {
 
 /// A tent for a task, with small photographs.
 fn tent(task: &TaskSpec) -> Greenhouse {
-    let mut tent = Greenhouse::default().for_task(task);
-    (tent.scene.width, tent.scene.height) = (432, 324);
-    tent
+    small_tent().for_task(task)
 }
 
 /// A tent whose camera at the side drops photographs now and then.

@@ -1,13 +1,16 @@
 //! Controllers on the same unseen plants: the same bits for any number of threads and after an interruption.
 
+#[path = "common/tent.rs"]
+mod small_tent;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use small_tent::small_tent;
 use tropism::geometry::Point;
 use tropism::greenhouse::bean::Trial;
-use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::observation::Quality;
 use tropism::obstacle::Obstacle;
@@ -26,15 +29,9 @@ fn task(steps: u32) -> TaskSpec {
     Targets { max_steps: steps, ..Targets::default() }.into()
 }
 
-/// The virtual tent with small photographs.
-fn tent() -> Greenhouse {
-    let scene = Scene { width: 432, height: 324, ..Scene::default() };
-    Greenhouse { scene, ..Greenhouse::default() }
-}
-
 /// Two controllers, three plants, 60 steps.
 fn plan(out: PathBuf) -> TransferPlan {
-    TransferPlan { plants: 3, task: task(60), greenhouse: tent(), out, ..TransferPlan::default() }
+    TransferPlan { plants: 3, task: task(60), greenhouse: small_tent(), out, ..TransferPlan::default() }
 }
 
 /// All files of a folder but its lock.
@@ -233,7 +230,7 @@ fn a_run_keeps_the_targets_that_were_drawn_for_it() {
         ..RandomTargets::default()
     };
     let run = |seed, out: &str| {
-        let rig = RigFile::greenhouse(tent(), VisionConfig::default());
+        let rig = RigFile::greenhouse(small_tent(), VisionConfig::default());
         let config = RunConfig::new(rig, ControllerSpec::Greedy, low.clone().into(), seed);
         let plan = RunPlan { out: folder.path().join(out), config, ..RunPlan::default() };
         let track = plan.execute(&Silent).unwrap().track;
@@ -264,7 +261,7 @@ fn photographs_show_the_plant_of_a_run() {
     let track = files::read_track(&path).unwrap();
     let fit = FitPlan { tracks: vec![path], out: folder.path().join("model.json"), ..FitPlan::default() };
     assert!(fit.execute(&Silent).unwrap().is_virtual, "measured tips of a virtual plant stay virtual");
-    let rig = RigFile::greenhouse(tent(), VisionConfig::default());
+    let rig = RigFile::greenhouse(small_tent(), VisionConfig::default());
     let config = RunConfig::new(rig, ControllerSpec::Greedy, plan.task.clone(), 40);
     let run = RunPlan { out: folder.path().join("run"), config, ..RunPlan::default() };
     run.execute(&Silent).unwrap();
@@ -335,7 +332,7 @@ fn a_task_with_obstacles_is_judged_by_the_seen_stems_with_and_without_photograph
 fn a_run_among_obstacles_is_scored_from_its_folder_as_it_was_steered() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let rig = RigFile::greenhouse(tent(), VisionConfig::default());
+    let rig = RigFile::greenhouse(small_tent(), VisionConfig::default());
     let config = RunConfig::new(rig, ControllerSpec::Greedy, behind_a_bar(), 3);
     let run = RunPlan { config, out: out.clone(), ..RunPlan::default() }.execute(&Silent).unwrap();
     let scores = ScorePlan { tracks: vec![out.clone()], task: None }.execute(&Silent).unwrap();

@@ -335,7 +335,7 @@ mod tests {
             (state >> 40) as f64 / (1_u64 << 24) as f64
         };
         // Noise over the panel and far beyond it, under lamps that change at every step or seldom.
-        let rows_in_all = 20_000;
+        let rows_in_all = 60_000;
         for (width, swing) in [(28.0, 1), (28.0, 300), (1e5, 300), (1e300, 7)] {
             let row = |step: usize| {
                 let light = if (step / swing).is_multiple_of(2) { 'l' } else { 'r' };

@@ -277,7 +277,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(4))]
+        #![proptest_config(ProptestConfig::with_cases(12))]
 
         #[test]
         fn a_picture_does_not_depend_on_what_was_drawn_before(first in 0..1000_u64, second in 0..1000_u64) {
