@@ -2,9 +2,7 @@
 
 use std::path::Path;
 use std::process::Child;
-
-use tropism_lab::stop::StopPlan;
-use tropism_lab::{Silent, Workflow};
+use std::sync::Arc;
 
 use crate::drawing::Drawing;
 use crate::error::StudioError;
@@ -13,18 +11,18 @@ use crate::{Studio, draw, jobs};
 /// Times as fast as a real plant: a photograph every two seconds.
 const SPEED: &str = "150";
 
-/// The runs of the demonstration's folder, which end with it.
+/// Folder of the run.
 const BEAN: &str = "bean-1";
 
-/// A demonstration: its run ends when it is dropped.
+/// A demonstration: its run and its evolutions end when it is dropped.
 pub(crate) struct Demo {
-    folder: std::path::PathBuf,
+    studio: Arc<Studio>,
     run: Child,
 }
 
 impl Demo {
     /// Starts a run and two evolutions in the folder of `studio`.
-    pub(crate) fn start(studio: &Studio) -> Result<Self, StudioError> {
+    pub(crate) fn start(studio: &Arc<Studio>) -> Result<Self, StudioError> {
         let root = &studio.root;
         let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<String>>();
         let run =
@@ -47,18 +45,16 @@ impl Demo {
             };
             draw::evolve(studio, &request).map_err(|refusal| StudioError::System(refusal.1))?;
         }
-        Ok(Self { folder: root.clone(), run })
+        Ok(Self { studio: studio.clone(), run })
     }
 }
 
 impl Drop for Demo {
     fn drop(&mut self) {
-        let stop = |at: &str| StopPlan { folder: self.folder.join(at), wait_min: 0.1 }.execute(&Silent);
-        for at in [BEAN, "three-targets", "one-swing"] {
-            // What does not run is ended already.
-            let _ = stop(at);
-        }
-        let _ = self.run.wait();
+        jobs::ask_to_end(&mut self.run);
+        let mut evolution = self.studio.queue.close();
+        evolution.iter_mut().for_each(jobs::wait_for_end);
+        jobs::wait_for_end(&mut self.run);
     }
 }
 

@@ -29,6 +29,9 @@ pub(crate) const MOST_WAITING: usize = 50;
 /// How long a process may take until it holds the lock of its folder.
 const BEGINS: Duration = Duration::from_secs(10);
 
+/// How long a process that is asked to end may take: a step of a run, or a generation.
+const ENDS: Duration = Duration::from_secs(10);
+
 /// What became of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -100,6 +103,8 @@ struct Inner {
     child: Option<Child>,
     /// When the running job was started or taken over.
     begun: Instant,
+    /// Whether no further job begins.
+    is_closed: bool,
 }
 
 impl Queue {
@@ -114,7 +119,7 @@ impl Queue {
         } else {
             Saved { schema: SCHEMA.to_owned(), next: 1, jobs: Vec::new() }
         };
-        let inner = Mutex::new(Inner { saved, child: None, begun: Instant::now() });
+        let inner = Mutex::new(Inner { saved, child: None, begun: Instant::now(), is_closed: false });
         Ok(Self { root: root.to_owned(), program: program.to_owned(), inner })
     }
 
@@ -202,6 +207,9 @@ impl Queue {
     /// Looks after the running job, and begins the next one. To be called often.
     pub(crate) fn advance(&self) {
         let mut inner = self.inner();
+        if inner.is_closed {
+            return;
+        }
         let Some(index) = inner.saved.jobs.iter().position(|job| job.state == JobState::Running) else {
             let waiting = inner.saved.jobs.iter().position(|job| job.state == JobState::Waiting);
             if let Some(index) = waiting {
@@ -249,6 +257,15 @@ impl Queue {
                 self.start(&mut inner, index);
             }
         }
+    }
+
+    /// Begins no further job, and asks the running one to end: its process.
+    pub(crate) fn close(&self) -> Option<Child> {
+        let mut inner = self.inner();
+        inner.is_closed = true;
+        let mut child = inner.child.take()?;
+        ask_to_end(&mut child);
+        Some(child)
     }
 
     /// Whether the folder or the rule that a job makes is whole.
@@ -326,6 +343,33 @@ pub(crate) fn spawn(program: &Path, root: &Path, words: &[String], log: &Path) -
     command.spawn()
 }
 
+/// Asks a process to end in order.
+pub(crate) fn ask_to_end(child: &mut Child) {
+    // The number of one that has ended may be another's by now.
+    #[cfg(unix)]
+    if matches!(child.try_wait(), Ok(None)) {
+        use rustix::process::{Pid, Signal, kill_process};
+
+        // One that does not hear it is killed after its time.
+        let _ = kill_process(Pid::from_child(child), Signal::TERM);
+    }
+    #[cfg(not(unix))]
+    let _ = child;
+}
+
+/// Waits until a process that was asked to end has ended; one that takes too long is killed.
+pub(crate) fn wait_for_end(child: &mut Child) {
+    let asked = Instant::now();
+    while asked.elapsed() < ENDS {
+        if !matches!(child.try_wait(), Ok(None)) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -366,6 +410,23 @@ mod tests {
         let second = queue(folder.path(), "sleep");
         assert_eq!(second.job(short).unwrap().state, JobState::Waiting);
         assert!(second.has("short") && !second.has("none"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_closed_queue_ends_its_job_and_begins_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let queue = queue(folder.path(), "sleep");
+        let [runs, waits] = ["600", "0"].map(|time| queue.add(time, vec![vec![time.to_owned()]]).unwrap());
+        queue.advance();
+        assert_eq!(queue.job(runs).unwrap().state, JobState::Running);
+        let mut child = queue.close().unwrap();
+        wait_for_end(&mut child);
+        // Of SIGTERM, not of SIGKILL after its time.
+        let signal = std::os::unix::process::ExitStatusExt::signal(&child.wait().unwrap());
+        assert_eq!(signal, Some(rustix::process::Signal::TERM.as_raw()));
+        queue.advance();
+        assert_eq!(queue.job(waits).unwrap().state, JobState::Waiting);
     }
 
     #[cfg(unix)]
