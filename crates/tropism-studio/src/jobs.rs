@@ -416,8 +416,9 @@ mod tests {
     #[test]
     fn a_closed_queue_ends_its_job_and_begins_no_other() {
         let folder = tempfile::tempdir().unwrap();
-        let queue = queue(folder.path(), "sleep");
-        let [runs, waits] = ["600", "0"].map(|time| queue.add(time, vec![vec![time.to_owned()]]).unwrap());
+        let queue = queue(folder.path(), "sh");
+        let words = || vec![["-c", "exec sleep 600"].map(str::to_owned).to_vec()];
+        let [runs, waits] = ["runs", "waits"].map(|at| queue.add(at, words()).unwrap());
         queue.advance();
         assert_eq!(queue.job(runs).unwrap().state, JobState::Running);
         let mut child = queue.close().unwrap();
