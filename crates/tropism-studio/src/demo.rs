@@ -4,6 +4,9 @@ use std::path::Path;
 use std::process::Child;
 use std::sync::Arc;
 
+use tropism_lab::stop::StopPlan;
+use tropism_lab::{Silent, Workflow};
+
 use crate::drawing::Drawing;
 use crate::error::StudioError;
 use crate::{Studio, draw, jobs};
@@ -51,10 +54,13 @@ impl Demo {
 
 impl Drop for Demo {
     fn drop(&mut self) {
+        // Not by its folder alone, whose lock it may not hold yet.
         jobs::ask_to_end(&mut self.run);
         let mut evolution = self.studio.queue.close();
         evolution.iter_mut().for_each(jobs::wait_for_end);
         jobs::wait_for_end(&mut self.run);
+        // Whoever looked may have stopped the run and resumed it: then another process holds its folder.
+        let _ = StopPlan { folder: self.studio.root.join(BEAN), wait_min: 0.1 }.execute(&Silent);
     }
 }
 
