@@ -3,7 +3,7 @@
 
     python3 benches/opencv/compare.py
 
-Installs opencv-python-headless from PyPI into target/opencv-venv, builds the example `speed` in release, lets it draw
+Installs opencv-python-headless from PyPI into target/opencv-venv, builds the program `speed` in release, lets it draw
 photographs of the virtual tent, and times both programs in turns on the same files. Each figure is the least of the
 rounds: what a busy machine adds is not the program's. Decoding is part of the work on both sides. The floor is the time
 in which our decoder reads the codes of a photograph and keeps nothing.
@@ -74,8 +74,11 @@ def main():
     if not python.exists():
         venv.create(VENV, with_pip=True)
         run(python, "-m", "pip", "install", "--quiet", "opencv-python-headless")
-    run("cargo", "build", "--release", "--quiet", "-p", "tropism", "--example", "speed", cwd=ROOT)
-    speed = TARGET / "release" / "examples" / "speed"
+    run(
+        "cargo", "build", "--release", "--quiet", "--manifest-path", "benches/Cargo.toml", "--target-dir", TARGET,
+        "--bin", "speed", cwd=ROOT,
+    )
+    speed = TARGET / "release" / "speed"
     for width in (2592, 648):
         folder = PHOTOS / str(width)
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,7 @@
 //! Model, task and NEAT together against reference runs on a made-up data set, looked up as its description says: window
 //! mean at the nearest node of a 0.1 cm grid, mirrored, 0 where a window is empty.
 
-#[path = "../examples/reference/mod.rs"]
+#[path = "swing/reference.rs"]
 mod reference;
 
 use std::sync::{LazyLock, OnceLock};

@@ -4,9 +4,9 @@
 
 #[path = "vision/location.rs"]
 mod location;
-#[path = "../examples/accuracy/marks.rs"]
+#[path = "vision/marks.rs"]
 mod marks;
-#[path = "../examples/accuracy/published.rs"]
+#[path = "vision/published.rs"]
 mod published;
 
 use std::path::{Path, PathBuf};

@@ -36,7 +36,7 @@ const CLEAR_ALONE: f64 = 0.88;
 const DOUBTFUL_ALONE: f64 = 0.8;
 
 /// How far the confidence of a tip that a track accepts falls where contrast and place speak for nothing. The virtual rows
-/// and the first halves of the real sets of `examples/accuracy` count how many answers of a confidence are right.
+/// and the first halves of the real sets of `benches/src/bin/accuracy` count how many answers of a confidence are right.
 const TRACK_DOUBT: f64 = 0.15;
 
 /// Width of the blurred edge of an obstacle that is left out with it, in cm. Chosen by hand: half a pixel of the paper's crop.

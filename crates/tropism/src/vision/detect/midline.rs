@@ -9,7 +9,7 @@
 //! stalks, because the paths to them cut the corner.
 //!
 //! All constants were chosen by hand on rendered plants, the marked stem ends of the sunflower time lapse and the
-//! bean's marked apices (the rows `clean`, `hook` and `real/` of `examples/accuracy`).
+//! bean's marked apices (the rows `clean`, `hook` and `real/` of `benches/src/bin/accuracy`).
 
 use crate::math;
 use crate::vision::detect::connected_components::BoundingBox;

@@ -3,7 +3,7 @@
 //! In: the luma and plant score of a picture, the tip, and the stem. Out: whether the tip may lie elsewhere.
 //!
 //! All constants were chosen by hand on rendered frames (the rows `glare`, `fly` and `condensation` of
-//! `examples/accuracy`, seeds below 100 000).
+//! `benches/src/bin/accuracy`, seeds below 100 000).
 
 use crate::geometry::Pixel;
 use crate::vision::raster::levels::Levels;

@@ -8,7 +8,7 @@
 //! No scale of the camera enters. Distances are in pixels, and the centimetre of the constants is that of the plant
 //! itself: its stem is [`STEM_WIDTH`] wide.
 //!
-//! Where no other source is given, constants were chosen by hand on rendered frames (`examples/accuracy`, seeds below
+//! Where no other source is given, constants were chosen by hand on rendered frames (`benches/src/bin/accuracy`, seeds below
 //! 100 000).
 //!
 //! # References
@@ -63,7 +63,7 @@ impl Interval {
     }
 }
 
-/// Width that a stem is taken to have, in cm. Chosen: with it the virtual rows of `examples/accuracy` keep the figures that
+/// Width that a stem is taken to have, in cm. Chosen: with it the virtual rows of `benches/src/bin/accuracy` keep the figures that
 /// they had when the camera's scale was used.
 const STEM_WIDTH: f64 = 0.35;
 
@@ -119,7 +119,7 @@ const STRONGLY_DIMMED: f64 = 0.7;
 
 /// Greatest change of a stem's length from the median of the latest accepted photographs, as a share per period, and the
 /// number of these. Chosen on the first halves of the bean and of the sunflowers (the rows `real/` of
-/// `examples/accuracy`): of 110 marked ends 99 were right, and of the 102 that stay 98 are.
+/// `benches/src/bin/accuracy`): of 110 marked ends 99 were right, and of the 102 that stay 98 are.
 const MAX_LENGTH_CHANGE: f64 = 0.2;
 const STEM_LENGTHS: usize = 9;
 

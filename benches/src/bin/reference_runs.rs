@@ -1,10 +1,11 @@
 //! Is it the same algorithm? Our evolution beside reference runs of MultiNEAT on the same data, with p values.
 //!
-//! `cargo run --release -p tropism --example reference_runs -- --seeds 20 --generations 2000 [--seed 1] [--json]`
+//! `cargo run --release --manifest-path benches/Cargo.toml --bin reference_runs -- --seeds 20 --generations 2000 [--seed 1] [--json]`
 //!
 //! Needs the data set `synthetic-swing` in the folder that `TROPISM_DATA` names. Without arguments it makes a small
 //! comparison of a few seconds.
 
+#[path = "../../../crates/tropism/tests/swing/reference.rs"]
 mod reference;
 
 use std::process::ExitCode;

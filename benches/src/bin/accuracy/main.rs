@@ -2,8 +2,8 @@
 //! with ground truth, on spoiled files, and on real photographs where `TROPISM_DATA` names their folder.
 //!
 //! ```text
-//! cargo run --release -p tropism --example accuracy -- --frames 500
-//! cargo run --release -p tropism --example accuracy -- --frames 500 glare fly real/
+//! cargo run --release --manifest-path benches/Cargo.toml --bin accuracy -- --frames 500
+//! cargo run --release --manifest-path benches/Cargo.toml --bin accuracy -- --frames 500 glare fly real/
 //! ```
 //!
 //! A row is selected by any part of its name; without names all are printed. `--frames` is the least number of frames
@@ -12,7 +12,9 @@
 //! writes them there. `--mode paper` measures the paper's method instead. Virtual rows show whether a method survives
 //! a fault as drawn, not how often the fault occurs in a tent.
 
+#[path = "../../../../crates/tropism/tests/vision/marks.rs"]
 mod marks;
+#[path = "../../../../crates/tropism/tests/vision/published.rs"]
 mod published;
 mod reliability;
 mod share;

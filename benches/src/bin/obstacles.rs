@@ -2,7 +2,7 @@
 //! `docs/beyond.md`, with `--full`, and fewer plants without. With a folder it writes a photograph of each scene, from the
 //! front and from the side.
 //!
-//! `cargo run --release -p tropism --example obstacles -- [--full] [FOLDER]`
+//! `cargo run --release --manifest-path benches/Cargo.toml --bin obstacles -- [--full] [FOLDER]`
 
 use std::path::Path;
 
