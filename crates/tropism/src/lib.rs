@@ -52,6 +52,8 @@
 pub mod check;
 pub mod text;
 mod file;
+#[cfg(test)]
+mod toml_text;
 pub mod math;
 pub mod random;
 pub mod simd;

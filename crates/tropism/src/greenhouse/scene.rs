@@ -236,20 +236,20 @@ fn bulb([x, y, z]: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::toml_text;
 
     #[test]
     fn the_papers_tent_passes_and_bad_settings_are_named() {
         Scene::default().check().unwrap();
-        for (text, named) in [
-            ("blur = nan", "scene.blur = NaN"),
-            ("width = 7", "scene.width = 7, wanted 64 to 8192"),
-            ("noise = -1.0", "scene.noise = -1"),
+        for (scene, named) in [
+            (Scene { blur: f64::NAN, ..Scene::default() }, "scene.blur = NaN"),
+            (Scene { width: 7, ..Scene::default() }, "scene.width = 7, wanted 64 to 8192"),
+            (Scene { noise: -1.0, ..Scene::default() }, "scene.noise = -1"),
         ] {
-            let scene: Scene = toml::from_str(text).unwrap();
             let error = scene.check().unwrap_err().to_string();
             assert!(error.contains(named), "{error}");
         }
-        assert!(toml::from_str::<Scene>("widht = 640").unwrap_err().to_string().contains("widht"));
+        assert!(toml_text::read::<Scene>("widht = 640").unwrap_err().to_string().contains("widht"));
     }
 
     #[test]
@@ -257,7 +257,7 @@ mod tests {
         let formats = include_str!("../../../../docs/formats.md");
         let (_, section) = formats.split_once("## Scene: TOML").unwrap();
         let text = section.split("```").nth(1).unwrap().trim_start_matches("toml");
-        assert_eq!(toml::from_str::<Scene>(text).unwrap(), Scene::default());
+        assert_eq!(toml_text::read::<Scene>(text).unwrap(), Scene::default());
         assert_eq!(text.lines().filter(|line| line.contains('=')).count(), 11, "every key");
     }
 

@@ -556,14 +556,15 @@ mod tests {
     use crate::observation::Quality;
     use crate::rig::Rig;
     use crate::task::OpenLoop;
+    use crate::toml_text;
 
     #[test]
     fn files_name_the_lamps_unless_they_are_the_papers() {
         let plain = Greenhouse::default();
-        assert!(!toml::to_string(&plain).unwrap().contains("layout"));
+        assert!(!toml_text::write(&plain).contains("layout"));
         let four = Greenhouse { layout: Layout::four_sides(), ..Greenhouse::default() };
-        let text = toml::to_string(&four).unwrap();
-        assert_eq!(toml::from_str::<Greenhouse>(&text).unwrap(), four);
+        let text = toml_text::write(&four);
+        assert_eq!(toml_text::read::<Greenhouse>(&text).unwrap(), four);
     }
 
     #[test]

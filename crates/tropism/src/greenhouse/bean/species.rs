@@ -203,6 +203,7 @@ pub(super) fn log_normal(rng: &mut impl Rng, variation: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::greenhouse::bean::{Internodal, experiments};
+    use crate::toml_text;
 
     #[test]
     fn draws_keep_the_mean_and_the_spread() {
@@ -218,7 +219,8 @@ mod tests {
 
     #[test]
     fn the_common_bean_written_out_is_the_default() {
-        let written: Species = toml::from_str(include_str!("../../../../../beans/common-bean.toml")).unwrap();
+        let written: Species =
+            toml_text::read(include_str!("../../../../../beans/common-bean.toml")).unwrap();
         assert_eq!(written, Species::default());
         written.check().unwrap();
     }
@@ -226,7 +228,7 @@ mod tests {
     #[test]
     fn the_internodal_bean_written_out_has_the_default_physiology() {
         let text = include_str!("../../../../../beans/internodal-bean.toml");
-        let species: Species = toml::from_str(text).unwrap();
+        let species: Species = toml_text::read(text).unwrap();
         species.check().unwrap();
         assert_eq!(species.typical.internodal, Some(Internodal::default()));
         let one = species.draw(1, 1.0);
@@ -234,13 +236,14 @@ mod tests {
         assert_ne!(one.internodal, species.draw(2, 1.0).internodal);
         assert_eq!(species.draw(1, 0.0), species.average());
         let text = text.replace("subtracted = 0.5", "subtracted = 1.5");
-        let error = toml::from_str::<Species>(&text).unwrap().check().unwrap_err().to_string();
+        let error = toml_text::read::<Species>(&text).unwrap().check().unwrap_err().to_string();
         assert_eq!(error, "found typical.internodal.subtracted = 1.5, wanted 0 to 1");
     }
 
     #[test]
     fn a_sunflower_is_another_plant() {
-        let sunflower: Species = toml::from_str(include_str!("../../../../../beans/sunflower.toml")).unwrap();
+        let sunflower: Species =
+            toml_text::read(include_str!("../../../../../beans/sunflower.toml")).unwrap();
         sunflower.check().unwrap();
         let circling = experiments::circumnutation(&sunflower.average(), 6.0, 10.0);
         assert!((100.0..120.0).contains(&circling.period_min), "{} min", circling.period_min);
@@ -250,10 +253,10 @@ mod tests {
 
     #[test]
     fn a_species_is_a_file() {
-        let text = toml::to_string(&Species::default()).unwrap();
-        assert_eq!(toml::from_str::<Species>(&text).unwrap(), Species::default());
+        let text = toml_text::write(&Species::default());
+        assert_eq!(toml_text::read::<Species>(&text).unwrap(), Species::default());
         let few = "[typical.growth]\nrate = 0.02\n";
-        assert_eq!(toml::from_str::<Species>(few).unwrap().typical.growth.rate, 0.02);
-        assert!(toml::from_str::<Species>("[typical.growth]\nspeed = 1\n").is_err());
+        assert_eq!(toml_text::read::<Species>(few).unwrap().typical.growth.rate, 0.02);
+        assert!(toml_text::read::<Species>("[typical.growth]\nspeed = 1\n").is_err());
     }
 }

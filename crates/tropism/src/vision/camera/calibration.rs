@@ -116,6 +116,7 @@ impl Calibration {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::toml_text;
     use proptest::prelude::*;
 
     fn calibration() -> Calibration {
@@ -158,7 +159,7 @@ mod tests {
     #[test]
     fn unknown_keys_are_refused() {
         let text = "px_per_cm = 11.0\nwidth = 720\nheight = 480\nbase = { x = 360.0, y = 336.0 }\n";
-        assert_eq!(toml::from_str::<Calibration>(text).unwrap(), calibration());
-        assert!(toml::from_str::<Calibration>(&format!("scale = 1\n{text}")).is_err());
+        assert_eq!(toml_text::read::<Calibration>(text).unwrap(), calibration());
+        assert!(toml_text::read::<Calibration>(&format!("scale = 1\n{text}")).is_err());
     }
 }
