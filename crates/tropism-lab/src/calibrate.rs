@@ -5,11 +5,11 @@
 
 use std::path::PathBuf;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
 use tropism::greenhouse::bean::{Individual, Species, acceptance};
 use tropism::math;
+use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::track::PAPER_PERIOD_MIN;
 
@@ -115,9 +115,10 @@ impl Workflow for CalibratePlan {
             let calibration =
                 calibrate(&track, self.interval_min, &self.species).map_err(Error::at(path.display()))?;
             monitor.advance(1);
-            Ok(PlantEstimates::new(path.clone(), &calibration))
+            Ok::<_, Error>(PlantEstimates::new(path.clone(), &calibration))
         };
-        let plants: Vec<PlantEstimates> = tracks.par_iter().map(estimate).collect::<Result<_, Error>>()?;
+        let plants: Vec<PlantEstimates> =
+            parallel::try_map(tracks.len(), |number| estimate(&tracks[number]))?;
         if let Some(out) = &self.out {
             let species = with_estimates(self.species.clone(), &pool(&plants), plants.len());
             files::write(out, files::toml_of(out, &species)?.as_bytes())?;
@@ -257,10 +258,10 @@ impl Workflow for RecoveryPlan {
                 .map_err(Error::at(format!("virtual plant {}", plant + 1)))?;
             monitor.advance(1);
             let truth = parameters(&self.species.draw(seed, 1.0));
-            Ok(RecoveredPlant { truth, estimates: calibration.estimates })
+            Ok::<_, Error>(RecoveredPlant { truth, estimates: calibration.estimates })
         };
         let plants: Vec<RecoveredPlant> =
-            (0..self.plants).into_par_iter().map(recover).collect::<Result<_, Error>>()?;
+            parallel::try_map(self.plants as usize, |plant| recover(plant as u32))?;
         let typical = parameters(&self.species.average());
         let row = |(parameter, (key, ..)): (usize, (&str, &str, &str))| {
             ParameterRecovery::new(key, parameter, &plants, typical[parameter])

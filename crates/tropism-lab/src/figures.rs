@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use rayon::prelude::*;
 use tropism::geometry::Region;
 use tropism::greenhouse::{scene, view};
+use tropism::parallel;
 use tropism::task::Task;
 use tropism::track::Track;
 use tropism_report::{
@@ -59,8 +59,7 @@ impl Figures {
             return Ok(());
         };
         let plants = first.plants();
-        let composites: Vec<Composite> =
-            runs.par_iter().map(FinishedRun::composite).collect::<Result<_, _>>()?;
+        let composites: Vec<Composite> = parallel::try_map(runs.len(), |run| runs[run].composite())?;
         let composites = cropped_alike(runs, composites);
         if composites.iter().any(|composite| composite.image().is_some()) {
             self.drawn.push(report::composite(&composites, plants));

@@ -37,8 +37,9 @@ impl Neat {
     /// ```
     pub fn evaluate<T: Send>(&self, score: impl Fn(&Genome, Evaluation) -> T + Sync) -> Vec<T> {
         let (seed, generation) = (self.seed(), self.generation());
-        parallel::map(self.ask(), |individual, genome| {
-            score(genome, Evaluation { seed, generation, individual })
+        let genomes = self.ask();
+        parallel::map(genomes.len(), |individual| {
+            score(&genomes[individual], Evaluation { seed, generation, individual })
         })
     }
 }
@@ -73,7 +74,8 @@ pub fn evolve(
     is_solved: impl Fn(&Neat, &Generation) -> bool + Sync,
 ) -> Result<Vec<Neat>, NeatError> {
     let seeds: Vec<u64> = seeds.collect();
-    parallel::try_map(&seeds, |&seed| {
+    parallel::try_map(seeds.len(), |run| {
+        let seed = seeds[run];
         let mut neat = Neat::new(config.clone(), inputs, outputs, seed)?;
         for generation in 0..generations {
             let evaluation = |individual| Evaluation { seed, generation, individual };

@@ -106,7 +106,7 @@ mod stats;
 mod error;
 mod neat;
 mod checkpoint;
-mod parallel;
+pub mod parallel;
 mod evaluate;
 mod novelty;
 mod network;

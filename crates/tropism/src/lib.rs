@@ -57,7 +57,6 @@ mod toml_text;
 pub mod math;
 pub mod random;
 pub mod simd;
-mod parallel;
 
 pub mod lamps;
 pub mod geometry;
@@ -86,3 +85,4 @@ pub use plant::PlantModel;
 pub use simulation::simulate;
 pub use task::{Targets, Task};
 pub use track::Track;
+pub use tropism_neat::parallel;

@@ -13,10 +13,10 @@ mod status;
 
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
 use tropism::greenhouse::bean::Species;
+use tropism::parallel;
 use tropism::task::TaskSpec;
 
 pub use self::config::EvolveConfig;
@@ -275,12 +275,11 @@ impl EvolvePlan {
                 withheld: model::reason_to_withhold(&self.task, plants.len(), without_data),
             })
         };
-        let try_out = |run| {
-            let (summary, seconds) = timed(|| summarize(run));
-            Ok((summary?, seconds))
+        let try_out = |run: usize| {
+            let (summary, seconds) = timed(|| summarize(&runs[run]));
+            Ok::<_, Error>((summary?, seconds))
         };
-        let summaries: Vec<(EvolutionRunSummary, f64)> =
-            runs.par_iter().map(try_out).collect::<Result<_, Error>>()?;
+        let summaries: Vec<(EvolutionRunSummary, f64)> = parallel::try_map(runs.len(), try_out)?;
         if !monitor.may_go_on() {
             return Err(self.interrupted());
         }

@@ -3,8 +3,8 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
 use tropism::evolve::{Evolution, EvolutionRun};
+use tropism::parallel;
 use tropism::task::TaskSpec;
 use tropism_neat::Genome;
 
@@ -24,11 +24,10 @@ impl EvolvePlan {
     ) -> Result<(Vec<EvolutionRun>, f64), Error> {
         let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize));
         let evolve = |index| {
-            let (run, seconds) = timed(|| self.evolve_run(index, model, monitor, &status));
-            Ok((run?, seconds))
+            let (run, seconds) = timed(|| self.evolve_run(index as u32, model, monitor, &status));
+            Ok::<_, Error>((run?, seconds))
         };
-        let runs: Vec<(Option<EvolutionRun>, f64)> =
-            (0..self.evolution.runs).into_par_iter().map(evolve).collect::<Result<_, Error>>()?;
+        let runs: Vec<(Option<EvolutionRun>, f64)> = parallel::try_map(self.evolution.runs as usize, evolve)?;
         let seconds = runs.iter().map(|(_, seconds)| seconds).sum();
         let runs: Option<Vec<EvolutionRun>> = runs.into_iter().map(|(run, _)| run).collect();
         Ok((runs.ok_or_else(|| self.interrupted())?, seconds))

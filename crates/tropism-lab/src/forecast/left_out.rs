@@ -3,13 +3,13 @@
 use std::convert::Infallible;
 use std::path::PathBuf;
 
-use rayon::prelude::*;
 use tropism::control::{Controller, Periodic};
 use tropism::environment::{self, Environment};
 use tropism::geometry::{Point, STEM_POINTS};
 use tropism::greenhouse::bean::{Specimen, Trial};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
+use tropism::parallel;
 use tropism::random::{self, NoiseStream, Purpose};
 use tropism::task::OpenLoop;
 use tropism::track::Track;
@@ -126,8 +126,8 @@ pub(super) fn grown(
             monitor.advance(1);
             Ok(grown)
         };
-        let plants: Result<Vec<LeftOut>, Error> = (0..plan.plants).into_par_iter().map(plant).collect();
-        plants.map(|plants| (light.to_owned(), plants))
+        parallel::try_map(plan.plants as usize, |number| plant(number as u32))
+            .map(|plants| (light.to_owned(), plants))
     };
     let six_hours =
         |_| -> Box<dyn Controller> { Box::new(Periodic::every(PAPER_SWITCH_MIN / period_min, layout)) };

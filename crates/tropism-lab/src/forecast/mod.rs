@@ -9,10 +9,10 @@ mod score;
 
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::math::statistics::{mean, standard_deviation};
+use tropism::parallel;
 use tropism::plant::PlantModel;
 use tropism::track::SAME_PERIOD;
 use tropism_report::{self as report, ForecastErrors, ForecastPanel, Plants};
@@ -241,7 +241,7 @@ impl ForecastPlan {
                     monitor.advance(1);
                     Ok(scored)
                 };
-                judging.par_iter().map(of_plant).collect()
+                parallel::try_map(judging.len(), |number| of_plant(&judging[number]))
             };
             let scores = laboratories.iter().map(of_laboratory).collect::<Result<Vec<_>, _>>()?;
             models.push(self.row(name, &scores));

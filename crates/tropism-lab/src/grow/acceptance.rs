@@ -1,8 +1,8 @@
 //! Virtual beans beside the paper and the literature: each statistic with its accepted range.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::{Species, acceptance};
+use tropism::parallel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
 use tropism::task::TaskSpec;
@@ -94,12 +94,11 @@ impl Workflow for AcceptancePlan {
 impl AcceptancePlan {
     fn grow_open_loop(&self, seeds: &[u64], monitor: &dyn Monitor) -> Result<Vec<Track>, Error> {
         monitor.stage("open-loop beans", seeds.len() as u64);
-        let grow = |&seed: &u64| {
-            let track = acceptance::open_loop_experiment(&self.species, seed);
+        parallel::try_map(seeds.len(), |plant| {
+            let track = acceptance::open_loop_experiment(&self.species, seeds[plant]);
             monitor.advance(1);
-            monitor.may_go_on().then_some(track)
-        };
-        seeds.par_iter().map(grow).collect::<Option<_>>().ok_or_else(Error::cancelled)
+            if monitor.may_go_on() { Ok(track) } else { Err(Error::cancelled()) }
+        })
     }
 
     /// Controllers that are nearly perfect on the model that they were tuned on, or the best one if none is.

@@ -12,11 +12,11 @@ mod photographs;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::Trial;
 use tropism::greenhouse::scene::Scene;
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
@@ -173,10 +173,9 @@ impl GrowPlan {
         let plants: Vec<u32> = (0..self.plants).collect();
         let at_once =
             (plants.len() / rayon::current_num_threads()).clamp(PLANTS_AT_ONCE[0], PLANTS_AT_ONCE[1]);
-        let plants: Vec<Vec<Option<GrownPlant>>> = plants
-            .par_chunks(at_once)
-            .map(|plants| self.grow_side_by_side(plants, monitor))
-            .collect::<Result<_, Error>>()?;
+        let parts: Vec<&[u32]> = plants.chunks(at_once).collect();
+        let plants: Vec<Vec<Option<GrownPlant>>> =
+            parallel::try_map(parts.len(), |part| self.grow_side_by_side(parts[part], monitor))?;
         let plants: Option<Vec<GrownPlant>> = plants.into_iter().flatten().collect();
         plants.ok_or_else(|| Error::Cancelled("some tracks were not written".to_owned()))
     }

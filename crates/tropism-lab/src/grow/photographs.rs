@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use rayon::prelude::*;
 use tropism::greenhouse::tent::TentHandle;
+use tropism::parallel;
 use tropism::track::{Sample, Track};
 
 use super::{GrowPlan, GrownPlant};
@@ -43,13 +43,13 @@ impl GrowPlan {
         for plant in 0..self.plants {
             self.check_folder(&self.folder(plant), self.seed_of(plant))?;
         }
-        let grow = |plant: u32| {
+        let grow = |plant: usize| {
+            let plant = plant as u32;
             let folder = self.folder(plant);
             let track = self.photograph_plant(&folder, self.seed_of(plant), monitor)?;
-            Ok(track.map(|track| (folder.join("track.csv"), track)))
+            Ok::<_, Error>(track.map(|track| (folder.join("track.csv"), track)))
         };
-        let plants: Vec<Option<GrownPlant>> =
-            (0..self.plants).into_par_iter().map(grow).collect::<Result<_, Error>>()?;
+        let plants: Vec<Option<GrownPlant>> = parallel::try_map(self.plants as usize, grow)?;
         let plants: Option<Vec<GrownPlant>> = plants.into_iter().collect();
         plants.ok_or_else(|| Error::Interrupted { folder: self.out.clone() })
     }

@@ -7,11 +7,11 @@
 //! # References
 //! A (1+1) evolution strategy with success-based step size: Rechenberg 1973, *Evolutionsstrategie*.
 
-use rayon::prelude::*;
 use tropism::control::Greedy;
 use tropism::evolve;
 use tropism::geometry::Point;
 use tropism::lamps::Layout;
+use tropism::parallel;
 use tropism::plant::tip::TipModel;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
@@ -49,15 +49,12 @@ pub(super) fn tune(
     tick: impl Fn() + Sync,
     may_go_on: impl Fn() -> bool + Sync,
 ) -> TunedController {
-    let tuned: Vec<TunedController> = (0..SEARCHES)
-        .into_par_iter()
-        .map(|search| {
-            let waypoints =
-                search_from(model, task, random::derive(seed, Purpose::Trial, search), &may_go_on);
-            tick();
-            (mean_fitness(model, task, &waypoints, !seed, FINAL_PLANTS), controller(&waypoints))
-        })
-        .collect();
+    let tuned: Vec<TunedController> = parallel::map(SEARCHES as usize, |search| {
+        let seed_of_search = random::derive(seed, Purpose::Trial, search as u64);
+        let waypoints = search_from(model, task, seed_of_search, &may_go_on);
+        tick();
+        (mean_fitness(model, task, &waypoints, !seed, FINAL_PLANTS), controller(&waypoints))
+    });
     tuned.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("at least one search")
 }
 

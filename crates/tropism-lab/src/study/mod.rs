@@ -13,9 +13,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::parallel;
 use tropism::task::{OpenLoop, TaskSpec};
 use tropism::track::PAPER_PERIOD_MIN;
 
@@ -190,8 +190,7 @@ impl StudyStages<'_> {
             }
             if self.plan.keep_photographs { Ok(()) } else { make_small(folder, *has_figures) }
         };
-        // Experiments take long: each is a task of its own for a thread.
-        experiments.par_iter().with_max_len(1).map(run).collect()
+        parallel::try_map(experiments.len(), |number| run(&experiments[number])).map(drop)
     }
 
     fn fit(&self, monitor: &Titled<'_>) -> Result<(), Error> {

@@ -8,9 +8,9 @@ mod source;
 
 use std::path::PathBuf;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::geometry::Region;
+use tropism::parallel;
 use tropism::photo::Image;
 use tropism_report::{Composite, Film, Plants};
 
@@ -200,13 +200,13 @@ impl TimelapsePlan {
         let (mut composite, mut pictures, mut photograph_width) = (Composite::default(), 0, 0);
         for batch in chosen.chunks(BATCH) {
             let has_film = !matches!(sink, Sink::None);
-            let draw = |&index: &usize| {
+            let draw = |index: usize| {
                 let shrunk = source.read(index)?;
                 let frame =
                     has_film.then(|| source.film.frame(&shrunk.image, shrunk.photograph_width, index));
                 Some((index, shrunk, frame))
             };
-            let drawn: Vec<_> = batch.par_iter().map(draw).collect();
+            let drawn: Vec<_> = parallel::map(batch.len(), |number| draw(batch[number]));
             for (index, Shrunk { image, photograph_width: width }, frame) in drawn.into_iter().flatten() {
                 if (image.width, image.height) != *size {
                     continue;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use tropism::parallel;
 use tropism::photo::{natural_order, time_in_name};
 
 use crate::{Error, files};
@@ -75,7 +75,7 @@ impl Series {
         default_period_min: f64,
     ) -> Result<Self, Error> {
         let exif = || -> Vec<Option<f64>> {
-            paths.par_iter().map(|path| files::read_header(path).ok()?.taken_s).collect()
+            parallel::map(paths.len(), |photo| files::read_header(&paths[photo]).ok()?.taken_s)
         };
         let named =
             || -> Vec<Option<f64>> { paths.iter().map(|path| time_in_name(&file_name(path))).collect() };

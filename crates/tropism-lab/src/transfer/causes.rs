@@ -5,10 +5,10 @@
 //! within the usual range is none. `docs/transfer.md` states the rules. They look at the plant, never at the controller, so
 //! the same findings are also counted for targets that were reached: without that, a common finding looks like a cause.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::{Species, response_history};
 use tropism::math::statistics::quantile_linear;
+use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::track::Track;
 
@@ -173,12 +173,13 @@ impl Reference {
         period_min: f64,
         may_go_on: &(dyn Fn() -> bool + Sync),
     ) -> Option<Self> {
-        let response = |number| {
+        let response = |number: usize| {
+            let number = number as u64;
             let seed = random::derive(0, Purpose::Reference, number);
             may_go_on().then(|| Response::of(species, scale, seed, steps, period_min))
         };
-        let plants: Option<Vec<Response>> = (0..REFERENCE_PLANTS).into_par_iter().map(response).collect();
-        plants.map(Self)
+        let plants = parallel::map(REFERENCE_PLANTS as usize, response);
+        plants.into_iter().collect::<Option<_>>().map(Self)
     }
 
     /// The most likely cause of what happened in an approach to a plant that responds as `response`.

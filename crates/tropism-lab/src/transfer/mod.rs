@@ -16,10 +16,10 @@ mod status;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::environment::unwatched;
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::{RandomTargets, Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Track};
@@ -269,13 +269,12 @@ impl TransferPlan {
         let plants = self.seeds().len();
         let to_draw = self.task.as_targets().filter(|_| self.random_targets).and_then(RandomTargets::like);
         let Some(task) = to_draw else { return Ok(vec![self.task.clone(); plants]) };
-        let drawn = (0..plants as u64).into_par_iter().map(|index| {
+        parallel::try_map(plants, |index| {
             if !monitor.may_go_on() {
                 return Err(self.interrupted());
             }
-            sequences::draw(&task, &self.trial(), self.seed, index).map(TaskSpec::from)
-        });
-        drawn.collect()
+            sequences::draw(&task, &self.trial(), self.seed, index as u64).map(TaskSpec::from)
+        })
     }
 
     /// Steers all plants with all controllers, and judges the tracks.
@@ -372,6 +371,6 @@ fn all<U: Sync, T: Send>(
     units: &[U],
     unit: impl Fn(&U) -> Result<Option<T>, Error> + Send + Sync,
 ) -> Result<Option<Vec<T>>, Error> {
-    let done: Vec<Option<T>> = units.par_iter().with_max_len(1).map(unit).collect::<Result<_, _>>()?;
+    let done: Vec<Option<T>> = parallel::try_map(units.len(), |number| unit(&units[number]))?;
     Ok(done.into_iter().collect())
 }

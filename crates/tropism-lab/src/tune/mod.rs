@@ -9,13 +9,13 @@ mod status;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use tropism::control::{PredictiveGreedy, PredictiveRule};
 use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
 use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::tent::Greenhouse;
+use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::PAPER_PERIOD_MIN;
@@ -226,8 +226,10 @@ impl TunePlan {
             tracks.iter().map(|track| self.task.fitness(track)).collect::<Vec<f64>>()
         };
         // Plants themselves have no end of data.
-        let scores =
-            |trials: &[RuleTrial], _: f64| trials.par_chunks(PLANTS_AT_ONCE).flat_map_iter(grow).collect();
+        let scores = |trials: &[RuleTrial], _: f64| {
+            let parts: Vec<&[RuleTrial]> = trials.chunks(PLANTS_AT_ONCE).collect();
+            parallel::map(parts.len(), |part| grow(parts[part])).concat()
+        };
         let found = self.search(scores, None, monitor)?;
         let tuned = TunedRule {
             rule: found.rule,

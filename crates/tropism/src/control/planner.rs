@@ -154,8 +154,8 @@ impl<M: PlantModel + Send, T: Task> Planner<M, T> {
     fn plan(&self, lights: &[Light]) -> usize {
         let seed = derive(self.config.seed, Purpose::Plan, u64::from(self.step));
         // By how much each choice but the rule is better than the rule, plant by plant.
-        let gains = parallel::map((0..self.config.plants).collect(), |plant| {
-            let noise = NoiseStream::new(seed, Purpose::Plan, [plant, 0, 0]);
+        let gains = parallel::map(self.config.plants as usize, |plant| {
+            let noise = NoiseStream::new(seed, Purpose::Plan, [plant as u32, 0, 0]);
             let plant = self.model.resumed(&self.past, &mut noise.of_seedling());
             let worth = |choice| self.carry_out(choice, lights, plant.clone(), noise);
             let of_rule = worth(&self.choices[0]);

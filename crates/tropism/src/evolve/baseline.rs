@@ -45,8 +45,9 @@ pub fn baseline<M: BatchModel, T: Task + ?Sized>(
     let (inputs, outputs) = (sensors.inputs(), outputs(model.layout()));
     // The minimal network of the paper's shape is one linear threshold unit, for which there is a faster path.
     let is_linear = neat.output_activation == Activation::UnsignedStep && sensors.is_tip() && outputs == 1;
-    let chunks = parallel::map((0..count.div_ceil(CHUNK)).collect(), |chunk| {
-        let indices = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+    let chunks = parallel::map(count.div_ceil(CHUNK) as usize, |chunk| {
+        let first = chunk as u64 * CHUNK;
+        let indices = first..count.min(first + CHUNK);
         let noise =
             |index: u64| NoiseStream::new(seed, Purpose::Growth, [(index >> 32) as u32, index as u32, 0]);
         let scores = if is_linear {

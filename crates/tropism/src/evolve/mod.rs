@@ -159,7 +159,8 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         &self,
         watch: &(dyn Fn(u32, &Generation) -> ControlFlow<()> + Sync),
     ) -> Result<Option<Vec<EvolutionRun>>, NeatError> {
-        let runs = parallel::map((0..self.config.runs).collect(), |index| {
+        let runs = parallel::map(self.config.runs as usize, |index| {
+            let index = index as u32;
             let mut run = self.begin(index)?;
             let flow = self.finish(&mut run, &mut |generation| watch(index, generation));
             Ok(flow.is_continue().then_some(run))
@@ -177,8 +178,8 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
     /// Without runs of at least one generation, judges or plants.
     #[must_use]
     pub fn choose(&self, runs: &[EvolutionRun], judges: &[M], plants: u32) -> Choice {
-        let trials = parallel::map(runs.iter().collect(), |run: &EvolutionRun| {
-            let (genome, _) = run.champion().expect("a run of at least one generation has a champion");
+        let trials = parallel::map(runs.len(), |run| {
+            let (genome, _) = runs[run].champion().expect("a run of at least one generation has a champion");
             trial_of_genome(judges, self.task, &self.config.sensors, genome, self.seed, plants)
         });
         Choice::of(trials)

@@ -216,10 +216,9 @@ impl RuleSearch {
             noise: NoiseStream::new(seed, Purpose::Trial, [trial.plant, trial.set, 0]),
         };
         move |trials: &[RuleTrial], beyond_cost_cm: f64| {
-            let places: Vec<usize> = (0..trials.len()).step_by(TRIALS_AT_ONCE).collect();
-            let some = parallel::map(places, |from| {
-                let until = (from + TRIALS_AT_ONCE).min(trials.len());
-                model.score_rules(task, beyond_cost_cm, trials[from..until].iter().map(episode))
+            let parts: Vec<&[RuleTrial]> = trials.chunks(TRIALS_AT_ONCE).collect();
+            let some = parallel::map(parts.len(), |part| {
+                model.score_rules(task, beyond_cost_cm, parts[part].iter().map(episode))
             });
             some.into_iter().flatten().collect()
         }
@@ -239,21 +238,22 @@ impl RuleSearch {
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
+        let utility = |fitness| task.utility(fitness);
+        let beyond_cost_cm = if task.obstacles().is_empty() { 0.0 } else { BEYOND_COST_CM };
+        let objective = Objective { scores: &scores, utility: &utility, beyond_cost_cm };
         if task.obstacles().is_empty() {
-            self.search::<NUMBERS, _>(scores, task, seed, watch)
+            self.search::<NUMBERS>(&objective, seed, watch)
         } else {
-            self.search::<AVOIDING_NUMBERS, _>(scores, task, seed, watch)
+            self.search::<AVOIDING_NUMBERS>(&objective, seed, watch)
         }
     }
 
-    fn search<const N: usize, T: Task + ?Sized>(
+    fn search<const N: usize>(
         &self,
-        scores: impl Fn(&[RuleTrial], f64) -> Vec<f64>,
-        task: &T,
+        objective: &Objective<'_>,
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        let objective = Objective { scores, task };
         let origin = [0.0; N];
         let begin = |start: u32| {
             let seed = if start == 0 { seed } else { derive(seed, Purpose::Start, start.into()) };
@@ -279,7 +279,7 @@ impl RuleSearch {
             let count = searches.len() as u32;
             for (search, number) in searches.iter_mut().zip(0..) {
                 for _ in 0..part(generations, count, number) {
-                    let (best, heard) = self.generation(search, generation, &objective);
+                    let (best, heard) = self.generation(search, generation, objective);
                     let is_last_on_plants = (generation + 1).is_multiple_of(GENERATIONS_OF_PLANTS);
                     if is_last_on_plants || generation + 1 == self.generations || search.is_over() {
                         candidates.extend([best, search.mean()]);
@@ -301,11 +301,11 @@ impl RuleSearch {
     }
 
     /// Takes a search a generation further: the best point of the generation, and what is told of it.
-    fn generation<const N: usize, S: Fn(&[RuleTrial], f64) -> Vec<f64>, T: Task + ?Sized>(
+    fn generation<const N: usize>(
         &self,
         search: &mut CmaEs<N>,
         generation: u32,
-        objective: &Objective<'_, S, T>,
+        objective: &Objective<'_>,
     ) -> ([f64; N], RuleGeneration) {
         let points = search.ask();
         let trials = objective.utility(&points, generation / GENERATIONS_OF_PLANTS, self.episodes);
@@ -318,22 +318,25 @@ impl RuleSearch {
     }
 }
 
-/// What points are judged by: `scores` of their rules in `task`, less a cost for steps beyond all data.
-struct Objective<'a, S, T: ?Sized> {
-    scores: S,
-    task: &'a T,
+/// What points are judged by. Models and tasks stand behind it: the search is compiled once for all of them.
+struct Objective<'a> {
+    /// The fitness of trials, less a cost in cm for each step beyond all data.
+    scores: &'a dyn Fn(&[RuleTrial], f64) -> Vec<f64>,
+    /// What a fitness is worth.
+    utility: &'a dyn Fn(f64) -> f64,
+    /// Cost in cm of a step beyond all data.
+    beyond_cost_cm: f64,
 }
 
-impl<S: Fn(&[RuleTrial], f64) -> Vec<f64>, T: Task + ?Sized> Objective<'_, S, T> {
+impl Objective<'_> {
     /// The fitness of each point on the first `plants` plants of a set; nothing costs.
     fn fitness<const N: usize>(&self, points: &[[f64; N]], set: u32, plants: u32) -> Vec<Trial> {
-        self.worth(points, set, plants, 0.0, |fitness| fitness)
+        self.worth(points, set, plants, 0.0, &|fitness| fitness)
     }
 
-    /// The utility of each point on the first `plants` plants of a set; steps beyond all data cost among obstacles.
+    /// The utility of each point on the first `plants` plants of a set; steps beyond all data cost.
     fn utility<const N: usize>(&self, points: &[[f64; N]], set: u32, plants: u32) -> Vec<Trial> {
-        let beyond_cost_cm = if self.task.obstacles().is_empty() { 0.0 } else { BEYOND_COST_CM };
-        self.worth(points, set, plants, beyond_cost_cm, |fitness| self.task.utility(fitness))
+        self.worth(points, set, plants, self.beyond_cost_cm, self.utility)
     }
 
     fn worth<const N: usize>(
@@ -342,7 +345,7 @@ impl<S: Fn(&[RuleTrial], f64) -> Vec<f64>, T: Task + ?Sized> Objective<'_, S, T>
         set: u32,
         plants: u32,
         beyond_cost_cm: f64,
-        of: impl Fn(f64) -> f64,
+        of: &dyn Fn(f64) -> f64,
     ) -> Vec<Trial> {
         let trial = |point, plant| RuleTrial { rule: rule_at(point), set, plant };
         let trials: Vec<RuleTrial> =

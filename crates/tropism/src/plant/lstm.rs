@@ -315,8 +315,9 @@ impl<'p> Trainer<'p> {
     /// The error of free runs of some plants, each at the gain that suits it best: what a plant is by itself says nothing
     /// about the network.
     fn error(&self, weights: &[f64], plants: &[Vec<Stretch<'_>>]) -> f64 {
-        let tries = plants.iter().flat_map(|plant| TRIED_GAINS.map(|gain| (plant, gain))).collect();
-        let losses = parallel::map(tries, |(plant, gain): (&Vec<Stretch<'_>>, f64)| {
+        let losses = parallel::map(plants.len() * TRIED_GAINS.len(), |number| {
+            let (plant, gain) =
+                (&plants[number / TRIED_GAINS.len()], TRIED_GAINS[number % TRIED_GAINS.len()]);
             let loss =
                 |stretch: &Stretch<'_>| stretch.run(weights, &self.scales, gain, self.period_min, false).loss;
             math::statistics::mean(plant.iter().map(loss))
@@ -355,7 +356,8 @@ impl<'p> Trainer<'p> {
             let rate = RATE * (0.55 + 0.45 * math::cos(core::f64::consts::PI * share));
             let mut losses = Vec::new();
             for batch in stretches.chunks(BATCH) {
-                let slopes = parallel::map(batch.iter().collect(), |stretch: &Stretch<'_>| {
+                let slopes = parallel::map(batch.len(), |number| {
+                    let stretch = &batch[number];
                     let gain = math::exp(weights[WEIGHTS + stretch.plant]);
                     stretch.run(&weights, &self.scales, gain, self.period_min, true)
                 });

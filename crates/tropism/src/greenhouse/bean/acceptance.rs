@@ -281,8 +281,9 @@ fn on_each<C: Controller + Clone + Sync>(
     controller: &C,
     task: &Targets,
 ) -> Vec<Track> {
-    let one = |&seed: &u64| grow(species, seed, 1.0, &mut controller.clone(), task, &mut unwatched);
-    parallel::map(seeds.iter().collect(), one)
+    parallel::map(seeds.len(), |plant| {
+        grow(species, seeds[plant], 1.0, &mut controller.clone(), task, &mut unwatched)
+    })
 }
 
 fn fitness(task: &Targets, tracks: &[Track]) -> Vec<f64> {
