@@ -5,14 +5,14 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use tropism::control::Periodic;
+use tropism::control::{Greedy, Periodic};
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Bean, Population, Species, Trial, acceptance, lamp_powers};
 use tropism::lamps::Light;
 use tropism::obstacle::{Obstacle, Solid};
-use tropism::task::OpenLoop;
-use tropism::track::Sample;
+use tropism::task::{Obstacles, OpenLoop, Task};
+use tropism::track::{Sample, Track};
 
 // As in the program `tropism`.
 #[global_allocator]
@@ -117,9 +117,42 @@ fn contact(criterion: &mut Criterion) {
     }
 }
 
+/// Beans that chase steers in the scenes of `tasks/`, one by one as `tropism transfer` grows them, and the same without contact.
+fn chase(criterion: &mut Criterion) {
+    let disc = |x| Obstacle::Disc { centre: Point::new(x, 8.0), radius_cm: 1.0 };
+    let bar = Obstacle::Line { ends: [Point::new(0.0, 6.5), Point::new(8.0, 6.5)] };
+    let scene = |target, way_point, obstacles: &[Obstacle]| Obstacles {
+        targets: vec![Point::new(target, 13.0)],
+        obstacles: obstacles.to_vec(),
+        way_points: vec![Point::new(way_point, 10.0)],
+        ..Obstacles::default()
+    };
+    let scenes = [
+        ("disc", scene(0.0, -3.0, &[disc(0.0)])),
+        ("gap", scene(-1.0, -3.5, &[disc(-5.2), disc(0.0)])),
+        ("bar", scene(2.0, -3.0, &[bar])),
+    ];
+    let species = Species::default();
+    let mut group = criterion.benchmark_group("16 beans under chase");
+    group.sample_size(10);
+    for (name, task) in scenes {
+        for (with, solids) in [("without contact", vec![]), ("with contact", task.solids())] {
+            let trial = Trial { solids, ..Trial::new(&species) };
+            group.bench_function(format!("{name}, {with}"), |bencher| {
+                bencher.iter_custom(|rounds| time(rounds, || grow_under_chase(&trial, &task)));
+            });
+        }
+    }
+}
+
+fn grow_under_chase(trial: &Trial<'_>, task: &Obstacles) -> Vec<Track> {
+    let grow = |seed| trial.grow(seed, &mut Greedy::new(task, &trial.layout), task, &mut unwatched);
+    (77..93).map(grow).collect()
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = bean, population, contact
+    targets = bean, population, contact, chase
 }
 criterion_main!(benches);

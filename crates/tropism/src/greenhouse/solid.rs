@@ -16,6 +16,7 @@ pub(super) const FRONT: f64 = 6.0;
 pub(super) const HALF_SHEET: f64 = 0.05;
 
 /// Distance from `place` to `solid` in cm, below 0 inside, and the direction in which it grows.
+#[inline]
 pub(super) fn distance(solid: &Solid, place: Vec3) -> (f64, Vec3) {
     match solid {
         Solid::Plane(obstacle) => to_plane(obstacle, place),
@@ -23,6 +24,7 @@ pub(super) fn distance(solid: &Solid, place: Vec3) -> (f64, Vec3) {
     }
 }
 
+#[inline]
 fn to_plane(obstacle: &Obstacle, place: Vec3) -> (f64, Vec3) {
     let seen = project(place);
     let (outline, [x, y]) = obstacle.distance_and_normal(seen);
@@ -35,6 +37,7 @@ fn to_plane(obstacle: &Obstacle, place: Vec3) -> (f64, Vec3) {
     with_end(flank, [x / length, y / length, slant / length], place[2] - FRONT, [0.0, 0.0, 1.0])
 }
 
+#[inline]
 fn to_pole(pole: &Pole, place: Vec3) -> (f64, Vec3) {
     let away = [place[0] - pole.at[0], place[2] - pole.at[1]];
     let far = norm(away);
@@ -43,6 +46,7 @@ fn to_pole(pole: &Pole, place: Vec3) -> (f64, Vec3) {
 }
 
 /// The distance from a body that ends in a plane: `flank` and `end` are the distances from its flank and beyond its end.
+#[inline]
 fn with_end(flank: f64, out: Vec3, end: f64, ahead: Vec3) -> (f64, Vec3) {
     if end <= 0.0 || flank <= 0.0 {
         return if flank >= end { (flank, out) } else { (end, ahead) };

@@ -379,20 +379,21 @@ impl Rod {
             }
         }
         segments.load_moments(n, plant, forcing, self.leaf);
-        let is_pressed = self
-            .contact
-            .as_mut()
-            .is_some_and(|contact| contact.is_due() && contact.solve(n, segments, plant, forcing));
+        let weight = segments.weigh_growth(n);
+        let is_pressed = self.contact.as_mut().is_some_and(|contact| {
+            let last = if contact.is_due() { contact.find(n, segments, plant, forcing) } else { None };
+            last.is_some_and(|last| contact.solve(last, segments, weight, plant, forcing))
+        });
         segments.relax_elastically(n, plant, forcing);
         if let Some(contact) = self.contact.as_ref().filter(|_| is_pressed) {
-            for (i, bent) in contact.bending()[..n].iter().enumerate() {
+            for (i, bent) in contact.bending().iter().enumerate() {
                 segments.k1[i] += bent.actual[0];
                 segments.k2[i] += bent.actual[1];
                 segments.rest1[i] += bent.rest[0];
                 segments.rest2[i] += bent.rest[1];
             }
         }
-        segments.elongate(n, plant, forcing);
+        segments.elongate(n, weight, plant, forcing);
         self.is_stale = false;
         self.split_overlong(plant, forcing);
     }
@@ -730,8 +731,8 @@ impl Segments {
         }
     }
 
-    /// Elongates the growing zone, and updates the exponentials by Taylor series.
-    fn elongate(&mut self, n: usize, plant: &Individual, forcing: &Forcing) {
+    /// Computes the elongation of each segment before it is scaled to that of the whole stem. Returns the sum.
+    fn weigh_growth(&mut self, n: usize) -> f64 {
         let mut weight = 0.0;
         for i in 0..n {
             self.growing[i] = self.length[i] / (1.0 + self.growth_exp[i]);
@@ -739,6 +740,11 @@ impl Segments {
         for i in 0..n {
             weight += self.growing[i];
         }
+        weight
+    }
+
+    /// Elongates the growing zone, and updates the exponentials by Taylor series.
+    fn elongate(&mut self, n: usize, weight: f64, plant: &Individual, forcing: &Forcing) {
         let rate = forcing.dt * forcing.growth / weight;
         for i in 0..n {
             self.length[i] += rate * self.growing[i];

@@ -18,6 +18,7 @@ use crate::greenhouse::bean::{ContactPoint, Individual};
 use crate::greenhouse::solid;
 use crate::math::vector::{Vec3, add, cross, dot, normalize_or, scale, sub};
 use crate::obstacle::Solid;
+use crate::simd::{Kernel, dispatch};
 
 /// Coefficient of friction between a stem and a solid. Chosen by hand: dry wood on wood has 0.25 to 0.5.
 pub(super) const FRICTION: f64 = 0.4;
@@ -60,7 +61,7 @@ pub(super) struct Contact {
     /// Contacts of the last sub-step.
     touches: Vec<Touch>,
     /// How the contacts bend each segment in this sub-step.
-    bent: Box<[Bending; MAX_NODES]>,
+    bent: Vec<Bending>,
     work: Work,
 }
 
@@ -87,6 +88,8 @@ struct Touch {
     axes: [Vec3; 3],
     /// Force on the rod along each of them, in dyn.
     force: [f64; 3],
+    /// Whether it bears a force in this sub-step or may do so. Of the others the Jacobian has the normal alone.
+    is_active: bool,
 }
 
 impl Touch {
@@ -102,18 +105,38 @@ impl Touch {
     }
 }
 
+/// [`Contact::solve`] as a kernel.
+struct Solve<'a> {
+    contact: &'a mut Contact,
+    last: usize,
+    segments: &'a Segments,
+    weight: f64,
+    plant: &'a Individual,
+    forcing: &'a Forcing,
+}
+
+impl Kernel for Solve<'_> {
+    type Result = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let Self { contact, last, segments, weight, plant, forcing } = self;
+        contact.solve_with(last, segments, weight, plant, forcing)
+    }
+}
+
 /// A row of the Jacobian: how a place moves along an axis by both curvatures of each segment, scaled so that the product of two
 /// rows is the compliance of one place to a force at the other.
 type JacobianRow = [f64; 2 * MAX_NODES];
 
 /// Working memory of a sub-step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Work {
     before: Vec<Touch>,
-    /// Direction of each segment.
-    along: Vec<Vec3>,
     /// How far growth moves the lower end of each segment in this sub-step, in cm.
     grown: Vec<Vec3>,
+    /// Growth of this sub-step over [`Segments::growing`].
+    rate: f64,
     /// Square root of the bending of each segment by a unit moment in this sub-step.
     soft: Vec<f64>,
     /// Bending of each segment without contacts, in units of `soft`.
@@ -122,6 +145,39 @@ struct Work {
     matrix: Vec<f64>,
     /// Movement along each axis without contacts; along a normal the gap is added.
     moved: Vec<f64>,
+    /// Bending of each segment by the contacts, in units of `soft`.
+    bent: Vec<f64>,
+}
+
+/// What the search for contacts reads of the segments of a rod.
+pub(super) trait Shape {
+    /// Length, in cm.
+    fn length(&self, i: usize) -> f64;
+    /// Middle, in cm.
+    fn middle(&self, i: usize) -> Vec3;
+    /// Direction.
+    fn along(&self, i: usize) -> Vec3;
+    /// Distance of the middle from the apex, in cm.
+    fn apex_distance(&self, i: usize) -> f64;
+}
+
+impl Shape for Segments {
+    fn length(&self, i: usize) -> f64 {
+        self.length[i]
+    }
+
+    fn middle(&self, i: usize) -> Vec3 {
+        frame(&self.middle, i)
+    }
+
+    #[inline(always)]
+    fn along(&self, i: usize) -> Vec3 {
+        cross(frame(&self.d1, i), frame(&self.d2, i))
+    }
+
+    fn apex_distance(&self, i: usize) -> f64 {
+        self.from_apex[i]
+    }
 }
 
 impl Contact {
@@ -131,17 +187,8 @@ impl Contact {
             friction,
             waits: vec![0; solids.len()],
             touches: Vec::new(),
-            bent: Box::new([Bending::default(); MAX_NODES]),
-            work: Work {
-                before: Vec::new(),
-                along: Vec::new(),
-                grown: Vec::new(),
-                soft: Vec::new(),
-                free: Vec::new(),
-                rows: Vec::new(),
-                matrix: Vec::new(),
-                moved: Vec::new(),
-            },
+            bent: Vec::new(),
+            work: Work::default(),
         }
     }
 
@@ -175,109 +222,166 @@ impl Contact {
         false
     }
 
-    /// Finds the contacts of a rod of `n` segments and their forces. Returns whether there are any; then [`Self::bending`]
-    /// says how they bend it.
-    ///
-    /// Frames, places and moments of `segments` are those of this sub-step.
-    pub(super) fn solve(
+    /// Finds the points at which a rod of `n` segments is near solids. Returns the last segment that has one.
+    pub(super) fn find(
         &mut self,
         n: usize,
+        rod: &impl Shape,
+        plant: &Individual,
+        forcing: &Forcing,
+    ) -> Option<usize> {
+        std::mem::swap(&mut self.work.before, &mut self.touches);
+        self.touches.clear();
+        for number in 0..self.solids.len() {
+            self.find_of(number, n, rod, plant, forcing);
+        }
+        self.touches.iter().map(|touch| touch.segment).max()
+    }
+
+    /// Finds the forces at the points of [`Self::find`]. Returns whether there are any; then [`Self::bending`] says how they
+    /// bend the rod.
+    ///
+    /// Values of `segments` up to `last` are those of this sub-step; `weight` is the sum of [`Segments::growing`].
+    pub(super) fn solve(
+        &mut self,
+        last: usize,
         segments: &Segments,
+        weight: f64,
         plant: &Individual,
         forcing: &Forcing,
     ) -> bool {
-        std::mem::swap(&mut self.work.before, &mut self.touches);
-        self.touches.clear();
-        let tangent = |i: usize| cross(frame(&segments.d1, i), frame(&segments.d2, i));
-        self.work.along.clear();
-        self.work.along.extend((0..n).map(tangent));
-        self.find(n, segments, plant, forcing);
-        if self.touches.is_empty() {
-            return false;
-        }
+        dispatch(Solve { contact: self, last, segments, weight, plant, forcing })
+    }
+
+    #[inline(always)]
+    fn solve_with(
+        &mut self,
+        last: usize,
+        segments: &Segments,
+        weight: f64,
+        plant: &Individual,
+        forcing: &Forcing,
+    ) -> bool {
+        assert!(last < MAX_NODES);
         self.start_from_before();
-        self.linearize(n, segments, plant, forcing);
-        let is_near =
-            |(number, touch): (usize, &Touch)| touch.force[0] > 0.0 || self.work.moved[3 * number] < 0.0;
-        if !self.touches.iter().enumerate().any(is_near) {
-            return false;
+        self.relax_freely(last, segments, weight, plant, forcing);
+        let is_near = |(touch, moved): (&Touch, &[f64])| touch.force[0] > 0.0 || moved[0] < 0.0;
+        let mut near = self.touches.iter().zip(self.work.moved.chunks_exact(3)).map(is_near);
+        let count = near.len();
+        let Some(first) = near.position(|is_near| is_near) else { return false };
+        self.work.matrix.resize(9 * count * count, 0.0);
+        for number in first..count {
+            if is_near((&self.touches[number], &self.work.moved[3 * number..])) {
+                self.activate(number, segments);
+            }
         }
-        self.relax_forces(forcing);
-        self.curve(n, segments, plant);
+        let mut active = (0..count).filter(|&number| self.touches[number].is_active);
+        let is_solved = match [active.next(), active.next(), active.next()] {
+            [Some(one), None, None] => self.relax_forces_of([one], forcing),
+            [Some(one), Some(other), None] => self.relax_forces_of([one, other], forcing),
+            _ => false,
+        };
+        if !is_solved {
+            self.relax_forces(segments, forcing);
+        }
+        self.curve(last, segments, plant);
         true
     }
 
-    /// How the contacts bend the segments.
+    /// How the contacts bend the segments; not those beyond the last contact.
     pub(super) fn bending(&self) -> &[Bending] {
-        &self.bent[..]
+        &self.bent
     }
 
-    /// Finds the points of the rod that are near solids.
-    fn find(&mut self, n: usize, segments: &Segments, plant: &Individual, forcing: &Forcing) {
+    /// Finds the points of the rod that are near one solid.
+    fn find_of(&mut self, number: usize, n: usize, rod: &impl Shape, plant: &Individual, forcing: &Forcing) {
+        if self.waits[number] > 0 {
+            self.waits[number] -= 1;
+            return;
+        }
         let thickest = plant.stem.radius_apex.max(plant.stem.radius_base);
-        for number in 0..self.solids.len() {
-            if self.waits[number] > 0 {
-                self.waits[number] -= 1;
+        // Beside a solid that it touched the rod is looked at in each sub-step.
+        let left = if self.work.before.iter().any(|touch| touch.solid == number) { 0.0 } else { LEFT };
+        // The length of stem ahead of which no point is near, as the last one looked at is far.
+        let (mut safe, mut nearest) = (0.0, f64::INFINITY);
+        for i in 0..n {
+            let length = rod.length(i);
+            if safe >= length {
+                safe -= length;
                 continue;
             }
-            // The length of stem ahead of which no point is near, as the last one looked at is far.
-            let (mut safe, mut nearest) = (0.0, f64::INFINITY);
-            for i in 0..n {
-                let length = segments.length[i];
-                if safe >= length {
-                    safe -= length;
-                    continue;
-                }
-                let half = 0.5 * length;
-                let gap = solid::distance(&self.solids[number], frame(&segments.middle, i)).0 - thickest;
-                let clear = (gap - REACH_CM).min((1.0 - LEFT) * gap) / SLACK;
-                nearest = f64::min(nearest, gap - SLACK * clear.max(half));
-                safe = (clear - half).max(0.0);
-                if gap - SLACK * half < REACH_CM {
-                    self.touch(number, i, n, segments, plant);
-                }
+            let half = 0.5 * length;
+            let gap = solid::distance(&self.solids[number], rod.middle(i)).0 - thickest;
+            let clear = (gap - REACH_CM).min((1.0 - left) * gap) / SLACK;
+            nearest = f64::min(nearest, gap - SLACK * clear.max(half));
+            safe = (clear - half).max(0.0);
+            if gap - SLACK * half < REACH_CM {
+                self.touch(number, i, n, rod, plant);
             }
-            // As an integer it saturates.
-            self.waits[number] = ((nearest - REACH_CM) / (FASTEST * forcing.dt)).max(0.0) as u32;
         }
+        // As an integer it saturates.
+        self.waits[number] = ((nearest - REACH_CM) / (FASTEST * forcing.dt)).max(0.0) as u32;
     }
 
     /// Adds the point of a segment that is nearest to a solid, if it is near. A shared end belongs to the upper segment.
-    fn touch(&mut self, number: usize, i: usize, n: usize, segments: &Segments, plant: &Individual) {
-        let (along, length) = (self.work.along[i], segments.length[i]);
-        let middle = frame(&segments.middle, i);
+    fn touch(&mut self, number: usize, i: usize, n: usize, rod: &impl Shape, plant: &Individual) {
+        let (along, length) = (rod.along(i), rod.length(i));
+        let middle = rod.middle(i);
         let at = |share: f64| add(middle, scale(along, (share - 0.5) * length));
         // A distance from a convex body is convex along a line: its slope changes sign once.
         let look = |share: f64| {
             let (distance, normal) = solid::distance(&self.solids[number], at(share));
             (distance, normal, dot(normal, along))
         };
-        let (mut low, mut high) = ((0.0, look(0.0).2), (1.0, look(1.0).2));
-        let share = if low.1 >= 0.0 {
-            0.0
-        } else if high.1 <= 0.0 {
-            1.0
+        let (distance, _, slope) = look(0.5);
+        // So is no point of the segment nearer, as perspective changes the slope little.
+        let thickest = plant.stem.radius_apex.max(plant.stem.radius_base);
+        if distance - (slope.abs() + SLACK - 1.0) * 0.5 * length - thickest >= REACH_CM {
+            return;
+        }
+        let beyond = if slope < 0.0 { 1.0 } else { 0.0 };
+        let end = look(beyond);
+        let (share, (distance, normal, slope)) = if slope < 0.0 && end.2 <= 0.0 {
+            if i + 1 < n {
+                return;
+            }
+            (1.0, end)
+        } else if slope >= 0.0 && end.2 >= 0.0 {
+            if i == 0 {
+                return;
+            }
+            (0.0, end)
         } else {
-            for _ in 0..HALVINGS {
+            let (mut low, mut high) = ((0.5, slope), (beyond, end.2));
+            if slope >= 0.0 {
+                (low, high) = (high, low);
+            }
+            for _ in 1..HALVINGS {
                 let share = 0.5 * (low.0 + high.0);
                 let slope = look(share).2;
                 *if slope < 0.0 { &mut low } else { &mut high } = (share, slope);
             }
-            low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1)
+            let share = low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1);
+            (share, look(share))
         };
-        if (share == 1.0 && i + 1 < n) || (share == 0.0 && i == 0) {
-            return;
-        }
-        let (distance, normal, slope) = look(share);
-        let from_apex = (segments.from_apex[i] - (share - 0.5) * length).max(0.0);
+        let from_apex = (rod.apex_distance(i) - (share - 0.5) * length).max(0.0);
         let gap = distance - radius(plant, from_apex);
         if gap < REACH_CM {
             let other = if normal[2].abs() < 0.7 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
             let sideways = sub(other, scale(normal, dot(other, normal)));
             let tangent = normalize_or(sub(along, scale(normal, slope)), normalize_or(sideways, other));
             let axes = [normal, tangent, cross(normal, tangent)];
-            let force = [0.0; 3];
-            self.touches.push(Touch { solid: number, segment: i, share, at: at(share), gap, axes, force });
+            let (at, force) = (at(share), [0.0; 3]);
+            self.touches.push(Touch {
+                solid: number,
+                segment: i,
+                share,
+                at,
+                gap,
+                axes,
+                force,
+                is_active: false,
+            });
         }
     }
 
@@ -296,16 +400,23 @@ impl Contact {
         }
     }
 
-    /// Computes the Jacobian, the compliances, and how the contacts would move without their forces.
-    fn linearize(&mut self, n: usize, segments: &Segments, plant: &Individual, forcing: &Forcing) {
-        let Work { along, grown, soft, free, rows, matrix, moved, .. } = &mut self.work;
-        soft.clear();
-        free.clear();
-        grown.clear();
-        let growing = |i: usize| segments.length[i] / (1.0 + segments.growth_exp[i]);
-        let rate = forcing.dt * forcing.growth / (0..n).map(growing).sum::<f64>();
-        let mut end = [0.0; 3];
-        for (i, &ahead) in along.iter().enumerate() {
+    /// Computes how the points near solids would move along the normals without forces.
+    #[inline(always)]
+    fn relax_freely(
+        &mut self,
+        last: usize,
+        segments: &Segments,
+        weight: f64,
+        plant: &Individual,
+        forcing: &Forcing,
+    ) {
+        let Work { grown, soft, free, rate, rows, moved, .. } = &mut self.work;
+        *rate = forcing.dt * forcing.growth / weight;
+        grown.resize(last + 1, [0.0; 3]);
+        soft.resize(last + 1, 0.0);
+        free.resize(2 * last + 2, 0.0);
+        let values = soft.iter_mut().zip(free.chunks_exact_mut(2));
+        for (i, (soft, free)) in values.enumerate() {
             let (length, share) = (segments.length[i], forcing.relaxed_share);
             let compliance = segments.compliance(i, plant);
             let root = (share * compliance * length).sqrt();
@@ -313,81 +424,178 @@ impl Contact {
             let [bending1, bending2] = [&segments.d2, &segments.d1].map(|axis| dot(moment, frame(axis, i)));
             let bent1 = share * (segments.rest1[i] + compliance * bending1 - segments.k1[i]);
             let bent2 = share * (segments.rest2[i] - compliance * bending2 - segments.k2[i]);
-            soft.push(root);
-            free.extend([bent1 * length / root, -bent2 * length / root]);
-            grown.push(end);
-            end = add(end, scale(ahead, rate * growing(i)));
+            *soft = root;
+            free.copy_from_slice(&[bent1 * length / root, -bent2 * length / root]);
         }
-        rows.resize(3 * self.touches.len(), [0.0; 2 * MAX_NODES]);
+        let mut end = [0.0; 3];
+        for (i, grown) in grown.iter_mut().enumerate() {
+            *grown = end;
+            end = add(end, scale(segments.along(i), *rate * segments.growing[i]));
+        }
+        let size = 3 * self.touches.len();
+        if rows.len() < size {
+            rows.resize(size, [0.0; 2 * MAX_NODES]);
+        }
         moved.clear();
-        for (touch, rows) in self.touches.iter().zip(rows.chunks_exact_mut(3)) {
-            let own = touch.segment;
-            for j in 0..=own {
-                // A segment bends by halves at both of its ends.
-                let arm = if j < own {
-                    sub(touch.at, frame(&segments.middle, j))
-                } else {
-                    scale(along[j], 0.5 * touch.share * segments.length[j])
-                };
-                let by1 = scale(cross(frame(&segments.d2, j), arm), soft[j]);
-                let by2 = scale(cross(frame(&segments.d1, j), arm), soft[j]);
-                for (row, &axis) in rows.iter_mut().zip(&touch.axes) {
-                    (row[2 * j], row[2 * j + 1]) = (dot(axis, by1), dot(axis, by2));
-                }
-            }
-            let grown = add(grown[own], scale(along[own], touch.share * rate * growing(own)));
-            for (row, &axis) in rows.iter().zip(&touch.axes) {
-                moved.push(product(row, free, own) + dot(axis, grown));
-            }
-            let normal = moved.len() - 3;
-            moved[normal] += touch.gap.max(-CORRECTION_CM - touch.force[0] / STIFFNESS);
+        moved.resize(size, 0.0);
+        for number in 0..self.touches.len() {
+            self.fill(number, 0, segments);
+            let touch = &self.touches[number];
+            self.work.moved[3 * number] += touch.gap.max(-CORRECTION_CM - touch.force[0] / STIFFNESS);
         }
-        let size = moved.len();
-        matrix.clear();
-        matrix.resize(size * size, 0.0);
-        for one in 0..size {
-            for other in 0..=one {
-                let shared = self.touches[one / 3].segment.min(self.touches[other / 3].segment);
-                let compliance = product(&rows[one], &rows[other], shared);
-                (matrix[one * size + other], matrix[other * size + one]) = (compliance, compliance);
+    }
+
+    /// Computes the row of the Jacobian of an axis of a contact, and the movement along it without forces.
+    #[inline(always)]
+    fn fill(&mut self, number: usize, axis: usize, segments: &Segments) {
+        let Work { grown, soft, free, rate, rows, moved, .. } = &mut self.work;
+        let place = 3 * number + axis;
+        let (touch, row) = (&self.touches[number], &mut rows[place]);
+        let (own, at, axis) = (touch.segment, touch.at, touch.axes[axis]);
+        {
+            let [middle, d1, d2] = [&segments.middle, &segments.d1, &segments.d2]
+                .map(|values| values.each_ref().map(|values| &values[..own]));
+            let soft = &soft[..own];
+            for (j, row) in row[..2 * own].chunks_exact_mut(2).enumerate() {
+                let of = |values: &[&[f64]; 3]| [values[0][j], values[1][j], values[2][j]];
+                let arm = sub(at, of(&middle));
+                row[0] = dot(axis, scale(cross(of(&d2), arm), soft[j]));
+                row[1] = dot(axis, scale(cross(of(&d1), arm), soft[j]));
+            }
+        }
+        // A segment bends by halves at both of its ends.
+        let along = segments.along(own);
+        let arm = scale(along, 0.5 * touch.share * segments.length[own]);
+        row[2 * own] = dot(axis, scale(cross(frame(&segments.d2, own), arm), soft[own]));
+        row[2 * own + 1] = dot(axis, scale(cross(frame(&segments.d1, own), arm), soft[own]));
+        let grown = add(grown[own], scale(along, touch.share * *rate * segments.growing[own]));
+        moved[place] = product(row, free, own) + dot(axis, grown);
+    }
+
+    /// Lets a contact bear a force: computes the rest of its Jacobian, and its compliances.
+    #[inline(always)]
+    fn activate(&mut self, number: usize, segments: &Segments) {
+        self.touches[number].is_active = true;
+        self.fill(number, 1, segments);
+        self.fill(number, 2, segments);
+        let Work { rows, matrix, .. } = &mut self.work;
+        let size = 3 * self.touches.len();
+        for (place, other) in self.touches.iter().enumerate() {
+            let last = self.touches[number].segment.min(other.segment);
+            for axis in 0..if other.is_active { 3 } else { 1 } {
+                for own in 0..if place == number { axis + 1 } else { 3 } {
+                    let (one, other) = (3 * number + own, 3 * place + axis);
+                    let compliance = product(&rows[one], &rows[other], last);
+                    (matrix[one * size + other], matrix[other * size + one]) = (compliance, compliance);
+                }
             }
         }
     }
 
+    /// [`Self::relax_forces`] for `N` contacts that alone are active: the same bits, sooner. Returns whether they alone stay so;
+    /// else nothing has changed.
+    #[inline(always)]
+    fn relax_forces_of<const N: usize>(&mut self, numbers: [usize; N], forcing: &Forcing) -> bool {
+        let size = 3 * self.touches.len();
+        let compliances = |row: usize| {
+            let row = &self.work.matrix[row * size..(row + 1) * size];
+            let mut compliances = [[0.0; 3]; N];
+            for (compliances, number) in compliances.iter_mut().zip(numbers) {
+                compliances.copy_from_slice(&row[3 * number..3 * number + 3]);
+            }
+            compliances
+        };
+        let movement = |moved: f64, compliances: &[Vec3; N], forces: &[Vec3; N]| {
+            let mut sum = 0.0;
+            for (compliances, forces) in compliances.iter().zip(forces) {
+                for axis in 0..3 {
+                    sum += compliances[axis] * forces[axis];
+                }
+            }
+            moved + sum
+        };
+        let moved = &self.work.moved[..];
+        let rows = numbers.map(|number| [0, 1, 2].map(|axis| compliances(3 * number + axis)));
+        let freely = numbers.map(|number| [0, 1, 2].map(|axis| moved[3 * number + axis]));
+        let mut forces = numbers.map(|number| self.touches[number].force);
+        let goes_in = |forces: &[Vec3; N]| {
+            (0..self.touches.len()).any(|other| {
+                let row = 3 * other;
+                !self.touches[other].is_active && movement(moved[row], &compliances(row), forces) < 0.0
+            })
+        };
+        if goes_in(&forces) {
+            return false;
+        }
+        let creep = CREEP * forcing.dt;
+        for _ in 0..SWEEPS.0 {
+            let mut changed = 0.0_f64;
+            for place in 0..N {
+                let (rows, freely) = (&rows[place], &freely[place]);
+                let [normal, along, across] = forces[place];
+                let stiff = rows[0][place][0] + 1.0 / STIFFNESS;
+                let residue = movement(freely[0], &rows[0], &forces) + normal / STIFFNESS;
+                let pressed = (normal - residue / stiff).max(0.0);
+                forces[place][0] = pressed;
+                changed = changed.max((pressed - normal).abs() * stiff);
+
+                let stiff = rows[1][place][1].max(rows[2][place][2]) + creep;
+                let aside = |axis: usize, force: f64| {
+                    force - (movement(freely[axis], &rows[axis], &forces) + creep * force) / stiff
+                };
+                let aside = [aside(1, along), aside(2, across)];
+                let [along_now, across_now] = self.held_by_friction(pressed, aside);
+                changed = changed.max((along_now - along).abs().max((across_now - across).abs()) * stiff);
+                forces[place] = [pressed, along_now, across_now];
+                if goes_in(&forces) {
+                    return false;
+                }
+            }
+            if changed < SWEEPS.1 {
+                break;
+            }
+        }
+        for (number, force) in numbers.into_iter().zip(forces) {
+            self.touches[number].force = force;
+        }
+        true
+    }
+
+    /// Coulomb: friction holds up to a share of the pressure.
+    #[inline(always)]
+    fn held_by_friction(&self, pressed: f64, aside: [f64; 2]) -> [f64; 2] {
+        let (most, wanted) = (self.friction * pressed, (aside[0] * aside[0] + aside[1] * aside[1]).sqrt());
+        if wanted > most { [aside[0] * most / wanted, aside[1] * most / wanted] } else { aside }
+    }
+
     /// Projected Gauss-Seidel: brings all forces to balance.
-    fn relax_forces(&mut self, forcing: &Forcing) {
-        let Work { matrix, moved, .. } = &self.work;
-        let size = moved.len();
+    fn relax_forces(&mut self, segments: &Segments, forcing: &Forcing) {
+        let size = 3 * self.touches.len();
         let creep = CREEP * forcing.dt;
         for _ in 0..SWEEPS.0 {
             let mut changed = 0.0_f64;
             for number in 0..self.touches.len() {
                 let row = 3 * number;
-                let movement = |touches: &[Touch], axis: usize| {
-                    let compliances = &matrix[(row + axis) * size..(row + axis + 1) * size];
-                    let forces = touches.iter().flat_map(|touch| touch.force);
-                    moved[row + axis]
-                        + compliances.iter().zip(forces).map(|(one, force)| one * force).sum::<f64>()
-                };
-                let own = |axis: usize| matrix[(row + axis) * size + row + axis];
                 let [normal, along, across] = self.touches[number].force;
+                let residue = self.movement(row) + normal / STIFFNESS;
+                if !self.touches[number].is_active {
+                    if residue >= 0.0 {
+                        continue;
+                    }
+                    self.activate(number, segments);
+                }
+                let own = |axis: usize| self.work.matrix[(row + axis) * size + row + axis];
                 let stiff = own(0) + 1.0 / STIFFNESS;
-                let residue = movement(&self.touches, 0) + normal / STIFFNESS;
                 let pressed = (normal - residue / stiff).max(0.0);
-                self.touches[number].force[0] = pressed;
                 changed = changed.max((pressed - normal).abs() * stiff);
 
                 let stiff = own(1).max(own(2)) + creep;
-                let mut sliding = [(1, along), (2, across)]
-                    .map(|(axis, force)| force - (movement(&self.touches, axis) + creep * force) / stiff);
-                // Coulomb: friction holds up to a share of the pressure.
-                let (most, wanted) =
-                    (self.friction * pressed, (sliding[0] * sliding[0] + sliding[1] * sliding[1]).sqrt());
-                if wanted > most {
-                    sliding = sliding.map(|force| force * most / wanted);
-                }
-                changed = changed.max((sliding[0] - along).abs().max((sliding[1] - across).abs()) * stiff);
-                self.touches[number].force = [pressed, sliding[0], sliding[1]];
+                self.touches[number].force[0] = pressed;
+                let aside = [(1, along), (2, across)]
+                    .map(|(axis, force)| force - (self.movement(row + axis) + creep * force) / stiff);
+                let [along_now, across_now] = self.held_by_friction(pressed, aside);
+                changed = changed.max((along_now - along).abs().max((across_now - across).abs()) * stiff);
+                self.touches[number].force = [pressed, along_now, across_now];
             }
             if changed < SWEEPS.1 {
                 break;
@@ -395,32 +603,55 @@ impl Contact {
         }
     }
 
+    /// Movement along an axis of a contact under the forces, in cm.
+    #[inline]
+    fn movement(&self, row: usize) -> f64 {
+        let size = 3 * self.touches.len();
+        let compliances = self.work.matrix[row * size..(row + 1) * size].chunks_exact(3);
+        let mut sum = 0.0;
+        for (touch, compliances) in self.touches.iter().zip(compliances) {
+            if touch.is_active {
+                for (compliance, force) in compliances.iter().zip(touch.force) {
+                    sum += compliance * force;
+                }
+            }
+        }
+        self.work.moved[row] + sum
+    }
+
     /// The bending of each segment by the forces. Where they exceed what turgor can, growth gives way: the rest curvature
     /// follows the actual one.
-    fn curve(&mut self, n: usize, segments: &Segments, plant: &Individual) {
-        for (i, bent) in self.bent[..n].iter_mut().enumerate() {
-            let mut moment = [0.0; 2];
-            for (touch, rows) in self.touches.iter().zip(self.work.rows.chunks_exact(3)) {
-                if i <= touch.segment {
-                    for (row, force) in rows.iter().zip(touch.force) {
-                        moment[0] += force * row[2 * i];
-                        moment[1] -= force * row[2 * i + 1];
+    #[inline(always)]
+    fn curve(&mut self, last: usize, segments: &Segments, plant: &Individual) {
+        let Work { rows, soft, bent, .. } = &mut self.work;
+        bent.clear();
+        bent.resize(2 * last + 2, 0.0);
+        for (touch, rows) in self.touches.iter().zip(rows.chunks_exact(3)) {
+            if touch.is_active {
+                let bent = &mut bent[..2 * touch.segment + 2];
+                for (row, force) in rows.iter().zip(touch.force) {
+                    for (bent, row) in bent.iter_mut().zip(row) {
+                        *bent += force * row;
                     }
                 }
             }
-            let soft = self.work.soft[i];
+        }
+        self.bent.clear();
+        for (i, bent) in bent.chunks_exact(2).enumerate() {
+            let soft = soft[i];
             let radius = radius(plant, segments.from_apex[i]);
             // One half of a cross-section that is pressed by turgor, and another that is pulled by it.
             let most = soft * 4.0 / 3.0 * TURGOR * radius * radius * radius;
-            let found = (moment[0] * moment[0] + moment[1] * moment[1]).sqrt();
+            let found = (bent[0] * bent[0] + bent[1] * bent[1]).sqrt();
             let yielding = if found > most { 1.0 - most / found } else { 0.0 };
-            let actual = moment.map(|moment| moment * soft / segments.length[i]);
-            *bent = Bending { actual, rest: actual.map(|actual| yielding * actual) };
+            let actual = [bent[0], -bent[1]].map(|bent| bent * soft / segments.length[i]);
+            self.bent.push(Bending { actual, rest: actual.map(|actual| yielding * actual) });
         }
     }
 }
 
 /// The product of two rows up to a segment, in four sums that the processor takes side by side.
+#[inline(always)]
 fn product(one: &[f64], other: &[f64], last: usize) -> f64 {
     let (one, other) = (&one[..2 * last + 2], &other[..2 * last + 2]);
     let mut sums = [0.0; 4];
@@ -435,6 +666,7 @@ fn product(one: &[f64], other: &[f64], last: usize) -> f64 {
 }
 
 /// A vector of a segment.
+#[inline(always)]
 fn frame(values: &[PerSegment; 3], i: usize) -> Vec3 {
     [values[0][i], values[1][i], values[2][i]]
 }
@@ -444,6 +676,7 @@ mod tests {
     use super::*;
     use crate::geometry::Point;
     use crate::greenhouse::bean::{Bean, Species};
+    use crate::lamps::MAX_LAMPS;
     use crate::obstacle::{Obstacle, Pole};
 
     /// The place of a point of the rod.
@@ -490,6 +723,59 @@ mod tests {
                 // Without friction a dent gives back what it takes, but for the curvature of a sub-step's way.
                 assert!(smooth.1 < smooth.0 + 0.1 * taken, "{smooth:?}");
             }
+        }
+    }
+    #[test]
+    fn few_contacts_are_solved_as_many_are() {
+        let disc = Obstacle::Disc { centre: Point::new(2.5, 9.0), radius_cm: 1.0 }.into();
+        let bar = Obstacle::Line { ends: [Point::new(0.5, 8.0), Point::new(6.0, 9.0)] }.into();
+        let pole = Pole { at: [2.0, -0.5], radius_cm: 0.3, height_cm: 30.0 }.into();
+        let mut solved = [0; 3];
+        for (seed, solids) in (0..).zip([&[disc][..], &[bar], &[pole], &[disc, pole], &[bar, pole]]) {
+            let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed).among(solids);
+            for tick in 0..400_u32 {
+                bean.advance(&[0.0, 1.0], 5.0);
+                let Some(contact) = &bean.rod.contact else { continue };
+                let active: Vec<usize> =
+                    (0..contact.touches.len()).filter(|&number| contact.touches[number].is_active).collect();
+                let mut few = contact.clone();
+                for (touch, push) in few.touches.iter_mut().filter(|touch| touch.is_active).zip([30.0, 100.0])
+                {
+                    touch.force = [push * f64::from(tick % 5), push * f64::from(tick % 3) - push, push];
+                }
+                let mut many = few.clone();
+                let forcing = forcing();
+                let is_solved = match active[..] {
+                    [one] => few.relax_forces_of([one], &forcing),
+                    [one, other] => few.relax_forces_of([one, other], &forcing),
+                    _ => false,
+                };
+                if is_solved {
+                    many.relax_forces(&bean.rod.segments, &forcing);
+                    let forces = |contact: &Contact| {
+                        contact.touches.iter().map(|touch| touch.force).collect::<Vec<_>>()
+                    };
+                    assert_eq!(forces(&few), forces(&many));
+                    solved[active.len()] += 1;
+                }
+            }
+        }
+        assert!(solved[1] > 100 && solved[2] > 100, "{solved:?}");
+    }
+
+    /// Any forcing with the sub-step of a bean.
+    fn forcing() -> Forcing {
+        Forcing {
+            dt: 15.0 / 3600.0,
+            age_h: 0.0,
+            lamps: [[0.0; 3]; MAX_LAMPS],
+            powers: [0.0; MAX_LAMPS],
+            growth: 0.0,
+            gain: 0.0,
+            zone: 0.0,
+            straightening: 0.0,
+            leaf_mass: 0.0,
+            relaxed_share: 0.1,
         }
     }
 }

@@ -12,7 +12,7 @@
 
 use core::f64::consts::{PI, TAU};
 
-use super::contact::Contact;
+use super::contact::{Contact, Shape};
 use super::{
     DENSITY, Forcing, GRAVITY, GROWTH_EDGE_CM, LAMP_DISTANCE, LAMP_RADIUS, MAX_NODES, MAX_SEGMENT_CM,
     MEGAPASCAL, Rod, Rotation, SATURATION, SERIES_LIMIT, STATE, Segments, TAPER_CM, TOUCH_CM, WALL_STIFFNESS,
@@ -21,6 +21,7 @@ use super::{
 use crate::greenhouse::bean::Individual;
 use crate::greenhouse::view::WALL;
 use crate::lamps::MAX_LAMPS;
+use crate::math::vector::{Vec3, cross};
 use crate::math::{self, branchless};
 use crate::simd::{Kernel, dispatch};
 
@@ -149,6 +150,31 @@ pub(in crate::greenhouse::bean) struct RodLanes {
     /// Plants among solids, and memory for the segments of one of them.
     guests: [Option<Guest>; LANES],
     segments: Option<Box<Segments>>,
+}
+
+/// The segments of the plant in a lane.
+struct Lane<'a> {
+    rows: &'a [Row],
+    lane: usize,
+}
+
+impl Shape for Lane<'_> {
+    fn length(&self, i: usize) -> f64 {
+        self.rows[i].length[self.lane]
+    }
+
+    fn middle(&self, i: usize) -> Vec3 {
+        self.rows[i].middle.map(|axis| axis[self.lane])
+    }
+
+    fn along(&self, i: usize) -> Vec3 {
+        let Row { d1, d2, .. } = &self.rows[i];
+        cross(d1.map(|axis| axis[self.lane]), d2.map(|axis| axis[self.lane]))
+    }
+
+    fn apex_distance(&self, i: usize) -> f64 {
+        self.rows[i].from_apex[self.lane]
+    }
 }
 
 /// What a plant among solids needs beside its lane.
@@ -403,15 +429,22 @@ impl RodLanes {
             let Some(guest) = &mut self.guests[lane] else { continue };
             let Some(contact) = guest.contact.as_deref_mut() else { continue };
             guest.is_pressed = false;
-            if contact.is_due() {
-                let (n, segments) =
-                    (self.counts[lane], self.segments.get_or_insert_with(|| Box::new(Segments::zero())));
-                for (i, row) in self.rows[..=n].iter().enumerate() {
-                    row.copy_to(segments, i, lane);
-                }
-                segments.load_moments(n, &guest.plant, &guest.forcing, self.leaves[lane]);
-                guest.is_pressed = contact.solve(n, segments, &guest.plant, &guest.forcing);
+            if !contact.is_due() {
+                continue;
             }
+            let (n, rows) = (self.counts[lane], &self.rows[..]);
+            let Some(last) = contact.find(n, &Lane { rows, lane }, &guest.plant, &guest.forcing) else {
+                continue;
+            };
+            let segments = self.segments.get_or_insert_with(|| Box::new(Segments::zero()));
+            for (i, row) in rows[..=n].iter().enumerate() {
+                row.copy_loads_to(segments, i, lane);
+            }
+            for (i, row) in rows[..=last].iter().enumerate() {
+                row.copy_to(segments, i, lane);
+            }
+            segments.load_moments(n, &guest.plant, &guest.forcing, self.leaves[lane]);
+            guest.is_pressed = contact.solve(last, segments, self.weight[lane], &guest.plant, &guest.forcing);
         }
     }
 
@@ -610,20 +643,26 @@ impl Row {
         state_of!(&mut self)
     }
 
-    /// Copies what contacts read of a plant.
-    fn copy_to(&self, segments: &mut Segments, i: usize, lane: usize) {
+    /// Copies what [`Segments::load_moments`] reads of a plant.
+    fn copy_loads_to(&self, segments: &mut Segments, i: usize, lane: usize) {
         segments.length[i] = self.length[lane];
+        segments.from_apex[i] = self.from_apex[lane];
+        for axis in 0..3 {
+            segments.middle[axis][i] = self.middle[axis][lane];
+        }
+    }
+
+    /// Copies what contacts read of a plant besides.
+    fn copy_to(&self, segments: &mut Segments, i: usize, lane: usize) {
         segments.k1[i] = self.k1[lane];
         segments.k2[i] = self.k2[lane];
         segments.rest1[i] = self.rest1[lane];
         segments.rest2[i] = self.rest2[lane];
-        segments.from_apex[i] = self.from_apex[lane];
-        segments.growth_exp[i] = self.growth_exp[lane];
+        segments.growing[i] = self.growing[lane];
         segments.modulus_ratio[i] = self.modulus_ratio[lane];
         for axis in 0..3 {
             segments.d1[axis][i] = self.d1[axis][lane];
             segments.d2[axis][i] = self.d2[axis][lane];
-            segments.middle[axis][i] = self.middle[axis][lane];
         }
     }
 
