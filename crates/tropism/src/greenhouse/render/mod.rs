@@ -271,7 +271,9 @@ mod tests {
                 let frame = renderer.frame();
                 let top = frame.pixel(truth(&pose, frame).top);
                 let (_, y) = highest(&image, frame, 85.0).expect("the plant is bright");
-                prop_assert!((y as f64 - top.y).abs() < 1.5, "row {y}, true {}", top.y);
+                // Folded leaves end in a point, whose last pixels are as dark as the cloth behind them.
+                let within = if open { 1.5 } else { 2.5 };
+                prop_assert!((y as f64 - top.y).abs() < within, "row {y}, true {}", top.y);
             }
         );
     }
