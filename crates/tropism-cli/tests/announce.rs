@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 fn run(folder: &Path, controller: &str) -> Output {
     let alert =
         "[[alert]]\ndriver = \"command\"\ncommand = [\"sh\", \"-c\", \"echo \\\"$2\\\" >> told\", \"sh\"]\n";
-    fs::write(folder.join("rig.toml"), format!("{alert}[greenhouse]\n")).unwrap();
+    fs::write(folder.join("rig.toml"), format!("{alert}[greenhouse.scene]\nwidth = 324\nheight = 243\n"))
+        .unwrap();
     let _ = fs::remove_file(folder.join("socket"));
     let socket = UnixDatagram::bind(folder.join("socket")).unwrap();
     socket.set_read_timeout(Some(std::time::Duration::from_millis(200))).unwrap();

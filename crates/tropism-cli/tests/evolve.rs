@@ -205,7 +205,9 @@ fn a_champion_carries_its_task_wherever_it_goes() {
         "e",
     ]);
     let steer = ["--controller", "e/champion.json", "--out"];
-    let steps = ["--steps", "12"];
+    // Small photographs are quick.
+    fs::write(folder.path().join("scene.toml"), "width = 324\nheight = 243\n").unwrap();
+    let steps = ["--steps", "12", "--scene", "scene.toml"];
     run(&[&["run", "--rig", "greenhouse"], &steer[..], &["steered"], &steps].concat());
     let config = fs::read_to_string(folder.path().join("steered/run.toml")).unwrap();
     assert!(config.contains("[-1.0, 8.0]"), "{config}");

@@ -18,8 +18,22 @@ fn said(output: &Output) -> String {
 const TRACK: &str = "step,time_s,tip_x_cm,tip_y_cm,light,quality\n0,0,0,4,left,measured\n1,300,-0.1,4.03,right,measured\n\
                      2,600,0,4.06,right,measured\n3,900,0.1,4.1,dark,measured\n";
 
-const GROW: [&str; 9] =
-    ["grow", "--plants", "1", "--steps", "4", "--photographs", "--out", "beans", "--quiet"];
+/// Small photographs are quick.
+const SCENE: &str = "width = 324\nheight = 243\n";
+
+const GROW: [&str; 11] = [
+    "grow",
+    "--plants",
+    "1",
+    "--steps",
+    "4",
+    "--photographs",
+    "--scene",
+    "scene.toml",
+    "--out",
+    "beans",
+    "--quiet",
+];
 
 /// A folder with a track, a model of it, and a photographed virtual plant in `beans/plant-0001`.
 fn folder() -> TempDir {
@@ -27,6 +41,7 @@ fn folder() -> TempDir {
     fs::write(folder.path().join("track.csv"), TRACK).unwrap();
     let fit = tropism(folder.path(), &["fit", "track.csv", "--out", "model.json"]);
     assert!(fit.status.success(), "{}", said(&fit));
+    fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
     let grown = tropism(folder.path(), &GROW);
     assert!(grown.status.success(), "{}", said(&grown));
     folder

@@ -28,7 +28,9 @@ fn study(folder: &Path) {
     tropism(folder, &[&evolve[..], &["--runs", "2", "--generations", "10"]].concat());
     let run =
         ["run", "--rig", "greenhouse", "--controller", "evolution/champion.json", "--task", "task.toml"];
-    tropism(folder, &[&run[..], &["--steps", "3", "--out", "run"]].concat());
+    // Small photographs are quick.
+    fs::write(folder.join("scene.toml"), "width = 324\nheight = 243\n").unwrap();
+    tropism(folder, &[&run[..], &["--steps", "3", "--scene", "scene.toml", "--out", "run"]].concat());
 }
 
 #[test]

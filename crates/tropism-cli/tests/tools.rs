@@ -20,10 +20,16 @@ fn json(folder: &Path, words: &[&str]) -> Value {
 }
 
 const RUN: [&str; 9] =
-    ["run", "--rig", "greenhouse", "--controller", "periodic:10m", "--out", "bean", "--seed", "3"];
+    ["run", "--rig", "tent.toml", "--controller", "periodic:10m", "--out", "bean", "--seed", "3"];
+
+/// A rig file of the virtual tent, with small photographs, which are quick.
+fn tent(folder: &Path) {
+    fs::write(folder.join("tent.toml"), "[greenhouse.scene]\nwidth = 324\nheight = 243\n").unwrap();
+}
 
 /// A virtual run of six steps in `bean`.
 fn run(folder: &Path) {
+    tent(folder);
     let (code, _, error) = tropism(folder, &[&RUN[..], &["--steps", "6"]].concat());
     assert_eq!(code, 0, "{error}");
 }
@@ -143,6 +149,7 @@ fn status_tells_what_a_run_does() {
 fn a_run_is_stopped_in_order_and_goes_on_later() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
+    tent(folder);
     let mut child = slow_run(folder, &[]);
     while !folder.join("bean/photographs/000001.jpg").exists() {
         assert!(child.try_wait().unwrap().is_none(), "the run has ended");

@@ -55,7 +55,10 @@ fn a_rule_steers_wherever_a_controller_does() {
     let told = tropism(here, &[&simulated[..], &rule].concat()).unwrap();
     assert!(told.contains("5 simulated plants"), "{told}");
     tropism(here, &[&["grow", "--plants", "1", "--out", "grown"], &rule[..]].concat()).unwrap();
-    tropism(here, &[&["run", "--rig", "greenhouse", "--out", "steered"], &rule[..]].concat()).unwrap();
+    // Small photographs are quick.
+    fs::write(here.join("scene.toml"), "width = 324\nheight = 243\n").unwrap();
+    let run = ["run", "--rig", "greenhouse", "--scene", "scene.toml", "--out", "steered"];
+    tropism(here, &[&run[..], &rule].concat()).unwrap();
     // The task of the rule: 30 steps and the last observation, below the header.
     for track in ["simulated.csv", "grown/plant-0001.csv", "steered/track.csv"] {
         assert_eq!(fs::read_to_string(here.join(track)).unwrap().lines().count(), 32, "{track}");

@@ -11,7 +11,7 @@ use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::{self, sleep};
 use std::time::{Duration, Instant};
 
@@ -139,6 +139,18 @@ impl Switches {
     }
 }
 
+/// Calibration and first photograph of a run of the virtual tent: what all rigs see.
+static PHOTOGRAPHED: LazyLock<(String, Vec<u8>)> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    let small = "[lamps_in_view]\n[greenhouse.scene]\nwidth = 324\nheight = 243\n";
+    fs::write(folder.path().join("tent.toml"), small).unwrap();
+    let words = ["run", "--rig", "tent.toml", "--controller", "chase", "--steps", "1", "--out", "tent"];
+    assert!(tropism(folder.path(), &words).output().unwrap().status.success());
+    let run = folder.path().join("tent");
+    let calibration = fs::read_to_string(run.join("calibration.toml")).unwrap();
+    (calibration, fs::read(run.join("photographs/000000.jpg")).unwrap())
+});
+
 /// A rig with emulated devices, in which the photographs of a virtual tent are seen.
 struct Tent {
     folder: TempDir,
@@ -150,11 +162,8 @@ impl Tent {
     fn new(switches: Switches, camera: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
-        let small = "[lamps_in_view]\n[greenhouse.scene]\nwidth = 324\nheight = 243\n";
-        fs::write(path.join("tent.toml"), small).unwrap();
-        let words = ["run", "--rig", "tent.toml", "--controller", "chase", "--steps", "4", "--out", "tent"];
-        assert!(tropism(path, &words).output().unwrap().status.success());
-        let calibration = fs::read_to_string(path.join("tent/calibration.toml")).unwrap();
+        let (calibration, photograph) = &*PHOTOGRAPHED;
+        fs::write(path.join("photograph.jpg"), photograph).unwrap();
         let devices = Arc::new(Devices::default());
         let mut broker = None;
         let light = match switches {
@@ -167,8 +176,7 @@ impl Tent {
                 rig
             }
         };
-        let camera =
-            camera.replace("PHOTOGRAPH", &path.join("tent/photographs/000000.jpg").display().to_string());
+        let camera = camera.replace("PHOTOGRAPH", &path.join("photograph.jpg").display().to_string());
         let rig = format!(
             "period_min = 5.0\n[patience]\nfree_mb = 0\n[camera]\n{camera}\n{light}settle_s = 0.01\nmax_on_s = 5.0\n\
              [vision.crop]\nx = 4\ny = 10\nwidth = 316\nheight = 190\n[calibration]\n{}",

@@ -177,8 +177,12 @@ impl Clock for Hand {
     }
 }
 
+/// Steps of a run: the last things go wrong at minute 200, which is step 40.
+const STEPS: u32 = 45;
+const SAMPLES: usize = STEPS as usize + 1;
+
 fn task() -> Targets {
-    Targets { max_steps: 60, end_height_cm: 1e9, ..Targets::default() }
+    Targets { max_steps: STEPS, end_height_cm: 1e9, ..Targets::default() }
 }
 
 type Recording = Recorder<'static, Hand, Hand, Hand, Hand>;
@@ -224,7 +228,7 @@ fn go(path: &Path, is_resumed: bool, dark_at: &[u32], steps: usize) -> (Track, H
 fn whole(dark_at: &[u32]) -> (tempfile::TempDir, Track) {
     let folder = tempfile::tempdir().unwrap();
     let (track, _) = go(folder.path(), false, dark_at, usize::MAX);
-    assert_eq!(track.samples.len(), 61);
+    assert_eq!(track.samples.len(), SAMPLES);
     (folder, track)
 }
 
@@ -236,7 +240,7 @@ fn steps_of(path: &Path) -> Vec<StepRecord> {
 fn a_run_broken_off_anywhere_ends_as_if_it_had_not_been() {
     let dark = [50, 55, 60, 200];
     let (reference, track) = whole(&dark);
-    for breaks in [vec![1], vec![2, 1], vec![11, 12, 13], vec![30, 60], vec![61]] {
+    for breaks in [vec![1], vec![2, 1], vec![11, 12, 13], vec![30, 45], vec![SAMPLES]] {
         let folder = tempfile::tempdir().unwrap();
         for (turn, &steps) in breaks.iter().enumerate() {
             go(folder.path(), turn > 0, &dark, steps);
@@ -244,7 +248,7 @@ fn a_run_broken_off_anywhere_ends_as_if_it_had_not_been() {
         let (resumed, hand) = go(folder.path(), true, &dark, usize::MAX);
         assert_eq!(resumed, track, "broken off after {breaks:?}");
         assert_eq!(steps_of(folder.path()), steps_of(reference.path()), "broken off after {breaks:?}");
-        for step in 0..=60 {
+        for step in 0..=STEPS {
             let name = format!("photographs/{step:06}.jpg");
             assert_eq!(
                 std::fs::read(folder.path().join(&name)).unwrap(),
@@ -254,7 +258,7 @@ fn a_run_broken_off_anywhere_ends_as_if_it_had_not_been() {
         }
         // What was recorded before is not done again.
         let before: usize = *breaks.iter().max().unwrap();
-        assert_eq!(hand.0.borrow().photographs as usize, 61 - before);
+        assert_eq!(hand.0.borrow().photographs as usize, SAMPLES - before);
     }
 }
 
@@ -305,7 +309,7 @@ fn the_journal_holds_what_was_seen_and_done() {
     let (reference, track) = whole(&[50]);
     let (world, _) = open(reference.path(), true, &[50]).unwrap();
     let rows = world.folder().steps().unwrap();
-    assert_eq!(rows.len(), 61);
+    assert_eq!(rows.len(), SAMPLES);
     for (row, sample) in rows.iter().zip(&track.samples) {
         assert_eq!(row.decided, sample.light);
         assert_eq!(row.is_confirmed, sample.light.is_some());
@@ -593,7 +597,7 @@ struct Outcome {
     written: Vec<Event>,
 }
 
-/// A run of 60 steps in a real tent, in which much is `wrong`.
+/// A run of [`STEPS`] steps in a real tent, in which much is `wrong`.
 fn real(path: &Path, wrong: Wrong, policy: FaultPolicy, ends_at: Option<u32>) -> Outcome {
     let log = EventLog { ends_at, ..EventLog::default() };
     let supervision = Supervision {
@@ -624,7 +628,7 @@ fn a_camera_that_fails_for_some_steps_is_stood_in_for() {
     let wrong = Wrong { camera_fails: 50..65, ..Wrong::default() };
     let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
     let track = outcome.track.unwrap();
-    assert_eq!(steps(&track), (0..=60).collect::<Vec<_>>());
+    assert_eq!(steps(&track), (0..=STEPS).collect::<Vec<_>>());
     let qualities: Vec<&str> = track.samples[9..14].iter().map(|sample| sample.quality.name()).collect();
     assert_eq!(qualities, ["measured", "held", "held", "held", "measured"]);
     assert_eq!(outcome.rows[11].photo_bytes, 0);
@@ -652,7 +656,7 @@ fn a_camera_that_fails_for_longer_costs_steps_in_which_nothing_is_decided() {
     let outcome = real(folder.path(), wrong, policy, None);
     let track = outcome.track.unwrap();
     // Held at 10, 11 and 12; 13 and 14 are missed; the experiment is not longer for it.
-    assert_eq!(steps(&track), (0..=12).chain(15..=60).collect::<Vec<_>>());
+    assert_eq!(steps(&track), (0..=12).chain(15..=STEPS).collect::<Vec<_>>());
     assert_eq!(track.samples[13].time_s, 75.0 * 60.0);
     let missed = outcome.events.iter().filter(|(_, kind)| *kind == EventKind::Missed).count();
     assert_eq!(missed, 2);
@@ -670,7 +674,7 @@ fn a_camera_that_never_comes_back_pauses_the_run_which_can_be_gone_on_with() {
     assert_eq!(outcome.rows.len(), 13);
     assert_eq!(outcome.events.last(), Some(&(105, EventKind::Paused)));
     let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
-    assert_eq!(*steps(&outcome.track.unwrap()).last().unwrap(), 60);
+    assert_eq!(*steps(&outcome.track.unwrap()).last().unwrap(), STEPS);
     // Each step is told of once, under its own number, and the end of the fault counts all of them.
     let concerned = |kind| -> Vec<u32> {
         outcome.written.iter().filter(|event| event.kind == kind).map(|event| event.step).collect()
@@ -703,8 +707,8 @@ fn a_plant_that_is_not_seen_is_stood_in_for_as_long_and_then_nothing_is_decided(
     let track = outcome.track.unwrap();
     let back = outcome.rows[13..].iter().find(|row| row.seen.is_measured()).unwrap().step;
     assert!(back >= 15);
-    assert_eq!(steps(&track), (0..=12).chain(back..=60).collect::<Vec<_>>());
-    assert_eq!(outcome.rows.len(), 61);
+    assert_eq!(steps(&track), (0..=12).chain(back..=STEPS).collect::<Vec<_>>());
+    assert_eq!(outcome.rows.len(), SAMPLES);
     assert!(outcome.rows[13..back as usize].iter().all(|row| row.decided.is_none()));
     assert!(outcome.rows[13].photo_bytes > 0);
     use EventKind::{Clock, Held, Lost, Missed, Recovered};
@@ -744,7 +748,7 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
         let track = go_on(whole.path(), None).unwrap();
         let back = steps(&track)[13];
         assert!(back >= 17);
-        assert_eq!(steps(&track), (0..=12).chain(back..=60).collect::<Vec<_>>());
+        assert_eq!(steps(&track), (0..=12).chain(back..=STEPS).collect::<Vec<_>>());
         for ends_at in [24, 28, 32, 40] {
             let folder = tempfile::tempdir().unwrap();
             assert!(matches!(go_on(folder.path(), Some(ends_at)), Err(RecordError::Stopped)));
@@ -761,8 +765,8 @@ fn a_run_broken_off_while_nothing_is_decided_ends_as_if_it_had_not_been() {
 fn a_dark_photograph_is_taken_again_at_once() {
     use EventKind::{Clock, Dark, Held};
     for (dark, photographs, wanted) in [
-        (vec![11], 62, vec![(50, Dark), (105, Clock)]),
-        (vec![11, 12], 62, vec![(50, Dark), (50, Held), (105, Clock)]),
+        (vec![11], STEPS + 2, vec![(50, Dark), (105, Clock)]),
+        (vec![11, 12], STEPS + 2, vec![(50, Dark), (50, Held), (105, Clock)]),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let is_dark_twice = dark.len() > 1;
@@ -814,7 +818,7 @@ fn a_computer_that_is_too_hot_is_told_once_and_when_it_is_right_again() {
 fn a_day_has_no_more_light_than_the_rig_allows_also_after_a_resume() {
     let folder = tempfile::tempdir().unwrap();
     let part = |steps: usize| {
-        // An hour: 12 of the 60 steps.
+        // An hour: 12 steps.
         let supervision = Supervision { max_light_h: Some(1.0), ..Supervision::default() };
         let (mut world, hand) = open_with(folder.path(), true, Wrong::default(), supervision).unwrap();
         let mut left = steps;
@@ -842,7 +846,7 @@ fn a_lamp_that_does_not_obey_is_told_again_until_it_does() {
     let folder = tempfile::tempdir().unwrap();
     let wrong = Wrong { lamps_fail: 50..58, ..Wrong::default() };
     let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
-    assert_eq!(steps(&outcome.track.unwrap()).len(), 61);
+    assert_eq!(steps(&outcome.track.unwrap()).len(), SAMPLES);
     use EventKind::{Clock, Lamp, Recovered};
     // Not at the next step but as soon as it obeys.
     assert_eq!(outcome.events, [(50, Lamp), (55, Lamp), (58, Recovered), (105, Clock)]);
@@ -866,7 +870,7 @@ fn a_lamp_that_says_it_obeys_and_does_not_is_seen_in_the_photograph() {
     let folder = tempfile::tempdir().unwrap();
     let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
     let seen: Vec<_> = outcome.rows[1..].iter().map(|row| row.lit.unwrap()).collect();
-    let decided: Vec<_> = outcome.rows[..60].iter().map(|row| row.decided).collect();
+    let decided: Vec<_> = outcome.rows[..STEPS as usize].iter().map(|row| row.decided).collect();
     assert_eq!(seen, decided);
 }
 
@@ -877,7 +881,7 @@ fn steps_whose_time_has_passed_are_missed_and_none_come_in_a_burst() {
     let outcome = real(folder.path(), wrong, FaultPolicy::default(), None);
     // Begun at 50 and over at 67: 55 and 60 are missed, and 65 would be two minutes late. At 105.6, 105 is in time.
     let track = outcome.track.unwrap();
-    assert_eq!(steps(&track), (0..=10).chain(14..=60).collect::<Vec<_>>());
+    assert_eq!(steps(&track), (0..=10).chain(14..=STEPS).collect::<Vec<_>>());
     use EventKind::{Clock, Late, Missed};
     assert_eq!(outcome.events, [(67, Missed), (105, Late), (105, Clock)]);
     assert!(
@@ -895,7 +899,7 @@ fn the_clock_on_the_wall_moves_nothing() {
     let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
     assert_eq!(outcome.events, [(105, EventKind::Clock)]);
     assert!(outcome.texts[1].contains("set by +7200 s"), "{:?}", outcome.texts);
-    assert_eq!(steps(&outcome.track.unwrap()), (0..=60).collect::<Vec<_>>());
+    assert_eq!(steps(&outcome.track.unwrap()), (0..=STEPS).collect::<Vec<_>>());
 }
 
 #[test]
@@ -912,7 +916,7 @@ fn a_run_that_is_asked_to_end_ends_while_it_waits_and_goes_on_with_its_lamp_lit_
     assert_eq!(hand.0.borrow().lights, [lit], "before anything else");
     drop(world);
     let outcome = real(folder.path(), Wrong::default(), FaultPolicy::default(), None);
-    assert_eq!(steps(&outcome.track.unwrap()).len(), 61);
+    assert_eq!(steps(&outcome.track.unwrap()).len(), SAMPLES);
 }
 
 #[test]
@@ -929,7 +933,7 @@ fn a_run_goes_on_with_the_photographs_that_it_needs_and_says_which_are_damaged()
     std::fs::write(photo(0), b"no photograph").unwrap();
     std::fs::remove_file(photo(35)).unwrap();
     let (resumed, _) = go(folder.path(), true, &dark, usize::MAX);
-    assert_eq!(resumed.samples.len(), 61);
+    assert_eq!(resumed.samples.len(), SAMPLES);
     let journal = Journal::open_to_read(&folder.path().join("journal.sqlite")).unwrap();
     let damaged: Vec<_> =
         journal.events().unwrap().into_iter().filter(|event| event.kind == EventKind::Damaged).collect();
@@ -972,7 +976,7 @@ fn the_light_of_a_row_is_the_one_that_acted() {
     let (world, _) = open_with(folder.path(), true, Wrong::default(), Supervision::default()).unwrap();
     let acted = world.folder().write_track(&decided, false).unwrap();
     let mut is_any_false = false;
-    for (index, row) in outcome.rows[..60].iter().enumerate() {
+    for (index, row) in outcome.rows[..STEPS as usize].iter().enumerate() {
         let is_false = !row.is_confirmed || outcome.rows[index + 1].lit != Some(row.decided);
         is_any_false |= is_false && row.is_confirmed;
         assert_eq!(acted.samples[index].light, row.decided.filter(|_| !is_false), "step {index}");
@@ -1012,8 +1016,8 @@ fn a_periodic_controller_switches_by_the_clock_whatever_steps_are_missed() {
     };
     go(false, 40);
     let track = go(true, usize::MAX);
-    assert!(track.samples.len() < 57, "steps are missed");
-    for sample in track.samples.iter().filter(|sample| sample.step < 60) {
+    assert!(track.samples.len() < SAMPLES - 4, "steps are missed");
+    for sample in track.samples.iter().filter(|sample| sample.step < STEPS) {
         let wanted = if sample.step / 12 % 2 == 0 { Light::LEFT } else { Light::RIGHT };
         assert_eq!(sample.light, Some(wanted), "step {}", sample.step);
     }

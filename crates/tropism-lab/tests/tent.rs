@@ -62,7 +62,7 @@ fn record(greenhouse: &Greenhouse, path: &Path, steps: u32, samples: usize) -> R
 #[test]
 fn tips_in_photographs_are_where_they_are() {
     let folder = tempfile::tempdir().unwrap();
-    let (track, truth, side) = record(&Greenhouse::default(), folder.path(), 150, usize::MAX);
+    let (track, truth, side) = record(&small_tent(), folder.path(), 150, usize::MAX);
     assert_eq!((track.samples.len(), truth.len(), side.len()), (151, 151, 0));
     let mut off: Vec<f64> =
         track.samples.iter().zip(&truth).map(|(sample, top)| sample.tip.distance(*top)).collect();

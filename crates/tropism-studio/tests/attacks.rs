@@ -87,6 +87,9 @@ impl Served {
 fn with_work(_: &mut StudioPlan, folder: &Path) {
     let mut config = RunConfig::default();
     config.task = config.task.with_max_steps(3);
+    // Small photographs are quick.
+    let scene = &mut config.rig.greenhouse.as_mut().unwrap().scene;
+    (scene.width, scene.height) = (324, 243);
     RunPlan { out: folder.join("bean"), config, ..RunPlan::default() }.execute(&Silent).unwrap();
     let tracks = folder.join("tracks");
     GrowPlan { plants: 2, out: tracks.clone(), ..GrowPlan::default() }.execute(&Silent).unwrap();

@@ -98,20 +98,6 @@ fn another_integrator_grows_the_same_plant() {
     }
 }
 
-#[test]
-fn a_shorter_substep_hardly_moves_the_apex() {
-    let mut bean = Bean::noise_free(Species::default().average());
-    let mut twin = bean.clone().with_substep(7.5);
-    let mut squares = 0.0;
-    for step in 0..1000 {
-        bean.advance(&alternating(step), 5.0);
-        twin.advance(&alternating(step), 5.0);
-        squares += distance(bean.apex(), twin.apex()).powi(2);
-    }
-    let rms = (squares / 1000.0).sqrt();
-    assert!(rms < 0.05, "{rms} cm");
-}
-
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
 }
@@ -322,7 +308,7 @@ fn the_apex_of_a_bean_from_the_lanes_follows_its_later_changes() {
 
 #[test]
 fn tracks_grown_side_by_side_are_those_of_single_plants_to_the_bit() {
-    let seeds: Vec<u64> = (0..37).map(|seed| 1000 * seed).collect();
+    let seeds: Vec<u64> = (0..34).map(|seed| 1000 * seed).collect();
     let [common, sunflower, internodal] = species_files();
     for (species, scale, layout, period_min) in [
         (&common, 0.0, Layout::default(), 5.0),
@@ -349,7 +335,7 @@ fn tracks_grown_side_by_side_are_those_of_single_plants_to_the_bit() {
 
 #[test]
 fn whole_experiments_side_by_side_are_those_of_single_plants_to_the_bit() {
-    let seeds: Vec<u64> = (0..11).collect();
+    let seeds: Vec<u64> = (0..9).collect();
     let task = OpenLoop { steps: 1000, ..OpenLoop::default() };
     for (species, layout, first) in
         species_files().iter().zip([Layout::default(), Layout::four_sides()]).map(|(species, layout)| {
@@ -415,18 +401,25 @@ fn a_typical_bean_is_an_individual() {
     assert_eq!(Species::default().average(), Individual::default());
 }
 
+/// Sixty experiments of [`acceptance::open_loop_experiment`], side by side: in lanes they cost a third.
+fn sixty(species: &Species) -> Vec<Track> {
+    let trial = Trial::new(species);
+    let task = OpenLoop { steps: 1000, ..OpenLoop::default() };
+    let controller = |_| Periodic::new(acceptance::SWITCH_STEPS, &trial.layout).starting_with(Light::RIGHT);
+    let seeds: Vec<u64> = (0..60).collect();
+    let tracks = trial.grow_all(&seeds, controller, &task, &mut |_, _| ControlFlow::Continue(()));
+    assert_eq!(tracks[3], acceptance::open_loop_experiment(species, 3));
+    tracks
+}
+
 #[test]
 fn sixty_beans_behave_as_the_paper_s_six() {
-    let species = Species::default();
-    let tracks: Vec<_> = (0..60).map(|seed| acceptance::open_loop_experiment(&species, seed)).collect();
-    check(&acceptance::population(&tracks));
+    check(&acceptance::population(&sixty(&Species::default())));
 }
 
 #[test]
 fn sixty_internodal_beans_behave_as_the_paper_s_six() {
-    let species = internodal();
-    let tracks: Vec<_> = (0..60).map(|seed| acceptance::open_loop_experiment(&species, seed)).collect();
-    check(&acceptance::population(&tracks));
+    check(&acceptance::population(&sixty(&internodal())));
 }
 
 #[test]

@@ -48,14 +48,23 @@ fn is_found(what: &str, location: &Location, (x, y): (f64, f64)) -> bool {
         && (region.x..region.x + region.width).contains(&(x as usize))
 }
 
+/// Each series is decoded once for both: the plants that are found, and the cuttings in which none is sure.
+///
 /// Settings were chosen on the first sets, but for the gap and the widening, which the bean of the second one asked for.
 #[test]
-fn single_real_plants_are_found_with_their_roots() {
+fn single_real_plants_are_found_with_their_roots_and_other_pictures_are_not_sure() {
+    let is_unsure = |what: &str, images: &[Image]| {
+        let location = found(images);
+        println!("{what}: {location:?}");
+        assert!(matches!(location, Location::Unsure(_)), "{what}: {location:?}");
+    };
     for (half, (cuts, width)) in ["", "-2"].into_iter().zip(CUTS) {
         let mut count = 0;
         let folder = format!("flora-robotica{half}");
-        let Some(images) = series(&folder) else { return };
-        count += u32::from(is_found(&folder, &found(&images), BEAN));
+        let Some(bean) = series(&folder) else { return };
+        count += u32::from(is_found(&folder, &found(&bean), BEAN));
+        is_unsure("no root", &cut(&bean, Region { x: 0, y: 0, width: 720, height: 250 }));
+        drop(bean);
         let folder = format!("sunflower-timelapse{half}");
         let sunflowers = series(&folder).unwrap();
         for (x, root) in cuts.into_iter().zip(SUNFLOWERS) {
@@ -63,22 +72,9 @@ fn single_real_plants_are_found_with_their_roots() {
             count += u32::from(is_found(&folder, &found(&images), (root.0 - x as f64, root.1)));
         }
         assert_eq!(count, 4, "series{half}");
-    }
-}
-
-#[test]
-fn pictures_without_one_plant_are_not_sure() {
-    let is_unsure = |what: &str, images: &[Image]| {
-        let location = found(images);
-        println!("{what}: {location:?}");
-        assert!(matches!(location, Location::Unsure(_)), "{what}: {location:?}");
-    };
-    for half in ["", "-2"] {
-        let Some(sunflowers) = series(&format!("sunflower-timelapse{half}")) else { return };
         is_unsure("three plants", &sunflowers);
         is_unsure("soil", &cut(&sunflowers, Region { x: 0, y: 340, width: 1000, height: 360 }));
-        let bean = series(&format!("flora-robotica{half}")).unwrap();
-        is_unsure("no root", &cut(&bean, Region { x: 0, y: 0, width: 720, height: 250 }));
+        drop(sunflowers);
         is_unsure("other plants", &series(&format!("sunflower-centerlines{half}/images")).unwrap());
     }
 }

@@ -23,23 +23,28 @@ pub(crate) fn off(point: Point, line: &Polyline) -> f64 {
     foot(point, line).0
 }
 
-/// Distance of a point from a line, position of its foot along the line, and the foot.
-fn foot(point: Point, line: &Polyline) -> (f64, f64, Point) {
-    let mut walked = 0.0;
-    let mut nearest = (f64::INFINITY, 0.0, point);
-    for pair in line.0.windows(2) {
+/// Distance of a point from a line, position of its foot as a segment's number and a share of it, and the foot.
+fn foot(point: Point, line: &Polyline) -> (f64, (usize, f64), Point) {
+    let mut nearest = (f64::INFINITY, (0, 0.0), point);
+    for (number, pair) in line.0.windows(2).enumerate() {
         let (dx, dy) = (pair[1].x - pair[0].x, pair[1].y - pair[0].y);
         let share =
             ((point.x - pair[0].x) * dx + (point.y - pair[0].y) * dy) / (dx * dx + dy * dy).max(1e-12);
         let share = share.clamp(0.0, 1.0);
         let at = Point::new(pair[0].x + share * dx, pair[0].y + share * dy);
-        let length = pair[0].distance(pair[1]);
-        if point.distance(at) < nearest.0 {
-            nearest = (point.distance(at), walked + share * length, at);
+        let far = point.distance(at);
+        if far < nearest.0 {
+            nearest = (far, (number, share), at);
         }
-        walked += length;
     }
     nearest
+}
+
+/// Length of a line up to a share of one of its segments.
+fn walked(line: &Polyline, (number, share): (usize, f64)) -> f64 {
+    let mut lengths = line.0.windows(2).map(|pair| pair[0].distance(pair[1]));
+    let before = lengths.by_ref().take(number).sum::<f64>();
+    before + share * lengths.next().unwrap_or(0.0)
 }
 
 /// Relative difference, in %, between the length of the published line and that of the found one between the feet of
@@ -53,7 +58,7 @@ fn between(found: &Polyline, published: &Polyline) -> f64 {
         });
         laid.0.iter_mut().for_each(|at| *at = Point::new(at.x + step.x, at.y + step.y));
     }
-    let along = |at: usize| foot(laid.0[at], found).1;
+    let along = |at: usize| walked(found, foot(laid.0[at], found).1);
     100.0 * ((along(99) - along(0)) / published.length() - 1.0)
 }
 

@@ -263,7 +263,7 @@ mod tests {
         let renderer = std::cell::RefCell::new(Renderer::new(&Scene::default(), 3));
         let lights = prop_oneof![Just(Light::LEFT), Just(Light::RIGHT)];
         proptest!(
-            ProptestConfig::with_cases(100),
+            ProptestConfig::with_cases(50),
             |(length in 4.0..26.0_f64, bend in -1.1..1.1_f64, open in any::<bool>(), light in lights)| {
                 let pose = bean(length, bend, if open { 1.0 } else { 0.0 });
                 let mut renderer = renderer.borrow_mut();
@@ -279,7 +279,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(12))]
+        #![proptest_config(ProptestConfig::with_cases(4))]
 
         #[test]
         fn a_picture_does_not_depend_on_what_was_drawn_before(first in 0..1000_u64, second in 0..1000_u64) {
