@@ -113,7 +113,7 @@ impl Moments {
 /// `TROPISM_KILLS` says how often; `scripts/kills` asks for a thousand.
 #[test]
 fn a_run_that_is_killed_again_and_again_loses_nothing_and_ends_as_if_it_had_not_been() {
-    let kills = std::env::var("TROPISM_KILLS").map_or(12, |kills| kills.parse().expect("a number of kills"));
+    let kills = std::env::var("TROPISM_KILLS").map_or(24, |kills| kills.parse().expect("a number of kills"));
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("tent.toml"), TENT).unwrap();
     done(&tent(folder.path(), "whole").output().unwrap());

@@ -174,7 +174,7 @@ fn a_plant_is_followed_round_a_pole() {
 #[test]
 fn turns_through_photographs_are_judged_by_the_true_stem() {
     let folder = tempfile::tempdir().unwrap();
-    let task: TaskSpec = Spiral { max_steps: 60, ..Spiral::default() }.into();
+    let task: TaskSpec = Spiral { max_steps: 30, ..Spiral::default() }.into();
     let plan = TransferPlan {
         controllers: vec![NamedController { name: "chase".to_owned(), controller: ControllerSpec::Greedy }],
         plants: 1,
