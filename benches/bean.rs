@@ -119,23 +119,10 @@ fn contact(criterion: &mut Criterion) {
 
 /// Beans that chase steers in the scenes of `tasks/`, one by one as `tropism transfer` grows them, and the same without contact.
 fn chase(criterion: &mut Criterion) {
-    let disc = |x| Obstacle::Disc { centre: Point::new(x, 8.0), radius_cm: 1.0 };
-    let bar = Obstacle::Line { ends: [Point::new(0.0, 6.5), Point::new(8.0, 6.5)] };
-    let scene = |target, way_point, obstacles: &[Obstacle]| Obstacles {
-        targets: vec![Point::new(target, 13.0)],
-        obstacles: obstacles.to_vec(),
-        way_points: vec![Point::new(way_point, 10.0)],
-        ..Obstacles::default()
-    };
-    let scenes = [
-        ("disc", scene(0.0, -3.0, &[disc(0.0)])),
-        ("gap", scene(-1.0, -3.5, &[disc(-5.2), disc(0.0)])),
-        ("bar", scene(2.0, -3.0, &[bar])),
-    ];
     let species = Species::default();
     let mut group = criterion.benchmark_group("16 beans under chase");
     group.sample_size(10);
-    for (name, task) in scenes {
+    for (name, task) in tropism_benches::tasks() {
         for (with, solids) in [("without contact", vec![]), ("with contact", task.solids())] {
             let trial = Trial { solids, ..Trial::new(&species) };
             group.bench_function(format!("{name}, {with}"), |bencher| {

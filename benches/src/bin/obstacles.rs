@@ -18,8 +18,9 @@ use tropism::greenhouse::view::View;
 use tropism::lamps::Light;
 use tropism::obstacle::{Obstacle, Pole, Solid};
 use tropism::photo::Photo;
-use tropism::task::{Obstacles, Task, TaskSpec};
+use tropism::task::{Obstacles, Task};
 use tropism::vision::{Frame, TipTracker, VisionConfig};
+use tropism_benches::tasks;
 
 /// Steps between two photographs.
 const EVERY: u64 = 2;
@@ -36,19 +37,6 @@ struct Size {
 
 const SMALL: Size = Size { photographed: 1, steps: 40, steered: 4 };
 const FULL: Size = Size { photographed: 16, steps: 300, steered: 90 };
-
-/// The tasks with obstacles that come with the program.
-fn tasks() -> [(&'static str, Obstacles); 3] {
-    let parsed = |text: &str| match toml::from_str(text).expect("a task file") {
-        TaskSpec::Obstacles(task) => task,
-        _ => panic!("wanted a task with obstacles"),
-    };
-    [
-        ("disc", parsed(include_str!("../../../tasks/disc.toml"))),
-        ("gap", parsed(include_str!("../../../tasks/gap.toml"))),
-        ("bar", parsed(include_str!("../../../tasks/bar.toml"))),
-    ]
-}
 
 fn scenes() -> Vec<(&'static str, Vec<Solid>)> {
     let of_tasks = tasks().map(|(name, task)| (name, task.solids()));
