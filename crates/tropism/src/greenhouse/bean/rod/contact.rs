@@ -121,7 +121,30 @@ impl Kernel for Solve<'_> {
     #[inline(always)]
     fn run(self) -> bool {
         let Self { contact, last, segments, weight, plant, forcing } = self;
-        contact.solve_with(last, segments, weight, plant, forcing)
+        assert!(last < MAX_NODES);
+        contact.start_from_before();
+        contact.relax_freely(last, segments, weight, plant, forcing);
+        let is_near = |(touch, moved): (&Touch, &[f64])| touch.force[0] > 0.0 || moved[0] < 0.0;
+        let mut near = contact.touches.iter().zip(contact.work.moved.chunks_exact(3)).map(is_near);
+        let count = near.len();
+        let Some(first) = near.position(|is_near| is_near) else { return false };
+        contact.work.matrix.resize(9 * count * count, 0.0);
+        for number in first..count {
+            if is_near((&contact.touches[number], &contact.work.moved[3 * number..])) {
+                contact.activate(number, segments);
+            }
+        }
+        let mut active = (0..count).filter(|&number| contact.touches[number].is_active);
+        let is_solved = match [active.next(), active.next(), active.next()] {
+            [Some(one), None, None] => contact.relax_forces_of([one], forcing),
+            [Some(one), Some(other), None] => contact.relax_forces_of([one, other], forcing),
+            _ => false,
+        };
+        if !is_solved {
+            contact.relax_forces(segments, forcing);
+        }
+        contact.curve(last, segments, plant);
+        true
     }
 }
 
@@ -251,41 +274,6 @@ impl Contact {
         forcing: &Forcing,
     ) -> bool {
         dispatch(Solve { contact: self, last, segments, weight, plant, forcing })
-    }
-
-    #[inline(always)]
-    fn solve_with(
-        &mut self,
-        last: usize,
-        segments: &Segments,
-        weight: f64,
-        plant: &Individual,
-        forcing: &Forcing,
-    ) -> bool {
-        assert!(last < MAX_NODES);
-        self.start_from_before();
-        self.relax_freely(last, segments, weight, plant, forcing);
-        let is_near = |(touch, moved): (&Touch, &[f64])| touch.force[0] > 0.0 || moved[0] < 0.0;
-        let mut near = self.touches.iter().zip(self.work.moved.chunks_exact(3)).map(is_near);
-        let count = near.len();
-        let Some(first) = near.position(|is_near| is_near) else { return false };
-        self.work.matrix.resize(9 * count * count, 0.0);
-        for number in first..count {
-            if is_near((&self.touches[number], &self.work.moved[3 * number..])) {
-                self.activate(number, segments);
-            }
-        }
-        let mut active = (0..count).filter(|&number| self.touches[number].is_active);
-        let is_solved = match [active.next(), active.next(), active.next()] {
-            [Some(one), None, None] => self.relax_forces_of([one], forcing),
-            [Some(one), Some(other), None] => self.relax_forces_of([one, other], forcing),
-            _ => false,
-        };
-        if !is_solved {
-            self.relax_forces(segments, forcing);
-        }
-        self.curve(last, segments, plant);
-        true
     }
 
     /// How the contacts bend the segments; not those beyond the last contact.
@@ -725,6 +713,7 @@ mod tests {
             }
         }
     }
+
     #[test]
     fn few_contacts_are_solved_as_many_are() {
         let disc = Obstacle::Disc { centre: Point::new(2.5, 9.0), radius_cm: 1.0 }.into();
