@@ -66,25 +66,13 @@ fn write_run(run: &Path, logged: &Path, checkpointed: &Path) {
     copy(run, checkpointed);
 }
 
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let (path, name) = entry.map(|entry| (entry.path(), entry.file_name())).unwrap();
-        if path.is_dir() {
-            copy(&path, &to.join(name));
-        } else {
-            fs::copy(path, to.join(name)).unwrap();
-        }
-    }
-}
-
 /// A copy of a run folder with the same photographs: no damage concerns them, and links cost less than copies.
-fn copy_with_links(from: &Path, to: &Path) {
+fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
         let (path, to) = entry.map(|entry| (entry.path(), to.join(entry.file_name()))).unwrap();
         if path.is_dir() {
-            copy_with_links(&path, &to);
+            copy(&path, &to);
         } else if path.extension().is_some_and(|extension| extension == "jpg") {
             fs::hard_link(path, to).unwrap();
         } else {
@@ -165,7 +153,7 @@ fn no_random_damage_changes_the_history_or_overwrites_a_file_in_silence() {
     for seed in 0..DAMAGES {
         let mut rng = random::stream(seed, Purpose::Search, 0);
         let _ = fs::remove_dir_all(&hurt);
-        copy_with_links(if rng.random_bool(0.5) { &logged } else { &checkpointed }, &hurt);
+        copy(if rng.random_bool(0.5) { &logged } else { &checkpointed }, &hurt);
         let targets: &[&str] = match rng.random_range(0..6) {
             0 => &["journal.sqlite"],
             1 => &["journal.sqlite-wal"],

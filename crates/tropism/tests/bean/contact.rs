@@ -122,7 +122,7 @@ fn depths(scenes: usize) -> impl Iterator<Item = f64> {
 
 #[test]
 fn no_stem_goes_into_a_solid() {
-    for (deepest, scene) in depths(32).zip(1..) {
+    for (deepest, scene) in depths(48).zip(1..) {
         assert!(deepest < DEPTH_CM, "{deepest} cm deep in scene {scene}");
     }
 }
