@@ -1,4 +1,8 @@
-//! Plans are data: they come back from JSON or TOML, refuse keys that they do not know, and name the key of a bad value.
+//! Plans and settings are data: they come back from JSON or TOML, refuse keys that they do not know, and name the key of a bad
+//! value.
+
+#[path = "plans/settings.rs"]
+mod settings;
 
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::calibrate::{CalibratePlan, RecoveryPlan};

@@ -52,8 +52,6 @@
 pub mod check;
 pub mod text;
 mod file;
-#[cfg(test)]
-mod toml_text;
 pub mod math;
 pub mod random;
 pub mod simd;

@@ -1,9 +1,17 @@
 //! The virtual bean against its reference run, its symmetries, and the acceptance table.
 
+#[path = "bean/calibrate.rs"]
+mod calibrate;
 #[path = "bean/contact.rs"]
 mod contact;
+#[path = "bean/reach.rs"]
+mod reach;
 #[path = "bean/rk4.rs"]
 mod rk4;
+#[path = "bean/species.rs"]
+mod species;
+#[path = "bean/tent.rs"]
+mod tent;
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;

@@ -2,12 +2,18 @@
 //!
 //! Tests on real photographs read the folder named by `TROPISM_DATA`; where it is unset they print so and pass.
 
+#[path = "vision/checkerboard.rs"]
+mod checkerboard;
+#[path = "vision/exif.rs"]
+mod exif;
 #[path = "vision/location.rs"]
 mod location;
 #[path = "vision/marks.rs"]
 mod marks;
 #[path = "vision/published.rs"]
 mod published;
+#[path = "vision/tiff.rs"]
+mod tiff;
 
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -498,10 +504,6 @@ fn a_tracker_refuses_values_out_of_range() {
     assert!(scale.to_string().contains("px_per_cm = NaN"), "{scale}");
     let share = error(calibration, VisionConfig { threshold: 1.0, ..VisionConfig::default() });
     assert!(share.to_string().contains("threshold = 1, wanted"), "{share}");
-    assert!(toml::from_str::<VisionConfig>("mode = \"paper\"\nsigmaa = 1").is_err());
-    let text =
-        "mode = \"paper\"\ncrop = { x = 1, y = 2, width = 3, height = 4 }\n[gates]\nvalue = \"luma\"\n";
-    assert_eq!(toml::from_str::<VisionConfig>(text).unwrap().mode, Mode::Paper);
 }
 
 #[test]

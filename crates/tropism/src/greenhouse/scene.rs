@@ -236,7 +236,6 @@ fn bulb([x, y, z]: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::toml_text;
 
     #[test]
     fn the_papers_tent_passes_and_bad_settings_are_named() {
@@ -249,16 +248,6 @@ mod tests {
             let error = scene.check().unwrap_err().to_string();
             assert!(error.contains(named), "{error}");
         }
-        assert!(toml_text::read::<Scene>("widht = 640").unwrap_err().to_string().contains("widht"));
-    }
-
-    #[test]
-    fn the_documented_scene_is_the_default() {
-        let formats = include_str!("../../../../docs/formats.md");
-        let (_, section) = formats.split_once("## Scene: TOML").unwrap();
-        let text = section.split("```").nth(1).unwrap().trim_start_matches("toml");
-        assert_eq!(toml_text::read::<Scene>(text).unwrap(), Scene::default());
-        assert_eq!(text.lines().filter(|line| line.contains('=')).count(), 11, "every key");
     }
 
     #[test]

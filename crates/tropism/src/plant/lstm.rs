@@ -692,23 +692,12 @@ mod tests {
     use crate::greenhouse::bean::{Species, Trial};
     use crate::task::OpenLoop;
 
-    const FEW: Training = Training { max_epochs: 4, seed: 1 };
-
     /// A virtual bean under lamps that are switched every three hours.
     fn grown(seed: u64, steps: u32) -> Track {
         let species = Species::default();
         let trial = Trial::new(&species);
         let mut controller = Periodic::new(36, &trial.layout);
         trial.grow(seed, &mut controller, &OpenLoop { steps, ..OpenLoop::default() }, &mut unwatched)
-    }
-
-    fn model() -> LstmModel {
-        let tracks = [grown(1, 200), grown(2, 200)];
-        LstmModel::fit(&tracks, FEW, &mut |_| ControlFlow::Continue(())).unwrap().unwrap()
-    }
-
-    fn step_noise(step: u32) -> StepNoise {
-        NoiseStream::new(1, Purpose::Trial, [0; 3]).at(step)
     }
 
     #[test]
@@ -740,78 +729,5 @@ mod tests {
             weights[place] = weight;
             is_near(slope.weights[place], above, below, format!("weight {place}"));
         }
-    }
-
-    #[test]
-    fn training_makes_the_error_less() {
-        let mut errors = Vec::new();
-        let tracks = [grown(1, 200), grown(2, 200)];
-        let watch = &mut |progress: &TrainingProgress| {
-            errors.push(progress.error);
-            if errors.len() < 12 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        };
-        let training = Training { max_epochs: 50, seed: 1 };
-        assert!(LstmModel::fit(&tracks, training, watch).unwrap().is_none(), "broken off");
-        assert!(errors[11] < 0.9 * errors[0], "{errors:?}");
-    }
-
-    #[test]
-    fn a_mirrored_plant_moves_in_a_mirror() {
-        let model = model();
-        let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
-        let mut image = plant.clone();
-        image.body.tip = plant.body.tip.mirrored();
-        image.body.base = plant.body.base.mirrored();
-        image.body.scores = plant.body.scores.map(|score| -score);
-        for step in 0..200 {
-            let light = if step % 17 < 9 { Light::LEFT } else { Light::RIGHT };
-            model.step(&mut plant, light, &mut step_noise(step));
-            model.step(&mut image, model.layout().mirrored(light).unwrap(), &mut step_noise(step));
-            assert_eq!(plant.body.tip, image.body.tip.mirrored(), "step {step}");
-        }
-        assert!(plant.body.tip.y > 5.0, "{:?}", plant.body.tip);
-    }
-
-    #[test]
-    fn a_resumed_plant_begins_where_it_was_seen() {
-        let (model, track) = (model(), grown(3, 120));
-        let past = &track.samples[..=100];
-        let mean = |of: &dyn Fn(u32) -> f64| (0..40).map(of).sum::<f64>() / 40.0;
-        let resumed = |number: u32| {
-            let noise = NoiseStream::new(number.into(), Purpose::Trial, [0; 3]);
-            model.observe(&model.resumed(past, &mut noise.of_seedling()))
-        };
-        assert_eq!(resumed(1).tip, past[100].tip);
-        for point in [3, 6, 9] {
-            let seen = past[100].stem.as_ref().unwrap().0[point];
-            let (x, y) = (
-                mean(&|number| resumed(number).stem.unwrap().0[point].x),
-                mean(&|number| resumed(number).stem.unwrap().0[point].y),
-            );
-            assert!(seen.distance(Point::new(x, y)) < 0.25, "{seen:?} {x} {y}");
-        }
-    }
-
-    #[test]
-    fn json_comes_back_and_damage_is_named() {
-        let model = model().of_virtual_plants(true);
-        let text = model.to_json();
-        assert!(LstmModel::is_named_in(&text));
-        assert_eq!(LstmModel::from_json(&text).unwrap(), model);
-        let error = |text: &str| LstmModel::from_json(text).unwrap_err().to_string();
-        assert!(
-            error(&text.replace("lstm-model/1", "lstm-model/9")).contains("wanted \"tropism.lstm-model/1\"")
-        );
-        let fewer = error(&text.replacen("\"weights\":[", "\"weights\":[0.5,", 1));
-        assert!(fewer.contains(&format!("wanted [{WEIGHTS}, 2]")), "{fewer}");
-        let without = text.replacen("\"network\":", "\"net\":", 1);
-        assert!(error(&without).contains("net"), "{}", error(&without));
-    }
-
-    #[test]
-    fn tracks_that_are_too_short_are_named() {
-        let short = LstmModel::fit(&[grown(1, 90)], FEW, &mut |_| ControlFlow::Continue(()));
-        let error = short.unwrap_err().to_string();
-        assert!(error.contains("no stretch of eight hours in 1 tracks"), "{error}");
     }
 }

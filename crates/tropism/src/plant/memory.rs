@@ -322,14 +322,14 @@ impl PlantModel for MemoryModel {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
     use crate::observation::Quality;
-    use crate::random::{self, NoiseStream, Purpose};
+    use crate::random::{self, Purpose};
     use crate::track::Sample;
 
     /// A plant that answers the light of 15 to 30 minutes ago by `gain` cm a step, under a lamp that changes every 30 steps.
-    pub(in super::super) fn track(seed: u64, gain: f64, period_min: f64) -> Track {
+    fn track(seed: u64, gain: f64, period_min: f64) -> Track {
         let mut rng = random::stream(seed, Purpose::Growth, 0);
         let mut tip = Point::new(0.0, 4.0);
         let mut sides: Vec<f64> = Vec::new();
@@ -362,10 +362,6 @@ pub(super) mod tests {
         MemoryModel::fit(&[track(1, 0.05, 5.0), track(2, 0.08, 5.0)]).unwrap()
     }
 
-    fn step_noise(step: u32) -> StepNoise {
-        NoiseStream::new(1, Purpose::Trial, [0; 3]).at(step)
-    }
-
     #[test]
     fn the_weights_find_the_delay_and_the_gain_of_each_plant() {
         let model = model();
@@ -377,111 +373,5 @@ pub(super) mod tests {
             let residuals = plant.replay.records.iter().map(|record| record.what.residual.powi(2));
             assert!((residuals.sum::<f64>() / plant.replay.records.len() as f64).sqrt() < 0.013);
         }
-    }
-
-    #[test]
-    fn a_mirrored_plant_moves_in_a_mirror() {
-        let model = model();
-        let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
-        let mut image = MemoryState { tip: plant.tip.mirrored(), mirror: -plant.mirror, ..plant.clone() };
-        for step in 0..300 {
-            let light = if step % 17 < 9 { Light::LEFT } else { Light::RIGHT };
-            model.step(&mut plant, light, &mut step_noise(step));
-            model.step(&mut image, model.layout().mirrored(light).unwrap(), &mut step_noise(step));
-            assert_eq!(plant.tip, image.tip.mirrored(), "step {step}");
-        }
-        assert!(plant.tip.y > 8.0, "{:?}", plant.tip);
-    }
-
-    #[test]
-    fn simulated_plants_follow_the_light_and_grow_as_the_measured_ones() {
-        let model = model();
-        for episode in 0..20 {
-            let noise = NoiseStream::new(3, Purpose::Trial, [episode, 0, 0]);
-            let mut plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
-            for step in 0..200 {
-                model.step(&mut plant, Light::RIGHT, &mut noise.at(step));
-            }
-            // Equilibrium of gain and pull: 2.5 and 4 cm, times the gain of the plant.
-            assert!((1.0..12.0).contains(&plant.tip.x), "{:?}", plant.tip);
-            assert!((plant.tip.y - 9.0).abs() < 0.4, "{:?}", plant.tip);
-        }
-    }
-
-    #[test]
-    fn gaps_and_held_tips_leave_the_steps_out_that_would_remember_them() {
-        let whole = track(1, 0.05, 5.0);
-        let steps = |track: &Track| MemoryModel::fit([track]).unwrap().steps();
-        assert_eq!(steps(&whole), 399);
-        let mut held = whole.clone();
-        held.samples[100].quality = Quality::Held;
-        // Two shifts touch the tip; four further steps remember the later one.
-        assert_eq!(steps(&held), 399 - 6);
-        let mut gap = whole.clone();
-        gap.samples.remove(100);
-        // The light of the missing step is remembered for 14 steps, itself included, and one step leads to it.
-        assert_eq!(steps(&gap), 399 - 15);
-        assert_eq!(steps(&Track { samples: whole.samples[..2].to_vec(), ..whole.clone() }), 1);
-    }
-
-    #[test]
-    fn lamps_without_sides_and_tracks_without_steps_are_refused() {
-        let four = Track { layout: Layout::four_sides(), ..track(1, 0.05, 5.0) };
-        let error = MemoryModel::fit([&four]).unwrap_err().to_string();
-        assert!(
-            error.contains("left, right, front, back") && error.contains("one on each side of the plant"),
-            "{error}"
-        );
-        let error = MemoryModel::fit([&Track::default()]).unwrap_err().to_string();
-        assert!(error.contains("no usable step in 1 tracks"), "{error}");
-        let error = MemoryModel::fit(&[track(1, 0.05, 5.0), track(1, 0.05, 10.0)]).unwrap_err().to_string();
-        assert!(error.contains("track 2: found 10 minutes"), "{error}");
-    }
-
-    #[test]
-    fn a_model_of_each_plant_has_its_steps_alone() {
-        let each = model().of_each_plant(usize::MAX).unwrap();
-        assert_eq!(each.len(), 2);
-        assert_eq!(each[1], MemoryModel::fit([&track(2, 0.08, 5.0)]).unwrap());
-    }
-
-    #[test]
-    fn steps_beyond_the_data_are_counted() {
-        let model = model();
-        assert_eq!(model.share_without_data(&track(1, 0.05, 5.0).samples), 0.0);
-        let mut far = track(1, 0.05, 5.0);
-        far.samples.iter_mut().take(399).for_each(|sample| sample.tip.x += 50.0);
-        assert_eq!(model.share_without_data(&far.samples), 1.0);
-    }
-
-    fn gappy_model() -> MemoryModel {
-        let mut gappy = track(2, 0.08, 5.0);
-        gappy.samples[50].quality = Quality::Held;
-        gappy.samples.remove(90);
-        gappy.samples[120].light = None;
-        MemoryModel::fit(&[track(1, 0.05, 5.0), gappy]).unwrap()
-    }
-
-    #[test]
-    fn json_comes_back() {
-        let model = gappy_model().of_virtual_plants(true);
-        assert!(MemoryModel::is_named_in(&model.to_json()));
-        assert_eq!(MemoryModel::from_json(&model.to_json()).unwrap(), model);
-    }
-
-    #[test]
-    fn bad_models_are_refused() {
-        let text = gappy_model().to_json();
-        let error = |text: &str| MemoryModel::from_json(text).unwrap_err().to_string();
-        assert!(error("{").contains("no model"));
-        let other = text.replace("memory-model/1", "memory-model/9");
-        assert!(error(&other).contains("wanted \"tropism.memory-model/1\""));
-        assert!(
-            MemoryModel::is_named_in(&other) && !MemoryModel::is_named_in(r#"{"schema":"tropism.model/2"}"#)
-        );
-        assert!(error(&text.replacen("\"light\":\"r", "\"light\":\"x", 1)).contains("light 'x'"));
-        assert!(error(&text.replacen("\"light\":\"r", "\"light\":\"rr", 1)).contains("lengths"));
-        assert!(error(&text.replacen("\"x\":[0.0", "\"x\":[1e300", 1)).contains("1e300"));
-        assert!(error(&text.replacen("\"period_min\":5.0", "\"period_min\":0.0", 1)).contains("period_min"));
     }
 }

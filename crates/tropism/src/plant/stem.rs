@@ -429,35 +429,25 @@ mod tests {
     use crate::control::Periodic;
     use crate::environment::unwatched;
     use crate::greenhouse::bean::{Species, Trial};
-    use crate::observation::Quality;
-    use crate::random::{NoiseStream, Purpose};
     use crate::task::OpenLoop;
 
     /// A virtual bean under lamps that are switched every three hours.
-    fn grown(seed: u64, period_min: f64) -> Track {
+    fn grown(seed: u64) -> Track {
         let species = Species::default();
-        let trial = Trial { period_min, ..Trial::new(&species) };
-        let steps = (1500.0 / period_min) as u32;
-        let mut controller = Periodic::new((180.0 / period_min) as u32, &trial.layout);
-        trial.grow(seed, &mut controller, &OpenLoop { steps, ..OpenLoop::default() }, &mut unwatched)
-    }
-
-    fn model() -> StemModel {
-        StemModel::fit(&[grown(1, 5.0), grown(2, 5.0)]).unwrap()
-    }
-
-    fn step_noise(step: u32) -> StepNoise {
-        NoiseStream::new(1, Purpose::Trial, [0; 3]).at(step)
+        let trial = Trial::new(&species);
+        let mut controller = Periodic::new(36, &trial.layout);
+        trial.grow(seed, &mut controller, &OpenLoop { steps: 300, ..OpenLoop::default() }, &mut unwatched)
     }
 
     #[test]
     fn few_modes_make_the_stem_again() {
-        let model = model();
-        for plant in &model.measured.plants {
+        let measured = MeasuredPlants::of_tracks(&[grown(1), grown(2)]).unwrap();
+        let modes = Modes::of_low(&measured);
+        for plant in &measured.plants {
             for stem in plant.stems.iter().flatten() {
                 let angles = angles(stem);
                 let length_cm = stem.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-                let again = stem_of(stem[0], &model.modes.angles(model.modes.scores(&angles)), length_cm);
+                let again = stem_of(stem[0], &modes.angles(modes.scores(&angles)), length_cm);
                 for (point, wanted) in again.iter().zip(stem) {
                     assert!(point.distance(*wanted) < 0.5, "{point:?} for {wanted:?}");
                 }
@@ -476,84 +466,5 @@ mod tests {
         for pair in angles.windows(2) {
             assert!((pair[1] - pair[0] - 0.8).abs() < 1e-9, "{angles:?}");
         }
-    }
-
-    #[test]
-    fn a_mirrored_plant_moves_in_a_mirror() {
-        let model = model();
-        let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
-        let mut image = plant.clone();
-        image.body.tip = plant.body.tip.mirrored();
-        image.body.base = plant.body.base.mirrored();
-        image.body.scores = plant.body.scores.map(|score| -score);
-        for step in 0..300 {
-            let light = if step % 17 < 9 { Light::LEFT } else { Light::RIGHT };
-            model.step(&mut plant, light, &mut step_noise(step));
-            model.step(&mut image, model.layout().mirrored(light).unwrap(), &mut step_noise(step));
-            assert_eq!(plant.body.tip, image.body.tip.mirrored(), "step {step}");
-        }
-        assert!(plant.body.tip.y > 7.0, "{:?}", plant.body.tip);
-    }
-
-    #[test]
-    fn simulated_plants_follow_the_light_and_stay_near_the_data() {
-        let (model, mut sum) = (model(), 0.0);
-        for episode in 0..20 {
-            let noise = NoiseStream::new(3, Purpose::Trial, [episode, 0, 0]);
-            let mut plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
-            for step in 0..150 {
-                model.step(&mut plant, Light::RIGHT, &mut noise.at(step));
-            }
-            let tip = plant.body.tip;
-            assert!(tip.x.abs() < 12.0 && (3.0..14.0).contains(&tip.y), "{tip:?}");
-            sum += tip.x;
-        }
-        assert!(sum > 20.0 * 1.5, "{sum}");
-    }
-
-    #[test]
-    fn a_period_of_ten_minutes_has_half_as_many_steps() {
-        let ten = StemModel::fit(&[grown(1, 10.0)]).unwrap();
-        assert_eq!((ten.period_min(), ten.steps()), (10.0, 150));
-        assert_eq!(StemModel::fit(&[grown(1, 5.0)]).unwrap().steps(), 300);
-    }
-
-    #[test]
-    fn steps_that_remember_a_lost_stem_are_left_out() {
-        let mut gap = grown(1, 5.0);
-        gap.samples[100].stem = None;
-        // Two changes touch the stem; twelve further steps remember the later one.
-        assert_eq!(StemModel::fit([&gap]).unwrap().steps(), 300 - 14);
-        gap.samples[100].quality = Quality::Held;
-        assert_eq!(StemModel::fit([&gap]).unwrap().steps(), 300 - 14);
-    }
-
-    #[test]
-    fn tracks_without_stems_are_named() {
-        let mut without = grown(1, 5.0);
-        without.samples.iter_mut().for_each(|sample| sample.stem = None);
-        let error = StemModel::fit([&grown(2, 5.0), &without]).unwrap_err().to_string();
-        assert!(error.contains("track 2: found no stem"), "{error}");
-    }
-
-    #[test]
-    fn a_model_of_each_plant_has_its_steps_alone() {
-        let each = model().of_each_plant(usize::MAX).unwrap();
-        assert_eq!(each.len(), 2);
-        assert_eq!(each[1], StemModel::fit([&grown(2, 5.0)]).unwrap());
-    }
-
-    #[test]
-    fn json_comes_back_and_damage_is_named() {
-        let model = model().of_virtual_plants(true);
-        let text = model.to_json();
-        assert!(StemModel::is_named_in(&text));
-        assert_eq!(StemModel::from_json(&text).unwrap(), model);
-        let error = |text: &str| StemModel::from_json(text).unwrap_err().to_string();
-        assert!(
-            error(&text.replace("stem-model/1", "stem-model/9")).contains("wanted \"tropism.stem-model/1\"")
-        );
-        assert!(error(&text.replacen("\"light\":\"l", "\"light\":\"ll", 1)).contains("lengths"));
-        assert!(error(&text.replacen("\"stem\":[[[0.0", "\"stem\":[[[1e300", 1)).contains("1e300"));
     }
 }

@@ -554,39 +554,3 @@ impl Task for TaskSpec {
         self.task().fitness(track)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_kind_comes_back() {
-        let endless = Targets { end_height_cm: f64::INFINITY, ..Targets::default() };
-        let round = Obstacles { way_points: vec![Point::new(3.0, 10.0)], ..Obstacles::default() };
-        let short = OpenLoop { steps: 7, ..OpenLoop::default() };
-        let bow = Shape { radius_cm: Some(7.0), ..Shape::default() };
-        let drawn = RandomTargets { count: 5, highest_cm: 12.0, ..RandomTargets::default() };
-        let in_space = [Space::default().into(), Spiral::default().into(), bow.into(), drawn.into()];
-        let in_plane = [TaskSpec::default(), endless.into(), round.into(), short.into()];
-        for spec in in_plane.into_iter().chain(in_space) {
-            let text = toml::to_string(&spec).unwrap();
-            assert_eq!(toml::from_str::<TaskSpec>(&text).unwrap(), spec, "{text}");
-            let text = serde_json::to_string(&spec).unwrap();
-            assert_eq!(serde_json::from_str::<TaskSpec>(&text).unwrap(), spec, "{text}");
-            spec.check().unwrap();
-        }
-    }
-
-    #[test]
-    fn keys_of_another_kind_are_refused_by_name() {
-        let error =
-            toml::from_str::<TaskSpec>("kind = \"open_loop\"\ntargets = [[1, 6]]").unwrap_err().to_string();
-        assert!(error.contains("found targets"), "{error}");
-        let error = toml::from_str::<TaskSpec>("reach_cm = 1.0").unwrap_err().to_string();
-        assert!(error.contains("reach_cm") && error.contains("obstacles"), "{error}");
-        let error = toml::from_str::<TaskSpec>("targets = [[1, 6], [2, 7, 8]]").unwrap_err().to_string();
-        assert!(error.contains("targets[1]") && error.contains("2 coordinates"), "{error}");
-        let error = toml::from_str::<TaskSpec>("goals = []").unwrap_err().to_string();
-        assert!(error.contains("goals") && error.contains("line 1"), "{error}");
-    }
-}

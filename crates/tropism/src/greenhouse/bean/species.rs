@@ -202,8 +202,6 @@ pub(super) fn log_normal(rng: &mut impl Rng, variation: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::greenhouse::bean::{Internodal, experiments};
-    use crate::toml_text;
 
     #[test]
     fn draws_keep_the_mean_and_the_spread() {
@@ -215,48 +213,5 @@ mod tests {
         assert!((sd / mean / 0.19 - 1.0).abs() < 0.05, "{}", sd / mean);
         let left_turners = (0..4000).filter(|&seed| species.draw(seed, 1.0).nutation.hand < 0.0).count();
         assert!((340..460).contains(&left_turners), "{left_turners}");
-    }
-
-    #[test]
-    fn the_common_bean_written_out_is_the_default() {
-        let written: Species =
-            toml_text::read(include_str!("../../../../../beans/common-bean.toml")).unwrap();
-        assert_eq!(written, Species::default());
-        written.check().unwrap();
-    }
-
-    #[test]
-    fn the_internodal_bean_written_out_has_the_default_physiology() {
-        let text = include_str!("../../../../../beans/internodal-bean.toml");
-        let species: Species = toml_text::read(text).unwrap();
-        species.check().unwrap();
-        assert_eq!(species.typical.internodal, Some(Internodal::default()));
-        let one = species.draw(1, 1.0);
-        assert_eq!(one, species.draw(1, 1.0));
-        assert_ne!(one.internodal, species.draw(2, 1.0).internodal);
-        assert_eq!(species.draw(1, 0.0), species.average());
-        let text = text.replace("subtracted = 0.5", "subtracted = 1.5");
-        let error = toml_text::read::<Species>(&text).unwrap().check().unwrap_err().to_string();
-        assert_eq!(error, "found typical.internodal.subtracted = 1.5, wanted 0 to 1");
-    }
-
-    #[test]
-    fn a_sunflower_is_another_plant() {
-        let sunflower: Species =
-            toml_text::read(include_str!("../../../../../beans/sunflower.toml")).unwrap();
-        sunflower.check().unwrap();
-        let circling = experiments::circumnutation(&sunflower.average(), 6.0, 10.0);
-        assert!((100.0..120.0).contains(&circling.period_min), "{} min", circling.period_min);
-        // Ellipses of 6 to 8 mm, end to end.
-        assert!((0.3..0.4).contains(&circling.amplitude), "{} cm", circling.amplitude);
-    }
-
-    #[test]
-    fn a_species_is_a_file() {
-        let text = toml_text::write(&Species::default());
-        assert_eq!(toml_text::read::<Species>(&text).unwrap(), Species::default());
-        let few = "[typical.growth]\nrate = 0.02\n";
-        assert_eq!(toml_text::read::<Species>(few).unwrap().typical.growth.rate, 0.02);
-        assert!(toml_text::read::<Species>("[typical.growth]\nspeed = 1\n").is_err());
     }
 }

@@ -264,7 +264,6 @@ mod tests {
     use crate::greenhouse::render::truth;
     use crate::greenhouse::scene::Scene;
     use crate::photo::Photo;
-    use crate::toml_text;
 
     fn bean() -> Pose {
         let stem =
@@ -369,13 +368,6 @@ mod tests {
                 green(&plain)
             );
         }
-    }
-
-    #[test]
-    fn rates_that_are_no_probabilities_are_named() {
-        let faults: Faults = toml_text::read("glare = 1.5").unwrap();
-        assert!(faults.check().unwrap_err().to_string().contains("faults.glare = 1.5"));
-        assert!(toml_text::read::<Faults>("gremlin = 0.1").unwrap_err().to_string().contains("gremlin"));
     }
 
     #[test]

@@ -1,0 +1,36 @@
+//! Models of plants and what is searched on them, through public items: fits, laws, files, resumed searches.
+
+#[path = "models/baseline.rs"]
+mod baseline;
+#[path = "models/champion.rs"]
+mod champion;
+#[path = "models/cma_es.rs"]
+mod cma_es;
+#[path = "models/lstm.rs"]
+mod lstm;
+#[path = "models/memory.rs"]
+mod memory;
+#[path = "models/rule_search.rs"]
+mod rule_search;
+#[path = "models/saved.rs"]
+mod saved;
+#[path = "models/stem.rs"]
+mod stem;
+#[path = "models/tip_file.rs"]
+mod tip_file;
+#[path = "models/tuned_rule.rs"]
+mod tuned_rule;
+
+use tropism::plant::tip::{TipModel, TipModelConfig};
+use tropism::track::Track;
+
+/// A plant that leans towards the light, from 4 to 24 cm.
+fn leaning() -> TipModel {
+    let mut text = "tip_x_cm,tip_y_cm,light\n".to_owned();
+    for step in 0..700_u32 {
+        let phase = step % 80;
+        let (x, light) = if phase < 40 { (phase, "right") } else { (80 - phase, "left") };
+        text += &format!("{},{},{light}\n", f64::from(x) * 0.2 - 4.0, 4.0 + 0.03 * f64::from(step));
+    }
+    TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], TipModelConfig::default()).unwrap()
+}

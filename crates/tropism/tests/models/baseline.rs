@@ -1,0 +1,33 @@
+//! The random baseline.
+
+use super::leaning;
+use tropism::control::{NetworkController, Sensors};
+use tropism::evolve::baseline;
+use tropism::random::{NoiseStream, Purpose};
+use tropism::simulation::fitness_of;
+use tropism::task::Targets;
+use tropism_neat::{Activation, Config, random_genome};
+
+#[test]
+fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
+    let (model, task, sensors) = (leaning(), Targets::default(), Sensors::default());
+    for output_activation in [Activation::UnsignedStep, Activation::SignedStep] {
+        let neat = Config { output_activation, ..Config::wahby2016() };
+        let scores: Vec<f64> = (0..1100)
+            .map(|index| {
+                let genome = random_genome(&neat, 2, 1, 5, index);
+                let mut controller = NetworkController::of_tip(&genome).unwrap();
+                let noise = NoiseStream::new(5, Purpose::Growth, [0, index as u32, 0]);
+                fitness_of(&model, &mut controller, &task, noise)
+            })
+            .collect();
+        let found = baseline(&model, &task, &sensors, &neat, 5, 1100, |_| true).unwrap();
+        let best = scores.iter().copied().fold(f64::MIN, f64::max);
+        assert_eq!(found.best.to_bits(), best.to_bits());
+        let mut sorted = scores.clone();
+        sorted.sort_by(f64::total_cmp);
+        assert_eq!(found.median, 0.5 * (sorted[549] + sorted[550]));
+        let place = scores.iter().position(|&score| score == best).unwrap();
+        assert_eq!(found.champion, random_genome(&neat, 2, 1, 5, place as u64));
+    }
+}

@@ -1,0 +1,82 @@
+//! Saved runs of evolution.
+
+use tropism::evolve::{Evolution, EvolutionConfig, EvolutionRun};
+use tropism::plant::tip::{TipModel, TipModelConfig};
+use tropism::task::Targets;
+use tropism::track::Track;
+
+/// A model of one plant that leans after a lamp, and a task so short that a generation takes a moment.
+fn world() -> (TipModel, Targets) {
+    let rows: String = (0..60)
+        .map(|step: i32| {
+            let is_left = step / 20 % 2 == 0;
+            let x = 0.2 * f64::from(20 - (step % 40 - 20).abs());
+            format!("{x},{},{}\n", 4.0 + 0.05 * f64::from(step), if is_left { "right" } else { "left" })
+        })
+        .collect();
+    let track = Track::read_csv(format!("tip_x_cm,tip_y_cm,light\n{rows}").as_bytes()).unwrap();
+    let model = TipModel::fit([&track], TipModelConfig::default()).unwrap();
+    (model, Targets { max_steps: 60, ..Targets::default() })
+}
+
+fn short() -> EvolutionConfig {
+    EvolutionConfig { generations: 8, ..EvolutionConfig::default() }
+}
+
+fn begun(generations: u32) -> EvolutionRun {
+    let (model, task) = world();
+    let evolution = Evolution::new(&model, &task, short(), 7).unwrap();
+    let mut run = evolution.begin(2).unwrap();
+    for _ in 0..generations {
+        evolution.advance(&mut run);
+    }
+    run
+}
+
+#[test]
+fn a_saved_run_resumes_to_the_same_bits() {
+    let (model, task) = world();
+    let evolution = Evolution::new(&model, &task, short(), 7).unwrap();
+    let mut saved = evolution.resume(2, &begun(3).to_json()).unwrap();
+    let flow = evolution.finish(&mut saved, &mut |_| std::ops::ControlFlow::Continue(()));
+    assert!(flow.is_continue());
+    assert_eq!(saved.to_json(), begun(8).to_json());
+}
+
+#[test]
+fn every_cut_and_every_changed_digit_is_refused() {
+    let json = begun(2).to_json();
+    let refusal = |json: &str| EvolutionRun::from_json(json, &short(), 1, 7, 2).unwrap_err().to_string();
+    for tenth in 0..10 {
+        assert!(refusal(&json[..json.len() * tenth / 10]).starts_with("not a saved run: "), "{tenth}");
+    }
+    let changed = |from: &str, to: &str| {
+        assert!(json.contains(from), "{from}");
+        refusal(&json.replacen(from, to, 1))
+    };
+    assert!(changed("\"best_ever\":", "\"best_ever\":1").contains("changed or damaged"));
+    assert!(changed("evolution-run/1", "evolution-run/2").contains("wanted \"tropism.evolution-run/1\""));
+    assert!(changed("\"history\"", "\"story\"").contains("unknown field `story`"));
+    assert!(changed("\"weight\":", "\"weight\":1e308,\"wait\":").starts_with("not a saved run"));
+}
+
+#[test]
+fn the_run_of_another_evolution_is_refused() {
+    let json = begun(1).to_json();
+    let refusal = |config: &EvolutionConfig, seed, index| {
+        EvolutionRun::from_json(&json, config, 1, seed, index).unwrap_err().to_string()
+    };
+    assert!(refusal(&short(), 7, 3).contains("found a run with seed"));
+    assert!(refusal(&short(), 8, 2).contains("found a run with seed"));
+    let mut other = short();
+    other.neat.survival_rate = 0.5;
+    assert!(refusal(&other, 7, 2).contains("the evolution's settings"));
+}
+
+#[test]
+fn history_and_population_must_agree() {
+    let mut run = begun(2);
+    run.history.pop();
+    let error = EvolutionRun::from_json(&run.to_json(), &short(), 1, 7, 2).unwrap_err().to_string();
+    assert_eq!(error, "found 1 generations in its history, wanted 2");
+}
