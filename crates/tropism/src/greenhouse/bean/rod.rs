@@ -178,6 +178,10 @@ struct Segments {
     effective: PerSegment,
     /// Moment of the distal loads about the middle of the segment, in dyn cm.
     moment: [PerSegment; 3],
+    /// Change of curvature in this sub-step by a unit moment, in 1/cm for each dyn cm, and by elastic relaxation, in 1/cm.
+    softness: PerSegment,
+    relaxing1: PerSegment,
+    relaxing2: PerSegment,
 }
 
 /// A rotation: a quaternion (w, x, y, z) of any length, in the coordinates (d1, d2, t) of the upright base.
@@ -379,18 +383,17 @@ impl Rod {
             }
         }
         segments.load_moments(n, plant, forcing, self.leaf);
+        segments.find_relaxation(n, plant, forcing);
         let weight = segments.weigh_growth(n);
         let is_pressed = self.contact.as_mut().is_some_and(|contact| {
             let last = if contact.is_due() { contact.find(n, segments, plant, forcing) } else { None };
             last.is_some_and(|last| contact.solve(last, segments, weight, plant, forcing))
         });
-        segments.relax_elastically(n, plant, forcing);
+        segments.relax_elastically(n);
         if let Some(contact) = self.contact.as_ref().filter(|_| is_pressed) {
-            for (i, bent) in contact.bending().iter().enumerate() {
-                segments.k1[i] += bent.actual[0];
-                segments.k2[i] += bent.actual[1];
-                segments.rest1[i] += bent.rest[0];
-                segments.rest2[i] += bent.rest[1];
+            let Segments { k1, k2, rest1, rest2, .. } = segments;
+            for (values, bent) in [k1, k2, rest1, rest2].into_iter().zip(contact.bending()) {
+                values.iter_mut().zip(bent).for_each(|(value, bent)| *value += bent);
             }
         }
         segments.elongate(n, weight, plant, forcing);
@@ -472,6 +475,9 @@ impl Segments {
             response: NONE,
             effective: NONE,
             moment: [NONE; 3],
+            softness: NONE,
+            relaxing1: NONE,
+            relaxing2: NONE,
         }
     }
 
@@ -709,25 +715,29 @@ impl Segments {
         }
     }
 
-    /// 1 over the flexural rigidity of a segment, in 1/(dyn cm^2).
-    #[inline(always)]
-    fn compliance(&self, i: usize, plant: &Individual) -> f64 {
-        let mature = plant.stem.modulus_mature_mpa * MEGAPASCAL * PI / 4.0;
-        let radius = radius(plant, self.from_apex[i]);
-        let area = radius * radius;
-        1.0 / (mature * self.modulus_ratio[i].min(1.0) * area * area)
-    }
-
-    /// Elastic rod: the curvature relaxes to the rest curvature plus moment over flexural rigidity (overdamped).
-    fn relax_elastically(&mut self, n: usize, plant: &Individual, forcing: &Forcing) {
+    /// Elastic rod: the curvature relaxes to the rest curvature plus moment over flexural rigidity (overdamped). Computes by how
+    /// much in this sub-step.
+    fn find_relaxation(&mut self, n: usize, plant: &Individual, forcing: &Forcing) {
         let relaxed_share = forcing.relaxed_share;
+        let mature = plant.stem.modulus_mature_mpa * MEGAPASCAL * PI / 4.0;
         for i in 0..n {
-            let compliance = self.compliance(i, plant);
+            let radius = radius(plant, self.from_apex[i]);
+            let area = radius * radius;
+            // 1 over the flexural rigidity, in 1/(dyn cm^2).
+            let compliance = 1.0 / (mature * self.modulus_ratio[i].min(1.0) * area * area);
             let [x, y, z] = [self.moment[0][i], self.moment[1][i], self.moment[2][i]];
             let bending_moment1 = x * self.d2[0][i] + y * self.d2[1][i] + z * self.d2[2][i];
             let bending_moment2 = x * self.d1[0][i] + y * self.d1[1][i] + z * self.d1[2][i];
-            self.k1[i] += relaxed_share * (self.rest1[i] + compliance * bending_moment1 - self.k1[i]);
-            self.k2[i] += relaxed_share * (self.rest2[i] - compliance * bending_moment2 - self.k2[i]);
+            self.softness[i] = relaxed_share * compliance;
+            self.relaxing1[i] = relaxed_share * (self.rest1[i] + compliance * bending_moment1 - self.k1[i]);
+            self.relaxing2[i] = relaxed_share * (self.rest2[i] - compliance * bending_moment2 - self.k2[i]);
+        }
+    }
+
+    fn relax_elastically(&mut self, n: usize) {
+        for i in 0..n {
+            self.k1[i] += self.relaxing1[i];
+            self.k2[i] += self.relaxing2[i];
         }
     }
 

@@ -12,11 +12,11 @@
 //! # References
 //! Jean 1999, doi:10.1016/S0045-7825(98)00383-1: contact and Coulomb friction by an implicit step and projected Gauss-Seidel.
 
-use super::{MAX_NODES, MEGAPASCAL, PerSegment, Segments, radius};
+use super::{MAX_NODES, MAX_SEGMENT_CM, MEGAPASCAL, PerSegment, Segments, radius};
 use crate::greenhouse::bean::rod::Forcing;
 use crate::greenhouse::bean::{ContactPoint, Individual};
 use crate::greenhouse::solid;
-use crate::math::vector::{Vec3, add, cross, dot, normalize_or, scale, sub};
+use crate::math::vector::{Vec3, add, cross, dot, norm, normalize_or, scale, sub};
 use crate::obstacle::Solid;
 use crate::simd::{Kernel, dispatch};
 
@@ -39,17 +39,16 @@ const CORRECTION_CM: f64 = 0.02;
 /// Speed above any of a stem, in cm/h: so long is a far solid not looked at. Chosen by hand: a half more than that of the
 /// fastest apex (28 cm/h).
 const FASTEST: f64 = 42.0;
-/// Share of the distance from a solid that is left when the search along the stem looks again. Chosen by hand: a smaller one
-/// looks at fewer points, a greater one lets more sub-steps pass.
-const LEFT: f64 = 0.65;
 /// How much faster than one moves the distance from a solid may change: perspective bends the flanks of obstacles.
 const SLACK: f64 = 1.3;
 /// Most sweeps of the solver, and the change of all gaps in cm below which it ends. Chosen by measurement: more change the
 /// forces in the fourth digit.
 const SWEEPS: (usize, f64) = (40, 1e-6);
-/// Halvings of a segment in the search for its point nearest to a solid. Chosen by hand: then one of the secant errs by
-/// micrometres.
-const HALVINGS: u32 = 3;
+/// Most looks for the point of a segment nearest to a solid, and the slope of the distance there at which they end. Chosen: the
+/// distance then errs by some nanometres from a disc.
+const LOOKS: (usize, f64) = (3, 1e-3);
+/// Least square of the cosine of an angle whose tangent is taken.
+const STEEPEST: f64 = 1e-6;
 
 /// Solids around a rod, and its contacts with them.
 #[derive(Clone, Debug)]
@@ -58,18 +57,20 @@ pub(super) struct Contact {
     pub(super) friction: f64,
     /// Sub-steps in which no point of the rod can come near each solid.
     waits: Vec<u32>,
+    /// The last look at each segment from each solid.
+    looks: Vec<Vec<Look>>,
     /// Contacts of the last sub-step.
     touches: Vec<Touch>,
-    /// How the contacts bend each segment in this sub-step.
-    bent: Vec<Bending>,
     work: Work,
 }
 
-/// Changes of the curvatures of a segment in a sub-step, towards d1 and d2, in 1/cm.
+/// A look at a segment from a solid.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Bending {
-    pub(super) actual: [f64; 2],
-    pub(super) rest: [f64; 2],
+struct Look {
+    /// Where the middle of the segment was, in cm.
+    middle: Vec3,
+    /// How far it may move before a point of the segment can be near, in cm; 0 and below if one may be.
+    free: f64,
 }
 
 /// A point of the rod near a solid.
@@ -88,8 +89,6 @@ struct Touch {
     axes: [Vec3; 3],
     /// Force on the rod along each of them, in dyn.
     force: [f64; 3],
-    /// Whether it bears a force in this sub-step or may do so. Of the others the Jacobian has the normal alone.
-    is_active: bool,
 }
 
 impl Touch {
@@ -122,54 +121,70 @@ impl Kernel for Solve<'_> {
     fn run(self) -> bool {
         let Self { contact, last, segments, weight, plant, forcing } = self;
         assert!(last < MAX_NODES);
+        contact.work.last = last;
         contact.start_from_before();
-        contact.relax_freely(last, segments, weight, plant, forcing);
-        let is_near = |(touch, moved): (&Touch, &[f64])| touch.force[0] > 0.0 || moved[0] < 0.0;
-        let mut near = contact.touches.iter().zip(contact.work.moved.chunks_exact(3)).map(is_near);
-        let count = near.len();
-        let Some(first) = near.position(|is_near| is_near) else { return false };
-        contact.work.matrix.resize(9 * count * count, 0.0);
-        for number in first..count {
-            if is_near((&contact.touches[number], &contact.work.moved[3 * number..])) {
+        contact.relax_freely(last, segments, weight, forcing);
+        let count = contact.touches.len();
+        contact.work.blocks.resize(count * count, [[0.0; 3]; 3]);
+        contact.work.active.clear();
+        for number in 0..count {
+            if contact.touches[number].force[0] > 0.0 || contact.work.moved[number][0] < 0.0 {
                 contact.activate(number, segments);
             }
         }
-        let mut active = (0..count).filter(|&number| contact.touches[number].is_active);
-        let is_solved = match [active.next(), active.next(), active.next()] {
-            [Some(one), None, None] => contact.relax_forces_of([one], forcing),
-            [Some(one), Some(other), None] => contact.relax_forces_of([one, other], forcing),
-            _ => false,
-        };
-        if !is_solved {
-            contact.relax_forces(segments, forcing);
+        if contact.work.active.is_empty() {
+            return false;
+        }
+        loop {
+            contact.relax_forces(forcing);
+            contact.load(last);
+            // One that the forces of the others press into a solid bears a force, too.
+            let goes_in = |number: &usize| !contact.work.active.contains(number) && contact.goes_in(*number);
+            let Some(further) = (0..count).find(goes_in) else { break };
+            contact.activate(further, segments);
         }
         contact.curve(last, segments, plant);
         true
     }
 }
 
-/// A row of the Jacobian: how a place moves along an axis by both curvatures of each segment, scaled so that the product of two
-/// rows is the compliance of one place to a force at the other.
-type JacobianRow = [f64; 2 * MAX_NODES];
+/// Segments that are computed side by side.
+const WIDTH: usize = 8;
+
+/// One value for each segment, in parts that are computed at once. In the part of the last segment, further ones have 0.
+type Row = [[f64; WIDTH]; MAX_NODES / WIDTH];
+
+/// A row of the Jacobian: how a place moves along an axis by the bending of each segment towards d1 and d2.
+type JacobianRow = [Row; 2];
 
 /// Working memory of a sub-step.
 #[derive(Clone, Debug, Default)]
 struct Work {
     before: Vec<Touch>,
+    /// The last segment near a solid.
+    last: usize,
     /// How far growth moves the lower end of each segment in this sub-step, in cm.
     grown: Vec<Vec3>,
     /// Growth of this sub-step over [`Segments::growing`].
     rate: f64,
-    /// Square root of the bending of each segment by a unit moment in this sub-step.
-    soft: Vec<f64>,
-    /// Bending of each segment without contacts, in units of `soft`.
-    free: Vec<f64>,
-    rows: Vec<JacobianRow>,
-    matrix: Vec<f64>,
-    /// Movement along each axis without contacts; along a normal the gap is added.
-    moved: Vec<f64>,
-    /// Bending of each segment by the contacts, in units of `soft`.
-    bent: Vec<f64>,
+    /// Bending of each segment by a unit moment in this sub-step.
+    soft: Row,
+    /// Bending of each segment without contacts.
+    free: [Row; 2],
+    /// Of each point near a solid the rows of its axes; that of the normal alone before it is active.
+    rows: Vec<[JacobianRow; 3]>,
+    /// Movement along its axes without contacts; along the normal the gap is added.
+    moved: Vec<Vec3>,
+    /// The points that bear a force in this sub-step or may do so.
+    active: Vec<usize>,
+    /// Compliance of each active point to forces at another: how far it moves along each axis.
+    blocks: Vec<[Vec3; 3]>,
+    /// Movement of the active points under the forces.
+    residues: Vec<Vec3>,
+    /// Moment of the forces about each segment, towards d1 and d2.
+    moments: [Row; 2],
+    /// How the forces change the curvatures of each segment, and its rest curvatures.
+    bent: [Row; 4],
 }
 
 /// What the search for contacts reads of the segments of a rod.
@@ -209,8 +224,8 @@ impl Contact {
             solids: solids.to_vec(),
             friction,
             waits: vec![0; solids.len()],
+            looks: vec![Vec::new(); solids.len()],
             touches: Vec::new(),
-            bent: Vec::new(),
             work: Work::default(),
         }
     }
@@ -223,6 +238,7 @@ impl Contact {
 
     /// A segment is halved.
     pub(super) fn split(&mut self, segment: usize) {
+        self.looks.iter_mut().for_each(Vec::clear);
         for touch in &mut self.touches {
             if touch.segment > segment || (touch.segment == segment && touch.share >= 0.5) {
                 touch.segment += 1;
@@ -276,9 +292,10 @@ impl Contact {
         dispatch(Solve { contact: self, last, segments, weight, plant, forcing })
     }
 
-    /// How the contacts bend the segments; not those beyond the last contact.
-    pub(super) fn bending(&self) -> &[Bending] {
-        &self.bent
+    /// How the contacts change the curvatures towards d1 and d2 of the segments up to the last contact in this sub-step, and
+    /// their rest curvatures, in 1/cm.
+    pub(super) fn bending(&self) -> [&[f64]; 4] {
+        self.work.bent.each_ref().map(|bent| &bent.as_flattened()[..=self.work.last])
     }
 
     /// Finds the points of the rod that are near one solid.
@@ -287,41 +304,48 @@ impl Contact {
             self.waits[number] -= 1;
             return;
         }
+        self.looks[number].resize(n, Look::default());
         let thickest = plant.stem.radius_apex.max(plant.stem.radius_base);
-        // Beside a solid that it touched the rod is looked at in each sub-step.
-        let left = if self.work.before.iter().any(|touch| touch.solid == number) { 0.0 } else { LEFT };
-        // The length of stem ahead of which no point is near, as the last one looked at is far.
-        let (mut safe, mut nearest) = (0.0, f64::INFINITY);
+        // How far any segment is from being near.
+        let mut least = f64::INFINITY;
         for i in 0..n {
-            let length = rod.length(i);
-            if safe >= length {
-                safe -= length;
-                continue;
+            let middle = rod.middle(i);
+            let look = &mut self.looks[number][i];
+            let mut free = look.free - norm(sub(middle, look.middle));
+            if free <= 0.0 {
+                let (distance, normal) = solid::distance(&self.solids[number], middle);
+                // A segment grows meanwhile, at most to the length at which it splits.
+                let half = 0.5 * rod.length(i).max(MAX_SEGMENT_CM);
+                free = (distance - thickest - REACH_CM) / SLACK - half;
+                *look = Look { middle, free };
+                if free <= 0.0 {
+                    self.touch(number, i, n, rod, plant, (distance, normal));
+                }
             }
-            let half = 0.5 * length;
-            let gap = solid::distance(&self.solids[number], rod.middle(i)).0 - thickest;
-            let clear = (gap - REACH_CM).min((1.0 - left) * gap) / SLACK;
-            nearest = f64::min(nearest, gap - SLACK * clear.max(half));
-            safe = (clear - half).max(0.0);
-            if gap - SLACK * half < REACH_CM {
-                self.touch(number, i, n, rod, plant);
-            }
+            least = least.min(free);
         }
         // As an integer it saturates.
-        self.waits[number] = ((nearest - REACH_CM) / (FASTEST * forcing.dt)).max(0.0) as u32;
+        self.waits[number] = (least / (FASTEST * forcing.dt)).max(0.0) as u32;
     }
 
     /// Adds the point of a segment that is nearest to a solid, if it is near. A shared end belongs to the upper segment.
-    fn touch(&mut self, number: usize, i: usize, n: usize, rod: &impl Shape, plant: &Individual) {
+    /// `of_middle` is the distance of its middle, and the direction in which it grows.
+    fn touch(
+        &mut self,
+        number: usize,
+        i: usize,
+        n: usize,
+        rod: &impl Shape,
+        plant: &Individual,
+        of_middle: (f64, Vec3),
+    ) {
         let (along, length) = (rod.along(i), rod.length(i));
         let middle = rod.middle(i);
         let at = |share: f64| add(middle, scale(along, (share - 0.5) * length));
         // A distance from a convex body is convex along a line: its slope changes sign once.
-        let look = |share: f64| {
-            let (distance, normal) = solid::distance(&self.solids[number], at(share));
-            (distance, normal, dot(normal, along))
-        };
-        let (distance, _, slope) = look(0.5);
+        let with_slope = |(distance, normal): (f64, Vec3)| (distance, normal, dot(normal, along));
+        let look = |share: f64| with_slope(solid::distance(&self.solids[number], at(share)));
+        let (distance, _, slope) = with_slope(of_middle);
         // So is no point of the segment nearer, as perspective changes the slope little.
         let thickest = plant.stem.radius_apex.max(plant.stem.radius_base);
         if distance - (slope.abs() + SLACK - 1.0) * 0.5 * length - thickest >= REACH_CM {
@@ -335,22 +359,29 @@ impl Contact {
             }
             (1.0, end)
         } else if slope >= 0.0 && end.2 >= 0.0 {
-            if i == 0 {
+            // If the segment below has a nearest point of its own, its end is none.
+            let is_below = |touch: &Touch| touch.solid == number && touch.segment + 1 == i;
+            if i == 0 || self.touches.last().is_some_and(is_below) {
                 return;
             }
             (0.0, end)
         } else {
-            let (mut low, mut high) = ((0.5, slope), (beyond, end.2));
+            // The tangent of the angle that has this sine: along a line past a point it is linear.
+            let tangent = |slope: f64| slope / (1.0 - slope * slope).max(STEEPEST).sqrt();
+            let (mut low, mut high) = ((0.5, tangent(slope)), (beyond, tangent(end.2)));
             if slope >= 0.0 {
                 (low, high) = (high, low);
             }
-            for _ in 1..HALVINGS {
-                let share = 0.5 * (low.0 + high.0);
-                let slope = look(share).2;
-                *if slope < 0.0 { &mut low } else { &mut high } = (share, slope);
+            let mut looks = 0;
+            loop {
+                let share = low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1);
+                let found = look(share);
+                looks += 1;
+                if found.2.abs() < LOOKS.1 || looks == LOOKS.0 {
+                    break (share, found);
+                }
+                *if found.2 < 0.0 { &mut low } else { &mut high } = (share, tangent(found.2));
             }
-            let share = low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1);
-            (share, look(share))
         };
         let from_apex = (rod.apex_distance(i) - (share - 0.5) * length).max(0.0);
         let gap = distance - radius(plant, from_apex);
@@ -360,16 +391,7 @@ impl Contact {
             let tangent = normalize_or(sub(along, scale(normal, slope)), normalize_or(sideways, other));
             let axes = [normal, tangent, cross(normal, tangent)];
             let (at, force) = (at(share), [0.0; 3]);
-            self.touches.push(Touch {
-                solid: number,
-                segment: i,
-                share,
-                at,
-                gap,
-                axes,
-                force,
-                is_active: false,
-            });
+            self.touches.push(Touch { solid: number, segment: i, share, at, gap, axes, force });
         }
     }
 
@@ -390,267 +412,233 @@ impl Contact {
 
     /// Computes how the points near solids would move along the normals without forces.
     #[inline(always)]
-    fn relax_freely(
-        &mut self,
-        last: usize,
-        segments: &Segments,
-        weight: f64,
-        plant: &Individual,
-        forcing: &Forcing,
-    ) {
-        let Work { grown, soft, free, rate, rows, moved, .. } = &mut self.work;
+    fn relax_freely(&mut self, last: usize, segments: &Segments, weight: f64, forcing: &Forcing) {
+        let Work { grown, rate, soft, free: [free1, free2], rows, moved, .. } = &mut self.work;
         *rate = forcing.dt * forcing.growth / weight;
-        grown.resize(last + 1, [0.0; 3]);
-        soft.resize(last + 1, 0.0);
-        free.resize(2 * last + 2, 0.0);
-        let values = soft.iter_mut().zip(free.chunks_exact_mut(2));
-        for (i, (soft, free)) in values.enumerate() {
-            let (length, share) = (segments.length[i], forcing.relaxed_share);
-            let compliance = segments.compliance(i, plant);
-            let root = (share * compliance * length).sqrt();
-            let moment = frame(&segments.moment, i);
-            let [bending1, bending2] = [&segments.d2, &segments.d1].map(|axis| dot(moment, frame(axis, i)));
-            let bent1 = share * (segments.rest1[i] + compliance * bending1 - segments.k1[i]);
-            let bent2 = share * (segments.rest2[i] - compliance * bending2 - segments.k2[i]);
-            *soft = root;
-            free.copy_from_slice(&[bent1 * length / root, -bent2 * length / root]);
+        for part in 0..=last / WIDTH {
+            for lane in 0..WIDTH {
+                let i = part * WIDTH + lane;
+                let length = segments.length[i];
+                soft[part][lane] = segments.softness[i] * length;
+                free1[part][lane] = segments.relaxing1[i] * length;
+                free2[part][lane] = -segments.relaxing2[i] * length;
+            }
         }
-        let mut end = [0.0; 3];
-        for (i, grown) in grown.iter_mut().enumerate() {
-            *grown = end;
-            end = add(end, scale(segments.along(i), *rate * segments.growing[i]));
+        [soft, free1, free2].into_iter().for_each(|row| end(row, last));
+        grown.clear();
+        let mut way = [0.0; 3];
+        for i in 0..=last {
+            grown.push(way);
+            way = add(way, scale(segments.along(i), *rate * segments.growing[i]));
         }
-        let size = 3 * self.touches.len();
-        if rows.len() < size {
-            rows.resize(size, [0.0; 2 * MAX_NODES]);
+        let count = self.touches.len();
+        if rows.len() < count {
+            rows.resize(count, [[[[0.0; WIDTH]; MAX_NODES / WIDTH]; 2]; 3]);
         }
-        moved.clear();
-        moved.resize(size, 0.0);
-        for number in 0..self.touches.len() {
+        moved.resize(count, [0.0; 3]);
+        for number in 0..count {
             self.fill(number, 0, segments);
             let touch = &self.touches[number];
-            self.work.moved[3 * number] += touch.gap.max(-CORRECTION_CM - touch.force[0] / STIFFNESS);
+            self.work.moved[number][0] += touch.gap.max(-CORRECTION_CM - touch.force[0] / STIFFNESS);
         }
     }
 
-    /// Computes the row of the Jacobian of an axis of a contact, and the movement along it without forces.
+    /// Computes the row of the Jacobian of an axis of a point, and the movement along it without forces.
     #[inline(always)]
     fn fill(&mut self, number: usize, axis: usize, segments: &Segments) {
-        let Work { grown, soft, free, rate, rows, moved, .. } = &mut self.work;
-        let place = 3 * number + axis;
-        let (touch, row) = (&self.touches[number], &mut rows[place]);
-        let (own, at, axis) = (touch.segment, touch.at, touch.axes[axis]);
-        {
-            let [middle, d1, d2] = [&segments.middle, &segments.d1, &segments.d2]
-                .map(|values| values.each_ref().map(|values| &values[..own]));
-            let soft = &soft[..own];
-            for (j, row) in row[..2 * own].chunks_exact_mut(2).enumerate() {
-                let of = |values: &[&[f64]; 3]| [values[0][j], values[1][j], values[2][j]];
-                let arm = sub(at, of(&middle));
-                row[0] = dot(axis, scale(cross(of(&d2), arm), soft[j]));
-                row[1] = dot(axis, scale(cross(of(&d1), arm), soft[j]));
+        let Work { grown, free: [free1, free2], rate, rows, moved, .. } = &mut self.work;
+        let (touch, [row1, row2]) = (&self.touches[number], &mut rows[number][axis]);
+        let (own, at, moved) = (touch.segment, touch.at, &mut moved[number][axis]);
+        let axis = touch.axes[axis];
+        assert!(own < MAX_NODES);
+        for part in 0..=own / WIDTH {
+            for lane in 0..WIDTH {
+                let i = part * WIDTH + lane;
+                let turn = cross(sub(at, frame(&segments.middle, i)), axis);
+                row1[part][lane] = dot(turn, frame(&segments.d2, i));
+                row2[part][lane] = dot(turn, frame(&segments.d1, i));
             }
         }
         // A segment bends by halves at both of its ends.
         let along = segments.along(own);
-        let arm = scale(along, 0.5 * touch.share * segments.length[own]);
-        row[2 * own] = dot(axis, scale(cross(frame(&segments.d2, own), arm), soft[own]));
-        row[2 * own + 1] = dot(axis, scale(cross(frame(&segments.d1, own), arm), soft[own]));
+        let turn = cross(scale(along, 0.5 * touch.share * segments.length[own]), axis);
+        row1[own / WIDTH][own % WIDTH] = dot(turn, frame(&segments.d2, own));
+        row2[own / WIDTH][own % WIDTH] = dot(turn, frame(&segments.d1, own));
+        end(row1, own);
+        end(row2, own);
+        let mut sums = [0.0; WIDTH];
+        for part in 0..=own / WIDTH {
+            for lane in 0..WIDTH {
+                sums[lane] += row1[part][lane] * free1[part][lane] + row2[part][lane] * free2[part][lane];
+            }
+        }
         let grown = add(grown[own], scale(along, touch.share * *rate * segments.growing[own]));
-        moved[place] = product(row, free, own) + dot(axis, grown);
+        *moved = total(sums) + dot(axis, grown);
     }
 
-    /// Lets a contact bear a force: computes the rest of its Jacobian, and its compliances.
+    /// Lets a point bear a force: computes the rest of its Jacobian, and its compliances.
     #[inline(always)]
     fn activate(&mut self, number: usize, segments: &Segments) {
-        self.touches[number].is_active = true;
         self.fill(number, 1, segments);
         self.fill(number, 2, segments);
-        let Work { rows, matrix, .. } = &mut self.work;
-        let size = 3 * self.touches.len();
-        for (place, other) in self.touches.iter().enumerate() {
-            let last = self.touches[number].segment.min(other.segment);
-            for axis in 0..if other.is_active { 3 } else { 1 } {
-                for own in 0..if place == number { axis + 1 } else { 3 } {
-                    let (one, other) = (3 * number + own, 3 * place + axis);
-                    let compliance = product(&rows[one], &rows[other], last);
-                    (matrix[one * size + other], matrix[other * size + one]) = (compliance, compliance);
-                }
-            }
+        let Work { active, rows, soft, blocks, .. } = &mut self.work;
+        let count = self.touches.len();
+        active.push(number);
+        for &other in &*active {
+            let last = self.touches[number].segment.min(self.touches[other].segment);
+            let block = compliances(&rows[number], &rows[other], soft, last);
+            blocks[number * count + other] = block;
+            blocks[other * count + number] = [0, 1, 2].map(|row| block.map(|of_one| of_one[row]));
         }
     }
 
-    /// [`Self::relax_forces`] for `N` contacts that alone are active: the same bits, sooner. Returns whether they alone stay so;
-    /// else nothing has changed.
+    /// Projected Gauss-Seidel: brings the forces at the active points to balance.
     #[inline(always)]
-    fn relax_forces_of<const N: usize>(&mut self, numbers: [usize; N], forcing: &Forcing) -> bool {
-        let size = 3 * self.touches.len();
-        let compliances = |row: usize| {
-            let row = &self.work.matrix[row * size..(row + 1) * size];
-            let mut compliances = [[0.0; 3]; N];
-            for (compliances, number) in compliances.iter_mut().zip(numbers) {
-                compliances.copy_from_slice(&row[3 * number..3 * number + 3]);
-            }
-            compliances
-        };
-        let movement = |moved: f64, compliances: &[Vec3; N], forces: &[Vec3; N]| {
-            let mut sum = 0.0;
-            for (compliances, forces) in compliances.iter().zip(forces) {
-                for axis in 0..3 {
-                    sum += compliances[axis] * forces[axis];
-                }
-            }
-            moved + sum
-        };
-        let moved = &self.work.moved[..];
-        let rows = numbers.map(|number| [0, 1, 2].map(|axis| compliances(3 * number + axis)));
-        let freely = numbers.map(|number| [0, 1, 2].map(|axis| moved[3 * number + axis]));
-        let mut forces = numbers.map(|number| self.touches[number].force);
-        let goes_in = |forces: &[Vec3; N]| {
-            (0..self.touches.len()).any(|other| {
-                let row = 3 * other;
-                !self.touches[other].is_active && movement(moved[row], &compliances(row), forces) < 0.0
-            })
-        };
-        if goes_in(&forces) {
-            return false;
+    fn relax_forces(&mut self, forcing: &Forcing) {
+        let (friction, creep, count) = (self.friction, CREEP * forcing.dt, self.touches.len());
+        let Work { active, moved, blocks, residues, .. } = &mut self.work;
+        residues.clear();
+        residues.resize(count, [0.0; 3]);
+        for &number in &*active {
+            residues[number] = active.iter().fold(moved[number], |movement, &other| {
+                add(movement, product(&blocks[number * count + other], self.touches[other].force))
+            });
         }
-        let creep = CREEP * forcing.dt;
         for _ in 0..SWEEPS.0 {
             let mut changed = 0.0_f64;
-            for place in 0..N {
-                let (rows, freely) = (&rows[place], &freely[place]);
-                let [normal, along, across] = forces[place];
-                let stiff = rows[0][place][0] + 1.0 / STIFFNESS;
-                let residue = movement(freely[0], &rows[0], &forces) + normal / STIFFNESS;
-                let pressed = (normal - residue / stiff).max(0.0);
-                forces[place][0] = pressed;
-                changed = changed.max((pressed - normal).abs() * stiff);
+            for &number in &*active {
+                let own = &blocks[number * count + number];
+                let force = self.touches[number].force;
+                let residue = residues[number];
+                let stiff = own[0][0] + 1.0 / STIFFNESS;
+                let pressed = (force[0] - (residue[0] + force[0] / STIFFNESS) / stiff).max(0.0);
+                let change = pressed - force[0];
+                changed = changed.max(change.abs() * stiff);
 
-                let stiff = rows[1][place][1].max(rows[2][place][2]) + creep;
-                let aside = |axis: usize, force: f64| {
-                    force - (movement(freely[axis], &rows[axis], &forces) + creep * force) / stiff
-                };
-                let aside = [aside(1, along), aside(2, across)];
-                let [along_now, across_now] = self.held_by_friction(pressed, aside);
-                changed = changed.max((along_now - along).abs().max((across_now - across).abs()) * stiff);
-                forces[place] = [pressed, along_now, across_now];
-                if goes_in(&forces) {
-                    return false;
+                let stiff = own[1][1].max(own[2][2]) + creep;
+                let aside = [1, 2].map(|axis| {
+                    force[axis] - (residue[axis] + own[axis][0] * change + creep * force[axis]) / stiff
+                });
+                let held = held_by_friction(friction * pressed, aside);
+                let change = [change, held[0] - force[1], held[1] - force[2]];
+                changed = changed.max(change[1].abs().max(change[2].abs()) * stiff);
+                self.touches[number].force = [pressed, held[0], held[1]];
+                for &other in &*active {
+                    residues[other] = add(residues[other], product(&blocks[other * count + number], change));
                 }
             }
             if changed < SWEEPS.1 {
                 break;
             }
         }
-        for (number, force) in numbers.into_iter().zip(forces) {
-            self.touches[number].force = force;
-        }
-        true
     }
 
-    /// Coulomb: friction holds up to a share of the pressure.
+    /// Computes the moments of the forces about each segment.
     #[inline(always)]
-    fn held_by_friction(&self, pressed: f64, aside: [f64; 2]) -> [f64; 2] {
-        let (most, wanted) = (self.friction * pressed, (aside[0] * aside[0] + aside[1] * aside[1]).sqrt());
-        if wanted > most { [aside[0] * most / wanted, aside[1] * most / wanted] } else { aside }
-    }
-
-    /// Projected Gauss-Seidel: brings all forces to balance.
-    fn relax_forces(&mut self, segments: &Segments, forcing: &Forcing) {
-        let size = 3 * self.touches.len();
-        let creep = CREEP * forcing.dt;
-        for _ in 0..SWEEPS.0 {
-            let mut changed = 0.0_f64;
-            for number in 0..self.touches.len() {
-                let row = 3 * number;
-                let [normal, along, across] = self.touches[number].force;
-                let residue = self.movement(row) + normal / STIFFNESS;
-                if !self.touches[number].is_active {
-                    if residue >= 0.0 {
-                        continue;
+    fn load(&mut self, last: usize) {
+        let Work { rows, active, moments: [moment1, moment2], .. } = &mut self.work;
+        for moments in [&mut *moment1, moment2] {
+            moments[..=last / WIDTH].fill([0.0; WIDTH]);
+        }
+        for &number in &*active {
+            let touch = &self.touches[number];
+            for (row, force) in rows[number].iter().zip(touch.force) {
+                for part in 0..=touch.segment / WIDTH {
+                    for lane in 0..WIDTH {
+                        moment1[part][lane] += force * row[0][part][lane];
                     }
-                    self.activate(number, segments);
+                    for lane in 0..WIDTH {
+                        moment2[part][lane] += force * row[1][part][lane];
+                    }
                 }
-                let own = |axis: usize| self.work.matrix[(row + axis) * size + row + axis];
-                let stiff = own(0) + 1.0 / STIFFNESS;
-                let pressed = (normal - residue / stiff).max(0.0);
-                changed = changed.max((pressed - normal).abs() * stiff);
-
-                let stiff = own(1).max(own(2)) + creep;
-                self.touches[number].force[0] = pressed;
-                let aside = [(1, along), (2, across)]
-                    .map(|(axis, force)| force - (self.movement(row + axis) + creep * force) / stiff);
-                let [along_now, across_now] = self.held_by_friction(pressed, aside);
-                changed = changed.max((along_now - along).abs().max((across_now - across).abs()) * stiff);
-                self.touches[number].force = [pressed, along_now, across_now];
-            }
-            if changed < SWEEPS.1 {
-                break;
             }
         }
     }
 
-    /// Movement along an axis of a contact under the forces, in cm.
-    #[inline]
-    fn movement(&self, row: usize) -> f64 {
-        let size = 3 * self.touches.len();
-        let compliances = self.work.matrix[row * size..(row + 1) * size].chunks_exact(3);
-        let mut sum = 0.0;
-        for (touch, compliances) in self.touches.iter().zip(compliances) {
-            if touch.is_active {
-                for (compliance, force) in compliances.iter().zip(touch.force) {
-                    sum += compliance * force;
-                }
+    /// Whether the forces at other points press a point into its solid.
+    #[inline(always)]
+    fn goes_in(&self, number: usize) -> bool {
+        let Work { rows, soft, moved, moments: [moment1, moment2], .. } = &self.work;
+        let [row1, row2] = &rows[number][0];
+        let mut sums = [0.0; WIDTH];
+        for part in 0..=self.touches[number].segment / WIDTH {
+            for lane in 0..WIDTH {
+                let moved = row1[part][lane] * moment1[part][lane] + row2[part][lane] * moment2[part][lane];
+                sums[lane] += soft[part][lane] * moved;
             }
         }
-        self.work.moved[row] + sum
+        moved[number][0] + total(sums) < 0.0
     }
 
-    /// The bending of each segment by the forces. Where they exceed what turgor can, growth gives way: the rest curvature
+    /// Computes how the moments bend each segment. Where they exceed what turgor can, growth gives way: the rest curvature
     /// follows the actual one.
     #[inline(always)]
     fn curve(&mut self, last: usize, segments: &Segments, plant: &Individual) {
-        let Work { rows, soft, bent, .. } = &mut self.work;
-        bent.clear();
-        bent.resize(2 * last + 2, 0.0);
-        for (touch, rows) in self.touches.iter().zip(rows.chunks_exact(3)) {
-            if touch.is_active {
-                let bent = &mut bent[..2 * touch.segment + 2];
-                for (row, force) in rows.iter().zip(touch.force) {
-                    for (bent, row) in bent.iter_mut().zip(row) {
-                        *bent += force * row;
-                    }
-                }
+        let Work { moments: [moment1, moment2], bent: [bent1, bent2, rest1, rest2], .. } = &mut self.work;
+        for part in 0..=last / WIDTH {
+            for lane in 0..WIDTH {
+                let i = part * WIDTH + lane;
+                let radius = radius(plant, segments.from_apex[i]);
+                // One half of a cross-section that is pressed by turgor, and another that is pulled by it.
+                let most = 4.0 / 3.0 * TURGOR * radius * radius * radius;
+                let [moment1, moment2] = [moment1[part][lane], moment2[part][lane]];
+                let found = (moment1 * moment1 + moment2 * moment2).sqrt();
+                let yielding = if found > most { 1.0 - most / found } else { 0.0 };
+                bent1[part][lane] = segments.softness[i] * moment1;
+                bent2[part][lane] = -segments.softness[i] * moment2;
+                rest1[part][lane] = yielding * bent1[part][lane];
+                rest2[part][lane] = yielding * bent2[part][lane];
             }
-        }
-        self.bent.clear();
-        for (i, bent) in bent.chunks_exact(2).enumerate() {
-            let soft = soft[i];
-            let radius = radius(plant, segments.from_apex[i]);
-            // One half of a cross-section that is pressed by turgor, and another that is pulled by it.
-            let most = soft * 4.0 / 3.0 * TURGOR * radius * radius * radius;
-            let found = (bent[0] * bent[0] + bent[1] * bent[1]).sqrt();
-            let yielding = if found > most { 1.0 - most / found } else { 0.0 };
-            let actual = [bent[0], -bent[1]].map(|bent| bent * soft / segments.length[i]);
-            self.bent.push(Bending { actual, rest: actual.map(|actual| yielding * actual) });
         }
     }
 }
 
-/// The product of two rows up to a segment, in four sums that the processor takes side by side.
+/// Coulomb: friction holds up to `most`.
 #[inline(always)]
-fn product(one: &[f64], other: &[f64], last: usize) -> f64 {
-    let (one, other) = (&one[..2 * last + 2], &other[..2 * last + 2]);
-    let mut sums = [0.0; 4];
-    let (ones, others) = (one.chunks_exact(4), other.chunks_exact(4));
-    let rest: f64 = ones.remainder().iter().zip(others.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in ones.zip(others) {
-        for part in 0..4 {
-            sums[part] += a[part] * b[part];
+fn held_by_friction(most: f64, aside: [f64; 2]) -> [f64; 2] {
+    let wanted = norm(aside);
+    if wanted > most { scale(aside, most / wanted) } else { aside }
+}
+
+/// How far a place moves along each axis by a unit force along each axis of another, by their rows up to a segment.
+#[inline(always)]
+fn compliances(one: &[JacobianRow; 3], other: &[JacobianRow; 3], soft: &Row, last: usize) -> [Vec3; 3] {
+    let mut sums = [[[0.0; WIDTH]; 3]; 3];
+    for part in 0..=last / WIDTH {
+        for towards in 0..2 {
+            for (sums, one) in sums.iter_mut().zip(one) {
+                let mut one = one[towards][part];
+                for lane in 0..WIDTH {
+                    one[lane] *= soft[part][lane];
+                }
+                for (sums, other) in sums.iter_mut().zip(other) {
+                    for lane in 0..WIDTH {
+                        sums[lane] += one[lane] * other[towards][part][lane];
+                    }
+                }
+            }
         }
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+    sums.map(|sums| sums.map(total))
+}
+
+/// The product of a matrix and a vector.
+#[inline(always)]
+fn product(rows: &[Vec3; 3], vector: Vec3) -> Vec3 {
+    rows.map(|row| dot(row, vector))
+}
+
+/// Sets a row to 0 beyond a segment, to the end of its part.
+#[inline(always)]
+fn end(row: &mut Row, last: usize) {
+    row[last / WIDTH][last % WIDTH + 1..].fill(0.0);
+}
+
+/// The sum of a part.
+#[inline(always)]
+fn total(part: [f64; WIDTH]) -> f64 {
+    let [a, b, c, d, e, f, g, h] = part;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
 /// A vector of a segment.
@@ -664,7 +652,6 @@ mod tests {
     use super::*;
     use crate::geometry::Point;
     use crate::greenhouse::bean::{Bean, Species};
-    use crate::lamps::MAX_LAMPS;
     use crate::obstacle::{Obstacle, Pole};
 
     /// The place of a point of the rod.
@@ -711,60 +698,6 @@ mod tests {
                 // Without friction a dent gives back what it takes, but for the curvature of a sub-step's way.
                 assert!(smooth.1 < smooth.0 + 0.1 * taken, "{smooth:?}");
             }
-        }
-    }
-
-    #[test]
-    fn few_contacts_are_solved_as_many_are() {
-        let disc = Obstacle::Disc { centre: Point::new(2.5, 9.0), radius_cm: 1.0 }.into();
-        let bar = Obstacle::Line { ends: [Point::new(0.5, 8.0), Point::new(6.0, 9.0)] }.into();
-        let pole = Pole { at: [2.0, -0.5], radius_cm: 0.3, height_cm: 30.0 }.into();
-        let mut solved = [0; 3];
-        for (seed, solids) in (0..).zip([&[disc][..], &[bar], &[pole], &[disc, pole], &[bar, pole]]) {
-            let mut bean = Bean::new(Species::default().draw(seed, 1.0), seed).among(solids);
-            for tick in 0..400_u32 {
-                bean.advance(&[0.0, 1.0], 5.0);
-                let Some(contact) = &bean.rod.contact else { continue };
-                let active: Vec<usize> =
-                    (0..contact.touches.len()).filter(|&number| contact.touches[number].is_active).collect();
-                let mut few = contact.clone();
-                for (touch, push) in few.touches.iter_mut().filter(|touch| touch.is_active).zip([30.0, 100.0])
-                {
-                    touch.force = [push * f64::from(tick % 5), push * f64::from(tick % 3) - push, push];
-                }
-                let mut many = few.clone();
-                let forcing = forcing();
-                let is_solved = match active[..] {
-                    [one] => few.relax_forces_of([one], &forcing),
-                    [one, other] => few.relax_forces_of([one, other], &forcing),
-                    _ => false,
-                };
-                if is_solved {
-                    many.relax_forces(&bean.rod.segments, &forcing);
-                    let forces = |contact: &Contact| {
-                        contact.touches.iter().map(|touch| touch.force).collect::<Vec<_>>()
-                    };
-                    assert_eq!(forces(&few), forces(&many));
-                    solved[active.len()] += 1;
-                }
-            }
-        }
-        assert!(solved[1] > 100 && solved[2] > 100, "{solved:?}");
-    }
-
-    /// Any forcing with the sub-step of a bean.
-    fn forcing() -> Forcing {
-        Forcing {
-            dt: 15.0 / 3600.0,
-            age_h: 0.0,
-            lamps: [[0.0; 3]; MAX_LAMPS],
-            powers: [0.0; MAX_LAMPS],
-            growth: 0.0,
-            gain: 0.0,
-            zone: 0.0,
-            straightening: 0.0,
-            leaf_mass: 0.0,
-            relaxed_share: 0.1,
         }
     }
 }

@@ -444,6 +444,7 @@ impl RodLanes {
                 row.copy_to(segments, i, lane);
             }
             segments.load_moments(n, &guest.plant, &guest.forcing, self.leaves[lane]);
+            segments.find_relaxation(last + 1, &guest.plant, &guest.forcing);
             guest.is_pressed = contact.solve(last, segments, self.weight[lane], &guest.plant, &guest.forcing);
         }
     }
@@ -454,11 +455,12 @@ impl RodLanes {
         for lane in 0..LANES {
             let Some(guest) = self.guests[lane].as_ref().filter(|guest| guest.is_pressed) else { continue };
             let Some(contact) = &guest.contact else { continue };
-            for (row, bent) in self.rows[..self.counts[lane]].iter_mut().zip(contact.bending()) {
-                row.k1[lane] += bent.actual[0];
-                row.k2[lane] += bent.actual[1];
-                row.rest1[lane] += bent.rest[0];
-                row.rest2[lane] += bent.rest[1];
+            let [actual1, actual2, rest1, rest2] = contact.bending();
+            for (i, row) in self.rows[..actual1.len()].iter_mut().enumerate() {
+                row.k1[lane] += actual1[i];
+                row.k2[lane] += actual2[i];
+                row.rest1[lane] += rest1[i];
+                row.rest2[lane] += rest2[i];
             }
         }
     }
