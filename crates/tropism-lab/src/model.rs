@@ -9,6 +9,7 @@ use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::math::hypot;
 use tropism::observation::Observation;
+use tropism::obstacle::Solid;
 use tropism::plant::PlantModel;
 use tropism::plant::lstm::{LstmModel, LstmState};
 use tropism::plant::memory::{MemoryModel, MemoryState};
@@ -194,6 +195,17 @@ impl PlantModel for Model {
             Self::Stem(model) => ModelState::Stem(model.resumed(past, noise)),
             Self::Lstm(model) => ModelState::Lstm(Box::new(model.resumed(past, noise))),
             Self::Space(model) => ModelState::Space(Box::new(model.resumed(past, noise))),
+        }
+    }
+
+    fn among(&self, plant: &mut ModelState, solids: &[Solid]) {
+        match (self, plant) {
+            (Self::Tip(model), ModelState::Tip(plant)) => model.among(plant, solids),
+            (Self::Memory(model), ModelState::Memory(plant)) => model.among(plant, solids),
+            (Self::Stem(model), ModelState::Stem(plant)) => model.among(plant, solids),
+            (Self::Lstm(model), ModelState::Lstm(plant)) => model.among(plant, solids),
+            (Self::Space(model), ModelState::Space(plant)) => model.among(plant, solids),
+            _ => unreachable!("a plant of another model"),
         }
     }
 
@@ -386,12 +398,9 @@ fn gap(model: &Model, path: &Path, what: &str, place: Point) -> Option<(f64, Str
 /// Share of steps without data from which on no fitness is expected; chosen by hand.
 const MOST_WITHOUT_DATA: f64 = 0.5;
 
-/// Why fitness in `task` on a model of so many plants, in which a controller meets so large a share of steps without data, is no
-/// expectation for unseen plants; `None` where it is one.
-pub(crate) fn reason_to_withhold(task: &TaskSpec, plants: usize, without_data: f64) -> Option<String> {
-    if task.pole().is_some() {
-        return Some("the model knows no contact with the pole, which holds a stem that winds".to_owned());
-    }
+/// Why fitness on a model of so many plants, in which a controller meets so large a share of steps without data, is no expectation
+/// for unseen plants; `None` where it is one.
+pub(crate) fn reason_to_withhold(plants: usize, without_data: f64) -> Option<String> {
     if plants < 2 {
         return Some("the model is of one plant, which does not tell how plants differ".to_owned());
     }

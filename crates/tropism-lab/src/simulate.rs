@@ -100,6 +100,7 @@ pub fn continued(
         replay(&seen[..seen.len() - 1], now.step, &mut *controller);
         let noise = NoiseStream::new(*seed, Purpose::Trial, [plant, 0, 0]);
         let mut state = model.resumed(&past, &mut noise.of_seedling());
+        model.among(&mut state, &task.solids());
         let mut samples = Vec::new();
         let (mut step, mut observation) = (now.step, now.observation());
         loop {

@@ -162,14 +162,16 @@ trait Plants: Send + Sync {
 /// Plants of a model.
 struct Simulated<M: PlantModel> {
     model: Arc<M>,
+    /// What the task has around each plant.
+    solids: Vec<Solid>,
     plants: Vec<(M::Plant, NoiseStream, u32)>,
 }
 
 impl<M: PlantModel> Simulated<M> {
-    fn new(model: Arc<M>, count: usize) -> Self {
+    fn new(model: &Arc<M>, task: &TaskSpec, count: usize) -> Self {
         let noise = NoiseStream::new(0, Purpose::Trial, [0; 3]);
         let plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
-        Self { plants: vec![(plant, noise, 0); count], model }
+        Self { plants: vec![(plant, noise, 0); count], solids: task.solids(), model: Arc::clone(model) }
     }
 }
 
@@ -180,7 +182,9 @@ where
     fn begin(&mut self, place: usize, start: Point, seed: u64, episode: u32) {
         // The noise of `tropism simulate`, so that the same seed gives the same plants.
         let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
-        self.plants[place] = (self.model.seedling(start, &mut noise.of_seedling()), noise, 0);
+        let mut plant = self.model.seedling(start, &mut noise.of_seedling());
+        self.model.among(&mut plant, &self.solids);
+        self.plants[place] = (plant, noise, 0);
     }
 
     fn advance(&mut self, lights: &[Option<Light>]) {
@@ -493,18 +497,19 @@ impl Batch {
                 "found a model of the tip, wanted one of the stem: Model.of_virtual_beans(\"stem\")",
             ));
         }
+        let task = task_of(task)?;
         let plants = |size| -> Box<dyn Plants> {
             match &*model.0 {
-                AnyModel::Tip(model) => Box::new(Simulated::new(Arc::clone(model), size)),
-                AnyModel::Memory(model) => Box::new(Simulated::new(Arc::clone(model), size)),
-                AnyModel::Stem(model) => Box::new(Simulated::new(Arc::clone(model), size)),
-                AnyModel::Lstm(model) => Box::new(Simulated::new(Arc::clone(model), size)),
-                AnyModel::Space(model) => Box::new(Simulated::new(Arc::clone(model), size)),
+                AnyModel::Tip(model) => Box::new(Simulated::new(model, &task, size)),
+                AnyModel::Memory(model) => Box::new(Simulated::new(model, &task, size)),
+                AnyModel::Stem(model) => Box::new(Simulated::new(model, &task, size)),
+                AnyModel::Lstm(model) => Box::new(Simulated::new(model, &task, size)),
+                AnyModel::Space(model) => Box::new(Simulated::new(model, &task, size)),
                 AnyModel::Python(_) => unreachable!("models of Python are no `Model`"),
             }
         };
         let sight = if has_stem { Sight::Stem } else { Sight::Tip };
-        Self::new(Episodes::new(task_of(task)?, sight), layout, period_min, count, plants)
+        Self::new(Episodes::new(task.clone(), sight), layout, period_min, count, plants)
     }
 
     /// `count` virtual beans of a greenhouse (JSON), for a task (JSON). `tip` is true or detector; `sight` is tip, obstacles or

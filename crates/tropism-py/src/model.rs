@@ -9,6 +9,7 @@ use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
+use tropism::obstacle::Solid;
 use tropism::plant::PlantModel;
 use tropism::plant::lstm::{LstmModel, LstmState};
 use tropism::plant::memory::{MemoryModel, MemoryState};
@@ -59,6 +60,18 @@ impl PlantModel for AnyModel {
             Self::Lstm(model) => AnyState::Lstm(Box::new(model.seedling(start, noise))),
             Self::Space(model) => AnyState::Space(Box::new(model.seedling(start, noise))),
             Self::Python(model) => AnyState::Python(model.seedling(start, noise)),
+        }
+    }
+
+    fn among(&self, plant: &mut AnyState, solids: &[Solid]) {
+        match (self, plant) {
+            (Self::Tip(model), AnyState::Tip(plant)) => model.among(plant, solids),
+            (Self::Memory(model), AnyState::Memory(plant)) => model.among(plant, solids),
+            (Self::Stem(model), AnyState::Stem(plant)) => model.among(plant, solids),
+            (Self::Lstm(model), AnyState::Lstm(plant)) => model.among(plant, solids),
+            (Self::Space(model), AnyState::Space(plant)) => model.among(plant, solids),
+            (Self::Python(model), AnyState::Python(plant)) => model.among(plant, solids),
+            _ => unreachable!("a plant of another model"),
         }
     }
 

@@ -272,7 +272,7 @@ impl EvolvePlan {
                 transfer: trial(&plants),
                 links: genome.links().len(),
                 without_data,
-                withheld: model::reason_to_withhold(&self.task, plants.len(), without_data),
+                withheld: model::reason_to_withhold(plants.len(), without_data),
             })
         };
         let try_out = |run: usize| {

@@ -200,7 +200,7 @@ impl TunePlan {
         let track = model::simulate(&model, &mut controller, &self.task, self.seed, 0, unwatched);
         let without_data = model.share_without_data(&track.samples);
         // Two plants are enough to tell whether there is more than one.
-        let withheld = model::reason_to_withhold(&self.task, model.of_each_plant(2)?.len(), without_data);
+        let withheld = model::reason_to_withhold(model.of_each_plant(2)?.len(), without_data);
         let expected = withheld.is_none().then_some(found.expected);
         Ok((TunedRule { task: Some(self.task.clone()), expected, ..tuned }, found, withheld))
     }

@@ -156,7 +156,8 @@ impl<M: PlantModel + Send, T: Task> Planner<M, T> {
         // By how much each choice but the rule is better than the rule, plant by plant.
         let gains = parallel::map(self.config.plants as usize, |plant| {
             let noise = NoiseStream::new(seed, Purpose::Plan, [plant as u32, 0, 0]);
-            let plant = self.model.resumed(&self.past, &mut noise.of_seedling());
+            let mut plant = self.model.resumed(&self.past, &mut noise.of_seedling());
+            self.model.among(&mut plant, &self.task.solids());
             let worth = |choice| self.carry_out(choice, lights, plant.clone(), noise);
             let of_rule = worth(&self.choices[0]);
             self.choices[1..].iter().map(|choice| worth(choice) - of_rule).collect::<Vec<f64>>()

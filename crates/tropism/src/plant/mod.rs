@@ -32,6 +32,7 @@ pub mod space;
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::observation::Observation;
+use crate::obstacle::Solid;
 use crate::random::StepNoise;
 use crate::track::Sample;
 
@@ -78,6 +79,10 @@ pub trait PlantModel: Sync {
     fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> Self::Plant {
         self.seedling(past[past.len() - 1].tip, noise)
     }
+
+    /// Puts a plant among `solids`, which its stem cannot pass. A model that knows no contact leaves the plant as it is, and stems
+    /// go through solids.
+    fn among(&self, _plant: &mut Self::Plant, _solids: &[Solid]) {}
 
     /// Advances the plant by one step under `light`. `noise` holds the standard normal draws of this step, as many as the
     /// model needs: eq. (4) needs one.

@@ -11,7 +11,12 @@
 //! begins where this image of the plant was about as long, leant about as far to the same side, and had about as much light from
 //! there. Each simulated plant is one of the measured plants, and answers the light with a gain of its own.
 //!
-//! The model knows no contact: its stems go through poles.
+//! Plants without a pole say nothing of contact. Among poles the stem is kept out of them after each step (see `contact.rs`), and
+//! remembers the change that was left.
+
+mod contact;
+
+use contact::Bent;
 
 use super::history::History;
 use super::measured_plant::{Extent, MAX_HEIGHT_CM, draw_plant, is_named_in, tell_of_measured_plants};
@@ -32,6 +37,7 @@ use crate::math;
 use crate::math::matrix::transform;
 use crate::math::vector::{add, distance, norm, scale, sub};
 use crate::observation::{Depth, Observation};
+use crate::obstacle::{Pole, Solid};
 use crate::random::StepNoise;
 use crate::track::{Sample, Track};
 
@@ -434,6 +440,7 @@ impl SpaceModel {
             record: None,
             plant,
             gain,
+            poles: Vec::new(),
         }
     }
 
@@ -497,7 +504,7 @@ pub struct SpaceState {
     tip: SpacePoint,
     base: SpacePoint,
     scores: Axes<Scores>,
-    /// What the modes leave of the tilts, in radians: it stays as it is.
+    /// What the modes leave of the tilts, in radians: it stays as it is, but for contact.
     rest: Axes<[f64; SEGMENTS]>,
     length_cm: f64,
     /// The light of each step so far.
@@ -511,13 +518,20 @@ pub struct SpaceState {
     plant: usize,
     /// Factor of the light's terms.
     gain: f64,
+    /// The poles that its midline cannot pass.
+    poles: Vec<Pole>,
 }
 
 impl SpaceState {
+    /// The tilts of its stem without noise.
+    fn bent(&self, modes: &Modes) -> Bent {
+        let tilts = [0, 1].map(|axis: usize| add(modes.angles(self.scores[axis]), self.rest[axis]));
+        Bent { tilts, length_cm: self.length_cm }
+    }
+
     /// The stem without noise.
     fn stem(&self, modes: &Modes) -> SpaceStem {
-        let tilts = [0, 1].map(|axis: usize| add(modes.angles(self.scores[axis]), self.rest[axis]));
-        stem_of(self.base, &tilts, self.length_cm)
+        self.bent(modes).stem(self.base)
     }
 }
 
@@ -570,6 +584,11 @@ impl PlantModel for SpaceModel {
         plant
     }
 
+    /// Its stem keeps out of poles.
+    fn among(&self, plant: &mut SpaceState, solids: &[Solid]) {
+        plant.poles = contact::poles_among(solids, plant.base);
+    }
+
     fn step(&self, plant: &mut SpaceState, light: Light, noise: &mut StepNoise) {
         let Self { measured, modes, windows, .. } = self;
         plant.light.add(self.directions[light.index()]);
@@ -590,9 +609,17 @@ impl PlantModel for SpaceModel {
                 expected + happened.residual[axis][mode]
             })
         });
-        plant.changes.add(joined(change));
+        let before = (!plant.poles.is_empty()).then(|| plant.bent(modes));
         plant.scores = [0, 1].map(|axis: usize| add(plant.scores[axis], change[axis]));
         plant.length_cm += happened.growth;
+        let kept_out = before.and_then(|before| {
+            let tilts = contact::resolved(&plant.poles, plant.base, &before, &plant.bent(modes))?;
+            let moved = [0, 1].map(|axis: usize| sub(tilts[axis], before.tilts[axis]));
+            plant.scores = tilts.map(|tilts| modes.scores(&tilts));
+            plant.rest = tilts.map(|tilts| modes.rest(&tilts));
+            Some(moved.map(|moved| modes.scores(&moved)))
+        });
+        plant.changes.add(joined(kept_out.unwrap_or(change)));
         plant.apart = scale(plant.apart, math::exp(-measured.period_min / OFFSET_MIN));
         plant.tip = add(add(top_of(&plant.stem(modes)), happened.offsets[1]), plant.apart);
     }
@@ -620,11 +647,12 @@ impl PlantModel for SpaceModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::Periodic;
+    use crate::control::{Greedy, Periodic};
     use crate::environment::unwatched;
     use crate::greenhouse::bean::{Species, Trial};
     use crate::random::{NoiseStream, Purpose};
-    use crate::task::OpenLoop;
+    use crate::simulation::simulate;
+    use crate::task::{OpenLoop, Spiral, Task};
 
     /// A virtual bean under four lamps that are switched every two hours.
     fn grown(seed: u64) -> Track {
@@ -661,9 +689,13 @@ mod tests {
         // The mirror of the paper, in which the four lamps are exactly themselves.
         let mirror = [[-1.0, 0.0], [0.0, 1.0]];
         let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
+        // On its way, so that it leans on it.
+        let pole = Solid::from(Pole { at: [0.4, 1.4], radius_cm: 1.0, height_cm: 40.0 });
+        model.among(&mut plant, &[pole]);
         let mut image = plant.clone();
         image.tip = image_of(&mirror, plant.tip);
         image.base = image_of(&mirror, plant.base);
+        model.among(&mut image, &[pole.mirrored()]);
         image.scores[0] = plant.scores[0].map(|score| -score);
         for step in 0..150 {
             let light = [Light::LEFT, Light::FRONT, Light::RIGHT, Light::BACK][step as usize / 11 % 4];
@@ -694,6 +726,23 @@ mod tests {
             let (ahead, all) = (math::vector::dot(sum, towards), norm(sum));
             assert!(ahead > 1.0 && ahead > 0.8 * all, "{light}: {sum:?}");
         }
+    }
+
+    #[test]
+    fn a_stem_winds_round_a_pole_and_never_lies_in_it() {
+        let model = SpaceModel::fit([&grown(1), &grown(2)]).unwrap();
+        let task = Spiral { max_steps: 400, ..Spiral::default() };
+        let mut turns = 0.0;
+        for seed in 0..6 {
+            let track = simulate(&model, &mut Greedy::new(&task, model.layout()), &task, seed);
+            let stems = track.samples.iter().filter_map(|sample| sample.observation().stem_in_space());
+            for stem in stems {
+                let gaps = stem.iter().map(|point| task.pole.distance(*point));
+                assert!(gaps.fold(f64::INFINITY, f64::min) > 0.1, "seed {seed}: {stem:?}");
+            }
+            turns += task.fitness(&track) / 6.0;
+        }
+        assert!(turns > 0.3, "{turns}");
     }
 
     #[test]

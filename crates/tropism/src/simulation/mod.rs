@@ -33,7 +33,8 @@ pub struct Simulation<'m, M: PlantModel> {
 impl<'m, M: PlantModel> Simulation<'m, M> {
     /// A seedling of `model` where `task` starts, with its growth noise.
     pub fn new(model: &'m M, task: &(impl Task + ?Sized), noise: NoiseStream) -> Self {
-        let plant = model.seedling(task.start(), &mut noise.of_seedling());
+        let mut plant = model.seedling(task.start(), &mut noise.of_seedling());
+        model.among(&mut plant, &task.solids());
         Self { model, plant, noise, step: 0 }
     }
 }
@@ -111,6 +112,7 @@ pub fn cautious_fitness_of<M: PlantModel>(
     beyond_cost_cm: f64,
 ) -> f64 {
     let mut plant = model.seedling(task.start(), &mut noise.of_seedling());
+    model.among(&mut plant, &task.solids());
     let mut seen = model.observe(&plant);
     let first = seen.clone();
     let mut fitness = 0.0;
