@@ -8,8 +8,8 @@ use clap::Args;
 use tropism::control::Avoidance;
 use tropism::evolve::RuleSearch;
 use tropism::greenhouse::tent::Greenhouse;
-use tropism::task::Task;
 use tropism_lab::files::shell_word;
+use tropism_lab::task::score_in_words;
 use tropism_lab::tune::{TunePlan, TuneResults};
 
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
@@ -116,19 +116,18 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
     for (name, value) in results.rule.named().into_iter().chain(avoidance) {
         let _ = writeln!(text, "{name:16}{value:8.2}");
     }
-    let best = plan.task.best_fitness().map_or_else(String::new, |best| format!(" of at most {best:.2}"));
     let withheld = results
         .withheld
         .as_ref()
         .map_or_else(String::new, |reason| format!("expected on unseen plants: withheld, for {reason}\n"));
     let _ = write!(
         text,
-        "{:.2} cm{best} (sd {:.2}) on {} unseen plants{of}; chase {:.2} cm (sd {:.2}); {:.1} s of processor time\n\
+        "{} (sd {:.2}) on {} unseen plants{of}; chase {} (sd {:.2}); {:.1} s of processor time\n\
          {withheld}wrote {out}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
-        in_model.mean,
+        score_in_words(&plan.task, in_model.mean),
         in_model.sd,
         in_model.plants,
-        chase.mean,
+        score_in_words(&plan.task, chase.mean),
         chase.sd,
         results.cpu_seconds,
         of = if plan.beans.is_some() { "" } else { " of the model" },
