@@ -40,7 +40,7 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
         plants: 2,
         steps: 150,
         judging_plants: 3,
-        task: Targets { max_steps: 30, ..Targets::default() }.into(),
+        task: Targets { max_steps: 20, ..Targets::default() }.into(),
         bound: Some(search),
         recipes: vec![
             recipe("paper", Method::Evolve { model: ModelKind::Tip, evolution }),

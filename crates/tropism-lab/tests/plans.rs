@@ -1,8 +1,14 @@
 //! Plans and settings are data: they come back from JSON or TOML, refuse keys that they do not know, and name the key of a bad
 //! value.
 
+#[path = "plans/controller.rs"]
+mod controller;
 #[path = "plans/settings.rs"]
 mod settings;
+#[path = "plans/study.rs"]
+mod study;
+#[path = "plans/sweep.rs"]
+mod sweep;
 
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::calibrate::{CalibratePlan, RecoveryPlan};

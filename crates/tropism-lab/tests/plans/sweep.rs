@@ -1,0 +1,86 @@
+//! Sweeps as files.
+
+use std::path::Path;
+
+use tropism_lab::Error;
+use tropism_lab::sweep::{Method, Setting, SweepConfig};
+
+fn config(text: &str) -> SweepConfig {
+    toml::from_str(text).unwrap()
+}
+
+fn settings(text: &str) -> Result<Vec<Setting>, Error> {
+    config(text).settings(Path::new(""))
+}
+
+#[test]
+fn a_grid_makes_all_combinations() {
+    let found = settings(
+        "seeds = 2\n[grid]\nevolution.neat.population = [25, 50]\n\"evolution.episodes\" = [1, 2, 4]\n\
+         [evolve]\nevolution.generations = 7\n",
+    )
+    .unwrap();
+    let names: Vec<&str> = found.iter().map(|setting| setting.name.as_str()).collect();
+    let wanted = [(1, 25), (1, 50), (2, 25), (2, 50), (4, 25), (4, 50)];
+    assert_eq!(names, wanted.map(|(episodes, size)| format!("episodes={episodes}, population={size}")));
+    let Method::Evolve(config) = &found[3].method else { panic!("no evolution") };
+    let evolution = &config.evolution;
+    assert_eq!((evolution.generations, evolution.episodes, evolution.neat.population), (7, 2, 50));
+    assert_eq!(settings("seeds = [3, 9]").unwrap()[0].name, "as given");
+}
+
+#[test]
+fn settings_keep_their_order_when_the_file_is_written_again() {
+    let first = config(
+        "[grid]\nevolution.neat.population = [25, 50]\nevolution.episodes = [4, 1]\ntrial_plants = [9]\n",
+    );
+    let again = config(&toml::to_string(&first).unwrap());
+    assert_eq!(first.settings(Path::new("")).unwrap(), again.settings(Path::new("")).unwrap());
+}
+
+#[test]
+fn the_example_is_a_sweep() {
+    let example = config(include_str!("../../../../studies/sweep.toml"));
+    let found = example.settings(Path::new("studies")).unwrap();
+    assert_eq!((found.len(), example.seeds.list()), (4, vec![1, 2, 3, 4, 5]));
+    // The paper's own setting is one of them.
+    assert_eq!(found[0].name, "crossover_rate=0.5, population=50");
+}
+
+#[test]
+fn tables_of_a_list_go_by_their_names() {
+    let text = "[grid]\nrecipes.rule.search.population = [8, 16]\nplants = [2]\n[laboratories]\nlaboratories = 1\n\
+                recipes = [{ name = \"rule\", method = \"tune\", model = \"stem\" }]\n\
+                worlds = [{ name = \"sunflower\", bean = \"../beans/sunflower.toml\" }]\n";
+    let found = config(text).settings(Path::new("studies")).unwrap();
+    assert_eq!(found[1].name, "plants=2, population=16");
+    let Method::Laboratories(config) = &found[1].method else { panic!("no laboratories") };
+    assert_eq!(config.worlds[0].bean.as_deref(), Some(Path::new("studies/../beans/sunflower.toml")));
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    for (text, wanted) in [
+        (
+            "[grid]\nevolution.neat.populatoin = [5]",
+            "grid: evolution.neat.populatoin = 5: unknown field `populatoin`",
+        ),
+        ("[grid]\nevolution.neat.population = [50, 0]", "grid: evolution.neat.population = 0: evolution: "),
+        ("[grid]\nevolution.runs = 3", "found evolution.runs = 3, wanted a list of values"),
+        ("[grid]\n\"evolution.runs\" = [3, 3]", "found 3 twice"),
+        ("[grid]\nseed = [1, 2]", "wanted it as `seeds`"),
+        ("[evolve]\nseed = 1", "wanted it as `seeds`"),
+        (
+            "[grid]\ntrial_plants.x = [1]\n[evolve]\ntrial_plants = 3",
+            "found trial_plants = 3, wanted a table",
+        ),
+        ("seeds = [1, 1]", "found seed 1 twice"),
+        ("seeds = 0", "found 0 seeds, wanted 1 to"),
+        ("[evolve]\n[laboratories]", "wanted one of them"),
+        ("model = \"m.json\"\n[laboratories]", "which make models of their own"),
+        ("[grid]\nrecipes.x.method = [1]\n[laboratories]\nrecipes = []", "found no x in recipes"),
+    ] {
+        let error = settings(text).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{text}: {error}");
+    }
+}
