@@ -21,7 +21,11 @@ mod tip_file;
 #[path = "models/tuned_rule.rs"]
 mod tuned_rule;
 
+use tropism::geometry::Point;
+use tropism::lamps::Light;
+use tropism::plant::PlantModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
+use tropism::random::{NoiseStream, Purpose, StepNoise};
 use tropism::track::Track;
 
 /// A plant that leans towards the light, from 4 to 24 cm.
@@ -33,4 +37,24 @@ fn leaning() -> TipModel {
         text += &format!("{},{},{light}\n", f64::from(x) * 0.2 - 4.0, 4.0 + 0.03 * f64::from(step));
     }
     TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], TipModelConfig::default()).unwrap()
+}
+
+fn step_noise(step: u32) -> StepNoise {
+    NoiseStream::new(1, Purpose::Trial, [0; 3]).at(step)
+}
+
+/// A plant of `model`, and one of the model of the mirrored plants under mirrored light, move as mirror images; the plant grows
+/// higher than `higher_than_cm`.
+#[track_caller]
+fn assert_mirror<M: PlantModel>(model: &M, mirror: &M, higher_than_cm: f64) {
+    let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
+    let mut image = mirror.seedling(Point::new(-0.2, 4.0), &mut step_noise(u32::MAX));
+    for step in 0..200 {
+        let light = if step % 17 < 9 { Light::LEFT } else { Light::RIGHT };
+        model.step(&mut plant, light, &mut step_noise(step));
+        mirror.step(&mut image, model.layout().mirrored(light).unwrap(), &mut step_noise(step));
+        assert_eq!(model.observe(&plant).tip, mirror.observe(&image).tip.mirrored(), "step {step}");
+    }
+    let tip = model.observe(&plant).tip;
+    assert!(tip.y > higher_than_cm, "{tip:?}");
 }

@@ -1,15 +1,15 @@
 //! The LSTM of the stem.
 
+use super::assert_mirror;
 use std::ops::ControlFlow;
 
 use tropism::control::Periodic;
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Species, Trial};
-use tropism::lamps::Light;
 use tropism::plant::PlantModel;
 use tropism::plant::lstm::{LstmModel, Training, TrainingProgress};
-use tropism::random::{NoiseStream, Purpose, StepNoise};
+use tropism::random::{NoiseStream, Purpose};
 use tropism::task::OpenLoop;
 use tropism::track::Track;
 
@@ -31,10 +31,6 @@ fn model() -> LstmModel {
     trained(&[grown(1, 200), grown(2, 200)])
 }
 
-fn step_noise(step: u32) -> StepNoise {
-    NoiseStream::new(1, Purpose::Trial, [0; 3]).at(step)
-}
-
 #[test]
 fn training_makes_the_error_less() {
     let mut errors = Vec::new();
@@ -52,16 +48,7 @@ fn training_makes_the_error_less() {
 fn mirrored_plants_make_the_model_of_the_mirror() {
     let tracks = [grown(1, 200), grown(2, 200)];
     let images = tracks.each_ref().map(|track| track.mirrored().unwrap());
-    let (model, mirror) = (trained(&tracks), trained(&images));
-    let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
-    let mut image = mirror.seedling(Point::new(-0.2, 4.0), &mut step_noise(u32::MAX));
-    for step in 0..200 {
-        let light = if step % 17 < 9 { Light::LEFT } else { Light::RIGHT };
-        model.step(&mut plant, light, &mut step_noise(step));
-        mirror.step(&mut image, model.layout().mirrored(light).unwrap(), &mut step_noise(step));
-        assert_eq!(model.observe(&plant).tip, mirror.observe(&image).tip.mirrored(), "step {step}");
-    }
-    assert!(model.observe(&plant).tip.y > 5.0, "{:?}", model.observe(&plant).tip);
+    assert_mirror(&trained(&tracks), &trained(&images), 5.0);
 }
 
 #[test]

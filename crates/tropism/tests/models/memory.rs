@@ -1,11 +1,12 @@
 //! The tip model with memory.
 
+use super::assert_mirror;
 use tropism::geometry::Point;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::plant::memory::MemoryModel;
-use tropism::random::{self, NoiseStream, Purpose, StepNoise};
+use tropism::random::{self, NoiseStream, Purpose};
 use tropism::track::{Sample, Track};
 
 /// A plant that answers the light of 15 to 30 minutes ago by `gain` cm a step, under a lamp that changes every 30 steps.
@@ -42,24 +43,11 @@ fn model() -> MemoryModel {
     MemoryModel::fit(&[track(1, 0.05, 5.0), track(2, 0.08, 5.0)]).unwrap()
 }
 
-fn step_noise(step: u32) -> StepNoise {
-    NoiseStream::new(1, Purpose::Trial, [0; 3]).at(step)
-}
-
 #[test]
 fn mirrored_plants_make_the_model_of_the_mirror() {
     let tracks = [track(1, 0.05, 5.0), track(2, 0.08, 5.0)];
     let images = tracks.each_ref().map(|track| track.mirrored().unwrap());
-    let (model, mirror) = (MemoryModel::fit(&tracks).unwrap(), MemoryModel::fit(&images).unwrap());
-    let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
-    let mut image = mirror.seedling(Point::new(-0.2, 4.0), &mut step_noise(u32::MAX));
-    for step in 0..200 {
-        let light = if step % 17 < 9 { Light::LEFT } else { Light::RIGHT };
-        model.step(&mut plant, light, &mut step_noise(step));
-        mirror.step(&mut image, model.layout().mirrored(light).unwrap(), &mut step_noise(step));
-        assert_eq!(model.observe(&plant).tip, mirror.observe(&image).tip.mirrored(), "step {step}");
-    }
-    assert!(model.observe(&plant).tip.y > 7.0, "{:?}", model.observe(&plant).tip);
+    assert_mirror(&MemoryModel::fit(&tracks).unwrap(), &MemoryModel::fit(&images).unwrap(), 7.0);
 }
 
 #[test]

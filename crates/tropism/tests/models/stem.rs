@@ -1,5 +1,6 @@
 //! The linear model of the stem.
 
+use super::assert_mirror;
 use tropism::control::Periodic;
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
@@ -8,7 +9,7 @@ use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::plant::stem::StemModel;
-use tropism::random::{NoiseStream, Purpose, StepNoise};
+use tropism::random::{NoiseStream, Purpose};
 use tropism::task::OpenLoop;
 use tropism::track::Track;
 
@@ -25,24 +26,11 @@ fn model() -> StemModel {
     StemModel::fit(&[grown(1, 5.0), grown(2, 5.0)]).unwrap()
 }
 
-fn step_noise(step: u32) -> StepNoise {
-    NoiseStream::new(1, Purpose::Trial, [0; 3]).at(step)
-}
-
 #[test]
 fn mirrored_plants_make_the_model_of_the_mirror() {
     let tracks = [grown(1, 5.0), grown(2, 5.0)];
     let images = tracks.each_ref().map(|track| track.mirrored().unwrap());
-    let (model, mirror) = (StemModel::fit(&tracks).unwrap(), StemModel::fit(&images).unwrap());
-    let mut plant = model.seedling(Point::new(0.2, 4.0), &mut step_noise(u32::MAX));
-    let mut image = mirror.seedling(Point::new(-0.2, 4.0), &mut step_noise(u32::MAX));
-    for step in 0..200 {
-        let light = if step % 17 < 9 { Light::LEFT } else { Light::RIGHT };
-        model.step(&mut plant, light, &mut step_noise(step));
-        mirror.step(&mut image, model.layout().mirrored(light).unwrap(), &mut step_noise(step));
-        assert_eq!(model.observe(&plant).tip, mirror.observe(&image).tip.mirrored(), "step {step}");
-    }
-    assert!(model.observe(&plant).tip.y > 5.0, "{:?}", model.observe(&plant).tip);
+    assert_mirror(&StemModel::fit(&tracks).unwrap(), &StemModel::fit(&images).unwrap(), 5.0);
 }
 
 #[test]
