@@ -1,14 +1,30 @@
 //! Plans and settings are data: they come back from JSON or TOML, refuse keys that they do not know, and name the key of a bad
 //! value.
 
+#[path = "plans/calibrate_camera.rs"]
+mod calibrate_camera;
 #[path = "plans/controller.rs"]
 mod controller;
+#[path = "plans/going_on.rs"]
+mod going_on;
+#[path = "plans/planner.rs"]
+mod planner;
+#[path = "plans/rig_file.rs"]
+mod rig_file;
+#[path = "plans/run.rs"]
+mod run;
 #[path = "plans/settings.rs"]
 mod settings;
+#[path = "plans/shutdown.rs"]
+mod shutdown;
 #[path = "plans/study.rs"]
 mod study;
 #[path = "plans/sweep.rs"]
 mod sweep;
+#[path = "plans/task.rs"]
+mod task;
+#[path = "plans/track.rs"]
+mod track;
 
 use tropism_lab::baseline::BaselinePlan;
 use tropism_lab::calibrate::{CalibratePlan, RecoveryPlan};

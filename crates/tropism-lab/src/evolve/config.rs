@@ -69,15 +69,3 @@ impl EvolveConfig {
         EvolvePlan { seed, trial_plants, task, evolution, ..EvolvePlan::default() }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_paper_written_out_is_the_default() {
-        let written: EvolveConfig =
-            toml::from_str(include_str!("../../../../studies/evolution.toml")).unwrap();
-        assert_eq!(written, EvolveConfig::default());
-    }
-}

@@ -155,32 +155,6 @@ pub(super) fn check_minutes(key: &str, minutes: Option<f64>) -> Result<(), Error
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Workflow;
-
-    #[test]
-    fn a_plan_goes_through_json_and_an_empty_one_is_the_default() {
-        let plan = TrackPlan {
-            light: LightSource::File("light.csv".into()),
-            scale: TrackScale::PxPerCm(11.0),
-            ..TrackPlan::default()
-        };
-        let json = serde_json::to_string(&plan).unwrap();
-        assert_eq!(serde_json::from_str::<TrackPlan>(&json).unwrap(), plan);
-        assert_eq!(serde_json::from_str::<TrackPlan>("{}").unwrap(), TrackPlan::default());
-    }
-
-    #[test]
-    fn impossible_plans_are_refused_by_key() {
-        let refused = |plan: TrackPlan| plan.check().unwrap_err().to_string();
-        assert!(
-            refused(TrackPlan { period_min: Some(0.0), ..TrackPlan::default() }).contains("`period_min` 0")
-        );
-        let out = TrackPlan { out: "track.json".into(), ..TrackPlan::default() };
-        assert!(refused(out).contains("wanted one that ends in .csv"));
-        let scale = TrackScale::PxPerCm(-1.0);
-        assert!(refused(TrackPlan { scale, ..TrackPlan::default() }).contains("`px_per_cm` -1"));
-        assert!(refused(TrackPlan { plants: Vec::new(), ..TrackPlan::default() }).contains("`plants`"));
-    }
 
     #[test]
     fn each_of_several_plants_has_a_file() {

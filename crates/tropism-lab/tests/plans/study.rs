@@ -1,5 +1,6 @@
-//! Studies as files.
+//! Studies and evolutions as files.
 
+use tropism_lab::evolve::EvolveConfig;
 use tropism_lab::study::StudyConfig;
 
 #[test]
@@ -7,6 +8,12 @@ fn the_paper_written_out_is_the_default() {
     let written: StudyConfig = toml::from_str(include_str!("../../../../studies/paper.toml")).unwrap();
     assert_eq!(written, StudyConfig::default());
     written.check().unwrap();
+}
+
+#[test]
+fn the_evolution_of_the_paper_written_out_is_the_default() {
+    let written: EvolveConfig = toml::from_str(include_str!("../../../../studies/evolution.toml")).unwrap();
+    assert_eq!(written, EvolveConfig::default());
 }
 
 #[test]

@@ -365,6 +365,3 @@ impl Lamps for LockedLamps {
         self.lamps.light(light)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -6,7 +6,9 @@ use tropism::environment::Environment;
 use tropism::lamps::{Layout, Light};
 use tropism::rig::OnExit;
 
-use super::*;
+use tropism::greenhouse::tent::Greenhouse;
+use tropism::vision::VisionConfig;
+use tropism_rig::file::RigFile;
 
 /// The required part of a rig file beside its devices.
 const REST: &str =
@@ -303,12 +305,17 @@ fn lamps_without_a_place_and_places_without_a_lamp_are_refused_by_name() {
 
 #[test]
 fn each_of_four_lamps_may_be_a_program() {
-    let lamps = "[lamps]\nfront = [\"f\"]\nleft = [\"l\"]\nright = [\"r\"]\nback = [\"b\"]\ndark = [\"d\"]\n";
-    let rig = parse(&format!("{CAMERA}{lamps}")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log");
+    let program = |name: &&str| format!("{name} = [\"sh\", \"-c\", \"echo {name} >> {}\"]\n", log.display());
+    let programs: String = ["front", "left", "right", "back", "dark"].iter().map(program).collect();
+    let rig = parse(&format!("{CAMERA}[lamps]\n{programs}")).unwrap();
     rig.check().unwrap();
-    let programs = rig.lamps.unwrap().programs().unwrap();
-    assert_eq!(programs.lamps.concat(), ["l", "r", "f", "b"]);
-    assert_eq!(programs.dark, ["d"]);
+    let mut lamps = rig.lamps.unwrap().open(None).unwrap();
+    for light in [Some(Light::LEFT), Some(Light::RIGHT), Some(Light::FRONT), Some(Light::BACK), None] {
+        lamps.light(light).unwrap();
+    }
+    assert_eq!(std::fs::read_to_string(log).unwrap(), "left\nright\nfront\nback\ndark\n");
 }
 
 #[test]
@@ -379,7 +386,7 @@ fn a_camera_at_the_side_has_its_own_calibration() {
     let rig: RigFile = toml::from_str(&format!("{front}{side}")).unwrap();
     let table = rig.side.as_ref().unwrap();
     assert_eq!(table.distance_cm, [74.0; 2]);
-    assert!(table.faults().is_empty(), "{:?}", table.faults());
+    assert!(rig.faults().is_empty(), "{:?}", rig.faults());
     let again: RigFile = toml::from_str(&toml::to_string(&rig).unwrap()).unwrap();
     assert_eq!(again, rig);
     let near = format!("{front}[side]\ndistance_cm = [74.0, 0.0]\n{side}");
