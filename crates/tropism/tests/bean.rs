@@ -4,8 +4,12 @@
 mod calibrate;
 #[path = "bean/contact.rs"]
 mod contact;
+#[path = "bean/fault.rs"]
+mod fault;
 #[path = "bean/reach.rs"]
 mod reach;
+#[path = "bean/render.rs"]
+mod render;
 #[path = "bean/rk4.rs"]
 mod rk4;
 #[path = "bean/species.rs"]

@@ -2,6 +2,8 @@
 
 #[path = "models/baseline.rs"]
 mod baseline;
+#[path = "models/batch.rs"]
+mod batch;
 #[path = "models/champion.rs"]
 mod champion;
 #[path = "models/cma_es.rs"]
@@ -14,6 +16,8 @@ mod memory;
 mod rule_search;
 #[path = "models/saved.rs"]
 mod saved;
+#[path = "models/space.rs"]
+mod space;
 #[path = "models/stem.rs"]
 mod stem;
 #[path = "models/tip_file.rs"]
