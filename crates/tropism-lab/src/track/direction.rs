@@ -4,6 +4,7 @@
 //! idea: the same stem is found whichever way a picture is turned, and its lower half shows where it leads.
 
 use tropism::geometry::Pixel;
+use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{Direction, Frame as Picture, VisionConfig, detect_from_base};
 
 use super::plan::TrackPlan;
@@ -55,11 +56,7 @@ impl TrackPlan {
 }
 
 /// The direction in which the stem leads from `base` in a picture; up where none is clear.
-fn growth(
-    picture: &impl tropism::vision::raster::source::PixelSource,
-    base: Pixel,
-    config: &VisionConfig,
-) -> Direction {
+fn growth(picture: &dyn PixelSource, base: Pixel, config: &VisionConfig) -> Direction {
     let leads = |up: Direction| {
         let config = VisionConfig { up, ..config.clone() };
         let found = detect_from_base(picture, Some(base), &config)?;

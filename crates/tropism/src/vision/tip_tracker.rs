@@ -175,7 +175,7 @@ impl TipTracker {
     /// better than the present one. [`TipTracker::observe`] calls it by itself.
     ///
     /// Pictures of another size than the calibration's are ignored. Mode `paper` has no reference.
-    pub fn set_reference(&mut self, image: &impl PixelSource) {
+    pub fn set_reference(&mut self, image: &dyn PixelSource) {
         let (width, height) = image.size();
         let is_compared = self.config.mode == Mode::Robust && !self.is_unrelated;
         let is_candidate = is_compared && self.candidates < Self::REFERENCE_FRAMES;
@@ -267,7 +267,11 @@ impl TipTracker {
     ///
     /// # Errors
     /// The status of a photograph in which no plant is detected.
-    pub fn detect(&self, picture: Result<&impl PixelSource, &PhotoError>) -> Result<Detection, FrameStatus> {
+    pub fn detect<P: PixelSource>(&self, picture: Result<&P, &PhotoError>) -> Result<Detection, FrameStatus> {
+        self.detect_in(picture.map(|picture| picture as &dyn PixelSource))
+    }
+
+    fn detect_in(&self, picture: Result<&dyn PixelSource, &PhotoError>) -> Result<Detection, FrameStatus> {
         let image = picture.map_err(|error| match error {
             PhotoError::UnknownFormat(_) | PhotoError::TooLarge { .. } => FrameStatus::Foreign,
             _ => FrameStatus::Corrupt,
@@ -302,7 +306,7 @@ impl TipTracker {
     /// Detects the plant with the stem's base at `base` where no obstacle is, in a picture shifted by `shift`.
     fn detect_beside_obstacles(
         &self,
-        image: &impl PixelSource,
+        image: &dyn PixelSource,
         base: Pixel,
         shift: Pixel,
         config: &VisionConfig,
@@ -354,12 +358,12 @@ impl TipTracker {
     }
 
     /// Whether a picture is black, or much darker than the reference.
-    fn lacks_light(&self, image: &impl PixelSource) -> bool {
+    fn lacks_light(&self, image: &dyn PixelSource) -> bool {
         self.is_darkened(image) || is_black(image)
     }
 
     /// Whether a picture is much darker than the reference.
-    fn is_darkened(&self, image: &impl PixelSource) -> bool {
+    fn is_darkened(&self, image: &dyn PixelSource) -> bool {
         self.reference.as_ref().is_some_and(|reference| reference.is_darkened(Tone::of(image)))
     }
 
@@ -463,7 +467,7 @@ impl TipTracker {
 
 /// Detects the plant with the stem's base at `base`, among `poles` if there are some.
 fn detect_with(
-    image: &impl PixelSource,
+    image: &dyn PixelSource,
     base: Pixel,
     config: &VisionConfig,
     poles: Option<&PoleView>,

@@ -79,22 +79,22 @@ struct Samples {
 }
 
 impl Samples {
-    fn size(image: &impl PixelSource, step: usize) -> Offset {
+    fn size(image: &dyn PixelSource, step: usize) -> Offset {
         ((image.size().0 / step) as i32, (image.size().1 / step) as i32)
     }
 
     /// All samples of a picture.
-    fn all(image: &impl PixelSource, step: usize) -> Self {
+    fn all(image: &dyn PixelSource, step: usize) -> Self {
         let (width, height) = Self::size(image, step);
         Self::between(image, step, (0, 0), (width - 1, height - 1))
     }
 
     /// The square of samples around a centre, `half_side` to each side.
-    fn around(image: &impl PixelSource, step: usize, (x, y): Offset, half_side: i32) -> Self {
+    fn around(image: &dyn PixelSource, step: usize, (x, y): Offset, half_side: i32) -> Self {
         Self::between(image, step, (x - half_side, y - half_side), (x + half_side, y + half_side))
     }
 
-    fn between(image: &impl PixelSource, step: usize, first: Offset, last: Offset) -> Self {
+    fn between(image: &dyn PixelSource, step: usize, first: Offset, last: Offset) -> Self {
         let size = Self::size(image, step);
         let clamp = |at: Offset| (at.0.clamp(0, size.0 - 1), at.1.clamp(0, size.1 - 1));
         let (first, last) = (clamp(first), clamp(last));
@@ -124,7 +124,7 @@ impl Samples {
 impl ReferenceFeatures {
     /// Extracts the templates of a picture. The inner part of `crop`, where the plant moves, has none.
     #[must_use]
-    pub fn extract(image: &impl PixelSource, crop: Option<Region>) -> Self {
+    pub fn extract(image: &dyn PixelSource, crop: Option<Region>) -> Self {
         let step = (image.size().0 / COARSE_COLUMNS).max(1);
         let (width, height) = Samples::size(image, step);
         let fine_step = (step / 4).max(1);
@@ -169,7 +169,7 @@ impl ReferenceFeatures {
 
     /// Estimates the shift of a picture, in pixels to the right and down; `None` where too few templates agree.
     #[must_use]
-    pub fn estimate_shift(&self, image: &impl PixelSource) -> Option<Pixel> {
+    pub fn estimate_shift(&self, image: &dyn PixelSource) -> Option<Pixel> {
         let step = self.coarse_step;
         // Most pictures have not moved: where a third of the templates match at rest, the wide search is skipped.
         let at_rest = self
@@ -208,7 +208,7 @@ impl ReferenceFeatures {
     /// Contrast of a picture that has shifted by `shift`, as a share of the first picture's: the median over the
     /// templates of norm by mean. Mist on the lens lowers it; dimmer light does not.
     #[must_use]
-    pub fn relative_contrast(&self, image: &impl PixelSource, shift: Pixel) -> f64 {
+    pub fn relative_contrast(&self, image: &dyn PixelSource, shift: Pixel) -> f64 {
         let in_samples = |pixels: f64| (pixels / self.coarse_step as f64).round() as i32;
         let (right, down) = (in_samples(shift.x), in_samples(shift.y));
         let ratio = |(before, _): &(Template, Template)| {
@@ -261,7 +261,7 @@ fn min_eigenvalue(samples: &Samples, x: i32, y: i32) -> f32 {
 }
 
 impl Template {
-    fn of(image: &impl PixelSource, step: usize, (x, y): Offset) -> Self {
+    fn of(image: &dyn PixelSource, step: usize, (x, y): Offset) -> Self {
         let mut values = Samples::around(image, step, (x, y), HALF_SIDE).square((x, y), HALF_SIDE);
         let mean = values.iter().sum::<f32>() / values.len() as f32;
         values.iter_mut().for_each(|value| *value -= mean);
@@ -276,7 +276,7 @@ impl Template {
     /// the best correlation is below [`MIN_CORRELATION`].
     fn match_in(
         &self,
-        image: &impl PixelSource,
+        image: &dyn PixelSource,
         step: usize,
         start: Offset,
         range: i32,

@@ -24,7 +24,7 @@ const MAX_FACTOR: usize = 8;
 /// the fitting of the unlit one, which a flash lights up, and what stands on both sides cancels out. A region outside
 /// the picture has no glow.
 #[must_use]
-pub fn lamp_state(image: &impl PixelSource, lamps: Option<&[Region]>) -> Option<Light> {
+pub fn lamp_state(image: &dyn PixelSource, lamps: Option<&[Region]>) -> Option<Light> {
     let (width, height) = image.size();
     let third = Region { x: 0, y: 0, width: (width / 3).max(1), height };
     let thirds = [third, Region { x: width - third.width, ..third }];

@@ -50,7 +50,7 @@ use view::View;
 /// assert!((tip.x - 41.0).abs() < 0.1 && (tip.y - 19.5).abs() < 0.5);
 /// ```
 #[must_use]
-pub fn detect(image: &impl PixelSource, config: &VisionConfig) -> Option<Detection> {
+pub fn detect(image: &dyn PixelSource, config: &VisionConfig) -> Option<Detection> {
     detect_from_base(image, None, config)
 }
 
@@ -58,7 +58,7 @@ pub fn detect(image: &impl PixelSource, config: &VisionConfig) -> Option<Detecti
 /// taken to begin at the middle of the crop's lower edge.
 #[must_use]
 pub fn detect_from_base(
-    image: &impl PixelSource,
+    image: &dyn PixelSource,
     base: Option<Pixel>,
     config: &VisionConfig,
 ) -> Option<Detection> {
@@ -67,17 +67,13 @@ pub fn detect_from_base(
 
 /// Detects a plant whose stem leaves the soil at `base` in a photograph that is compared with no other: the stem is
 /// looked for by its form first.
-pub(super) fn detect_alone(
-    image: &impl PixelSource,
-    base: Pixel,
-    config: &VisionConfig,
-) -> Option<Detection> {
+pub(super) fn detect_alone(image: &dyn PixelSource, base: Pixel, config: &VisionConfig) -> Option<Detection> {
     detect_posed(image, Some(base), config, true)
 }
 
 /// Detects a plant in any pose and tone.
 fn detect_posed(
-    image: &impl PixelSource,
+    image: &dyn PixelSource,
     base: Option<Pixel>,
     config: &VisionConfig,
     is_alone: bool,
@@ -101,7 +97,7 @@ fn detect_posed(
 /// Detects a plant whose stem leaves the soil at `base`, among `poles`, in mode `robust`: it grows upwards before a dark
 /// background.
 pub(super) fn detect_among_poles(
-    image: &impl PixelSource,
+    image: &dyn PixelSource,
     base: Pixel,
     config: &VisionConfig,
     poles: &PoleView,
@@ -115,7 +111,7 @@ pub(super) fn detect_among_poles(
 const LIGHT: f32 = 128.0;
 
 /// Whether most of a picture is light. Read from means of 8 x 8 pixels, which a JPEG gives without decoding its pixels.
-fn has_light_background(image: &impl PixelSource) -> bool {
+fn has_light_background(image: &dyn PixelSource) -> bool {
     let (width, height) = image.size();
     let factor = if width.min(height) < 8 { 1 } else { 8 };
     let luma = image.downscale_luma(full_region((width, height)), factor);
@@ -124,7 +120,7 @@ fn has_light_background(image: &impl PixelSource) -> bool {
 
 /// Detects a plant that grows upwards and is lighter than its background.
 fn detect_upright(
-    image: &impl PixelSource,
+    image: &dyn PixelSource,
     crop: Region,
     base: Option<Pixel>,
     config: &VisionConfig,

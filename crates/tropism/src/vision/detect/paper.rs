@@ -10,7 +10,7 @@ use crate::vision::raster::levels::Levels;
 use crate::vision::raster::source::{PaddedCrop, PixelSource, sample_luma};
 
 /// Detects the plant in a crop.
-pub(super) fn detect(image: &impl PixelSource, crop: Region, config: &VisionConfig) -> Option<Detection> {
+pub(super) fn detect(image: &dyn PixelSource, crop: Region, config: &VisionConfig) -> Option<Detection> {
     let (width, _) = image.size();
     let step = config.step(width);
     let sigma = config.sigma * step as f64;

@@ -48,7 +48,7 @@ const CELL_SAMPLES: usize = 2;
 
 /// Detects the plant at `base`; without one, the largest plant.
 pub(super) fn detect(
-    image: &impl PixelSource,
+    image: &dyn PixelSource,
     crop: Region,
     base: Option<Pixel>,
     config: &VisionConfig,
@@ -151,7 +151,7 @@ fn trace_stem(
 
 /// The midline of a silhouette in the photograph and its mean width, in pixels.
 fn trace_silhouette(
-    image: &impl PixelSource,
+    image: &dyn PixelSource,
     crop: Region,
     base: Pixel,
     tissue: &OccupancyGrid,

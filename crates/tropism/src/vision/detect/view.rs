@@ -12,15 +12,15 @@ use crate::vision::detect::detection::{Detection, Edge};
 use crate::vision::raster::source::PixelSource;
 
 /// A picture turned and inverted.
-pub(super) struct View<'a, S> {
-    source: &'a S,
+pub(super) struct View<'a> {
+    source: &'a dyn PixelSource,
     up: Direction,
     is_inverted: bool,
 }
 
-impl<'a, S: PixelSource> View<'a, S> {
+impl<'a> View<'a> {
     /// The picture with the end of `up` at the top, and its negative if `is_inverted`.
-    pub(super) const fn new(source: &'a S, up: Direction, is_inverted: bool) -> Self {
+    pub(super) fn new(source: &'a dyn PixelSource, up: Direction, is_inverted: bool) -> Self {
         Self { source, up, is_inverted }
     }
 
@@ -94,7 +94,7 @@ fn turned(Region { x, y, width, height }: Region, turn: impl Fn(Pixel) -> Pixel)
     Region { x: left, y: top, width: length(one.x, other.x), height: length(one.y, other.y) }
 }
 
-impl<S: PixelSource> PixelSource for View<'_, S> {
+impl PixelSource for View<'_> {
     fn size(&self) -> (usize, usize) {
         let (width, height) = self.source.size();
         if matches!(self.up, Direction::Left | Direction::Right) { (height, width) } else { (width, height) }

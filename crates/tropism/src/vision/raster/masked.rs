@@ -13,18 +13,18 @@ use crate::vision::raster::source::PixelSource;
 const COARSE: usize = 8;
 
 /// A picture in which some pixels are left out.
-pub(in crate::vision) struct Masked<'a, P> {
-    picture: &'a P,
+pub(in crate::vision) struct Masked<'a> {
+    picture: &'a dyn PixelSource,
     /// Regions that hold all pixels to leave out.
     regions: Vec<Region>,
     is_out: &'a dyn Fn(Pixel) -> bool,
     background: [u8; 3],
 }
 
-impl<'a, P: PixelSource> Masked<'a, P> {
+impl<'a> Masked<'a> {
     /// `picture` without the pixels of `regions` for which `is_out` holds; the background is measured in `crop`.
     pub(in crate::vision) fn new(
-        picture: &'a P,
+        picture: &'a dyn PixelSource,
         crop: Region,
         regions: Vec<Region>,
         is_out: &'a dyn Fn(Pixel) -> bool,
@@ -40,7 +40,7 @@ impl<'a, P: PixelSource> Masked<'a, P> {
     }
 }
 
-impl<P: PixelSource> PixelSource for Masked<'_, P> {
+impl PixelSource for Masked<'_> {
     fn size(&self) -> (usize, usize) {
         self.picture.size()
     }

@@ -75,7 +75,7 @@ pub(in crate::vision) const fn full_region((width, height): (usize, usize)) -> R
 /// # Panics
 /// If `crop` does not lie inside the picture or `step` is 0.
 #[must_use]
-pub fn sample_luma(picture: &impl PixelSource, crop: Region, sigma: f64, step: usize) -> Plane {
+pub fn sample_luma(picture: &dyn PixelSource, crop: Region, sigma: f64, step: usize) -> Plane {
     // Variance of a box filter of `step` pixels.
     let box_variance = ((step * step) as f64 - 1.0) / 12.0;
     match aligned_region(crop, step) {
@@ -102,7 +102,7 @@ pub(in crate::vision) struct PaddedCrop<'a> {
 
 impl<'a> PaddedCrop<'a> {
     /// A crop with the margin of a Gaussian of standard deviation `sigma` pixels, as far as the picture reaches.
-    pub(in crate::vision) fn of(picture: &'a impl PixelSource, crop: Region, sigma: f64) -> Self {
+    pub(in crate::vision) fn of(picture: &'a dyn PixelSource, crop: Region, sigma: f64) -> Self {
         let margin = (3.0 * sigma).ceil() as usize;
         let (width, height) = picture.size();
         let (x, y) = (crop.x.saturating_sub(margin), crop.y.saturating_sub(margin));

@@ -54,7 +54,7 @@ pub(in crate::vision) struct Tone {
 
 impl Tone {
     /// The tone of a picture.
-    pub(in crate::vision) fn of(image: &impl PixelSource) -> Self {
+    pub(in crate::vision) fn of(image: &dyn PixelSource) -> Self {
         let (width, height) = image.size();
         let factor = if width.min(height) < 8 { 1 } else { 8 };
         let values = image.downscale_luma(full_region((width, height)), factor);
@@ -66,12 +66,12 @@ impl Tone {
 
 impl Background {
     /// A picture as the reference; its features are taken outside the inner part of `crop`.
-    pub(in crate::vision) fn of(image: &impl PixelSource, crop: Option<Region>) -> Self {
+    pub(in crate::vision) fn of(image: &dyn PixelSource, crop: Option<Region>) -> Self {
         Self { features: ReferenceFeatures::extract(image, crop), tone: Tone::of(image) }
     }
 
     /// Whether another picture is the better reference: this one was dark, misty or drawn.
-    pub(in crate::vision) fn is_exceeded_by(&self, image: &impl PixelSource) -> bool {
+    pub(in crate::vision) fn is_exceeded_by(&self, image: &dyn PixelSource) -> bool {
         let tone = Tone::of(image);
         if self.tone.is_drawn != tone.is_drawn {
             return self.tone.is_drawn;
@@ -81,7 +81,7 @@ impl Background {
     }
 
     /// Estimates the shift of a picture, in pixels to the right and down; `None` where it cannot be registered.
-    pub(in crate::vision) fn estimate_shift(&self, image: &impl PixelSource) -> Option<Pixel> {
+    pub(in crate::vision) fn estimate_shift(&self, image: &dyn PixelSource) -> Option<Pixel> {
         self.features.estimate_shift(image)
     }
 
@@ -91,7 +91,7 @@ impl Background {
     }
 
     /// Whether mist took the contrast of a picture that has shifted by `shift`.
-    pub(in crate::vision) fn is_misty(&self, image: &impl PixelSource, shift: Pixel) -> bool {
+    pub(in crate::vision) fn is_misty(&self, image: &dyn PixelSource, shift: Pixel) -> bool {
         self.features.relative_contrast(image, shift) < MISTY_CONTRAST
     }
 
@@ -108,7 +108,7 @@ impl Background {
 }
 
 /// Whether a picture is black but for noise. A white wall has as little contrast, but is bright.
-pub(in crate::vision) fn is_black(image: &impl PixelSource) -> bool {
+pub(in crate::vision) fn is_black(image: &dyn PixelSource) -> bool {
     let size = image.size();
     let plane = sample_luma(image, full_region(size), 0.0, (size.0 / COARSE_COLUMNS).max(1));
     let levels = Levels::from_plane(&plane, plane.values.len() / 1_000);

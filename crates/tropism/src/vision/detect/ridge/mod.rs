@@ -103,7 +103,7 @@ fn extend(line: &mut Vec<PlanePoint>) {
 /// tell where the stem begins and what lies beside it. Then the stem is found by its form, or none is given. In a
 /// photograph that `is_alone` no other can tell a wrong stem, so its form is looked for without a pot, too.
 pub(super) fn detect(
-    image: &impl PixelSource,
+    image: &dyn PixelSource,
     crop: Region,
     base: Pixel,
     config: &VisionConfig,
