@@ -17,6 +17,8 @@ mod run;
 mod settings;
 #[path = "plans/shutdown.rs"]
 mod shutdown;
+#[path = "plans/species.rs"]
+mod species;
 #[path = "plans/study.rs"]
 mod study;
 #[path = "plans/sweep.rs"]

@@ -12,8 +12,6 @@ mod reach;
 mod render;
 #[path = "bean/rk4.rs"]
 mod rk4;
-#[path = "bean/species.rs"]
-mod species;
 #[path = "bean/tent.rs"]
 mod tent;
 
