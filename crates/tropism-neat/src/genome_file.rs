@@ -248,6 +248,14 @@ pub enum GenomeError {
         /// Value found.
         value: f64,
     },
+    /// The number of weights differs from the number of links.
+    #[error("found {found} weights, wanted {wanted}, one for each link")]
+    WeightCount {
+        /// Number of weights.
+        found: usize,
+        /// Number of links.
+        wanted: usize,
+    },
     /// An innovation number is duplicate or out of order.
     #[error("found innovation {innovation} after {last}, wanted ascending numbers from 1, each once")]
     Innovation {

@@ -10,6 +10,7 @@ use crate::genome::Genome;
 use crate::genome_file::check_shape;
 use crate::innovation::Innovations;
 use crate::limits::SCORE_LIMIT;
+use crate::mutate::mutate;
 use crate::random::{Purpose, Rng};
 use crate::reproduce::Parents;
 use crate::species::{self, Speciation, Species};
@@ -84,21 +85,57 @@ impl Neat {
     pub fn new(config: Config, inputs: usize, outputs: usize, seed: u64) -> Result<Self, NeatError> {
         config.check()?;
         check_shape(inputs, outputs)?;
-        let members = config.population as u64;
+        let random = |index| Genome::random(&config, inputs, outputs, seed, index);
+        let population = (0..config.population as u64).map(random).collect();
+        let innovations = Innovations::new(&Genome::minimal(&config, inputs, outputs));
+        Ok(Self::with_population(config, population, innovations, seed))
+    }
+
+    /// Starts a run from `start`: the first population is this genome and mutants of it, each mutated once.
+    ///
+    /// ```
+    /// use tropism_neat::{Config, Genome, Neat};
+    /// let config = Config::wahby2016();
+    /// let start = Genome::linear(&config, 2, &[1.0, 0.0, 0.5])?.without_idle_links();
+    /// let neat = Neat::from_genome(config, &start, 42)?;
+    /// assert_eq!((neat.ask().len(), &neat.ask()[0]), (50, &start));
+    /// # Ok::<(), tropism_neat::NeatError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`NeatError::Config`] if a parameter is out of range, [`NeatError::Genome`] if a gene is wrong.
+    pub fn from_genome(config: Config, start: &Genome, seed: u64) -> Result<Self, NeatError> {
+        config.check()?;
+        start.check()?;
+        let mut innovations = Innovations::new(start);
+        let mut member = |index| {
+            let mut genome = start.clone();
+            if index > 0 {
+                let mut rng = Rng::new(seed, Purpose::Mutants, index);
+                mutate(&mut genome, &config, &mut innovations, &mut rng);
+            }
+            genome
+        };
+        let population = (0..config.population as u64).map(&mut member).collect();
+        Ok(Self::with_population(config, population, innovations, seed))
+    }
+
+    /// A run before its first generation, with its first population assigned to species.
+    fn with_population(config: Config, population: Vec<Genome>, innovations: Innovations, seed: u64) -> Self {
+        let members = population.len() as u64;
         let mut neat = Self {
-            inputs,
-            outputs,
+            inputs: population[0].inputs,
+            outputs: population[0].outputs,
             seed,
             generation: 0,
             evaluations: 0,
-            population: (0..members)
-                .map(|index| Genome::random(&config, inputs, outputs, seed, index))
-                .collect(),
+            population,
             ids: (0..members).collect(),
             next_id: members,
             species: Vec::new(),
             next_species: 1,
-            innovations: Innovations::new(&Genome::minimal(&config, inputs, outputs)),
+            innovations,
             threshold: config.compat_threshold,
             best_fitness: 0.0,
             champion: None,
@@ -110,7 +147,7 @@ impl Neat {
         for (index, genome) in (0..).zip(&neat.population) {
             speciation.assign(genome, index);
         }
-        Ok(neat)
+        neat
     }
 
     /// The population to evaluate. [`tell`](Self::tell) takes the scores in the same order.

@@ -18,6 +18,8 @@ pub(crate) enum Purpose {
     InitialWeights = 1,
     /// Selection, crossover and mutation of one child, numbered by generation and index of the child.
     Offspring = 2,
+    /// Mutation of a start genome, numbered by index of the mutant in the initial population.
+    Mutants = 3,
 }
 
 /// A random stream with the distributions that NEAT needs.

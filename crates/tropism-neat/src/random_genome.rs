@@ -1,8 +1,8 @@
-//! Random minimal genomes: the members of initial populations, and networks for random baselines.
+//! Minimal genomes with random or given weights: the members of initial populations, and networks for random baselines.
 
 use crate::config::Config;
 use crate::genome::Genome;
-use crate::genome_file::check_shape;
+use crate::genome_file::{GenomeError, check_shape};
 use crate::random::Rng;
 
 /// Random genome number `index` of a seed: a minimal genome with random weights.
@@ -43,6 +43,34 @@ pub fn random_weights(
 }
 
 impl Genome {
+    /// The minimal genome for `inputs` inputs with these weights: for each output those of the inputs, then that of the bias.
+    ///
+    /// # Errors
+    ///
+    /// [`GenomeError`] if there is no input, if the weights are not those of whole outputs, or if one is out of range.
+    pub fn linear(config: &Config, inputs: usize, weights: &[f64]) -> Result<Self, GenomeError> {
+        let outputs = weights.len() / (inputs + 1);
+        check_shape(inputs, outputs)?;
+        Self::minimal(config, inputs, outputs).with_weights(weights)
+    }
+
+    /// This genome with other weights, in the order of its links.
+    ///
+    /// # Errors
+    ///
+    /// [`GenomeError`] if there is not one weight for each link, or if one is out of range.
+    pub fn with_weights(&self, weights: &[f64]) -> Result<Self, GenomeError> {
+        if weights.len() != self.links.len() {
+            return Err(GenomeError::WeightCount { found: weights.len(), wanted: self.links.len() });
+        }
+        let mut genome = self.clone();
+        for (link, &weight) in genome.links.iter_mut().zip(weights) {
+            link.weight = weight;
+        }
+        genome.check()?;
+        Ok(genome)
+    }
+
     /// [`random_genome`] without the check of its shape.
     pub(crate) fn random(config: &Config, inputs: usize, outputs: usize, seed: u64, index: u64) -> Self {
         let mut genome = Self::minimal(config, inputs, outputs);

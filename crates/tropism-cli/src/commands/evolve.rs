@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
+use tropism::evolve::Start;
 use tropism_lab::Monitor;
 use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolveConfig, EvolvePlan, EvolveResults};
 use tropism_lab::files::shell_word;
@@ -64,6 +65,11 @@ pub(crate) struct Evolve {
     #[arg(long, value_name = "N")]
     episodes: Option<u32>,
 
+    /// First population: random networks (the default), or one that steers as chase does and mutants of it. The latter needs
+    /// the sensor to_target in a file of settings; the champion is then never worse than chase where champions are compared
+    #[arg(long, value_enum)]
+    start: Option<StartOption>,
+
     /// Continue the evolution in DIR; it needs no file, and may be given more generations
     #[arg(long)]
     resume: bool,
@@ -86,6 +92,12 @@ pub(crate) struct Evolve {
 enum Preset {
     Paper,
     BallKeeper,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum StartOption {
+    Random,
+    Greedy,
 }
 
 impl Evolve {
@@ -113,6 +125,11 @@ impl Evolve {
         match self.preset {
             Some(Preset::Paper) => evolution.neat = Config::wahby2016(),
             Some(Preset::BallKeeper) => evolution.neat = Config::ball_keeper(),
+            None => {}
+        }
+        match self.start {
+            Some(StartOption::Random) => evolution.start = Start::Random,
+            Some(StartOption::Greedy) => evolution.start = Start::Greedy,
             None => {}
         }
         evolution.runs = self.runs.unwrap_or(evolution.runs);
@@ -153,7 +170,7 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
     format!(
         "{}, {}, {:.1} s ({:.1} s of processor time)\n\
          best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2} (best possible {:.2}{above})\n\
-         champion: run {}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {expected}{}\n\
+         champion: run {}{}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {expected}{}\n\
          wrote {champion}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
         plural(results.runs.len(), "run"),
         plural(results.evaluations, "evaluation"),
@@ -161,6 +178,7 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
         results.cpu_seconds,
         plan.task.best(),
         results.champion,
+        if chosen.is_start { ", the controller that it started from" } else { "" },
         chosen.links,
         chosen.trial.mean,
         warning(chosen),

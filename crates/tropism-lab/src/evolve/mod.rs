@@ -14,16 +14,16 @@ mod status;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::evolve::{self, Champion, Choice, EvolutionConfig, EvolutionRun, Trial};
+use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, EvolutionRun, Trial};
 use tropism::greenhouse::bean::Species;
 use tropism::parallel;
 use tropism::task::TaskSpec;
+use tropism_neat::Genome;
 
 pub use self::config::EvolveConfig;
 pub use self::history::EvolutionHistory;
 pub use self::record::EvolutionRecord;
 pub(crate) use self::record::champion_path;
-use self::runs::champion_of;
 pub(crate) use self::status::status;
 pub use self::status::{EvolutionStatus, RunProgress};
 use crate::model::Model;
@@ -101,6 +101,9 @@ pub struct EvolutionRunSummary {
     pub trial: Trial,
     /// The champion on models of single plants, 40 of them at most: its expected fitness on an unseen plant.
     pub transfer: Trial,
+    /// Whether the champion is what evolution started from: nothing better was found on models of single plants.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_start: bool,
     /// Number of links of the champion.
     pub links: usize,
     /// Share of its steps on an unseen plant of the model at which the model has no data, 0 to 1.
@@ -169,6 +172,8 @@ impl Workflow for EvolvePlan {
         note_out_of_reach(&self.task, &Species::default(), monitor);
         let stopwatch = Stopwatch::start();
         let model = model::read_for(&self.model, &self.task, monitor)?;
+        let evolution = Evolution::new(&model, &self.task, self.evolution.clone(), self.seed)
+            .map_err(Error::in_plan("evolution"))?;
         let _lock = EvolutionRecord::new(self, &model).claim(&self.out, self.resume)?;
         let json = model.to_json();
         if !self.out.join(MODEL).exists() {
@@ -176,17 +181,18 @@ impl Workflow for EvolvePlan {
         }
         let total = u64::from(self.evolution.runs) * u64::from(self.evolution.generations);
         monitor.stage("evolve", total);
-        let (runs, evolving_s) = self.evolve(&model, monitor)?;
-        let (summaries, trying_s) = self.summarize(&runs, &model, monitor)?;
-        let champion = Choice::of(summaries.iter().map(|run| run.transfer).collect()).run;
-        for (index, (run, summary)) in runs.iter().zip(&summaries).enumerate() {
-            let one = Champion { expected: summary.expected(), ..self.champion(run, &model, &json)? };
+        let (runs, evolving_s) = self.evolve(&evolution, monitor)?;
+        let (champions, trying_s) = self.summarize(&runs, &evolution, &model, monitor)?;
+        let champion = Choice::of(champions.iter().map(|(_, run)| run.transfer).collect()).run;
+        for (index, (genome, summary)) in champions.iter().enumerate() {
+            let one = Champion { expected: summary.expected(), ..self.champion(genome, &model, &json) };
             champion::write(&champion_path(&self.out, index), &one)?;
             if index == champion {
                 champion::write(&self.out.join("champion.json"), &one)?;
             }
         }
         files::write(&self.out.join("history.csv"), history::csv_of(&runs).as_bytes())?;
+        let summaries: Vec<EvolutionRunSummary> = champions.into_iter().map(|(_, summary)| summary).collect();
         let results = EvolveResults {
             evaluations: summaries.iter().map(|run| run.evaluations).sum(),
             runs: summaries,
@@ -201,6 +207,9 @@ impl Workflow for EvolvePlan {
         Ok(results)
     }
 }
+
+/// The champion of a run and its summary.
+type Summarized<'r> = (&'r Genome, EvolutionRunSummary);
 
 impl EvolvePlan {
     /// The plan that goes on with the evolution in the folder `out`, from its `evolution.toml` and `model.json` alone.
@@ -233,53 +242,55 @@ impl EvolvePlan {
         Error::Interrupted { folder: self.out.clone() }
     }
 
-    /// The champion of `run` with all that it was evolved for. `json` is the model's file.
-    fn champion(&self, run: &EvolutionRun, model: &Model, json: &str) -> Result<Champion, Error> {
-        let genome = champion_of(run)?.clone();
-        Ok(Champion {
+    /// The champion `genome` with all that it was evolved for. `json` is the model's file.
+    fn champion(&self, genome: &Genome, model: &Model, json: &str) -> Champion {
+        Champion {
             task: Some(self.task.clone()),
             is_virtual: Some(model.is_virtual()),
-            ..Champion::of_model(genome, &self.evolution.sensors, model, json)
-        })
+            ..Champion::of_model(genome.clone(), &self.evolution.sensors, model, json)
+        }
     }
 
-    /// Summarizes the runs: tries each champion on unseen plants of `model`, and on a model of each plant. With the processor
-    /// time of that, in s.
-    fn summarize(
+    /// The champion of each run and its summary: candidates are tried on a model of each plant, and champions on unseen plants of
+    /// `model`, too. With the processor time of that, in s.
+    fn summarize<'r>(
         &self,
-        runs: &[EvolutionRun],
+        runs: &'r [EvolutionRun],
+        evolution: &'r Evolution<'_, Model, TaskSpec>,
         model: &Model,
         monitor: &dyn Monitor,
-    ) -> Result<(Vec<EvolutionRunSummary>, f64), Error> {
+    ) -> Result<(Vec<Summarized<'r>>, f64), Error> {
         let plants = model.of_each_plant(TRANSFER_PLANTS)?;
-        let summarize = |run: &EvolutionRun| -> Result<EvolutionRunSummary, Error> {
-            let genome = champion_of(run)?;
-            let trial = |models: &[Model]| {
-                let sensors = &self.evolution.sensors;
-                let models = models.iter().take_while(|_| monitor.may_go_on());
-                evolve::trial_of_genome(models, &self.task, sensors, genome, self.seed, self.trial_plants)
-            };
-            let champion = self.champion(run, model, "")?;
+        let summarize = |run: &'r EvolutionRun| -> Result<_, Error> {
+            let judges = plants.iter().take_while(|_| monitor.may_go_on());
+            let (genome, transfer) = evolution.champion_of(run, judges, self.trial_plants);
+            let unseen = [model].into_iter().take_while(|_| monitor.may_go_on());
+            let sensors = &self.evolution.sensors;
+            let trial =
+                evolve::trial_of_genome(unseen, &self.task, sensors, genome, self.seed, self.trial_plants);
+            let champion = self.champion(genome, model, "");
             let track =
                 champion::simulate(&champion, model, &self.task, self.seed).map_err(Error::at("champion"))?;
             let without_data = model.share_without_data(&track.samples);
-            Ok(EvolutionRunSummary {
+            let summary = EvolutionRunSummary {
                 seed: run.seed,
                 best_fitness: run.champion().map_or(0.0, |(_, fitness)| fitness),
                 generations: run.neat.generation(),
                 evaluations: run.neat.evaluations(),
-                trial: trial(std::slice::from_ref(model)),
-                transfer: trial(&plants),
+                trial,
+                transfer,
+                is_start: run.champion().is_some_and(|(best, _)| best != genome),
                 links: genome.links().len(),
                 without_data,
                 withheld: model::reason_to_withhold(plants.len(), without_data),
-            })
+            };
+            Ok((genome, summary))
         };
         let try_out = |run: usize| {
             let (summary, seconds) = timed(|| summarize(&runs[run]));
             Ok::<_, Error>((summary?, seconds))
         };
-        let summaries: Vec<(EvolutionRunSummary, f64)> = parallel::try_map(runs.len(), try_out)?;
+        let summaries: Vec<(Summarized<'_>, f64)> = parallel::try_map(runs.len(), try_out)?;
         if !monitor.may_go_on() {
             return Err(self.interrupted());
         }

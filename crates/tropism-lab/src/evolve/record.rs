@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::control::OUTPUTS;
 use tropism::evolve::{Champion, EvolutionConfig, EvolutionRun};
 use tropism::task::TaskSpec;
 use tropism_neat::Genome;
@@ -138,7 +137,7 @@ impl EvolutionRecord {
     /// work.
     #[must_use]
     pub fn checkpoint(&self, folder: &Path, index: u32) -> Option<EvolutionRun> {
-        let parse = |text: &str| EvolutionRun::from_json(text, &self.evolution, OUTPUTS, self.seed, index);
+        let parse = |text: &str| EvolutionRun::from_json(text, &self.evolution, self.seed, index);
         files::read_as(&checkpoint_path(folder, index), parse).ok()
     }
 

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use tropism::evolve::{Evolution, EvolutionRun};
 use tropism::parallel;
 use tropism::task::TaskSpec;
-use tropism_neat::Genome;
 
 use super::EvolvePlan;
 use super::progress::EvolutionMonitor;
@@ -19,12 +18,12 @@ impl EvolvePlan {
     /// Evolves all runs to their last generation; with the processor time of all, in s.
     pub(super) fn evolve(
         &self,
-        model: &Model,
+        evolution: &Evolution<'_, Model, TaskSpec>,
         monitor: &dyn Monitor,
     ) -> Result<(Vec<EvolutionRun>, f64), Error> {
         let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize));
         let evolve = |index| {
-            let (run, seconds) = timed(|| self.evolve_run(index as u32, model, monitor, &status));
+            let (run, seconds) = timed(|| self.evolve_run(index as u32, evolution, monitor, &status));
             Ok::<_, Error>((run?, seconds))
         };
         let runs: Vec<(Option<EvolutionRun>, f64)> = parallel::try_map(self.evolution.runs as usize, evolve)?;
@@ -37,15 +36,13 @@ impl EvolvePlan {
     fn evolve_run(
         &self,
         index: u32,
-        model: &Model,
+        evolution: &Evolution<'_, Model, TaskSpec>,
         monitor: &dyn Monitor,
         status: &Mutex<EvolutionMonitor>,
     ) -> Result<Option<EvolutionRun>, Error> {
         let checkpoint = Checkpoint::new(checkpoint_path(&self.out, index));
         let interval = Duration::from_secs(self.checkpoint_s);
-        let evolution = Evolution::new(model, &self.task, self.evolution.clone(), self.seed)
-            .map_err(Error::in_plan("evolution"))?;
-        let mut run = self.begin(&evolution, index, &checkpoint, monitor)?;
+        let mut run = self.begin(evolution, index, &checkpoint, monitor)?;
         if let Some(last) = run.history.last() {
             monitor.skip(run.history.len() as u64);
             if let Ok(mut status) = status.lock() {
@@ -92,14 +89,4 @@ impl EvolvePlan {
         }
         Ok(loaded.value)
     }
-}
-
-/// The best genome of a run.
-pub(super) fn champion_of(run: &EvolutionRun) -> Result<&Genome, Error> {
-    let (champion, _) = run.champion().ok_or_else(|| {
-        Error::at(format!("run with seed {}", run.seed))(
-            "found no champion, wanted one after its first generation",
-        )
-    })?;
-    Ok(champion)
 }

@@ -322,6 +322,8 @@ class EvolvedRun(Results):
     trial: Scores
     #: On models of single plants: its expected fitness on an unseen plant.
     transfer: Scores
+    #: Whether the champion is what evolution started from, None where it is not.
+    is_start: bool | None
     links: int
     without_data: float
     #: Why `transfer` is no expectation for unseen plants; None where it is one.

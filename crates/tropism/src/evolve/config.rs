@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tropism_neat::{Config, NeatError};
 
+use super::start::{self, Start, StartError};
 use crate::check::{OutOfRange, within};
 use crate::control::Sensors;
 
@@ -19,6 +20,9 @@ pub struct EvolutionConfig {
     /// What the networks see. Paper: x and y of the tip.
     #[serde(skip_serializing_if = "Sensors::is_tip")]
     pub sensors: Sensors,
+    /// From which networks evolution starts. Paper: random ones.
+    #[serde(skip_serializing_if = "Start::is_random")]
+    pub start: Start,
     /// NEAT's parameters. Paper: Table 1.
     pub neat: Config,
 }
@@ -30,6 +34,7 @@ impl Default for EvolutionConfig {
             generations: 2000,
             episodes: 1,
             sensors: Sensors::default(),
+            start: Start::default(),
             neat: Config::wahby2016(),
         }
     }
@@ -45,6 +50,9 @@ pub enum EvolutionError {
     /// NEAT's own.
     #[error(transparent)]
     Neat(#[from] NeatError),
+    /// A start that sensors, lamps or task cannot express.
+    #[error(transparent)]
+    Start(#[from] StartError),
 }
 
 impl EvolutionConfig {
@@ -57,6 +65,9 @@ impl EvolutionConfig {
         within("generations", self.generations, 1..=10_000_000)?;
         within("episodes", self.episodes, 1..=10_000)?;
         self.neat.check().map_err(NeatError::from)?;
+        if self.start == Start::Greedy {
+            start::offset_input(&self.sensors, &self.neat)?;
+        }
         Ok(())
     }
 }

@@ -13,6 +13,7 @@
 mod baseline;
 mod champion;
 mod cma_es;
+mod start;
 mod config;
 mod saved;
 mod rule_search;
@@ -36,6 +37,7 @@ pub use cma_es::CmaEs;
 pub use config::{EvolutionConfig, EvolutionError};
 pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial};
 pub use saved::SavedRunError;
+pub use start::{Start, StartError};
 pub use tuned_rule::{TunedRule, TunedRuleError};
 
 /// Evolution of controllers for one task on one model.
@@ -57,6 +59,8 @@ pub struct Evolution<'p, M, T: ?Sized> {
     model: &'p M,
     task: &'p T,
     config: EvolutionConfig,
+    /// The genome from which evolution starts; `None` for random ones.
+    start: Option<Genome>,
     seed: u64,
 }
 
@@ -86,7 +90,8 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
     /// Evolution for `task` on `model`, with all that `config` says, under `seed`.
     ///
     /// # Errors
-    /// [`EvolutionError`] names the key of `config`, its value and its range.
+    /// [`EvolutionError`] names the key of `config`, its value and its range, or says why the networks of `config` cannot decide
+    /// as the greedy rule does.
     pub fn new(
         model: &'p M,
         task: &'p T,
@@ -94,7 +99,11 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         seed: u64,
     ) -> Result<Self, EvolutionError> {
         config.check()?;
-        Ok(Self { model, task, config, seed })
+        let start = match config.start {
+            Start::Random => None,
+            Start::Greedy => Some(start::greedy_genome(&config.sensors, &config.neat, task, model.layout())?),
+        };
+        Ok(Self { model, task, config, start, seed })
     }
 
     /// Its settings.
@@ -108,7 +117,13 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
     /// # Errors
     /// [`NeatError`] if NEAT's parameters are out of range.
     pub fn begin(&self, index: u32) -> Result<EvolutionRun, NeatError> {
-        self.config.begin(outputs(self.model.layout()), self.seed, index)
+        let (config, seed) = (self.config.neat.clone(), run_seed(self.seed, index));
+        let neat = match &self.start {
+            None => Neat::new(config, self.config.sensors.inputs(), outputs(self.model.layout()), seed)?,
+            // NEAT adds links where they help. With all links from the beginning most mutants would forget the target.
+            Some(start) => Neat::from_genome(config, &start.clone().without_idle_links(), seed)?,
+        };
+        Ok(EvolutionRun { seed, episodes: self.config.episodes, neat, history: Vec::new() })
     }
 
     /// Run number `index` as [`EvolutionRun::to_json`] saved it. It continues to the same bits as one that was never saved.
@@ -116,7 +131,7 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
     /// # Errors
     /// [`SavedRunError`]: broken JSON, another schema, a value that is not what was written, or another run.
     pub fn resume(&self, index: u32, json: &str) -> Result<EvolutionRun, SavedRunError> {
-        EvolutionRun::from_json(json, &self.config, outputs(self.model.layout()), self.seed, index)
+        EvolutionRun::from_json(json, &self.config, self.seed, index)
     }
 
     /// Evaluates the present population of `run` and breeds the next one.
@@ -168,8 +183,41 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         runs.into_iter().collect()
     }
 
-    /// Chooses the champion among the champions of `runs`: the one with the highest mean fitness on `plants` fresh plants of
-    /// each of `judges`.
+    /// What may become the champion of `run`: its best genome, and the one from which evolution started.
+    ///
+    /// # Panics
+    /// If the run has no generation yet.
+    #[must_use]
+    pub fn candidates<'r>(&'r self, run: &'r EvolutionRun) -> Vec<&'r Genome> {
+        let (best, _) = run.champion().expect("a run of at least one generation has a champion");
+        [best].into_iter().chain(&self.start).collect()
+    }
+
+    /// The champion of `run`, and its trial: the [candidate](Self::candidates) with the highest mean fitness on `plants` fresh
+    /// plants of each of `judges`. So on these plants it is never worse than what evolution started from.
+    ///
+    /// # Panics
+    /// If the run has no generation yet.
+    #[must_use]
+    pub fn champion_of<'r, 'm>(
+        &'r self,
+        run: &'r EvolutionRun,
+        judges: impl IntoIterator<Item = &'m M> + Clone,
+        plants: u32,
+    ) -> (&'r Genome, Trial)
+    where
+        M: 'm,
+    {
+        let candidates = self.candidates(run);
+        let sensors = &self.config.sensors;
+        let trial =
+            |genome: &&Genome| trial_of_genome(judges.clone(), self.task, sensors, genome, self.seed, plants);
+        let choice = Choice::of(candidates.iter().map(trial).collect());
+        (candidates[choice.run], choice.trials[choice.run])
+    }
+
+    /// Chooses among the [champions](Self::champion_of) of `runs`: the one with the highest mean fitness on `plants` fresh plants
+    /// of each of `judges`.
     ///
     /// Best fitness is no measure of that: a single evaluation selects for lucky growth noise. Judges that are
     /// [models of single plants](crate::plant::tip::TipModel::of_each_plant) estimate the fitness on unseen plants.
@@ -178,19 +226,11 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
     /// Without runs of at least one generation, judges or plants.
     #[must_use]
     pub fn choose(&self, runs: &[EvolutionRun], judges: &[M], plants: u32) -> Choice {
-        let trials = parallel::map(runs.len(), |run| {
-            let (genome, _) = runs[run].champion().expect("a run of at least one generation has a champion");
-            trial_of_genome(judges, self.task, &self.config.sensors, genome, self.seed, plants)
-        });
-        Choice::of(trials)
+        Choice::of(parallel::map(runs.len(), |run| self.champion_of(&runs[run], judges, plants).1))
     }
 }
 
-impl EvolutionConfig {
-    /// Run number `index` of an evolution with `seed`, for networks of so many outputs.
-    fn begin(&self, outputs: usize, seed: u64, index: u32) -> Result<EvolutionRun, NeatError> {
-        let seed = random::derive(seed, Purpose::Run, u64::from(index));
-        let neat = Neat::new(self.neat.clone(), self.sensors.inputs(), outputs, seed)?;
-        Ok(EvolutionRun { seed, episodes: self.episodes, neat, history: Vec::new() })
-    }
+/// Seed of run number `index` of an evolution with `seed`.
+fn run_seed(seed: u64, index: u32) -> u64 {
+    random::derive(seed, Purpose::Run, u64::from(index))
 }

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{EvolutionConfig, EvolutionError, EvolutionRun};
+use super::{EvolutionConfig, EvolutionRun, run_seed};
 use crate::file::{schema_of, sha256};
 
 /// What a saved run calls itself.
@@ -45,9 +45,6 @@ pub enum SavedRunError {
         /// The seed of the run that was asked for.
         wanted: u64,
     },
-    /// The evolution that it should belong to cannot be.
-    #[error(transparent)]
-    Evolution(#[from] EvolutionError),
 }
 
 #[derive(Deserialize)]
@@ -80,7 +77,6 @@ impl EvolutionRun {
     pub fn from_json(
         json: &str,
         config: &EvolutionConfig,
-        outputs: usize,
         seed: u64,
         index: u32,
     ) -> Result<Self, SavedRunError> {
@@ -100,10 +96,10 @@ impl EvolutionRun {
                 generations: run.neat.generation(),
             });
         }
-        let wanted = config.begin(outputs, seed, index).map_err(EvolutionError::from)?;
-        let settings = |run: &Self| (run.seed, run.neat.seed(), run.episodes);
-        if settings(&run) != settings(&wanted) || run.neat.config() != wanted.neat.config() {
-            return Err(SavedRunError::OtherRun { found: run.seed, wanted: wanted.seed });
+        let wanted = run_seed(seed, index);
+        let found = (run.seed, run.neat.seed(), run.episodes);
+        if found != (wanted, wanted, config.episodes) || *run.neat.config() != config.neat {
+            return Err(SavedRunError::OtherRun { found: run.seed, wanted });
         }
         Ok(run)
     }

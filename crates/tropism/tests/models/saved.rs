@@ -1,6 +1,7 @@
 //! Saved runs of evolution.
 
-use tropism::evolve::{Evolution, EvolutionConfig, EvolutionRun};
+use tropism::control::{Sensor, Sensors};
+use tropism::evolve::{Evolution, EvolutionConfig, EvolutionRun, Start, trial_of_genome};
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::task::Targets;
 use tropism::track::Track;
@@ -44,9 +45,32 @@ fn a_saved_run_resumes_to_the_same_bits() {
 }
 
 #[test]
+fn an_evolution_from_greedy_resumes_and_never_ends_below_it() {
+    let (model, task) = world();
+    let sensors = Sensors::new(vec![Sensor::Tip, Sensor::ToTarget { ahead: 0 }]).unwrap();
+    let config = EvolutionConfig { sensors, start: Start::Greedy, ..short() };
+    let evolution = Evolution::new(&model, &task, config, 7).unwrap();
+    let mut run = evolution.begin(0).unwrap();
+    let (greedy, judges) = (run.neat.ask()[0].clone(), std::slice::from_ref(&model));
+    evolution.advance(&mut run);
+    let mut saved = evolution.resume(0, &run.to_json()).unwrap();
+    for run in [&mut run, &mut saved] {
+        assert!(evolution.finish(run, &mut |_| std::ops::ControlFlow::Continue(())).is_continue());
+    }
+    assert_eq!(saved.to_json(), run.to_json());
+    let candidates = evolution.candidates(&run);
+    assert_eq!(candidates[1].clone().without_idle_links(), greedy);
+    let trial = |genome| trial_of_genome(judges, &task, &evolution.config().sensors, genome, 7, 20).mean;
+    let (champion, found) = evolution.champion_of(&run, judges, 20);
+    assert_eq!(found.mean, trial(champion));
+    assert_eq!(found.mean, f64::max(trial(candidates[0]), trial(candidates[1])));
+    assert_eq!(evolution.choose(&[run.clone()], judges, 20).trials, [found]);
+}
+
+#[test]
 fn every_cut_and_every_changed_digit_is_refused() {
     let json = begun(2).to_json();
-    let refusal = |json: &str| EvolutionRun::from_json(json, &short(), 1, 7, 2).unwrap_err().to_string();
+    let refusal = |json: &str| EvolutionRun::from_json(json, &short(), 7, 2).unwrap_err().to_string();
     for tenth in 0..10 {
         assert!(refusal(&json[..json.len() * tenth / 10]).starts_with("not a saved run: "), "{tenth}");
     }
@@ -64,7 +88,7 @@ fn every_cut_and_every_changed_digit_is_refused() {
 fn the_run_of_another_evolution_is_refused() {
     let json = begun(1).to_json();
     let refusal = |config: &EvolutionConfig, seed, index| {
-        EvolutionRun::from_json(&json, config, 1, seed, index).unwrap_err().to_string()
+        EvolutionRun::from_json(&json, config, seed, index).unwrap_err().to_string()
     };
     assert!(refusal(&short(), 7, 3).contains("found a run with seed"));
     assert!(refusal(&short(), 8, 2).contains("found a run with seed"));
@@ -77,6 +101,6 @@ fn the_run_of_another_evolution_is_refused() {
 fn history_and_population_must_agree() {
     let mut run = begun(2);
     run.history.pop();
-    let error = EvolutionRun::from_json(&run.to_json(), &short(), 1, 7, 2).unwrap_err().to_string();
+    let error = EvolutionRun::from_json(&run.to_json(), &short(), 7, 2).unwrap_err().to_string();
     assert_eq!(error, "found 1 generations in its history, wanted 2");
 }

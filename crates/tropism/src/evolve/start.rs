@@ -1,0 +1,137 @@
+//! From which networks evolution starts: random ones, or one that decides as the greedy rule does.
+
+use serde::{Deserialize, Serialize};
+use tropism_neat::{Activation, Config, Genome};
+
+use crate::control::{OUTPUTS, Sensor, Sensors, outputs};
+use crate::lamps::{Layout, Light};
+use crate::task::Task;
+
+/// From which networks evolution starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// Random minimal networks. Paper (section 3.1).
+    #[default]
+    Random,
+    /// A network that decides as the [greedy rule](crate::control::Greedy) does, and mutants of it.
+    Greedy,
+}
+
+impl Start {
+    /// Whether it is the paper's.
+    #[must_use]
+    pub fn is_random(&self) -> bool {
+        *self == Self::Random
+    }
+}
+
+/// A greedy network that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("start = \"greedy\": found {found}, wanted {wanted}")]
+pub struct StartError {
+    /// What stands there.
+    pub found: String,
+    /// What should stand there.
+    pub wanted: &'static str,
+}
+
+/// The input that is the sideways offset to the next target, if `sensors` and the activation function of `neat` can express the
+/// greedy rule.
+pub(super) fn offset_input(sensors: &Sensors, neat: &Config) -> Result<usize, StartError> {
+    if neat.output_activation != Activation::UnsignedStep {
+        let found = format!("output_activation {:?}", neat.output_activation);
+        return Err(StartError { found, wanted: "unsigned_step" });
+    }
+    let offset = |sensor: &Sensor| *sensor == Sensor::ToTarget { ahead: 0 };
+    let place = sensors.sensors().iter().position(offset).ok_or_else(|| StartError {
+        found: format!("the sensors {}", serde_json::to_string(sensors).unwrap_or_default()),
+        wanted: "one that is { to_target = { ahead = 0 } }",
+    })?;
+    Ok(sensors.sensors()[..place].iter().map(|sensor| sensor.inputs()).sum())
+}
+
+/// The minimal genome that lights the lamp on the side of the next target: weight 1 for the sideways offset, and a bias at which
+/// the unsigned step switches where the offset is above 0. All other weights are 0.
+///
+/// With a weight of 1 a later link from another input counts in cm per unit of that input, as the numbers of a
+/// [rule](crate::control::PredictiveRule) do.
+pub(super) fn greedy_genome(
+    sensors: &Sensors,
+    neat: &Config,
+    task: &(impl Task + ?Sized),
+    layout: &Layout,
+) -> Result<Genome, StartError> {
+    let input = offset_input(sensors, neat)?;
+    if task.way_in_space().is_some() || task.pole().is_some() {
+        return Err(StartError { found: "a task in space".to_owned(), wanted: "one in the plane" });
+    }
+    if outputs(layout) != OUTPUTS || layout.towards(true) != Light::RIGHT {
+        let names: Vec<&str> = layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
+        let found = format!("the lamps {}", names.join(", "));
+        return Err(StartError { found, wanted: "two lamps, the left one first" });
+    }
+    let mut weights = vec![0.0; sensors.inputs() + 1];
+    weights[input] = 1.0;
+    weights[sensors.inputs()] = 0.5 + neat.activation_b;
+    Genome::linear(neat, sensors.inputs(), &weights).map_err(|error| StartError {
+        found: error.to_string(),
+        wanted: "sensors and parameters of a network",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::{Controller, Greedy, NetworkController};
+    use crate::geometry::Point;
+    use crate::lamps::Lamp;
+    use crate::observation::Observation;
+    use crate::task::{Space, Targets};
+
+    fn sensors() -> Sensors {
+        let memory = Sensor::LightMemory { steps: 7 };
+        Sensors::new(vec![Sensor::Tip, Sensor::LastShift, Sensor::ToTarget { ahead: 0 }, memory]).unwrap()
+    }
+
+    #[test]
+    fn the_greedy_genome_decides_as_the_greedy_rule() {
+        let (task, layout) = (Targets::default(), Layout::default());
+        let full = greedy_genome(&sensors(), &Config::wahby2016(), &task, &layout).unwrap();
+        let sparse = full.clone().without_idle_links();
+        assert_eq!((full.links().len(), sparse.links().len()), (8, 2));
+        for genome in [full, sparse] {
+            let mut network = NetworkController::new(&genome, &sensors(), &task, &layout).unwrap();
+            let mut greedy = Greedy::new(&task, &layout);
+            // Targets are at x = 3, -5 and -1; 2^-52 is the least offset from the first one.
+            for y in [4.0, 6.0, 8.9, 13.4, 14.0] {
+                for x in [-9.0, -5.0, -1.0, 0.0, 2.9, 3.0 - f64::EPSILON, 3.0, 3.0 + 2.0 * f64::EPSILON, 9.0]
+                {
+                    let seen = Observation::simulated(Point::new(x, y));
+                    assert_eq!(network.decide(&seen), greedy.decide(&seen), "{x} {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_greedy_is_refused() {
+        let neat = Config::wahby2016();
+        let error = |sensors: &Sensors, neat: &Config, task: &dyn Task, layout: &Layout| {
+            greedy_genome(sensors, neat, task, layout).unwrap_err().to_string()
+        };
+        let (plane, two) = (Targets::default(), Layout::default());
+        let found = error(&Sensors::default(), &neat, &plane, &two);
+        assert_eq!(
+            found,
+            "start = \"greedy\": found the sensors [\"tip\"], wanted one that is { to_target = { ahead = 0 } }"
+        );
+        let tanh = Config { output_activation: Activation::Tanh, ..neat.clone() };
+        assert!(error(&sensors(), &tanh, &plane, &two).contains("wanted unsigned_step"));
+        assert!(error(&sensors(), &neat, &plane, &Layout::four_sides()).contains("wanted two lamps"));
+        let lamp = |name, x| Lamp::new(name, [x, 20.0, 0.0]);
+        let turned = Layout::new(vec![lamp("right", 20.0), lamp("left", -20.0)]).unwrap();
+        assert!(error(&sensors(), &neat, &plane, &turned).contains("found the lamps right, left"));
+        assert!(error(&sensors(), &neat, &Space::default(), &two).contains("found a task in space"));
+    }
+}
