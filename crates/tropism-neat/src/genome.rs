@@ -122,13 +122,6 @@ impl Genome {
         genome
     }
 
-    /// This genome without its links of weight 0.
-    #[must_use]
-    pub fn without_idle_links(mut self) -> Self {
-        self.links.retain(|link| link.weight != 0.0);
-        self
-    }
-
     /// Number of inputs, without the bias.
     #[must_use]
     pub fn inputs(&self) -> usize {

@@ -96,7 +96,7 @@ impl Neat {
     /// ```
     /// use tropism_neat::{Config, Genome, Neat};
     /// let config = Config::wahby2016();
-    /// let start = Genome::linear(&config, 2, &[1.0, 0.0, 0.5])?.without_idle_links();
+    /// let start = Genome::linear(&config, 2, &[1.0, 0.0, 0.5])?;
     /// let neat = Neat::from_genome(config, &start, 42)?;
     /// assert_eq!((neat.ask().len(), &neat.ask()[0]), (50, &start));
     /// # Ok::<(), tropism_neat::NeatError>(())

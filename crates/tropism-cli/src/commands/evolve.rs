@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use tropism::evolve::Start;
+use tropism::evolve::{Method, Start};
 use tropism_lab::Monitor;
 use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolveConfig, EvolvePlan, EvolveResults};
 use tropism_lab::files::shell_word;
@@ -70,6 +70,10 @@ pub(crate) struct Evolve {
     #[arg(long, value_enum)]
     start: Option<StartOption>,
 
+    /// Search: NEAT (the default), which grows networks, or CMA-ES on the weights of a network without hidden neurons
+    #[arg(long, value_enum)]
+    method: Option<MethodOption>,
+
     /// Continue the evolution in DIR; it needs no file, and may be given more generations
     #[arg(long)]
     resume: bool,
@@ -98,6 +102,12 @@ enum Preset {
 enum StartOption {
     Random,
     Greedy,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MethodOption {
+    Neat,
+    CmaEs,
 }
 
 impl Evolve {
@@ -130,6 +140,11 @@ impl Evolve {
         match self.start {
             Some(StartOption::Random) => evolution.start = Start::Random,
             Some(StartOption::Greedy) => evolution.start = Start::Greedy,
+            None => {}
+        }
+        match self.method {
+            Some(MethodOption::Neat) => evolution.method = Method::Neat,
+            Some(MethodOption::CmaEs) => evolution.method = Method::CmaEs,
             None => {}
         }
         evolution.runs = self.runs.unwrap_or(evolution.runs);

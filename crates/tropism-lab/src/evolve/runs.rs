@@ -84,7 +84,7 @@ impl EvolvePlan {
             monitor.note(&format!(
                 "{refused}; run {index} goes on from {}, generation {}",
                 checkpoint.previous().display(),
-                loaded.value.neat.generation()
+                loaded.value.search.generation()
             ));
         }
         Ok(loaded.value)

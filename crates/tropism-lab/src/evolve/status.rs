@@ -53,7 +53,7 @@ pub(crate) fn status(folder: &Path) -> Result<EvolutionStatus, Error> {
     let progress = |index| {
         let run = record.checkpoint(folder, index)?;
         Some(RunProgress {
-            generation: run.neat.generation(),
+            generation: run.search.generation(),
             best_fitness: run.champion().map(|(_, fitness)| fitness),
         })
     };

@@ -392,7 +392,7 @@ def evolve(
 ) -> list[Evolved]:
     """Evolves networks for a task on a model, either of which may be your own: one result a run.
 
-    `evolution` has the keys of studies/evolution.toml: runs, generations, episodes, neat, sensors, start.
+    `evolution` has the keys of studies/evolution.toml: runs, generations, episodes, neat, sensors, start, method.
     """
     layout = json.dumps(list(getattr(model, "lamps", None) or _PAPER_LAMPS)) if isinstance(model, PlantModel) else "[]"
     runs = _core.evolve_loop(model, _settings(task), json.dumps(evolution), layout, seed)

@@ -1,4 +1,4 @@
-//! CMA-ES: an evolution strategy that learns how the variables hang together, for a few real variables.
+//! CMA-ES: an evolution strategy that learns how the variables hang together, for some dozens of real variables at most.
 //!
 //! A generation is asked for, each point is given a cost, and the costs are told. The strategy moves the mean of a normal
 //! distribution to the better points and adapts its covariance and its step size. Points are named by seed, restart,
@@ -9,7 +9,10 @@
 //! Auger and Hansen 2005, doi:10.1109/CEC.2005.1554902 (when to restart, and
 //! a population that doubles with each restart).
 
-use crate::math::{self, matrix};
+use serde::{Deserialize, Serialize};
+
+use crate::math;
+use crate::math::matrix::diagonalize;
 use crate::random::{self, Purpose};
 
 /// A search has converged when the greatest standard deviation is below this share of the first one (Auger and Hansen 2005,
@@ -21,8 +24,7 @@ const TOLERANCE: f64 = 1e-12;
 const MAX_CONDITION: f64 = 1e14;
 const MAX_GROWTH: f64 = 1e4;
 
-/// The numbers of a strategy that do not change: Table 1 of the tutorial, without negative weights.
-#[derive(Clone, Debug)]
+/// The numbers of a strategy that follow from its dimensions and population: Table 1 of the tutorial, without negative weights.
 struct Settings {
     /// Weights of the better half, the best first; their sum is 1.
     weights: Vec<f64>,
@@ -61,74 +63,96 @@ impl Settings {
     }
 }
 
-/// A search for the point of least cost in N dimensions.
+/// A search for the point of least cost in a space of any dimension.
 ///
 /// ```
 /// use tropism::evolve::CmaEs;
-/// let mut search = CmaEs::new([0.0; 3], 1.0, 12, 1);
+/// let mut search = CmaEs::new(&[0.0; 3], 1.0, 12, 1);
 /// for _ in 0..120 {
 ///     let points = search.ask();
-///     let cost = |point: &[f64; 3]| point.iter().map(|x| (x - 2.0) * (x - 2.0)).sum();
+///     let cost = |point: &Vec<f64>| point.iter().map(|x| (x - 2.0) * (x - 2.0)).sum();
 ///     search.tell(&points, &points.iter().map(cost).collect::<Vec<f64>>());
 /// }
 /// assert!(search.mean().iter().all(|x| (x - 2.0).abs() < 1e-6));
 /// ```
-#[derive(Clone, Debug)]
-pub struct CmaEs<const N: usize> {
-    settings: Settings,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CmaEs {
     population: usize,
     seed: u64,
     restart: u32,
     generation: u32,
-    start: ([f64; N], f64),
-    mean: [f64; N],
+    start: (Vec<f64>, f64),
+    mean: Vec<f64>,
     /// Step size.
     sigma: f64,
-    covariance: [[f64; N]; N],
+    covariance: Vec<Vec<f64>>,
     /// Standard deviations along the axes of the covariance, and these axes as rows.
-    deviations: [f64; N],
-    axes: [[f64; N]; N],
+    deviations: Vec<f64>,
+    axes: Vec<Vec<f64>>,
     /// Evolution paths of covariance and step size.
-    path: [f64; N],
-    sigma_path: [f64; N],
+    path: Vec<f64>,
+    sigma_path: Vec<f64>,
 }
 
-impl<const N: usize> CmaEs<N> {
+/// The identity.
+fn identity(size: usize) -> Vec<Vec<f64>> {
+    (0..size).map(|row| (0..size).map(|column| if row == column { 1.0 } else { 0.0 }).collect()).collect()
+}
+
+/// The scalar product, summed from the first term to the last.
+fn dot(one: &[f64], other: &[f64]) -> f64 {
+    one.iter().zip(other).map(|(one, other)| one * other).sum()
+}
+
+impl CmaEs {
     /// A search from `start` with the standard deviation `sd` in each dimension, `population` points a generation.
     ///
     /// # Panics
     /// If `population` is below 4, or `sd` is not above 0.
     #[must_use]
-    pub fn new(start: [f64; N], sd: f64, population: usize, seed: u64) -> Self {
+    pub fn new(start: &[f64], sd: f64, population: usize, seed: u64) -> Self {
         assert!(population >= 4 && sd > 0.0, "four points or more, and room to move");
+        let dimensions = start.len();
         Self {
-            settings: Settings::new(N, population),
             population,
             seed,
             restart: 0,
             generation: 0,
-            start: (start, sd),
-            mean: start,
+            start: (start.to_vec(), sd),
+            mean: start.to_vec(),
             sigma: sd,
-            covariance: matrix::identity(),
-            deviations: [1.0; N],
-            axes: matrix::identity(),
-            path: [0.0; N],
-            sigma_path: [0.0; N],
+            covariance: identity(dimensions),
+            deviations: vec![1.0; dimensions],
+            axes: identity(dimensions),
+            path: vec![0.0; dimensions],
+            sigma_path: vec![0.0; dimensions],
         }
+    }
+
+    /// Whether it is a search of so many dimensions with this seed, and whether `population` is the one that it began with.
+    pub(super) fn is_of(&self, dimensions: usize, population: usize, seed: u64) -> bool {
+        let square =
+            |rows: &[Vec<f64>]| rows.len() == dimensions && rows.iter().all(|row| row.len() == dimensions);
+        let vectors = [&self.start.0, &self.mean, &self.deviations, &self.path, &self.sigma_path];
+        let first = population.checked_shl(self.restart).unwrap_or(0);
+        vectors.iter().all(|vector| vector.len() == dimensions)
+            && square(&self.covariance)
+            && square(&self.axes)
+            && (self.population, self.seed) == (first, seed)
     }
 
     /// The search from the start with other random numbers and twice the population, which looks farther around.
     #[must_use]
     pub fn restarted(&self) -> Self {
-        let (start, sd) = self.start;
-        Self { restart: self.restart + 1, ..Self::new(start, sd, 2 * self.population, self.seed) }
+        let (start, sd) = &self.start;
+        Self { restart: self.restart + 1, ..Self::new(start, *sd, 2 * self.population, self.seed) }
     }
 
     /// The centre of the search: the best estimate where costs are noisy.
     #[must_use]
-    pub const fn mean(&self) -> [f64; N] {
-        self.mean
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
     }
 
     /// The greatest standard deviation in any direction.
@@ -139,15 +163,15 @@ impl<const N: usize> CmaEs<N> {
 
     /// The points of the present generation, eqs. (38) to (40).
     #[must_use]
-    pub fn ask(&self) -> Vec<[f64; N]> {
+    pub fn ask(&self) -> Vec<Vec<f64>> {
         let seed = random::derive(self.seed, Purpose::Search, self.restart.into());
         let mut rng = random::stream(seed, Purpose::Search, self.generation.into());
         let mut point = || {
-            let steps = self.deviations.map(|deviation| deviation * random::normal(&mut rng));
-            core::array::from_fn(|at| {
-                let offset: f64 = self.axes.iter().zip(steps).map(|(axis, step)| axis[at] * step).sum();
-                self.mean[at] + self.sigma * offset
-            })
+            let deviations = self.deviations.iter();
+            let steps: Vec<f64> = deviations.map(|deviation| deviation * random::normal(&mut rng)).collect();
+            let offset =
+                |at: usize| -> f64 { self.axes.iter().zip(&steps).map(|(axis, step)| axis[at] * step).sum() };
+            self.mean.iter().enumerate().map(|(at, mean)| mean + self.sigma * offset(at)).collect()
         };
         (0..self.population).map(|_| point()).collect()
     }
@@ -156,34 +180,40 @@ impl<const N: usize> CmaEs<N> {
     ///
     /// # Panics
     /// If there are not as many points and costs as the population.
-    pub fn tell(&mut self, points: &[[f64; N]], costs: &[f64]) {
+    pub fn tell(&mut self, points: &[Vec<f64>], costs: &[f64]) {
         assert!(points.len() == self.population && costs.len() == self.population, "a cost for each point");
         let mut order: Vec<usize> = (0..costs.len()).collect();
         // In the order of `total_cmp` a NaN may stand first, by its sign.
         let cost = |at: usize| if costs[at].is_nan() { f64::INFINITY } else { costs[at] };
         order.sort_by(|&one, &other| cost(one).total_cmp(&cost(other)));
-        let Settings { weights, mu_eff, c_sigma, d_sigma, c_c, c_1, c_mu, chi } = &self.settings;
-        let best: Vec<[f64; N]> = order[..weights.len()]
+        let Settings { weights, mu_eff, c_sigma, d_sigma, c_c, c_1, c_mu, chi } =
+            &Settings::new(self.mean.len(), self.population);
+        let best: Vec<Vec<f64>> = order[..weights.len()]
             .iter()
-            .map(|&at| core::array::from_fn(|axis| (points[at][axis] - self.mean[axis]) / self.sigma))
+            .map(|&at| {
+                points[at].iter().zip(&self.mean).map(|(value, mean)| (value - mean) / self.sigma).collect()
+            })
             .collect();
 
         // Eqs. (41) and (42): the mean moves by the weighted mean of the better steps.
-        let step: [f64; N] = core::array::from_fn(|axis| {
-            weights.iter().zip(&best).map(|(weight, one)| weight * one[axis]).sum()
-        });
-        for (mean, step) in self.mean.iter_mut().zip(step) {
+        let dimensions = self.mean.len();
+        let step: Vec<f64> = (0..dimensions)
+            .map(|axis| weights.iter().zip(&best).map(|(weight, one)| weight * one[axis]).sum())
+            .collect();
+        for (mean, step) in self.mean.iter_mut().zip(&step) {
             *mean += self.sigma * step;
         }
 
         // Eqs. (43) and (44): the path of the step size, in coordinates in which the covariance is the identity.
-        let mut whitened = matrix::transform(&self.axes, step);
-        for (value, deviation) in whitened.iter_mut().zip(self.deviations) {
-            *value /= deviation;
-        }
+        let whitened: Vec<f64> = self
+            .axes
+            .iter()
+            .zip(&self.deviations)
+            .map(|(axis, deviation)| dot(axis, &step) / deviation)
+            .collect();
         let gain = (c_sigma * (2.0 - c_sigma) * mu_eff).sqrt();
         for (at, path) in self.sigma_path.iter_mut().enumerate() {
-            let rotated: f64 = self.axes.iter().zip(whitened).map(|(axis, value)| axis[at] * value).sum();
+            let rotated: f64 = self.axes.iter().zip(&whitened).map(|(axis, value)| axis[at] * value).sum();
             *path = (1.0 - c_sigma) * *path + gain * rotated;
         }
         let length = self.sigma_path.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -191,15 +221,15 @@ impl<const N: usize> CmaEs<N> {
         // Eqs. (45) and (47): the covariance by its path and by the better steps. The path stalls while the step size grows.
         self.generation += 1;
         let unbiased = (1.0 - math::pow(1.0 - c_sigma, 2.0 * f64::from(self.generation))).sqrt();
-        let is_steady = length / unbiased < (1.4 + 2.0 / (N as f64 + 1.0)) * chi;
+        let is_steady = length / unbiased < (1.4 + 2.0 / (dimensions as f64 + 1.0)) * chi;
         let gain = if is_steady { (c_c * (2.0 - c_c) * mu_eff).sqrt() } else { 0.0 };
-        for (path, step) in self.path.iter_mut().zip(step) {
+        for (path, step) in self.path.iter_mut().zip(&step) {
             *path = (1.0 - c_c) * *path + gain * step;
         }
         let stalled = if is_steady { 0.0 } else { c_c * (2.0 - c_c) };
         let kept = 1.0 - c_1 - c_mu + c_1 * stalled;
-        for row in 0..N {
-            for column in 0..N {
+        for row in 0..dimensions {
+            for column in 0..dimensions {
                 let of_steps: f64 =
                     weights.iter().zip(&best).map(|(weight, one)| weight * one[row] * one[column]).sum();
                 let value = &mut self.covariance[row][column];
@@ -207,8 +237,11 @@ impl<const N: usize> CmaEs<N> {
             }
         }
         self.sigma *= math::exp((c_sigma / d_sigma) * (length / chi - 1.0)); // eq. (44)
-        let (values, axes) = matrix::eigen_symmetric(self.covariance);
-        (self.deviations, self.axes) = (values.map(|value| value.max(f64::MIN_POSITIVE).sqrt()), axes);
+        let mut values = self.covariance.clone();
+        self.axes = identity(dimensions);
+        diagonalize(&mut values, &mut self.axes);
+        let deviation = |(at, row): (usize, &Vec<f64>)| row[at].max(f64::MIN_POSITIVE).sqrt();
+        self.deviations = values.iter().enumerate().map(deviation).collect();
     }
 
     /// Whether the search is over: it has converged, or its distribution is degenerate. [`Self::restarted`] begins anew.

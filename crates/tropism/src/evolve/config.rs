@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tropism_neat::{Config, NeatError};
 
+use super::search::Method;
 use super::start::{self, Start, StartError};
 use crate::check::{OutOfRange, within};
 use crate::control::Sensors;
@@ -23,7 +24,10 @@ pub struct EvolutionConfig {
     /// From which networks evolution starts. Paper: random ones.
     #[serde(skip_serializing_if = "Start::is_random")]
     pub start: Start,
-    /// NEAT's parameters. Paper: Table 1.
+    /// How networks are searched. Paper: NEAT.
+    #[serde(skip_serializing_if = "Method::is_neat")]
+    pub method: Method,
+    /// NEAT's parameters. Paper: Table 1. CMA-ES uses the population and the activation functions.
     pub neat: Config,
 }
 
@@ -35,6 +39,7 @@ impl Default for EvolutionConfig {
             episodes: 1,
             sensors: Sensors::default(),
             start: Start::default(),
+            method: Method::default(),
             neat: Config::wahby2016(),
         }
     }
@@ -65,6 +70,9 @@ impl EvolutionConfig {
         within("generations", self.generations, 1..=10_000_000)?;
         within("episodes", self.episodes, 1..=10_000)?;
         self.neat.check().map_err(NeatError::from)?;
+        if self.method == Method::CmaEs {
+            within("neat.population", self.neat.population, 4..=10_000)?;
+        }
         if self.start == Start::Greedy {
             start::offset_input(&self.sensors, &self.neat)?;
         }

@@ -5,7 +5,9 @@
 //! [`Sensors`](crate::control::Sensors). Runs share nothing, and the growth noise of every evaluation is named by run,
 //! generation, individual and episode: neither threads nor interruptions change a result.
 //!
-//! [`RuleSearch`] tunes the nine numbers of a [rule](crate::control::PredictiveRule) instead, by [`CmaEs`].
+//! [`Method::CmaEs`] searches the weights of one network instead; all its networks of some generations steer the same plants.
+//! [`Start::Greedy`] begins at a network that decides as the greedy rule does. [`RuleSearch`] tunes the nine numbers of a
+//! [rule](crate::control::PredictiveRule) by [`CmaEs`], too.
 //!
 //! # References
 //! Wahby et al. 2016, sections 2.3.2 and 3.1, Table 1. Stanley and Miikkulainen 2002, doi:10.1162/106365602320169811.
@@ -13,6 +15,8 @@
 mod baseline;
 mod champion;
 mod cma_es;
+mod weight_search;
+mod search;
 mod start;
 mod config;
 mod saved;
@@ -22,7 +26,7 @@ mod tuned_rule;
 use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
-use tropism_neat::{Generation, Genome, Neat, NeatError};
+use tropism_neat::{Generation, Genome, Neat, NeatError, random_genome};
 
 use crate::control::outputs;
 use crate::math::statistics;
@@ -37,8 +41,10 @@ pub use cma_es::CmaEs;
 pub use config::{EvolutionConfig, EvolutionError};
 pub use rule_search::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial};
 pub use saved::SavedRunError;
+pub use search::{Method, Search};
 pub use start::{Start, StartError};
 pub use tuned_rule::{TunedRule, TunedRuleError};
+pub use weight_search::WeightSearch;
 
 /// Evolution of controllers for one task on one model.
 ///
@@ -72,8 +78,9 @@ pub struct EvolutionRun {
     pub seed: u64,
     /// Episodes of each evaluation.
     pub episodes: u32,
-    /// The state of NEAT.
-    pub neat: Neat,
+    /// The state of the search. Its key is that of files from when NEAT was the only one.
+    #[serde(rename = "neat")]
+    pub search: Search,
     /// Statistics of each generation so far.
     pub history: Vec<Generation>,
 }
@@ -82,7 +89,7 @@ impl EvolutionRun {
     /// The best genome so far and its fitness; `None` before the first generation.
     #[must_use]
     pub fn champion(&self) -> Option<(&Genome, f64)> {
-        self.neat.champion().map(|champion| (&champion.genome, champion.fitness))
+        self.search.best()
     }
 }
 
@@ -112,18 +119,29 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         &self.config
     }
 
+    /// The genome that decides as the greedy rule does, if evolution starts from it.
+    #[must_use]
+    pub const fn start(&self) -> Option<&Genome> {
+        self.start.as_ref()
+    }
+
     /// Run number `index` (from 0) at its beginning.
     ///
     /// # Errors
     /// [`NeatError`] if NEAT's parameters are out of range.
     pub fn begin(&self, index: u32) -> Result<EvolutionRun, NeatError> {
         let (config, seed) = (self.config.neat.clone(), run_seed(self.seed, index));
-        let neat = match &self.start {
-            None => Neat::new(config, self.config.sensors.inputs(), outputs(self.model.layout()), seed)?,
-            // NEAT adds links where they help. With all links from the beginning most mutants would forget the target.
-            Some(start) => Neat::from_genome(config, &start.clone().without_idle_links(), seed)?,
+        let (inputs, outputs) = (self.config.sensors.inputs(), outputs(self.model.layout()));
+        let search = match (self.config.method, &self.start) {
+            (Method::Neat, None) => Search::Neat(Neat::new(config, inputs, outputs, seed)?.into()),
+            (Method::Neat, Some(start)) => Search::Neat(Neat::from_genome(config, start, seed)?.into()),
+            (Method::CmaEs, start) => {
+                let random = || random_genome(&config, inputs, outputs, seed, 0);
+                let start = start.clone().unwrap_or_else(random);
+                Search::Weights(WeightSearch::new(start, config.population, seed).into())
+            }
         };
-        Ok(EvolutionRun { seed, episodes: self.config.episodes, neat, history: Vec::new() })
+        Ok(EvolutionRun { seed, episodes: self.config.episodes, search, history: Vec::new() })
     }
 
     /// Run number `index` as [`EvolutionRun::to_json`] saved it. It continues to the same bits as one that was never saved.
@@ -136,12 +154,19 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
 
     /// Evaluates the present population of `run` and breeds the next one.
     pub fn advance<'r>(&self, run: &'r mut EvolutionRun) -> &'r Generation {
-        let generation = run.neat.generation();
+        let generation = run.search.generation();
         let (seed, count) = (run.seed, run.episodes);
+        let method = self.config.method;
         let noise = move |individual: usize, episode| {
-            NoiseStream::new(seed, Purpose::Growth, [generation, individual as u32, episode])
+            let place = match method {
+                Method::Neat => [generation, individual as u32, episode],
+                // Common plants, as in a rule search.
+                Method::CmaEs => [generation / rule_search::GENERATIONS_OF_PLANTS, 0, episode],
+            };
+            NoiseStream::new(seed, Purpose::Growth, place)
         };
-        let individuals = run.neat.ask().iter().enumerate();
+        let genomes = run.search.ask();
+        let individuals = genomes.iter().enumerate();
         let episodes = individuals.flat_map(|(individual, genome)| {
             (0..count).map(move |episode| Episode { controller: genome, noise: noise(individual, episode) })
         });
@@ -149,7 +174,8 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         let count = count as usize;
         let scores: Vec<f64> =
             fitness.chunks_exact(count).map(|own| statistics::mean(own.iter().copied())).collect();
-        run.history.push(run.neat.tell(&scores).expect("as many finite scores as genomes"));
+        drop(genomes);
+        run.history.push(run.search.tell(&scores));
         &run.history[run.history.len() - 1]
     }
 
@@ -183,14 +209,19 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         runs.into_iter().collect()
     }
 
-    /// What may become the champion of `run`: its best genome, and the one from which evolution started.
+    /// What may become the champion of `run`: its best genome, those at which CMA-ES ended, and the one from which evolution
+    /// started where that is the greedy one.
     ///
     /// # Panics
     /// If the run has no generation yet.
     #[must_use]
     pub fn candidates<'r>(&'r self, run: &'r EvolutionRun) -> Vec<&'r Genome> {
         let (best, _) = run.champion().expect("a run of at least one generation has a champion");
-        [best].into_iter().chain(&self.start).collect()
+        let centres = match &run.search {
+            Search::Neat(_) => &[],
+            Search::Weights(search) => search.centres(),
+        };
+        [best].into_iter().chain(centres).chain(&self.start).collect()
     }
 
     /// The champion of `run`, and its trial: the [candidate](Self::candidates) with the highest mean fitness on `plants` fresh

@@ -31,7 +31,7 @@ const AVOIDING_NUMBERS: usize = 15;
 
 /// Generations that steer the same plants. This number, the defaults of [`RuleSearch`] and the units below stood in the first
 /// version of the search; a search of 200 generations was no better.
-const GENERATIONS_OF_PLANTS: u32 = 6;
+pub(super) const GENERATIONS_OF_PLANTS: u32 = 6;
 
 /// Simulated plants on which the candidates are compared, as a multiple of the plants of an evaluation. Chosen: the standard
 /// error of the difference is half of that of the search.
@@ -242,24 +242,25 @@ impl RuleSearch {
         let beyond_cost_cm = if task.obstacles().is_empty() { 0.0 } else { BEYOND_COST_CM };
         let objective = Objective { scores: &scores, utility: &utility, beyond_cost_cm };
         if task.obstacles().is_empty() {
-            self.search::<NUMBERS>(&objective, seed, watch)
+            self.search(NUMBERS, &objective, seed, watch)
         } else {
-            self.search::<AVOIDING_NUMBERS>(&objective, seed, watch)
+            self.search(AVOIDING_NUMBERS, &objective, seed, watch)
         }
     }
 
-    fn search<const N: usize>(
+    fn search(
         &self,
+        numbers: usize,
         objective: &Objective<'_>,
         seed: u64,
         watch: &mut dyn FnMut(&RuleGeneration) -> ControlFlow<()>,
     ) -> Option<RuleSearchResult> {
-        let origin = [0.0; N];
+        let origin = vec![0.0; numbers];
         let begin = |start: u32| {
             let seed = if start == 0 { seed } else { derive(seed, Purpose::Start, start.into()) };
-            CmaEs::new(origin, 1.0, self.population as usize, seed)
+            CmaEs::new(&origin, 1.0, self.population as usize, seed)
         };
-        let mut searches: Vec<CmaEs<N>> = (0..self.starts).map(begin).collect();
+        let mut searches: Vec<CmaEs> = (0..self.starts).map(begin).collect();
         // Sets of plants that the search itself does not steer.
         let fresh = self.generations / GENERATIONS_OF_PLANTS + 1;
         let choice_plants = CHOICE_FACTOR * self.episodes;
@@ -268,13 +269,13 @@ impl RuleSearch {
         let mut generation = 0;
         for round in 0..rounds {
             if round > 0 {
-                let means: Vec<[f64; N]> = searches.iter().map(CmaEs::mean).collect();
+                let means: Vec<Vec<f64>> = searches.iter().map(|search| search.mean().to_vec()).collect();
                 let judged = objective.utility(&means, fresh + 1 + round, choice_plants);
                 searches = better_half(judged.iter().map(|trial| trial.mean).zip(searches).collect());
             }
             // Those of the last round count. The greedy rule is a candidate: what is chosen is not worse on the same plants.
             candidates.clear();
-            candidates.push(origin);
+            candidates.push(origin.clone());
             let generations = part(self.generations, rounds, round);
             let count = searches.len() as u32;
             for (search, number) in searches.iter_mut().zip(0..) {
@@ -282,7 +283,7 @@ impl RuleSearch {
                     let (best, heard) = self.generation(search, generation, objective);
                     let is_last_on_plants = (generation + 1).is_multiple_of(GENERATIONS_OF_PLANTS);
                     if is_last_on_plants || generation + 1 == self.generations || search.is_over() {
-                        candidates.extend([best, search.mean()]);
+                        candidates.extend([best, search.mean().to_vec()]);
                     }
                     if search.is_over() {
                         *search = search.restarted();
@@ -295,26 +296,28 @@ impl RuleSearch {
             }
         }
         // Plants on which no candidate was tried before, and then further ones for the prediction.
-        let chosen = candidates[Choice::of(objective.utility(&candidates, fresh, choice_plants)).run];
+        let choice = Choice::of(objective.utility(&candidates, fresh, choice_plants));
+        let chosen = candidates.swap_remove(choice.run);
+        let rule = rule_at(&chosen);
         let judged = objective.fitness(&[chosen, origin], fresh + 1, PREDICTION_PLANTS);
-        Some(RuleSearchResult { rule: rule_at(&chosen), expected: judged[0], greedy: judged[1] })
+        Some(RuleSearchResult { rule, expected: judged[0], greedy: judged[1] })
     }
 
     /// Takes a search a generation further: the best point of the generation, and what is told of it.
-    fn generation<const N: usize>(
+    fn generation(
         &self,
-        search: &mut CmaEs<N>,
+        search: &mut CmaEs,
         generation: u32,
         objective: &Objective<'_>,
-    ) -> ([f64; N], RuleGeneration) {
-        let points = search.ask();
+    ) -> (Vec<f64>, RuleGeneration) {
+        let mut points = search.ask();
         let trials = objective.utility(&points, generation / GENERATIONS_OF_PLANTS, self.episodes);
         let utility: Vec<f64> = trials.iter().map(|trial| trial.mean).collect();
         let better = |best: usize, at: usize| if utility[at] > utility[best] { at } else { best };
         let best = (0..points.len()).fold(0, better);
         search.tell(&points, &utility.iter().map(|utility| -utility).collect::<Vec<f64>>());
         let mean = statistics::mean(utility.iter().copied());
-        (points[best], RuleGeneration { generation, best: utility[best], mean })
+        (points.swap_remove(best), RuleGeneration { generation, best: utility[best], mean })
     }
 }
 
@@ -330,18 +333,18 @@ struct Objective<'a> {
 
 impl Objective<'_> {
     /// The fitness of each point on the first `plants` plants of a set; nothing costs.
-    fn fitness<const N: usize>(&self, points: &[[f64; N]], set: u32, plants: u32) -> Vec<Trial> {
+    fn fitness(&self, points: &[Vec<f64>], set: u32, plants: u32) -> Vec<Trial> {
         self.worth(points, set, plants, 0.0, &|fitness| fitness)
     }
 
     /// The utility of each point on the first `plants` plants of a set; steps beyond all data cost.
-    fn utility<const N: usize>(&self, points: &[[f64; N]], set: u32, plants: u32) -> Vec<Trial> {
+    fn utility(&self, points: &[Vec<f64>], set: u32, plants: u32) -> Vec<Trial> {
         self.worth(points, set, plants, self.beyond_cost_cm, self.utility)
     }
 
-    fn worth<const N: usize>(
+    fn worth(
         &self,
-        points: &[[f64; N]],
+        points: &[Vec<f64>],
         set: u32,
         plants: u32,
         beyond_cost_cm: f64,

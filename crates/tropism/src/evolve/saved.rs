@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{EvolutionConfig, EvolutionRun, run_seed};
+use super::{EvolutionConfig, EvolutionRun, Method, Search, run_seed};
 use crate::file::{schema_of, sha256};
 
 /// What a saved run calls itself.
@@ -90,15 +90,19 @@ impl EvolutionRun {
             let start = |sum: &str| sum.chars().take(12).collect();
             return Err(SavedRunError::Damaged { found: start(&sum), wanted: start(&sha256) });
         }
-        if run.history.len() != run.neat.generation() as usize {
+        if run.history.len() != run.search.generation() as usize {
             return Err(SavedRunError::History {
                 history: run.history.len(),
-                generations: run.neat.generation(),
+                generations: run.search.generation(),
             });
         }
         let wanted = run_seed(seed, index);
-        let found = (run.seed, run.neat.seed(), run.episodes);
-        if found != (wanted, wanted, config.episodes) || *run.neat.config() != config.neat {
+        let is_search = match (&run.search, config.method) {
+            (Search::Neat(neat), Method::Neat) => neat.seed() == wanted && *neat.config() == config.neat,
+            (Search::Weights(search), Method::CmaEs) => search.is_of(config.neat.population, wanted),
+            _ => false,
+        };
+        if (run.seed, run.episodes) != (wanted, config.episodes) || !is_search {
             return Err(SavedRunError::OtherRun { found: run.seed, wanted });
         }
         Ok(run)

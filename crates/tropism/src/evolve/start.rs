@@ -55,7 +55,9 @@ pub(super) fn offset_input(sensors: &Sensors, neat: &Config) -> Result<usize, St
 /// the unsigned step switches where the offset is above 0. All other weights are 0.
 ///
 /// With a weight of 1 a later link from another input counts in cm per unit of that input, as the numbers of a
-/// [rule](crate::control::PredictiveRule) do.
+/// [rule](crate::control::PredictiveRule) do. Offsets of at most 2^-54 cm are lost beside the bias.
+///
+/// All inputs are linked. NEAT from the two links that decide ended lower: it adds links too rarely (`docs/transfer.md`).
 pub(super) fn greedy_genome(
     sensors: &Sensors,
     neat: &Config,
@@ -97,19 +99,15 @@ mod tests {
     #[test]
     fn the_greedy_genome_decides_as_the_greedy_rule() {
         let (task, layout) = (Targets::default(), Layout::default());
-        let full = greedy_genome(&sensors(), &Config::wahby2016(), &task, &layout).unwrap();
-        let sparse = full.clone().without_idle_links();
-        assert_eq!((full.links().len(), sparse.links().len()), (8, 2));
-        for genome in [full, sparse] {
-            let mut network = NetworkController::new(&genome, &sensors(), &task, &layout).unwrap();
-            let mut greedy = Greedy::new(&task, &layout);
-            // Targets are at x = 3, -5 and -1; 2^-52 is the least offset from the first one.
-            for y in [4.0, 6.0, 8.9, 13.4, 14.0] {
-                for x in [-9.0, -5.0, -1.0, 0.0, 2.9, 3.0 - f64::EPSILON, 3.0, 3.0 + 2.0 * f64::EPSILON, 9.0]
-                {
-                    let seen = Observation::simulated(Point::new(x, y));
-                    assert_eq!(network.decide(&seen), greedy.decide(&seen), "{x} {y}");
-                }
+        let genome = greedy_genome(&sensors(), &Config::wahby2016(), &task, &layout).unwrap();
+        let mut network = NetworkController::new(&genome, &sensors(), &task, &layout).unwrap();
+        let mut greedy = Greedy::new(&task, &layout);
+        // Targets are at x = 3, -5 and -1. Numbers next to 3 are farther from it than the 2^-54 that the bias rounds away.
+        let near = 2.0 * f64::EPSILON;
+        for y in [4.0, 6.0, 8.9, 13.4, 14.0] {
+            for x in [-9.0, -5.0, -1.0, 0.0, 2.9, 3.0 - near, 3.0, 3.0 + near, 9.0] {
+                let seen = Observation::simulated(Point::new(x, y));
+                assert_eq!(network.decide(&seen), greedy.decide(&seen), "{x} {y}");
             }
         }
     }

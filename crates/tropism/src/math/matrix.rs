@@ -185,7 +185,7 @@ fn orthogonalize<const N: usize>(u: &mut [Vec<f64>; N], v: &mut [[f64; N]; N]) {
 
 /// The eigenvalues of a symmetric matrix, and its eigenvectors of length 1 as rows in the same order.
 ///
-/// Cyclic Jacobi rotations (Golub and Van Loan, section 8.5). Only the symmetric part matters.
+/// Only the symmetric part matters.
 ///
 /// ```
 /// use tropism::math::matrix::eigen_symmetric;
@@ -195,35 +195,49 @@ fn orthogonalize<const N: usize>(u: &mut [Vec<f64>; N], v: &mut [[f64; N]; N]) {
 /// ```
 #[must_use]
 pub fn eigen_symmetric<const N: usize>(mut matrix: [[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) {
+    let mut vectors = identity::<N>();
+    diagonalize(&mut matrix, &mut vectors);
+    (core::array::from_fn(|at| matrix[at][at]), vectors)
+}
+
+/// Turns a symmetric `matrix` of any size into the diagonal one of its eigenvalues, and the rows of `vectors`, which are those of
+/// the identity before, into its eigenvectors of length 1 in the same order.
+///
+/// Cyclic Jacobi rotations (Golub and Van Loan, section 8.5).
+///
+/// # Panics
+/// If `matrix` or `vectors` is not square, or if they differ in size.
+pub fn diagonalize<R: AsRef<[f64]> + AsMut<[f64]>>(matrix: &mut [R], vectors: &mut [R]) {
     /// Quadratic convergence: ten sweeps suffice for matrices of any practical size (Golub and Van Loan, section 8.5).
     const SWEEPS: usize = 30;
-    let mut vectors = identity::<N>();
+    let size = matrix.len();
     for _ in 0..SWEEPS {
-        let pairs = || (0..N).flat_map(|p| (p + 1..N).map(move |q| (p, q)));
-        let off_diagonal: f64 = pairs().map(|(p, q)| matrix[p][q] * matrix[p][q]).sum();
-        let diagonal: f64 = (0..N).map(|at| matrix[at][at] * matrix[at][at]).sum();
+        let pairs = || (0..size).flat_map(|p| (p + 1..size).map(move |q| (p, q)));
+        let element = |row: usize, column: usize| matrix[row].as_ref()[column];
+        let off_diagonal: f64 = pairs().map(|(p, q)| element(p, q) * element(p, q)).sum();
+        let diagonal: f64 = (0..size).map(|at| element(at, at) * element(at, at)).sum();
         if off_diagonal.is_nan() || off_diagonal <= f64::EPSILON * f64::EPSILON * diagonal {
             break;
         }
         for (p, q) in pairs() {
-            if matrix[p][q] == 0.0 {
+            let element = |row: usize, column: usize| matrix[row].as_ref()[column];
+            if element(p, q) == 0.0 {
                 continue;
             }
-            let theta = (matrix[q][q] - matrix[p][p]) / (2.0 * matrix[p][q]);
+            let theta = (element(q, q) - element(p, p)) / (2.0 * element(p, q));
             let sign = if theta < 0.0 { -1.0 } else { 1.0 };
             let tangent = sign / (theta.abs() + (1.0 + theta * theta).sqrt());
             let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
             let sine = cosine * tangent;
-            for row in &mut matrix {
+            for row in matrix.iter_mut().map(AsMut::as_mut) {
                 (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
             }
-            let (head, tail) = matrix.split_at_mut(q);
-            rotate(&mut head[p], &mut tail[0], cosine, sine);
-            let (head, tail) = vectors.split_at_mut(q);
-            rotate(&mut head[p], &mut tail[0], cosine, sine);
+            for rows in [&mut *matrix, &mut *vectors] {
+                let (head, tail) = rows.split_at_mut(q);
+                rotate(head[p].as_mut(), tail[0].as_mut(), cosine, sine);
+            }
         }
     }
-    (core::array::from_fn(|at| matrix[at][at]), vectors)
 }
 
 fn rotate(p: &mut [f64], q: &mut [f64], cosine: f64, sine: f64) {

@@ -1,10 +1,11 @@
 //! Saved runs of evolution.
 
 use tropism::control::{Sensor, Sensors};
-use tropism::evolve::{Evolution, EvolutionConfig, EvolutionRun, Start, trial_of_genome};
+use tropism::evolve::{Evolution, EvolutionConfig, EvolutionRun, Method, Search, Start, trial_of_genome};
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::task::Targets;
 use tropism::track::Track;
+use tropism_neat::Config;
 
 /// A model of one plant that leans after a lamp, and a task so short that a generation takes a moment.
 fn world() -> (TipModel, Targets) {
@@ -51,7 +52,7 @@ fn an_evolution_from_greedy_resumes_and_never_ends_below_it() {
     let config = EvolutionConfig { sensors, start: Start::Greedy, ..short() };
     let evolution = Evolution::new(&model, &task, config, 7).unwrap();
     let mut run = evolution.begin(0).unwrap();
-    let (greedy, judges) = (run.neat.ask()[0].clone(), std::slice::from_ref(&model));
+    let (greedy, judges) = (run.search.ask()[0].clone(), std::slice::from_ref(&model));
     evolution.advance(&mut run);
     let mut saved = evolution.resume(0, &run.to_json()).unwrap();
     for run in [&mut run, &mut saved] {
@@ -59,12 +60,36 @@ fn an_evolution_from_greedy_resumes_and_never_ends_below_it() {
     }
     assert_eq!(saved.to_json(), run.to_json());
     let candidates = evolution.candidates(&run);
-    assert_eq!(candidates[1].clone().without_idle_links(), greedy);
+    assert_eq!((candidates[1], evolution.start()), (&greedy, Some(&greedy)));
     let trial = |genome| trial_of_genome(judges, &task, &evolution.config().sensors, genome, 7, 20).mean;
     let (champion, found) = evolution.champion_of(&run, judges, 20);
     assert_eq!(found.mean, trial(champion));
     assert_eq!(found.mean, f64::max(trial(candidates[0]), trial(candidates[1])));
     assert_eq!(evolution.choose(&[run.clone()], judges, 20).trials, [found]);
+}
+
+#[test]
+fn a_search_of_weights_resumes_and_keeps_its_topology() {
+    let (model, task) = world();
+    let sensors = Sensors::new(vec![Sensor::Tip, Sensor::ToTarget { ahead: 0 }]).unwrap();
+    let neat = Config { population: 8, ..Config::wahby2016() };
+    let config = EvolutionConfig { sensors, method: Method::CmaEs, start: Start::Greedy, neat, ..short() };
+    let evolution = Evolution::new(&model, &task, config.clone(), 7).unwrap();
+    let mut run = evolution.begin(0).unwrap();
+    evolution.advance(&mut run);
+    let mut saved = evolution.resume(0, &run.to_json()).unwrap();
+    for run in [&mut run, &mut saved] {
+        assert!(evolution.finish(run, &mut |_| std::ops::ControlFlow::Continue(())).is_continue());
+    }
+    assert_eq!(saved.to_json(), run.to_json());
+    assert_eq!((run.search.evaluations(), run.history.len()), (64, 8));
+    let candidates = evolution.candidates(&run);
+    assert!(candidates.iter().all(|genome| genome.links().len() == 5), "{candidates:?}");
+    let greedy = &evolution.begin(1).unwrap().search;
+    assert!(matches!(greedy, Search::Weights(search) if search.centres() == [candidates[2].clone()]));
+    let json = run.to_json();
+    let refusal = |config| EvolutionRun::from_json(&json, &config, 7, 0).unwrap_err().to_string();
+    assert!(refusal(EvolutionConfig { method: Method::Neat, ..config }).contains("the evolution's settings"));
 }
 
 #[test]
