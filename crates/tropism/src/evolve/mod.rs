@@ -72,14 +72,13 @@ pub struct Evolution<'p, M, T: ?Sized> {
 
 /// One evolutionary run: its population and its history, all that is needed to resume it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "saved::Run", into = "saved::Run")]
 pub struct EvolutionRun {
     /// Seed of this run.
     pub seed: u64,
     /// Episodes of each evaluation.
     pub episodes: u32,
-    /// The state of the search. Its key is that of files from when NEAT was the only one.
-    #[serde(rename = "neat")]
+    /// The state of the search.
     pub search: Search,
     /// Statistics of each generation so far.
     pub history: Vec<Generation>,

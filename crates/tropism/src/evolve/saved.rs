@@ -1,8 +1,9 @@
 //! An evolutionary run as a file: its checkpoint, checked when it is read.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use tropism_neat::{Generation, Neat};
 
-use super::{EvolutionConfig, EvolutionRun, Method, Search, run_seed};
+use super::{EvolutionConfig, EvolutionRun, Method, Search, WeightSearch, run_seed};
 use crate::file::{schema_of, sha256};
 
 /// What a saved run calls itself.
@@ -45,6 +46,43 @@ pub enum SavedRunError {
         /// The seed of the run that was asked for.
         wanted: u64,
     },
+}
+
+/// A run as it stands in its file. Its search is either `neat` or `weights`.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Run {
+    seed: u64,
+    episodes: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    neat: Option<Box<Neat>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    weights: Option<Box<WeightSearch>>,
+    history: Vec<Generation>,
+}
+
+impl From<EvolutionRun> for Run {
+    fn from(EvolutionRun { seed, episodes, search, history }: EvolutionRun) -> Self {
+        let (neat, weights) = match search {
+            Search::Neat(neat) => (Some(neat), None),
+            Search::Weights(weights) => (None, Some(weights)),
+        };
+        Self { seed, episodes, neat, weights, history }
+    }
+}
+
+impl TryFrom<Run> for EvolutionRun {
+    type Error = &'static str;
+
+    fn try_from(Run { seed, episodes, neat, weights, history }: Run) -> Result<Self, &'static str> {
+        let search = match (neat, weights) {
+            (Some(neat), None) => Search::Neat(neat),
+            (None, Some(weights)) => Search::Weights(weights),
+            (None, None) => return Err("found neither `neat` nor `weights`, wanted one of them"),
+            (Some(_), Some(_)) => return Err("found both `neat` and `weights`, wanted one of them"),
+        };
+        Ok(Self { seed, episodes, search, history })
+    }
 }
 
 #[derive(Deserialize)]

@@ -27,8 +27,7 @@ impl Method {
 }
 
 /// The state of the search of one run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(untagged)]
+#[derive(Clone, Debug)]
 pub enum Search {
     /// NEAT.
     Neat(Box<Neat>),
