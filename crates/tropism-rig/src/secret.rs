@@ -217,15 +217,31 @@ mod tests {
         assert!(!shows_secret(shown) && !holds_secret("no address: //"));
     }
 
+    /// Any text in which the parts of addresses are frequent.
+    fn any_text() -> impl Strategy<Value = String> {
+        let part = prop::sample::select(&["://", "@", "?", "#", "="][..]).prop_map(str::to_owned);
+        let piece = prop_oneof![4 => any::<char>().prop_map(String::from), 1 => part];
+        prop::collection::vec(piece, 0..60).prop_map(|pieces| pieces.concat())
+    }
+
+    /// So many of these letters.
+    fn of_letters(letters: &str, count: core::ops::RangeInclusive<usize>) -> impl Strategy<Value = String> {
+        let letters: Vec<char> = letters.chars().collect();
+        prop::collection::vec(prop::sample::select(letters), count).prop_map(String::from_iter)
+    }
+
     proptest! {
         #[test]
-        fn any_text_is_redacted_once(text in ".{0,20}(://)?.{0,20}(@|\\?|#|=).{0,9}(://)?.{0,9}") {
+        fn any_text_is_redacted_once(text in any_text()) {
             let shown = redacted_text(&text).into_owned();
             prop_assert_eq!(redacted_text(&shown), shown.as_str());
         }
 
         #[test]
-        fn no_password_is_left(user in "[a-z]{1,5}", password in "[A-Z0-9/?#:@%&=]{6,12}") {
+        fn no_password_is_left(
+            user in of_letters("abcxyz", 1..=5),
+            password in of_letters("ABCXYZ0189/?#:@%&=", 6..=12),
+        ) {
             // What reads like a port, a path and an @ in it is taken for that.
             let start = password.split(['/', '?', '#']).next().unwrap_or_default();
             let port = start.rsplit(':').next().unwrap_or_default();
