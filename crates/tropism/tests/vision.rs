@@ -174,8 +174,9 @@ fn three_sunflowers_are_detected_by_day_and_night() {
 fn stems_of_other_scenes_are_right_or_not_given() {
     let Some(folder) = real("sunflower-centerlines") else { return };
     let marked = rows(&folder.join("centerlines.csv"));
+    // Every other one: the example `accuracy` measures all.
     let young: Vec<&Row> =
-        marked.iter().filter(|row| ["Hook", "Closed"].contains(&row.text("stage"))).collect();
+        marked.iter().filter(|row| ["Hook", "Closed"].contains(&row.text("stage"))).step_by(2).collect();
     let errors = |row: &&Row| {
         let (image, marked) = (open(&folder.join("images").join(row.text("file"))), published::marked(row));
         let stem = detect_from_base(&image, Some(marked[0]), &VisionConfig::default())?.stem?;
@@ -195,7 +196,7 @@ fn stems_of_other_scenes_are_right_or_not_given() {
         young.len(),
         quantile_nearest(&off, 0.5)
     );
-    assert!(off.len() >= 40 && 20 * wrong <= off.len(), "{off:.1?}");
+    assert!(off.len() >= 20 && 20 * wrong <= off.len(), "{off:.1?}");
     assert!(quantile_nearest(&off, 0.5) <= 2.5, "{off:.1?}");
 }
 
