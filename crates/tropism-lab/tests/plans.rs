@@ -43,12 +43,20 @@ use tropism_lab::transfer::TransferPlan;
 use tropism_lab::tune::TunePlan;
 use tropism_lab::{Error, Workflow};
 
+/// A plan comes back from its JSON, and an empty one is the default.
+#[track_caller]
+fn comes_back_from_json<P: Workflow + Default + PartialEq + std::fmt::Debug>(plan: &P) {
+    let json = serde_json::to_string(plan).unwrap();
+    assert_eq!(serde_json::from_str::<P>(&json).unwrap(), *plan, "{json}");
+    assert_eq!(serde_json::from_str::<P>("{}").unwrap(), P::default(), "what is left out is the default");
+}
+
 #[track_caller]
 fn comes_back<P: Workflow + Default + PartialEq + std::fmt::Debug>() {
     let plan = P::default();
     let toml = toml::to_string(&plan).unwrap();
     assert_eq!(toml::from_str::<P>(&toml).unwrap(), plan, "{toml}");
-    assert_eq!(serde_json::from_str::<P>("{}").unwrap(), plan, "what is left out is the default");
+    comes_back_from_json(&plan);
     let error = serde_json::from_str::<P>("{\"sed\": 1}").unwrap_err().to_string();
     assert!(error.contains("unknown field `sed`"), "{error}");
     let (name, version) = P::SCHEMA.split_once('/').unwrap();

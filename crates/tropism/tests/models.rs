@@ -25,11 +25,15 @@ mod tip_file;
 #[path = "models/tuned_rule.rs"]
 mod tuned_rule;
 
+use tropism::control::Periodic;
+use tropism::environment::unwatched;
 use tropism::geometry::Point;
+use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::Light;
 use tropism::plant::PlantModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
+use tropism::task::OpenLoop;
 use tropism::track::Track;
 
 /// A plant that leans towards the light, from 4 to 24 cm.
@@ -41,6 +45,14 @@ fn leaning() -> TipModel {
         text += &format!("{},{},{light}\n", f64::from(x) * 0.2 - 4.0, 4.0 + 0.03 * f64::from(step));
     }
     TipModel::fit([&Track::read_csv(text.as_bytes()).unwrap()], TipModelConfig::default()).unwrap()
+}
+
+/// A virtual bean under lamps that are switched every three hours.
+fn grown(seed: u64, steps: u32, period_min: f64) -> Track {
+    let species = Species::default();
+    let trial = Trial { period_min, ..Trial::new(&species) };
+    let mut controller = Periodic::new((180.0 / period_min) as u32, &trial.layout);
+    trial.grow(seed, &mut controller, &OpenLoop { steps, ..OpenLoop::default() }, &mut unwatched)
 }
 
 fn step_noise(step: u32) -> StepNoise {

@@ -1,5 +1,6 @@
 //! Plans of a calibration.
 
+use super::comes_back_from_json;
 use tropism::geometry::Pixel;
 use tropism::math;
 use tropism_lab::Workflow;
@@ -19,9 +20,7 @@ fn a_plan_goes_through_json() {
         scale: ScaleSource::Marks(vec![Mark { ends, length_cm: 5.0 }]),
         ..CalibrateCameraPlan::default()
     };
-    let json = serde_json::to_string(&plan).unwrap();
-    assert_eq!(serde_json::from_str::<CalibrateCameraPlan>(&json).unwrap(), plan);
-    assert_eq!(serde_json::from_str::<CalibrateCameraPlan>("{}").unwrap(), CalibrateCameraPlan::default());
+    comes_back_from_json(&plan);
 }
 
 #[test]

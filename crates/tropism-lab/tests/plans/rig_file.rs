@@ -225,11 +225,7 @@ fn a_recorded_run_is_seen_again_through_a_rig_of_drivers() {
 fn lamps_with_drivers_stand_behind_the_interlock() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log");
-    let lamp = |name: &str| {
-        let say = |state| format!("[\"sh\", \"-c\", \"echo {name} {state} >> {}\"]", log.display());
-        format!("[lamps.{name}]\ndriver = \"command\"\non = {}\noff = {}\n", say("on"), say("off"))
-    };
-    let rig = parse(&format!("{CAMERA}[lamps]\npause_s = 0\n{}{}", lamp("left"), lamp("right"))).unwrap();
+    let rig = logged_lamps(&log, "", &["left", "right"]);
     let mut lamps = rig.lamps.unwrap().open(None).unwrap();
     lamps.light(Some(Light::RIGHT)).unwrap();
     lamps.light(Some(Light::LEFT)).unwrap();

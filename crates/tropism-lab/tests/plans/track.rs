@@ -1,5 +1,6 @@
 //! Plans of tracking.
 
+use super::comes_back_from_json;
 use tropism_lab::Workflow;
 use tropism_lab::track::{LightSource, TrackPlan, TrackScale};
 
@@ -10,9 +11,7 @@ fn a_plan_goes_through_json_and_an_empty_one_is_the_default() {
         scale: TrackScale::PxPerCm(11.0),
         ..TrackPlan::default()
     };
-    let json = serde_json::to_string(&plan).unwrap();
-    assert_eq!(serde_json::from_str::<TrackPlan>(&json).unwrap(), plan);
-    assert_eq!(serde_json::from_str::<TrackPlan>("{}").unwrap(), TrackPlan::default());
+    comes_back_from_json(&plan);
 }
 
 #[test]

@@ -1,16 +1,15 @@
 //! Episodes side by side have the fitness of the plain path.
 
-use tropism::control::{Avoidance, NetworkController, Periodic, PredictiveGreedy, PredictiveRule, Sensors};
-use tropism::environment::unwatched;
+use super::grown;
+use tropism::control::{Avoidance, NetworkController, PredictiveGreedy, PredictiveRule, Sensors};
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::{Species, Trial};
 use tropism::obstacle::Obstacle;
 use tropism::plant::PlantModel;
 use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, NoiseStream, Purpose};
 use tropism::simulation::{BatchModel, Episode, LinearController, cautious_fitness_of, fitness_of};
-use tropism::task::{Obstacles, OpenLoop, Targets, Task};
+use tropism::task::{Obstacles, Targets, Task};
 use tropism::track::Track;
 use tropism_neat::{Config, Genome, Neat};
 
@@ -111,11 +110,7 @@ fn no_episodes_are_no_work() {
 }
 
 fn stem_model() -> StemModel {
-    let species = Species::default();
-    let trial = Trial::new(&species);
-    let mut controller = Periodic::new(36, &trial.layout);
-    let task = OpenLoop { steps: 250, ..OpenLoop::default() };
-    StemModel::fit(&[trial.grow(1, &mut controller, &task, &mut unwatched)]).unwrap()
+    StemModel::fit(&[grown(1, 250, 5.0)]).unwrap()
 }
 
 fn rule(number: u64, avoids: bool) -> PredictiveRule {

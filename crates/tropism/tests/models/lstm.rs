@@ -1,40 +1,28 @@
 //! The LSTM of the stem.
 
-use super::assert_mirror;
+use super::{assert_mirror, grown};
 use std::ops::ControlFlow;
 
-use tropism::control::Periodic;
-use tropism::environment::unwatched;
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::{Species, Trial};
 use tropism::plant::PlantModel;
 use tropism::plant::lstm::{LstmModel, Training, TrainingProgress};
 use tropism::random::{NoiseStream, Purpose};
-use tropism::task::OpenLoop;
 use tropism::track::Track;
 
 const FEW: Training = Training { max_epochs: 4, seed: 1 };
-
-/// A virtual bean under lamps that are switched every three hours.
-fn grown(seed: u64, steps: u32) -> Track {
-    let species = Species::default();
-    let trial = Trial::new(&species);
-    let mut controller = Periodic::new(36, &trial.layout);
-    trial.grow(seed, &mut controller, &OpenLoop { steps, ..OpenLoop::default() }, &mut unwatched)
-}
 
 fn trained(tracks: &[Track]) -> LstmModel {
     LstmModel::fit(tracks, FEW, &mut |_| ControlFlow::Continue(())).unwrap().unwrap()
 }
 
 fn model() -> LstmModel {
-    trained(&[grown(1, 200), grown(2, 200)])
+    trained(&[grown(1, 200, 5.0), grown(2, 200, 5.0)])
 }
 
 #[test]
 fn training_makes_the_error_less() {
     let mut errors = Vec::new();
-    let tracks = [grown(1, 200), grown(2, 200)];
+    let tracks = [grown(1, 200, 5.0), grown(2, 200, 5.0)];
     let watch = &mut |progress: &TrainingProgress| {
         errors.push(progress.error);
         if errors.len() < 12 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -46,14 +34,14 @@ fn training_makes_the_error_less() {
 
 #[test]
 fn mirrored_plants_make_the_model_of_the_mirror() {
-    let tracks = [grown(1, 200), grown(2, 200)];
+    let tracks = [grown(1, 200, 5.0), grown(2, 200, 5.0)];
     let images = tracks.each_ref().map(|track| track.mirrored().unwrap());
     assert_mirror(&trained(&tracks), &trained(&images), 5.0);
 }
 
 #[test]
 fn a_resumed_plant_begins_where_it_was_seen() {
-    let (model, track) = (model(), grown(3, 120));
+    let (model, track) = (model(), grown(3, 120, 5.0));
     let past = &track.samples[..=100];
     let mean = |of: &dyn Fn(u32) -> f64| (0..40).map(of).sum::<f64>() / 40.0;
     let resumed = |number: u32| {
@@ -87,7 +75,7 @@ fn json_comes_back_and_damage_is_named() {
 
 #[test]
 fn tracks_that_are_too_short_are_named() {
-    let short = LstmModel::fit(&[grown(1, 90)], FEW, &mut |_| ControlFlow::Continue(()));
+    let short = LstmModel::fit(&[grown(1, 90, 5.0)], FEW, &mut |_| ControlFlow::Continue(()));
     let error = short.unwrap_err().to_string();
     assert!(error.contains("no stretch of eight hours in 1 tracks"), "{error}");
 }

@@ -1,34 +1,20 @@
 //! The linear model of the stem.
 
-use super::assert_mirror;
-use tropism::control::Periodic;
-use tropism::environment::unwatched;
+use super::{assert_mirror, grown};
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::Light;
 use tropism::observation::Quality;
 use tropism::plant::PlantModel;
 use tropism::plant::stem::StemModel;
 use tropism::random::{NoiseStream, Purpose};
-use tropism::task::OpenLoop;
-use tropism::track::Track;
-
-/// A virtual bean under lamps that are switched every three hours.
-fn grown(seed: u64, period_min: f64) -> Track {
-    let species = Species::default();
-    let trial = Trial { period_min, ..Trial::new(&species) };
-    let steps = (1500.0 / period_min) as u32;
-    let mut controller = Periodic::new((180.0 / period_min) as u32, &trial.layout);
-    trial.grow(seed, &mut controller, &OpenLoop { steps, ..OpenLoop::default() }, &mut unwatched)
-}
 
 fn model() -> StemModel {
-    StemModel::fit(&[grown(1, 5.0), grown(2, 5.0)]).unwrap()
+    StemModel::fit(&[grown(1, 300, 5.0), grown(2, 300, 5.0)]).unwrap()
 }
 
 #[test]
 fn mirrored_plants_make_the_model_of_the_mirror() {
-    let tracks = [grown(1, 5.0), grown(2, 5.0)];
+    let tracks = [grown(1, 300, 5.0), grown(2, 300, 5.0)];
     let images = tracks.each_ref().map(|track| track.mirrored().unwrap());
     assert_mirror(&StemModel::fit(&tracks).unwrap(), &StemModel::fit(&images).unwrap(), 5.0);
 }
@@ -51,14 +37,14 @@ fn simulated_plants_follow_the_light_and_stay_near_the_data() {
 
 #[test]
 fn a_period_of_ten_minutes_has_half_as_many_steps() {
-    let ten = StemModel::fit(&[grown(1, 10.0)]).unwrap();
+    let ten = StemModel::fit(&[grown(1, 150, 10.0)]).unwrap();
     assert_eq!((ten.period_min(), ten.steps()), (10.0, 150));
-    assert_eq!(StemModel::fit(&[grown(1, 5.0)]).unwrap().steps(), 300);
+    assert_eq!(StemModel::fit(&[grown(1, 300, 5.0)]).unwrap().steps(), 300);
 }
 
 #[test]
 fn steps_that_remember_a_lost_stem_are_left_out() {
-    let mut gap = grown(1, 5.0);
+    let mut gap = grown(1, 300, 5.0);
     gap.samples[100].stem = None;
     // Two changes touch the stem; twelve further steps remember the later one.
     assert_eq!(StemModel::fit([&gap]).unwrap().steps(), 300 - 14);
@@ -68,9 +54,9 @@ fn steps_that_remember_a_lost_stem_are_left_out() {
 
 #[test]
 fn tracks_without_stems_are_named() {
-    let mut without = grown(1, 5.0);
+    let mut without = grown(1, 300, 5.0);
     without.samples.iter_mut().for_each(|sample| sample.stem = None);
-    let error = StemModel::fit([&grown(2, 5.0), &without]).unwrap_err().to_string();
+    let error = StemModel::fit([&grown(2, 300, 5.0), &without]).unwrap_err().to_string();
     assert!(error.contains("track 2: found no stem"), "{error}");
 }
 
@@ -78,7 +64,7 @@ fn tracks_without_stems_are_named() {
 fn a_model_of_each_plant_has_its_steps_alone() {
     let each = model().of_each_plant(usize::MAX).unwrap();
     assert_eq!(each.len(), 2);
-    assert_eq!(each[1], StemModel::fit([&grown(2, 5.0)]).unwrap());
+    assert_eq!(each[1], StemModel::fit([&grown(2, 300, 5.0)]).unwrap());
 }
 
 #[test]
