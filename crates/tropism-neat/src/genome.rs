@@ -134,6 +134,12 @@ impl Genome {
         self.outputs
     }
 
+    /// Number of hidden neurons.
+    #[must_use]
+    pub fn hidden(&self) -> usize {
+        self.neurons.len() - self.inputs - 1 - self.outputs
+    }
+
     /// Neuron genes in ascending order of ids: inputs, bias, outputs, hidden.
     #[must_use]
     pub fn neurons(&self) -> &[Neuron] {

@@ -57,8 +57,7 @@ pub(crate) fn index_of_best(values: &[f64]) -> usize {
 /// Mean number of links and mean number of hidden neurons.
 pub(crate) fn mean_size(population: &[Genome]) -> (f64, f64) {
     let links = population.iter().map(|genome| genome.links.len() as f64);
-    let hidden =
-        population.iter().map(|genome| (genome.neurons.len() - genome.inputs - 1 - genome.outputs) as f64);
+    let hidden = population.iter().map(|genome| genome.hidden() as f64);
     (mean(links), mean(hidden))
 }
 

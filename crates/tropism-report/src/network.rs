@@ -71,7 +71,7 @@ pub fn network(genome: &Genome) -> Figure {
     }
     plot.legend(&[("excites", "weight above 0"), ("inhibits", "below 0")]);
     let count = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
-    let hidden = genome.neurons().len() - genome.inputs() - 1 - genome.outputs();
+    let hidden = genome.hidden();
     Figure {
         number: "network",
         title: format!(

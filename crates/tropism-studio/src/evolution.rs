@@ -302,7 +302,7 @@ pub(crate) fn champion(folder: &Path, index: Option<u32>) -> Result<Value, Refus
         json!({ "points": points, "lamps": lamps, "fitness": rounded(record.task.fitness(track)) })
     };
     Ok(json!({
-        "hidden": genome.neurons().iter().filter(|neuron| neuron.kind == tropism_neat::NeuronKind::Hidden).count(),
+        "hidden": genome.hidden(),
         "links": genome.links().len(),
         "too_large": report::too_large_to_draw(&genome),
         "network": figures.0,

@@ -13,7 +13,7 @@ use tropism::control::network_analysis::{Boundary, NetworkAnalysis};
 use tropism::evolve::Champion;
 use tropism::task::{Task, TaskSpec};
 use tropism::text::plural;
-use tropism_neat::{Genome, NeuronKind};
+use tropism_neat::Genome;
 use tropism_report as report;
 
 use self::source::ShownChampion;
@@ -157,7 +157,7 @@ impl ShowResults {
             genome: champion.file.clone(),
             inputs: genome.inputs(),
             outputs: genome.outputs(),
-            hidden: genome.neurons().iter().filter(|neuron| neuron.kind == NeuronKind::Hidden).count(),
+            hidden: genome.hidden(),
             links: genome.links().len(),
             recurrent_links: recurrent_links(genome),
             live_hidden: analysis.hidden,

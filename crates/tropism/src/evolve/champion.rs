@@ -53,8 +53,8 @@ impl Choice {
     #[must_use]
     pub fn of(trials: Vec<Trial>) -> Self {
         assert!(!trials.is_empty(), "at least one champion");
-        let better = |best: usize, run: usize| if trials[run].mean > trials[best].mean { run } else { best };
-        let run = (0..trials.len()).fold(0, better);
+        let means: Vec<f64> = trials.iter().map(|trial| trial.mean).collect();
+        let run = statistics::index_of_greatest(&means);
         Self { run, trials }
     }
 }

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math;
 use crate::math::matrix::diagonalize;
+use crate::math::vector::dot_slices;
 use crate::random::{self, Purpose};
 
 /// A search has converged when the greatest standard deviation is below this share of the first one (Auger and Hansen 2005,
@@ -98,11 +99,6 @@ pub struct CmaEs {
 /// The identity.
 fn identity(size: usize) -> Vec<Vec<f64>> {
     (0..size).map(|row| (0..size).map(|column| if row == column { 1.0 } else { 0.0 }).collect()).collect()
-}
-
-/// The scalar product, summed from the first term to the last.
-fn dot(one: &[f64], other: &[f64]) -> f64 {
-    one.iter().zip(other).map(|(one, other)| one * other).sum()
 }
 
 impl CmaEs {
@@ -209,7 +205,7 @@ impl CmaEs {
             .axes
             .iter()
             .zip(&self.deviations)
-            .map(|(axis, deviation)| dot(axis, &step) / deviation)
+            .map(|(axis, deviation)| dot_slices(axis, &step) / deviation)
             .collect();
         let gain = (c_sigma * (2.0 - c_sigma) * mu_eff).sqrt();
         for (at, path) in self.sigma_path.iter_mut().enumerate() {

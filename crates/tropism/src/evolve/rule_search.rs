@@ -313,8 +313,7 @@ impl RuleSearch {
         let mut points = search.ask();
         let trials = objective.utility(&points, generation / GENERATIONS_OF_PLANTS, self.episodes);
         let utility: Vec<f64> = trials.iter().map(|trial| trial.mean).collect();
-        let better = |best: usize, at: usize| if utility[at] > utility[best] { at } else { best };
-        let best = (0..points.len()).fold(0, better);
+        let best = statistics::index_of_greatest(&utility);
         search.tell(&points, &utility.iter().map(|utility| -utility).collect::<Vec<f64>>());
         let mean = statistics::mean(utility.iter().copied());
         (points.swap_remove(best), RuleGeneration { generation, best: utility[best], mean })

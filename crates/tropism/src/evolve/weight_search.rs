@@ -60,8 +60,7 @@ impl WeightSearch {
     /// Takes the score of each network, and goes on to the next generation. Larger scores are better.
     pub(super) fn tell(&mut self, scores: &[f64]) -> Generation {
         let points = self.search.ask();
-        let better = |best: usize, at: usize| if scores[at] > scores[best] { at } else { best };
-        let index = (0..scores.len()).fold(0, better);
+        let index = statistics::index_of_greatest(scores);
         let best = scores[index];
         if self.best.as_ref().is_none_or(|(_, so_far)| best > *so_far) {
             self.best = Some((self.genome(&points[index]), best));
@@ -77,23 +76,17 @@ impl WeightSearch {
         }
         self.generation += 1;
         self.evaluations += scores.len() as u64;
-        let mut ordered = scores.to_vec();
-        ordered.sort_by(f64::total_cmp);
-        let middle = ordered.len() / 2;
         let links = self.topology.links().len();
         Generation {
             generation: self.generation - 1,
             best,
             mean: statistics::mean(scores.iter().copied()),
-            median: f64::midpoint(ordered[(ordered.len() - 1) / 2], ordered[middle]),
+            median: statistics::median(scores),
             best_ever: self.best.as_ref().map_or(best, |(_, fitness)| *fitness),
             species: 1,
             population: scores.len(),
             links_mean: links as f64,
-            hidden_mean: (self.topology.neurons().len()
-                - self.topology.inputs()
-                - 1
-                - self.topology.outputs()) as f64,
+            hidden_mean: self.topology.hidden() as f64,
             champion_links: links,
             threshold: 0.0,
             evaluations: self.evaluations,

@@ -29,6 +29,17 @@ pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
 }
 
+/// The place of the greatest value, of equals the first; 0 without values. A NaN is not greater than another value.
+///
+/// ```
+/// use tropism::math::statistics::index_of_greatest;
+/// assert_eq!(index_of_greatest(&[1.0, 3.0, 3.0, 2.0]), 1);
+/// ```
+#[must_use]
+pub fn index_of_greatest(values: &[f64]) -> usize {
+    (1..values.len()).fold(0, |best, at| if values[at] > values[best] { at } else { best })
+}
+
 /// The sample variance (divisor n - 1); 0 for one value, NaN without values.
 #[must_use]
 pub fn variance(values: &[f64]) -> f64 {

@@ -49,6 +49,13 @@ pub fn dot<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
     sum
 }
 
+/// The dot product of vectors of any length, summed from the first term to the last; what one of them has beyond the other counts
+/// nothing.
+#[must_use]
+pub fn dot_slices(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 /// The cross product.
 ///
 /// ```

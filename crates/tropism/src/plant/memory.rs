@@ -14,12 +14,13 @@ use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
 use super::measured_plant::{
     Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, draw_plant, is_named_in, tell_of_measured_plants,
 };
-use super::regression::{dot, ridge_regression};
+use super::regression::ridge_regression;
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 use super::tip::ModelError;
 use super::{PlantModel, evenly};
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
+use crate::math::vector::dot_slices;
 use crate::observation::Observation;
 use crate::random::StepNoise;
 use crate::track::{Sample, Track};
@@ -152,7 +153,7 @@ impl Response {
     fn new(rows: &[Row], pooled: &[f64; TERMS]) -> Self {
         let weights = weights_of(rows.iter(), pooled, PLANT_RIDGE);
         let record = |row: &Row| {
-            let residual = row.shift - dot(&weights, &row.terms);
+            let residual = row.shift - dot_slices(&weights, &row.terms);
             Record { step: row.step, size_cm: row.tip.y, what: Happened { residual, growth: row.growth } }
         };
         Self { weights, replay: Replay::new(rows.iter().map(record).collect()) }
@@ -300,7 +301,7 @@ impl PlantModel for MemoryModel {
         let terms = plant.past.terms(&self.windows, x, height);
         let (of_light, others) = terms.split_at(LIGHT_TERMS);
         let (light_weights, other_weights) = weights.split_at(LIGHT_TERMS);
-        let shift = plant.gain * dot(light_weights, of_light) + dot(other_weights, others);
+        let shift = plant.gain * dot_slices(light_weights, of_light) + dot_slices(other_weights, others);
         let shift = shift + plant.mirror * residual;
 
         plant.tip = Point::new(plant.tip.x + shift, plant.tip.y + growth);

@@ -31,11 +31,6 @@ pub(super) fn ridge_regression<'r, const TERMS: usize>(
     matrix::solve(products, right).expect("a ridge above 0 makes the matrix positive definite")
 }
 
-/// The value of a line with these weights.
-pub(super) fn dot(weights: &[f64], terms: &[f64]) -> f64 {
-    weights.iter().zip(terms).map(|(weight, term)| weight * term).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -21,7 +21,7 @@ use contact::Bent;
 use super::history::History;
 use super::measured_plant::{Extent, MAX_HEIGHT_CM, draw_plant, is_named_in, tell_of_measured_plants};
 use super::measured_space::{Lit, PlantInSpace, PlantsInSpace, SpaceStem};
-use super::regression::{dot, ridge_regression};
+use super::regression::ridge_regression;
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 use super::stem::{LIGHT_TERMS, MIDDLE_LENGTH_CM, MODES, PLANT_RIDGE, POOLED_RIDGE, TERMS, Windows, terms};
 use super::stem_shape::{
@@ -35,7 +35,7 @@ use crate::geometry::{Point, Polyline, STEM_POINTS};
 use crate::lamps::{Lamp, Layout, Light};
 use crate::math;
 use crate::math::matrix::transform;
-use crate::math::vector::{add, distance, norm, scale, sub};
+use crate::math::vector::{add, distance, dot_slices, norm, scale, sub};
 use crate::observation::{Depth, Observation};
 use crate::obstacle::{Pole, Solid};
 use crate::random::StepNoise;
@@ -271,7 +271,7 @@ impl Response {
     ) -> Self {
         let weights = weights_of(rows.iter(), pooled, &scale.map(|scale| PLANT_RIDGE * scale));
         let left = |row: &Row, axis: usize| -> Scores {
-            core::array::from_fn(|mode| row.change[axis][mode] - dot(&weights[mode], &row.terms[axis]))
+            core::array::from_fn(|mode| row.change[axis][mode] - dot_slices(&weights[mode], &row.terms[axis]))
         };
         let record = |row: Row| Record {
             step: row.step,
@@ -605,7 +605,8 @@ impl PlantModel for SpaceModel {
             let (of_light, others) = terms[axis].split_at(LIGHT_TERMS);
             core::array::from_fn(|mode| {
                 let (light_weights, other_weights) = weights[mode].split_at(LIGHT_TERMS);
-                let expected = plant.gain * dot(light_weights, of_light) + dot(other_weights, others);
+                let expected =
+                    plant.gain * dot_slices(light_weights, of_light) + dot_slices(other_weights, others);
                 expected + happened.residual[axis][mode]
             })
         });

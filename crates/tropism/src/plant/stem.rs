@@ -21,7 +21,7 @@ use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
 use super::measured_plant::{
     Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, draw_plant, is_named_in, tell_of_measured_plants,
 };
-use super::regression::{dot, ridge_regression};
+use super::regression::ridge_regression;
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 pub use super::stem_shape::MODES;
 use super::stem_shape::{
@@ -33,6 +33,7 @@ use super::{PlantModel, evenly};
 use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::math;
+use crate::math::vector::dot_slices;
 use crate::observation::Observation;
 use crate::random::StepNoise;
 use crate::track::{Sample, Track};
@@ -211,7 +212,9 @@ impl Response {
             step: row.step,
             size_cm: row.length_cm,
             what: Happened {
-                residual: core::array::from_fn(|mode| row.change[mode] - dot(&weights[mode], &row.terms)),
+                residual: core::array::from_fn(|mode| {
+                    row.change[mode] - dot_slices(&weights[mode], &row.terms)
+                }),
                 ..row.happened
             },
         };
@@ -398,7 +401,8 @@ impl PlantModel for StemModel {
         let (of_light, others) = terms.split_at(LIGHT_TERMS);
         let change: Scores = core::array::from_fn(|mode| {
             let (light_weights, other_weights) = weights[mode].split_at(LIGHT_TERMS);
-            let expected = plant.gain * dot(light_weights, of_light) + dot(other_weights, others);
+            let expected =
+                plant.gain * dot_slices(light_weights, of_light) + dot_slices(other_weights, others);
             expected + mirror * happened.residual[mode]
         });
         plant.changes.add(change);
