@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use tropism::control::PlannerConfig;
-use tropism::evolve::{EvolutionConfig, RuleSearch};
+use tropism::evolve::{self, EvolutionConfig, RuleSearch};
 use tropism::task::{Spiral, Targets};
 use tropism_lab::fit::ModelKind;
 use tropism_lab::laboratories::{
@@ -12,6 +12,7 @@ use tropism_lab::laboratories::{
 use tropism_lab::report::ReportPlan;
 use tropism_lab::status::{StatusPlan, StatusResults};
 use tropism_lab::{Error, Monitor, Silent, Workflow};
+use tropism_neat::Config;
 
 /// Asks for an end after some questions.
 struct PatientFor(AtomicU32);
@@ -32,6 +33,8 @@ fn status(plan: &LaboratoriesPlan) -> LaboratoriesStatus {
 fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
     let search = RuleSearch { generations: 2, population: 4, episodes: 2, starts: 1 };
     let evolution = Box::new(EvolutionConfig { runs: 1, generations: 2, ..EvolutionConfig::default() });
+    let neat = Config { population: 4, ..Config::wahby2016() };
+    let weights = Box::new(EvolutionConfig { method: evolve::Method::CmaEs, neat, ..(*evolution).clone() });
     let planner = PlannerConfig { plants: 2, replan_min: 120.0, ..PlannerConfig::default() };
     let recipe = |name: &str, method| Recipe { name: name.to_owned(), method };
     let world = |name: &str, scale| World { scale, ..World::named(name) };
@@ -43,11 +46,18 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
         task: Targets { max_steps: 20, ..Targets::default() }.into(),
         bound: Some(search),
         recipes: vec![
-            recipe("paper", Method::Evolve { model: ModelKind::Tip, evolution }),
+            recipe(
+                "paper",
+                Method::Evolve { model: ModelKind::Tip, from: None, evolution: evolution.clone() },
+            ),
+            recipe(
+                "weights",
+                Method::Evolve { model: ModelKind::Tip, from: Some("paper".to_owned()), evolution: weights },
+            ),
             recipe("rule", Method::Tune { model: ModelKind::Stem, search }),
             recipe("planner", Method::Plan { model: ModelKind::Stem, planner: Box::new(planner) }),
         ],
-        worlds: vec![world("alike", 0.5), world("varied", 1.5)],
+        worlds: vec![World { steps: Some(160), ..world("alike", 0.5) }, world("varied", 1.5)],
         ..LaboratoriesConfig::default()
     };
     LaboratoriesPlan { out, resume: false, config }
@@ -60,8 +70,8 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     let results = whole.execute(&Silent).unwrap();
     assert_eq!(results.worlds.len(), 2);
     for world in &results.worlds {
-        let [paper, rule, planner] = &world.recipes[..] else { panic!("three recipes") };
-        for recipe in [paper, rule, planner] {
+        let [paper, weights, rule, planner] = &world.recipes[..] else { panic!("four recipes") };
+        for recipe in [paper, weights, rule, planner] {
             assert_eq!(recipe.laboratories.len(), 2);
         }
         assert!(planner.worst_prediction.is_none(), "a planner expects nothing: {planner:?}");
@@ -69,7 +79,9 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
         assert!(low <= rule.fitness.mean && rule.fitness.mean <= high, "{rule:?}");
         let difference = rule.fitness.mean - world.chase.fitness.mean;
         assert!((rule.over_chase.mean - difference).abs() < 1e-9, "{rule:?}");
-        assert!(rule.over_bound.is_some() && rule.worst_prediction.is_some());
+        let over_paper = rule.over_first.expect("paper comes before it");
+        assert!((over_paper.mean - rule.fitness.mean + paper.fitness.mean).abs() < 1e-9, "{rule:?}");
+        assert!(paper.over_first.is_none() && rule.over_bound.is_some() && rule.worst_prediction.is_some());
     }
 
     // A report compares the recipes of each world by their laboratories.
@@ -79,7 +91,7 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     let titles: Vec<&str> = compared.iter().map(|comparison| comparison.title.as_str()).collect();
     assert_eq!(titles, ["Recipes compared: alike", "Recipes compared: varied"]);
     assert!(
-        compared.iter().all(|comparison| comparison.pairs.len() == 3 && comparison.pairs[0].sizes == [2, 2])
+        compared.iter().all(|comparison| comparison.pairs.len() == 6 && comparison.pairs[0].sizes == [2, 2])
     );
 
     // Interrupted again and again, the same results come out.
@@ -94,15 +106,15 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
         again.resume = true;
         assert!(interruptions < 100);
         let status = status(&again);
-        assert!(!status.is_over && status.worlds[0].controllers == 6, "{status:?}");
+        assert!(!status.is_over && status.worlds[0].controllers == 8, "{status:?}");
     };
     assert!(interruptions > 0);
     let LaboratoriesStatus { is_over, worlds, .. } = status(&again);
     let judged: Vec<_> = worlds.iter().map(|world| world.judged.as_ref().unwrap().done()).collect();
-    // A lamp that stays lit, chase, the bound and six controllers on three plants.
+    // A lamp that stays lit, chase, the bound and eight controllers on three plants.
     assert_eq!(
         (is_over, worlds[1].has_bound, worlds[1].controllers_done, judged),
-        (true, Some(true), 6, vec![27; 2])
+        (true, Some(true), 8, vec![33; 2])
     );
     for (one, other) in results.worlds.iter().zip(&resumed.worlds) {
         for (one, other) in one.recipes.iter().zip(&other.recipes) {
@@ -151,6 +163,9 @@ fn names_and_settings_that_cannot_be_are_named() {
     let mut path = base();
     path.worlds[0].name = "../up".to_owned();
     assert!(error(path).contains("`worlds`: found the name \"../up\""));
+    let mut later = base();
+    later.recipes.swap(0, 1);
+    assert!(error(later).contains("weights: found from = \"paper\", wanted the name of a recipe"));
     let mut wild = base();
     wild.worlds[1].scale = 7.0;
     assert!(error(wild).contains("world varied: found scale = 7"));
@@ -158,5 +173,8 @@ fn names_and_settings_that_cannot_be_are_named() {
     let mut nobody = base();
     nobody.worlds[0].judging_plants = Some(0);
     assert!(error(nobody).contains("world alike: found judging_plants = 0"));
+    let mut still = base();
+    still.worlds[1].steps = Some(0);
+    assert!(error(still).contains("world varied: found steps = 0"));
     assert!(error(LaboratoriesConfig { laboratories: 0, ..base() }).contains("laboratories"));
 }

@@ -70,7 +70,13 @@ pub(crate) struct Evolve {
     #[arg(long, value_enum)]
     start: Option<StartOption>,
 
-    /// Search: NEAT (the default), which grows networks, or CMA-ES on the weights of a network without hidden neurons
+    /// First population: the network in champion.json, from another evolution, and mutants of it; its sensors count. With
+    /// --method cma-es its weights are searched, and its topology stays
+    #[arg(long, value_name = "champion.json", conflicts_with_all = ["start", "resume"])]
+    from: Option<PathBuf>,
+
+    /// Search: NEAT (the default), which grows networks, or CMA-ES on the weights of one network; by default one without hidden
+    /// neurons
     #[arg(long, value_enum)]
     method: Option<MethodOption>,
 
@@ -131,6 +137,9 @@ impl Evolve {
         if self.task.task.is_some() {
             plan.task = self.task.load()?;
         }
+        if let Some(champion) = &self.from {
+            plan.start_from(champion).map_err(for_user)?;
+        }
         let evolution = &mut plan.evolution;
         match self.preset {
             Some(Preset::Paper) => evolution.neat = Config::wahby2016(),
@@ -157,7 +166,7 @@ impl Evolve {
 
     pub(crate) fn execute(self, shell: &Shell) -> Result<()> {
         let plan = self.plan()?;
-        check_outputs(&plan.outputs(), [self.task.task.as_ref(), self.config.as_ref()])?;
+        check_outputs(&plan.outputs(), [self.task.task.as_ref(), self.config.as_ref(), self.from.as_ref()])?;
         let progress = ProgressMonitor::new(shell);
         if !self.json_lines {
             let results = execute_with(&plan, &progress)?;

@@ -14,7 +14,7 @@ mod status;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, EvolutionRun, Trial};
+use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, EvolutionRun, Start, Trial};
 use tropism::greenhouse::bean::Species;
 use tropism::parallel;
 use tropism::task::TaskSpec;
@@ -227,6 +227,17 @@ impl EvolvePlan {
         }
         let (out, resume) = (out.to_owned(), true);
         Ok(Self { model, out, task, evolution, trial_plants, seed, resume, ..Self::default() })
+    }
+
+    /// Starts evolution from the champion in `path`: from its network, with its sensors.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the file cannot be read or holds no champion.
+    pub fn start_from(&mut self, path: &Path) -> Result<(), Error> {
+        let Champion { genome, sensors, .. } = champion::read(path)?;
+        self.evolution.start = Start::Network(genome.into());
+        self.evolution.sensors = sensors;
+        Ok(())
     }
 
     /// The files that are written to [`out`](Self::out), but for those of single runs.

@@ -61,6 +61,9 @@ pub enum Method {
         /// Which model.
         #[serde(default, skip_serializing_if = "is_tip")]
         model: ModelKind,
+        /// The recipe before this one from whose champion evolution starts, with its sensors.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        from: Option<String>,
         /// Number of runs, generations and episodes, and NEAT's parameters.
         #[serde(default)]
         evolution: Box<EvolutionConfig>,
@@ -108,6 +111,10 @@ pub struct World {
     /// File of the task of this world; that of the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<PathBuf>,
+    /// Steps of an open-loop experiment, 1 to 1000000; those of the study by default. A slow species needs more of them to grow
+    /// as high.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<u32>,
     /// Plants that judge the controllers of this world, 1 to 100000; those of the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub judging_plants: Option<u32>,
@@ -125,6 +132,7 @@ impl World {
             bean: None,
             scale: one(),
             task: None,
+            steps: None,
             judging_plants: None,
             photographs: None,
         }
@@ -268,7 +276,10 @@ impl LaboratoriesConfig {
         }
         check_names("recipes", self.recipes.iter().map(|recipe| recipe.name.as_str()))?;
         check_names("worlds", self.worlds.iter().map(|world| world.name.as_str()))?;
-        for Recipe { name, method } in &self.recipes {
+        for (number, Recipe { name, method }) in self.recipes.iter().enumerate() {
+            if let Method::Evolve { from: Some(from), .. } = method {
+                check_from(name, from, &self.recipes[..number])?;
+            }
             match method {
                 Method::Evolve { evolution, .. } => evolution.check().map_err(Error::in_plan(name))?,
                 Method::Tune { search, .. } => search.check().map_err(Error::in_plan(name))?,
@@ -278,9 +289,10 @@ impl LaboratoriesConfig {
         if self.worlds.is_empty() {
             return Err(Error::Plan("`worlds`: found none, wanted at least one".to_owned()));
         }
-        for World { name, judging_plants, .. } in &self.worlds {
+        for World { name, steps, judging_plants, .. } in &self.worlds {
             let plants = judging_plants.unwrap_or(self.judging_plants);
             Error::check_range("judging_plants", plants, 100_000)
+                .and_then(|()| Error::check_range("steps", steps.unwrap_or(self.steps), 1_000_000))
                 .map_err(Error::at(format!("world {name}")))?;
         }
         let is_scale = |world: &&World| !(0.0..=2.0).contains(&world.scale);
@@ -308,6 +320,17 @@ fn check_names<'n>(key: &str, names: impl Iterator<Item = &'n str>) -> Result<()
         known.push(name);
     }
     Ok(())
+}
+
+/// Checks that the recipe `name` starts from the champion of one of those `before` it.
+fn check_from(name: &str, from: &str, before: &[Recipe]) -> Result<(), Error> {
+    let is_found = |recipe: &Recipe| recipe.name == from && matches!(recipe.method, Method::Evolve { .. });
+    if before.iter().any(is_found) {
+        return Ok(());
+    }
+    Err(Error::Plan(format!(
+        "{name}: found from = {from:?}, wanted the name of a recipe of method \"evolve\" before this one"
+    )))
 }
 
 impl Workflow for LaboratoriesPlan {
@@ -495,9 +518,9 @@ impl Stages<'_> {
                 files::write(&file, text.as_bytes())?;
                 0.0
             }
-            Method::Evolve { evolution, .. } => {
+            Method::Evolve { from, evolution, .. } => {
                 let out = folder.join(format!("{}-evolution", recipe.name));
-                let plan = EvolvePlan {
+                let mut plan = EvolvePlan {
                     model,
                     out: out.clone(),
                     task: self.task.clone(),
@@ -507,6 +530,9 @@ impl Stages<'_> {
                     resume: true,
                     ..EvolvePlan::default()
                 };
+                if let Some(from) = from {
+                    plan.start_from(&folder.join(format!("{from}.json")))?;
+                }
                 let seconds = plan.execute(self.monitor)?.cpu_seconds;
                 files::write(&file, files::read_text(&out.join("champion.json"))?.as_bytes())?;
                 seconds
@@ -525,7 +551,7 @@ impl Stages<'_> {
         let config = &self.plan.config;
         let grow = GrowPlan {
             plants: config.plants,
-            task: OpenLoop { steps: config.steps, ..OpenLoop::default() }.into(),
+            task: OpenLoop { steps: self.world.steps.unwrap_or(config.steps), ..OpenLoop::default() }.into(),
             seed,
             ..self.open_loop(kind, folder)
         };

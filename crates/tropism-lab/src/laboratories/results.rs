@@ -117,6 +117,9 @@ pub struct RecipeResults {
     pub over_chase: MeanAndInterval,
     /// Fitness minus that of the bound on the same plants.
     pub over_bound: Option<MeanAndInterval>,
+    /// Fitness minus that of the first recipe of the same laboratory on the same plants; `None` for the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_first: Option<MeanAndInterval>,
     /// Share of plants with a fitness under 6 cm.
     pub under_6: f64,
     /// Share of plants on which the whole task was done, as a mean over laboratories.
@@ -178,12 +181,15 @@ impl WorldResults {
         let chase = find(CHASE).expect("the greedy rule is judged");
         let constant = find(CONSTANT).expect("the dormant control is judged");
         let bound = find(BOUND);
-        let recipes = config.recipes.iter().enumerate().map(|(number, recipe)| {
+        let of_laboratories = |recipe| -> Vec<&ControllerResults> {
             let names = (0..config.laboratories).map(|laboratory| controller_name(recipe, laboratory));
-            let of_laboratories: Vec<&ControllerResults> =
-                names.map(|name| find(&name).expect("each controller is judged")).collect();
+            names.map(|name| find(&name).expect("each controller is judged")).collect()
+        };
+        let recipes = config.recipes.iter().enumerate().map(|(number, recipe)| {
+            let own = of_laboratories(recipe);
+            let first = (number > 0).then(|| of_laboratories(&config.recipes[0]));
             let costs = costs.iter().skip(number).step_by(config.recipes.len()).copied();
-            RecipeResults::new(&recipe.name, &of_laboratories, chase, bound, mean(costs), config.seed)
+            RecipeResults::new(&recipe.name, &own, chase, bound, first.as_deref(), mean(costs), config.seed)
         });
         Self {
             name: world.name.clone(),
@@ -207,15 +213,19 @@ impl RecipeResults {
         of_laboratories: &[&ControllerResults],
         chase: &ControllerResults,
         bound: Option<&ControllerResults>,
+        first: Option<&[&ControllerResults]>,
         cpu_seconds: f64,
         seed: u64,
     ) -> Self {
         let fitness: Vec<Vec<f64>> = of_laboratories.iter().map(|one| one.fitness.clone()).collect();
-        let over = |other: &ControllerResults| {
-            let minus =
-                |one: &Vec<f64>| one.iter().zip(&other.fitness).map(|(one, other)| one - other).collect();
-            MeanAndInterval::of(&fitness.iter().map(minus).collect::<Vec<_>>(), seed)
+        // `others`: what each laboratory is compared with.
+        let over = |others: &[&ControllerResults]| {
+            let minus = |(own, other): (&Vec<f64>, &&ControllerResults)| {
+                own.iter().zip(&other.fitness).map(|(own, other)| own - other).collect()
+            };
+            MeanAndInterval::of(&fitness.iter().zip(others).map(minus).collect::<Vec<_>>(), seed)
         };
+        let over_one = |other| over(&vec![other; fitness.len()]);
         let errors: Option<Vec<f64>> =
             of_laboratories.iter().map(|one| Some(one.mean - one.expected?)).collect();
         let targets = chase.targets.len();
@@ -236,8 +246,9 @@ impl RecipeResults {
             name: name.to_owned(),
             done: done.map(mean),
             fitness: MeanAndInterval::of(&fitness, seed),
-            over_chase: over(chase),
-            over_bound: bound.map(over),
+            over_chase: over_one(chase),
+            over_bound: bound.map(over_one),
+            over_first: first.map(over),
             under_6: mean(of_laboratories.iter().map(|one| one.under_6)),
             target_medians_cm: (0..targets).map(median).collect(),
             over_expected: errors.as_ref().map(|errors| mean(errors.iter().copied())),

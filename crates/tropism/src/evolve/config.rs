@@ -73,8 +73,12 @@ impl EvolutionConfig {
         if self.method == Method::CmaEs {
             within("neat.population", self.neat.population, 4..=10_000)?;
         }
-        if self.start == Start::Greedy {
-            start::offset_input(&self.sensors, &self.neat)?;
+        match &self.start {
+            Start::Random => {}
+            Start::Greedy => {
+                start::offset_input(&self.sensors, &self.neat)?;
+            }
+            Start::Network(network) => start::check_inputs(network, &self.sensors)?,
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 //! generation, individual and episode: neither threads nor interruptions change a result.
 //!
 //! [`Method::CmaEs`] searches the weights of one network instead; all its networks of some generations steer the same plants.
-//! [`Start::Greedy`] begins at a network that decides as the greedy rule does. [`RuleSearch`] tunes the nine numbers of a
+//! [`Start::Greedy`] begins at a network that decides as the greedy rule does, [`Start::Network`] at a given one. [`RuleSearch`] tunes the nine numbers of a
 //! [rule](crate::control::PredictiveRule) by [`CmaEs`], too.
 //!
 //! # References
@@ -96,8 +96,8 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
     /// Evolution for `task` on `model`, with all that `config` says, under `seed`.
     ///
     /// # Errors
-    /// [`EvolutionError`] names the key of `config`, its value and its range, or says why the networks of `config` cannot decide
-    /// as the greedy rule does.
+    /// [`EvolutionError`] names the key of `config`, its value and its range, or says why evolution cannot start where `config`
+    /// says.
     pub fn new(
         model: &'p M,
         task: &'p T,
@@ -105,9 +105,13 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         seed: u64,
     ) -> Result<Self, EvolutionError> {
         config.check()?;
-        let start = match config.start {
+        let start = match &config.start {
             Start::Random => None,
             Start::Greedy => Some(start::greedy_genome(&config.sensors, &config.neat, task, model.layout())?),
+            Start::Network(network) => {
+                start::check_outputs(network, model.layout())?;
+                Some((**network).clone())
+            }
         };
         Ok(Self { model, task, config, start, seed })
     }
@@ -118,7 +122,7 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
         &self.config
     }
 
-    /// The genome that decides as the greedy rule does, if evolution starts from it.
+    /// The genome from which evolution starts; `None` for random ones.
     #[must_use]
     pub const fn start(&self) -> Option<&Genome> {
         self.start.as_ref()
@@ -209,7 +213,7 @@ impl<'p, M: BatchModel, T: Task + ?Sized> Evolution<'p, M, T> {
     }
 
     /// What may become the champion of `run`: its best genome, those at which CMA-ES ended, and the one from which evolution
-    /// started where that is the greedy one.
+    /// started if it was not random.
     ///
     /// # Panics
     /// If the run has no generation yet.

@@ -14,7 +14,7 @@ pub enum Method {
     /// NEAT: topology and weights. Paper (section 2.3.2).
     #[default]
     Neat,
-    /// CMA-ES on the weights of the network that evolution starts from: all inputs and the bias linked to all outputs.
+    /// CMA-ES on the weights of the network that evolution starts from: by default all inputs and the bias linked to all outputs.
     CmaEs,
 }
 

@@ -1,4 +1,4 @@
-//! From which networks evolution starts: random ones, or one that decides as the greedy rule does.
+//! From which networks evolution starts: random ones, one that decides as the greedy rule does, or a given one.
 
 use serde::{Deserialize, Serialize};
 use tropism_neat::{Activation, Config, Genome};
@@ -8,7 +8,7 @@ use crate::lamps::{Layout, Light};
 use crate::task::Task;
 
 /// From which networks evolution starts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
     /// Random minimal networks. Paper (section 3.1).
@@ -16,6 +16,8 @@ pub enum Start {
     Random,
     /// A network that decides as the [greedy rule](crate::control::Greedy) does, and mutants of it.
     Greedy,
+    /// A given network, such as the champion of another evolution, and mutants of it.
+    Network(Box<Genome>),
 }
 
 impl Start {
@@ -26,14 +28,40 @@ impl Start {
     }
 }
 
-/// A greedy network that cannot be.
+/// A network that evolution cannot start from.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("start = \"greedy\": found {found}, wanted {wanted}")]
+#[error("start = {start}: found {found}, wanted {wanted}")]
 pub struct StartError {
+    /// Which start.
+    start: &'static str,
     /// What stands there.
     pub found: String,
     /// What should stand there.
-    pub wanted: &'static str,
+    pub wanted: String,
+}
+
+impl StartError {
+    /// Something that the greedy network cannot do with.
+    fn greedy(found: String, wanted: &str) -> Self {
+        Self { start: "\"greedy\"", found, wanted: wanted.to_owned() }
+    }
+}
+
+/// Checks that `network` takes what `sensors` see.
+pub(super) fn check_inputs(network: &Genome, sensors: &Sensors) -> Result<(), StartError> {
+    check_count(network.inputs(), sensors.inputs(), "inputs, as the sensors give")
+}
+
+/// Checks that `network` decides between the lamps of `layout`.
+pub(super) fn check_outputs(network: &Genome, layout: &Layout) -> Result<(), StartError> {
+    check_count(network.outputs(), outputs(layout), "outputs, as the lamps need")
+}
+
+fn check_count(found: usize, wanted: usize, of: &str) -> Result<(), StartError> {
+    if found == wanted {
+        return Ok(());
+    }
+    Err(StartError { start: "{ network }", found: found.to_string(), wanted: format!("{wanted} {of}") })
 }
 
 /// The input that is the sideways offset to the next target, if `sensors` and the activation function of `neat` can express the
@@ -41,12 +69,12 @@ pub struct StartError {
 pub(super) fn offset_input(sensors: &Sensors, neat: &Config) -> Result<usize, StartError> {
     if neat.output_activation != Activation::UnsignedStep {
         let found = format!("output_activation {:?}", neat.output_activation);
-        return Err(StartError { found, wanted: "unsigned_step" });
+        return Err(StartError::greedy(found, "unsigned_step"));
     }
     let offset = |sensor: &Sensor| *sensor == Sensor::ToTarget { ahead: 0 };
-    let place = sensors.sensors().iter().position(offset).ok_or_else(|| StartError {
-        found: format!("the sensors {}", serde_json::to_string(sensors).unwrap_or_default()),
-        wanted: "one that is { to_target = { ahead = 0 } }",
+    let place = sensors.sensors().iter().position(offset).ok_or_else(|| {
+        let found = format!("the sensors {}", serde_json::to_string(sensors).unwrap_or_default());
+        StartError::greedy(found, "one that is { to_target = { ahead = 0 } }")
     })?;
     Ok(sensors.sensors()[..place].iter().map(|sensor| sensor.inputs()).sum())
 }
@@ -66,20 +94,18 @@ pub(super) fn greedy_genome(
 ) -> Result<Genome, StartError> {
     let input = offset_input(sensors, neat)?;
     if task.way_in_space().is_some() || task.pole().is_some() {
-        return Err(StartError { found: "a task in space".to_owned(), wanted: "one in the plane" });
+        return Err(StartError::greedy("a task in space".to_owned(), "one in the plane"));
     }
     if outputs(layout) != OUTPUTS || layout.towards(true) != Light::RIGHT {
         let names: Vec<&str> = layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
         let found = format!("the lamps {}", names.join(", "));
-        return Err(StartError { found, wanted: "two lamps, the left one first" });
+        return Err(StartError::greedy(found, "two lamps, the left one first"));
     }
     let mut weights = vec![0.0; sensors.inputs() + 1];
     weights[input] = 1.0;
     weights[sensors.inputs()] = 0.5 + neat.activation_b;
-    Genome::linear(neat, sensors.inputs(), &weights).map_err(|error| StartError {
-        found: error.to_string(),
-        wanted: "sensors and parameters of a network",
-    })
+    Genome::linear(neat, sensors.inputs(), &weights)
+        .map_err(|error| StartError::greedy(error.to_string(), "sensors and parameters of a network"))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use tropism::evolve::{Evolution, EvolutionConfig, EvolutionRun, Method, Search, 
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::task::Targets;
 use tropism::track::Track;
-use tropism_neat::Config;
+use tropism_neat::{Config, Genome};
 
 /// A model of one plant that leans after a lamp, and a task so short that a generation takes a moment.
 fn world() -> (TipModel, Targets) {
@@ -90,6 +90,30 @@ fn a_search_of_weights_resumes_and_keeps_its_topology() {
     let json = run.to_json();
     let refusal = |config| EvolutionRun::from_json(&json, &config, 7, 0).unwrap_err().to_string();
     assert!(refusal(EvolutionConfig { method: Method::Neat, ..config }).contains("the evolution's settings"));
+}
+
+#[test]
+fn an_evolution_starts_from_the_champion_of_another() {
+    let (model, task) = world();
+    let champion = begun(8).champion().unwrap().0.clone();
+    let neat = Config { population: 8, ..Config::wahby2016() };
+    let start = Start::Network(champion.clone().into());
+    let config = EvolutionConfig { method: Method::CmaEs, start, neat, ..short() };
+    let json = serde_json::to_string(&config).unwrap();
+    assert_eq!(serde_json::from_str::<EvolutionConfig>(&json).unwrap(), config);
+    let evolution = Evolution::new(&model, &task, config.clone(), 8).unwrap();
+    let mut run = evolution.begin(0).unwrap();
+    evolution.advance(&mut run);
+    let candidates = evolution.candidates(&run);
+    assert_eq!(candidates.last(), Some(&&champion));
+    let links = |genome: &Genome| genome.links().iter().map(|link| (link.from, link.to)).collect::<Vec<_>>();
+    assert!(candidates.iter().all(|genome| links(genome) == links(&champion)), "{candidates:?}");
+    let refusal = |config| Evolution::new(&model, &task, config, 8).unwrap_err().to_string();
+    let seeing = Sensors::new(vec![Sensor::Tip, Sensor::LastShift]).unwrap();
+    assert_eq!(
+        refusal(EvolutionConfig { sensors: seeing, ..config }),
+        "start = { network }: found 2, wanted 4 inputs, as the sensors give"
+    );
 }
 
 #[test]

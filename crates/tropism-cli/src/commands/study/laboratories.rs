@@ -29,9 +29,13 @@ fn add_world(text: &mut String, world: &WorldResults) {
     let plants = plural(*judging_plants, "unseen plant");
     let tips = if *photographs { "through photographs" } else { "true tips with the detector's noise" };
     let _ = writeln!(text, "\n{name}: {task} ({species}, variation {scale}, {plants}, {tips}{best})");
+    let first = match &world.recipes[..] {
+        [first, _, ..] => format!("over {}", first.name),
+        _ => String::new(),
+    };
     let _ = writeln!(
         text,
-        "  {:<12} {:<22} {:<24} {:<24} {:>9}  {:<19} s a laboratory",
+        "  {:<12} {:<22} {:<24} {:<24} {first:<24} {:>9}  {:<19} s a laboratory",
         "",
         "mean and interval",
         "over chase",
@@ -49,7 +53,7 @@ fn add_world(text: &mut String, world: &WorldResults) {
 
 fn add_baseline(text: &mut String, name: &str, one: &BaselineResults) {
     let share = 100.0 * one.done.map_or(one.under_6, |done| done.share);
-    let _ = writeln!(text, "  {name:<12} {:<22} {:<24} {:<24} {share:>7.0} %", of(&one.fitness), "", "");
+    let _ = writeln!(text, "  {name:<12} {:<22} {:<74} {share:>7.0} %", of(&one.fitness), "");
     if let Some(seen) = &one.by_photographs {
         let share =
             seen.done.map_or_else(String::new, |done| format!(", all done {:.0} %", 100.0 * done.share));
@@ -68,11 +72,12 @@ fn add_recipe(text: &mut String, recipe: &RecipeResults) {
     };
     let _ = writeln!(
         text,
-        "  {:<12} {:<22} {:<24} {:<24} {:>7.0} %  {prediction:<19} {:.0}",
+        "  {:<12} {:<22} {:<24} {:<24} {:<24} {:>7.0} %  {prediction:<19} {:.0}",
         recipe.name,
         of(&recipe.fitness),
         signed(&recipe.over_chase),
         recipe.over_bound.as_ref().map_or_else(String::new, signed),
+        recipe.over_first.as_ref().map_or_else(String::new, signed),
         100.0 * recipe.done.unwrap_or(recipe.under_6),
         recipe.cpu_seconds,
     );
