@@ -88,6 +88,30 @@ fn tracks_that_were_left_out_judge_too() {
 }
 
 #[test]
+fn a_model_in_space_is_judged_in_space_and_beside_one_of_the_plane_from_the_front() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    tropism(here, &["grow", "--plants", "3", "--steps", "200", "--cameras", "2", "--out", "beans"]).unwrap();
+    for model in ["space", "stem"] {
+        tropism(here, &["fit", "beans", "--model", model, "--out", &format!("{model}.json")]).unwrap();
+    }
+    let forecast = ["forecast", "--plants", "2", "--horizons", "60", "--interval", "240", "--models"];
+    let errors = |models: &[&str]| {
+        let told = json(here, &[&forecast[..], models].concat());
+        let error = |row: usize, part: &str| {
+            told["lights"][0]["models"][row][part][0]["mean_cm"].as_f64().unwrap()
+        };
+        (told["in_space"].as_bool().unwrap(), [error(0, "tip"), error(1, "tip"), error(1, "stem")])
+    };
+    let (in_space, of_space) = errors(&["space.json"]);
+    let (in_plane, from_front) = errors(&["space.json", "stem.json"]);
+    assert!(in_space && !in_plane);
+    // The depth adds to each distance; the model in space foretells the plant better than standing still does.
+    assert!((0..3).all(|at| of_space[at] > from_front[at]), "{of_space:?} {from_front:?}");
+    assert!(of_space[1] < of_space[0], "{of_space:?}");
+}
+
+#[test]
 fn an_lstm_has_the_same_bytes_on_any_number_of_threads_and_serves_as_a_model() {
     let folder = folder();
     let here = folder.path();

@@ -85,6 +85,7 @@ fn text(plan: &ForecastPlan, results: &ForecastResults) -> String {
         Truth::NoiseFree => "the truth without noise",
         Truth::Measured => "measured tips and stems, with their noise",
     };
+    let place = if results.in_space { " in space" } else { "" };
     let mut text = String::new();
     for light in &results.lights {
         let under = if light.light == "tracks" { String::new() } else { format!(", {} light", light.light) };
@@ -92,8 +93,8 @@ fn text(plan: &ForecastPlan, results: &ForecastResults) -> String {
             "{} {kind} left out{under}: {} starts, compared with {truth}\n",
             light.plants, light.starts
         );
-        text += &table("tip (cm)", light, results, |row| Some(&light.models[row].tip));
-        text += &table("stem (cm)", light, results, |row| light.models[row].stem.as_ref());
+        text += &table(&format!("tip{place} (cm)"), light, results, |row| Some(&light.models[row].tip));
+        text += &table(&format!("stem{place} (cm)"), light, results, |row| light.models[row].stem.as_ref());
         text += "\n";
     }
     text += "error with its 95 % interval over plants and laboratories; then the share of the plant within the 90 % interval";

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use tropism::control::{Controller, Periodic};
 use tropism::environment::{self, Environment};
+use tropism::geometry::space::{self, SpacePoint};
 use tropism::geometry::{Point, STEM_POINTS};
 use tropism::greenhouse::bean::{Specimen, Trial};
 use tropism::lamps::{Layout, Light};
@@ -32,19 +33,49 @@ const GROWN_MIN: f64 = 2500.0;
 /// Least and greatest time for which a random lamp is lit, in minutes.
 const RANDOM_MIN: [f64; 2] = [30.0, 360.0];
 
-/// Ten points of a stem.
-pub(super) type Points = [Point; STEM_POINTS];
+/// In what forecasts are judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum View {
+    /// In the plane of the front camera.
+    Front,
+    /// In space, as two cameras know the plant.
+    Space,
+}
 
-/// What is taken for true at one step.
+impl View {
+    /// Number of coordinates of a point.
+    pub(super) const fn axes(self) -> usize {
+        match self {
+            Self::Front => 2,
+            Self::Space => 3,
+        }
+    }
+}
+
+/// Ten points of a stem.
+pub(super) type Points = [SpacePoint; STEM_POINTS];
+
+/// A plant at one step, in cm. In the plane of the front camera all depths are 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TrueState {
-    pub(super) tip: Point,
+pub(super) struct State {
+    pub(super) tip: SpacePoint,
     pub(super) stem: Option<Points>,
 }
 
-impl TrueState {
-    fn of(seen: &Observation) -> Self {
-        Self { tip: seen.tip, stem: seen.ten_points() }
+impl State {
+    /// What is `seen` of a plant; `None` in space where the depth of the tip is not known.
+    pub(super) fn of(seen: &Observation, view: View) -> Option<Self> {
+        let flat = |point: Point| [point.x, point.y, 0.0];
+        match view {
+            View::Front => {
+                Some(Self { tip: flat(seen.tip), stem: seen.ten_points().map(|points| points.map(flat)) })
+            }
+            View::Space => {
+                let stem = seen.stem_in_space().filter(|stem| space::length(stem) > 0.0);
+                let stem = stem.and_then(|stem| space::resampled(&stem, STEM_POINTS).try_into().ok());
+                Some(Self { tip: seen.tip_in_space()?, stem })
+            }
+        }
     }
 }
 
@@ -55,23 +86,33 @@ pub(super) struct LeftOut {
     pub(super) is_virtual: bool,
     /// What was observed; its samples are one step apart.
     pub(super) observed: Track,
-    /// The truth at each sample; `None` where nothing was measured.
-    pub(super) truth: Vec<Option<TrueState>>,
+    /// What is taken for true at each sample; `None` where nothing was measured.
+    pub(super) truth: Vec<Option<Observation>>,
 }
 
 impl LeftOut {
+    /// The plant as it is taken to be at sample `at`; `None` where it was not measured.
+    pub(super) fn truth(&self, at: usize, view: View) -> Option<State> {
+        State::of(self.truth[at].as_ref()?, view)
+    }
+
+    /// Whether the depth of its tip is known at any step.
+    pub(super) fn is_in_space(&self) -> bool {
+        self.truth.iter().flatten().any(|seen| seen.depth.is_some())
+    }
+
     /// The samples from which all horizons can be judged: `every_min` apart, after the memory of the models.
-    pub(super) fn starts(&self, horizons_min: &[f64], every_min: f64) -> Vec<usize> {
+    pub(super) fn starts(&self, horizons_min: &[f64], every_min: f64, view: View) -> Vec<usize> {
         let steps = |minutes: f64| steps_of(minutes, self.observed.period_min);
         let longest = horizons_min.iter().map(|&minutes| steps(minutes)).max().unwrap_or(1);
         let samples = &self.observed.samples;
         let is_start = |&start: &usize| {
             let is_known = |minutes: &f64| {
-                let after = self.truth[start + steps(*minutes)];
+                let after = self.truth(start + steps(*minutes), view);
                 // Of a plant with a stem the stem is judged, too.
                 after.is_some_and(|after| after.stem.is_some() || samples[start].stem.is_none())
             };
-            let is_low = samples[start].tip.y < HIGHEST_START_CM && self.truth[start].is_some();
+            let is_low = samples[start].tip.y < HIGHEST_START_CM && self.truth(start, view).is_some();
             let is_lit = || samples[start..start + longest].iter().all(|sample| sample.light.is_some());
             is_low && is_lit() && horizons_min.iter().all(is_known)
         };
@@ -99,7 +140,7 @@ fn of_measured(name: String, track: Track, is_virtual: bool) -> LeftOut {
     let samples = without_gaps(track.samples.iter().cloned());
     let truth = samples.iter().map(|sample| {
         let is_measured = sample.quality != Quality::Held;
-        is_measured.then(|| TrueState::of(&sample.observation()))
+        is_measured.then(|| sample.observation())
     });
     LeftOut { name, is_virtual, truth: truth.collect(), observed: Track { samples, ..track } }
 }
@@ -153,14 +194,14 @@ fn grow(
 /// A virtual bean of which the truth is kept beside what is observed.
 struct Witnessed {
     specimen: Specimen,
-    truth: Vec<Option<TrueState>>,
+    truth: Vec<Option<Observation>>,
 }
 
 impl Environment for Witnessed {
     type Error = Infallible;
 
     fn observe(&mut self) -> Result<Observation, Infallible> {
-        self.truth.push(Some(TrueState::of(&self.specimen.without_noise())));
+        self.truth.push(Some(self.specimen.without_noise()));
         self.specimen.observe()
     }
 

@@ -17,7 +17,7 @@ use tropism::plant::PlantModel;
 use tropism::track::SAME_PERIOD;
 use tropism_report::{self as report, ForecastErrors, ForecastPanel, Plants};
 
-use self::left_out::{LeftOut, grown, measured};
+use self::left_out::{LeftOut, View, grown, measured};
 use self::score::{PlantScore, score, score_still};
 use crate::model::{self, Model};
 use crate::statistics::{Bootstrap, interval_over_laboratories};
@@ -79,6 +79,8 @@ pub struct ForecastResults {
     pub is_virtual: bool,
     /// What forecasts are compared with.
     pub truth: Truth,
+    /// Whether distances are in space; else in the plane of the front camera.
+    pub in_space: bool,
     /// Time of the forecasts, in minutes after the start.
     pub horizons_min: Vec<f64>,
     /// One entry for each kind of light; one for tracks.
@@ -165,10 +167,15 @@ impl Workflow for ForecastPlan {
         let is_virtual = lights.iter().flat_map(|(_, plants)| plants).any(|plant| plant.is_virtual);
         let units: usize = lights.iter().map(|(_, plants)| plants.len() * models().count()).sum();
         monitor.stage("forecast", units as u64);
-        let lights = lights.into_iter().map(|(light, plants)| self.judge(light, &plants, &groups, monitor));
+        let plants = || lights.iter().flat_map(|(_, plants)| plants);
+        let in_space = models().all(Model::is_in_space) && plants().all(LeftOut::is_in_space);
+        let view = if in_space { View::Space } else { View::Front };
+        let lights =
+            lights.iter().map(|(light, plants)| self.judge(light.clone(), plants, &groups, view, monitor));
         let results = ForecastResults {
             is_virtual,
             truth,
+            in_space,
             horizons_min: self.horizons_min.clone(),
             lights: lights.collect::<Result<_, _>>()?,
         };
@@ -209,13 +216,14 @@ impl ForecastPlan {
         light: String,
         plants: &[LeftOut],
         groups: &[(String, Vec<Model>)],
+        view: View,
         monitor: &dyn Monitor,
     ) -> Result<LightForecasts, Error> {
         for model in groups.iter().flat_map(|(_, models)| models) {
             plants.iter().try_for_each(|plant| check_fits(model, plant))?;
         }
         let starts: Vec<Vec<usize>> =
-            plants.iter().map(|plant| plant.starts(&self.horizons_min, self.interval_min)).collect();
+            plants.iter().map(|plant| plant.starts(&self.horizons_min, self.interval_min, view)).collect();
         // Plants without a start judge nothing.
         let judging: Vec<(u32, &LeftOut, &Vec<usize>)> =
             (0..).zip(plants).zip(&starts).map(|((number, plant), starts)| (number, plant, starts)).collect();
@@ -229,7 +237,8 @@ impl ForecastPlan {
                 left_out::HIGHEST_START_CM
             )));
         }
-        let still = judging.iter().map(|(_, plant, starts)| score_still(plant, starts, &self.horizons_min));
+        let still =
+            judging.iter().map(|(_, plant, starts)| score_still(plant, starts, &self.horizons_min, view));
         let mut models = vec![self.row("standing still", &[still.collect()])];
         for (name, laboratories) in groups {
             let of_laboratory = |model: &Model| -> Result<Vec<PlantScore>, Error> {
@@ -237,7 +246,7 @@ impl ForecastPlan {
                     if !monitor.may_go_on() {
                         return Err(Error::cancelled());
                     }
-                    let scored = score(model, plant, starts, &self.horizons_min, self.seed, *number);
+                    let scored = score(model, plant, starts, &self.horizons_min, view, self.seed, *number);
                     monitor.advance(1);
                     Ok(scored)
                 };
@@ -328,7 +337,8 @@ fn figure(results: &ForecastResults) -> tropism_report::Figure {
             if !lines.is_empty() {
                 let of_light =
                     if light.light == "tracks" { String::new() } else { format!(", {} light", light.light) };
-                panels.push(ForecastPanel { title: format!("{what}{of_light}"), lines });
+                let place = if results.in_space { " in space" } else { "" };
+                panels.push(ForecastPanel { title: format!("{what}{place}{of_light}"), lines });
             }
         }
     }

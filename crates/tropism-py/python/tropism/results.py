@@ -298,6 +298,7 @@ class ForecastResults(Results):
 
     is_virtual: bool
     truth: str
+    in_space: bool
     horizons_min: list[float]
     lights: list[LightForecasts]
     _kinds = {"lights": LightForecasts}

@@ -69,11 +69,23 @@ pub fn detect_stem(pose: &Pose, rng: &mut impl Rng) -> Polyline {
 /// and the stem is ten points in space with the noise of [`detect_stem`]. `rng` is that of the camera at the side.
 pub fn detect_in_space(pose: &Pose, seen: Observation, rng: &mut impl Rng) -> Observation {
     let side = detect(&pose.seen_from(View::Side), rng);
-    let [x, y, z] = view::STEREO.triangulate(seen.tip, side).point;
     let mut stem = midline_in_space(pose);
     for point in stem.iter_mut().skip(1) {
         *point = point.map(|axis| axis + STEM_NOISE_SD_CM * random::normal(rng));
     }
+    in_space(seen, side, &stem)
+}
+
+/// What two cameras without noise know of a plant: the tip is triangulated from the [highest points](highest_point) of both.
+#[must_use]
+pub fn seen_in_space(pose: &Pose) -> Observation {
+    let [front, side] = [highest_point(pose), highest_point(&pose.seen_from(View::Side))];
+    in_space(Observation::simulated(front), side, &midline_in_space(pose))
+}
+
+/// What the front camera has `seen`, with the tip of the camera at the `side`, and with the stem in space.
+fn in_space(seen: Observation, side: Point, stem: &[SpacePoint]) -> Observation {
+    let [x, y, z] = view::STEREO.triangulate(seen.tip, side).point;
     Observation {
         tip: Point::new(x, y),
         stem: Some(Polyline(stem.iter().map(|&[x, y, _]| Point::new(x, y)).collect())),

@@ -117,10 +117,14 @@ impl Environment for Specimen {
 }
 
 impl Specimen {
-    /// The tip and the stem as a detector without noise places them. The tip is on the detector's grid.
+    /// The tip and the stem as a detector without noise places them, in space if two cameras see the plant. The tip is on the
+    /// detector's grid.
     #[must_use]
     pub fn without_noise(&self) -> Observation {
-        Observer::default().observe(&self.bean)
+        match self.observer.side {
+            Some(_) => detector::seen_in_space(&self.bean.pose()),
+            None => Observer::default().observe(&self.bean),
+        }
     }
 
     /// The plant as it is.
