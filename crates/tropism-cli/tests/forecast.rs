@@ -98,9 +98,8 @@ fn a_model_in_space_is_judged_in_space_and_beside_one_of_the_plane_from_the_fron
     let forecast = ["forecast", "--plants", "2", "--horizons", "60", "--interval", "240", "--models"];
     let errors = |models: &[&str]| {
         let told = json(here, &[&forecast[..], models].concat());
-        let error = |row: usize, part: &str| {
-            told["lights"][0]["models"][row][part][0]["mean_cm"].as_f64().unwrap()
-        };
+        let error =
+            |row: usize, part: &str| told["lights"][0]["models"][row][part][0]["mean_cm"].as_f64().unwrap();
         (told["in_space"].as_bool().unwrap(), [error(0, "tip"), error(1, "tip"), error(1, "stem")])
     };
     let (in_space, of_space) = errors(&["space.json"]);

@@ -57,34 +57,52 @@ pub(crate) enum ModelState {
     Space(Box<SpaceState>),
 }
 
-impl From<TipModel> for Model {
-    fn from(model: TipModel) -> Self {
-        Self::Tip(Box::new(model))
-    }
+/// Makes each kind of model a [`Model`], and its plants plants of it.
+macro_rules! kinds_of_models {
+    ($($kind:ident($model:ty, $state:ty)),*) => {$(
+        impl From<$model> for Model {
+            fn from(model: $model) -> Self {
+                Self::$kind(model.into())
+            }
+        }
+
+        impl From<$state> for ModelState {
+            fn from(state: $state) -> Self {
+                Self::$kind(state.into())
+            }
+        }
+    )*};
 }
 
-impl From<MemoryModel> for Model {
-    fn from(model: MemoryModel) -> Self {
-        Self::Memory(Box::new(model))
-    }
-}
+kinds_of_models!(
+    Tip(TipModel, TipState),
+    Memory(MemoryModel, MemoryState),
+    Stem(StemModel, StemState),
+    Lstm(LstmModel, LstmState),
+    Space(SpaceModel, SpaceState)
+);
 
-impl From<StemModel> for Model {
-    fn from(model: StemModel) -> Self {
-        Self::Stem(Box::new(model))
-    }
-}
-
-impl From<LstmModel> for Model {
-    fn from(model: LstmModel) -> Self {
-        Self::Lstm(Box::new(model))
-    }
-}
-
-impl From<SpaceModel> for Model {
-    fn from(model: SpaceModel) -> Self {
-        Self::Space(Box::new(model))
-    }
+/// The same for a model of any kind, and for a plant of it.
+macro_rules! of_any {
+    ($any:expr, |$model:ident| $what:expr) => {
+        match $any {
+            Self::Tip($model) => $what,
+            Self::Memory($model) => $what,
+            Self::Stem($model) => $what,
+            Self::Lstm($model) => $what,
+            Self::Space($model) => $what,
+        }
+    };
+    ($any:expr, |$model:ident, $plant:ident| $what:expr) => {
+        match ($any, $plant) {
+            (Self::Tip($model), ModelState::Tip($plant)) => $what,
+            (Self::Memory($model), ModelState::Memory($plant)) => $what,
+            (Self::Stem($model), ModelState::Stem($plant)) => $what,
+            (Self::Lstm($model), ModelState::Lstm($plant)) => $what,
+            (Self::Space($model), ModelState::Space($plant)) => $what,
+            _ => unreachable!("a plant of another model"),
+        }
+    };
 }
 
 impl Model {
@@ -104,34 +122,16 @@ impl Model {
     }
 
     pub(crate) fn to_json(&self) -> String {
-        match self {
-            Self::Tip(model) => model.to_json(),
-            Self::Memory(model) => model.to_json(),
-            Self::Stem(model) => model.to_json(),
-            Self::Lstm(model) => model.to_json(),
-            Self::Space(model) => model.to_json(),
-        }
+        of_any!(self, |model| model.to_json())
     }
 
     pub(crate) fn is_virtual(&self) -> bool {
-        match self {
-            Self::Tip(model) => model.is_virtual(),
-            Self::Memory(model) => model.is_virtual(),
-            Self::Stem(model) => model.is_virtual(),
-            Self::Lstm(model) => model.is_virtual(),
-            Self::Space(model) => model.is_virtual(),
-        }
+        of_any!(self, |model| model.is_virtual())
     }
 
     /// The share of the lit steps of a track, 0 to 1, that begin where the model has no data.
     pub(crate) fn share_without_data(&self, samples: &[Sample]) -> f64 {
-        match self {
-            Self::Tip(model) => model.share_without_data(samples),
-            Self::Memory(model) => model.share_without_data(samples),
-            Self::Stem(model) => model.share_without_data(samples),
-            Self::Lstm(model) => model.share_without_data(samples),
-            Self::Space(model) => model.share_without_data(samples),
-        }
+        of_any!(self, |model| model.share_without_data(samples))
     }
 
     /// One model for each of `most` plants at most, made of its data alone.
@@ -179,87 +179,35 @@ impl PlantModel for Model {
     type Plant = ModelState;
 
     fn seedling(&self, start: Point, noise: &mut StepNoise) -> ModelState {
-        match self {
-            Self::Tip(model) => ModelState::Tip(model.seedling(start, noise)),
-            Self::Memory(model) => ModelState::Memory(model.seedling(start, noise)),
-            Self::Stem(model) => ModelState::Stem(model.seedling(start, noise)),
-            Self::Lstm(model) => ModelState::Lstm(Box::new(model.seedling(start, noise))),
-            Self::Space(model) => ModelState::Space(Box::new(model.seedling(start, noise))),
-        }
+        of_any!(self, |model| model.seedling(start, noise).into())
     }
 
     fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> ModelState {
-        match self {
-            Self::Tip(model) => ModelState::Tip(model.resumed(past, noise)),
-            Self::Memory(model) => ModelState::Memory(model.resumed(past, noise)),
-            Self::Stem(model) => ModelState::Stem(model.resumed(past, noise)),
-            Self::Lstm(model) => ModelState::Lstm(Box::new(model.resumed(past, noise))),
-            Self::Space(model) => ModelState::Space(Box::new(model.resumed(past, noise))),
-        }
+        of_any!(self, |model| model.resumed(past, noise).into())
     }
 
     fn among(&self, plant: &mut ModelState, solids: &[Solid]) {
-        match (self, plant) {
-            (Self::Tip(model), ModelState::Tip(plant)) => model.among(plant, solids),
-            (Self::Memory(model), ModelState::Memory(plant)) => model.among(plant, solids),
-            (Self::Stem(model), ModelState::Stem(plant)) => model.among(plant, solids),
-            (Self::Lstm(model), ModelState::Lstm(plant)) => model.among(plant, solids),
-            (Self::Space(model), ModelState::Space(plant)) => model.among(plant, solids),
-            _ => unreachable!("a plant of another model"),
-        }
+        of_any!(self, |model, plant| model.among(plant, solids))
     }
 
     fn step(&self, plant: &mut ModelState, light: Light, noise: &mut StepNoise) {
-        match (self, plant) {
-            (Self::Tip(model), ModelState::Tip(plant)) => model.step(plant, light, noise),
-            (Self::Memory(model), ModelState::Memory(plant)) => model.step(plant, light, noise),
-            (Self::Stem(model), ModelState::Stem(plant)) => model.step(plant, light, noise),
-            (Self::Lstm(model), ModelState::Lstm(plant)) => model.step(plant, light, noise),
-            (Self::Space(model), ModelState::Space(plant)) => model.step(plant, light, noise),
-            _ => unreachable!("a plant of another model"),
-        }
+        of_any!(self, |model, plant| model.step(plant, light, noise))
     }
 
     fn observe(&self, plant: &ModelState) -> Observation {
-        match (self, plant) {
-            (Self::Tip(model), ModelState::Tip(plant)) => model.observe(plant),
-            (Self::Memory(model), ModelState::Memory(plant)) => model.observe(plant),
-            (Self::Stem(model), ModelState::Stem(plant)) => model.observe(plant),
-            (Self::Lstm(model), ModelState::Lstm(plant)) => model.observe(plant),
-            (Self::Space(model), ModelState::Space(plant)) => model.observe(plant),
-            _ => unreachable!("a plant of another model"),
-        }
+        of_any!(self, |model, plant| model.observe(plant))
     }
 
     fn is_beyond_data(&self, plant: &ModelState) -> bool {
-        match (self, plant) {
-            (Self::Tip(model), ModelState::Tip(plant)) => model.is_beyond_data(plant),
-            (Self::Memory(model), ModelState::Memory(plant)) => model.is_beyond_data(plant),
-            (Self::Stem(model), ModelState::Stem(plant)) => model.is_beyond_data(plant),
-            (Self::Lstm(model), ModelState::Lstm(plant)) => model.is_beyond_data(plant),
-            (Self::Space(model), ModelState::Space(plant)) => model.is_beyond_data(plant),
-            _ => unreachable!("a plant of another model"),
-        }
+        of_any!(self, |model, plant| model.is_beyond_data(plant))
     }
 
     fn layout(&self) -> &Layout {
-        match self {
-            Self::Tip(model) => model.layout(),
-            Self::Memory(model) => model.layout(),
-            Self::Stem(model) => model.layout(),
-            Self::Lstm(model) => model.layout(),
-            Self::Space(model) => model.layout(),
-        }
+        of_any!(self, |model| model.layout())
     }
 
     fn period_min(&self) -> f64 {
-        match self {
-            Self::Tip(model) => model.period_min(),
-            Self::Memory(model) => model.period_min(),
-            Self::Stem(model) => model.period_min(),
-            Self::Lstm(model) => model.period_min(),
-            Self::Space(model) => model.period_min(),
-        }
+        of_any!(self, |model| model.period_min())
     }
 }
 
@@ -270,13 +218,7 @@ impl BatchModel for Model {
         sensors: &Sensors,
         episodes: impl Iterator<Item = Episode<&'g Genome>>,
     ) -> Vec<f64> {
-        match self {
-            Self::Tip(model) => model.score(task, sensors, episodes),
-            Self::Memory(model) => model.score(task, sensors, episodes),
-            Self::Stem(model) => model.score(task, sensors, episodes),
-            Self::Lstm(model) => model.score(task, sensors, episodes),
-            Self::Space(model) => model.score(task, sensors, episodes),
-        }
+        of_any!(self, |model| model.score(task, sensors, episodes))
     }
 
     fn score_linear<T: Task + ?Sized>(
@@ -284,13 +226,7 @@ impl BatchModel for Model {
         task: &T,
         episodes: impl Iterator<Item = Episode<simulation::LinearController>>,
     ) -> Vec<f64> {
-        match self {
-            Self::Tip(model) => model.score_linear(task, episodes),
-            Self::Memory(model) => model.score_linear(task, episodes),
-            Self::Stem(model) => model.score_linear(task, episodes),
-            Self::Lstm(model) => model.score_linear(task, episodes),
-            Self::Space(model) => model.score_linear(task, episodes),
-        }
+        of_any!(self, |model| model.score_linear(task, episodes))
     }
 
     fn score_rules<T: Task + ?Sized>(
@@ -299,13 +235,7 @@ impl BatchModel for Model {
         beyond_cost_cm: f64,
         episodes: impl Iterator<Item = Episode<PredictiveRule>>,
     ) -> Vec<f64> {
-        match self {
-            Self::Tip(model) => model.score_rules(task, beyond_cost_cm, episodes),
-            Self::Memory(model) => model.score_rules(task, beyond_cost_cm, episodes),
-            Self::Stem(model) => model.score_rules(task, beyond_cost_cm, episodes),
-            Self::Lstm(model) => model.score_rules(task, beyond_cost_cm, episodes),
-            Self::Space(model) => model.score_rules(task, beyond_cost_cm, episodes),
-        }
+        of_any!(self, |model| model.score_rules(task, beyond_cost_cm, episodes))
     }
 }
 

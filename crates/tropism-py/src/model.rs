@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use tropism::control::{Periodic, Sensors};
+use tropism::control::{Periodic, PredictiveRule, Sensors};
 use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
@@ -19,6 +19,7 @@ use tropism::plant::tip::{TipModel, TipModelConfig, TipState};
 use tropism::random::{self, Purpose, StepNoise};
 use tropism::simulation::{BatchModel, Episode, LinearController};
 use tropism::task::{OpenLoop, Task};
+use tropism::track::Sample;
 
 use crate::error::{refused, with_causes};
 use crate::parts::PythonModel;
@@ -49,76 +50,84 @@ pub(crate) enum AnyState {
     Python(Arc<Py<PyAny>>),
 }
 
+/// The same for a model of any kind, and for a plant of it.
+macro_rules! of_any {
+    ($any:expr, |$model:ident| $what:expr) => {
+        match $any {
+            AnyModel::Tip($model) => $what,
+            AnyModel::Memory($model) => $what,
+            AnyModel::Stem($model) => $what,
+            AnyModel::Lstm($model) => $what,
+            AnyModel::Space($model) => $what,
+            AnyModel::Python($model) => $what,
+        }
+    };
+    ($any:expr, |$model:ident, $plant:ident| $what:expr) => {
+        match ($any, $plant) {
+            (AnyModel::Tip($model), AnyState::Tip($plant)) => $what,
+            (AnyModel::Memory($model), AnyState::Memory($plant)) => $what,
+            (AnyModel::Stem($model), AnyState::Stem($plant)) => $what,
+            (AnyModel::Lstm($model), AnyState::Lstm($plant)) => $what,
+            (AnyModel::Space($model), AnyState::Space($plant)) => $what,
+            (AnyModel::Python($model), AnyState::Python($plant)) => $what,
+            _ => unreachable!("a plant of another model"),
+        }
+    };
+}
+
+/// Makes the plants of each kind plants of any kind.
+macro_rules! kinds_of_states {
+    ($($kind:ident($state:ty)),*) => {$(
+        impl From<$state> for AnyState {
+            fn from(state: $state) -> Self {
+                Self::$kind(state.into())
+            }
+        }
+    )*};
+}
+
+kinds_of_states!(
+    Tip(TipState),
+    Memory(MemoryState),
+    Stem(StemState),
+    Lstm(LstmState),
+    Space(SpaceState),
+    Python(Arc<Py<PyAny>>)
+);
+
 impl PlantModel for AnyModel {
     type Plant = AnyState;
 
     fn seedling(&self, start: Point, noise: &mut StepNoise) -> AnyState {
-        match self {
-            Self::Tip(model) => AnyState::Tip(model.seedling(start, noise)),
-            Self::Memory(model) => AnyState::Memory(Box::new(model.seedling(start, noise))),
-            Self::Stem(model) => AnyState::Stem(Box::new(model.seedling(start, noise))),
-            Self::Lstm(model) => AnyState::Lstm(Box::new(model.seedling(start, noise))),
-            Self::Space(model) => AnyState::Space(Box::new(model.seedling(start, noise))),
-            Self::Python(model) => AnyState::Python(model.seedling(start, noise)),
-        }
+        of_any!(self, |model| model.seedling(start, noise).into())
+    }
+
+    fn resumed(&self, past: &[Sample], noise: &mut StepNoise) -> AnyState {
+        of_any!(self, |model| model.resumed(past, noise).into())
     }
 
     fn among(&self, plant: &mut AnyState, solids: &[Solid]) {
-        match (self, plant) {
-            (Self::Tip(model), AnyState::Tip(plant)) => model.among(plant, solids),
-            (Self::Memory(model), AnyState::Memory(plant)) => model.among(plant, solids),
-            (Self::Stem(model), AnyState::Stem(plant)) => model.among(plant, solids),
-            (Self::Lstm(model), AnyState::Lstm(plant)) => model.among(plant, solids),
-            (Self::Space(model), AnyState::Space(plant)) => model.among(plant, solids),
-            (Self::Python(model), AnyState::Python(plant)) => model.among(plant, solids),
-            _ => unreachable!("a plant of another model"),
-        }
+        of_any!(self, |model, plant| model.among(plant, solids));
     }
 
     fn step(&self, plant: &mut AnyState, light: Light, noise: &mut StepNoise) {
-        match (self, plant) {
-            (Self::Tip(model), AnyState::Tip(plant)) => model.step(plant, light, noise),
-            (Self::Memory(model), AnyState::Memory(plant)) => model.step(plant, light, noise),
-            (Self::Stem(model), AnyState::Stem(plant)) => model.step(plant, light, noise),
-            (Self::Lstm(model), AnyState::Lstm(plant)) => model.step(plant, light, noise),
-            (Self::Space(model), AnyState::Space(plant)) => model.step(plant, light, noise),
-            (Self::Python(model), AnyState::Python(plant)) => model.step(plant, light, noise),
-            _ => unreachable!("a plant of another model"),
-        }
+        of_any!(self, |model, plant| model.step(plant, light, noise));
     }
 
     fn observe(&self, plant: &AnyState) -> Observation {
-        match (self, plant) {
-            (Self::Tip(model), AnyState::Tip(plant)) => model.observe(plant),
-            (Self::Memory(model), AnyState::Memory(plant)) => model.observe(plant),
-            (Self::Stem(model), AnyState::Stem(plant)) => model.observe(plant),
-            (Self::Lstm(model), AnyState::Lstm(plant)) => model.observe(plant),
-            (Self::Space(model), AnyState::Space(plant)) => model.observe(plant),
-            (Self::Python(model), AnyState::Python(plant)) => model.observe(plant),
-            _ => unreachable!("a plant of another model"),
-        }
+        of_any!(self, |model, plant| model.observe(plant))
+    }
+
+    fn is_beyond_data(&self, plant: &AnyState) -> bool {
+        of_any!(self, |model, plant| model.is_beyond_data(plant))
     }
 
     fn layout(&self) -> &Layout {
-        match self {
-            Self::Tip(model) => model.layout(),
-            Self::Memory(model) => model.layout(),
-            Self::Stem(model) => model.layout(),
-            Self::Lstm(model) => model.layout(),
-            Self::Space(model) => model.layout(),
-            Self::Python(model) => model.layout(),
-        }
+        of_any!(self, |model| model.layout())
     }
 
     fn period_min(&self) -> f64 {
-        match self {
-            Self::Tip(model) => model.period_min(),
-            Self::Memory(model) => model.period_min(),
-            Self::Stem(model) => model.period_min(),
-            Self::Lstm(model) => model.period_min(),
-            Self::Space(model) => model.period_min(),
-            Self::Python(model) => model.period_min(),
-        }
+        of_any!(self, |model| model.period_min())
     }
 }
 
@@ -131,14 +140,7 @@ impl BatchModel for AnyModel {
         sensors: &Sensors,
         episodes: impl Iterator<Item = Episode<&'g tropism_neat::Genome>>,
     ) -> Vec<f64> {
-        match self {
-            Self::Tip(model) => model.score(task, sensors, episodes),
-            Self::Memory(model) => model.score(task, sensors, episodes),
-            Self::Stem(model) => model.score(task, sensors, episodes),
-            Self::Lstm(model) => model.score(task, sensors, episodes),
-            Self::Space(model) => model.score(task, sensors, episodes),
-            Self::Python(model) => model.score(task, sensors, episodes),
-        }
+        of_any!(self, |model| model.score(task, sensors, episodes))
     }
 
     fn score_linear<T: Task + ?Sized>(
@@ -146,14 +148,16 @@ impl BatchModel for AnyModel {
         task: &T,
         episodes: impl Iterator<Item = Episode<LinearController>>,
     ) -> Vec<f64> {
-        match self {
-            Self::Tip(model) => model.score_linear(task, episodes),
-            Self::Memory(model) => model.score_linear(task, episodes),
-            Self::Stem(model) => model.score_linear(task, episodes),
-            Self::Lstm(model) => model.score_linear(task, episodes),
-            Self::Space(model) => model.score_linear(task, episodes),
-            Self::Python(model) => model.score_linear(task, episodes),
-        }
+        of_any!(self, |model| model.score_linear(task, episodes))
+    }
+
+    fn score_rules<T: Task + ?Sized>(
+        &self,
+        task: &T,
+        beyond_cost_cm: f64,
+        episodes: impl Iterator<Item = Episode<PredictiveRule>>,
+    ) -> Vec<f64> {
+        of_any!(self, |model| model.score_rules(task, beyond_cost_cm, episodes))
     }
 }
 
