@@ -36,7 +36,7 @@ pub enum ControllerSource {
 /// folder gives those in its folder `champions` if it has one (the folder of an evolution), else those in itself.
 ///
 /// # Errors
-/// [`Error`] names the file or folder that cannot be read or holds no champion.
+/// [`Error`] names the file or folder that cannot be read or holds no champion, or two names of one controller.
 pub fn read_controllers(sources: &[ControllerSource]) -> Result<Vec<NamedController>, Error> {
     let (mut controllers, mut places, mut files) = (Vec::new(), Vec::new(), Vec::new());
     for source in sources {
@@ -55,7 +55,21 @@ pub fn read_controllers(sources: &[ControllerSource]) -> Result<Vec<NamedControl
     for (place, name) in places.into_iter().zip(names_of(&files)) {
         controllers[place].name = name;
     }
+    check_distinct(&controllers)?;
     Ok(controllers)
+}
+
+/// Checks that no controller is given twice: `champion.json` of an evolution is one of its champions, too.
+fn check_distinct(controllers: &[NamedController]) -> Result<(), Error> {
+    for (place, NamedController { name, controller }) in controllers.iter().enumerate() {
+        if let Some(same) = controllers[..place].iter().find(|other| other.controller == *controller) {
+            return Err(Error::Plan(format!(
+                "`controllers`: found {} and {name} to be the same controller, wanted each controller once",
+                same.name
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The champion files that `path` stands for.
@@ -136,15 +150,9 @@ pub(super) fn check(controllers: &[NamedController], layout: &Layout, period_min
     if let Some(name) = repeated(&names) {
         return Err(Error::Plan(format!("`controllers`: found {name} twice, wanted each controller once")));
     }
-    for (place, NamedController { name, controller }) in controllers.iter().enumerate() {
+    for NamedController { name, controller } in controllers {
         check_name("controllers", name)?;
         controller.check(layout, period_min).map_err(Error::at(name))?;
-        if let Some(same) = controllers[..place].iter().find(|other| other.controller == *controller) {
-            return Err(Error::Plan(format!(
-                "`controllers`: found {} and {name} to be the same controller, wanted each controller once",
-                same.name
-            )));
-        }
     }
     Ok(())
 }
@@ -181,8 +189,7 @@ mod tests {
             read_controllers(&sources).unwrap().into_iter().map(|one| one.name).collect();
         assert_eq!(names, ["chase", "run-00", "run-01"]);
         let twice = [ControllerSource::Path(folder.path().join("champion.json")), sources[1].clone()];
-        let error =
-            check(&read_controllers(&twice).unwrap(), &Layout::default(), 5.0).unwrap_err().to_string();
+        let error = read_controllers(&twice).unwrap_err().to_string();
         assert!(error.contains("found champion and run-00 to be the same controller"), "{error}");
         let empty = tempfile::tempdir().unwrap();
         let error =
