@@ -122,12 +122,12 @@ fn text(plan: &TunePlan, results: &TuneResults) -> String {
         .map_or_else(String::new, |reason| format!("expected on unseen plants: withheld, for {reason}\n"));
     let _ = write!(
         text,
-        "{} (sd {:.2}) on {} unseen plants{of}; chase {} (sd {:.2}); {:.1} s of processor time\n\
+        "{} (sd {:.2}) on {} unseen plants{of}; chase {:.2} (sd {:.2}); {:.1} s of processor time\n\
          {withheld}wrote {out}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
         score_in_words(&plan.task, in_model.mean),
         in_model.sd,
         in_model.plants,
-        score_in_words(&plan.task, chase.mean),
+        chase.mean,
         chase.sd,
         results.cpu_seconds,
         of = if plan.beans.is_some() { "" } else { " of the model" },

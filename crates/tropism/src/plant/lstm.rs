@@ -448,7 +448,8 @@ pub struct LstmModel {
 tell_of_measured_plants!(LstmModel);
 
 impl LstmModel {
-    /// Trains a model on the first 500 steps (at five minutes) of `tracks` with stems, below 16 cm.
+    /// Trains a model on `tracks` with stems, below 16 cm: on their first 2500 minutes, and of plants that grow more slowly until
+    /// the tip was 13.8 cm high.
     ///
     /// One plant is left out first, to find after how many epochs it is predicted best; then all plants are trained on for as
     /// many. `watch` hears of each epoch and may break off: then there is no model. The same bits come for any number of

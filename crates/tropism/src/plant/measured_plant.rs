@@ -14,9 +14,22 @@ use crate::track::{SAME_PERIOD, Sample, Track};
 /// Longest step of a model with memory, in minutes: with longer ones two windows of the light are the same step.
 pub(super) const MAX_PERIOD_MIN: f64 = 10.0;
 
-/// How much of each track is used, in minutes: 500 steps of five minutes. At 0.03 cm a step, eq. (4), a plant is taller than
-/// the paper's highest target by then.
-pub(super) const USED_MIN: f64 = 2500.0;
+/// How much of each track is used at least, in minutes: 500 steps of five minutes. At 0.03 cm a step, eq. (4), a plant is taller
+/// than the paper's highest target by then.
+const USED_MIN: f64 = 2500.0;
+
+/// Height of the tip until which a track is used in any case, in cm: a slow species gets there later. The paper's experiments end
+/// there (section 2.2.3).
+const USED_HEIGHT_CM: f64 = 13.8;
+
+/// Number of the last step of `track` that models use, from its first.
+pub(super) fn used_steps(track: &Track) -> usize {
+    let first = track.samples.first().map_or(0, |sample| sample.step);
+    let is_high = |sample: &&Sample| sample.quality != Quality::Held && sample.tip.y >= USED_HEIGHT_CM;
+    let high = track.samples.iter().find(is_high);
+    let risen = high.map_or(usize::MAX, |sample| sample.step.wrapping_sub(first) as usize);
+    risen.max((USED_MIN / track.period_min).ceil() as usize)
+}
 
 /// Steps that begin at this height or above are left out, in cm. The paper's experiments end at 13.8 cm.
 pub(super) const MAX_HEIGHT_CM: f64 = 16.0;
@@ -51,8 +64,7 @@ pub(super) struct MeasuredPlant {
 impl MeasuredPlant {
     /// The steps of `track` that models use.
     fn of_track(track: &Track) -> Self {
-        let steps = (USED_MIN / track.period_min).ceil() as usize;
-        Self::of_samples(&track.samples, &track.layout, steps)
+        Self::of_samples(&track.samples, &track.layout, used_steps(track))
     }
 
     /// The first `steps` steps of `samples` under the lamps of `layout`.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::measured_plant::{FARTHEST_CM, MAX_PERIOD_MIN, USED_MIN};
+use super::measured_plant::{FARTHEST_CM, MAX_PERIOD_MIN, used_steps};
 use super::tip::{ModelError, shared_layout_and_period};
 use crate::check::ensure;
 use crate::file::schema_of;
@@ -86,9 +86,8 @@ impl PlantsInSpace {
     pub(super) fn of_tracks<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
         let tracks: Vec<&Track> = tracks.into_iter().collect();
         let (layout, period_min) = shared_layout_and_period(&tracks)?;
-        let steps = (USED_MIN / period_min).ceil() as usize;
-        let plants: Vec<PlantInSpace> =
-            tracks.iter().map(|track| PlantInSpace::of_samples(&track.samples, steps)).collect();
+        let plant = |track: &&Track| PlantInSpace::of_samples(&track.samples, used_steps(track));
+        let plants: Vec<PlantInSpace> = tracks.iter().map(plant).collect();
         let has_none = |plant: &PlantInSpace| plant.stems.iter().all(Option::is_none);
         if let Some(track) = plants.iter().position(has_none) {
             return Err(ModelError::NoDepth { track: track + 1 });

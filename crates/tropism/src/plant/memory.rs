@@ -197,7 +197,8 @@ pub struct MemoryModel {
 tell_of_measured_plants!(MemoryModel);
 
 impl MemoryModel {
-    /// A model of the first 500 steps (at five minutes) of `tracks` and their mirror images, below 16 cm.
+    /// A model of `tracks` and their mirror images, below 16 cm: of their first 2500 minutes, and of plants that grow more slowly
+    /// until the tip was 13.8 cm high.
     ///
     /// # Errors
     /// [`ModelError`] where no step is usable, where the tracks differ in lamps or period, or where the lamps are not two

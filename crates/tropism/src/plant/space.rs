@@ -336,7 +336,8 @@ pub struct SpaceModel {
 tell_of_measured_plants!(SpaceModel, SpacePoint, aside_of);
 
 impl SpaceModel {
-    /// A model of the first 500 steps (at five minutes) of `tracks` with stems in space, below 16 cm.
+    /// A model of `tracks` with stems in space, below 16 cm: of their first 2500 minutes, and of plants that grow more slowly until
+    /// the tip was 13.8 cm high.
     ///
     /// # Errors
     /// [`ModelError`] where no step is usable, where a track has no stem in space, or where the tracks differ in lamps or period.

@@ -270,7 +270,8 @@ pub struct StemModel {
 tell_of_measured_plants!(StemModel);
 
 impl StemModel {
-    /// A model of the first 500 steps (at five minutes) of `tracks` with stems and of their mirror images, below 16 cm.
+    /// A model of `tracks` with stems and of their mirror images, below 16 cm: of their first 2500 minutes, and of plants that grow
+    /// more slowly until the tip was 13.8 cm high.
     ///
     /// # Errors
     /// [`ModelError`] where no step is usable or no track has stems, where the tracks differ in lamps or period, or where

@@ -43,6 +43,28 @@ fn model() -> MemoryModel {
     MemoryModel::fit(&[track(1, 0.05, 5.0), track(2, 0.08, 5.0)]).unwrap()
 }
 
+/// A plant that grows `rate` cm a step straight up, for 1200 steps.
+fn straight(rate: f64) -> Track {
+    let mut track = track(1, 0.05, 5.0);
+    track.samples = [&track.samples[..]; 3].concat();
+    for (step, sample) in (0..).zip(&mut track.samples) {
+        (sample.step, sample.tip.y) = (step, 4.0 + rate * f64::from(step));
+    }
+    track
+}
+
+#[test]
+fn a_slow_plant_is_used_until_it_is_as_high_as_a_fast_one() {
+    let greatest = |rate: f64| {
+        let model = MemoryModel::fit(&[straight(rate)]).unwrap();
+        (model.tips().count(), model.tips().map(|tip| tip.y).fold(0.0, f64::max))
+    };
+    assert_eq!(greatest(0.02).0, 501);
+    let (count, height) = greatest(0.01);
+    assert!(count == 981 && (height - 13.8).abs() < 0.01, "{count} steps up to {height} cm");
+    assert_eq!(greatest(0.005).0, 1200, "a plant that is never so high is used whole");
+}
+
 #[test]
 fn mirrored_plants_make_the_model_of_the_mirror() {
     let tracks = [track(1, 0.05, 5.0), track(2, 0.08, 5.0)];
