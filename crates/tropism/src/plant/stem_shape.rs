@@ -15,8 +15,9 @@ use crate::track::Sample;
 
 pub(super) const SEGMENTS: usize = STEM_POINTS - 1;
 
-/// Modes of the angles: they hold 99.96 % of the variance of virtual beans. A fourth one changed the predicted fitness by
-/// less than 0.1 cm.
+/// Modes of the angles. Two hold nearly all of how virtual beans bend; the third is hardly more than the errors of the points.
+/// Three modes of the displacements of the points, which errors do not fill, gave worse rules (docs/beyond.md). A fourth mode
+/// changed the predicted fitness by less than 0.1 cm.
 pub const MODES: usize = 3;
 
 /// Minutes to either side over which the length is averaged: a plant does not shrink and grow again within an hour.
