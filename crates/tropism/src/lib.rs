@@ -53,8 +53,8 @@ pub mod check;
 pub mod text;
 mod file;
 pub mod math;
-pub mod random;
 pub mod simd;
+pub mod random;
 
 pub mod lamps;
 pub mod geometry;

@@ -173,10 +173,7 @@ fn reduced_sine(y: f64, tail: f64) -> (f64, f64) {
 /// The cosine of `x`: that of `libm` from 0 to 2 pi, where [`is_between_zeros`].
 #[inline(always)]
 pub(crate) fn cos(x: f64) -> f64 {
-    let (n, y, tail) = reduced(x);
-    let is_sine = n == 1.0 || n == 3.0;
-    let turned = if is_sine { reduced_sine(y, tail).0 } else { reduced_cosine(y, tail) };
-    if n == 1.0 || n == 2.0 { -turned } else { turned }
+    sin_cos(x).1
 }
 
 /// Sine and cosine of `x`: those of `libm` where [`is_sin_cos_angle`].

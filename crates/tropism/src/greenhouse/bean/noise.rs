@@ -172,9 +172,9 @@ impl PlantNoise {
         random::normal(&mut self.segments)
     }
 
-    /// The two uniform draws of which [`random::normal`] makes [`Self::curvature`].
-    pub(super) fn uniforms_of_curvature(&mut self) -> [f64; 2] {
-        core::array::from_fn(|_| random::uniform(&mut self.segments))
+    /// The stream from which [`Self::curvature`] draws.
+    pub(super) fn curvature_stream(&mut self) -> &mut ChaCha8Rng {
+        &mut self.segments
     }
 
     /// Pauses drawn so far.

@@ -102,7 +102,7 @@ fn tick_together(lanes: &mut RodLanes, group: &mut [Member<'_>], tick_h: f64) {
     lanes.load_segments(core::array::from_fn(|lane| &group[place(lane)].bean.rod));
     for (lane, member) in group.iter_mut().enumerate() {
         let Bean { plant, noise: Some(noise), .. } = &mut *member.bean else { continue };
-        lanes.draw_curvature(lane, noise::curvature_sigma(plant, tick_h), || noise.uniforms_of_curvature());
+        lanes.draw_curvature(lane, noise::curvature_sigma(plant, tick_h), noise.curvature_stream());
     }
     lanes.begin_tick();
     let mut nutation = [[0.0; 2]; LANES];

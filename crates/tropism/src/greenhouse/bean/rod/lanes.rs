@@ -10,7 +10,9 @@
 
 #![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::PI;
+
+use rand_chacha::ChaCha8Rng;
 
 use super::contact::{Contact, Shape};
 use super::{
@@ -21,15 +23,11 @@ use super::{
 use crate::greenhouse::bean::Individual;
 use crate::greenhouse::view::WALL;
 use crate::lamps::MAX_LAMPS;
+pub(in crate::greenhouse::bean) use crate::math::lanes::LANES;
+use crate::math::lanes::{Row as PerPlant, exp, pow};
 use crate::math::vector::{Vec3, cross};
-use crate::math::{self, branchless};
+use crate::random::lanes::{DRAWS, Streams, normal};
 use crate::simd::{Kernel, dispatch};
-
-/// Plants side by side. Chosen by measurement: two vectors of AVX2, one of AVX-512.
-pub(in crate::greenhouse::bean) const LANES: usize = 8;
-
-/// One value for each plant.
-type PerPlant = [f64; LANES];
 
 /// The same segment of all plants; the arrays are those of [`Segments`](super::Segments).
 #[derive(Clone, Copy)]
@@ -128,8 +126,10 @@ struct Constants {
 pub(in crate::greenhouse::bean) struct RodLanes {
     rows: Box<[Row; MAX_NODES]>,
     constants: Box<Constants>,
-    /// Noise of curvature of this tick, row by row.
-    draws: Vec<Draws>,
+    /// 1 for plants with noise of curvature and 0 for others, their random streams, and what of these this tick takes, row by row.
+    are_disturbed: PerPlant,
+    streams: Streams,
+    draws: Vec<[PerPlant; DRAWS]>,
     /// Number of lamps in [`Constants::lamps`] that are lit for some plant.
     lit: usize,
     /// Number of segments of each plant, and the greatest.
@@ -221,7 +221,9 @@ impl RodLanes {
                 modulus_length: NONE,
                 curvature_sigma: NONE,
             }),
-            draws: vec![Draws::default(); MAX_NODES],
+            are_disturbed: NONE,
+            streams: Streams::new(),
+            draws: vec![[NONE; DRAWS]; MAX_NODES],
             lit: 0,
             counts: [0; LANES],
             most: 0,
@@ -243,7 +245,7 @@ impl RodLanes {
         self.lit = 0;
         self.constants.lamps = [[[0.0; LANES]; 4]; MAX_LAMPS];
         self.constants.curvature_sigma = [0.0; LANES];
-        self.draws[..most].fill(Draws::default());
+        self.are_disturbed = [0.0; LANES];
     }
 
     /// Puts a rod into a lane before [`Self::begin_tick`].
@@ -352,21 +354,16 @@ impl RodLanes {
         }
     }
 
-    /// Draws the noise of curvature of a tick for the plant in a lane, as [`Rod::disturb`] does; `uniforms` gives two uniform
-    /// draws for each normal one.
+    /// Draws the noise of curvature of a tick for the plant in a lane from `rng`, as [`Rod::disturb`] does.
     pub(in crate::greenhouse::bean) fn draw_curvature(
         &mut self,
         lane: usize,
         sigma: f64,
-        mut uniforms: impl FnMut() -> [f64; 2],
+        rng: &mut ChaCha8Rng,
     ) {
         self.constants.curvature_sigma[lane] = sigma;
-        for draws in &mut self.draws[..self.counts[lane]] {
-            for towards in 0..2 {
-                [draws.of_radius[towards][lane], draws.of_angle[towards][lane]] = uniforms();
-            }
-            draws.is_drawn[lane] = true;
-        }
+        self.are_disturbed[lane] = 1.0;
+        self.streams.take(lane, rng, self.counts[lane]);
     }
 
     /// Begins a tick of all plants: [`Rod::refresh`], and [`Rod::disturb`] with what was drawn.
@@ -570,16 +567,6 @@ impl RodLanes {
     }
 }
 
-/// Uniform draws for the noise of curvature of one row.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
-struct Draws {
-    of_radius: [PerPlant; 2],
-    of_angle: [PerPlant; 2],
-    /// Whether there are draws for this segment of a plant.
-    is_drawn: [bool; LANES],
-}
-
 /// The end of the rows so far, from the base up.
 struct Ends {
     rotation: [PerPlant; 4],
@@ -690,17 +677,15 @@ impl Row {
 
     /// Adds the noise of a tick to the rest curvature, weighted by motility.
     #[inline(always)]
-    fn disturb(&mut self, of: &Constants, draws: &Draws) {
-        let noise = [
-            normal(&draws.of_radius[0], &draws.of_angle[0]),
-            normal(&draws.of_radius[1], &draws.of_angle[1]),
-        ];
+    fn disturb(&mut self, of: &Constants, are_disturbed: &PerPlant, draws: &[PerPlant; DRAWS]) {
+        let [of_radius1, of_angle1, of_radius2, of_angle2] = draws;
+        let (noise1, noise2) = (normal(of_radius1, of_angle1), normal(of_radius2, of_angle2));
         for lane in 0..LANES {
             let motility = 1.0 / (1.0 + self.motility_exp[lane]);
-            let rest1 = self.rest1[lane] + motility * (of.curvature_sigma[lane] * noise[0][lane]);
-            let rest2 = self.rest2[lane] + motility * (of.curvature_sigma[lane] * noise[1][lane]);
-            self.rest1[lane] = if draws.is_drawn[lane] { rest1 } else { self.rest1[lane] };
-            self.rest2[lane] = if draws.is_drawn[lane] { rest2 } else { self.rest2[lane] };
+            let rest1 = self.rest1[lane] + motility * (of.curvature_sigma[lane] * noise1[lane]);
+            let rest2 = self.rest2[lane] + motility * (of.curvature_sigma[lane] * noise2[lane]);
+            self.rest1[lane] = if are_disturbed[lane] == 1.0 { rest1 } else { self.rest1[lane] };
+            self.rest2[lane] = if are_disturbed[lane] == 1.0 { rest2 } else { self.rest2[lane] };
         }
     }
 
@@ -913,51 +898,6 @@ impl Row {
     }
 }
 
-/// [`math::exp`] of all lanes.
-#[inline(always)]
-fn exp(x: &PerPlant) -> PerPlant {
-    if !all(x, |x| x.abs() <= branchless::EXP_LIMIT) {
-        return x.map(math::exp);
-    }
-    let mut result = [0.0; LANES];
-    for lane in 0..LANES {
-        result[lane] = branchless::exp(x[lane]);
-    }
-    result
-}
-
-/// [`math::pow`] of all lanes.
-#[inline(always)]
-fn pow(x: &PerPlant, y: &PerPlant) -> PerPlant {
-    let mut result = [0.0; LANES];
-    if !all(x, branchless::is_pow_base) || !all(y, branchless::is_pow_exponent) {
-        for lane in 0..LANES {
-            result[lane] = math::pow(x[lane], y[lane]);
-        }
-        return result;
-    }
-    for lane in 0..LANES {
-        result[lane] = branchless::pow(x[lane], y[lane]);
-    }
-    result
-}
-
-/// [`random::normal`](crate::random::normal) of all lanes, from its two uniform draws.
-#[inline(always)]
-fn normal(of_radius: &PerPlant, of_angle: &PerPlant) -> PerPlant {
-    let mut angle = [0.0; LANES];
-    for lane in 0..LANES {
-        angle[lane] = TAU * of_angle[lane];
-    }
-    let is_common = all(&angle, branchless::is_between_zeros);
-    let mut result = if is_common { [0.0; LANES] } else { angle.map(math::cos) };
-    for lane in 0..LANES {
-        let cos = if is_common { branchless::cos(angle[lane]) } else { result[lane] };
-        result[lane] = (-2.0 * branchless::ln(1.0 - of_radius[lane])).sqrt() * cos;
-    }
-    result
-}
-
 /// The differences of all lanes.
 #[inline(always)]
 fn minus(x: &PerPlant, y: &PerPlant) -> PerPlant {
@@ -966,16 +906,6 @@ fn minus(x: &PerPlant, y: &PerPlant) -> PerPlant {
         result[lane] = x[lane] - y[lane];
     }
     result
-}
-
-/// Whether `holds` in all lanes. Without branches, so that the compiler makes vectors of it.
-#[inline(always)]
-fn all(x: &PerPlant, holds: impl Fn(f64) -> bool) -> bool {
-    let mut all = true;
-    for lane in 0..LANES {
-        all &= holds(x[lane]);
-    }
-    all
 }
 
 /// A low-pass filter after a sub-step.
@@ -994,13 +924,17 @@ impl Kernel for Begin<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let RodLanes { rows, constants, draws, most, .. } = self.rods;
+        let RodLanes { rows, constants, are_disturbed, streams, draws, most, .. } = self.rods;
         let mut above = [0.0; LANES];
         for row in rows[..*most].iter_mut().rev() {
             row.refresh(constants, &mut above);
         }
-        for (row, draws) in rows[..*most].iter_mut().zip(draws) {
-            row.disturb(constants, draws);
+        if are_disturbed.contains(&1.0) {
+            let draws = &mut draws[..*most];
+            streams.draw(draws);
+            for (row, draws) in rows.iter_mut().zip(draws) {
+                row.disturb(constants, are_disturbed, draws);
+            }
         }
     }
 }
