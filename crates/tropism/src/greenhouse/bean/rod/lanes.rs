@@ -29,6 +29,9 @@ use crate::math::vector::{Vec3, cross};
 use crate::random::lanes::{DRAWS, Streams, normal};
 use crate::simd::{Kernel, dispatch};
 
+/// Rows that are loaded and stored together: as many as there are numbers in a line of the processor's cache.
+const BLOCK: usize = 8;
+
 /// The same segment of all plants; the arrays are those of [`Segments`](super::Segments).
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
@@ -327,13 +330,18 @@ impl RodLanes {
 
     /// Puts the segments of the rods of all lanes into the rows, after [`Self::load`] of each.
     ///
-    /// Row by row: each line of the processor's cache is then read and written once.
+    /// Block by block: each line of the processor's cache is then read and written once.
     pub(in crate::greenhouse::bean) fn load_segments(&mut self, rods: [&Rod; LANES]) {
         let states = rods.map(|rod| rod.segments.state());
-        for (i, row) in self.rows[..self.most].iter_mut().enumerate() {
-            for (lane, state) in states.iter().enumerate() {
-                for (values, of_segments) in row.state_mut().into_iter().zip(state) {
-                    values[lane] = if i < self.counts[lane] { of_segments[i] } else { 0.0 };
+        for first in (0..self.most).step_by(BLOCK) {
+            let mut block: [_; BLOCK] = rows_from(&mut self.rows, first).map(Row::state_mut);
+            for quantity in 0..STATE {
+                for (lane, state) in states.iter().enumerate() {
+                    // What `load` has put beyond the apex stays.
+                    let end = (first + BLOCK).min(self.counts[lane]).max(first);
+                    for (row, value) in block.iter_mut().zip(&state[quantity][first..end]) {
+                        row[quantity][lane] = *value;
+                    }
                 }
             }
         }
@@ -396,12 +404,14 @@ impl RodLanes {
             rod.apex = Some(apexes.map(|axis| axis[lane]));
         }
         let mut states: Vec<_> = rods.iter_mut().map(|rod| rod.segments.state_mut()).collect();
-        // Row by row, as in `load_segments`. What stands beyond an apex is never read.
-        for (i, row) in self.rows[..self.most].iter().enumerate() {
-            let values = row.state();
-            for (lane, state) in states.iter_mut().enumerate() {
-                for (of_segments, values) in state.iter_mut().zip(values) {
-                    of_segments[i] = values[lane];
+        // Block by block, as in `load_segments`. What stands beyond an apex is never read.
+        for first in (0..self.most).step_by(BLOCK) {
+            let block: [_; BLOCK] = rows_from(&mut self.rows, first).map(Row::state_mut);
+            for quantity in 0..STATE {
+                for (lane, state) in states.iter_mut().enumerate() {
+                    for (row, value) in block.iter().zip(&mut state[quantity][first..first + BLOCK]) {
+                        *value = row[quantity][lane];
+                    }
                 }
             }
         }
@@ -565,6 +575,13 @@ impl RodLanes {
         }
         self.longest = above.longest;
     }
+}
+
+/// A block of rows from `first` on, which is a multiple of [`BLOCK`].
+fn rows_from(rows: &mut [Row; MAX_NODES], first: usize) -> [&mut Row; BLOCK] {
+    let block: &mut [Row; BLOCK] =
+        (&mut rows[first..first + BLOCK]).try_into().expect("MAX_NODES is a multiple of BLOCK");
+    block.each_mut()
 }
 
 /// The end of the rows so far, from the base up.
