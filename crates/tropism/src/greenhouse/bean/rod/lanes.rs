@@ -11,6 +11,7 @@
 #![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
 
 use core::f64::consts::PI;
+use core::ops::Range;
 
 use rand_chacha::ChaCha8Rng;
 
@@ -29,7 +30,8 @@ use crate::math::vector::{Vec3, cross};
 use crate::random::lanes::{DRAWS, Streams, normal};
 use crate::simd::{Kernel, dispatch};
 
-/// Rows that are loaded and stored together: as many as there are numbers in a line of the processor's cache.
+/// Rows that go through all loops of a pass before the next ones. Chosen by measurement: they fit into the fastest cache of the
+/// processor.
 const BLOCK: usize = 8;
 
 /// The same segment of all plants; the arrays are those of [`Segments`](super::Segments).
@@ -472,37 +474,42 @@ impl RodLanes {
         }
     }
 
-    /// Integrates curvature along the rods to frames and places.
+    /// From the base up: frames and places, irradiance at each segment and the apex, and the response to it.
+    ///
+    /// Loops are short, so that the processor begins the next row before it has ended this one.
     #[inline(always)]
-    fn orient(&mut self) {
+    fn rise(&mut self) {
+        let lamps = &self.constants.lamps[..self.lit];
         let mut end = Ends {
             rotation: self.constants.base,
             at: [[0.0; LANES]; 3],
             weight: [0.0; LANES],
             nearest: [f64::INFINITY; LANES],
         };
-        for row in &mut self.rows[..=self.most] {
-            row.orient(&mut end);
-        }
-        (self.weight, self.nearest) = (end.weight, end.nearest);
-    }
-
-    /// Irradiance at each segment and the apex, and the response to it.
-    #[inline(always)]
-    fn illuminate(&mut self) {
-        let lamps = &self.constants.lamps[..self.lit];
         let mut seen = Irradiance {
             slow: self.is_stale.map(|is_stale| if is_stale { 0.0 } else { 1.0 }),
             brightest: [0.0; LANES],
         };
-        for row in &mut self.rows[..=self.most] {
-            let mut light = [[0.0; LANES]; 3];
-            for lamp in lamps {
-                row.add_light(lamp, &mut light);
+        let mut middles = [[[0.0; LANES]; 4]; BLOCK];
+        for block in self.rows[..=self.most].chunks_mut(BLOCK) {
+            for (row, middle) in block.iter().zip(&mut middles) {
+                row.rotate(&mut end.rotation, middle);
             }
-            row.light = light;
-            row.respond(&self.constants.series, &mut seen);
+            for (row, middle) in block.iter_mut().zip(&middles) {
+                row.orient(middle, &mut end);
+            }
+            for row in block.iter_mut() {
+                let mut light = [[0.0; LANES]; 3];
+                for lamp in lamps {
+                    row.add_light(lamp, &mut light);
+                }
+                row.light = light;
+            }
+            for row in block.iter_mut() {
+                row.respond(&self.constants.series, &mut seen);
+            }
         }
+        (self.weight, self.nearest) = (end.weight, end.nearest);
         self.is_stale = seen.slow.map(|slow| slow == 0.0);
         self.saturation =
             seen.brightest.map(|most| if most > SATURATION { SATURATION } else { f64::INFINITY });
@@ -518,26 +525,59 @@ impl RodLanes {
         self.is_stale = [false; LANES];
     }
 
-    /// Perception and differential growth. `SATURATES` says whether a plant is near enough to a lamp.
+    /// From the apex down: perception, differential growth, elastic relaxation and elongation.
+    ///
+    /// `SATURATES` says whether a plant is near enough to a lamp, `TOUCHES` whether one touches the wall, and `HAS_GUESTS`
+    /// whether one stands among solids.
     #[inline(always)]
-    fn bend<const SATURATES: bool>(&mut self, nutation: &[[f64; 2]; LANES]) {
-        let (of, saturation) = (&*self.constants, &self.saturation);
-        let (segments, apex) = self.rows[..=self.most].split_at_mut(self.most);
+    fn descend<const SATURATES: bool, const TOUCHES: bool, const HAS_GUESTS: bool>(
+        &mut self,
+        nutation: &[[f64; 2]; LANES],
+    ) {
+        let common = self.common::<SATURATES>(nutation);
+        let mut above = self.above();
+        if HAS_GUESTS {
+            // Contacts are found between the two.
+            self.bend::<SATURATES>(0..self.most, &common);
+            self.press();
+            self.relax::<TOUCHES>(0..self.most, &mut above);
+            self.bend_by_contacts();
+        } else {
+            let mut end = self.most;
+            while end > 0 {
+                let block = end.saturating_sub(BLOCK)..end;
+                self.bend::<SATURATES>(block.clone(), &common);
+                self.relax::<TOUCHES>(block.clone(), &mut above);
+                end = block.start;
+            }
+        }
+        self.longest = above.longest;
+    }
+
+    /// What is the same for all segments of a plant in perception and differential growth.
+    #[inline(always)]
+    fn common<const SATURATES: bool>(&self, nutation: &[[f64; 2]; LANES]) -> Common {
+        let of = &*self.constants;
         let mut common = Common { light: [[0.0; LANES]; 3], steady: [[0.0; LANES]; 2] };
-        apex[0].perceive_at_apex::<SATURATES>(of, saturation, &mut common.light);
+        self.rows[self.most].perceive_at_apex::<SATURATES>(of, &self.saturation, &mut common.light);
         for (lane, &[towards1, towards2]) in nutation.iter().enumerate() {
             common.steady[0][lane] = towards1 + of.bias[0][lane];
             common.steady[1][lane] = towards2 - of.bias[1][lane];
         }
-        // In the order of `relax`, which then finds the first rows in the processor's cache.
-        for row in segments.iter_mut().rev() {
-            row.bend::<SATURATES>(of, saturation, &common);
+        common
+    }
+
+    /// Perception and differential growth of some rows.
+    #[inline(always)]
+    fn bend<const SATURATES: bool>(&mut self, rows: Range<usize>, common: &Common) {
+        for row in &mut self.rows[rows] {
+            row.bend::<SATURATES>(&self.constants, &self.saturation, common);
         }
     }
 
-    /// Loads from the apex down, elastic relaxation, and elongation. `TOUCHES` says whether a plant touches the wall.
+    /// What [`Self::relax`] begins with at the apex.
     #[inline(always)]
-    fn relax<const TOUCHES: bool>(&mut self) {
+    fn above(&self) -> Above {
         const NONE: PerPlant = [0.0; LANES];
         let of = &*self.constants;
         let apex = &self.rows[self.most].middle;
@@ -549,31 +589,38 @@ impl RodLanes {
             rate: NONE,
             length: NONE,
             longest: NONE,
-            touches: self.nearest.map(|nearest| nearest < WALL + TOUCH_CM),
+            touches: self.nearest.map(|nearest| if nearest < WALL + TOUCH_CM { 1.0 } else { 0.0 }),
         };
         for lane in 0..LANES {
             above.mass_x[lane] = above.mass[lane] * apex[0][lane];
             above.mass_z[lane] = above.mass[lane] * apex[2][lane];
             above.rate[lane] = of.elongation[lane] / self.weight[lane];
         }
+        above
+    }
+
+    /// Loads, elastic relaxation, and elongation of some rows, the highest one first.
+    #[inline(always)]
+    fn relax<const TOUCHES: bool>(&mut self, rows: Range<usize>, above: &mut Above) {
+        let of = &*self.constants;
         let [lowest, highest] = self
             .leaves
             .iter()
             .fold([usize::MAX, 0], |[lowest, highest], &leaf| [lowest.min(leaf), highest.max(leaf)]);
         let leaf_rows = lowest..=highest;
-        for (i, row) in self.rows[..self.most].iter_mut().enumerate().rev() {
+        for i in rows.rev() {
+            let row = &mut self.rows[i];
             if leaf_rows.contains(&i) {
                 above.add_leaves(&self.leaves.map(|leaf| leaf == i), row, of);
             }
             if TOUCHES {
                 // Rows beyond the apex are no part of the plant: the wall does not push them.
-                let is_pushed = core::array::from_fn(|lane| above.touches[lane] && i < self.counts[lane]);
-                row.relax::<true>(of, &mut above, &is_pushed);
+                let is_pushed = pushed(&above.touches, &self.counts, i);
+                row.relax::<true>(of, above, &is_pushed);
             } else {
-                row.relax::<false>(of, &mut above, &[false; LANES]);
+                row.relax::<false>(of, above, &[0.0; LANES]);
             }
         }
-        self.longest = above.longest;
     }
 }
 
@@ -615,7 +662,8 @@ struct Above {
     rate: PerPlant,
     length: PerPlant,
     longest: PerPlant,
-    touches: [bool; LANES],
+    /// 1 for plants that touch the wall, 0 for others.
+    touches: PerPlant,
 }
 
 impl Above {
@@ -716,19 +764,29 @@ impl Row {
         }
     }
 
+    /// Turns `rotation` from the lower end of the segments to the upper one; `middle` is the rotation between.
     #[inline(always)]
-    fn orient(&mut self, end: &mut Ends) {
+    fn rotate(&self, rotation: &mut [PerPlant; 4], middle: &mut [PerPlant; 4]) {
         for lane in 0..LANES {
-            let length = self.length[lane];
-            let [x, y] = half_rotation(self.k1[lane], self.k2[lane], length);
-            let rotation = &end.rotation;
+            let [x, y] = half_rotation(self.k1[lane], self.k2[lane], self.length[lane]);
             let lower =
                 Rotation([rotation[0][lane], rotation[1][lane], rotation[2][lane], rotation[3][lane]]);
-            let [d1, d2, along] = lower.then(1.0, x, y).frame();
+            let Rotation(half_way) = lower.then(1.0, x, y);
             let Rotation(upper) = lower.then(1.0 - x * x - y * y, 2.0 * x, 2.0 * y);
             for part in 0..4 {
-                end.rotation[part][lane] = upper[part];
+                middle[part][lane] = half_way[part];
+                rotation[part][lane] = upper[part];
             }
+        }
+    }
+
+    /// Frames and places from the rotation at the middle of the segments, and the elongation before it is scaled.
+    #[inline(always)]
+    fn orient(&mut self, middle: &[PerPlant; 4], end: &mut Ends) {
+        for lane in 0..LANES {
+            let length = self.length[lane];
+            let rotation = Rotation([middle[0][lane], middle[1][lane], middle[2][lane], middle[3][lane]]);
+            let [d1, d2, along] = rotation.frame();
             let half = 0.5 * length;
             for axis in 0..3 {
                 self.d1[axis][lane] = d1[axis];
@@ -805,11 +863,23 @@ impl Row {
         }
     }
 
+    /// Whether a response may saturate: the response, that is the irradiance times [`Self::response`], is near [`SATURATION`].
+    #[inline(always)]
+    fn is_bright(&self) -> bool {
+        const NEAR: f64 = 0.8 * SATURATION;
+        let mut is_bright = false;
+        for lane in 0..LANES {
+            let response = self.response[lane];
+            is_bright |= response * response * self.intensity2[lane] > NEAR * NEAR;
+        }
+        is_bright
+    }
+
     /// The response per unit of irradiance with saturation.
     #[inline(always)]
     fn effective<const SATURATES: bool>(&self, saturation: &PerPlant) -> PerPlant {
         let mut effective = self.response;
-        if SATURATES {
+        if SATURATES && self.is_bright() {
             for lane in 0..LANES {
                 effective[lane] = effective[lane].min(saturation[lane] / self.intensity2[lane].sqrt());
             }
@@ -869,18 +939,21 @@ impl Row {
     }
 
     #[inline(always)]
-    fn relax<const TOUCHES: bool>(&mut self, of: &Constants, above: &mut Above, is_pushed: &[bool; LANES]) {
+    fn relax<const TOUCHES: bool>(&mut self, of: &Constants, above: &mut Above, is_pushed: &PerPlant) {
         let touch = WALL + TOUCH_CM;
         for lane in 0..LANES {
             let [x, y, z] = [self.middle[0][lane], self.middle[1][lane], self.middle[2][lane]];
             let mut moment_x = GRAVITY * (above.mass_z[lane] - z * above.mass[lane]);
             let mut moment_y = 0.0;
             let moment_z = GRAVITY * (x * above.mass[lane] - above.mass_x[lane]);
-            if TOUCHES && above.touches[lane] {
+            if TOUCHES {
                 let [push, push_x, push_y] = &mut above.push;
-                moment_x += push_y[lane] - y * push[lane];
-                moment_y -= push_x[lane] - x * push[lane];
-                let own = if is_pushed[lane] { WALL_STIFFNESS * (touch - z).max(0.0) } else { 0.0 };
+                let (pushed_x, pushed_y) =
+                    (moment_x + (push_y[lane] - y * push[lane]), moment_y - (push_x[lane] - x * push[lane]));
+                moment_x = if above.touches[lane] == 1.0 { pushed_x } else { moment_x };
+                moment_y = if above.touches[lane] == 1.0 { pushed_y } else { moment_y };
+                let own = WALL_STIFFNESS * (touch - z).max(0.0);
+                let own = if is_pushed[lane] == 1.0 { own } else { 0.0 };
                 push[lane] += own;
                 push_x[lane] += own * x;
                 push_y[lane] += own * y;
@@ -923,6 +996,16 @@ fn minus(x: &PerPlant, y: &PerPlant) -> PerPlant {
         result[lane] = x[lane] - y[lane];
     }
     result
+}
+
+/// 1 for plants that touch the wall and have a segment `i`, 0 for others.
+#[inline(always)]
+fn pushed(touches: &PerPlant, counts: &[usize; LANES], i: usize) -> PerPlant {
+    let mut pushed = [0.0; LANES];
+    for lane in 0..LANES {
+        pushed[lane] = if i < counts[lane] { touches[lane] } else { 0.0 };
+    }
+    pushed
 }
 
 /// A low-pass filter after a sub-step.
@@ -987,27 +1070,19 @@ impl Kernel for Substep<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { rods, nutation } = self;
-        rods.orient();
-        rods.illuminate();
+        rods.rise();
         if rods.is_stale.contains(&true) {
             rods.respond_anew();
         }
-        if rods.saturation.iter().any(|saturation| saturation.is_finite()) {
-            rods.bend::<true>(nutation);
-        } else {
-            rods.bend::<false>(nutation);
-        }
+        let saturates = rods.saturation.iter().any(|saturation| saturation.is_finite());
+        let touches = rods.nearest.iter().any(|&nearest| nearest < WALL + TOUCH_CM);
         let has_guests = rods.guests.iter().any(Option::is_some);
-        if has_guests {
-            rods.press();
-        }
-        if rods.nearest.iter().any(|&nearest| nearest < WALL + TOUCH_CM) {
-            rods.relax::<true>();
-        } else {
-            rods.relax::<false>();
-        }
-        if has_guests {
-            rods.bend_by_contacts();
+        match (saturates, touches, has_guests) {
+            (false, false, false) => rods.descend::<false, false, false>(nutation),
+            (false, true, false) => rods.descend::<false, true, false>(nutation),
+            (true, false, false) => rods.descend::<true, false, false>(nutation),
+            (true, true, false) => rods.descend::<true, true, false>(nutation),
+            (_, _, true) => rods.descend::<true, true, true>(nutation),
         }
     }
 }
