@@ -6,8 +6,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::math;
 use crate::math::interpolate::lerp;
+use crate::math::{self, branchless};
+use crate::simd::{Kernel, dispatch};
 
 /// Points of a stem where it is described by few, at equal distances from the base to the apex. Paper: 10 (section 4).
 pub const STEM_POINTS: usize = 10;
@@ -180,7 +181,7 @@ impl Polyline {
         if self.0.len() < 2 || count < 2 {
             return self.clone();
         }
-        let segments: Vec<f64> = self.0.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+        let segments = dispatch(SegmentLengths { vertices: &self.0 });
         let spacing = segments.iter().sum::<f64>() / (count - 1) as f64;
         let mut vertices = Vec::with_capacity(count);
         vertices.push(self.0[0]);
@@ -198,6 +199,31 @@ impl Polyline {
         // Rounding may leave the last vertices out.
         vertices.resize(count, self.0[self.0.len() - 1]);
         Self(vertices)
+    }
+}
+
+/// The distance of each vertex to the next as a kernel: that of [`Point::distance`], to the bit.
+struct SegmentLengths<'a> {
+    vertices: &'a [Point],
+}
+
+impl Kernel for SegmentLengths<'_> {
+    type Result = Vec<f64>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<f64> {
+        let pairs = self.vertices.windows(2);
+        let mut lengths = vec![0.0; pairs.len()];
+        let mut uncommon = 0;
+        for (length, pair) in lengths.iter_mut().zip(pairs.clone()) {
+            let found = branchless::hypot(pair[0].x - pair[1].x, pair[0].y - pair[1].y);
+            uncommon += u64::from(!branchless::is_hypot(found));
+            *length = found;
+        }
+        if uncommon > 0 {
+            lengths = pairs.map(|pair| pair[0].distance(pair[1])).collect();
+        }
+        lengths
     }
 }
 

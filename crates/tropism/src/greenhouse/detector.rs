@@ -39,7 +39,9 @@ static LEAF_OUTLINE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| Leaf::unit_outli
 /// The highest point of the plant on the detector's grid, plus two normal draws of `rng` as noise.
 pub fn detect(pose: &Pose, rng: &mut impl Rng) -> Point {
     let tip = highest_point(pose);
-    Point::new(tip.x + NOISE_SD_CM * random::normal(rng), tip.y + NOISE_SD_CM * random::normal(rng))
+    let mut noise = [0.0; 2];
+    random::lanes::fill_normal(&mut noise, rng);
+    Point::new(tip.x + NOISE_SD_CM * noise[0], tip.y + NOISE_SD_CM * noise[1])
 }
 
 /// The midline of the stem as the camera sees it: ten points at equal distances from the base to the apex, in cm.
@@ -58,9 +60,11 @@ pub fn midline_in_space(pose: &Pose) -> Vec<SpacePoint> {
 /// [`midline`], plus normal draws of `rng` as noise. The base is known: it stays.
 pub fn detect_stem(pose: &Pose, rng: &mut impl Rng) -> Polyline {
     let mut stem = midline(pose);
-    for point in stem.0.iter_mut().skip(1) {
-        point.x += STEM_NOISE_SD_CM * random::normal(rng);
-        point.y += STEM_NOISE_SD_CM * random::normal(rng);
+    let mut noise = [[0.0; 2]; STEM_POINTS - 1];
+    random::lanes::fill_normal(noise.as_flattened_mut(), rng);
+    for (point, [x, y]) in stem.0.iter_mut().skip(1).zip(noise) {
+        point.x += STEM_NOISE_SD_CM * x;
+        point.y += STEM_NOISE_SD_CM * y;
     }
     stem
 }

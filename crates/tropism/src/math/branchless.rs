@@ -196,13 +196,19 @@ pub(crate) fn is_sin_cos_angle(x: f64) -> bool {
     (x.abs() <= core::f64::consts::TAU) & is_between_zeros(x.abs())
 }
 
-/// The length of the hypotenuse over `x` and `y`: that of `libm` where it is 0, or 1e-100 to 1e100.
+/// The length of the hypotenuse over `x` and `y`: that of `libm` where [`is_hypot`].
 #[inline(always)]
 pub(crate) fn hypot(x: f64, y: f64) -> f64 {
     let (x, y) = (x.abs(), y.abs());
     let (long, short) = if x < y { (y, x) } else { (x, y) };
     let ((long, of_long), (short, of_short)) = (square(long), square(short));
     (of_short + of_long + short + long).sqrt()
+}
+
+/// Whether [`hypot`] found a length that it takes: 0, or 1e-100 to 1e100.
+#[inline(always)]
+pub(crate) fn is_hypot(length: f64) -> bool {
+    (length == 0.0) | (1e-100..=1e100).contains(&length)
 }
 
 /// The square of `x`, and what rounding left of it (Dekker 1971, doi:10.1007/BF01397083).

@@ -8,10 +8,13 @@
 
 use core::f64::consts::TAU;
 
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+use super::uniform;
 use crate::math::branchless;
 use crate::math::lanes::{LANES, Row, cos};
+use crate::simd::{Kernel, dispatch};
 
 /// Words of a block of ChaCha.
 const WORDS: usize = 16;
@@ -161,6 +164,32 @@ fn uniforms(blocks: &[[u32; BLOCKS * LANES]; WORDS], half: usize) -> [Row; DRAWS
     draws
 }
 
+/// Fills `draws` with what as many calls of [`normal`](super::normal) give.
+pub(crate) fn fill_normal(draws: &mut [f64], rng: &mut impl Rng) {
+    for draws in draws.chunks_mut(LANES) {
+        let [mut of_radius, mut of_angle] = [[0.0; LANES]; 2];
+        for lane in 0..draws.len() {
+            (of_radius[lane], of_angle[lane]) = (uniform(rng), uniform(rng));
+        }
+        draws.copy_from_slice(&dispatch(Normal { of_radius, of_angle })[..draws.len()]);
+    }
+}
+
+/// [`normal`] as a kernel.
+struct Normal {
+    of_radius: Row,
+    of_angle: Row,
+}
+
+impl Kernel for Normal {
+    type Result = Row;
+
+    #[inline(always)]
+    fn run(self) -> Row {
+        normal(&self.of_radius, &self.of_angle)
+    }
+}
+
 /// [`normal`](super::normal) of all lanes, from its two uniform draws.
 #[inline(always)]
 pub(crate) fn normal(of_radius: &Row, of_angle: &Row) -> Row {
@@ -201,6 +230,18 @@ mod tests {
             for draws in halves.as_flattened() {
                 assert_eq!(*draws, core::array::from_fn(|lane| random::uniform(&mut plain[lane])));
             }
+        }
+    }
+
+    #[test]
+    fn normal_draws_side_by_side_have_the_bits_of_each() {
+        let mut rng = random::stream(7, Purpose::Camera, 0);
+        for count in [0, 1, 7, 8, 18, 2000] {
+            let mut same = rng.clone();
+            let mut draws = vec![0.0; count];
+            fill_normal(&mut draws, &mut rng);
+            assert!(draws.iter().all(|draw| *draw == random::normal(&mut same)));
+            assert_eq!(rng.get_word_pos(), same.get_word_pos());
         }
     }
 }
