@@ -11,7 +11,7 @@ use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Bean, Population, Species, Trial, acceptance, lamp_powers};
 use tropism::lamps::Light;
 use tropism::obstacle::{Obstacle, Solid};
-use tropism::task::{Obstacles, OpenLoop, Task};
+use tropism::task::{Obstacles, OpenLoop, Targets, Task};
 use tropism::track::{Sample, Track};
 
 // As in the program `tropism`.
@@ -91,6 +91,29 @@ fn population(criterion: &mut Criterion) {
     });
 }
 
+/// Whole experiments of the paper under chase: plants one by one, and side by side in vector lanes, as `tropism grow` grows them.
+fn paper(criterion: &mut Criterion) {
+    let species = Species::default();
+    let (trial, task) = (Trial::new(&species), Targets::default());
+    let seeds: Vec<u64> = (0..2 * PLANTS).collect();
+    let greedy = || Greedy::new(&task, &trial.layout);
+    let grow = || -> Vec<Track> {
+        seeds.iter().map(|&seed| trial.grow(seed, &mut greedy(), &task, &mut unwatched)).collect()
+    };
+    let steps = grow().iter().map(|track| track.samples.len() as u64 - 1).sum();
+    let mut group = criterion.benchmark_group("64 beans under chase, task of the paper");
+    group.throughput(Throughput::Elements(steps)).sample_size(10);
+    group.bench_function("tracked, plain", |bencher| {
+        bencher.iter_custom(|rounds| time(rounds, grow));
+    });
+    group.bench_function("tracked, lanes", |bencher| {
+        bencher.iter_custom(|rounds| {
+            let watch = &mut |_: usize, _: &Sample| ControlFlow::Continue(());
+            time(rounds, || trial.grow_all(&seeds, |_| greedy(), &task, watch))
+        });
+    });
+}
+
 /// Beans that lean on an obstacle for most of the time, beside the same without: what contact costs at most.
 fn contact(criterion: &mut Criterion) {
     let species = Species::default();
@@ -140,6 +163,6 @@ fn grow_under_chase(trial: &Trial<'_>, task: &Obstacles) -> Vec<Track> {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = bean, population, contact, chase
+    targets = bean, population, paper, contact, chase
 }
 criterion_main!(benches);

@@ -2,7 +2,7 @@
 //!
 //! In: beans of any age and size, the powers of the lamps of each, and time. Out: the beans later. The idea: plants with about
 //! as many segments grow side by side, one a lane. Random processes and what changes slowly are computed plant by plant, once
-//! a tick, by the code of the plain bean; only the sub-steps of the rods are another code.
+//! a tick, by the code of the plain bean; only the noise of curvature and the sub-steps of the rods are another code.
 
 use super::rod::{LANES, Rod, RodLanes};
 use super::{Bean, Tick, noise, ticks_of};

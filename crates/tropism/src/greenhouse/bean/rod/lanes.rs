@@ -131,8 +131,9 @@ struct Constants {
 pub(in crate::greenhouse::bean) struct RodLanes {
     rows: Box<[Row; MAX_NODES]>,
     constants: Box<Constants>,
-    /// 1 for plants with noise of curvature and 0 for others, their random streams, and what of these this tick takes, row by row.
+    /// 1 for plants with noise of curvature, 0 for others.
     are_disturbed: PerPlant,
+    /// The random streams of this noise, and what this tick takes of them, row by row.
     streams: Streams,
     draws: Vec<[PerPlant; DRAWS]>,
     /// Number of lamps in [`Constants::lamps`] that are lit for some plant.
