@@ -83,6 +83,11 @@ impl StemFlanks {
         Self { line, width, stem, bands, contrast }
     }
 
+    /// Colour of the stem at a point.
+    pub(super) fn stem_colour(&self, i: usize) -> Rgb {
+        self.stem[i]
+    }
+
     /// Colour beside a point, without the band nearest to the stem; side 0 is left.
     pub(super) fn outer_colour(&self, i: usize, side: usize) -> Rgb {
         rgb::mean(self.bands[i][side * BANDS + 1..(side + 1) * BANDS].iter().copied())

@@ -51,7 +51,9 @@ const STEM_BESIDE: f64 = 0.25;
 /// Points below there at which a stem begins to widen.
 const WIDENING_POINTS: usize = 3 * POINTS_PER_WIDTH / 8;
 
-/// Points above the topmost mark within which a stem ends that is marked all along.
+/// Points from a single mark to the end of a stem within which it says where that is, and points above it within which
+/// the stem then ends.
+const ALONE: usize = 2 * POINTS_PER_WIDTH;
 const ABOVE_MARK: std::ops::RangeInclusive<usize> = POINTS_PER_WIDTH / 4..=POINTS_PER_WIDTH;
 
 /// How much of the plant lies across a line at one point, in widths.
@@ -66,7 +68,8 @@ struct Extent {
 impl StemFlanks {
     /// The last point of the stem whose points from `first` to `last` are sure; `None` where no leaves are found above it, so
     /// that its end is not known. From the point `path_end` on the line leads beyond what was followed: there only what is
-    /// wide is a leaf. Where `marks` are painted on it, it reaches beyond them.
+    /// wide is a leaf. Where a mark is painted on it, it reaches beyond that; where a row of them is, its end is
+    /// [found from the topmost](Self::end_above_marks).
     pub(super) fn stem_end(
         &self,
         image: &SmoothedImage,
@@ -97,10 +100,13 @@ impl StemFlanks {
         // What is no stem below a mark is another mark.
         let start = marks.map_or(sure.end + POINTS_PER_WIDTH, |marks| marks.topmost);
         let leaf = (start..extents.len()).find(|&i| is_leaf(i) && lasts(i))?;
+        if let Some(Marks { topmost, is_row: true }) = marks {
+            return Some(self.end_above_marks(image, (first, last), topmost, width));
+        }
         let end = (first + 1..leaf).rev().find(|&i| is_stem(&extents[i]))?;
-        let Some(Marks { topmost, reach }) = marks else { return Some(end.saturating_sub(WIDENING_POINTS)) };
+        let Some(Marks { topmost, .. }) = marks else { return Some(end.saturating_sub(WIDENING_POINTS)) };
         let end = end.max(topmost).saturating_sub(WIDENING_POINTS);
-        let highest = if end <= topmost + reach { topmost + ABOVE_MARK.end() } else { end };
+        let highest = if end <= topmost + ALONE { topmost + ABOVE_MARK.end() } else { end };
         Some(end.clamp(topmost + ABOVE_MARK.start(), highest).min(self.line.len() - 1))
     }
 

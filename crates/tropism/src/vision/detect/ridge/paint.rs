@@ -31,16 +31,13 @@ const MARK_POINTS: std::ops::RangeInclusive<usize> = 2..=5 * POINTS_PER_WIDTH / 
 /// Most points between two marks of a row.
 const MAX_GAP: usize = 6 * POINTS_PER_WIDTH;
 
-/// Most points from a mark that is alone to the end of its stem, if it says where that is.
-const ALONE: usize = 2 * POINTS_PER_WIDTH;
-
 /// Marks along a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Marks {
     /// The last point of the topmost mark.
     pub(super) topmost: usize,
-    /// Most points from there to the end of a stem that is marked all along.
-    pub(super) reach: usize,
+    /// Whether there are several, so that the stem is marked all along.
+    pub(super) is_row: bool,
 }
 
 impl StemFlanks {
@@ -89,8 +86,7 @@ fn row_of_marks(is_red: impl Iterator<Item = bool>) -> Option<Marks> {
                     break;
                 }
                 if from > 0 && MARK_POINTS.contains(&(i - from)) {
-                    let reach = marks.map_or(ALONE, |_| MAX_GAP);
-                    marks = Some(Marks { topmost: i - 1, reach });
+                    marks = Some(Marks { topmost: i - 1, is_row: marks.is_some() });
                 }
             }
             _ => {}
@@ -107,11 +103,11 @@ mod tests {
     fn a_row_of_marks_ends_where_none_is_near_above() {
         let marks = |marks: &[std::ops::Range<usize>]| {
             let row = row_of_marks((0..200).map(|i| marks.iter().any(|mark| mark.contains(&i))));
-            row.map(|row| (row.topmost, row.reach))
+            row.map(|row| (row.topmost, row.is_row))
         };
-        assert_eq!(marks(&[30..34, 60..68, 80..85]), Some((84, MAX_GAP)));
-        assert_eq!(marks(&[30..34, 120..125]), Some((33, ALONE)), "another far above");
-        assert_eq!(marks(&[0..9, 30..34, 60..100]), Some((33, ALONE)), "a pot below, a red leaf above");
+        assert_eq!(marks(&[30..34, 60..68, 80..85]), Some((84, true)));
+        assert_eq!(marks(&[30..34, 120..125]), Some((33, false)), "another far above");
+        assert_eq!(marks(&[0..9, 30..34, 60..100]), Some((33, false)), "a pot below, a red leaf above");
         assert_eq!(marks(&[50..51, 70..110]), None);
     }
 }
