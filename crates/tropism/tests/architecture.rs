@@ -226,3 +226,43 @@ fn items_that_the_page_of_the_paper_names_exist() {
     }
     assert!(named > 30, "{named}");
 }
+
+/// The packages of a lock file with their versions.
+fn locked(path: &Path) -> BTreeSet<(String, String)> {
+    let lock: toml::Table = fs::read_to_string(path).unwrap().parse().unwrap();
+    let text = |package: &toml::Value, key| package[key].as_str().unwrap().to_owned();
+    lock["package"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|package| (text(package, "name"), text(package, "version")))
+        .collect()
+}
+
+/// The Python crate is a workspace of its own. Where its versions or its profile drift away, `scripts/wheel --check` compiles
+/// nearly everything once more.
+#[test]
+fn the_python_crate_shares_what_the_tests_compile() {
+    let python = workspace().join("crates/tropism-py");
+    let (ours, theirs) = (locked(&workspace().join("Cargo.lock")), locked(&python.join("Cargo.lock")));
+    let names = |locked: &BTreeSet<(String, String)>| -> BTreeSet<String> {
+        locked.iter().map(|(name, _)| name.clone()).collect()
+    };
+    let (our_names, their_names) = (names(&ours), names(&theirs));
+    let drifted: Vec<_> =
+        theirs.iter().filter(|one| our_names.contains(&one.0) && !ours.contains(*one)).collect();
+    assert!(drifted.is_empty(), "versions that Cargo.lock of the workspace lacks: {drifted:?}");
+
+    let profile = |folder: &Path| -> toml::Table {
+        let manifest: toml::Table = fs::read_to_string(folder.join("Cargo.toml")).unwrap().parse().unwrap();
+        let mut profile = manifest["profile"]["dev"].as_table().unwrap().clone();
+        let packages = profile["package"].as_table_mut().unwrap();
+        packages.retain(|name, _| name == "*" || their_names.contains(name));
+        profile
+    };
+    assert_eq!(
+        profile(&python),
+        profile(&workspace()),
+        "[profile.dev] of the Python crate is not the workspace's"
+    );
+}
