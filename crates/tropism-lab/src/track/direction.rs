@@ -3,12 +3,12 @@
 //! In: photographs, the root and the region of a plant. Out: the direction in which its stem leaves the root. The one
 //! idea: the same stem is found whichever way a picture is turned, and its lower half shows where it leads.
 
-use tropism::geometry::Pixel;
+use tropism::geometry::{Pixel, Region};
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{Direction, Frame as Picture, VisionConfig, detect_from_base};
 
 use super::plan::TrackPlan;
-use super::plants::PlantPlan;
+use super::plants::{PlantPlan, foot};
 use super::series::Frame;
 use crate::{Monitor, files};
 
@@ -24,28 +24,32 @@ const LEAST_LENGTH: f64 = 5.0;
 /// How much farther a stem leads in its direction than across it: chosen, about 63 degrees, so that a stem that leans grows up.
 const LEAST_SLOPE: f64 = 2.0;
 
-/// Directions other than up.
-const TURNED: [Direction; 3] = [Direction::Left, Direction::Right, Direction::Down];
-
 impl TrackPlan {
-    /// The plan with the direction in which its only plant grows, where that is to be found and the root is known.
+    /// Whether the direction in which the plant grows is to be found.
+    pub(super) fn finds_up(&self) -> bool {
+        self.find_up && self.vision.up == Direction::Up && self.vision.poles.is_empty()
+    }
+
+    /// The plan with the direction in which its only plant grows, where that is to be found. A root that is not known is
+    /// looked for at the middle of each edge.
     pub(super) fn turned(&self, frames: &[Frame], monitor: &dyn Monitor) -> Self {
         let mut plan = self.clone();
-        let [PlantPlan { base: Some(base), region, .. }] = self.plants.as_slice() else { return plan };
-        if !self.find_up || self.vision.up != Direction::Up || !self.vision.poles.is_empty() {
+        let [PlantPlan { base, region, .. }] = self.plants.as_slice() else { return plan };
+        if !self.finds_up() {
             return plan;
         }
+        let base = base.or_else(|| self.scale.base());
         let config = VisionConfig { crop: *region, ..self.vision.clone() };
         let read = |frame: &Frame| files::read_photo(&frame.path, frame.time_s).ok();
         let pictures = frames.iter().filter_map(read).map(Picture::new);
         let found: Vec<Direction> = pictures
-            .filter_map(|picture| Some(growth(picture.picture().ok()?, *base, &config)))
+            .filter_map(|picture| Some(growth(picture.picture().ok()?, base, &config)))
             .take(LOOKED_AT)
             .collect();
         let agreeing = |up: Direction| found.iter().filter(|other| **other == up).count() as f64;
         let is_agreed = |up: &Direction| agreeing(*up) >= LEAST_AGREEING * found.len().max(1) as f64;
-        if let Some(up) = TURNED.into_iter().find(is_agreed) {
-            let word = format!("{up:?}").to_lowercase();
+        if let Some(up) = turned().find(is_agreed) {
+            let word = up.name();
             monitor.note(&format!(
                 "the stem leads {word} from the root: the plant is taken to grow {word}. `up` gives another direction"
             ));
@@ -55,9 +59,18 @@ impl TrackPlan {
     }
 }
 
-/// The direction in which the stem leads from `base` in a picture; up where none is clear.
-fn growth(picture: &dyn PixelSource, base: Pixel, config: &VisionConfig) -> Direction {
+/// Directions other than up.
+fn turned() -> impl Iterator<Item = Direction> {
+    Direction::ALL.into_iter().filter(|up| *up != Direction::Up)
+}
+
+/// The direction in which the stem leads from `base` in a picture, or from the middle of the edge opposite to it; up where
+/// none is clear.
+fn growth(picture: &dyn PixelSource, base: Option<Pixel>, config: &VisionConfig) -> Direction {
+    let (width, height) = picture.size();
+    let region = config.crop.unwrap_or(Region { x: 0, y: 0, width, height });
     let leads = |up: Direction| {
+        let base = base.unwrap_or_else(|| foot(region, up));
         let config = VisionConfig { up, ..config.clone() };
         let found = detect_from_base(picture, Some(base), &config)?;
         let (stem, width) = (found.stem?, found.stem_width?);
@@ -76,7 +89,7 @@ fn growth(picture: &dyn PixelSource, base: Pixel, config: &VisionConfig) -> Dire
     if leads(Direction::Up).is_some_and(|(slope, _)| slope * LEAST_SLOPE >= 1.0) {
         return Direction::Up;
     }
-    let turned = TURNED.into_iter().filter_map(|up| Some((up, leads(up)?)));
+    let turned = turned().filter_map(|up| Some((up, leads(up)?)));
     let clear = turned.filter(|(_, (slope, _))| *slope >= LEAST_SLOPE);
     let longest = clear.max_by(|(_, one), (_, other)| one.1.total_cmp(&other.1));
     longest.map_or(Direction::Up, |(up, _)| up)
@@ -108,7 +121,9 @@ mod tests {
         let wanted = [Direction::Right, Direction::Up, Direction::Left, Direction::Down];
         for (quarters, wanted) in wanted.into_iter().enumerate() {
             let (image, base) = shoot(quarters);
-            assert_eq!(growth(&image, base, &VisionConfig::default()), wanted);
+            for base in [Some(base), None] {
+                assert_eq!(growth(&image, base, &VisionConfig::default()), wanted);
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use tropism::geometry::{Pixel, Region};
 use tropism::vision::location::{Location, locate};
-use tropism::vision::{Calibration, Direction};
+use tropism::vision::{Calibration, Direction, VisionConfig};
 
 use super::plan::TrackPlan;
 use super::plants::{PlantPlan, TrackScale};
@@ -11,25 +11,31 @@ use super::series::Frame;
 use crate::{Monitor, files};
 
 impl TrackPlan {
-    /// The plant where it moves. It is looked for if the plan gives a single one neither region nor base, and no
-    /// calibration; a plan that is resumed takes what was found before.
-    pub(super) fn located(&self, frames: &[Frame], monitor: &dyn Monitor) -> Option<PlantPlan> {
+    /// The plan with its plant where that moves, and in the direction in which it grows. It is looked for if the plan gives
+    /// a single one neither region nor base, and no calibration; a plan that is resumed takes what was found before.
+    pub(super) fn located(&self, frames: &[Frame], monitor: &dyn Monitor) -> Option<Self> {
         let [PlantPlan { name, region: None, base: None }] = self.plants.as_slice() else { return None };
         let is_calibrated = matches!(self.scale, TrackScale::Calibration(_));
-        if is_calibrated || self.each || self.vision.up != Direction::Up || frames.len() < 2 {
+        if is_calibrated || self.each || frames.len() < 2 {
             return None;
         }
-        let plant = |region, base| PlantPlan { name: name.clone(), region: Some(region), base: Some(base) };
+        let plan = |region, base, up| {
+            let plant = PlantPlan { name: name.clone(), region: Some(region), base: Some(base) };
+            let vision = VisionConfig { up, ..self.vision.clone() };
+            Self { plants: vec![plant], vision, ..self.clone() }
+        };
         if let Some(before) = self.resume.then(|| self.tracked_before()).flatten() {
             let region = before.region.filter(|_| before.is_located)?;
-            return Some(plant(region, before.base));
+            return Some(plan(region, before.base, before.up));
         }
         let read = |index: usize| {
             let frame = &frames[index];
             files::read_photo(&frame.path, frame.time_s).ok()?.decode().ok()
         };
-        match locate(frames.len(), read, &self.vision) {
-            Location::Plant { region, base } => Some(plant(region, base)),
+        let known = [self.vision.up];
+        let poses = if self.finds_up() { &Direction::ALL[..] } else { &known };
+        match locate(frames.len(), read, &self.vision, poses) {
+            Location::Plant { region, base, up } => Some(plan(region, base, up)),
             Location::Unsure(reason) => {
                 monitor.note(&format!(
                     "no `region` is given and no plant is found by its motion: {reason}. The whole picture is searched; \
@@ -49,6 +55,7 @@ impl TrackPlan {
             is_located: before.is_located,
             region: plant.region,
             base: plant.calibration.base,
+            up: before.settings.vision.up,
         })
     }
 }
@@ -58,6 +65,7 @@ struct LocatedBefore {
     is_located: bool,
     region: Option<Region>,
     base: Pixel,
+    up: Direction,
 }
 
 /// What is read of the JSON file beside a track.
@@ -70,6 +78,7 @@ struct TrackedBefore {
 
 #[derive(Deserialize)]
 struct SettingsBefore {
+    vision: VisionConfig,
     plants: Vec<PlantBefore>,
 }
 

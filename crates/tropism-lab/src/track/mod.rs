@@ -65,18 +65,17 @@ impl Workflow for TrackPlan {
         let found = files::list_photographs(&self.photographs)?;
         found.notes.iter().for_each(|note| monitor.note(note));
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;
-        let plan = self.turned(&series.frames, monitor);
-        plan.track(&series, monitor)
+        match self.located(&series.frames, monitor) {
+            Some(plan) => plan.track(&series, true, monitor),
+            None => self.turned(&series.frames, monitor).track(&series, false, monitor),
+        }
     }
 }
 
 impl TrackPlan {
-    /// Tracks the photographs of a series.
-    fn track(&self, series: &Series, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
-        let located = self.located(&series.frames, monitor);
-        let is_located = located.is_some();
-        let plans = located.map_or_else(|| self.plants.clone(), |plant| vec![plant]);
-        let mut plants = place(&plans, &self.scale, &self.vision, &series.frames)?;
+    /// Tracks the photographs of a series. `is_located` says whether region and root were found by the plant's motion.
+    fn track(&self, series: &Series, is_located: bool, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
+        let mut plants = place(&self.plants, &self.scale, &self.vision, &series.frames)?;
         plants.iter_mut().for_each(|plant| plant.is_located = is_located);
         let lights = self.light.read(&series.frames)?;
         if let Some(folder) = &self.overlay {

@@ -40,8 +40,8 @@ pub struct TrackPlan {
     pub default_period_min: f64,
     /// How plants are detected. The crop of a plant is its region.
     pub vision: VisionConfig,
-    /// Whether the direction in which the plant grows is found from its root and its stem in the first photographs, where
-    /// `vision` says up and the root of the only plant is given.
+    /// Whether the direction in which the only plant grows is found, where `vision` says up: by its motion, or by its stem in
+    /// the first photographs if its region or its root is given.
     pub find_up: bool,
     /// Whether the photographs have nothing to do with each other, such as a folder of many plants: none is compared with
     /// another, and each plant that is detected is accepted. So is the only photograph of a series.

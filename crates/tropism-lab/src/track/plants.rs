@@ -46,6 +46,14 @@ pub enum TrackScale {
 }
 
 impl TrackScale {
+    /// The root of the plant that was calibrated.
+    pub(super) fn base(&self) -> Option<Pixel> {
+        match self {
+            Self::Calibration(calibration) => Some(calibration.base),
+            Self::PaperCamera | Self::PxPerCm(_) => None,
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), Error> {
         match self {
             Self::PxPerCm(found) if !(found.is_finite() && *found > 0.0) => {
@@ -135,6 +143,19 @@ fn check_plants_in(place: &str, plants: &[PlantPlan]) -> Result<(), Error> {
     Ok(())
 }
 
+/// The middle of a region's edge that is opposite to `up`.
+pub(super) fn foot(Region { x, y, width, height }: Region, up: Direction) -> Pixel {
+    let (left, top) = (x as f64, y as f64);
+    let (right, bottom) = (left + width as f64 - 1.0, top + height as f64 - 1.0);
+    let (centre, middle) = ((left + right) / 2.0, (top + bottom) / 2.0);
+    match up {
+        Direction::Up => Pixel::new(centre, bottom),
+        Direction::Left => Pixel::new(right, middle),
+        Direction::Right => Pixel::new(left, middle),
+        Direction::Down => Pixel::new(centre, top),
+    }
+}
+
 /// The plants with their calibrations, for photographs of the size of the first whole one.
 pub(super) fn place(
     plants: &[PlantPlan],
@@ -149,16 +170,7 @@ pub(super) fn place(
     let is_alone = plants.len() == 1;
     let place = |plan: &PlantPlan| {
         let region = plan.region.unwrap_or(Region { x: 0, y: 0, width, height });
-        let (left, top) = (region.x as f64, region.y as f64);
-        let (right, bottom) = (left + region.width as f64 - 1.0, top + region.height as f64 - 1.0);
-        let (centre, middle) = ((left + right) / 2.0, (top + bottom) / 2.0);
-        let foot = match vision.up {
-            Direction::Up => Pixel::new(centre, bottom),
-            Direction::Left => Pixel::new(right, middle),
-            Direction::Right => Pixel::new(left, middle),
-            Direction::Down => Pixel::new(centre, top),
-        };
-        let base = plan.base.unwrap_or(foot);
+        let base = plan.base.unwrap_or_else(|| foot(region, vision.up));
         let calibration = match *scale {
             TrackScale::Calibration(known) if is_alone && plan.base.is_none() => known,
             TrackScale::Calibration(known) => Calibration { base, ..known },

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::{Serialize, Serializer};
 use tropism::geometry::Region;
 use tropism::text::plural;
-use tropism::vision::{Calibration, VisionConfig};
+use tropism::vision::{Calibration, Direction, VisionConfig};
 
 use super::doubt::{Doubt, Evidence};
 use super::light::LightSource;
@@ -102,6 +102,12 @@ impl PlantTrack {
     #[must_use]
     pub fn region(&self) -> Option<Region> {
         self.settings.plants.iter().find(|plant| plant.name == self.plant)?.region
+    }
+
+    /// The direction in which it grows.
+    #[must_use]
+    pub fn up(&self) -> Direction {
+        self.settings.vision.up
     }
 }
 

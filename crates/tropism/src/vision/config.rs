@@ -36,17 +36,28 @@ pub enum Direction {
     Down,
 }
 
+impl Direction {
+    /// All directions; the usual one first.
+    pub const ALL: [Self; 4] = [Self::Up, Self::Left, Self::Right, Self::Down];
+
+    /// Its word in settings.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Up => "up",
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Down => "down",
+        }
+    }
+}
+
 impl std::str::FromStr for Direction {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        match word {
-            "up" => Ok(Self::Up),
-            "left" => Ok(Self::Left),
-            "right" => Ok(Self::Right),
-            "down" => Ok(Self::Down),
-            _ => Err(format!("found {word:?}, wanted up, left, right or down")),
-        }
+        let named = Self::ALL.into_iter().find(|direction| direction.name() == word);
+        named.ok_or_else(|| format!("found {word:?}, wanted up, left, right or down"))
     }
 }
 

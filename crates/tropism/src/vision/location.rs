@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use super::{VisionConfig, detect_from_base};
+use super::raster::turn::Turn;
+use super::{Direction, VisionConfig, detect_from_base};
 use crate::geometry::{Pixel, Region};
 use crate::math::statistics::upper_median;
 use crate::photo::Image;
@@ -17,8 +18,8 @@ const COMPARED: usize = 49;
 /// Least number of comparisons: fewer show too little motion.
 const LEAST_COMPARED: usize = 8;
 
-/// Columns to which a picture is reduced.
-const COLUMNS: usize = 360;
+/// Columns or rows, whichever are more, to which a picture is reduced.
+const SIDE: usize = 360;
 
 /// Grey levels by which a pixel changes where something moves.
 const CHANGE: f64 = 12.0;
@@ -54,16 +55,23 @@ pub enum Location {
         region: Region,
         /// The foot of the stem below what moves.
         base: Pixel,
+        /// The direction in which it grows.
+        up: Direction,
     },
     /// Nothing sure, and why.
     Unsure(String),
 }
 
-/// Finds the plant in a series of `count` photographs, in the order of their times.
+/// Finds the plant in a series of `count` photographs, in the order of their times. It grows in one of `poses`.
 ///
 /// `read` gives a photograph by its index, from 0; one that gives `None` is passed over. At most 49 are read for their
 /// motion, and 12 of them twice more: once for the root, once to see whether a plant is detected there.
-pub fn locate(count: usize, read: impl Fn(usize) -> Option<Image>, vision: &VisionConfig) -> Location {
+pub fn locate(
+    count: usize,
+    read: impl Fn(usize) -> Option<Image>,
+    vision: &VisionConfig,
+    poses: &[Direction],
+) -> Location {
     let of = |most: usize| evenly(count, most).filter_map(&read);
     let unsure = |reason: &str| Location::Unsure(reason.to_owned());
     let Some(motion) = Motion::of(of(COMPARED)) else {
@@ -85,33 +93,87 @@ pub fn locate(count: usize, read: impl Fn(usize) -> Option<Image>, vision: &Visi
             ));
         }
     };
-    let moving = motion.region(thing, MARGIN_SHARE);
-    let height = motion.region(thing, 0.0).height;
-    let lowest = motion.base(thing);
-    let roots: Vec<Pixel> = of(TRIED).map(|image| root_below(&image, lowest, height)).collect();
-    let middle = |of: fn(&Pixel) -> f64| {
-        let values: Vec<f64> = roots.iter().map(of).collect();
-        upper_median(&values, f64::total_cmp)
-    };
-    let Some((x, y)) = middle(|root| root.x).zip(middle(|root| root.y)) else {
-        return unsure("no photograph can be read");
-    };
-    let base = Pixel::new(x, y);
-    let region = Region { height: (y as usize + 1).max(moving.y + 1) - moving.y, ..moving };
-    let config = VisionConfig { crop: Some(region), ..vision.clone() };
-    let is_detected = |image: Image| {
-        let found = detect_from_base(&image, Some(base), &config);
-        found.is_some_and(|found| found.clipped_at.is_none() && motion.is_near(thing, found.tip))
-    };
-    let detected: Vec<bool> = of(TRIED).map(is_detected).collect();
-    let count = detected.iter().filter(|is_detected| **is_detected).count();
-    if (count as f64) < LEAST_DETECTED * detected.len() as f64 {
+    let mut poses: Vec<Pose> = poses.iter().map(|&up| Pose::new(up, &motion, thing)).collect();
+    for image in of(TRIED) {
+        poses.iter_mut().for_each(|pose| pose.look_for_root(&image));
+    }
+    for image in of(TRIED) {
+        for pose in &mut poses {
+            let tip = pose.tip_in(&image, vision);
+            pose.detected += usize::from(tip.is_some_and(|tip| motion.is_near(thing, tip)));
+        }
+    }
+    let Some(pose) = best(&poses) else { return unsure("no photograph can be read") };
+    let (region, base) = pose.place();
+    if (pose.detected as f64) < LEAST_DETECTED * pose.roots.len() as f64 {
         return Location::Unsure(format!(
-            "something moves at {region}, but a plant is detected there in {count} of {} photographs only",
-            detected.len()
+            "something moves at {region}, but a plant is detected there in {} of {} photographs only",
+            pose.detected,
+            pose.roots.len()
         ));
     }
-    Location::Plant { region, base }
+    Location::Plant { region, base, up: pose.turn.up }
+}
+
+/// The pose in which the plant is detected most often, the first of equals; `None` where no photograph was seen.
+fn best(poses: &[Pose]) -> Option<&Pose> {
+    poses.iter().rev().filter(|pose| !pose.roots.is_empty()).max_by_key(|pose| pose.detected)
+}
+
+/// What moves, taken to be a plant that grows in one direction. Places are those of photographs that are turned so that it
+/// grows up in them.
+struct Pose {
+    turn: Turn,
+    /// Around what moves, with a margin, and its height without.
+    moving: Region,
+    height: usize,
+    /// The middle of its lowest rows.
+    lowest: Pixel,
+    /// The root in each photograph.
+    roots: Vec<Pixel>,
+    /// Number of photographs in which a plant is detected on its root where something moves.
+    detected: usize,
+}
+
+impl Pose {
+    fn new(up: Direction, motion: &Motion, thing: &Thing) -> Self {
+        let turn = Turn::new(up, motion.size);
+        let (motion, thing) = motion.turned(thing, up);
+        let moving = motion.region(&thing, MARGIN_SHARE);
+        let height = motion.region(&thing, 0.0).height;
+        Self { turn, moving, height, lowest: motion.base(&thing), roots: Vec::new(), detected: 0 }
+    }
+
+    /// Looks for the root in a photograph.
+    fn look_for_root(&mut self, image: &Image) {
+        let back = self.turn.back();
+        let grey = |x: usize, y: usize| {
+            let Pixel { x, y } = back.pixel(Pixel::new(x as f64, y as f64));
+            image.at(x as usize, y as usize).iter().map(|&value| f64::from(value)).sum::<f64>() / 3.0
+        };
+        self.roots.push(root_below(grey, self.turn.size(), self.lowest, self.height));
+    }
+
+    /// The tip of the plant on the root in a photograph as it is, once the root was looked for in all of them; `None` if
+    /// there is none, or if it reaches an edge.
+    fn tip_in(&self, image: &Image, vision: &VisionConfig) -> Option<Pixel> {
+        let (region, base) = self.place();
+        let config = VisionConfig { crop: Some(region), up: self.turn.up, ..vision.clone() };
+        let found = detect_from_base(image, Some(base), &config)?;
+        found.clipped_at.is_none().then_some(found.tip)
+    }
+
+    /// Region and root in photographs as they are.
+    fn place(&self) -> (Region, Pixel) {
+        let middle = |of: fn(&Pixel) -> f64| {
+            let values: Vec<f64> = self.roots.iter().map(of).collect();
+            upper_median(&values, f64::total_cmp).unwrap_or(0.0)
+        };
+        let base = Pixel::new(middle(|root| root.x), middle(|root| root.y));
+        let height = (base.y as usize + 1).max(self.moving.y + 1) - self.moving.y;
+        let back = self.turn.back();
+        (back.region(Region { height, ..self.moving }), back.pixel(base))
+    }
 }
 
 /// At most `most` of `count` indices at equal distances, from the first to the last.
@@ -137,15 +199,19 @@ const LEAST_PROMINENCE: f64 = 0.5;
 
 /// The root below the lowest point that moves: the foot of a stem does not.
 ///
-/// A stem is brighter than what lies beside it; it is followed downwards as long as it stands out as above. It may pass
-/// something as bright, such as the edge of a pot, if it stands out again within [`GAP_REACH`]. It ends where it meets
-/// something wide: a pot, or soil.
-fn root_below(image: &Image, lowest: Pixel, height: usize) -> Pixel {
+/// `grey` gives the grey level of a pixel. A stem is brighter than what lies beside it; it is followed downwards as long as
+/// it stands out as above. It may pass something as bright, such as the edge of a pot, if it stands out again within
+/// [`GAP_REACH`]. It ends where it meets something wide: a pot, or soil.
+fn root_below(
+    grey: impl Fn(usize, usize) -> f64,
+    (columns, rows): (usize, usize),
+    lowest: Pixel,
+    height: usize,
+) -> Pixel {
     let reach = |share: f64| ((share * height as f64) as usize).max(4);
-    let columns = |x: usize, reach: usize| x.saturating_sub(reach)..(x + reach + 1).min(image.width);
+    let beside = |x: usize, reach: usize| x.saturating_sub(reach)..(x + reach + 1).min(columns);
     let row = |x: usize, y: usize| {
-        let grey = |x: usize| image.at(x, y).iter().map(|&value| f64::from(value)).sum::<f64>() / 3.0;
-        Row::at(x, columns(x, reach(STEM_REACH)), columns(x, reach(SIDE_REACH)), grey)
+        Row::at(x, beside(x, reach(STEM_REACH)), beside(x, reach(SIDE_REACH)), |x| grey(x, y))
     };
     let (x, y) = (lowest.x as usize, lowest.y as usize);
     let above = y.saturating_sub(reach(STEM_REACH))..y.saturating_sub(reach(STEM_REACH) / 2).max(1);
@@ -155,7 +221,7 @@ fn root_below(image: &Image, lowest: Pixel, height: usize) -> Pixel {
     };
     let (prominence, width) = (usual(|row| row.prominence), usual(|row| row.width as f64));
     let (mut root, mut x, mut last) = (lowest, x, y);
-    for y in y + 1..image.height {
+    for y in y + 1..rows {
         let row = row(x, y);
         if y - last > reach(GAP_REACH) || row.width as f64 > MOST_WIDENING * width {
             break;
@@ -217,7 +283,7 @@ impl Motion {
     fn of(mut pictures: impl Iterator<Item = Image>) -> Option<Self> {
         let first = pictures.next()?;
         let size = (first.width, first.height);
-        let scale = (first.width / COLUMNS).max(1);
+        let scale = (first.width.max(first.height) / SIDE).max(1);
         let (width, height) = (first.width / scale, first.height / scale);
         let mut before = reduced(&first, scale);
         let mut motion = Self { width, height, scale, size, shares: vec![0.0; before.len()] };
@@ -237,6 +303,21 @@ impl Motion {
         }
         motion.shares.iter_mut().for_each(|share| *share /= f64::from(compared));
         (compared as usize >= LEAST_COMPARED).then_some(motion)
+    }
+
+    /// The same in pictures turned so that the end of `up` is at the top, with one of the things.
+    fn turned(&self, thing: &Thing, up: Direction) -> (Self, Thing) {
+        let turn = Turn::new(up, (self.width, self.height));
+        let (width, height) = turn.size();
+        let place = |at: usize| {
+            let there = turn.pixel(Pixel::new((at % self.width) as f64, (at / self.width) as f64));
+            there.y as usize * width + there.x as usize
+        };
+        let mut shares = vec![0.0; self.shares.len()];
+        self.shares.iter().enumerate().for_each(|(at, share)| shares[place(at)] = *share);
+        let thing = Thing { pixels: thing.pixels.iter().map(|&at| place(at)).collect(), ..*thing };
+        let size = Turn::new(up, self.size).size();
+        (Self { width, height, scale: self.scale, size, shares }, thing)
     }
 
     /// What moves, is large enough and touches no edge of the picture.

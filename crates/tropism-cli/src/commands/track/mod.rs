@@ -89,8 +89,8 @@ pub(crate) struct Track {
     #[arg(long, value_name = "robust|paper", default_value = "robust", value_parser = parse_mode)]
     mode: Mode,
 
-    /// Direction in which the plant grows in the pictures: up, left, right or down; by default that in which the stem leaves
-    /// the given root
+    /// Direction in which the plant grows in the pictures: up, left, right or down; by default found from its motion or
+    /// its stem
     #[arg(long, value_name = "DIRECTION")]
     up: Option<Direction>,
 

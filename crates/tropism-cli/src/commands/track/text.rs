@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use tropism::lamps;
+use tropism::vision::Direction;
 use tropism_lab::files::shell_word;
 use tropism_lab::track::{CameraMotion, GuideResults, PlantTrack, TrackCounts, TrackPlan, TrackResults};
 use tropism_lab::units::plural;
@@ -78,7 +79,11 @@ fn located(plan: &TrackPlan, track: &PlantTrack) -> Option<String> {
     let region = track.region().filter(|_| track.is_located)?;
     let base = track.calibration.base;
     let look = if plan.sheet.is_none() && plan.overlay.is_none() { " (--sheet shows it)" } else { "" };
-    Some(format!("found by its motion: --roi {region} --base {:.0},{:.0}{look}", base.x, base.y))
+    let up = match track.up() {
+        Direction::Up => String::new(),
+        up => format!(" --up {}", up.name()),
+    };
+    Some(format!("found by its motion: --roi {region} --base {:.0},{:.0}{up}{look}", base.x, base.y))
 }
 
 /// The counts of photographs that have nothing to do with each other.

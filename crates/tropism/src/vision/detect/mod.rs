@@ -87,8 +87,8 @@ fn detect_posed(
     }
     let detect_as = |is_inverted| {
         let view = View::new(image, config.up, is_inverted);
-        let base = base.map(|base| view.to_view(base));
-        let found = detect_upright(&view, view.region_to_view(crop), base, config, is_alone)?;
+        let base = base.map(|base| view.turn.pixel(base));
+        let found = detect_upright(&view, view.turn.region(crop), base, config, is_alone)?;
         Some(view.detection_to_picture(found))
     };
     is_light.then(|| detect_as(true)).flatten().or_else(|| detect_as(false))

@@ -8,6 +8,7 @@ pub mod plane;
 pub mod filter;
 pub mod levels;
 pub mod source;
+pub(super) mod turn;
 mod masked;
 pub mod frame;
 
