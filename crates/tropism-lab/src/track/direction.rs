@@ -4,6 +4,7 @@
 //! idea: the same stem is found whichever way a picture is turned, and its lower half shows where it leads.
 
 use tropism::geometry::{Pixel, Region};
+use tropism::vision::location::{Location, locate};
 use tropism::vision::raster::source::PixelSource;
 use tropism::vision::{Direction, Frame as Picture, VisionConfig, detect_from_base};
 
@@ -31,7 +32,7 @@ impl TrackPlan {
     }
 
     /// The plan with the direction in which its only plant grows, where that is to be found. A root that is not known is
-    /// looked for at the middle of each edge.
+    /// looked for at the middle of each edge. Where the stem shows no direction, what moves in the region may.
     pub(super) fn turned(&self, frames: &[Frame], monitor: &dyn Monitor) -> Self {
         let mut plan = self.clone();
         let [PlantPlan { base, region, .. }] = self.plants.as_slice() else { return plan };
@@ -39,34 +40,60 @@ impl TrackPlan {
             return plan;
         }
         let base = base.or_else(|| self.scale.base());
-        let config = VisionConfig { crop: *region, ..self.vision.clone() };
-        let read = |frame: &Frame| files::read_photo(&frame.path, frame.time_s).ok();
-        let pictures = frames.iter().filter_map(read).map(Picture::new);
-        let found: Vec<Direction> = pictures
-            .filter_map(|picture| Some(growth(picture.picture().ok()?, base, &config)))
-            .take(LOOKED_AT)
-            .collect();
-        let agreeing = |up: Direction| found.iter().filter(|other| **other == up).count() as f64;
-        let is_agreed = |up: &Direction| agreeing(*up) >= LEAST_AGREEING * found.len().max(1) as f64;
-        if let Some(up) = turned().find(is_agreed) {
+        let by_stem = self.direction_of_stem(frames, base, *region).map(|up| (up, "the stem leads"));
+        let by_motion = || {
+            let is_series = !self.each && frames.len() > 1;
+            let region = region.filter(|_| is_series && base.is_none())?;
+            Some((self.direction_of_motion(frames, region)?, "what moves leads"))
+        };
+        let found = by_stem.or_else(by_motion).filter(|(up, _)| *up != Direction::Up);
+        if let Some((up, evidence)) = found {
             let word = up.name();
             monitor.note(&format!(
-                "the stem leads {word} from the root: the plant is taken to grow {word}. `up` gives another direction"
+                "{evidence} {word} from the root: the plant is taken to grow {word}. `up` gives another direction"
             ));
             plan.vision.up = up;
         }
         plan
     }
+
+    /// The direction in which the stem leads from the root in most of the first photographs, if it does in one.
+    fn direction_of_stem(
+        &self,
+        frames: &[Frame],
+        base: Option<Pixel>,
+        region: Option<Region>,
+    ) -> Option<Direction> {
+        let config = VisionConfig { crop: region, ..self.vision.clone() };
+        let read = |frame: &Frame| files::read_photo(&frame.path, frame.time_s).ok();
+        let pictures = frames.iter().filter_map(read).map(Picture::new);
+        let found: Vec<Option<Direction>> = pictures
+            .filter_map(|picture| Some(growth(picture.picture().ok()?, base, &config)))
+            .take(LOOKED_AT)
+            .collect();
+        let agreeing = |up: Direction| found.iter().filter(|other| **other == Some(up)).count() as f64;
+        let is_agreed = |up: &Direction| agreeing(*up) >= LEAST_AGREEING * found.len().max(1) as f64;
+        Direction::ALL.into_iter().find(is_agreed)
+    }
+
+    /// The direction in which the only thing that moves in a region grows, if it is a plant.
+    fn direction_of_motion(&self, frames: &[Frame], region: Region) -> Option<Direction> {
+        let read = |index: usize| {
+            let frame = &frames[index];
+            let picture = files::read_photo(&frame.path, frame.time_s).ok()?.open().ok()?;
+            let (width, height) = picture.size();
+            region.fits(width, height).then(|| picture.crop(region).into_owned())
+        };
+        match locate(frames.len(), read, &self.vision, &Direction::ALL) {
+            Location::Plant { up, .. } => Some(up),
+            Location::Unsure(_) => None,
+        }
+    }
 }
 
-/// Directions other than up.
-fn turned() -> impl Iterator<Item = Direction> {
-    Direction::ALL.into_iter().filter(|up| *up != Direction::Up)
-}
-
-/// The direction in which the stem leads from `base` in a picture, or from the middle of the edge opposite to it; up where
+/// The direction in which the stem leads from `base` in a picture, or from the middle of the edge opposite to it; `None` where
 /// none is clear.
-fn growth(picture: &dyn PixelSource, base: Option<Pixel>, config: &VisionConfig) -> Direction {
+fn growth(picture: &dyn PixelSource, base: Option<Pixel>, config: &VisionConfig) -> Option<Direction> {
     let (width, height) = picture.size();
     let region = config.crop.unwrap_or(Region { x: 0, y: 0, width, height });
     let leads = |up: Direction| {
@@ -87,12 +114,13 @@ fn growth(picture: &dyn PixelSource, base: Option<Pixel>, config: &VisionConfig)
     };
     // A stem that leans grows up.
     if leads(Direction::Up).is_some_and(|(slope, _)| slope * LEAST_SLOPE >= 1.0) {
-        return Direction::Up;
+        return Some(Direction::Up);
     }
-    let turned = turned().filter_map(|up| Some((up, leads(up)?)));
-    let clear = turned.filter(|(_, (slope, _))| *slope >= LEAST_SLOPE);
+    let turned = Direction::ALL.into_iter().filter(|up| *up != Direction::Up);
+    let leading = turned.filter_map(|up| Some((up, leads(up)?)));
+    let clear = leading.filter(|(_, (slope, _))| *slope >= LEAST_SLOPE);
     let longest = clear.max_by(|(_, one), (_, other)| one.1.total_cmp(&other.1));
-    longest.map_or(Direction::Up, |(up, _)| up)
+    longest.map(|(up, _)| up)
 }
 
 #[cfg(test)]
@@ -122,7 +150,7 @@ mod tests {
         for (quarters, wanted) in wanted.into_iter().enumerate() {
             let (image, base) = shoot(quarters);
             for base in [Some(base), None] {
-                assert_eq!(growth(&image, base, &VisionConfig::default()), wanted);
+                assert_eq!(growth(&image, base, &VisionConfig::default()), Some(wanted));
             }
         }
     }
