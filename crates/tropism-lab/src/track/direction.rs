@@ -112,15 +112,20 @@ fn growth(picture: &dyn PixelSource, base: Option<Pixel>, config: &VisionConfig)
         };
         (length >= LEAST_LENGTH * width && along > 0.0).then_some((along / across.abs().max(1e-9), length))
     };
-    // A stem that leans grows up.
-    if leads(Direction::Up).is_some_and(|(slope, _)| slope * LEAST_SLOPE >= 1.0) {
+    // A stem that leans grows up. Its tip may be as near to an edge as its root, which is known where it is given.
+    let upwards = leads(Direction::Up).is_some_and(|(slope, _)| slope * LEAST_SLOPE >= 1.0);
+    if upwards && base.is_some() {
         return Some(Direction::Up);
     }
     let turned = Direction::ALL.into_iter().filter(|up| *up != Direction::Up);
     let leading = turned.filter_map(|up| Some((up, leads(up)?)));
     let clear = leading.filter(|(_, (slope, _))| *slope >= LEAST_SLOPE);
     let longest = clear.max_by(|(_, one), (_, other)| one.1.total_cmp(&other.1));
-    longest.map(|(up, _)| up)
+    match longest {
+        Some(_) if upwards => None,
+        Some((up, _)) => Some(up),
+        None => upwards.then_some(Direction::Up),
+    }
 }
 
 #[cfg(test)]
