@@ -57,7 +57,15 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
             recipe("rule", Method::Tune { model: ModelKind::Stem, search }),
             recipe("planner", Method::Plan { model: ModelKind::Stem, planner: Box::new(planner) }),
         ],
-        worlds: vec![World { steps: Some(160), ..world("alike", 0.5) }, world("varied", 1.5)],
+        worlds: vec![
+            World { steps: Some(160), ..world("alike", 0.5) },
+            world("varied", 1.5),
+            World {
+                controllers_of: Some("alike".to_owned()),
+                judging_plants: Some(1),
+                ..world("borrowed", 1.0)
+            },
+        ],
         ..LaboratoriesConfig::default()
     };
     LaboratoriesPlan { out, resume: false, config }
@@ -68,7 +76,9 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     let folder = tempfile::tempdir().unwrap();
     let whole = plan(folder.path().join("whole"));
     let results = whole.execute(&Silent).unwrap();
-    assert_eq!(results.worlds.len(), 2);
+    assert_eq!(results.worlds.len(), 3);
+    let made = |world: &str| whole.out.join(world).join("laboratory-1/rule.json").exists();
+    assert_eq!(["alike", "varied", "borrowed"].map(made), [true, true, false]);
     for world in &results.worlds {
         let [paper, weights, rule, planner] = &world.recipes[..] else { panic!("four recipes") };
         for recipe in [paper, weights, rule, planner] {
@@ -89,7 +99,7 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     let report = ReportPlan { sources: vec![whole.out.clone()], out, figures: None };
     let compared = report.execute(&Silent).unwrap().comparisons;
     let titles: Vec<&str> = compared.iter().map(|comparison| comparison.title.as_str()).collect();
-    assert_eq!(titles, ["Recipes compared: alike", "Recipes compared: varied"]);
+    assert_eq!(titles, ["Recipes compared: alike", "Recipes compared: varied", "Recipes compared: borrowed"]);
     assert!(
         compared.iter().all(|comparison| comparison.pairs.len() == 6 && comparison.pairs[0].sizes == [2, 2])
     );
@@ -98,7 +108,7 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     let mut again = plan(folder.path().join("again"));
     let mut interruptions = 0;
     let resumed = loop {
-        match again.execute(&PatientFor(AtomicU32::new(900))) {
+        match again.execute(&PatientFor(AtomicU32::new(1500))) {
             Ok(results) => break results,
             Err(Error::Interrupted { .. }) => interruptions += 1,
             Err(other) => panic!("{other}"),
@@ -114,7 +124,7 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
     // A lamp that stays lit, chase, the bound and eight controllers on three plants.
     assert_eq!(
         (is_over, worlds[1].has_bound, worlds[1].controllers_done, judged),
-        (true, Some(true), 8, vec![33; 2])
+        (true, Some(true), 8, vec![33, 33, 11])
     );
     for (one, other) in results.worlds.iter().zip(&resumed.worlds) {
         for (one, other) in one.recipes.iter().zip(&other.recipes) {
@@ -177,4 +187,10 @@ fn names_and_settings_that_cannot_be_are_named() {
     still.worlds[1].steps = Some(0);
     assert!(error(still).contains("world varied: found steps = 0"));
     assert!(error(LaboratoriesConfig { laboratories: 0, ..base() }).contains("laboratories"));
+    let mut borrowed = base();
+    borrowed.worlds[0].controllers_of = Some("varied".to_owned());
+    assert!(
+        error(borrowed)
+            .contains("world alike: found controllers_of = \"varied\", wanted the name of a world before")
+    );
 }

@@ -121,6 +121,9 @@ pub struct World {
     /// Whether the judged tip of this world is measured in photographs; as in the study by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photographs: Option<bool>,
+    /// Name of a world before this one, whose controllers and bound are judged here, too: none is made for this world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controllers_of: Option<String>,
 }
 
 impl World {
@@ -135,6 +138,7 @@ impl World {
             steps: None,
             judging_plants: None,
             photographs: None,
+            controllers_of: None,
         }
     }
 }
@@ -289,6 +293,11 @@ impl LaboratoriesConfig {
         if self.worlds.is_empty() {
             return Err(Error::Plan("`worlds`: found none, wanted at least one".to_owned()));
         }
+        for (number, World { name, controllers_of, .. }) in self.worlds.iter().enumerate() {
+            if let Some(other) = controllers_of {
+                check_controllers_of(name, other, &self.worlds[..number])?;
+            }
+        }
         for World { name, steps, judging_plants, .. } in &self.worlds {
             let plants = judging_plants.unwrap_or(self.judging_plants);
             Error::check_range("judging_plants", plants, 100_000)
@@ -330,6 +339,17 @@ fn check_from(name: &str, from: &str, before: &[Recipe]) -> Result<(), Error> {
     }
     Err(Error::Plan(format!(
         "{name}: found from = {from:?}, wanted the name of a recipe of method \"evolve\" before this one"
+    )))
+}
+
+/// Checks that the controllers of the world `name` are made in one of those `before` it.
+fn check_controllers_of(name: &str, other: &str, before: &[World]) -> Result<(), Error> {
+    if before.iter().any(|world| world.name == other && world.controllers_of.is_none()) {
+        return Ok(());
+    }
+    Err(Error::Plan(format!(
+        "world {name}: found controllers_of = {other:?}, wanted the name of a world before this one that has controllers \
+         of its own"
     )))
 }
 
@@ -384,9 +404,19 @@ impl LaboratoriesPlan {
         self.out.join(&world.name)
     }
 
+    /// The folder of the world in which the controllers of `world` are made.
+    fn made_in(&self, world: &World) -> PathBuf {
+        self.out.join(world.controllers_of.as_ref().unwrap_or(&world.name))
+    }
+
+    /// The file of the bound.
+    fn bound(&self, world: &World) -> PathBuf {
+        self.made_in(world).join("bound.json")
+    }
+
     /// The files of what a laboratory, from 0, made by a recipe: its controller, and the time that it took.
     fn made(&self, world: &World, laboratory: u32, recipe: &Recipe) -> [PathBuf; 2] {
-        let folder = laboratory_folder(&self.world_folder(world), laboratory);
+        let folder = laboratory_folder(&self.made_in(world), laboratory);
         let kind = if matches!(recipe.method, Method::Plan { .. }) { "toml" } else { "json" };
         [kind, "seconds"].map(|end| folder.join(format!("{}.{end}", recipe.name)))
     }
@@ -465,15 +495,17 @@ impl Stages<'_> {
         ];
         let mut costs = Vec::new();
         if let Some(search) = &config.bound {
-            self.monitor.note(&format!("{}: the bound", self.world.name));
-            let file = self.folder().join("bound.json");
+            let file = self.plan.bound(self.world);
             if !file.exists() {
+                self.monitor.note(&format!("{}: the bound", self.world.name));
                 self.tune(&file, None, search, self.seed(u64::from(config.laboratories)))?;
             }
             controllers.push(named(BOUND, &file)?);
         }
         for laboratory in 0..config.laboratories_at_work() {
-            self.monitor.note(&format!("{}: laboratory {}", self.world.name, laboratory + 1));
+            if self.world.controllers_of.is_none() {
+                self.monitor.note(&format!("{}: laboratory {}", self.world.name, laboratory + 1));
+            }
             for recipe in &config.recipes {
                 let (file, cost) = self.make(laboratory, recipe)?;
                 controllers.push(named(&controller_name(recipe, laboratory), &file)?);

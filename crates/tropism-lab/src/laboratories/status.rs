@@ -60,7 +60,7 @@ impl LaboratoriesPlan {
         let has_begun = judged.join("transfer.toml").exists();
         Ok(WorldStatus {
             world: world.name.clone(),
-            has_bound: self.config.bound.map(|_| folder.join("bound.json").exists()),
+            has_bound: self.config.bound.map(|_| self.bound(world).exists()),
             controllers_done: all.filter(|files| files.iter().all(|file| file.exists())).count(),
             controllers: recipes.len() * self.config.laboratories as usize,
             judged: has_begun.then(|| transfer::status(&judged)).transpose()?,
