@@ -293,12 +293,11 @@ impl LaboratoriesConfig {
         if self.worlds.is_empty() {
             return Err(Error::Plan("`worlds`: found none, wanted at least one".to_owned()));
         }
-        for (number, World { name, controllers_of, .. }) in self.worlds.iter().enumerate() {
+        for (number, world) in self.worlds.iter().enumerate() {
+            let World { name, steps, judging_plants, controllers_of, .. } = world;
             if let Some(other) = controllers_of {
                 check_controllers_of(name, other, &self.worlds[..number])?;
             }
-        }
-        for World { name, steps, judging_plants, .. } in &self.worlds {
             let plants = judging_plants.unwrap_or(self.judging_plants);
             Error::check_range("judging_plants", plants, 100_000)
                 .and_then(|()| Error::check_range("steps", steps.unwrap_or(self.steps), 1_000_000))
