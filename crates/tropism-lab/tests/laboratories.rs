@@ -126,6 +126,9 @@ fn laboratories_make_controllers_that_steer_the_same_plants() {
         (is_over, worlds[1].has_bound, worlds[1].controllers_done, judged),
         (true, Some(true), 8, vec![33, 33, 11])
     );
+    let borrowed = &worlds[2];
+    assert_eq!((borrowed.controllers_of.as_deref(), borrowed.has_bound), (Some("alike"), None));
+    assert_eq!((borrowed.controllers_done, borrowed.controllers), (0, 0), "none is made for this world");
     for (one, other) in results.worlds.iter().zip(&resumed.worlds) {
         for (one, other) in one.recipes.iter().zip(&other.recipes) {
             assert_eq!(one.fitness, other.fitness);
@@ -193,4 +196,9 @@ fn names_and_settings_that_cannot_be_are_named() {
         error(borrowed)
             .contains("world alike: found controllers_of = \"varied\", wanted the name of a world before")
     );
+    let mut growing = base();
+    growing.worlds[2].steps = Some(160);
+    assert!(error(growing).contains(
+        "world borrowed: found steps = 160 beside controllers_of = \"alike\", wanted one of the two"
+    ));
 }

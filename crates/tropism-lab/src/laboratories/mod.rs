@@ -112,7 +112,7 @@ pub struct World {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<PathBuf>,
     /// Steps of an open-loop experiment, 1 to 1000000; those of the study by default. A slow species needs more of them to grow
-    /// as high.
+    /// as high. None beside `controllers_of`: no open-loop experiment is made then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
     /// Plants that judge the controllers of this world, 1 to 100000; those of the study by default.
@@ -297,6 +297,12 @@ impl LaboratoriesConfig {
             let World { name, steps, judging_plants, controllers_of, .. } = world;
             if let Some(other) = controllers_of {
                 check_controllers_of(name, other, &self.worlds[..number])?;
+                if let Some(steps) = steps {
+                    return Err(Error::Plan(format!(
+                        "world {name}: found steps = {steps} beside controllers_of = {other:?}, wanted one of the two: \
+                         a world that borrows its controllers has no open-loop experiments"
+                    )));
+                }
             }
             let plants = judging_plants.unwrap_or(self.judging_plants);
             Error::check_range("judging_plants", plants, 100_000)

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{LaboratoriesPlan, World};
+use super::{LaboratoriesPlan, Recipe, World};
 use crate::transfer::{self, TransferStatus};
 use crate::{Error, holder};
 
@@ -26,11 +26,13 @@ pub struct LaboratoriesStatus {
 pub struct WorldStatus {
     /// Its name.
     pub world: String,
-    /// Whether the bound is found; `None` if none is searched.
+    /// The world whose controllers and bound are judged here, too; `None` if this world makes its own.
+    pub controllers_of: Option<String>,
+    /// Whether the bound of this world is found; `None` if none is searched.
     pub has_bound: Option<bool>,
-    /// Controllers that are made.
+    /// Controllers of this world that are made.
     pub controllers_done: usize,
-    /// Controllers of all laboratories and recipes.
+    /// Controllers that all laboratories make for this world by all recipes; 0 with borrowed controllers.
     pub controllers: usize,
     /// How far their judging is, if it has begun.
     pub judged: Option<TransferStatus>,
@@ -52,7 +54,8 @@ pub(crate) fn status(folder: &Path) -> Result<LaboratoriesStatus, Error> {
 
 impl LaboratoriesPlan {
     fn status_of(&self, world: &World) -> Result<WorldStatus, Error> {
-        let recipes = &self.config.recipes;
+        let is_borrowing = world.controllers_of.is_some();
+        let recipes: &[Recipe] = if is_borrowing { &[] } else { &self.config.recipes };
         let all = (0..self.config.laboratories)
             .flat_map(|laboratory| recipes.iter().map(move |recipe| self.made(world, laboratory, recipe)));
         let folder = self.world_folder(world);
@@ -60,7 +63,8 @@ impl LaboratoriesPlan {
         let has_begun = judged.join("transfer.toml").exists();
         Ok(WorldStatus {
             world: world.name.clone(),
-            has_bound: self.config.bound.map(|_| self.bound(world).exists()),
+            controllers_of: world.controllers_of.clone(),
+            has_bound: self.config.bound.filter(|_| !is_borrowing).map(|_| self.bound(world).exists()),
             controllers_done: all.filter(|files| files.iter().all(|file| file.exists())).count(),
             controllers: recipes.len() * self.config.laboratories as usize,
             judged: has_begun.then(|| transfer::status(&judged)).transpose()?,

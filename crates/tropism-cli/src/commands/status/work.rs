@@ -108,7 +108,7 @@ fn steered(status: &TransferStatus) -> String {
 pub(super) fn laboratories_text(status: &LaboratoriesStatus) -> String {
     let LaboratoriesStatus { laboratories, is_over, process, worlds } = status;
     let mut text = format!("{}, virtual plants\n", headline(laboratories, *is_over, *process));
-    for WorldStatus { world, has_bound, controllers_done, controllers, judged } in worlds {
+    for WorldStatus { world, controllers_of, has_bound, controllers_done, controllers, judged } in worlds {
         let bound = match has_bound {
             None => "",
             Some(true) => "bound found, ",
@@ -117,8 +117,11 @@ pub(super) fn laboratories_text(status: &LaboratoriesStatus) -> String {
         let judged = judged.as_ref().map_or_else(String::new, |judged| {
             format!(", judged on {} of {}", judged.done(), plural(judged.total(), "plant"))
         });
-        let controllers = plural(*controllers, "controller");
-        text += &format!("{world:<16} {bound}{controllers_done} of {controllers} made{judged}\n");
+        let made = match controllers_of {
+            Some(other) => format!("controllers of {other}"),
+            None => format!("{controllers_done} of {} made", plural(*controllers, "controller")),
+        };
+        text += &format!("{world:<16} {bound}{made}{judged}\n");
     }
     if *is_over {
         text += &format!("results: {}", laboratories.join("laboratories.json").display());
