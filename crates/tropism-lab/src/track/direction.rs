@@ -130,8 +130,11 @@ fn growth(picture: &dyn PixelSource, base: Option<Pixel>, config: &VisionConfig)
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::path::Path;
+
     use tropism::photo::Image;
+
+    use super::*;
 
     /// A bent shoot that grows to the right out of a root at the left edge, turned by quarters to the left.
     fn shoot(quarters: usize) -> (Image, Pixel) {
@@ -158,5 +161,58 @@ mod tests {
                 assert_eq!(growth(&image, base, &VisionConfig::default()), Some(wanted));
             }
         }
+    }
+
+    /// Side of the pictures in which a shoot moves.
+    const SIDE: usize = 130;
+
+    /// Photographs of a shoot in soil that leans to the right by `lean` more in each, turned by quarters to the left. Beside it
+    /// something else moves.
+    fn leaning(folder: &Path, quarters: usize, lean: usize) -> Vec<Frame> {
+        let turn = |x: usize, y: usize| (0..quarters).fold((x, y), |(x, y), _| (y, SIDE - 1 - x));
+        let photograph = |step: usize| {
+            let mut image = Image { width: SIDE, height: SIDE, rgb: vec![20; 3 * SIDE * SIDE] };
+            let mut paint = |x: usize, y: usize| {
+                let (x, y) = turn(x, y);
+                image.rgb[3 * (y * SIDE + x)..][..3].fill(200);
+            };
+            (0..SIDE).for_each(|x| (90..SIDE).for_each(|y| paint(x, y)));
+            for y in 30..90 {
+                let left = 40 + lean * step * (90 - y) * (90 - y) / 1_800;
+                (left..left + 5).for_each(|x| paint(x, y));
+            }
+            let jump = 5 + 30 * (step % 2);
+            (0..8).for_each(|x| (jump..jump + 12).for_each(|y| paint(SIDE - 4 - x, y)));
+            let name = format!("{step}.jpg");
+            let path = folder.join(&name);
+            std::fs::write(&path, image.to_jpeg(95).unwrap()).unwrap();
+            Frame { path, name, step: step as u32, time_s: 300.0 * step as f64 }
+        };
+        (0..9).map(photograph).collect()
+    }
+
+    /// The region of [`leaning`] without what moves beside the shoot: the right tenth, turned with the pictures.
+    fn region(quarters: usize) -> Region {
+        let most = SIDE * 9 / 10;
+        let (x, y) = [(0, 0), (0, SIDE - most), (SIDE - most, 0), (0, 0)][quarters];
+        let (width, height) = if quarters.is_multiple_of(2) { (most, SIDE) } else { (SIDE, most) };
+        Region { x, y, width, height }
+    }
+
+    #[test]
+    fn what_moves_in_a_region_grows_away_from_its_root() {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = TrackPlan::default();
+        let wanted = [Direction::Up, Direction::Left, Direction::Down, Direction::Right];
+        for (quarters, wanted) in wanted.into_iter().enumerate() {
+            let frames = leaning(folder.path(), quarters, 1);
+            assert_eq!(plan.direction_of_motion(&frames, region(quarters)), Some(wanted));
+        }
+        // With two things that move, where nothing moves, and where a region is larger than the pictures, it is not known.
+        let frames = leaning(folder.path(), 0, 1);
+        let whole = Region { x: 0, y: 0, width: SIDE, height: SIDE };
+        assert_eq!(plan.direction_of_motion(&frames, whole), None);
+        assert_eq!(plan.direction_of_motion(&frames, Region { width: SIDE + 1, ..whole }), None);
+        assert_eq!(plan.direction_of_motion(&leaning(folder.path(), 0, 0), region(0)), None);
     }
 }
