@@ -93,6 +93,38 @@ fn earlier_output_stays() {
         &["fit", "track.csv", "--out", "no/such/folder/model.json"],
         &["no/such/folder/model.json: cannot write"],
     );
+    let grow = |plants| ["grow", "--plants", plants, "--steps", "2", "--out", "beans"];
+    assert_eq!(tropism(folder.path(), &grow("2")).0, 0);
+    fails(&folder, &grow("1"), &["plant-0002.csv: found the track of one more plant"]);
+    fs::write(folder.path().join("rule.search.jsonl"), "").unwrap();
+    let tune = ["tune", "--model", "model.json", "--generations", "1", "--out", "rule.json"];
+    fails(&folder, &tune, &["rule.search.jsonl: found an interrupted search", "--resume"]);
+}
+
+#[test]
+fn options_that_would_do_nothing() {
+    let folder = folder();
+    let tune = ["tune", "--model", "model.json", "--out", "rule.json", "--scale", "0.5"];
+    fails(&folder, &tune, &["--scale", "wanted --beans"]);
+    let fit = ["fit", "track.csv", "--out", "f.json", "--epochs", "3"];
+    fails(&folder, &fit, &["--epochs = 3", "--model lstm"]);
+    fails(&folder, &["evolve", "--out", "e", "--resume"], &["e/evolution.toml: cannot read"]);
+    fs::write(folder.path().join("recipes.toml"), "laboratories = 2\n[[worlds]]\nname = \"one\"\n").unwrap();
+    let study = ["study", "recipes.toml", "--keep", "photographs", "--out", "study"];
+    fails(&folder, &study, &["found --keep", "wanted none"]);
+    fs::write(folder.path().join("nowhere.toml"), "targets = []\n").unwrap();
+    let nowhere = ["--model", "model.json", "--task", "nowhere.toml", "--out", "n.json"];
+    for command in ["baseline", "tune", "evolve"] {
+        fails(&folder, &[&[command], &nowhere[..]].concat(), &["--task: found no targets"]);
+    }
+    fails(
+        &folder,
+        &["status", "model.json"],
+        &["model.json: found the controller \"planner\", wanted a rule"],
+    );
+    assert!(
+        ["rule.json", "f.json", "e", "study", "n.json"].iter().all(|name| !folder.path().join(name).exists())
+    );
 }
 
 #[test]
@@ -205,6 +237,15 @@ fn tasks_rigs_and_studies() {
     fails(&folder, &["score", "track.csv", "--task", "swapped.toml"], &["swapped.toml", "targets[1]"]);
     fails(&folder, &["score", "track.csv", "--task", "nan.toml"], &["targets[0]"]);
     fails(&folder, &["study", "bad.toml"], &["bad.toml", "targts"]);
+    // Other files than settings: none is told whole.
+    fs::write(folder.path().join("long.toml"), "x".repeat(5000)).unwrap();
+    fails(&folder, &["study", "long.toml"], &["long.toml: line 1: found \"xxx", "xxx...\""]);
+    fs::write(folder.path().join("bytes.toml"), b"seed = \xff").unwrap();
+    fails(
+        &folder,
+        &["study", "bytes.toml"],
+        &["bytes.toml: found a byte that is no text (UTF-8) at place 8"],
+    );
     fails(&folder, &["study", "absent.toml"], &["absent.toml: cannot read"]);
     fs::write(folder.path().join("recipes.toml"), "laboratoris = 2\n[[worlds]]\nname = \"one\"\n").unwrap();
     fails(&folder, &["study", "recipes.toml"], &["recipes.toml: line 1", "`laboratoris`", "`laboratories`"]);

@@ -10,6 +10,7 @@ use tropism_neat::Config;
 
 use crate::sequences;
 use crate::stopwatch::Stopwatch;
+use crate::task::check_goal;
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Evaluates random networks, each drawn as NEAT draws its initial population, on simulated plants of a model.
@@ -66,6 +67,7 @@ impl Workflow for BaselinePlan {
 
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
+        check_goal(&self.task)?;
         self.neat.check().map_err(Error::in_plan("neat"))?;
         Error::check_range("count", self.count, MAX_COUNT)?;
         files::check_outputs(self.out.as_slice(), std::slice::from_ref(&self.model))

@@ -83,11 +83,22 @@ impl TomlError {
             None => message,
             Some(before) => {
                 let line = before.matches('\n').count();
-                let found = redacted_text(text.lines().nth(line).unwrap_or_default().trim());
+                let found = shortened(&redacted_text(text.lines().nth(line).unwrap_or_default().trim()));
                 format!("line {}: found {found:?}: {}", line + 1, redacted_text(&message))
             }
         };
         Self { line, error }
+    }
+}
+
+/// The most characters of a line that are told of it: a longer one is hardly a setting, but another kind of file.
+const MOST_OF_LINE: usize = 200;
+
+/// A line, or its begin and an ellipsis.
+fn shortened(line: &str) -> String {
+    match line.char_indices().nth(MOST_OF_LINE) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line.to_owned(),
     }
 }
 
@@ -184,7 +195,13 @@ fn check_regular(path: &Path) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError`]; text that is not UTF-8 is an error.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    String::from_utf8(read(path)?).map_err(parse(path))
+    String::from_utf8(read(path)?).map_err(|error| {
+        let byte = error.utf8_error().valid_up_to() + 1;
+        FileError::content(
+            path,
+            format!("found a byte that is no text (UTF-8) at place {byte}, wanted a text file"),
+        )
+    })
 }
 
 /// Reads the text of a file and parses it.

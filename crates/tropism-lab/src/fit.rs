@@ -133,6 +133,12 @@ impl Workflow for FitPlan {
             )));
         }
         Error::check_range("epochs", self.epochs, 10_000)?;
+        if self.kind != ModelKind::Lstm && self.epochs != Training::default().max_epochs {
+            return Err(Error::Plan(format!(
+                "found `epochs` = {}, wanted `kind` lstm with it: no other model is trained",
+                self.epochs
+            )));
+        }
         files::check_outputs(std::slice::from_ref(&self.out), &self.tracks)?;
         files::check_free(&self.out, self.replace || self.out.is_dir())
     }

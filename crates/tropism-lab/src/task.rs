@@ -38,6 +38,14 @@ pub fn of_track(track: &Path) -> Result<Option<TaskSpec>, Error> {
     Ok(task.filter(|task| task.has_goal()))
 }
 
+/// Checks that a task has something to reach: without, all controllers are worth the same.
+pub(crate) fn check_goal(task: &TaskSpec) -> Result<(), Error> {
+    if task.has_goal() {
+        return Ok(());
+    }
+    Err(Error::Plan("`task`: found no targets, wanted a task with targets to reach".to_owned()))
+}
+
 /// Whether two tasks are the same but for the most steps that they may take.
 #[must_use]
 pub fn is_same_but_for_steps(one: &TaskSpec, other: &TaskSpec) -> bool {

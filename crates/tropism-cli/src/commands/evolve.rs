@@ -133,7 +133,10 @@ impl Evolve {
             let found = EvolvePlan::of_folder(&self.out).map_err(for_user)?;
             plan = EvolvePlan { resume, checkpoint_s, ..found };
         }
-        plan.model = self.model.clone().unwrap_or(plan.model);
+        plan.model = match &self.model {
+            Some(model) => model.clone(),
+            None => EvolvePlan::of_folder(&self.out).map_err(for_user)?.model,
+        };
         if self.task.task.is_some() {
             plan.task = self.task.load()?;
         }

@@ -40,9 +40,9 @@ pub(crate) struct Tune {
     #[arg(long, conflicts_with = "model")]
     beans: bool,
 
-    /// Individual variation of virtual beans: 0 for the average, 1 as between real plants, up to 2
-    #[arg(long, default_value_t = 1.0, value_name = "X", requires = "beans")]
-    scale: f64,
+    /// Individual variation of virtual beans: 0 for the average, 1 as between real plants (the default), up to 2
+    #[arg(long, value_name = "X")]
+    scale: Option<f64>,
 
     #[command(flatten)]
     bean: BeanOption,
@@ -87,8 +87,11 @@ impl Tune {
         }
         let Self { generations, population, episodes, starts, .. } = self;
         let bean = self.bean.load()?;
-        ensure!(bean.is_none() || self.beans, "found --bean without --beans, wanted both or none");
-        let scale = checked_scale(self.scale)?;
+        ensure!(
+            self.beans || (bean.is_none() && self.scale.is_none()),
+            "found --bean or --scale, wanted --beans with them: a model has plants of its own"
+        );
+        let scale = checked_scale(self.scale.unwrap_or(1.0))?;
         let task = self.task.load()?;
         let beans = self.beans.then(|| {
             Greenhouse { bean: bean.unwrap_or_default(), scale, ..Greenhouse::default() }.for_task(&task)

@@ -31,6 +31,7 @@ use crate::reach::note_out_of_reach;
 use crate::sequences;
 use crate::statistics::median;
 use crate::stopwatch::{Stopwatch, timed};
+use crate::task::check_goal;
 use crate::{Error, Monitor, Workflow, champion, files, model};
 
 /// Default of [`EvolvePlan::trial_plants`]: the standard error of a mean over 200 plants is 0.07 standard deviations.
@@ -159,6 +160,7 @@ impl Workflow for EvolvePlan {
 
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
+        check_goal(&self.task)?;
         self.evolution.check().map_err(Error::in_plan("evolution"))?;
         Error::check_range("trial_plants", self.trial_plants, MAX_TRIAL_PLANTS)?;
         files::check_outputs(&self.outputs(), std::slice::from_ref(&self.model))

@@ -35,6 +35,7 @@ use crate::grow::GrowPlan;
 use crate::lock::{FolderLock, lock};
 use crate::planner::PlannerFile;
 use crate::sequences;
+use crate::task::check_goal;
 use crate::transfer::{JUDGING_PLANTS, NamedController, TransferPlan, TransferResults, check_name};
 use crate::tune::TunePlan;
 use crate::workflow::check_same;
@@ -266,11 +267,7 @@ impl LaboratoriesConfig {
     /// [`Error::Plan`] names the key, what was found and what was wanted.
     pub fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
-        if !self.task.has_goal() {
-            return Err(Error::Plan(
-                "`task`: found no targets, wanted a task with targets to reach".to_owned(),
-            ));
-        }
+        check_goal(&self.task)?;
         Error::check_range("laboratories", self.laboratories, 1000)?;
         Error::check_range("plants", self.plants, 1000)?;
         Error::check_range("steps", self.steps, 1_000_000)?;

@@ -40,6 +40,7 @@ use crate::model::{self, Model};
 use crate::reach::note_out_of_reach;
 use crate::sequences;
 pub use crate::statistics::PairedDifference;
+use crate::task::check_goal;
 use crate::workflow::check_same;
 use crate::{Error, Monitor, Workflow, files};
 
@@ -139,11 +140,7 @@ impl Workflow for TransferPlan {
 
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
-        if !self.task.has_goal() {
-            return Err(Error::Plan(
-                "`task`: found no targets, wanted a task with targets to reach".to_owned(),
-            ));
-        }
+        check_goal(&self.task)?;
         if self.task.is_in_space() && self.greenhouse.scene.cameras < 2 {
             return Err(Error::Plan(
                 "`task`: found targets in space and one camera, wanted `greenhouse.scene.cameras` = 2"

@@ -25,6 +25,7 @@ pub use self::status::TuneStatus;
 pub(crate) use self::status::status;
 use crate::reach::note_out_of_reach;
 use crate::stopwatch::Stopwatch;
+use crate::task::check_goal;
 use crate::{Error, Monitor, Workflow, files, model, sequences};
 
 /// Plants that grow side by side in a thread: some milliseconds of work.
@@ -98,6 +99,7 @@ impl Workflow for TunePlan {
 
     fn check(&self) -> Result<(), Error> {
         self.task.check().map_err(Error::in_plan("task"))?;
+        check_goal(&self.task)?;
         if let Some(beans) = &self.beans {
             beans.check().map_err(Error::in_plan("beans"))?;
         }

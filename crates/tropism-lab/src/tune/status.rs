@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::saved;
-use crate::{Error, files};
+use crate::Error;
+use crate::controller::ControllerSpec;
+use crate::files::{self, FileError};
 
 /// What a search for a rule does now.
 #[derive(Clone, Debug, Serialize)]
@@ -24,10 +26,10 @@ pub struct TuneStatus {
     pub saved_ago_s: Option<f64>,
 }
 
-/// The status of the search for the rule `out`; `None` if there is neither search nor rule.
+/// The status of the search for the rule `out`; `None` if there is neither search nor file.
 ///
 /// # Errors
-/// [`Error`] if the search cannot be read.
+/// [`Error`] if the search cannot be read, or the file is no rule.
 pub(crate) fn status(out: &Path) -> Result<Option<TuneStatus>, Error> {
     let path = saved::path(out);
     let over = |is_over| TuneStatus {
@@ -39,7 +41,19 @@ pub(crate) fn status(out: &Path) -> Result<Option<TuneStatus>, Error> {
         saved_ago_s: None,
     };
     if !path.exists() {
-        return Ok(out.is_file().then(|| over(true)));
+        if !out.is_file() {
+            return Ok(None);
+        }
+        return match ControllerSpec::read(out)? {
+            ControllerSpec::Rule { .. } => Ok(Some(over(true))),
+            other => {
+                let found = other.description();
+                let problem = format!(
+                    "found the controller {found:?}, wanted a rule of `tune`, or the folder of other work"
+                );
+                Err(FileError::content(out, problem).into())
+            }
+        };
     }
     let (done, plan, best_fitness) = saved::read_progress(out)?;
     Ok(Some(TuneStatus {

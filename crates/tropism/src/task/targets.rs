@@ -84,7 +84,8 @@ impl Targets {
     pub fn best(&self) -> f64 {
         let stops = core::iter::once(self.start.x).chain(self.targets.iter().map(|target| target.x));
         let stops: Vec<f64> = stops.collect();
-        stops.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
+        // Not `sum`: that of nothing is -0.
+        stops.windows(2).fold(0.0, |sum, pair| sum + (pair[1] - pair[0]).abs())
     }
 }
 

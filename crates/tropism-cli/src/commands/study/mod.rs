@@ -71,8 +71,9 @@ impl Study {
         let default = if self.quick { "tropism-study-quick" } else { "tropism-study" };
         let keep_photographs = self.keep == Some(Keep::Photographs);
         if self.resumes_alone() {
-            let out = self.out.unwrap_or_else(|| default.into());
+            let out = self.out.clone().unwrap_or_else(|| default.into());
             if out.join("laboratories.toml").exists() {
+                self.check_keeps_nothing()?;
                 let plan = LaboratoriesPlan::of_folder(&out)?;
                 return execute_and_print(&plan, shell, |results| laboratories::text(results, &plan.out));
             }
@@ -105,6 +106,15 @@ impl Study {
         self.resume && self.file.is_none() && self.seed.is_none() && self.bean.bean.is_none()
     }
 
+    /// Laboratories have no photographs to keep.
+    fn check_keeps_nothing(&self) -> Result<()> {
+        ensure!(
+            self.keep.is_none(),
+            "found --keep, wanted none: a comparison of recipes writes no photographs"
+        );
+        Ok(())
+    }
+
     /// Compares recipes over laboratories.
     fn compare(&self, path: &Path, shell: &Shell) -> Result<()> {
         ensure!(
@@ -112,6 +122,7 @@ impl Study {
             "found --bean, wanted species in the worlds of {}",
             path.display()
         );
+        self.check_keeps_nothing()?;
         let mut config = LaboratoriesConfig::read(path)?;
         config.seed = self.seed.unwrap_or(config.seed);
         config.check().map_err(Error::at(path.display()))?;
