@@ -168,6 +168,7 @@ fn mp4_is_made_by_ffmpeg_where_there_is_one() {
         command.output().unwrap()
     };
     fails(&film(bin.to_str().unwrap()), "found no ffmpeg on the PATH");
+    assert!(!folder.path().join("a.part.mp4").exists());
     // One that keeps what it is given, and how it is called.
     let stand_in = |script: &str| {
         let file = bin.join("ffmpeg");

@@ -115,6 +115,13 @@ impl Workflow for GrowPlan {
                     .to_owned(),
             ));
         }
+        let next = self.folder(self.plants).with_added_extension("csv");
+        if !self.photographs && next.exists() {
+            return Err(Error::Plan(format!(
+                "{}: found the track of one more plant, wanted a folder without those of other plants: they would be mixed",
+                next.display()
+            )));
+        }
         Ok(())
     }
 

@@ -68,7 +68,11 @@ impl Sink {
             Format::Mp4 => {
                 // Fails early if the folder is missing, with a shorter message than ffmpeg's.
                 File::create(part)?;
-                ffmpeg(part, (samples[0].width, samples[0].height), fps).map(Self::Mp4)
+                let started = ffmpeg(part, (samples[0].width, samples[0].height), fps);
+                started.map(Self::Mp4).inspect_err(|_| {
+                    // An empty film is of no use.
+                    let _ = std::fs::remove_file(part);
+                })
             }
             Format::Composite => Ok(Self::None),
         }

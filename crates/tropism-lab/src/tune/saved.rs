@@ -89,13 +89,19 @@ struct State {
 }
 
 impl SavedSearch {
-    /// The file of the search that `plan` says: as it is if it is to go on, else a new one.
+    /// The file of the search that `plan` says: as it is if it is to go on, else a new one where there is none.
     pub(super) fn begin(plan: &TunePlan, model_sha256: Option<String>) -> Result<Self, Error> {
         let path = path(&plan.out);
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let plan_alone = TunePlan { resume: false, ..plan.clone() };
         let head = Head { schema: SCHEMA.to_owned(), version, model_sha256, plan: plan_alone };
-        let known = if plan.resume && path.exists() {
+        if !plan.resume && path.exists() {
+            return Err(Error::Plan(format!(
+                "{}: found an interrupted search, wanted `resume` to go on with it; remove it to begin anew",
+                path.display()
+            )));
+        }
+        let known = if path.exists() {
             let (mut found, known) = read(&plan.out)?;
             // Neither where the files lie now nor where they lay before decides anything.
             found.plan.out.clone_from(&head.plan.out);
