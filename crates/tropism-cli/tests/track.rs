@@ -567,6 +567,10 @@ fn wrong_use_is_one_clear_line() {
         ("track photos --scale 1,2,1,2=4 --out t.csv", "wanted pixels per cm"),
         ("track photos --scale 1,2,3,4=0 --out t.csv", "wanted pixels per cm"),
         ("track photos --base 1,1 --roi 0,0,20,20 --out t.csv", "found no plant in any"),
+        (
+            "track photos --base 1e9,1 --out t.csv",
+            "--base: found 1000000000,1, wanted a pixel in a picture of",
+        ),
     ] {
         let (code, _, error) = tropism(folder.path(), line);
         assert!(code == 1 || code == 2, "{line}: {code}");

@@ -179,6 +179,7 @@ pub(super) fn place(
                 Calibration::from_scale(base, width as f64 / PAPER_WIDTH_CM, width, height)
             }
         };
+        check_base(calibration.base, width, height)?;
         calibration.check().map_err(|error| Error::Plan(format!("`px_per_cm`: {error}")))?;
         let name = Some(plan.name.clone()).filter(|_| !is_alone);
         let plant = Plant { name, region: plan.region, calibration, is_located: false };
@@ -190,6 +191,18 @@ pub(super) fn place(
         Ok(plant)
     };
     plants.iter().map(place).collect()
+}
+
+/// Checks that the root is in a picture, or no farther beside it than the picture is large: chosen, for a root may be out of
+/// view, and what lies farther away is mistyped.
+fn check_base(Pixel { x, y }: Pixel, width: usize, height: usize) -> Result<(), Error> {
+    let is_near = |value: f64, size: usize| (-(size as f64)..=2.0 * size as f64).contains(&value);
+    if is_near(x, width) && is_near(y, height) {
+        return Ok(());
+    }
+    Err(Error::Plan(format!(
+        "`base`: found {x},{y}, wanted a pixel in a picture of {width} x {height}, or near it"
+    )))
 }
 
 /// Columns and rows of the first whole photograph.
