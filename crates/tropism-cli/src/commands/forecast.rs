@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism_lab::forecast::{ForecastError, ForecastPlan, ForecastResults, LightForecasts, Truth};
+use tropism_lab::units::plural;
 
 use crate::options::{BeanOption, SeedOption, checked_scale};
 use crate::progress::{check_outputs, execute_and_print};
@@ -80,7 +81,7 @@ impl Forecast {
 }
 
 fn text(plan: &ForecastPlan, results: &ForecastResults) -> String {
-    let kind = if results.is_virtual { "virtual plants" } else { "plants" };
+    let kind = if results.is_virtual { "virtual plant" } else { "plant" };
     let truth = match results.truth {
         Truth::NoiseFree => "the truth without noise",
         Truth::Measured => "measured tips and stems, with their noise",
@@ -90,8 +91,9 @@ fn text(plan: &ForecastPlan, results: &ForecastResults) -> String {
     for light in &results.lights {
         let under = if light.light == "tracks" { String::new() } else { format!(", {} light", light.light) };
         text += &format!(
-            "{} {kind} left out{under}: {} starts, compared with {truth}\n",
-            light.plants, light.starts
+            "{} left out{under}: {}, compared with {truth}\n",
+            plural(light.plants, kind),
+            plural(light.starts, "start")
         );
         text += &table(&format!("tip{place} (cm)"), light, results, |row| Some(&light.models[row].tip));
         text += &table(&format!("stem{place} (cm)"), light, results, |row| light.models[row].stem.as_ref());

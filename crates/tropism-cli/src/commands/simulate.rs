@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use tropism_lab::simulate::{SimulatePlan, SimulateResults};
 use tropism_lab::task::score_in_words;
+use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, task_of_champion};
 use crate::options::{SeedOption, TaskOption};
@@ -66,11 +67,11 @@ impl Simulate {
 
 fn text(plan: &SimulatePlan, results: &SimulateResults) -> String {
     format!(
-        "fitness {} (sd {:.2}, {} simulated plants); {:.1} % of steps where the model has no data\n\
+        "fitness {} (sd {:.2}, {}); {:.1} % of steps where the model has no data\n\
          wrote {}",
         score_in_words(&plan.task, results.mean_fitness),
         results.sd_fitness,
-        results.episodes,
+        plural(results.episodes, "simulated plant"),
         100.0 * results.steps_without_data,
         results.track.display(),
     )

@@ -252,7 +252,7 @@ impl Sources {
             };
             intro += "The tables say what differs by rank tests. They compare evolutions by their champions on unseen plants of \
                       the model: the best fitness over the generations is that of few plants, and selects for lucky growth \
-                      noise. `tropism transfer` compares controllers on unseen virtual plants.";
+                      noise. The command tropism transfer compares controllers on unseen virtual plants.";
         }
         let title = if self.comparisons.is_empty() { "Experiments" } else { "Comparison" };
         let page = Page {

@@ -11,6 +11,7 @@ use tropism::track::PAPER_PERIOD_MIN;
 use tropism_lab::files::shell_word;
 use tropism_lab::grow::{GrowPlan, GrowResults};
 use tropism_lab::task::score_in_words;
+use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, task_for};
 use crate::options::{SeedOption, TaskOption, TentOptions};
@@ -111,7 +112,8 @@ impl Grow {
 
 fn text(plan: &GrowPlan, results: &GrowResults) -> String {
     let GrowResults { plants, mean_final_height_cm, .. } = results;
-    let mut text = format!("{plants} virtual beans, mean height at the end {mean_final_height_cm:.1} cm\n");
+    let beans = plural(*plants, "virtual bean");
+    let mut text = format!("{beans}, mean height at the end {mean_final_height_cm:.1} cm\n");
     if let Some(mean) = results.mean_fitness {
         text += &format!("mean fitness {}\n", score_in_words(&plan.task, mean));
     }
