@@ -164,6 +164,10 @@ fn without_recipes_the_rules_by_hand_are_judged_alone() {
     let compared = report.execute(&Silent).unwrap().comparisons;
     let titles: Vec<&str> = compared.iter().map(|comparison| comparison.title.as_str()).collect();
     assert_eq!(titles, ["Rules by hand compared: many", "Rules by hand compared: few"]);
+
+    std::fs::remove_file(report.sources[0].join("laboratories.json")).unwrap();
+    let error = report.execute(&Silent).unwrap_err().to_string();
+    assert!(error.contains("go on with it by `tropism study --out "), "{error}");
 }
 
 #[test]

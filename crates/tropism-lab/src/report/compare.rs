@@ -150,7 +150,7 @@ impl Comparison {
         let mut all: Vec<(String, Self)> = Vec::new();
         let mut by_hand = Vec::new();
         for (folder, name) in folders.iter().zip(short_names(folders)) {
-            let results: LaboratoriesResults = read_results(folder, "laboratories.json", "laboratories")?;
+            let results: LaboratoriesResults = read_results(folder, "laboratories.json", "study")?;
             let task = LaboratoriesPlan::of_folder(folder)?.config.task;
             for world in results.worlds {
                 if world.recipes.is_empty() {
@@ -304,8 +304,9 @@ fn read_results<T: DeserializeOwned>(folder: &Path, name: &str, command: &str) -
     let path = folder.join(name);
     if !path.exists() {
         return Err(Error::Plan(format!(
-            "{}: found no {name}, wanted a finished comparison; go on with it by `tropism {command} --out DIR --resume`",
-            folder.display()
+            "{}: found no {name}, wanted a finished comparison; go on with it by `tropism {command} --out {} --resume`",
+            folder.display(),
+            files::shell_word(folder)
         )));
     }
     Ok(files::read_as(&path, |text| serde_json::from_str(text))?)
