@@ -45,7 +45,7 @@ pub fn baseline<M: BatchModel, T: Task + ?Sized>(
     let (inputs, outputs) = (sensors.inputs(), outputs(model.layout()));
     // The minimal network of the paper's shape is one linear threshold unit, for which there is a faster path.
     let is_linear = neat.output_activation == Activation::UnsignedStep && sensors.is_tip() && outputs == 1;
-    let chunks = parallel::map(count.div_ceil(CHUNK) as usize, |chunk| {
+    let chunks = parallel::try_map(count.div_ceil(CHUNK) as usize, |chunk| {
         let first = chunk as u64 * CHUNK;
         let indices = first..count.min(first + CHUNK);
         let noise =
@@ -69,9 +69,9 @@ pub fn baseline<M: BatchModel, T: Task + ?Sized>(
                 .map(|(genome, index)| Episode { controller: genome, noise: noise(index) });
             model.score(task, sensors, episodes)
         };
-        tick(scores.len() as u64).then_some(scores)
+        if tick(scores.len() as u64) { Ok(scores) } else { Err(()) }
     });
-    let scores = chunks.into_iter().collect::<Option<Vec<Vec<f64>>>>()?.concat();
+    let scores = chunks.ok()?.concat();
     let best =
         (0..scores.len()).fold(0, |best, index| if scores[index] > scores[best] { index } else { best });
     let (index, fitness) = (best as u64, scores[best]);

@@ -1,5 +1,7 @@
 //! The random baseline.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::leaning;
 use tropism::control::{NetworkController, Sensors};
 use tropism::evolve::baseline;
@@ -30,4 +32,17 @@ fn a_baseline_is_what_each_of_its_genomes_does_by_itself() {
         let place = scores.iter().position(|&score| score == best).unwrap();
         assert_eq!(found.champion, random_genome(&neat, 2, 1, 5, place as u64));
     }
+}
+
+#[test]
+fn a_baseline_that_is_broken_off_begins_no_further_work() {
+    let (model, task, sensors) = (leaning(), Targets::default(), Sensors::default());
+    let parts = AtomicUsize::new(0);
+    let tick = |_| {
+        parts.fetch_add(1, Ordering::Relaxed);
+        false
+    };
+    assert!(baseline(&model, &task, &sensors, &Config::wahby2016(), 5, 5_000_000, tick).is_none());
+    let threads = std::thread::available_parallelism().unwrap().get();
+    assert!(parts.into_inner() <= threads, "each thread ends what it had begun");
 }
