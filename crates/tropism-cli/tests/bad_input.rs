@@ -289,6 +289,8 @@ fn folders_that_are_taken() {
     let evolve = ["evolve", "--model", "model.json", "--runs", "1", "--generations", "2", "--out", "e"];
     assert_eq!(tropism(folder.path(), &evolve).0, 0);
     fails(&folder, &evolve, &["e: found an evolution here already"]);
+    assert_eq!(tropism(folder.path(), &["export", "r", "--out", "exported"]).0, 0);
+    fails(&folder, &["status", "exported"], &["exported: found no journal", "exports"]);
     fs::write(folder.path().join("e/run-00.json"), "{").unwrap();
     fails(&folder, &[&evolve[..], &["--resume"]].concat(), &["run-00.json"]);
     fails(&folder, &["report", "photos", "--out", "report.html"], &["photos: found no run.toml"]);

@@ -409,6 +409,13 @@ pub fn read_journal(folder: &Path) -> Result<(Vec<StepRecord>, Vec<Event>), Fold
         .map_err(|source| FolderError::Journal { path, source })
 }
 
+/// Whether the folder of a run has its journal, or the journal's mirror. An export has neither, nor has a plant that `grow`
+/// photographed.
+#[must_use]
+pub fn has_journal(folder: &Path) -> bool {
+    ["journal.sqlite", "journal.jsonl"].iter().any(|name| folder.join(name).exists())
+}
+
 /// Pixel of the tip as text; empty if it was not measured in this photograph, as a held tip is not in it.
 pub(crate) fn tip_px(step: &StepRecord) -> [String; 2] {
     match step.seen.tip_px.filter(|_| step.seen.is_measured()) {

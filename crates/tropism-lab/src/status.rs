@@ -13,7 +13,7 @@ use tropism_rig::alert::Kind;
 use crate::error::Error;
 use crate::evolve::{self, EvolutionStatus};
 use crate::files;
-use crate::folder::read_journal;
+use crate::folder::{has_journal, read_journal};
 use crate::guard::ALL_OFF;
 use crate::journal::StepRecord;
 use crate::laboratories::{self, LaboratoriesStatus};
@@ -178,6 +178,12 @@ impl Workflow for StatusPlan {
         }
         let config = RunConfig::read(&self.folder)?;
         config.rig.check().map_err(Error::at(self.folder.display()))?;
+        if !has_journal(&self.folder) {
+            return Err(Error::Plan(format!(
+                "{}: found no journal, wanted that of a run: exports, and plants that `grow` photographed, have none",
+                self.folder.display()
+            )));
+        }
         let (steps, events) = read_journal(&self.folder)?;
         let process = holder(&self.folder)?;
         let run = of_run(&self.folder, &config, &steps, &events, process);

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use serde::Serialize;
 use tropism::evolve::TunedRule;
-use tropism_lab::files;
+use tropism_lab::{RunConfig, files, has_journal};
 
 use crate::error::Refusal;
 
@@ -65,6 +65,13 @@ pub(crate) struct Found {
     pub(crate) kind: Kind,
 }
 
+/// Whether the folder of a run is one of a recorded run, also if its journal is lost: not an export, or a plant that `grow`
+/// photographed.
+fn is_recorded(folder: &Path) -> bool {
+    let is_real = || RunConfig::follow(folder).map_or(true, |config| !config.is_virtual());
+    has_journal(folder) || (!folder.join("manifest.json").exists() && is_real())
+}
+
 /// The ending of the file of a search that is not over, in place of that of its rule.
 const SEARCH: &str = "search.jsonl";
 
@@ -108,7 +115,7 @@ impl Finder {
             return;
         }
         let kind = Kind::of(folder);
-        if let Some(kind) = kind {
+        if let Some(kind) = kind.filter(|kind| *kind != Kind::Run || is_recorded(folder)) {
             self.found.push(Found { at: at.to_owned(), path: folder.to_owned(), kind });
         }
         // Only a study has work of its own kind inside; the many plants of the others are theirs.
@@ -212,6 +219,8 @@ mod tests {
             "bean/run.toml",
             "bean/photographs/run.toml",
             "deep/er/evolution/evolution.toml",
+            "export/run.toml",
+            "export/manifest.json",
             "study/study.toml",
             "study/evolution/evolution.toml",
             "transfer/transfer.toml",

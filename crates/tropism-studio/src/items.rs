@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use tropism::task::Task;
 use tropism_lab::status::{self, RunState, RunStatus, StatusPlan, StatusResults};
 use tropism_lab::tune::TuneStatus;
+use tropism_lab::units::plural;
 use tropism_lab::{ControllerSpec, RunConfig, Silent, Workflow, files, holder};
 
 use crate::found::{Finder, Found, Kind, search_of};
@@ -314,7 +315,7 @@ impl Item {
             StatusResults::Transfer(transfer) => Self {
                 state: work(transfer.process, transfer.is_over),
                 is_virtual: Some(true),
-                text: format!("{} of {} plants", transfer.done(), transfer.total()),
+                text: format!("{} of {}", transfer.done(), plural(transfer.total(), "plant")),
                 done: Some(transfer.done() as u64),
                 total: Some(transfer.total() as u64),
                 ..self
@@ -326,7 +327,7 @@ impl Item {
                 Self {
                     state: work(laboratories.process, laboratories.is_over),
                     is_virtual: Some(true),
-                    text: format!("{done} of {total} controllers"),
+                    text: format!("{done} of {}", plural(total, "controller")),
                     done: Some(done),
                     total: Some(total),
                     ..self
