@@ -38,7 +38,7 @@ pub(crate) struct Evolve {
     out: PathBuf,
 
     /// Settings: seed, task, runs, generations and all parameters of NEAT, as in studies/evolution.toml or in the
-    /// evolution.toml of another evolution; options count more
+    /// evolution.toml of another evolution; options override them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
 
