@@ -78,6 +78,12 @@ fn networks_evolve_on_a_model_with_memory() {
     tropism(here, &[&evolve[..], &["--generations", "2"]].concat()).unwrap();
     let champion = fs::read_to_string(here.join("evolution/champion.json")).unwrap();
     assert!(champion.contains("tropism.champion/1"), "{champion}");
+    // The best fitness for targets that are still to be drawn is not known, and none is told.
+    fs::write(here.join("random.toml"), "kind = \"random_targets\"\n").unwrap();
+    let random =
+        ["evolve", "--model", "memory.json", "--task", "random.toml", "--runs", "1", "--generations", "1"];
+    let told = tropism(here, &[&random[..], &["--out", "random"]].concat()).unwrap();
+    assert!(told.contains("best fitness of a run") && !told.contains("best possible"), "{told}");
 }
 
 #[test]

@@ -143,7 +143,7 @@ impl Figures {
         let in_space = report::in_space("8", &title_in_space, &run.track, &around, run.plants());
         self.drawn.push(in_space.unwrap_or_else(|| {
             let goals = Goals::of(&run.config.task);
-            let fitness = (run.fitness(), run.config.task.best());
+            let fitness = (run.fitness(), run.config.task.best_fitness());
             report::steering("8", &title, &run.track, &goals, fitness, run.plants())
         }));
     }
@@ -245,7 +245,7 @@ pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
     let head = ["Run", "Controller", "Fitness (cm)", "Steps", "Distance to each target at its height (cm)"];
     Table {
         title: "Steered experiments".to_owned(),
-        caption: "Fitness after eq. (9). Tips are as the controller saw them in photographs.".to_owned(),
+        caption: "Fitness by the task of each run, of targets after eq. (9). Tips are as the controller saw them in photographs.".to_owned(),
         head: head.map(str::to_owned).to_vec(),
         rows: runs.iter().map(row).collect(),
     }

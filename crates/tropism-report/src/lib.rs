@@ -245,8 +245,8 @@ mod tests {
             directions(tracks, Plants::Real),
             fitness_boxes(runs, Plants::ModelOfReal),
             fitness_run(0, best, best, Plants::ModelOfReal),
-            steering("8", "Reality", first, &goals, (-3.25, 15.0), Plants::Real),
-            steering("8", "Reality", first, &Goals::default(), (0.0, 0.0), Plants::Real),
+            steering("8", "Reality", first, &goals, (-3.25, Some(15.0)), Plants::Real),
+            steering("8", "Reality", first, &Goals::default(), (0.0, None), Plants::Real),
             over_time(tracks, Plants::Real),
         ];
         figures.extend(shift_maps(tracks, Plants::Real));

@@ -399,7 +399,14 @@ mod tests {
             ..report::Goals::default()
         };
         for (number, track) in ["7a", "7b", "8"].into_iter().zip(&tracks) {
-            figures.push(report::steering(number, "A <controller>", track, &goals, (14.3, 15.0), plants));
+            figures.push(report::steering(
+                number,
+                "A <controller>",
+                track,
+                &goals,
+                (14.3, Some(15.0)),
+                plants,
+            ));
         }
         Page {
             title: "Six beans & one lamp".to_owned(),

@@ -200,15 +200,15 @@ fn arrow(path: &mut Path, from: Place, to: Place) {
 
 /// Figures 7 and 8: the trajectory of one steered tip, coloured by the lamp that was lit, with its targets.
 ///
-/// `number` is `7a` to `7d` in simulation and `8` in reality. `fitness` is that of the track and
-/// the best possible one in cm, eq. (9).
+/// `number` is `7a` to `7d` in simulation and `8` in reality. `fitness` is that of the track and,
+/// where it is known, the best possible one, in cm.
 #[must_use]
 pub fn steering(
     number: &'static str,
     title: &str,
     track: &Track,
     goals: &Goals,
-    (fitness, best): (f64, f64),
+    (fitness, best): (f64, Option<f64>),
     plants: Plants,
 ) -> Figure {
     let points = track.samples.iter().map(|sample| &sample.tip).chain(&goals.targets);
@@ -222,9 +222,9 @@ pub fn steering(
     Figure {
         number,
         title: format!(
-            "{title}, fitness {} of {} cm",
+            "{title}, fitness {}{} cm",
             super::plot::number(fitness),
-            super::plot::number(best)
+            best.map_or_else(String::new, |best| format!(" of {}", super::plot::number(best)))
         ),
         caption: format!(
             "The trajectory of the tip over {}, from the circle, coloured by the lamp that the controller lit. \
@@ -385,9 +385,16 @@ mod tests {
             "A good controller",
             track,
             &Goals { targets: TARGETS.to_vec(), ..Goals::default() },
-            (14.3, 15.0),
+            (14.3, Some(15.0)),
             Plants::ModelOfVirtual,
         ));
+    }
+
+    #[test]
+    fn a_task_without_a_best_fitness_names_none() {
+        let track = &testing::swings(1, 20)[0];
+        let figure = steering("8", "A run", track, &Goals::default(), (0.1, None), Plants::Real);
+        assert_eq!(figure.title, "A run, fitness 0.1 cm");
     }
 
     #[test]

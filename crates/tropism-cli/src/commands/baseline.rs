@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism_lab::baseline::{BaselinePlan, BaselineResults};
+use tropism_lab::task::score_in_words;
 
 use crate::options::{SeedOption, TaskOption};
 use crate::progress::{check_outputs, execute_and_print};
@@ -53,8 +54,8 @@ impl Baseline {
 fn text(plan: &BaselinePlan, results: &BaselineResults) -> String {
     let BaselineResults { count, best, median, .. } = results;
     let mut text = format!(
-        "best of {count} random controllers: {best:.2} cm of at most {:.2}; median {median:.2} cm",
-        plan.task.best(),
+        "best of {count} random controllers: {}; median {median:.2} cm",
+        score_in_words(&plan.task, *best),
     );
     if let Some(path) = &plan.out {
         text += &format!("\nwrote {}", path.display());

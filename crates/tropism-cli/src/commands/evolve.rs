@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tropism::evolve::{Method, Start};
+use tropism::task::Task;
 use tropism_lab::Monitor;
 use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolveConfig, EvolvePlan, EvolveResults};
 use tropism_lab::files::shell_word;
@@ -192,18 +193,19 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
         None => format!("{:.2} cm (sd {:.2})", chosen.transfer.mean, chosen.transfer.sd),
         Some(reason) => format!("withheld, for {reason}"),
     };
-    let above =
-        if greatest > plan.task.best() { "; a tip that leans away below the start scores more" } else { "" };
+    let possible = plan.task.best_fitness().map_or_else(String::new, |best| {
+        let above = if greatest > best { "; a tip that leans away below the start scores more" } else { "" };
+        format!(" (best possible {best:.2}{above})")
+    });
     format!(
         "{}, {}, {:.1} s ({:.1} s of processor time)\n\
-         best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2} (best possible {:.2}{above})\n\
+         best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2}{possible}\n\
          champion: run {}{}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {expected}{}\n\
          wrote {champion}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
         plural(results.runs.len(), "run"),
         plural(results.evaluations, "evaluation"),
         results.wall_seconds,
         results.cpu_seconds,
-        plan.task.best(),
         results.champion,
         if chosen.is_start { ", the controller that it started from" } else { "" },
         chosen.links,

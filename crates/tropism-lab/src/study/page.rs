@@ -133,7 +133,7 @@ impl StudyFolder {
         let task = &self.config.task;
         let track =
             champion::simulate(champion, &self.model, task, self.config.seed).map_err(Error::at(title))?;
-        let fitness = (task.fitness(&track), task.best());
+        let fitness = (task.fitness(&track), task.best_fitness());
         Ok(report::steering(number, title, &track, &Goals::of(task), fitness, Plants::ModelOfVirtual))
     }
 
