@@ -9,7 +9,7 @@ use tropism::greenhouse::bean::Species;
 use tropism::greenhouse::fault::Faults;
 use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Layout;
-use tropism::task::TaskSpec;
+use tropism::task::{Task, TaskSpec};
 use tropism::vision::Calibration;
 use tropism_lab::calibrate_camera::{Mark, ScaleSource};
 use tropism_lab::{files, task};
@@ -108,6 +108,16 @@ impl TentOptions {
         greenhouse.scene.cameras = self.cameras.unwrap_or(greenhouse.scene.cameras);
         greenhouse.faults = self.faults.clone().unwrap_or_default();
         Ok((greenhouse != Greenhouse::default()).then_some(greenhouse))
+    }
+
+    /// Checks that the options leave what `task` needs: a task in space, four lamps and two cameras.
+    pub(crate) fn check_for(&self, task: &TaskSpec) -> Result<()> {
+        let is_plane = self.cameras == Some(1) || self.lamps == Some(Layout::default());
+        ensure!(
+            !(task.is_in_space() && is_plane),
+            "found --lamps 2 or --cameras 1, wanted 4 lamps and 2 cameras: the task is in space"
+        );
+        Ok(())
     }
 }
 

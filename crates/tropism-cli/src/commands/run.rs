@@ -135,7 +135,10 @@ impl Run {
                 }
                 found.rig.clone()
             }
-            (Some(path), _) => load_rig(path, tent, &task, controller.own_period_min())?,
+            (Some(path), _) => {
+                self.tent.check_for(&task)?;
+                load_rig(path, tent, &task, controller.own_period_min())?
+            }
         };
         let seed = self.seed.or(found.map(|found| found.seed)).unwrap_or(1);
         Ok(RunConfig::new(rig, controller, task, seed))

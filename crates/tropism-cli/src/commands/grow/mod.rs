@@ -92,6 +92,7 @@ impl Grow {
         };
         let controller = self.controller.load()?;
         let task = task_for(&controller, &self.task, self.steps, shell)?;
+        self.tent.check_for(&task)?;
         let plan = GrowPlan {
             plants: self.plants,
             greenhouse: greenhouse.for_task(&task),
