@@ -323,6 +323,12 @@ fn numbers_out_of_range() {
     ];
     fails(&folder, &run, &["9223372036854775808", "--seed", "0..=9223372036854775807"]);
     fails(&folder, &["grow", "--scale", "7", "--out", "g"], &["--scale 7"]);
+    fails(&folder, &["studio", "--listen", "localhost:8217"], &["localhost:8217", "such as 127.0.0.1:8217"]);
+    fails(
+        &folder,
+        &["studio", "model.json", "--listen", "127.0.0.1:0"],
+        &["model.json: found a file, wanted"],
+    );
     fails(&folder, &["grow", "--plants", "0", "--out", "g"], &["--plants"]);
     assert!(!folder.path().join("e").exists() && !folder.path().join("g").exists());
 }

@@ -162,6 +162,9 @@ fn serve_folder(plan: &StudioPlan, folder: &Path, welcome: impl FnOnce(&Welcome)
     let root = folder
         .canonicalize()
         .map_err(|source| StudioError::Address { address: folder.display().to_string(), source })?;
+    if !root.is_dir() {
+        return Err(tropism_lab::files::FileError::content(folder, "found a file, wanted a folder").into());
+    }
     let is_local = plan.listen.ip().is_loopback() && !plan.ask_token;
     let has_tokens = access::path(&root).exists();
     let tokens = if is_local || has_tokens { None } else { Some(new_tokens(&root)?) };

@@ -68,7 +68,7 @@ pub(crate) struct Run {
 
     /// Serve a page of this run beside it, in a process of its own, until the run ends
     #[cfg(feature = "studio")]
-    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = crate::page::LISTEN)]
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = crate::page::LISTEN, value_parser = crate::page::parse_address)]
     studio: Option<std::net::SocketAddr>,
 
     #[command(flatten, next_help_heading = "The virtual tent (--rig greenhouse)")]

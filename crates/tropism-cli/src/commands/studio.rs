@@ -11,7 +11,7 @@ use serde::Serialize;
 use tropism_studio::TlsFiles;
 use tropism_studio::{StudioPlan, Tokens, Welcome, new_tokens};
 
-use crate::page::LISTEN;
+use crate::page::{LISTEN, parse_address};
 use crate::shell::{Shell, tell};
 
 /// Serve a page: watch runs and evolutions live, draw a target, look after a plant from a phone
@@ -33,7 +33,7 @@ pub(crate) struct Studio {
     folder: PathBuf,
 
     /// Address and port to serve on; another one than loopback asks for a token
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN)]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN, value_parser = parse_address)]
     listen: SocketAddr,
 
     /// Certificate with which the page is encrypted, in PEM, with those between it and its root
