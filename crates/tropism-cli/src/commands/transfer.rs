@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use tropism::task::Task;
 use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_controllers};
+use tropism_lab::units::plural;
 
 use crate::controller::{ControllerName, conditions_of, note_other_task};
 use crate::options::{BeanOption, SeedOption, TaskOption, checked_scale};
@@ -142,8 +143,8 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     let best = has_best.then(|| format!(" of at most {:.2}", results.best_possible));
     let shares = if is_paper_like { "  under 9  under 6" } else { "" };
     let mut text = format!(
-        "{} virtual plants, fitness{unit}{}\n{:<longest$}   mean   95 % interval     sd{shares}  kept  at targets\n",
-        results.plants,
+        "{}, fitness{unit}{}\n{:<longest$}   mean   95 % interval     sd{shares}  kept  at targets\n",
+        plural(results.plants, "virtual plant"),
         best.unwrap_or_default(),
         "controller"
     );
