@@ -30,6 +30,9 @@ pub enum ModelKind {
     Memory,
     /// The linear model of the whole stem. The tracks must have stems.
     Stem,
+    /// The same, fitted twice: to what was measured and to the same smoothed. Each simulated plant follows one of the fits.
+    #[serde(rename = "stem-ensemble")]
+    StemEnsemble,
     /// The LSTM of the whole stem. The tracks must have stems.
     Lstm,
     /// The linear model of the whole stem in space. The tracks must have stems in space.
@@ -43,6 +46,7 @@ impl ModelKind {
             Self::Tip => "tip",
             Self::Memory => "memory",
             Self::Stem => "stem",
+            Self::StemEnsemble => "stem-ensemble",
             Self::Lstm => "lstm",
             Self::Space => "space",
         }
@@ -173,8 +177,13 @@ impl Workflow for FitPlan {
                 let model = MemoryModel::fit(&tracks)?.of_virtual_plants(is_virtual);
                 (model.to_json(), model.steps(), model.tips().collect())
             }
-            ModelKind::Stem => {
-                let model = StemModel::fit(&tracks)?.of_virtual_plants(is_virtual);
+            ModelKind::Stem | ModelKind::StemEnsemble => {
+                let model = if self.kind == ModelKind::Stem {
+                    StemModel::fit(&tracks)?
+                } else {
+                    StemModel::fit_ensemble(&tracks)?
+                };
+                let model = model.of_virtual_plants(is_virtual);
                 (model.to_json(), model.steps(), model.tips().collect())
             }
             ModelKind::Space => {

@@ -175,10 +175,12 @@ impl Model {
                 .map(|model| AnyModel::Memory(Arc::new(model.of_virtual_plants(is_virtual)))),
             "stem" => StemModel::fit(tracks())
                 .map(|model| AnyModel::Stem(Arc::new(model.of_virtual_plants(is_virtual)))),
+            "stem-ensemble" => StemModel::fit_ensemble(tracks())
+                .map(|model| AnyModel::Stem(Arc::new(model.of_virtual_plants(is_virtual)))),
             "space" => SpaceModel::fit(tracks())
                 .map(|model| AnyModel::Space(Arc::new(model.of_virtual_plants(is_virtual)))),
             _ => {
-                let wanted = "tip, memory, stem or space; `tropism.fit` trains an lstm";
+                let wanted = "tip, memory, stem, stem-ensemble or space; `tropism.fit` trains an lstm";
                 return Err(refused(format!("found kind {kind:?}, wanted {wanted}")));
             }
         };
@@ -188,7 +190,7 @@ impl Model {
 
 #[pymethods]
 impl Model {
-    /// A model of tracks: `kind` is tip (the paper's), memory, stem or space.
+    /// A model of tracks: `kind` is tip (the paper's), memory, stem, stem-ensemble or space.
     #[staticmethod]
     #[pyo3(signature = (tracks, kind="tip", is_virtual=false))]
     fn fit(tracks: Vec<PyRef<'_, Track>>, kind: &str, is_virtual: bool) -> PyResult<Self> {
@@ -254,6 +256,7 @@ impl Model {
         match &*self.0 {
             AnyModel::Tip(_) => "tip",
             AnyModel::Memory(_) => "memory",
+            AnyModel::Stem(model) if model.is_ensemble() => "stem-ensemble",
             AnyModel::Stem(_) => "stem",
             AnyModel::Lstm(_) => "lstm",
             AnyModel::Space(_) => "space",

@@ -20,8 +20,8 @@ use crate::shell::Shell;
 /// The data of the tip-motion model are all pairs of successive measured tips with a lit lamp between them, and their mirror
 /// images. The models with memory are not the paper's: each step depends on the light of the last hour and on the last steps,
 /// and each plant has a response of its own. They need two lamps, one on each side. The models of the stem predict best: a
-/// linear one in seconds, and an LSTM, which is trained for minutes. They need tracks with stems, such as those of `tropism
-/// track` and `tropism grow`. For targets in space there is a linear model of the stem in space: it needs tracks of two
+/// linear one in seconds, and an LSTM, which is trained for minutes. The linear one is also fitted twice, as an ensemble: for
+/// rules among obstacles. They need tracks with stems, such as those of `tropism track` and `tropism grow`. For targets in space there is a linear model of the stem in space: it needs tracks of two
 /// cameras, and takes 2 to 8 lamps. `tropism forecast` compares models on plants that were left out.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -48,7 +48,8 @@ pub(crate) struct Fit {
     #[arg(long)]
     force: bool,
 
-    /// The paper's tip-motion model, the model of the tip with memory, or one of the whole stem: linear, an LSTM, or linear in space
+    /// The paper's tip-motion model, the model of the tip with memory, or one of the whole stem: linear, an ensemble of two linear
+    /// ones, an LSTM, or linear in space
     #[arg(long, value_enum, default_value = "tip")]
     model: ModelName,
 
@@ -79,6 +80,7 @@ enum ModelName {
     Tip,
     Memory,
     Stem,
+    StemEnsemble,
     Lstm,
     Space,
 }
@@ -104,6 +106,7 @@ impl Fit {
             ModelName::Tip => (ModelKind::Tip, "evolve --out evolution"),
             ModelName::Memory => (ModelKind::Memory, "tune --out rule.json"),
             ModelName::Stem => (ModelKind::Stem, "tune --out rule.json"),
+            ModelName::StemEnsemble => (ModelKind::StemEnsemble, "tune --out rule.json"),
             ModelName::Lstm => (ModelKind::Lstm, "tune --out rule.json"),
             ModelName::Space => (ModelKind::Space, "tune --task space.toml --out rule.json"),
         };

@@ -151,12 +151,12 @@ class TrackPlan(Plan[TrackResults]):
 
 @dataclass(frozen=True, kw_only=True)
 class FitPlan(Plan[FitResults]):
-    """A model of tracks: `kind` is tip, memory, stem, lstm or space; `epochs` and `seed` are for lstm alone."""
+    """A model of tracks: `kind` is tip, memory, stem, stem-ensemble, lstm or space; `epochs` and `seed` are for lstm alone."""
 
     workflow: ClassVar[str] = "fit"
     results = FitResults
     tracks: Sequence[PathLike] | None = None
-    kind: Literal["tip", "memory", "stem", "lstm", "space"] | None = None
+    kind: Literal["tip", "memory", "stem", "stem-ensemble", "lstm", "space"] | None = None
     model: Settings | None = None
     epochs: int | None = None
     seed: int | None = None

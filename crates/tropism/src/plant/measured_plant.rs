@@ -198,12 +198,12 @@ impl MeasuredPlants {
 }
 
 /// What models of measured plants tell of their data alike: a model has the fields `measured`, `plants` and `extent`. `$place`
-/// is the type of a measured tip, and `$seen` where [`Extent`] knows the tip of a sample.
+/// is the type of a measured tip, `$seen` where [`Extent`] knows the tip of a sample, and `$fits` how often each step is replayed.
 macro_rules! tell_of_measured_plants {
     ($model:ident) => {
-        tell_of_measured_plants!($model, Point, |sample| sample.tip);
+        tell_of_measured_plants!($model, Point, |sample| sample.tip, |_| 1);
     };
-    ($model:ident, $place:ty, $seen:expr) => {
+    ($model:ident, $place:ty, $seen:expr, $fits:expr) => {
         impl $model {
             /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.
             #[must_use]
@@ -221,7 +221,8 @@ macro_rules! tell_of_measured_plants {
             /// How many measured steps are replayed, without their mirror images.
             #[must_use]
             pub fn steps(&self) -> usize {
-                self.plants.iter().map(|plant| plant.replay.records.len()).sum()
+                let fits: fn(&Self) -> usize = $fits;
+                self.plants.iter().map(|plant| plant.replay.records.len()).sum::<usize>() / fits(self)
             }
 
             /// The measured tips that it is made of, in cm.

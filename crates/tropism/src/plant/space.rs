@@ -333,7 +333,7 @@ pub struct SpaceModel {
     lengths_cm: [f64; 2],
 }
 
-tell_of_measured_plants!(SpaceModel, SpacePoint, aside_of);
+tell_of_measured_plants!(SpaceModel, SpacePoint, aside_of, |_| 1);
 
 impl SpaceModel {
     /// A model of `tracks` with stems in space, below 16 cm: of their first 2500 minutes, and of plants that grow more slowly until
