@@ -4,11 +4,15 @@
 //! middle of the plant, and the plant's width across each of its points. The one idea: across the line, an edge lies
 //! where the profile falls below half of its height.
 
+use crate::math;
 use crate::vision::detect::curve::{PlanePoint, direction, offset_by, smooth};
 use crate::vision::raster::plane::Plane;
 
 /// Width, in stem widths, above which a cross-section is a leaf's, where it is long enough. Chosen by hand.
 pub(super) const LEAF_WIDTH: f64 = 1.8;
+
+/// Greatest distance to an edge, in samples. Chosen by hand.
+const MAX_HALF_WIDTH: f64 = 24.0;
 
 /// Cross-section of a plant at one point of a line.
 pub(super) struct CrossSection {
@@ -21,31 +25,47 @@ pub(super) struct CrossSection {
 }
 
 impl CrossSection {
-    /// Greatest distance to an edge, in samples. Chosen by hand.
-    const MAX_HALF_WIDTH: f64 = 24.0;
-
     /// The cross-section at point `i` of a line.
     pub(super) fn at(plane: &Plane, line: &[PlanePoint], i: usize) -> Self {
         let tangent = direction(line[i.saturating_sub(3)], line[(i + 3).min(line.len() - 1)]);
         let normal = (-tangent.1, tangent.0);
         let value = |offset: f64| plane.bilinear(offset_by(line[i], offset, normal));
-        let middle = value(0.0);
-        let half_height = 0.5 * middle.max(value(-1.0)).max(value(1.0)).clamp(0.1, 1.0);
-        let edge = |side: f64| {
-            let (mut offset, mut inside) = (0.0, middle);
-            while offset < Self::MAX_HALF_WIDTH {
-                let outside = value(side * (offset + 0.5));
-                if outside < half_height && inside >= half_height {
-                    return offset + 0.5 * (inside - half_height) / (inside - outside);
-                }
-                offset += 0.5;
-                inside = outside;
-            }
-            Self::MAX_HALF_WIDTH
-        };
-        let (one, other) = (edge(1.0), edge(-1.0));
+        let half_height = 0.5 * value(0.0).max(value(-1.0)).max(value(1.0)).clamp(0.1, 1.0);
+        let (one, other) = (edge(value, half_height), edge(|offset| value(-offset), half_height));
         Self { normal, shift: (one - other) / 2.0, width: one + other }
     }
+}
+
+/// Distance from a point to where the profile `value` falls below `level`, in samples.
+fn edge(value: impl Fn(f64) -> f64, level: f64) -> f64 {
+    let (mut offset, mut inside) = (0.0, value(0.0));
+    while offset < MAX_HALF_WIDTH {
+        let outside = value(offset + 0.5);
+        if outside < level && inside >= level {
+            return offset + 0.5 * (inside - level) / (inside - outside);
+        }
+        offset += 0.5;
+        inside = outside;
+    }
+    MAX_HALF_WIDTH
+}
+
+/// Number of directions in which chords are measured, over half a turn. Chosen by hand.
+const CHORDS: usize = 8;
+
+/// Share of the height at which a chord ends. Chosen on the photographs of the bean with an even tens digit, among 0.5 to
+/// 0.7: a leaf that hangs beside the stem has brighter edges than half.
+const CHORD_HEIGHT: f64 = 0.65;
+
+/// Length of the shortest chord through a point of the plant: its width there, whichever way it runs.
+pub(super) fn shortest_chord(plane: &Plane, point: PlanePoint) -> f64 {
+    let level = CHORD_HEIGHT * plane.bilinear(point).max(0.1);
+    let chord = |i: usize| {
+        let (y, x) = math::sin_cos(std::f64::consts::PI * i as f64 / CHORDS as f64);
+        let value = |offset: f64| plane.bilinear(offset_by(point, offset, (x, y)));
+        edge(value, level) + edge(|offset| value(-offset), level)
+    };
+    (0..CHORDS).map(chord).fold(f64::INFINITY, f64::min)
 }
 
 /// Moves a line to the middle of the plant, in two rounds; returns it with the plant's width across each point.

@@ -103,7 +103,11 @@ pub(super) fn detect(
     let is_silhouette = silhouette.is_some();
     let stem = match silhouette {
         Some(base) => trace_silhouette(image, crop, base, &tissue),
-        None if config.stem => trace_stem(&score, bounds, is_plant, &base, tip, poles.as_ref()),
+        None if config.stem => {
+            let bright = with_brightness(&score, &luma, &levels, bounds, is_plant);
+            let planes = midline::Planes { colour: &score, bright: &bright };
+            trace_stem(planes, bounds, is_plant, &base, tip, poles.as_ref())
+        }
         None => None,
     };
     let (stem, stem_width) = stem.unzip();
@@ -131,9 +135,28 @@ pub(super) fn detect(
     })
 }
 
+/// The score of a component, or its brightness where that is greater: what is saturated has lost its colour.
+fn with_brightness(
+    score: &Plane,
+    luma: &Plane,
+    levels: &Levels,
+    bounds: BoundingBox,
+    is_plant: impl Fn(usize) -> bool,
+) -> Plane {
+    let mut bright = score.clone();
+    let range = (levels.bright - levels.background).max(1.0);
+    for row in bounds.top..=bounds.bottom {
+        let samples = row * score.width + bounds.left..=row * score.width + bounds.right;
+        for at in samples.filter(|&at| is_plant(at)) {
+            bright.values[at] = bright.values[at].max((luma.values[at] - levels.background) / range);
+        }
+    }
+    bright
+}
+
 /// The midline in the photograph and its width, in pixels, extended straight down to the base where the crop clips the stem's foot.
 fn trace_stem(
-    plane: &Plane,
+    planes: midline::Planes<'_>,
     bounds: BoundingBox,
     is_plant: impl Fn(usize) -> bool,
     base: &StemBase,
@@ -141,9 +164,10 @@ fn trace_stem(
     poles: Option<&PoleMask<'_>>,
 ) -> Option<(Vec<Pixel>, f64)> {
     let may_hide = |at: usize| poles.is_some_and(|poles| poles.is_hiding(at));
+    let plane = planes.colour;
     let top = plane.to_sample(tip);
     let midline::TracedStem { line, width } =
-        midline::trace_stem(plane, bounds, is_plant, may_hide, base.anchor, top, REACH)?;
+        midline::trace_stem(planes, bounds, is_plant, may_hide, base.anchor, top, REACH)?;
     let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plane.to_pixel(x, y)).collect();
     stem.splice(0..0, base.pixel.filter(|base| base.y > stem[0].y + plane.step as f64));
     Some((stem, width * plane.step as f64))
