@@ -65,6 +65,9 @@ const THICK: f64 = 1.6;
 /// Least share of a thick part that is as thick: with less, a path through hanging leaves may have thick parts, too.
 const THICK_SHARE: f64 = 0.9;
 
+/// Greatest length of a thick part before a leaf, in stem widths. Chosen on the sunflowers' first half: 3 does as well.
+const MAX_STALK: f64 = 2.0;
+
 /// Distance from where the width changes to where the stem is marked to end, in stem widths: it widens gradually.
 const WIDENING: f64 = 0.5;
 
@@ -119,9 +122,11 @@ pub fn trace_stem(
         let to_fork = |i: &usize| distance(fork, line[*i]);
         (0..line.len()).min_by(|one, other| to_fork(one).total_cmp(&to_fork(other))).unwrap_or(line.len())
     });
-    // A fork shortly after is what makes the stem thick.
+    // A fork shortly after is what makes the stem thick, and a leaf long after hangs against it before.
     let thick = thick_start(bright, &line, width).filter(|&at| {
-        fork.is_none_or(|fork| at as f64 + width < fork as f64) && leaf.is_none_or(|leaf| at < leaf)
+        let is_after = |next: usize, widths: f64| next as f64 > at as f64 + widths * width;
+        fork.is_none_or(|fork| is_after(fork, 1.0))
+            && leaf.is_none_or(|leaf| is_after(leaf, 0.0) && !is_after(leaf, MAX_STALK))
     });
     let end = thick.or(fork).or(leaf).unwrap_or(line.len());
     line.truncate((end + 1).max(2));
