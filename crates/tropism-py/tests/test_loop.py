@@ -298,6 +298,14 @@ def test_an_exception_of_the_side_camera_is_raised() -> None:
         loop.run(rig, {"kind": "greedy"}, SPACE)
 
 
+def test_an_ensemble_comes_back_from_its_file(tmp_path: Path) -> None:
+    model = Model.of_virtual_beans("stem-ensemble", plants=1, steps=100)
+    (tmp_path / "stem.json").write_text(model.to_json())
+    again = Model.read(tmp_path / "stem.json")
+    assert again.kind == "stem-ensemble"
+    assert loop.simulate(again, seed=3) == loop.simulate(model, seed=3)
+
+
 def test_a_trained_lstm_is_a_model(beans: Path, tmp_path: Path) -> None:
     fitted = tropism.fit(tracks=[beans], kind="lstm", epochs=1, out=tmp_path / "lstm.json", monitor=False)
     model = Model.read(fitted.model)
