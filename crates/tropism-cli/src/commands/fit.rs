@@ -21,8 +21,9 @@ use crate::shell::Shell;
 /// images. The models with memory are not the paper's: each step depends on the light of the last hour and on the last steps,
 /// and each plant has a response of its own. They need two lamps, one on each side. The models of the stem predict best: a
 /// linear one in seconds, and an LSTM, which is trained for minutes. The linear one is also fitted twice, as an ensemble: for
-/// rules among obstacles. They need tracks with stems, such as those of `tropism track` and `tropism grow`. For targets in space there is a linear model of the stem in space: it needs tracks of two
-/// cameras, and takes 2 to 8 lamps. `tropism forecast` compares models on plants that were left out.
+/// rules among obstacles. They need tracks with stems, such as those of `tropism track` and `tropism grow`. For targets in space
+/// there is a linear model of the stem in space: it needs tracks of two cameras, and takes 2 to 8 lamps. `tropism forecast`
+/// compares models on plants that were left out.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism fit tent --out model.json\n  \

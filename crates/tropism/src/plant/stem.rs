@@ -154,6 +154,10 @@ enum Fitted {
     Smoothed,
 }
 
+/// The fits of a model, and those of an ensemble.
+const ONE_FIT: &[Fitted] = &[Fitted::Measured];
+const BOTH_FITS: &[Fitted] = &[Fitted::Measured, Fitted::Smoothed];
+
 /// The usable steps of a plant: all that enters the terms is known, and stem and tip are measured before and after.
 fn rows(
     plant: &MeasuredPlant,
@@ -250,13 +254,13 @@ impl Response {
     }
 }
 
-/// The responses of all plants with a usable step, and the least and the greatest length of a stem in these steps, in cm.
+/// The responses of all plants with a usable step.
 fn responses(
     measured: &MeasuredPlants,
     fitted: Fitted,
     modes: &Modes,
     windows: &Windows,
-) -> Result<(Vec<Response>, [f64; 2]), ModelError> {
+) -> Result<Vec<Response>, ModelError> {
     let of_plants = measured.plants.iter();
     let of_plants: Vec<(&MeasuredPlant, Vec<Row>)> = of_plants
         .map(|plant| (plant, rows(plant, fitted, modes, windows, measured.period_min)))
@@ -275,10 +279,7 @@ fn responses(
         math::statistics::mean(rows().map(|row| row.terms[term] * row.terms[term])).max(f64::MIN_POSITIVE)
     });
     let pooled = weights_of(rows(), &[[0.0; TERMS]; MODES], &scale.map(|scale| ridge * scale));
-    let lengths_cm = math::statistics::range(rows().map(|row| row.length_cm));
-    let responses =
-        of_plants.into_iter().map(|(plant, rows)| Response::new(plant, rows, &pooled, &scale)).collect();
-    Ok((responses, lengths_cm))
+    Ok(of_plants.into_iter().map(|(plant, rows)| Response::new(plant, rows, &pooled, &scale)).collect())
 }
 
 fn weights_of<'r>(
@@ -338,7 +339,7 @@ impl StemModel {
     /// [`ModelError`] where no step is usable or no track has stems, where the tracks differ in lamps or period, or where
     /// the lamps are not two mirror images.
     pub fn fit<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
-        Self::of_measured(Self::measured(tracks)?, &[Fitted::Measured])
+        Self::of_measured(Self::measured(tracks)?, ONE_FIT)
     }
 
     /// The same, fitted twice: to the scores as they are measured, and to scores that are smoothed by a parabola through seven
@@ -347,7 +348,7 @@ impl StemModel {
     /// # Errors
     /// Those of [`Self::fit`].
     pub fn fit_ensemble<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
-        Self::of_measured(Self::measured(tracks)?, &[Fitted::Measured, Fitted::Smoothed])
+        Self::of_measured(Self::measured(tracks)?, BOTH_FITS)
     }
 
     fn measured<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<MeasuredPlants, ModelError> {
@@ -360,12 +361,11 @@ impl StemModel {
         let windows = Windows::of(measured.period_min);
         let modes = Modes::of_low(&measured);
         let mut plants = Vec::new();
-        let mut lengths_cm = [f64::INFINITY, f64::NEG_INFINITY];
         for &fitted in fits {
-            let (responses, [least, greatest]) = responses(&measured, fitted, &modes, &windows)?;
-            plants.extend(responses);
-            lengths_cm = [lengths_cm[0].min(least), lengths_cm[1].max(greatest)];
+            plants.extend(responses(&measured, fitted, &modes, &windows)?);
         }
+        let records = plants.iter().flat_map(|plant: &Response| &plant.replay.records);
+        let lengths_cm = math::statistics::range(records.map(|record| record.size_cm));
         let most_scores = core::array::from_fn(|mode| {
             let sizes = low_angles(&measured).map(|angles| modes.scores(&angles)[mode].abs());
             sizes.fold(0.0, f64::max)
@@ -413,11 +413,8 @@ impl StemModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        let (schema, fits): (_, &[Fitted]) = if is_named_in(text, ENSEMBLE_SCHEMA) {
-            (ENSEMBLE_SCHEMA, &[Fitted::Measured, Fitted::Smoothed])
-        } else {
-            (SCHEMA, &[Fitted::Measured])
-        };
+        let (schema, fits) =
+            if is_named_in(text, ENSEMBLE_SCHEMA) { (ENSEMBLE_SCHEMA, BOTH_FITS) } else { (SCHEMA, ONE_FIT) };
         Self::of_measured(MeasuredPlants::from_json(text, schema)?.0, fits)
     }
 }
