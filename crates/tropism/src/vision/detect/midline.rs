@@ -78,6 +78,8 @@ pub struct TracedStem {
     pub line: Vec<PlanePoint>,
     /// Its width over its lower half, in samples.
     pub width: f64,
+    /// Where the plant goes on from a stem that ends where it becomes thick, up to a fork, a leaf or its end.
+    pub beyond: Vec<PlanePoint>,
 }
 
 /// Two planes of one picture that are 0 on background and 1 on plant.
@@ -128,20 +130,23 @@ pub fn trace_stem(
         fork.is_none_or(|fork| is_after(fork, 1.0))
             && leaf.is_none_or(|leaf| is_after(leaf, 0.0) && !is_after(leaf, MAX_STALK))
     });
+    // The path's own end is the plant's edge, a stem's in the middle of its round end.
+    let round_end = line.len().saturating_sub((0.5 * width).round() as usize);
+    let beyond =
+        thick.map_or_else(Vec::new, |thick| line[thick + 1..fork.or(leaf).unwrap_or(round_end)].to_vec());
     let end = thick.or(fork).or(leaf).unwrap_or(line.len());
     line.truncate((end + 1).max(2));
     // A stem goes on past a pair of leaves, but not from a closed hook into what hangs from it.
     let past_end = if thick.or(fork).is_some() { MIN_PAST_FORK } else { -MAX_PAST_THIN };
     if let Some(thin) = thin.filter(|thin| thin.len() as f64 >= line.len() as f64 + past_end * width) {
-        return Some(TracedStem { line: thin, width });
+        return Some(TracedStem { line: thin, width, beyond: Vec::new() });
     }
     if thick.is_none() && fork.is_some() {
         lead_to_fork(&grid, &mut line, width);
     } else if thick.or(leaf).is_none() {
-        // The path ends at the plant's edge, a stem in the middle of its round end.
-        line.truncate(line.len().saturating_sub((0.5 * width).round() as usize).max(2));
+        line.truncate(round_end.max(2));
     }
-    Some(TracedStem { line: resample(&line, 1.0), width })
+    Some(TracedStem { line: resample(&line, 1.0), width, beyond })
 }
 
 /// The index of the point that lies `widths` stem widths before the end of a line.
@@ -380,9 +385,15 @@ mod tests {
         // A hook that opens: a thick bend leads on from the stem, and a leaf hangs two samples beside it.
         let (bend, hook) = ((30.0, 40.0), (46.0, 28.0));
         let shoot = [((50.0, 89.0), bend, 2.0), (bend, hook, 3.6), ((45.0, 44.0), (53.0, 66.0), 3.5)];
-        let line = trace(&plane(&shoot), (50.0, 89.0), (46.0, 24.0));
-        let last = line[line.len() - 1];
+        let plane = plane(&shoot);
+        let is_plant = |at: usize| plane.values[at] > 0.5;
+        let traced =
+            trace_stem(both(&plane), ALL, is_plant, |_| false, (50.0, 89.0), (46.0, 24.0), 3).unwrap();
+        let last = traced.line[traced.line.len() - 1];
         assert!(math::hypot(last.0 - bend.0, last.1 - bend.1) < 4.0, "{last:?}");
+        // From there the plant is seen to go on to its top.
+        let top = traced.beyond[traced.beyond.len() - 1];
+        assert!(distance(last, traced.beyond[0]) < 3.0 && distance(top, hook) < 4.0, "{:?}", traced.beyond);
     }
 
     #[test]

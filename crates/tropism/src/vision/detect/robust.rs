@@ -101,12 +101,16 @@ pub(super) fn detect(
     let tissue = occupancy(&score, bounds, is_plant);
     let silhouette = base.pixel.filter(|_| config.stem && is_silhouette(&luma, &levels));
     let is_silhouette = silhouette.is_some();
+    let mut beyond = Vec::new();
     let stem = match silhouette {
         Some(base) => trace_silhouette(image, crop, base, &tissue),
         None if config.stem => {
             let bright = with_brightness(&score, &luma, &levels, bounds, is_plant);
             let planes = midline::Planes { colour: &score, bright: &bright };
-            trace_stem(planes, bounds, is_plant, &base, tip, poles.as_ref())
+            trace_stem(planes, bounds, is_plant, &base, tip, poles.as_ref()).map(|(stem, width, rest)| {
+                beyond = rest;
+                (stem, width)
+            })
         }
         None => None,
     };
@@ -119,7 +123,10 @@ pub(super) fn detect(
             || stem_exceeds_tip(stem.as_deref(), tip, step)
     };
     let is_seen = |at: Pixel| score.bilinear(score.to_sample(at)) > config.threshold;
-    let is_behind_pole = poles.is_some_and(|poles| poles.view.hides_end(stem.as_deref(), tip, is_seen));
+    let is_behind_pole = poles.is_some_and(|poles| {
+        let path = stem.as_deref().map(|stem| [stem, &beyond].concat());
+        poles.view.hides_end(path.as_deref(), tip, is_seen)
+    });
     let is_occluded = !is_silhouette && may_be_occluded();
     Some(Detection {
         tip,
@@ -154,7 +161,8 @@ fn with_brightness(
     bright
 }
 
-/// The midline in the photograph and its width, in pixels, extended straight down to the base where the crop clips the stem's foot.
+/// The midline in the photograph and its width, in pixels, extended straight down to the base where the crop clips the stem's
+/// foot, and where the plant is seen to go on from its end.
 fn trace_stem(
     planes: midline::Planes<'_>,
     bounds: BoundingBox,
@@ -162,15 +170,17 @@ fn trace_stem(
     base: &StemBase,
     tip: Pixel,
     poles: Option<&PoleMask<'_>>,
-) -> Option<(Vec<Pixel>, f64)> {
+) -> Option<(Vec<Pixel>, f64, Vec<Pixel>)> {
     let may_hide = |at: usize| poles.is_some_and(|poles| poles.is_hiding(at));
     let plane = planes.colour;
     let top = plane.to_sample(tip);
-    let midline::TracedStem { line, width } =
+    let midline::TracedStem { line, width, beyond } =
         midline::trace_stem(planes, bounds, is_plant, may_hide, base.anchor, top, REACH)?;
-    let mut stem: Vec<Pixel> = line.into_iter().map(|(x, y)| plane.to_pixel(x, y)).collect();
+    let pixels =
+        |line: Vec<PlanePoint>| line.into_iter().map(|(x, y)| plane.to_pixel(x, y)).collect::<Vec<Pixel>>();
+    let mut stem = pixels(line);
     stem.splice(0..0, base.pixel.filter(|base| base.y > stem[0].y + plane.step as f64));
-    Some((stem, width * plane.step as f64))
+    Some((stem, width * plane.step as f64, pixels(beyond)))
 }
 
 /// The midline of a silhouette in the photograph and its mean width, in pixels.
