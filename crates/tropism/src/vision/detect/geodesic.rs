@@ -190,7 +190,9 @@ impl GeodesicGrid {
         // The end of the longest branch at each position of the path.
         let mut ends = vec![None; path.len()];
         let is_far = |at: &usize| distance[*at] != NONE && f64::from(distance[*at]) >= min_length;
-        for at in (0..self.is_plant.len()).filter(is_far) {
+        // What is at most two samples wide is no leaf but the blurred edge of something in the background.
+        let is_inside = |at: &usize| self.edge_distance[*at] > EDGE_DISTANCE;
+        for at in (0..self.is_plant.len()).filter(is_far).filter(is_inside) {
             let end = &mut ends[nearest[at] as usize];
             if end.is_none_or(|farthest: usize| distance[at] > distance[farthest]) {
                 *end = Some(at);
