@@ -96,6 +96,21 @@ fn earlier_output_stays() {
     let grow = |plants| ["grow", "--plants", plants, "--steps", "2", "--out", "beans"];
     assert_eq!(tropism(folder.path(), &grow("2")).0, 0);
     fails(&folder, &grow("1"), &["plant-0002.csv: found the track of one more plant"]);
+    fails(&folder, &grow("2"), &["plant-0001.csv: found a file here already", "--force"]);
+    assert_eq!(tropism(folder.path(), &[&grow("2")[..], &["--force"]].concat()).0, 0);
+    fs::write(folder.path().join("forecast.json"), "kept").unwrap();
+    let baseline = ["baseline", "--model", "model.json", "--count", "10", "--out", "forecast.json"];
+    for words in [
+        &["tune", "--model", "model.json", "--out", "forecast.json"][..],
+        &baseline,
+        &["calibrate", "track.csv", "--out", "forecast.json"],
+        &["forecast", "--models", "model.json", "--out", "."],
+    ] {
+        fails(&folder, words, &["forecast.json: found a file here already", "a new name, or --force"]);
+        assert_eq!(fs::read(folder.path().join("forecast.json")).unwrap(), b"kept");
+    }
+    assert_eq!(tropism(folder.path(), &[&baseline[..], &["--force"]].concat()).0, 0);
+    assert_ne!(fs::read(folder.path().join("forecast.json")).unwrap(), b"kept");
     fs::write(folder.path().join("rule.search.jsonl"), "").unwrap();
     let tune = ["tune", "--model", "model.json", "--generations", "1", "--out", "rule.json"];
     fails(&folder, &tune, &["rule.search.jsonl: found an interrupted search", "--resume"]);

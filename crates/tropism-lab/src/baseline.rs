@@ -29,6 +29,8 @@ pub struct BaselinePlan {
     pub seed: u64,
     /// File for the genome of the best controller.
     pub out: Option<PathBuf>,
+    /// Whether a file that is there is replaced.
+    pub replace: bool,
 }
 
 /// The largest [`BaselinePlan::count`]: the fitness of each controller is kept, 8 bytes each.
@@ -43,6 +45,7 @@ impl Default for BaselinePlan {
             count: 2_000_000,
             seed: 1,
             out: None,
+            replace: false,
         }
     }
 }
@@ -70,7 +73,8 @@ impl Workflow for BaselinePlan {
         check_goal(&self.task)?;
         self.neat.check().map_err(Error::in_plan("neat"))?;
         Error::check_range("count", self.count, MAX_COUNT)?;
-        files::check_outputs(self.out.as_slice(), std::slice::from_ref(&self.model))
+        files::check_outputs(self.out.as_slice(), std::slice::from_ref(&self.model))?;
+        self.out.iter().try_for_each(|out| files::check_free(out, self.replace || out.is_dir()))
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<BaselineResults, Error> {

@@ -30,11 +30,19 @@ pub struct CalibratePlan {
     pub species: Species,
     /// File for the species with these estimates and their spread.
     pub out: Option<PathBuf>,
+    /// Whether a file that is there is replaced.
+    pub replace: bool,
 }
 
 impl Default for CalibratePlan {
     fn default() -> Self {
-        Self { tracks: Vec::new(), interval_min: PAPER_PERIOD_MIN, species: Species::default(), out: None }
+        Self {
+            tracks: Vec::new(),
+            interval_min: PAPER_PERIOD_MIN,
+            species: Species::default(),
+            out: None,
+            replace: false,
+        }
     }
 }
 
@@ -102,7 +110,8 @@ impl Workflow for CalibratePlan {
             let found = self.interval_min;
             return Err(Error::Plan(format!("found `interval_min` {found}, wanted 0.1 to 120 minutes")));
         }
-        files::check_outputs(self.out.as_slice(), &self.tracks)
+        files::check_outputs(self.out.as_slice(), &self.tracks)?;
+        self.out.iter().try_for_each(|out| files::check_free(out, self.replace || out.is_dir()))
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<Vec<PlantEstimates>, Error> {

@@ -50,9 +50,14 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
     let saved = folder.path().join("rule.search.jsonl");
     assert!(!saved.exists(), "the search is over");
 
-    fs::remove_file(&out).unwrap();
+    for taken in [plan.clone(), TunePlan { resume: true, ..plan.clone() }] {
+        let refused = taken.execute(&Silent).unwrap_err().to_string();
+        assert!(refused.contains("rule.json: found a file here already"), "{refused}");
+    }
+    // A search that replaces the rule goes on without asking again.
+    let plan = TunePlan { replace: true, ..plan };
     for (generations, lines) in [(0, 1), (3, 3), (2, 4)] {
-        let part = TunePlan { resume: true, ..plan.clone() };
+        let part = TunePlan { replace: generations == 0, resume: true, ..plan.clone() };
         match part.execute(&Until(generations, AtomicU64::new(0))) {
             Err(Error::Interrupted { folder }) => assert_eq!(folder, saved),
             other => panic!("{other:?}"),

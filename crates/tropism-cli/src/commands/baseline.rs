@@ -29,6 +29,10 @@ pub(crate) struct Baseline {
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
 
+    /// Replace an existing file
+    #[arg(long, requires = "out")]
+    force: bool,
+
     #[command(flatten)]
     task: TaskOption,
 
@@ -44,6 +48,7 @@ impl Baseline {
             count: self.count,
             seed: self.seed.seed,
             out: self.out,
+            replace: self.force,
             ..BaselinePlan::default()
         };
         check_outputs(plan.out.as_slice(), [self.task.task.as_ref()])?;

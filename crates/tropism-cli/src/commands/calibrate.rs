@@ -41,6 +41,10 @@ pub(crate) struct Calibrate {
     #[arg(long, value_name = "BEAN.toml")]
     out: Option<PathBuf>,
 
+    /// Replace an existing file
+    #[arg(long, requires = "out")]
+    force: bool,
+
     /// Estimate known parameters of N virtual plants instead: bias, error, and share of intervals that contain the
     /// truth
     #[arg(long, value_name = "N", conflicts_with_all = ["tracks", "out", "interval"], value_parser = clap::value_parser!(u32).range(2..=10_000))]
@@ -60,7 +64,13 @@ impl Calibrate {
             let plan = RecoveryPlan { plants, species, seed: self.seed.seed };
             return execute_and_print(&plan, shell, |rows| recovery_text(plants, rows));
         }
-        let plan = CalibratePlan { tracks: self.tracks, interval_min: self.interval, species, out: self.out };
+        let plan = CalibratePlan {
+            tracks: self.tracks,
+            interval_min: self.interval,
+            species,
+            out: self.out,
+            replace: self.force,
+        };
         check_outputs(plan.out.as_slice(), [self.bean.bean.as_ref()])?;
         execute_and_print(&plan, shell, |plants| text(&plan, plants))
     }
@@ -91,7 +101,7 @@ fn text(plan: &CalibratePlan, plants: &[PlantEstimates]) -> String {
     }
     if let Some(out) = &plan.out {
         text +=
-            &format!("wrote {}\nnext: tropism grow --bean {} --out beans\n", out.display(), shell_word(out));
+            &format!("wrote {}\nnext: tropism grow --bean {} --out grown\n", out.display(), shell_word(out));
     }
     text.trim_end().to_owned()
 }

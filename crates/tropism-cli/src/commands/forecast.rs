@@ -52,6 +52,10 @@ pub(crate) struct Forecast {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
+    /// Replace existing results
+    #[arg(long, requires = "out")]
+    force: bool,
+
     #[command(flatten)]
     bean: BeanOption,
 
@@ -69,6 +73,7 @@ impl Forecast {
             interval_min: self.interval,
             seed: self.seed.seed,
             out: self.out,
+            replace: self.force,
             ..ForecastPlan::default()
         };
         plan.greenhouse.scale = checked_scale(self.scale)?;

@@ -51,6 +51,10 @@ pub(crate) struct Tune {
     #[arg(long, value_name = "rule.json")]
     out: PathBuf,
 
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+
     /// Continue an interrupted search for rule.json; it needs no other option
     #[arg(long)]
     resume: bool,
@@ -104,6 +108,7 @@ impl Tune {
             search: RuleSearch { generations, population, episodes, starts },
             seed: self.seed.seed,
             out: self.out,
+            replace: self.force,
             period_min: defaults.period_min,
             resume: self.resume,
         };

@@ -45,6 +45,8 @@ pub struct ForecastPlan {
     /// Folder for `forecast.json` and the figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub out: Option<PathBuf>,
+    /// Whether results that are there are replaced.
+    pub replace: bool,
 }
 
 impl Default for ForecastPlan {
@@ -58,6 +60,7 @@ impl Default for ForecastPlan {
             greenhouse: Greenhouse::default(),
             seed: 1,
             out: None,
+            replace: false,
         }
     }
 }
@@ -150,7 +153,8 @@ impl Workflow for ForecastPlan {
             )));
         }
         let inputs: Vec<PathBuf> = self.models.iter().chain(&self.tracks).cloned().collect();
-        files::check_outputs(&self.outputs(), &inputs)
+        files::check_outputs(&self.outputs(), &inputs)?;
+        self.outputs().iter().try_for_each(|output| files::check_free(output, self.replace))
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<ForecastResults, Error> {

@@ -54,6 +54,8 @@ pub struct GrowPlan {
     pub out: PathBuf,
     /// Whether to write a photograph of each step, with the ground truth.
     pub photographs: bool,
+    /// Whether tracks that are there are replaced. Photographs never are.
+    pub replace: bool,
     /// Whether to continue with photographed plants in `out`.
     pub resume: bool,
 }
@@ -70,6 +72,7 @@ impl Default for GrowPlan {
             seed: 1,
             out: "beans".into(),
             photographs: false,
+            replace: false,
             resume: false,
         }
     }
@@ -115,14 +118,17 @@ impl Workflow for GrowPlan {
                     .to_owned(),
             ));
         }
-        let next = self.folder(self.plants).with_added_extension("csv");
-        if !self.photographs && next.exists() {
+        if self.photographs {
+            return Ok(());
+        }
+        let next = self.track_path(self.plants);
+        if next.exists() {
             return Err(Error::Plan(format!(
                 "{}: found the track of one more plant, wanted a folder without those of other plants: they would be mixed",
                 next.display()
             )));
         }
-        Ok(())
+        (0..self.plants).try_for_each(|plant| files::check_free(&self.track_path(plant), self.replace))
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<GrowResults, Error> {
@@ -149,10 +155,16 @@ impl Workflow for GrowPlan {
 }
 
 impl GrowPlan {
-    /// The run folder of a plant, from 0; without photographs, its track file without the extension.
+    /// The run folder of a photographed plant, from 0.
     #[must_use]
     pub fn folder(&self, plant: u32) -> PathBuf {
         self.out.join(format!("plant-{:04}", plant + 1))
+    }
+
+    /// The track file of a plant, from 0, without photographs.
+    #[must_use]
+    pub fn track_path(&self, plant: u32) -> PathBuf {
+        self.folder(plant).with_added_extension("csv")
     }
 
     /// The seed of a plant, from 0. It fits into TOML, so that a run with this seed grows the same plant.
@@ -209,7 +221,7 @@ impl GrowPlan {
             if !is_whole {
                 return Ok(None);
             }
-            let path = self.folder(plant).with_extension("csv");
+            let path = self.track_path(plant);
             files::write_track(&path, &track)?;
             Ok(Some((path, track)))
         };

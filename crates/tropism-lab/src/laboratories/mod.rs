@@ -587,6 +587,8 @@ impl Stages<'_> {
             plants: config.plants,
             task: OpenLoop { steps: self.world.steps.unwrap_or(config.steps), ..OpenLoop::default() }.into(),
             seed,
+            // Those of an interrupted stage grow again.
+            replace: true,
             ..self.open_loop(kind, folder)
         };
         let tracks = grow.execute(self.monitor)?.tracks;

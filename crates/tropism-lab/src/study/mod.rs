@@ -235,6 +235,8 @@ impl StudyStages<'_> {
             count: config.random_controllers,
             seed: config.seed,
             out: Some(self.file("random-champion.json")),
+            // That of an interrupted stage is drawn again.
+            replace: true,
         };
         let results = plan.execute(monitor)?;
         let numbers = RandomNumbers { count: results.count, best: results.best, median: results.median };

@@ -51,6 +51,8 @@ pub struct TunePlan {
     pub seed: u64,
     /// File for the rule.
     pub out: PathBuf,
+    /// Whether a rule that is there is replaced.
+    pub replace: bool,
     /// Whether to continue a search for `out`.
     pub resume: bool,
 }
@@ -65,6 +67,7 @@ impl Default for TunePlan {
             search: RuleSearch::default(),
             seed: 1,
             out: "rule.json".into(),
+            replace: false,
             resume: false,
         }
     }
@@ -105,7 +108,10 @@ impl Workflow for TunePlan {
         }
         self.search.check().map_err(Error::in_plan("search"))?;
         let inputs = if self.beans.is_some() { &[][..] } else { std::slice::from_ref(&self.model) };
-        files::check_outputs(std::slice::from_ref(&self.out), inputs)
+        files::check_outputs(std::slice::from_ref(&self.out), inputs)?;
+        // Whoever began an interrupted search was asked then.
+        let goes_on = self.resume && saved::path(&self.out).exists();
+        files::check_free(&self.out, self.replace || goes_on || self.out.is_dir())
     }
 
     fn execute(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {

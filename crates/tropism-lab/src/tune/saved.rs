@@ -93,7 +93,7 @@ impl SavedSearch {
     pub(super) fn begin(plan: &TunePlan, model_sha256: Option<String>) -> Result<Self, Error> {
         let path = path(&plan.out);
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        let plan_alone = TunePlan { resume: false, ..plan.clone() };
+        let plan_alone = TunePlan { replace: false, resume: false, ..plan.clone() };
         let head = Head { schema: SCHEMA.to_owned(), version, model_sha256, plan: plan_alone };
         if !plan.resume && path.exists() {
             return Err(Error::Plan(format!(

@@ -111,6 +111,7 @@ class GrowPlan(Plan[GrowResults]):
     seed: int | None = None
     out: PathLike | None = None
     photographs: bool | None = None
+    replace: bool | None = None
     resume: bool | None = None
 
 
@@ -179,6 +180,7 @@ class ForecastPlan(Plan[ForecastResults]):
     greenhouse: Settings | None = None
     seed: int | None = None
     out: PathLike | None = None
+    replace: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,6 +212,7 @@ class TunePlan(Plan[TuneResults]):
     search: Settings | None = None
     seed: int | None = None
     out: PathLike | None = None
+    replace: bool | None = None
     resume: bool | None = None
 
 

@@ -52,6 +52,10 @@ pub(crate) struct Grow {
     #[arg(long, value_name = "DIR", required_unless_present_any = ["check", "kinematics"])]
     out: Option<PathBuf>,
 
+    /// Replace existing tracks; photographs never are
+    #[arg(long, requires = "out", conflicts_with = "photographs")]
+    force: bool,
+
     /// Write a photograph of each step, and its ground truth
     #[arg(long)]
     photographs: bool,
@@ -102,11 +106,12 @@ impl Grow {
             seed: self.seed.seed,
             out,
             photographs: self.photographs,
+            replace: self.force,
             resume: self.resume,
         };
-        let plants = (0..plan.plants).map(|plant| plan.folder(plant).with_added_extension("csv"));
+        let tracks = (0..plan.plants).map(|plant| plan.track_path(plant));
         let inputs = [&self.task.task, &self.tent.bean.bean, &self.tent.scene].map(Option::as_ref);
-        check_outputs(&plants.collect::<Vec<_>>(), inputs.into_iter().chain([self.controller.file()]))?;
+        check_outputs(&tracks.collect::<Vec<_>>(), inputs.into_iter().chain([self.controller.file()]))?;
         execute_and_print(&plan, shell, |results| text(&plan, results))
     }
 }
