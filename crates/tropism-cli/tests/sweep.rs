@@ -231,7 +231,10 @@ fn what_is_wrong_with_a_sweep_is_named_before_any_work() {
     fs::write(folder.path().join("sweep.toml"), SWEEP.replace("[3, 8]", "[3]")).unwrap();
     for more in [["--resume", "--quiet"], ["--unit", "1"]] {
         let other = tropism(&folder, &[&["sweep", "sweep.toml", "--out", "once"], &more[..]].concat());
-        assert!(String::from_utf8_lossy(&other.stderr).contains("with other settings or another model"));
+        assert!(
+            String::from_utf8_lossy(&other.stderr)
+                .contains("with other settings: `seeds` = [3,8], wanted [3];")
+        );
     }
 }
 

@@ -95,7 +95,7 @@ impl TomlError {
 const MOST_OF_LINE: usize = 200;
 
 /// A line, or its begin and an ellipsis.
-fn shortened(line: &str) -> String {
+pub(crate) fn shortened(line: &str) -> String {
     match line.char_indices().nth(MOST_OF_LINE) {
         Some((end, _)) => format!("{}...", &line[..end]),
         None => line.to_owned(),

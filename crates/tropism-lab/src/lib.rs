@@ -28,6 +28,7 @@
 
 pub mod files;
 pub mod units;
+mod difference;
 mod checkpoint;
 mod journal;
 mod lock;

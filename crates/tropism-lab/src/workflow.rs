@@ -4,7 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
+use crate::difference::differences;
 use crate::error::Error;
 use crate::files;
 use crate::monitor::Monitor;
@@ -34,31 +36,33 @@ pub trait Workflow: Serialize + DeserializeOwned {
 }
 
 /// Checks that the folder of `record` is free for work whose settings are `text`, or that the same work may continue there.
-/// `what` names the work, and `other` says how work that is not the same differs.
+/// `what` names the work, with its article.
 ///
 /// # Errors
 /// [`Error::Plan`] if the work is there without `resume`, or is another one.
-pub(crate) fn check_same(
-    record: &Path,
-    text: &str,
-    resume: bool,
-    what: &str,
-    other: &str,
-) -> Result<(), Error> {
+pub(crate) fn check_same(record: &Path, text: &str, resume: bool, what: &str) -> Result<(), Error> {
     if !record.exists() {
         return Ok(());
     }
     if !resume {
         return Err(Error::Plan(format!(
-            "{}: found a {what} here already, wanted a new folder (`out`) or `resume`",
+            "{}: found {what} here already, wanted a new folder (`out`) or `resume`",
             record.parent().unwrap_or(record).display()
         )));
     }
-    if files::read_text(record)? != text {
-        return Err(Error::Plan(format!(
-            "{}: found a {what} {other}, wanted the same; use another folder",
-            record.display()
-        )));
+    let found = files::read_text(record)?;
+    if found == text {
+        return Ok(());
     }
-    Ok(())
+    let [found, wanted] = [&found, text].map(|text| files::parse_toml(record, text));
+    Err(other_settings(record, what, &found?, &wanted?))
+}
+
+/// The error that `what` has the settings `found` in the file `record`, and not those that are `wanted`.
+pub(crate) fn other_settings(record: &Path, what: &str, found: &Value, wanted: &Value) -> Error {
+    Error::Plan(format!(
+        "{}: found {what} with other settings{}; wanted the same, or another folder",
+        record.display(),
+        differences(found, wanted)
+    ))
 }

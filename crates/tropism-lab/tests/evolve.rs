@@ -104,7 +104,7 @@ fn an_interrupted_evolution_resumes_to_the_same_champion() {
     }
     broken_off.seed = 2;
     let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
-    assert!(refusal.contains("found an evolution of other settings"), "{refusal}");
+    assert!(refusal.contains("found an evolution with other settings: `seed` = 1, wanted 2;"), "{refusal}");
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn an_extended_evolution_is_the_longer_one() {
     }
     extended.evolution.generations = 20;
     let refusal = extended.execute(&Silent).unwrap_err().to_string();
-    assert!(refusal.contains("found an evolution of other settings"), "{refusal}");
+    assert!(refusal.contains("`evolution.generations` = 30, wanted 20;"), "{refusal}");
 }
 
 #[test]

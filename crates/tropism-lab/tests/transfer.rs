@@ -116,9 +116,11 @@ fn threads_and_interruptions_change_no_bit() {
     assert_eq!((rest.skipped.into_inner(), rest.done.into_inner()), (7, 2));
     assert!(wanted == content(&broken_off.out));
     assert_eq!(TransferPlan::of_folder(&broken_off.out).unwrap(), broken_off);
+    broken_off.seed = 2;
     broken_off.task = task(61);
     let refusal = broken_off.execute(&Silent).unwrap_err().to_string();
-    assert!(refusal.contains("found a comparison of other controllers"), "{refusal}");
+    assert!(refusal.contains("plan.json: found a comparison with other settings: "), "{refusal}");
+    assert!(refusal.contains("`seed` = 1, wanted 2; `task.max_steps` = 60, wanted 61;"), "{refusal}");
 }
 
 #[test]

@@ -71,7 +71,10 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
     fs::write(&saved, text).unwrap();
     let other = TunePlan { seed: 2, resume: true, ..plan };
     let refused = other.execute(&Silent).unwrap_err().to_string();
-    assert!(refused.contains("rule.search.jsonl: found a search with other settings"), "{refused}");
+    assert!(
+        refused.contains("rule.search.jsonl: found a search with other settings: `seed` = 1, wanted 2;"),
+        "{refused}"
+    );
     let resumed = TunePlan::of_search(&out).unwrap().execute(&Silent).unwrap();
     assert_eq!((resumed.rule, resumed.in_model, resumed.chase), (whole.rule, whole.in_model, whole.chase));
     assert!(fs::read(&out).unwrap() == rule && !saved.exists());

@@ -9,6 +9,7 @@ use tropism_neat::Genome;
 
 use super::EvolvePlan;
 use crate::model::Model;
+use crate::workflow::other_settings;
 use crate::{Error, FolderLock, files, lock};
 
 /// Everything that decides the results of an evolution: the content of `evolution.toml`.
@@ -98,10 +99,8 @@ impl EvolutionRecord {
             let known = files::read_text(&path)?;
             is_extended = files::parse_toml(&path, &known).is_ok_and(|known| self.extends(&known));
             if known != text && !is_extended {
-                return Err(Error::Plan(format!(
-                    "{}: found an evolution of other settings or another model, wanted the same; use another folder",
-                    path.display()
-                )));
+                let [found, wanted] = [&known, &text].map(|text| files::parse_toml(&path, text));
+                return Err(other_settings(&path, "an evolution", &found?, &wanted?));
             }
         }
         files::make_folder(&folder.join("champions"))?;

@@ -468,7 +468,7 @@ impl LaboratoriesPlan {
             tasks: tasks.to_vec(),
         };
         let text = files::toml_of(&path, &record)?;
-        check_same(&path, &text, self.resume, "comparison", "with other settings")?;
+        check_same(&path, &text, self.resume, "a comparison")?;
         files::make_folder(&self.out)?;
         let lock = lock(&self.out)?;
         files::write(&path, text.as_bytes())?;

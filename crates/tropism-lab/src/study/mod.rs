@@ -113,7 +113,7 @@ impl StudyPlan {
     fn claim(&self) -> Result<FolderLock, Error> {
         let file = self.out.join("study.toml");
         let text = files::toml_of(&file, &self.config)?;
-        check_same(&file, &text, self.resume, "study", "with other settings")?;
+        check_same(&file, &text, self.resume, "a study")?;
         files::make_folder(&self.out)?;
         let lock = lock(&self.out)?;
         files::write(&file, text.as_bytes())?;

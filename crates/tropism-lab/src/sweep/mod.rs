@@ -185,7 +185,7 @@ impl SweepPlan {
     fn claim(&self) -> Result<(Sweep<'_>, FolderLock), Error> {
         let record = record_path(&self.out);
         let (sweep, text, model) = self.prepared()?;
-        check_same(&record, &text, self.resume, "sweep", "with other settings or another model")?;
+        check_same(&record, &text, self.resume, "a sweep")?;
         files::make_folder(&self.out)?;
         let lock = lock(&self.out)?;
         if !record.exists() {
@@ -210,7 +210,7 @@ impl SweepPlan {
                 Err(error) => return Err(error.into()),
             }
         }
-        check_same(&record, &text, true, "sweep", "with other settings or another model")?;
+        check_same(&record, &text, true, "a sweep")?;
         Ok(sweep)
     }
 

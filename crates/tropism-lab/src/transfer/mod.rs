@@ -41,7 +41,7 @@ use crate::reach::note_out_of_reach;
 use crate::sequences;
 pub use crate::statistics::PairedDifference;
 use crate::task::check_goal;
-use crate::workflow::check_same;
+use crate::workflow::{check_same, other_settings};
 use crate::{Error, Monitor, Workflow, files};
 
 /// Number of plants that a claim on a controller takes (`docs/transfer.md`): the standard error of the mean is then 0.3 cm.
@@ -229,7 +229,8 @@ impl TransferPlan {
             controllers: &self.controllers,
         };
         let text = files::toml_of(&path, &record)?;
-        check_same(&path, &text, self.resume, "comparison", "of other controllers, plants or settings")?;
+        check_same(&path, &text, self.resume, "a comparison")
+            .map_err(|error| self.other_plan().unwrap_or(error))?;
         for NamedController { name, .. } in &self.controllers {
             files::make_folder(&self.out.join("tracks").join(name))?;
         }
@@ -238,6 +239,17 @@ impl TransferPlan {
         let plan = Self { out: PathBuf::new(), resume: true, ..self.clone() };
         files::write_json(&self.out.join(PLAN), &plan)?;
         Ok(lock)
+    }
+
+    /// The error that the plan in the folder differs in what decides the tracks. The record would say the same in the seeds of all
+    /// plants.
+    fn other_plan(&self) -> Option<Error> {
+        let found = Self::of_folder(&self.out).ok().filter(|_| self.resume)?;
+        let deciding = |plan: &Self| {
+            serde_json::to_value(Self { model: None, ceiling: false, bound: None, ..plan.clone() }).ok()
+        };
+        let (found, wanted) = (deciding(&found)?, deciding(self)?);
+        (found != wanted).then(|| other_settings(&self.out.join(PLAN), "a comparison", &found, &wanted))
     }
 
     /// The plan that goes on with the comparison in the folder `out`, from its `plan.json` alone. The model that it names, if

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::TunePlan;
+use crate::difference::differences;
 use crate::files::{self, FileError};
 use crate::{Error, Monitor};
 
@@ -95,6 +96,7 @@ impl SavedSearch {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let plan_alone = TunePlan { replace: false, resume: false, ..plan.clone() };
         let head = Head { schema: SCHEMA.to_owned(), version, model_sha256, plan: plan_alone };
+        let json = |error: serde_json::Error| FileError::content(&path, error.to_string());
         if !plan.resume && path.exists() {
             return Err(Error::Plan(format!(
                 "{}: found an interrupted search, wanted `resume` to go on with it; remove it to begin anew",
@@ -107,9 +109,12 @@ impl SavedSearch {
             found.plan.out.clone_from(&head.plan.out);
             found.plan.model.clone_from(&head.plan.model);
             if found != head {
+                let [found, wanted] = [&found, &head].map(serde_json::to_value);
+                let differences = differences(&found.map_err(json)?, &wanted.map_err(json)?);
                 return Err(Error::Plan(format!(
-                    "{}: found a search with other settings or another model, wanted the same; remove it to begin anew",
-                    path.display()
+                    "{}: found a search with other settings{}; wanted the same; remove it to begin anew",
+                    path.display(),
+                    differences.replace("`plan.", "`")
                 )));
             }
             known
@@ -118,7 +123,6 @@ impl SavedSearch {
         };
         // Written anew: the last line may be torn.
         let line = |value: String| value + "\n";
-        let json = |error: serde_json::Error| FileError::content(&path, error.to_string());
         let mut text = line(serde_json::to_string(&head).map_err(json)?);
         for scores in &known {
             text += &line(serde_json::to_string(scores).map_err(json)?);
