@@ -119,24 +119,21 @@ enum MethodOption {
 
 impl Evolve {
     fn plan(&self) -> Result<EvolvePlan> {
-        let settings = match &self.config {
-            Some(path) => EvolveConfig::read(path).map_err(for_user)?,
-            None => EvolveConfig::default(),
+        let has_settings = || self.config.is_none() && self.out.join("evolution.toml").exists();
+        let is_read = self.resume && (self.model.is_none() || has_settings());
+        let found = is_read.then(|| EvolvePlan::of_folder(&self.out)).transpose().map_err(for_user)?;
+        let settings = match (&self.config, &found) {
+            (Some(path), _) => EvolveConfig::read(path).map_err(for_user)?.plan(),
+            (None, Some(found)) => found.clone(),
+            (None, None) => EvolvePlan::default(),
         };
+        let model = self.model.clone().or(found.map(|found| found.model));
         let mut plan = EvolvePlan {
+            model: model.unwrap_or_else(|| settings.model.clone()),
             out: self.out.clone(),
             resume: self.resume,
             checkpoint_s: self.checkpoint,
-            ..settings.plan()
-        };
-        if self.resume && self.config.is_none() && self.out.join("evolution.toml").exists() {
-            let (resume, checkpoint_s) = (plan.resume, plan.checkpoint_s);
-            let found = EvolvePlan::of_folder(&self.out).map_err(for_user)?;
-            plan = EvolvePlan { resume, checkpoint_s, ..found };
-        }
-        plan.model = match &self.model {
-            Some(model) => model.clone(),
-            None => EvolvePlan::of_folder(&self.out).map_err(for_user)?.model,
+            ..settings
         };
         if self.task.task.is_some() {
             plan.task = self.task.load()?;
