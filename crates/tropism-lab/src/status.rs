@@ -176,6 +176,13 @@ impl Workflow for StatusPlan {
         {
             return Ok(StatusResults::Tune(search));
         }
+        if !self.folder.exists() {
+            return Err(Error::Plan(format!(
+                "{}: found no such folder or file, wanted a folder that `run`, `evolve`, `study`, `sweep` or `transfer` wrote, or \
+                 the file of a rule",
+                self.folder.display()
+            )));
+        }
         let config = RunConfig::read(&self.folder)?;
         config.rig.check().map_err(Error::at(self.folder.display()))?;
         if !has_journal(&self.folder) {
