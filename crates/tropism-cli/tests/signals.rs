@@ -1,6 +1,8 @@
 //! What signals do to a command: a terminal that is closed, `nohup`, and the limit of `ulimit -f`.
 #![cfg(unix)]
 
+mod common;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -11,7 +13,7 @@ use tropism_lab::Journal;
 
 /// A shell that does `before`, and then becomes the program with `words`.
 fn after(folder: &Path, before: &str, words: &str) -> Command {
-    let mut shell = Command::new("sh");
+    let mut shell = common::hearing("sh");
     shell.arg("-c").arg(format!("{before}; exec \"$TROPISM\" {words}")).current_dir(folder);
     shell.env("TROPISM", env!("CARGO_BIN_EXE_tropism")).stdout(Stdio::piped()).stderr(Stdio::piped());
     shell

@@ -4,6 +4,8 @@
 //! an MQTT broker. `scripts/emulated-pi ways-out` is the same for lamps and flash on GPIO.
 #![cfg(unix)]
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -259,7 +261,7 @@ fn mqtt_rig(port: u16) -> String {
 const CAMERA: &str = "driver = \"command\"\ncommand = [\"cat\", \"PHOTOGRAPH\"]\nretries = 0";
 
 fn tropism(folder: &Path, words: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tropism"));
+    let mut command = common::hearing(env!("CARGO_BIN_EXE_tropism"));
     command
         .current_dir(folder)
         .args(words)
