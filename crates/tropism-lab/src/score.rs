@@ -40,10 +40,10 @@ pub struct TrackScore {
     pub task: TaskSpec,
     /// Where the task is from.
     pub task_from: TaskSource,
-    /// Fitness, eq. (9), in cm.
+    /// Fitness: of targets eq. (9), in cm; round a pole in turns.
     pub fitness: f64,
-    /// The best fitness there can be, in cm.
-    pub best: f64,
+    /// The best fitness there can be; `None` where it is not known.
+    pub best: Option<f64>,
     /// Number of steps.
     pub steps: usize,
     /// Where the tip first reached the height of each target; `None` if it never did.
@@ -95,7 +95,7 @@ impl Workflow for ScorePlan {
             Ok(TrackScore {
                 track: path.clone(),
                 fitness: task.fitness(&track),
-                best: task.best(),
+                best: task.best_fitness(),
                 steps: track.samples.len() - 1,
                 targets: task.crossings(&track),
                 is_done: task.is_done(&track),

@@ -192,8 +192,8 @@ pub struct SimulateResults {
     pub mean_fitness: f64,
     /// Standard deviation of the fitness.
     pub sd_fitness: f64,
-    /// Greatest possible fitness.
-    pub best: f64,
+    /// Greatest possible fitness; `None` where it is not known.
+    pub best: Option<f64>,
     /// Share of steps at which the model has no data, 0 to 1.
     pub steps_without_data: f64,
 }
@@ -236,7 +236,7 @@ impl Workflow for SimulatePlan {
             episodes: self.episodes,
             mean_fitness: trial.mean,
             sd_fitness: trial.sd,
-            best: self.task.best(),
+            best: self.task.best_fitness(),
             steps_without_data: without_data / f64::from(trial.plants),
         })
     }

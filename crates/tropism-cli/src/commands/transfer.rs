@@ -139,8 +139,7 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     // The shares under 9 and 6 cm are those of the paper's task.
     let is_paper_like = plan.task.as_targets().is_some() || results.random_targets;
     let unit = if is_paper_like { " in cm" } else { "" };
-    let has_best = plan.task.best_fitness().is_some() || results.random_targets;
-    let best = has_best.then(|| format!(" of at most {:.2}", results.best_possible));
+    let best = results.best_possible.map(|best| format!(" of at most {best:.2}"));
     let shares = if is_paper_like { "  under 9  under 6" } else { "" };
     let mut text = format!(
         "{}, fitness{unit}{}\n{:<longest$}   mean   95 % interval     sd{shares}  kept  at targets\n",

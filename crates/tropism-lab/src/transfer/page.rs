@@ -33,7 +33,12 @@ impl TransferPlan {
             })
             .collect();
         let mut figures = vec![
-            report::score_strips(&strips, task::unit(&self.task), results.best_possible, Plants::Virtual),
+            report::score_strips(
+                &strips,
+                task::unit(&self.task),
+                results.best_possible.unwrap_or(0.0),
+                Plants::Virtual,
+            ),
             report::steering_panels(&self.examples(scores)?, Plants::Virtual),
         ];
         figures.extend(self.median_plants_in_space(scores)?);
@@ -64,14 +69,17 @@ impl TransferPlan {
         } else {
             ""
         };
-        let best = results.best_possible;
+        let most = |before: &str, after: &str| {
+            results.best_possible.map_or_else(String::new, |best| format!("{before}at most {best:.2}{after}"))
+        };
         let fitness = if self.task.as_targets().is_some() {
             format!(
-                "Fitness is that of eq. (9); at most {best:.2} cm are possible without swinging back{each}.\n\nFitness is not \
-                 arrival: swings on the way cost fitness, and a plant may score well and pass a target far away."
+                "Fitness is that of eq. (9){}.\n\nFitness is not arrival: swings on the way cost fitness, and a plant may score \
+                 well and pass a target far away.",
+                most("; ", &format!(" cm are possible without swinging back{each}"))
             )
         } else {
-            let most = self.task.best_fitness().map_or_else(String::new, |_| format!(": at most {best:.2}"));
+            let most = most(": ", "");
             format!(
                 "Fitness is that of the task, {}, in {}{most}.",
                 task::in_words(&self.task),

@@ -49,8 +49,8 @@ pub struct TransferResults {
     /// Whether each plant had a random sequence of targets of its own.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub random_targets: bool,
-    /// Greatest possible fitness; with random targets, its mean over the plants.
-    pub best_possible: f64,
+    /// Greatest possible fitness; with random targets, its mean over the plants. `None` where it is not known.
+    pub best_possible: Option<f64>,
     /// One entry a controller, in the order of the plan.
     pub controllers: Vec<ControllerResults>,
     /// Differences between each two controllers on the same plants.
@@ -285,7 +285,7 @@ impl Scores {
             photographs: plan.photographs,
             seed: plan.seed,
             random_targets: plan.random_targets,
-            best_possible: mean(self.tasks.iter().map(|task| task.best())),
+            best_possible: self.tasks.iter().map(Task::best_fitness).collect::<Option<Vec<f64>>>().map(mean),
             controllers: controllers.collect(),
             pairs: self.pairs(plan, &bootstrap),
             bound: plan.bound.clone(),

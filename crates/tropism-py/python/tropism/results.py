@@ -228,9 +228,9 @@ class TrackScore(Results):
     task: Mapping[str, Any]
     #: Where the task is from: plan, run or paper.
     task_from: str
-    #: In cm, and the best that there can be.
+    #: In cm, or round a pole in turns; and the best that there can be, None where it is not known.
     fitness: float
-    best: float
+    best: float | None
     steps: int
     #: None for a target whose height was not reached.
     targets: list[Crossing | None]
@@ -384,7 +384,8 @@ class SimulateResults(Results):
     episodes: int
     mean_fitness: float
     sd_fitness: float
-    best: float
+    #: The best that there can be; None where it is not known.
+    best: float | None
     steps_without_data: float
 
 
@@ -507,7 +508,8 @@ class TransferResults(Results):
     seed: int
     #: True where each plant has targets of its own.
     random_targets: bool | None
-    best_possible: float
+    #: None where it is not known.
+    best_possible: float | None
     controllers: list[ControllerResults]
     #: Differences of each two controllers.
     pairs: list[ControllerPair]
