@@ -3,7 +3,7 @@
 //! In: tracks, a plant each. Out: estimates of five parameters with 90 % intervals, and a bean file. [`RecoveryPlan`]
 //! measures on virtual plants, whose parameters are known, how well this works.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::greenhouse::bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
@@ -110,7 +110,7 @@ impl Workflow for CalibratePlan {
             let found = self.interval_min;
             return Err(Error::Plan(format!("found `interval_min` {found}, wanted 0.1 to 120 minutes")));
         }
-        files::check_outputs(self.out.as_slice(), &self.tracks)?;
+        files::check_outputs(&self.outputs(), &self.tracks)?;
         self.out.iter().try_for_each(|out| files::check_free(out, self.replace || out.is_dir()))
     }
 
@@ -119,26 +119,54 @@ impl Workflow for CalibratePlan {
         let tracks = files::track_files(&self.tracks)?;
         monitor.stage("calibrate", tracks.len() as u64);
         let estimate = |path: &PathBuf| {
-            go_on(monitor)?;
+            if !monitor.may_go_on() {
+                return Ok(None);
+            }
             let track = files::read_track(path)?;
-            let calibration =
-                calibrate(&track, self.interval_min, &self.species).map_err(Error::at(path.display()))?;
-            monitor.advance(1);
-            Ok::<_, Error>(PlantEstimates::new(path.clone(), &calibration))
+            let calibration = calibrate(&track, self.interval_min, &self.species, &|| monitor.may_go_on())
+                .map_err(Error::at(path.display()))?;
+            monitor.advance(u64::from(calibration.is_some()));
+            Ok::<_, Error>(calibration.map(|calibration| PlantEstimates::new(path.clone(), &calibration)))
         };
-        let plants: Vec<PlantEstimates> =
+        let plants: Vec<Option<PlantEstimates>> =
             parallel::try_map(tracks.len(), |number| estimate(&tracks[number]))?;
+        let plants: Vec<PlantEstimates> = plants.into_iter().flatten().collect();
+        if plants.len() < tracks.len() {
+            return Err(self.interrupted(&plants, tracks.len())?);
+        }
         if let Some(out) = &self.out {
-            let species = with_estimates(self.species.clone(), &pool(&plants), plants.len());
-            files::write(out, files::toml_of(out, &species)?.as_bytes())?;
+            self.write(out, &plants)?;
         }
         Ok(plants)
     }
 }
 
-/// An error if the user asked for an end. Asked before each plant, which takes some tenths of a second.
-fn go_on(monitor: &dyn Monitor) -> Result<(), Error> {
-    if monitor.may_go_on() { Ok(()) } else { Err(Error::cancelled()) }
+impl CalibratePlan {
+    /// The files that may be written: that of all plants, and that of those which were done when the work was interrupted.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        self.out.iter().flat_map(|out| [out.clone(), out.with_extension("part.toml")]).collect()
+    }
+
+    fn write(&self, path: &Path, plants: &[PlantEstimates]) -> Result<(), Error> {
+        let species = with_estimates(self.species.clone(), &pool(plants), plants.len());
+        Ok(files::write(path, files::toml_of(path, &species)?.as_bytes())?)
+    }
+
+    /// What an interruption leaves: the estimates of the plants that are done, beside the place of those of all.
+    fn interrupted(&self, plants: &[PlantEstimates], of: usize) -> Result<Error, Error> {
+        let outputs = self.outputs();
+        let [_, part] = &outputs[..] else { return Ok(Error::cancelled()) };
+        if plants.is_empty() {
+            return Ok(Error::cancelled());
+        }
+        self.write(part, plants)?;
+        Ok(Error::Cancelled(format!(
+            "{} has the estimates of {} of {of} plants",
+            part.display(),
+            plants.len()
+        )))
+    }
 }
 
 impl PlantEstimates {
@@ -260,11 +288,14 @@ impl Workflow for RecoveryPlan {
         self.check()?;
         monitor.stage("calibrating virtual plants", self.plants.into());
         let recover = |plant: u32| {
-            go_on(monitor)?;
+            if !monitor.may_go_on() {
+                return Err(Error::cancelled());
+            }
             let seed = random::derive(self.seed, Purpose::Plant, plant.into());
             let track = acceptance::open_loop_experiment(&self.species, seed);
-            let calibration = calibrate(&track, track.period_min, &self.species)
-                .map_err(Error::at(format!("virtual plant {}", plant + 1)))?;
+            let calibration = calibrate(&track, track.period_min, &self.species, &|| monitor.may_go_on())
+                .map_err(Error::at(format!("virtual plant {}", plant + 1)))?
+                .ok_or_else(Error::cancelled)?;
             monitor.advance(1);
             let truth = parameters(&self.species.draw(seed, 1.0));
             Ok::<_, Error>(RecoveredPlant { truth, estimates: calibration.estimates })
@@ -309,4 +340,53 @@ fn parameters(plant: &Individual) -> [f64; 5] {
         plant.tropism.light_memory_h,
         plant.nutation.period_h,
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use tropism::control::Periodic;
+    use tropism::environment::unwatched;
+    use tropism::greenhouse::bean::Trial;
+    use tropism::lamps::Layout;
+    use tropism::task::OpenLoop;
+
+    use super::*;
+
+    /// Asks for an end after the first plant.
+    #[derive(Default)]
+    struct One(AtomicBool);
+
+    impl Monitor for One {
+        fn advance(&self, count: u64) {
+            self.0.fetch_or(count > 0, Ordering::SeqCst);
+        }
+
+        fn may_go_on(&self) -> bool {
+            !self.0.load(Ordering::SeqCst)
+        }
+    }
+
+    #[test]
+    fn an_interruption_leaves_the_plants_that_are_done() {
+        let folder = tempfile::tempdir().unwrap();
+        let species = Species::default();
+        let task = OpenLoop { steps: 60, ..OpenLoop::default() };
+        let mut periodic = Periodic::new(12, &Layout::default());
+        let track = Trial::new(&species).grow(1, &mut periodic, &task, &mut unwatched);
+        let tracks = vec![folder.path().join("1.csv"), folder.path().join("2.csv")];
+        tracks.iter().for_each(|path| files::write_track(path, &track).unwrap());
+        let out = folder.path().join("mine.toml");
+        let plan = CalibratePlan { tracks, out: Some(out.clone()), ..CalibratePlan::default() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let ended = pool.install(|| plan.execute(&One::default())).unwrap_err();
+        assert!(
+            matches!(ended, Error::Cancelled(left) if left.ends_with("mine.part.toml has the estimates of 1 of 2 plants"))
+        );
+        let part: Species = files::read_toml(&folder.path().join("mine.part.toml")).unwrap();
+        assert!(part != species && !out.exists());
+        assert_eq!(plan.execute(&crate::Silent).unwrap().len(), 2);
+        assert!(out.exists());
+    }
 }

@@ -110,7 +110,7 @@ struct Course<'t> {
 }
 
 /// Estimates the parameters of the plant of `track`, whose rows are `period_min` minutes apart. What is not estimated is the
-/// species' own.
+/// species' own. `None` if `may_go_on`, which is asked for each plant that is tried, said no.
 ///
 /// # Errors
 /// [`CalibrateError`].
@@ -118,9 +118,10 @@ pub fn calibrate(
     track: &Track,
     period_min: f64,
     species: &Species,
-) -> Result<BeanCalibration, CalibrateError> {
+    may_go_on: &dyn Fn() -> bool,
+) -> Result<Option<BeanCalibration>, CalibrateError> {
     let course = Course::new(track, period_min, species)?;
-    let best = course.fit();
+    let Some(best) = course.fit(may_go_on) else { return Ok(None) };
     let quiet = course.tips(&best);
     let rms_cm = course.distance(&quiet).sqrt();
     let slopes: [Vec<f64>; MOVING] = core::array::from_fn(|parameter| {
@@ -146,13 +147,13 @@ pub fn calibrate(
         track.samples.iter().zip(&quiet).map(|(sample, tip)| sample.tip.x - tip.x).collect();
     let nutation = (species.typical.nutation.period_h, logarithmic(species.spread.nutation_period_h));
     let period = spectral(&residual, period_min / 60.0, nutation);
-    Ok(BeanCalibration {
+    Ok(Some(BeanCalibration {
         estimates: core::array::from_fn(|parameter| match parameter {
             FITTED => Estimate::new(period.0, period.1, nutation.1),
             fitted_one => Estimate::new(fitted[fitted_one], sd[fitted_one], course.spread[fitted_one]),
         }),
         rms_cm,
-    })
+    }))
 }
 
 impl Estimate {
@@ -280,16 +281,19 @@ impl<'t> Course<'t> {
         2.0 * apart.iter().map(|apart| apart * apart).sum::<f64>() / apart.len() as f64
     }
 
-    /// The fitted parameters, as logarithms of their change from the species' own.
-    fn fit(&self) -> [f64; MOVING] {
+    /// The fitted parameters, as logarithms of their change from the species' own; `None` if interrupted.
+    fn fit(&self, may_go_on: &dyn Fn() -> bool) -> Option<[f64; MOVING]> {
         let all = |fitted: [f64; FITTED]| -> [f64; MOVING] {
             core::array::from_fn(|parameter| fitted.get(parameter).copied().unwrap_or(0.0))
         };
         let corners: [[f64; FITTED]; FITTED + 1] = core::array::from_fn(|corner| {
             core::array::from_fn(|parameter| if parameter + 1 == corner { SIMPLEX } else { 0.0 })
         });
-        let best = minimize(|fitted| self.unlikeliness(&all(fitted)), &corners, TERMINATION);
-        all(best.map_or([0.0; FITTED], |best| best.point)).map(|moved| moved.clamp(-FARTHEST, FARTHEST))
+        // After an interruption all are alike, and the search is soon over.
+        let unlikeliness = |fitted| if may_go_on() { self.unlikeliness(&all(fitted)) } else { f64::MAX };
+        let best = minimize(unlikeliness, &corners, TERMINATION);
+        let best = all(best.map_or([0.0; FITTED], |best| best.point));
+        may_go_on().then(|| best.map(|moved| moved.clamp(-FARTHEST, FARTHEST)))
     }
 
     /// Twice the negative logarithm of how likely the moving parameters are, after the track, but for a constant.
