@@ -105,11 +105,18 @@ fn a_folder_of_photographs_does_and_damaged_ones_are_left_out() {
     fs::remove_file(photographs.join("000000.jpg")).unwrap();
     let made = json(folder.path(), &["timelapse", "run/photographs", "--width", "100", "--out", "a.gif"]);
     assert_eq!((&made["photographs"], &made["pictures"]), (&6.into(), &5.into()));
-    // They lie in the folder of a run, which says that they are of a virtual plant; elsewhere it is not known.
+    // They lie in the folder of a run, which says that they are of a virtual plant; elsewhere they say so themselves, unless
+    // another program has written them anew.
     assert_eq!((&made["left_out"], &made["is_virtual"]), (&1.into(), &true.into()));
     fs::create_dir(folder.path().join("elsewhere")).unwrap();
     fs::copy(photographs.join("000001.jpg"), folder.path().join("elsewhere/1.jpg")).unwrap();
     let made = json(folder.path(), &["timelapse", "elsewhere", "--width", "100", "--out", "c.gif"]);
+    assert_eq!((&made["pictures"], &made["is_virtual"]), (&1.into(), &true.into()));
+    let own = fs::read(folder.path().join("elsewhere/1.jpg")).unwrap();
+    let place = own.windows(13).position(|text| text == b"virtual plant").unwrap();
+    let silent = [&own[..place], b"another plant", &own[place + 13..]].concat();
+    fs::write(folder.path().join("elsewhere/1.jpg"), silent).unwrap();
+    let made = json(folder.path(), &["timelapse", "elsewhere", "--width", "100", "--out", "d.gif"]);
     assert_eq!((&made["pictures"], &made["is_virtual"]), (&1.into(), &serde_json::Value::Null));
     // In a run, a photograph that was taken away is missed as well; and a picture alone makes no film.
     let made = json(folder.path(), &["timelapse", "run", "--width", "100", "--out", "b.jpg"]);

@@ -7,7 +7,7 @@ use tropism::photo::Image;
 use tropism::task::Task;
 use tropism::text::plural;
 use tropism::track::Sample;
-use tropism_report::{Film, FilmStep, cropped, scaled};
+use tropism_report::{Film, FilmStep, Plants, cropped, scaled};
 
 use super::Crop;
 use crate::error::Error;
@@ -45,8 +45,13 @@ impl Source {
         let mut film = Film::default();
         if !folder.join("run.toml").exists() {
             let photographs = files::photographs(&[folder.to_owned()])?;
-            // The folder `photographs` of a run is of its plant.
-            film.plants = RunConfig::read(&folder.join("..")).ok().map(|config| config.plants());
+            // The folder `photographs` of a run is of its plant; those of the virtual tent say so anywhere.
+            let says_virtual =
+                |path: &PathBuf| files::read_header(path).is_ok_and(|header| header.is_virtual);
+            film.plants = match RunConfig::read(&folder.join("..")) {
+                Ok(config) => Some(config.plants()),
+                Err(_) => photographs.iter().any(says_virtual).then_some(Plants::Virtual),
+            };
             return Ok(Self { photographs, film, crop: None, width });
         }
         let config = RunConfig::read(folder)?;

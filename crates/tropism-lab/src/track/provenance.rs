@@ -20,7 +20,8 @@ pub fn is_virtual(track: &Path) -> bool {
     text.is_ok_and(|text| serde_json::from_str::<Provenance>(&text).is_ok_and(|file| file.is_virtual))
 }
 
-/// Whether photographs lie in the run folder of a virtual plant, or in a folder inside it.
+/// Whether photographs lie in the run folder of a virtual plant or in a folder inside it, or say themselves that they are of the
+/// virtual tent.
 pub(super) fn are_virtual(frames: &[Frame]) -> bool {
     let mut folders: Vec<&Path> = frames.iter().filter_map(|frame| frame.path.parent()).collect();
     folders.dedup();
@@ -28,4 +29,5 @@ pub(super) fn are_virtual(frames: &[Frame]) -> bool {
     with_parents
         .map(|folder| files::read_toml::<Provenance>(&folder.join("run.toml")))
         .any(|run| run.is_ok_and(|run| run.is_virtual))
+        || frames.iter().any(|frame| files::read_header(&frame.path).is_ok_and(|header| header.is_virtual))
 }

@@ -1,7 +1,8 @@
 //! The Exif header of a photograph: when it was taken and how the camera was held.
 //!
 //! # References
-//! CIPA DC-008 (Exif 2.32), section 4.6: tags 0x0112 (Orientation), 0x9003 (DateTimeOriginal) and those around them.
+//! CIPA DC-008 (Exif 2.32), section 4.6: tags 0x010E (ImageDescription), 0x0112 (Orientation), 0x9003
+//! (DateTimeOriginal) and those around them.
 
 use std::io::{BufRead, Seek};
 
@@ -9,6 +10,20 @@ use exif::{DateTime, Exif, In, Tag, Value};
 
 use super::Image;
 use super::timestamp::unix_seconds;
+
+/// The description of a photograph of the virtual tent: it is known wherever the file is copied to.
+const VIRTUAL: &str = "virtual plant";
+
+/// The TIFF bytes of an Exif header with one field: the description of a photograph of the virtual tent.
+pub(crate) fn header_of_virtual_plant() -> Vec<u8> {
+    // Little-endian, a directory at 8 with one entry: the description, text, of this length, behind the directory at 26.
+    let length = VIRTUAL.len() as u8 + 1;
+    let mut bytes = b"II*\0\x08\0\0\0\x01\0\x0e\x01\x02\0".to_vec();
+    bytes.extend([length, 0, 0, 0, 26, 0, 0, 0, 0, 0, 0, 0]);
+    bytes.extend(VIRTUAL.as_bytes());
+    bytes.push(0);
+    bytes
+}
 
 /// The fields of an Exif header that matter here; the default is that of a file without one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,6 +33,8 @@ pub struct ExifHeader {
     pub taken_s: Option<f64>,
     /// How the camera was held.
     pub orientation: Orientation,
+    /// Whether it says that the photograph is of the virtual tent.
+    pub is_virtual: bool,
 }
 
 impl ExifHeader {
@@ -26,16 +43,24 @@ impl ExifHeader {
         let Ok(exif) = exif::Reader::new().read_from_container(input) else { return Self::default() };
         let field = |tag| exif.get_field(tag, In::PRIMARY);
         let number = field(Tag::Orientation).and_then(|field| field.value.get_uint(0)).unwrap_or(1);
-        Self { taken_s: taken_s(&exif), orientation: Orientation(number.try_into().unwrap_or(1)) }
+        Self {
+            taken_s: taken_s(&exif),
+            orientation: Orientation(number.try_into().unwrap_or(1)),
+            is_virtual: text(&exif, Tag::ImageDescription).is_some_and(|text| text == VIRTUAL.as_bytes()),
+        }
+    }
+}
+
+fn text(exif: &Exif, tag: Tag) -> Option<Vec<u8>> {
+    match &exif.get_field(tag, In::PRIMARY)?.value {
+        Value::Ascii(lines) => lines.first().cloned(),
+        _ => None,
     }
 }
 
 /// The time of the photograph or, without one, that of the file's last change.
 fn taken_s(exif: &Exif) -> Option<f64> {
-    let text = |tag| match &exif.get_field(tag, In::PRIMARY)?.value {
-        Value::Ascii(lines) => lines.first().cloned(),
-        _ => None,
-    };
+    let text = |tag| text(exif, tag);
     let mut time =
         DateTime::from_ascii(&text(Tag::DateTimeOriginal).or_else(|| text(Tag::DateTime))?).ok()?;
     // An unreadable fraction or offset counts as none.

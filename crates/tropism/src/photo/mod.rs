@@ -18,6 +18,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+pub(crate) use self::exif::header_of_virtual_plant;
 pub use self::exif::{ExifHeader, Orientation};
 pub use self::image::Image;
 pub use self::name_order::natural_order;

@@ -3,6 +3,7 @@
 use jpeg_encoder::{Encoder, ImageBuffer, JpegColorType, SamplingFactor};
 
 use super::ycbcr::YcbcrImage;
+use crate::photo::header_of_virtual_plant;
 
 impl ImageBuffer for &YcbcrImage {
     fn get_jpeg_color_type(&self) -> JpegColorType {
@@ -40,7 +41,7 @@ fn side(length: usize) -> u16 {
     u16::try_from(length).expect("a side of at most 65 535 pixels")
 }
 
-/// Writes a picture as a JPEG file of `quality` 1 to 100.
+/// Writes a picture as a JPEG file of `quality` 1 to 100, whose Exif header says that its plant is virtual.
 ///
 /// # Panics
 /// If the picture has a side of 0 or above 65 535.
@@ -48,6 +49,7 @@ pub(super) fn encode(film: &YcbcrImage, quality: u8) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(film.luma.len() / 4);
     let mut encoder = Encoder::new(&mut bytes, quality);
     encoder.set_sampling_factor(SamplingFactor::F_2_2);
+    encoder.add_exif_metadata(&header_of_virtual_plant()).expect("a header of few bytes");
     encoder.encode_image(film).expect("a picture that has pixels is written to memory");
     bytes
 }
@@ -55,7 +57,9 @@ pub(super) fn encode(film: &YcbcrImage, quality: u8) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photo::{Image, Photo};
+    use std::io::Cursor;
+
+    use crate::photo::{ExifHeader, Image, Photo};
 
     #[test]
     fn even_and_odd_sides_come_back_in_their_colours() {
@@ -65,6 +69,7 @@ mod tests {
                 .collect();
             let image = Image { width, height, rgb };
             let bytes = encode(&YcbcrImage::of(&image), 95);
+            assert!(ExifHeader::read(&mut Cursor::new(&bytes)).is_virtual);
             let back = Photo { name: String::new(), bytes, time_s: 0.0 }.decode().unwrap();
             assert_eq!((back.width, back.height), (width, height));
             for (x, y) in [(0, 0), (width - 1, 0), (0, height - 1), (width - 1, height - 1)] {
