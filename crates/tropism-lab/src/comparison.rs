@@ -73,8 +73,8 @@ fn pair(one: &NamedSample, other: &NamedSample) -> Option<SamplePair> {
     })
 }
 
-/// The pairs as a table of a report. `what` is what the values are, in the plural.
-pub(crate) fn pair_table(pairs: &[SamplePair], what: &str) -> Table {
+/// The pairs as a table of a report. `what` is what the values are, in the plural, and `unit` theirs.
+pub(crate) fn pair_table(pairs: &[SamplePair], what: &str, unit: &str) -> Table {
     let row = |pair: &SamplePair| {
         vec![
             format!("{} and {}", pair.one, pair.other),
@@ -87,7 +87,8 @@ pub(crate) fn pair_table(pairs: &[SamplePair], what: &str) -> Table {
             if pair.is_different() { "yes" } else { "no" }.to_owned(),
         ]
     };
-    let head = ["Pair", "Sizes", "Difference of medians (cm)", "U", "p", "p after Holm", "A", "They differ"];
+    let difference = format!("Difference of medians ({unit})");
+    let head = ["Pair", "Sizes", &difference, "U", "p", "p after Holm", "A", "They differ"];
     Table {
         title: "Which differ".to_owned(),
         caption: format!(
@@ -129,7 +130,7 @@ mod tests {
             (pairs[0].p - 2.0 / 12870.0).abs() < 1e-15 && (pairs[0].p_holm - 6.0 / 12870.0).abs() < 1e-15
         );
         assert_eq!((pairs[0].superiority, pairs[0].median_difference), (0.0, -5.0));
-        let table = pair_table(&pairs, "values");
+        let table = pair_table(&pairs, "values", "cm");
         assert_eq!(table.rows[0][5..], ["0.0005", "0.00", "yes"]);
         assert!(table.rows.iter().all(|row| row.len() == table.head.len()));
     }

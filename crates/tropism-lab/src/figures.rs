@@ -120,10 +120,10 @@ impl Figures {
     }
 
     /// Figures 6a and 6b: fitness over the generations of all runs, and of a typical successful one.
-    pub(crate) fn add_evolution(&mut self, history: &EvolutionHistory, plants: Plants) {
-        self.drawn.push(report::fitness_boxes(&history.best, plants));
+    pub(crate) fn add_evolution(&mut self, history: &EvolutionHistory, unit: &str, plants: Plants) {
+        self.drawn.push(report::fitness_boxes(&history.best, unit, plants));
         if let Some(run) = history.typical_run() {
-            self.drawn.push(report::fitness_run(run, &history.best[run], &history.mean[run], plants));
+            self.drawn.push(report::fitness_run(run, &history.best[run], &history.mean[run], unit, plants));
         }
     }
 
@@ -226,6 +226,12 @@ fn stems_of_track(track: &Track) -> Vec<LitStem> {
 
 /// The fitness of steered runs, and the distance of their tips to each target.
 pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
+    let unit = |run: &FinishedRun| task::unit(&run.config.task);
+    let has_one_unit = runs.windows(2).all(|pair| unit(&pair[0]) == unit(&pair[1]));
+    let fitness = |run: &FinishedRun| match run.fitness() {
+        fitness if has_one_unit => format!("{fitness:.2}"),
+        fitness => format!("{fitness:.2} {}", unit(run)),
+    };
     let row = |run: &FinishedRun| {
         let crossings = run.config.task.crossings(&run.track);
         let distances: Vec<String> = crossings
@@ -237,12 +243,15 @@ pub(crate) fn fitness_table(runs: &[FinishedRun]) -> Table {
         vec![
             short_name(&run.path),
             run.config.controller_description(),
-            format!("{:.2}", run.fitness()),
+            fitness(run),
             (run.track.samples.len() - 1).to_string(),
             distances.join(", "),
         ]
     };
-    let head = ["Run", "Controller", "Fitness (cm)", "Steps", "Distance to each target at its height (cm)"];
+    let in_unit =
+        runs.first().filter(|_| has_one_unit).map_or_else(String::new, |run| format!(" ({})", unit(run)));
+    let fitness = format!("Fitness{in_unit}");
+    let head = ["Run", "Controller", &fitness, "Steps", "Distance to each target at its height (cm)"];
     Table {
         title: "Steered experiments".to_owned(),
         caption: "Fitness by the task of each run, of targets after eq. (9). Tips are as the controller saw them in photographs.".to_owned(),

@@ -79,8 +79,9 @@ pub fn in_words(task: &TaskSpec) -> String {
     }
 }
 
-/// What the fitness of a task is measured in.
-pub(crate) fn unit(task: &TaskSpec) -> &'static str {
+/// What the fitness of a task is measured in: `cm`, or `turns` round a pole.
+#[must_use]
+pub fn unit(task: &TaskSpec) -> &'static str {
     if task.pole().is_some() { "turns" } else { "cm" }
 }
 

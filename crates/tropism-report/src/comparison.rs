@@ -13,11 +13,11 @@ use tropism::math::statistics::five_numbers;
 pub struct ComparedRuns {
     /// Name of the evolution, study or setting.
     pub name: String,
-    /// Best fitness of each generation of each run, in cm: `best[run][generation - 1]`; empty where there are no generations.
+    /// Best fitness of each generation of each run: `best[run][generation - 1]`; empty where there are no generations.
     pub best: Vec<Vec<f64>>,
-    /// The values that are compared, such as the best fitness of each run, in cm.
+    /// The values that are compared, such as the best fitness of each run.
     pub values: Vec<f64>,
-    /// 95 % interval of the mean of the values, in cm.
+    /// 95 % interval of the mean of the values.
     pub interval: [f64; 2],
 }
 
@@ -34,13 +34,13 @@ const PANEL: (f64, f64) = (420.0, 290.0);
 const BESIDE: f64 = 24.0;
 
 /// Median and quartiles over runs of the best fitness of a generation, a line and a band for each of `compared`. `best` is the
-/// greatest possible fitness.
+/// greatest possible fitness. All are in `unit`.
 #[must_use]
-pub fn fitness_compared(compared: &[ComparedRuns], best: Option<f64>, plants: Plants) -> Figure {
+pub fn fitness_compared(compared: &[ComparedRuns], unit: &str, best: Option<f64>, plants: Plants) -> Figure {
     let lines: Vec<Vec<(usize, [f64; 3])>> = compared.iter().map(|one| quartiles(&one.best)).collect();
     let last = lines.iter().flatten().map(|(generation, _)| *generation).max().unwrap_or(1).max(2);
     let all = lines.iter().flatten().flat_map(|(_, values)| *values);
-    let y = Axis::covering("best fitness (cm)", (0.0, best.unwrap_or(1.0).max(1.0)), all);
+    let y = Axis::covering(format!("best fitness ({unit})"), (0.0, best.unwrap_or(1.0).max(1.0)), all);
     let x = Axis { label: "generation".to_owned(), from: 0.0, to: last as f64, tick: number };
     let looks: Vec<String> = (0..compared.len()).map(look).collect();
     let legend: Vec<(&str, String)> =
@@ -79,16 +79,22 @@ pub fn fitness_compared(compared: &[ComparedRuns], best: Option<f64>, plants: Pl
     }
 }
 
-/// A strip of points and a box for each of `compared`; `what` says what a point is, such as `a run`.
+/// A strip of points and a box for each of `compared`, in `unit`; `what` says what a point is, such as `a run`.
 #[must_use]
-pub fn values_compared(compared: &[ComparedRuns], best: f64, what: &str, plants: Plants) -> Figure {
+pub fn values_compared(
+    compared: &[ComparedRuns],
+    unit: &str,
+    best: f64,
+    what: &str,
+    plants: Plants,
+) -> Figure {
     let scores = |one: &ComparedRuns| ControllerScores {
         name: escaped(&one.name),
         fitness: one.values.clone(),
         interval: one.interval,
     };
-    let strips = score_strips(&compared.iter().map(scores).collect::<Vec<_>>(), "cm", best, plants);
-    let mut data = "name,fitness_cm\n".to_owned();
+    let strips = score_strips(&compared.iter().map(scores).collect::<Vec<_>>(), unit, best, plants);
+    let mut data = format!("name,fitness_{unit}\n");
     for one in compared {
         for value in &one.values {
             let _ = writeln!(data, "\"{}\",{}", one.name.replace('"', "\"\""), Cell(*value));
@@ -164,18 +170,18 @@ mod tests {
     #[test]
     fn the_comparison_is_golden() {
         let both = [compared("population=50", 1.0, 300), compared("population=150", 2.5, 200)];
-        testing::golden(&fitness_compared(&both, Some(15.0), Plants::ModelOfVirtual));
+        testing::golden(&fitness_compared(&both, "cm", Some(15.0), Plants::ModelOfVirtual));
     }
 
     #[test]
     fn the_data_are_those_of_the_lines() {
         let one = compared("a \"b\", c", 1.0, 500);
-        let figure = fitness_compared(std::slice::from_ref(&one), None, Plants::ModelOfReal);
+        let figure = fitness_compared(std::slice::from_ref(&one), "cm", None, Plants::ModelOfReal);
         let lines: Vec<&str> = figure.data.lines().collect();
         assert!((POINTS / 2..=POINTS + 2).contains(&lines.len()), "{}", lines.len());
         assert!(lines[1].starts_with("\"a \"\"b\"\", c\",1,2.0000,2.0000,2.0000"), "{}", lines[1]);
         assert!(lines[lines.len() - 1].starts_with("\"a \"\"b\"\", c\",500,"), "the last generation");
-        let values = values_compared(&[one], 15.0, "a run", Plants::ModelOfReal);
+        let values = values_compared(&[one], "cm", 15.0, "a run", Plants::ModelOfReal);
         assert_eq!((values.data.lines().count(), values.number), (7, "scores"));
     }
 
@@ -190,8 +196,8 @@ mod tests {
         };
         for all in [names.collect(), Vec::new(), vec![empty]] {
             for figure in [
-                fitness_compared(&all, Some(15.0), Plants::Virtual),
-                values_compared(&all, 15.0, "a run", Plants::Virtual),
+                fitness_compared(&all, "cm", Some(15.0), Plants::Virtual),
+                values_compared(&all, "cm", 15.0, "a run", Plants::Virtual),
             ] {
                 let Body::Svg(svg) = figure.body else { panic!() };
                 testing::assert_well_formed(&svg);

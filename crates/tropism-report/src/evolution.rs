@@ -11,16 +11,19 @@ use tropism::text::plural;
 /// The best possible fitness of the paper's task, which its Figure 6 marks, in cm.
 const PAPER_BEST: f64 = 15.0;
 
+/// The unit of that fitness.
+const PAPER_UNIT: &str = "cm";
+
 /// Approximate number of boxes (Fig. 6a has 21).
 const BOXES: f64 = 20.0;
 
-/// Figure 6a: box plots of the best fitness of a generation over runs, in cm; `runs[run][generation - 1]`.
+/// Figure 6a: box plots of the best fitness of a generation over runs, in `unit`; `runs[run][generation - 1]`.
 ///
 /// A box reaches from the 25th to the 75th percentile and shows the median; its whiskers reach to the minimum and the
 /// maximum. Boxes stand at generation 1 and at round generations (every hundredth of 2000). A run that ended early counts
 /// in the generations that it has.
 #[must_use]
-pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
+pub fn fitness_boxes(runs: &[Vec<f64>], unit: &str, plants: Plants) -> Figure {
     let generations = runs.iter().map(Vec::len).max().unwrap_or(0);
     let step = (nice_step(generations as f64 / BOXES * 8.0).max(1.0)) as usize;
     let shown = (1..=generations).filter(|generation| *generation == 1 || generation % step == 0);
@@ -31,14 +34,14 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
             Some((generation, five_numbers(&finite)?))
         })
         .collect();
-    let y = Axis::covering("best fitness (cm)", (0.0, 16.0), boxes.iter().flat_map(|(_, numbers)| *numbers));
+    let label = format!("best fitness ({unit})");
+    let y = Axis::covering(label, ends(unit), boxes.iter().flat_map(|(_, numbers)| *numbers));
     let last = generations.max(1) as f64;
     let room = 0.03 * last;
     let mut plot = Plot::new(axis_of_generations(-room, last + room), y, (372.0, 270.0), 18.0, 28.0);
     let half = (0.32 * step as f64 * plot.scale()).clamp(1.5, 7.0);
     plot.line("median thin", boxes.iter().map(|(generation, numbers)| (*generation as f64, numbers[2])));
-    plot.horizontal_line("grid dotted", PAPER_BEST);
-    plot.text("tick", (plot.right_edge() + 2.0, plot.place(0.0, PAPER_BEST).1 + 4.0), "start", "15");
+    mark_best(&mut plot, unit);
     let mut data = "generation,least,quartile_1,median,quartile_3,greatest\n".to_owned();
     for (generation, numbers) in &boxes {
         let [least, low, median, high, greatest] = numbers.map(Cell);
@@ -50,11 +53,29 @@ pub fn fitness_boxes(runs: &[Vec<f64>], plants: Plants) -> Figure {
         title: format!("Best fitness, {}", plural(runs.len(), "run")),
         caption: format!(
             "Best fitness of a generation over independent evolutionary runs: minimum, quartiles and maximum, with the median \
-             as a bar; the dotted line marks 15 cm, the best possible in the paper's task. {}",
+             as a bar{}. {}",
+            if unit == PAPER_UNIT {
+                "; the dotted line marks 15 cm, the best possible in the paper's task"
+            } else {
+                ""
+            },
             plants.sentence()
         ),
         data,
         body: Body::Svg(plot.finish()),
+    }
+}
+
+/// The ends of the axis of fitness, which reach farther if it does.
+fn ends(unit: &str) -> (f64, f64) {
+    (0.0, if unit == PAPER_UNIT { PAPER_BEST + 1.0 } else { 1.0 })
+}
+
+/// Marks the best possible fitness of the paper's task, on an axis of its unit.
+fn mark_best(plot: &mut Plot, unit: &str) {
+    if unit == PAPER_UNIT {
+        plot.horizontal_line("grid dotted", PAPER_BEST);
+        plot.text("tick", (plot.right_edge() + 2.0, plot.place(0.0, PAPER_BEST).1 + 4.0), "start", "15");
     }
 }
 
@@ -79,14 +100,13 @@ fn draw_box(plot: &mut Plot, generation: f64, numbers: &[f64; 5], half: f64) {
     plot.path("bold best", &bar);
 }
 
-/// Figure 6b: best and mean fitness of each generation of the run with the number `run` from 0, in cm.
+/// Figure 6b: best and mean fitness of each generation of the run with the number `run` from 0, in `unit`.
 #[must_use]
-pub fn fitness_run(run: usize, best: &[f64], mean: &[f64], plants: Plants) -> Figure {
+pub fn fitness_run(run: usize, best: &[f64], mean: &[f64], unit: &str, plants: Plants) -> Figure {
     let last = best.len().max(mean.len()).max(2) as f64;
-    let y = Axis::covering("fitness (cm)", (0.0, 16.0), best.iter().chain(mean).copied());
+    let y = Axis::covering(format!("fitness ({unit})"), ends(unit), best.iter().chain(mean).copied());
     let mut plot = Plot::new(axis_of_generations(0.0, last), y, (372.0, 270.0), 18.0, 28.0);
-    plot.horizontal_line("grid dotted", PAPER_BEST);
-    plot.text("tick", (plot.right_edge() + 2.0, plot.place(0.0, PAPER_BEST).1 + 4.0), "start", "15");
+    mark_best(&mut plot, unit);
     let mut data = "generation,best,mean\n".to_owned();
     for (generation, (best, mean)) in (1..).zip(best.iter().zip(mean)) {
         let _ = writeln!(data, "{generation},{},{}", Cell(*best), Cell(*mean));
@@ -120,19 +140,31 @@ mod tests {
     #[test]
     fn figure_6a_is_golden() {
         let runs: Vec<Vec<f64>> = (0..5).map(|run| rising(run, 200)).collect();
-        testing::golden(&fitness_boxes(&runs, Plants::ModelOfVirtual));
+        testing::golden(&fitness_boxes(&runs, "cm", Plants::ModelOfVirtual));
     }
 
     #[test]
     fn figure_6b_is_golden() {
         let best = rising(3, 200);
         let mean: Vec<f64> = best.iter().map(|fitness| fitness - 4.0).collect();
-        testing::golden(&fitness_run(3, &best, &mean, Plants::ModelOfReal));
+        testing::golden(&fitness_run(3, &best, &mean, "cm", Plants::ModelOfReal));
+    }
+
+    #[test]
+    fn the_best_of_the_paper_is_marked_in_its_unit_alone() {
+        let svg = |unit| match fitness_boxes(&[vec![0.2, 0.4]], unit, Plants::Virtual).body {
+            Body::Svg(svg) => svg,
+            _ => panic!(),
+        };
+        assert!(svg("cm").contains("best fitness (cm)") && svg("cm").contains(">15</text>"));
+        assert!(svg("turns").contains("best fitness (turns)") && !svg("turns").contains(">15</text>"));
     }
 
     #[test]
     fn two_thousand_generations_have_the_boxes_of_the_paper() {
-        let Body::Svg(svg) = fitness_boxes(&[rising(1, 2000)], Plants::ModelOfVirtual).body else { panic!() };
+        let Body::Svg(svg) = fitness_boxes(&[rising(1, 2000)], "cm", Plants::ModelOfVirtual).body else {
+            panic!()
+        };
         assert_eq!(svg.matches("fill box").count(), 21);
     }
 }

@@ -392,8 +392,8 @@ mod tests {
             report::directions(&tracks, plants),
         ];
         figures.extend(report::shift_maps(&tracks, plants));
-        figures.push(report::fitness_boxes(&[fitness.clone(), fitness.clone()], plants));
-        figures.push(report::fitness_run(0, &fitness, &fitness, plants));
+        figures.push(report::fitness_boxes(&[fitness.clone(), fitness.clone()], "cm", plants));
+        figures.push(report::fitness_run(0, &fitness, &fitness, "cm", plants));
         let goals = report::Goals {
             targets: vec![Point::new(3.0, 6.0), Point::new(-5.0, 9.0)],
             ..report::Goals::default()

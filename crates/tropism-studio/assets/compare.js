@@ -61,14 +61,14 @@ async function compare() {
     };
     put($("#figures"), found.figures.map(figure));
     const pairs = found.comparisons.flatMap((comparison) =>
-      comparison.pairs.map((pair) => ({ ...pair, title: comparison.title })),
+      comparison.pairs.map((pair) => ({ ...pair, title: comparison.title, unit: comparison.unit })),
     );
     $("#tests-sheet").hidden = !pairs.length;
     const p = (value) => (value < 0.0001 ? "< 0.0001" : num(value, 4));
     const row = (pair) =>
       html`<tr>
         <th scope="row">${pair.one} and ${pair.other}</th>
-        <td class="n">${num(pair.median_difference)} cm</td>
+        <td class="n">${num(pair.median_difference)} ${pair.unit}</td>
         <td class="n">${Math.round(100 * pair.superiority)} %</td>
         <td class="n">${p(pair.p)}</td>
         <td class="n">${p(pair.p_holm)}</td>

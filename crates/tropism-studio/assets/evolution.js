@@ -29,8 +29,8 @@ import { shape } from "./obstacle.js";
 
 const at = asked.get("at") ?? "";
 
-/** @type {any} */
-let about = {};
+/** Until it is known, the unit of most tasks. @type {any} */
+let about = { unit: "cm" };
 /** @type {any} */
 let data;
 /** The run that is shown; the champion of all, or the best so far, if it is `null`. @type {number | null} */
@@ -58,8 +58,8 @@ const curve = fit($("#curve"), (width) => {
     x: [0, Math.max(2, last)],
     y: [Math.max(low, -about.best || low), high],
     xl: "generation",
-    yl: "fitness (cm)",
-    label: `Best fitness of ${plural(best.length, "run")}: after ${marks.at(-1)} generations the median is ${num(median.at(-1))} cm, the best run has ${num(data.top.at(-1))}${ofBest(about.best)} cm.`,
+    yl: `fitness (${about.unit})`,
+    label: `Best fitness of ${plural(best.length, "run")}: after ${marks.at(-1)} generations the median is ${num(median.at(-1))} ${about.unit}, the best run has ${num(data.top.at(-1))}${ofBest(about.best)} ${about.unit}.`,
     body: (X, Y) => {
       const possible = about.best
         ? `<path class="dotted" d="M${X(0)} ${Y(about.best)}H${X(last)}"/><text x="${X(0) + 6}" y="${Y(about.best) + 14}">best possible, ${ofBest(about.best).slice(4)}</text>`
@@ -106,10 +106,10 @@ $("#curve").addEventListener("pointermove", (event) => {
 
 function facts() {
   const top = data.top.at(-1);
-  put($("#best"), top === undefined ? "–" : html`${num(top)} <small>${ofBest(about.best)} cm</small>`);
+  put($("#best"), top === undefined ? "–" : html`${num(top)} <small>${ofBest(about.best)} ${about.unit}</small>`);
   const middle = data.median.at(-1);
   $("#median-name").textContent = `Median of ${plural(data.best.length, "run")}`;
-  put($("#median"), middle === undefined ? "–" : html`${num(middle)} <small>cm</small>`);
+  put($("#median"), middle === undefined ? "–" : html`${num(middle)} <small>${about.unit}</small>`);
   const generation = Math.floor(data.done / Math.max(1, data.best.length));
   put($("#generation"), html`${generation} <small>of ${data.generations}</small>`);
   $("#done").value = data.total ? data.done / data.total : 0;
@@ -186,8 +186,8 @@ function runs() {
       </tbody>`,
   );
   $("#ranking").textContent = data.results
-    ? "Listed by what each is expected to do on plants it has not met, not by its best single score: a network that fits one model plant too well does worse on others. In cm."
-    : "While it evolves, listed by the best single score so far, which selects for luck. The expected fitness on unseen plants is known at the end. In cm.";
+    ? `Listed by what each is expected to do on plants it has not met, not by its best single score: a network that fits one model plant too well does worse on others. In ${about.unit}.`
+    : `While it evolves, listed by the best single score so far, which selects for luck. The expected fitness on unseen plants is known at the end. In ${about.unit}.`;
   const key = `${data.state} ${rows.length} ${bestRun()}`;
   if (key === listed) return;
   listed = key;
@@ -219,7 +219,7 @@ async function show() {
   $("#decision-text").textContent = champion.decision?.caption ?? "";
   const scores = champion.paths.map((path) => path.fitness);
   $("#paths-text").textContent = scores.length
-    ? `${plural(scores.length, "plant")}: ${scores.map((score) => num(score, 1)).join(", ")} cm. ${champion.label}`
+    ? `${plural(scores.length, "plant")}: ${scores.map((score) => num(score, 1)).join(", ")} ${about.unit}. ${champion.label}`
     : "The folder of the evolution has no model.json to simulate with.";
   paths();
 }

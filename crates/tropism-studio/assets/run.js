@@ -631,7 +631,7 @@ function state() {
     const fitness =
       status.fitness === null || status.fitness === undefined
         ? ""
-        : ` Fitness ${num(status.fitness)}${ofBest(about.best)} cm.`;
+        : ` Fitness ${num(status.fitness)}${ofBest(about.best)} ${about.unit}.`;
     what = banner("calm", "status", html`<strong>The run is over.</strong>${fitness}`);
   } else if (word === "live" && !steps.length) {
     what = banner("calm", "status", html`<strong>No photograph yet.</strong> The first one comes soon.`);

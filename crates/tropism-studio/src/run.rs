@@ -16,7 +16,7 @@ use tropism_lab::ControllerSpec;
 use tropism_lab::files::shell_word;
 use tropism_lab::run::speed_of;
 use tropism_lab::status::{self, RunState, RunStatus};
-use tropism_lab::{RunConfig, StepRecord, holder, simulate};
+use tropism_lab::{RunConfig, StepRecord, holder, simulate, task};
 
 use crate::error::Refusal;
 use crate::items::state_word;
@@ -299,6 +299,7 @@ pub(crate) fn about(folder: &Path, at: &str) -> Result<Value, Refusal> {
         "within": if let TaskSpec::Shape(task) = &config.task { Some(task.within_cm) } else { None },
         "end_height": Some(end_height(&config.task)).filter(|height| height.is_finite()),
         "best": config.task.best_fitness().filter(|_| config.task.has_goal()),
+        "unit": task::unit(&config.task),
         "lamps": config.rig.layout().map_or_else(|_| Vec::new(), |layout| {
             layout.lights().map(|light| json!({ "name": layout.name(Some(light)), "side": layout.side(light) })).collect()
         }),

@@ -11,6 +11,7 @@ use tropism::task::Task;
 use tropism_lab::Monitor;
 use tropism_lab::evolve::{CHECKPOINT_S, EvolutionRunSummary, EvolveConfig, EvolvePlan, EvolveResults};
 use tropism_lab::files::shell_word;
+use tropism_lab::task::unit;
 use tropism_lab::units::plural;
 use tropism_neat::{Config, Generation};
 
@@ -185,9 +186,9 @@ impl Evolve {
 
 fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
     let [least, median, greatest] = results.best_fitness_range();
-    let chosen = results.chosen();
+    let (chosen, unit) = (results.chosen(), unit(&plan.task));
     let expected = match &chosen.withheld {
-        None => format!("{:.2} cm (sd {:.2})", chosen.transfer.mean, chosen.transfer.sd),
+        None => format!("{:.2} {unit} (sd {:.2})", chosen.transfer.mean, chosen.transfer.sd),
         Some(reason) => format!("withheld, for {reason}"),
     };
     let possible = plan.task.best_fitness().map_or_else(String::new, |best| {
@@ -196,8 +197,8 @@ fn text(plan: &EvolvePlan, results: &EvolveResults) -> String {
     });
     format!(
         "{}, {}, {:.1} s ({:.1} s of processor time)\n\
-         best fitness of a run: {least:.2} to {greatest:.2} cm, median {median:.2}{possible}\n\
-         champion: run {}{}, {} links, {:.2} cm on unseen plants of the model; expected on unseen plants: {expected}{}\n\
+         best fitness of a run: {least:.2} to {greatest:.2} {unit}, median {median:.2}{possible}\n\
+         champion: run {}{}, {} links, {:.2} {unit} on unseen plants of the model; expected on unseen plants: {expected}{}\n\
          wrote {champion}\nnext: tropism run --rig greenhouse --controller {word} --out steered",
         plural(results.runs.len(), "run"),
         plural(results.evaluations, "evaluation"),

@@ -13,15 +13,17 @@ const REFRESH: Duration = Duration::from_millis(100);
 /// Collects the latest generation of each run, and tells the monitor of them.
 pub(super) struct EvolutionMonitor {
     latest: Vec<Option<Generation>>,
+    /// Unit of the fitness.
+    unit: &'static str,
     evaluations: u64,
     started: Instant,
     reported: Option<Instant>,
 }
 
 impl EvolutionMonitor {
-    /// The status of `runs` runs before their first generation.
-    pub(super) fn new(runs: usize) -> Self {
-        Self { latest: vec![None; runs], evaluations: 0, started: Instant::now(), reported: None }
+    /// The status of `runs` runs before their first generation, with a fitness in `unit`.
+    pub(super) fn new(runs: usize, unit: &'static str) -> Self {
+        Self { latest: vec![None; runs], unit, evaluations: 0, started: Instant::now(), reported: None }
     }
 
     /// Takes in the last generation of a resumed run: its evaluations were made before.
@@ -42,7 +44,7 @@ impl EvolutionMonitor {
 
     /// The best fitness so far over all runs, and means over the present populations.
     fn line(&self, evaluations_per_s: f64) -> String {
-        let latest: Vec<&Generation> = self.latest.iter().flatten().collect();
+        let (latest, unit): (Vec<&Generation>, _) = (self.latest.iter().flatten().collect(), self.unit);
         let mean =
             |of: fn(&Generation) -> f64| latest.iter().map(|&run| of(run)).sum::<f64>() / latest.len() as f64;
         let mut best: Vec<f64> = latest.iter().map(|run| run.best_ever).collect();
@@ -53,7 +55,7 @@ impl EvolutionMonitor {
             runs => format!(" ({runs} runs: median {:.2})", median(&best)),
         };
         format!(
-            "best {:.2} cm{runs}, population: median {:.2} cm, {:.0} species, {:.0} links, {} evaluations/s",
+            "best {:.2} {unit}{runs}, population: median {:.2} {unit}, {:.0} species, {:.0} links, {} evaluations/s",
             best[best.len() - 1],
             mean(|run| run.median),
             mean(|run| run.species as f64),
@@ -86,7 +88,7 @@ mod tests {
 
     #[test]
     fn the_line_covers_the_runs_that_have_begun() {
-        let mut status = EvolutionMonitor::new(4);
+        let mut status = EvolutionMonitor::new(4, "cm");
         assert_eq!(status.line(0.0), "");
         status.resume(2, &generation(9.5, 1.0, 4));
         assert_eq!(

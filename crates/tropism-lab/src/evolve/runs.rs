@@ -12,6 +12,7 @@ use super::progress::EvolutionMonitor;
 use super::record::checkpoint_path;
 use crate::model::Model;
 use crate::stopwatch::timed;
+use crate::task::unit;
 use crate::{Checkpoint, Error, Monitor};
 
 impl EvolvePlan {
@@ -21,7 +22,7 @@ impl EvolvePlan {
         evolution: &Evolution<'_, Model, TaskSpec>,
         monitor: &dyn Monitor,
     ) -> Result<(Vec<EvolutionRun>, f64), Error> {
-        let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize));
+        let status = Mutex::new(EvolutionMonitor::new(self.evolution.runs as usize, unit(&self.task)));
         let evolve = |index| {
             let (run, seconds) = timed(|| self.evolve_run(index as u32, evolution, monitor, &status));
             Ok::<_, Error>((run?, seconds))

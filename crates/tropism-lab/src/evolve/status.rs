@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::record::checkpoint_path;
 use super::{EvolutionRecord, EvolutionRunSummary, EvolveResults};
+use crate::task::unit;
 use crate::{Error, files, holder};
 
 /// What an evolution does now.
@@ -21,6 +22,8 @@ pub struct EvolutionStatus {
     pub process: Option<u32>,
     /// Generations of each run.
     pub generations: u32,
+    /// Unit of the fitness: `cm`, or `turns` round a pole.
+    pub unit: &'static str,
     /// The runs, each as it was saved last.
     pub runs: Vec<RunProgress>,
     /// Seconds since a run was saved last.
@@ -32,7 +35,7 @@ pub struct EvolutionStatus {
 pub struct RunProgress {
     /// Generations that are done.
     pub generation: u32,
-    /// Best fitness so far, in cm.
+    /// Best fitness so far.
     pub best_fitness: Option<f64>,
 }
 
@@ -77,6 +80,7 @@ pub(crate) fn status(folder: &Path) -> Result<EvolutionStatus, Error> {
         is_virtual: record.is_virtual,
         process: holder(folder)?,
         generations: record.generations(),
+        unit: unit(&record.task),
         runs,
         saved_ago_s: saved.reduce(f64::min),
     })

@@ -16,6 +16,7 @@ use crate::laboratories::{LaboratoriesPlan, LaboratoriesResults};
 use crate::statistics::Bootstrap;
 use crate::study::StudyPlan;
 use crate::sweep::{Method, Setting, SweepPlan, UnitFindings, unit_folder};
+use crate::task;
 use crate::transfer::{TransferPlan, TransferResults};
 
 /// Seed of the bootstrap of intervals: they are to be the same in each report.
@@ -213,6 +214,14 @@ impl Comparison {
         self.groups.windows(2).all(|pair| pair[0].task == pair[1].task)
     }
 
+    /// The unit of all fitness; of tasks with different ones all of them.
+    fn unit(&self) -> String {
+        let mut units: Vec<&str> = self.groups.iter().map(|group| task::unit(&group.task)).collect();
+        units.sort_unstable();
+        units.dedup();
+        units.join(" or ")
+    }
+
     fn compared(&self) -> Vec<ComparedRuns> {
         let one = |group: &Group| ComparedRuns {
             name: group.name.clone(),
@@ -228,12 +237,13 @@ impl Comparison {
 
     /// Fitness over the generations, where there are any, and the values.
     pub(super) fn figures(&self) -> Vec<Figure> {
-        let compared = self.compared();
+        let (compared, unit) = (self.compared(), self.unit());
         let best =
             self.groups.first().filter(|_| self.is_alike()).and_then(|group| group.task.best_fitness());
-        let values = report::values_compared(&compared, best.unwrap_or(1.0), self.value, self.plants);
+        let values = report::values_compared(&compared, &unit, best.unwrap_or(1.0), self.value, self.plants);
         let has_generations = self.groups.iter().any(|group| !group.best.is_empty());
-        let over_time = has_generations.then(|| report::fitness_compared(&compared, best, self.plants));
+        let over_time =
+            has_generations.then(|| report::fitness_compared(&compared, &unit, best, self.plants));
         over_time.into_iter().chain([values]).collect()
     }
 
@@ -242,13 +252,13 @@ impl Comparison {
         let sample = |group: &Group| NamedSample { name: group.name.clone(), values: group.values.clone() };
         let samples: Vec<NamedSample> = self.groups.iter().map(sample).collect();
         let pairs = if self.is_alike() { comparison::all_pairs(&samples) } else { Vec::new() };
-        ReportComparison { title: self.title.clone(), pairs }
+        ReportComparison { title: self.title.clone(), unit: self.unit(), pairs }
     }
 
     pub(super) fn tables(&self, results: &ReportComparison) -> Vec<Table> {
         let mut tables = vec![self.table()];
         if !results.pairs.is_empty() {
-            tables.push(comparison::pair_table(&results.pairs, &self.values));
+            tables.push(comparison::pair_table(&results.pairs, &self.values, &results.unit));
         }
         tables
     }
@@ -277,8 +287,9 @@ impl Comparison {
         Table {
             title: self.title.clone(),
             caption: format!(
-                "In cm: {}.{warning} Saturates: the generation at which the median over runs of the best fitness of a \
+                "In {}: {}.{warning} Saturates: the generation at which the median over runs of the best fitness of a \
                  generation comes within 2 % of its final value. {}",
+                self.unit(),
                 self.values,
                 self.plants.sentence()
             ),

@@ -19,7 +19,7 @@ use crate::figures::{Figures, fitness_table};
 use crate::finished_run::FinishedRun;
 use crate::fit::is_of_virtual_plant;
 use crate::sweep::SweepPlan;
-use crate::{Error, Monitor, Workflow, files, study};
+use crate::{Error, Monitor, Workflow, files, study, task};
 
 /// Writes a report of folders and tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,6 +60,8 @@ pub struct ReportResults {
 pub struct ReportComparison {
     /// What is compared.
     pub title: String,
+    /// Unit of the values: `cm`, `turns`, or both where tasks differ.
+    pub unit: String,
     /// Each two of them; none where their tasks differ.
     pub pairs: Vec<SamplePair>,
 }
@@ -125,7 +127,8 @@ struct Sources {
     open_loop: Vec<FinishedRun>,
     steered: Vec<FinishedRun>,
     tracks: Vec<Track>,
-    evolutions: Vec<(EvolutionHistory, Plants)>,
+    /// Each with the unit of its fitness.
+    evolutions: Vec<(EvolutionHistory, &'static str, Plants)>,
     comparisons: Vec<Comparison>,
     is_virtual: bool,
 }
@@ -180,10 +183,11 @@ impl Sources {
             let runs = if !run.config.task.has_goal() { &mut self.open_loop } else { &mut self.steered };
             runs.push(run);
         } else if path.join("history.csv").exists() {
-            let is_virtual = EvolutionRecord::read(path)?.is_virtual;
+            let EvolutionRecord { is_virtual, task, .. } = EvolutionRecord::read(path)?;
             self.is_virtual |= is_virtual;
             let plants = if is_virtual { Plants::ModelOfVirtual } else { Plants::ModelOfReal };
-            self.evolutions.push((EvolutionHistory::read(&path.join("history.csv"))?, plants));
+            let history = EvolutionHistory::read(&path.join("history.csv"))?;
+            self.evolutions.push((history, task::unit(&task), plants));
         } else if is_study(path)
             || path.join("transfer.toml").exists()
             || path.join("laboratories.toml").exists()
@@ -206,8 +210,8 @@ impl Sources {
         let mut all = Figures::default();
         all.add_setup(self.open_loop.iter().chain(&self.steered).next());
         all.add_open_loop_runs(&self.open_loop)?;
-        for (history, plants) in &self.evolutions {
-            all.add_evolution(history, *plants);
+        for (history, unit, plants) in &self.evolutions {
+            all.add_evolution(history, unit, *plants);
         }
         for run in &self.steered {
             all.add_steered_run(run, "");

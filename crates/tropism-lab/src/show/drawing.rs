@@ -6,6 +6,7 @@ use tropism_report::{self as report, Figure, Page, Plants, SteeredTrack};
 use super::source::ShownChampion;
 use super::{ShowFormat, ShowResults};
 use crate::Error;
+use crate::task::score_in_words;
 
 impl ShownChampion {
     /// The champion in `format`, beside its properties.
@@ -28,8 +29,8 @@ impl ShownChampion {
     /// The properties and the map, or why there is none.
     fn text(&self, properties: &ShowResults, too_large: Option<String>) -> String {
         let plant = self.steered.as_ref().map_or_else(String::new, |(track, plants)| {
-            let fitness = self.task.fitness(track);
-            format!("a plant that it steered: fitness {fitness:.2} cm. {}\n", plants.sentence())
+            let fitness = score_in_words(&self.task, self.task.fitness(track));
+            format!("a plant that it steered: fitness {fitness}. {}\n", plants.sentence())
         });
         if let Some(sentence) = too_large {
             return format!("{}\n{plant}{sentence}\n", properties.summary());

@@ -81,7 +81,7 @@ pub struct ShowResults {
     pub has_memory: bool,
     /// Factors of x, y and 1 of a linear controller: the right lamp is lit where their sum is above 0.
     pub boundary: Option<[f64; 3]>,
-    /// Fitness of the plant whose path is drawn, in cm.
+    /// Fitness of the plant whose path is drawn: in cm, or round a pole in turns.
     pub fitness: Option<f64>,
     /// Whether that plant is virtual, or its model made from virtual plants.
     pub is_virtual: Option<bool>,

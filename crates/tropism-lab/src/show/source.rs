@@ -16,6 +16,7 @@ use crate::evolve::EvolutionRecord;
 use crate::model::Model;
 use crate::run::RunConfig;
 use crate::sequences;
+use crate::task::unit;
 use crate::{Error, Monitor, champion, files, model};
 
 /// A champion, the file that it was read from, its task, and a plant that it steered.
@@ -117,8 +118,9 @@ fn best_so_far(record: &EvolutionRecord, file: &Path, monitor: &dyn Monitor) -> 
     let (number, run) = record.best_so_far(folder).ok_or_else(just_begun)?;
     let (champion, fitness) = run.champion().ok_or_else(just_begun)?;
     monitor.note(&format!(
-        "{}: an evolution that is not over; the best so far: run {number}, {fitness:.2} cm after {}",
+        "{}: an evolution that is not over; the best so far: run {number}, {fitness:.2} {} after {}",
         folder.display(),
+        unit(&record.task),
         plural(run.search.generation(), "generation")
     ));
     Ok(record.champion_of(champion.clone()))

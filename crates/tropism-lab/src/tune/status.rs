@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use tropism::task::TaskSpec;
 
 use super::saved;
 use crate::Error;
 use crate::controller::ControllerSpec;
 use crate::files::{self, FileError};
+use crate::task::unit;
 
 /// What a search for a rule does now.
 #[derive(Clone, Debug, Serialize)]
@@ -20,7 +22,9 @@ pub struct TuneStatus {
     pub generation: Option<usize>,
     /// Generations of the search; `None` if it is over.
     pub generations: Option<u32>,
-    /// Best mean fitness of a rule in the last generation, in cm.
+    /// Unit of the fitness: `cm`, or `turns` round a pole.
+    pub unit: &'static str,
+    /// Best mean fitness of a rule in the last generation.
     pub best_fitness: Option<f64>,
     /// Seconds since a generation was saved last.
     pub saved_ago_s: Option<f64>,
@@ -32,11 +36,12 @@ pub struct TuneStatus {
 /// [`Error`] if the search cannot be read, or the file is no rule.
 pub(crate) fn status(out: &Path) -> Result<Option<TuneStatus>, Error> {
     let path = saved::path(out);
-    let over = |is_over| TuneStatus {
+    let over = |is_over, task: Option<&TaskSpec>| TuneStatus {
         rule: out.to_owned(),
         is_over,
         generation: None,
         generations: None,
+        unit: task.map_or("cm", unit),
         best_fitness: None,
         saved_ago_s: None,
     };
@@ -45,7 +50,7 @@ pub(crate) fn status(out: &Path) -> Result<Option<TuneStatus>, Error> {
             return Ok(None);
         }
         return match ControllerSpec::read(out)? {
-            ControllerSpec::Rule { .. } => Ok(Some(over(true))),
+            rule @ ControllerSpec::Rule { .. } => Ok(Some(over(true, rule.own_task()))),
             other => {
                 let found = other.description();
                 let problem = format!(
@@ -61,6 +66,6 @@ pub(crate) fn status(out: &Path) -> Result<Option<TuneStatus>, Error> {
         generations: Some(plan.search.generations),
         best_fitness,
         saved_ago_s: files::age_s(&path),
-        ..over(false)
+        ..over(false, Some(&plan.task))
     }))
 }

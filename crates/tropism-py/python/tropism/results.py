@@ -658,6 +658,8 @@ class ReportComparison(Results):
     """Things of one kind, compared pair by pair."""
 
     title: str
+    #: Unit of the values: cm, turns, or both where tasks differ.
+    unit: str
     pairs: list[SamplePair]
     _kinds = {"pairs": SamplePair}
 

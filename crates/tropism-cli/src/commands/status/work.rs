@@ -17,7 +17,8 @@ pub(super) fn evolution_text(status: &EvolutionStatus) -> String {
     let mut text = format!("{}, {kind}\n", headline(evolution, *is_over, *process));
     text += &progress(status);
     for (index, run) in status.runs.iter().enumerate() {
-        let best = run.best_fitness.map_or_else(|| "-".to_owned(), |best| format!("{best:.2} cm"));
+        let best =
+            run.best_fitness.map_or_else(|| "-".to_owned(), |best| format!("{best:.2} {}", status.unit));
         text +=
             &format!("run {index:<8} generation {} of {}, best {best}\n", run.generation, status.generations);
     }
@@ -34,7 +35,7 @@ pub(super) fn evolution_text(status: &EvolutionStatus) -> String {
 fn progress(status: &EvolutionStatus) -> String {
     let total = u64::from(status.generations) * status.runs.len() as u64;
     let best = status.runs.iter().filter_map(|run| run.best_fitness).reduce(f64::max);
-    let best = best.map_or_else(String::new, |best| format!(", best {best:.2} cm"));
+    let best = best.map_or_else(String::new, |best| format!(", best {best:.2} {}", status.unit));
     let percent = 100.0 * status.generations_done() as f64 / total.max(1) as f64;
     let runs = plural(status.runs.len(), "run");
     format!("generations  {} of {total} ({percent:.0} %) in {runs}{best}\n", status.generations_done())
@@ -132,10 +133,10 @@ pub(super) fn laboratories_text(status: &LaboratoriesStatus) -> String {
 }
 
 pub(super) fn tune_text(status: &TuneStatus) -> String {
-    let TuneStatus { rule, generation, generations, best_fitness, saved_ago_s, .. } = status;
+    let TuneStatus { rule, generation, generations, unit, best_fitness, saved_ago_s, .. } = status;
     let name = rule.display();
     let Some((done, all)) = generation.zip(*generations) else { return format!("{name}: over") };
-    let best = best_fitness.map_or_else(String::new, |best| format!(", best {best:.2} cm in the latest"));
+    let best = best_fitness.map_or_else(String::new, |best| format!(", best {best:.2} {unit} in the latest"));
     let ago = saved_ago_s.map_or_else(String::new, |ago| format!("saved        {} ago\n", units::time(ago)));
     format!(
         "{name}: not finished\ngenerations  {done} of {all}{best}\n{ago}next, if no program works on it: tropism tune --out {} \

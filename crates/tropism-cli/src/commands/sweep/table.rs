@@ -18,7 +18,7 @@ pub(super) fn unit(results: &UnitResults, out: &Path) -> String {
     for found in &results.found {
         let fitness: Vec<String> = found.fitness.iter().map(|value| format!("{value:.2}")).collect();
         let case = if found.case.is_empty() { "best fitness of each run" } else { &found.case };
-        let _ = writeln!(text, "{case}: {} cm", fitness.join(", "));
+        let _ = writeln!(text, "{case}: {}", fitness.join(", "));
     }
     let _ = write!(
         text,
@@ -34,7 +34,7 @@ pub(super) fn sweep(results: &SweepResults, out: &Path) -> String {
     let name = |row: &SweepRow| named(&row.case, &row.setting);
     let longest = results.rows.iter().map(|row| name(row).chars().count()).max().unwrap_or(0).max(7);
     let mut text = format!(
-        "{kind}fitness in cm, {}\n{:<longest$}  values   mean     sd  quartile  median  quartile  in model  saturates  evaluations  s a seed\n",
+        "{kind}fitness in cm, round a pole in turns; {}\n{:<longest$}  values   mean     sd  quartile  median  quartile  in model  saturates  evaluations  s a seed\n",
         plural(results.seeds.len(), "seed"),
         "setting",
     );
@@ -80,7 +80,7 @@ fn differences(pairs: &[SettingPair]) -> String {
         let word = if pair.superiority > 0.5 { "over" } else { "under" };
         let _ = writeln!(
             text,
-            "  {} {word} {}: {:+.2} cm between medians, p {}, A {:.2}",
+            "  {} {word} {}: {:+.2} between medians, p {}, A {:.2}",
             named(case, &pair.one),
             pair.other,
             pair.median_difference,
