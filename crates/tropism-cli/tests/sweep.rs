@@ -55,14 +55,15 @@ fn assert_ok(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).trim_end().to_owned()
 }
 
-/// Every file whose bytes the seeds decide, by name. Times and locks are of chance, and checkpoints before the last.
+/// Every file whose bytes the seeds decide, by name. Times and locks are of chance, and checkpoints before the last. A kill may
+/// leave times half written.
 fn decided(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     fn add(folder: &Path, base: &Path, found: &mut BTreeMap<String, Vec<u8>>) {
         for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
             let name = path.strip_prefix(base).unwrap().to_string_lossy().into_owned();
             let is_of_chance = ["run.lock", "seconds.json", "summary.json", "sweep.json", "sweep.csv"]
                 .iter()
-                .any(|end| name.ends_with(end));
+                .any(|end| name.trim_end_matches(".part").ends_with(end));
             if path.is_dir() {
                 add(&path, base, found);
             } else if !is_of_chance && !name.contains(".previous.") {
