@@ -76,7 +76,7 @@ pub(crate) fn execute<P: Workflow>(plan: &P, shell: &Shell) -> Result<P::Results
 
 /// Checks and executes `plan` under a monitor of its own.
 pub(crate) fn execute_with<P: Workflow>(plan: &P, monitor: &dyn Monitor) -> Result<P::Results> {
-    plan.check().and_then(|()| plan.execute(monitor)).map_err(for_user)
+    plan.execute(monitor).map_err(for_user)
 }
 
 /// Checks that the files `outputs` of a plan overwrite none of the files `inputs` that its options were read from.

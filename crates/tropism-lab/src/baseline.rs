@@ -77,11 +77,11 @@ impl Workflow for BaselinePlan {
         self.out.iter().try_for_each(|out| files::check_free(out, self.replace || out.is_dir()))
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<BaselineResults, Error> {
-        self.check()?;
-        if let Some(task) = sequences::drawn_for(&self.task, &self.model, self.seed)? {
-            return Self { task, ..self.clone() }.execute(monitor);
-        }
+    fn prepare(&mut self) -> Result<(), Error> {
+        sequences::draw_for(&mut self.task, &self.model, self.seed)
+    }
+
+    fn perform(&self, monitor: &dyn Monitor) -> Result<BaselineResults, Error> {
         let stopwatch = Stopwatch::start();
         let model = model::read_for(&self.model, &self.task, monitor)?;
         monitor.stage("random controllers", self.count);

@@ -114,8 +114,7 @@ impl Workflow for CalibratePlan {
         self.out.iter().try_for_each(|out| files::check_free(out, self.replace || out.is_dir()))
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<Vec<PlantEstimates>, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<Vec<PlantEstimates>, Error> {
         let tracks = files::track_files(&self.tracks)?;
         monitor.stage("calibrate", tracks.len() as u64);
         let estimate = |path: &PathBuf| {
@@ -284,8 +283,7 @@ impl Workflow for RecoveryPlan {
         Ok(())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<Vec<ParameterRecovery>, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<Vec<ParameterRecovery>, Error> {
         monitor.stage("calibrating virtual plants", self.plants.into());
         let recover = |plant: u32| {
             if !monitor.may_go_on() {

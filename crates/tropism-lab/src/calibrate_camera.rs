@@ -137,8 +137,7 @@ impl Workflow for CalibrateCameraPlan {
         files::check_outputs(std::slice::from_ref(&self.out), std::slice::from_ref(&self.photograph))
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<CalibrateCameraResults, Error> {
-        self.check()?;
+    fn perform(&self, _monitor: &dyn Monitor) -> Result<CalibrateCameraResults, Error> {
         let place = self.photograph.display();
         let image = files::read_photo(&self.photograph, 0.0)?.decode().map_err(Error::at(&place))?;
         let Image { width, height, .. } = image;

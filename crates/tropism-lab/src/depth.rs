@@ -87,8 +87,7 @@ impl Workflow for DepthPlan {
         )))
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<DepthResults, Error> {
-        self.check()?;
+    fn perform(&self, _monitor: &dyn Monitor) -> Result<DepthResults, Error> {
         let (front, beside_front) = read(&self.front)?;
         let (side, beside_side) = read(&self.side)?;
         let views = StereoPair {

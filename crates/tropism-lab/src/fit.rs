@@ -147,8 +147,7 @@ impl Workflow for FitPlan {
         files::check_free(&self.out, self.replace || self.out.is_dir())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<FitResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<FitResults, Error> {
         let paths = files::track_files(&self.tracks)?;
         let mut tracks: Vec<Track> =
             paths.iter().map(|path| files::read_track(path)).collect::<Result<_, _>>()?;

@@ -76,8 +76,7 @@ impl Workflow for GuardPlan {
         }
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<GuardResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<GuardResults, Error> {
         let rig = read_rig(&self.run)?;
         let run = listen(std::io::stdin(), Duration::from_secs_f64(self.silence_s));
         match run {

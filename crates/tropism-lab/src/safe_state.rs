@@ -55,7 +55,7 @@ impl Workflow for SafeStatePlan {
         Ok(())
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<SafeStateResults, Error> {
+    fn perform(&self, _monitor: &dyn Monitor) -> Result<SafeStateResults, Error> {
         let rig = read_rig(&self.rig)?;
         let result = |DeviceShutdown { device, result }: DeviceShutdown| DeviceResult {
             device,

@@ -70,8 +70,7 @@ impl Workflow for ScorePlan {
         Ok(())
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<Vec<TrackScore>, Error> {
-        self.check()?;
+    fn perform(&self, _monitor: &dyn Monitor) -> Result<Vec<TrackScore>, Error> {
         let score = |path: &PathBuf| {
             let track = files::read_track(path)?;
             let has_stems = track.samples.iter().any(|sample| sample.stem.is_some());

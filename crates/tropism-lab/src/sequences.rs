@@ -57,33 +57,34 @@ impl Controller for Drawn {
     }
 }
 
-/// The task with its targets drawn, if `task` is one whose targets are still to be: number 0 under `seed`, in the tent
-/// `greenhouse` at steps of `period_min` minutes.
+/// Draws the targets of a `task` whose targets are still to be drawn: number 0 under `seed`, in the tent `greenhouse` at steps
+/// of `period_min` minutes. Other tasks stay as they are.
 ///
 /// # Errors
-/// [`Error::Plan`] as [`draw`].
-pub(crate) fn drawn(
-    task: &TaskSpec,
+/// [`Error::Plan`] as [`sequence`].
+pub(crate) fn draw(
+    task: &mut TaskSpec,
     greenhouse: &Greenhouse,
     period_min: f64,
     seed: u64,
-) -> Result<Option<TaskSpec>, Error> {
-    let TaskSpec::RandomTargets(task) = task else { return Ok(None) };
-    let targets = draw(task, &greenhouse.trial(period_min), seed, 0)?;
-    Ok(Some(targets.into()))
+) -> Result<(), Error> {
+    if let TaskSpec::RandomTargets(random) = task {
+        *task = sequence(random, &greenhouse.trial(period_min), seed, 0)?.into();
+    }
+    Ok(())
 }
 
-/// As [`drawn`], for plants of the model in `path`: under its lamps, at its steps.
+/// As [`draw`], for plants of the model in `path`: under its lamps, at its steps.
 ///
 /// # Errors
-/// [`Error::File`] if the model cannot be read; [`Error::Plan`] as [`draw`].
-pub(crate) fn drawn_for(task: &TaskSpec, path: &Path, seed: u64) -> Result<Option<TaskSpec>, Error> {
+/// [`Error::File`] if the model cannot be read; [`Error::Plan`] as [`sequence`].
+pub(crate) fn draw_for(task: &mut TaskSpec, path: &Path, seed: u64) -> Result<(), Error> {
     if !matches!(task, TaskSpec::RandomTargets(_)) {
-        return Ok(None);
+        return Ok(());
     }
     let model = model::read(path)?;
     let greenhouse = Greenhouse { layout: model.layout().clone(), ..Greenhouse::default() };
-    drawn(task, &greenhouse, model.period_min(), seed)
+    draw(task, &greenhouse, model.period_min(), seed)
 }
 
 /// A random sequence of targets for number `index` under `seed`, after the rule above; `trial` is the species, whose individual
@@ -91,8 +92,13 @@ pub(crate) fn drawn_for(task: &TaskSpec, path: &Path, seed: u64) -> Result<Optio
 ///
 /// # Errors
 /// [`Error::Plan`] if its typical plant is never as high as the highest target of `task` may be.
-pub(crate) fn draw(task: &RandomTargets, trial: &Trial<'_>, seed: u64, index: u64) -> Result<Targets, Error> {
-    try_draw(task, trial, seed, index).ok_or_else(|| {
+pub(crate) fn sequence(
+    task: &RandomTargets,
+    trial: &Trial<'_>,
+    seed: u64,
+    index: u64,
+) -> Result<Targets, Error> {
+    try_sequence(task, trial, seed, index).ok_or_else(|| {
         Error::Plan(format!(
             "random targets: found no typical plant as high as {} cm in {} steps, wanted targets in its reach",
             task.highest_cm, task.max_steps
@@ -100,7 +106,7 @@ pub(crate) fn draw(task: &RandomTargets, trial: &Trial<'_>, seed: u64, index: u6
     })
 }
 
-fn try_draw(task: &RandomTargets, trial: &Trial<'_>, seed: u64, index: u64) -> Option<Targets> {
+fn try_sequence(task: &RandomTargets, trial: &Trial<'_>, seed: u64, index: u64) -> Option<Targets> {
     let typical = Trial { scale: 0.0, ..trial.clone() };
     let mut rng = random::stream(seed, Purpose::Targets, index);
     let band = (task.highest_cm - task.start.y) / f64::from(task.count);
@@ -140,7 +146,7 @@ mod tests {
     fn sequences_differ_and_rise_within_the_way_of_the_task() {
         let (task, species) = (RandomTargets::default(), Species::default());
         let trial = Trial::new(&species);
-        let drawn: Vec<Targets> = (0..12).map(|index| draw(&task, &trial, 7, index).unwrap()).collect();
+        let drawn: Vec<Targets> = (0..12).map(|index| sequence(&task, &trial, 7, index).unwrap()).collect();
         for targets in &drawn {
             targets.check().unwrap();
             assert_eq!(targets.targets.len(), 3);
@@ -154,9 +160,10 @@ mod tests {
             drawn.iter().flat_map(|task| &task.targets).map(|target| target.x.abs()).fold(0.0, f64::max);
         assert!((1.5..9.0).contains(&widest), "{widest}");
         assert!(drawn.windows(2).all(|pair| pair[0] != pair[1]));
-        assert_eq!(draw(&task, &trial, 7, 3).unwrap(), drawn[3], "the same seed, the same targets");
-        let first = super::drawn(&task.into(), &Greenhouse::default(), 5.0, 7).unwrap();
-        assert_eq!(first, Some(drawn[0].clone().into()), "a command without many plants takes the first");
+        assert_eq!(sequence(&task, &trial, 7, 3).unwrap(), drawn[3], "the same seed, the same targets");
+        let mut first = task.into();
+        super::draw(&mut first, &Greenhouse::default(), 5.0, 7).unwrap();
+        assert_eq!(first, drawn[0].clone().into(), "a command without many plants takes the first");
     }
 
     #[test]
@@ -170,7 +177,7 @@ mod tests {
             max_steps: 20,
             ..RandomTargets::default()
         };
-        let error = draw(&task, &trial, 1, 0).unwrap_err().to_string();
+        let error = sequence(&task, &trial, 1, 0).unwrap_err().to_string();
         assert!(error.contains("found no typical plant as high as 500 cm in 20 steps"), "{error}");
     }
 }

@@ -210,11 +210,11 @@ impl Workflow for SimulatePlan {
         files::check_free(&self.out, self.replace || self.out.is_dir())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {
-        self.check()?;
-        if let Some(task) = sequences::drawn_for(&self.task, &self.model, self.seed)? {
-            return Self { task, ..self.clone() }.execute(monitor);
-        }
+    fn prepare(&mut self) -> Result<(), Error> {
+        sequences::draw_for(&mut self.task, &self.model, self.seed)
+    }
+
+    fn perform(&self, monitor: &dyn Monitor) -> Result<SimulateResults, Error> {
         let model = model::read_for(&self.model, &self.task, monitor)?;
         self.controller.check(model.layout(), model.period_min())?;
         let (mut fitness, mut without_data, mut first) = (Vec::new(), 0.0, None::<Track>);

@@ -147,7 +147,7 @@ impl Workflow for StatusPlan {
         Ok(())
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<StatusResults, Error> {
+    fn perform(&self, _monitor: &dyn Monitor) -> Result<StatusResults, Error> {
         let is_there = |name: &str| self.folder.join(name).exists();
         if is_there("study.toml") {
             return study::status(&self.folder).map(StatusResults::Study);

@@ -58,8 +58,7 @@ impl Workflow for StopPlan {
         Err(Error::Plan(format!("{folder}: found no run.toml and no evolution.toml, wanted a run folder")))
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<StopResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<StopResults, Error> {
         let began = Instant::now();
         let results = |process: Option<u32>| StopResults {
             folder: self.folder.clone(),

@@ -15,7 +15,7 @@ use crate::monitor::Monitor;
 ///
 /// A plan is data: its default is the paper, and it holds all that decides the results. A command, a page and a notebook
 /// that do the same thing exchange the same JSON.
-pub trait Workflow: Serialize + DeserializeOwned {
+pub trait Workflow: Clone + Serialize + DeserializeOwned {
     /// What comes out.
     type Results: Serialize;
 
@@ -28,11 +28,30 @@ pub trait Workflow: Serialize + DeserializeOwned {
     /// [`Error::Plan`] names the key, its value and its range.
     fn check(&self) -> Result<(), Error>;
 
-    /// Executes the plan.
+    /// Draws what a checked plan leaves to its seed, such as random targets.
+    ///
+    /// # Errors
+    /// [`Error`] if a file of the plan cannot be read, or nothing that fits can be drawn.
+    fn prepare(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Does the work of a plan that is checked and prepared. Callers want [`execute`](Self::execute).
     ///
     /// # Errors
     /// [`Error`]; [`Error::Interrupted`] if `monitor` asked for an end, after what was done is saved.
-    fn execute(&self, monitor: &dyn Monitor) -> Result<Self::Results, Error>;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<Self::Results, Error>;
+
+    /// Executes the plan: checks it, prepares a copy and does the work.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check), [`prepare`](Self::prepare) and [`perform`](Self::perform), whichever fails first.
+    fn execute(&self, monitor: &dyn Monitor) -> Result<Self::Results, Error> {
+        self.check()?;
+        let mut plan = self.clone();
+        plan.prepare()?;
+        plan.perform(monitor)
+    }
 }
 
 /// Checks that the folder of `record` is free for work whose settings are `text`, or that the same work may continue there.

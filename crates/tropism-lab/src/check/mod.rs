@@ -191,8 +191,7 @@ impl Workflow for CheckPlan {
         Ok(())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<CheckResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<CheckResults, Error> {
         let mut findings = Findings::default();
         let mut is_virtual = false;
         match read_rig(&self.rig) {

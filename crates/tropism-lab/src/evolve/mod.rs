@@ -166,11 +166,11 @@ impl Workflow for EvolvePlan {
         files::check_outputs(&self.outputs(), std::slice::from_ref(&self.model))
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
-        self.check()?;
-        if let Some(task) = sequences::drawn_for(&self.task, &self.model, self.seed)? {
-            return Self { task, ..self.clone() }.execute(monitor);
-        }
+    fn prepare(&mut self) -> Result<(), Error> {
+        sequences::draw_for(&mut self.task, &self.model, self.seed)
+    }
+
+    fn perform(&self, monitor: &dyn Monitor) -> Result<EvolveResults, Error> {
         note_out_of_reach(&self.task, &Species::default(), monitor);
         let stopwatch = Stopwatch::start();
         let model = model::read_for(&self.model, &self.task, monitor)?;

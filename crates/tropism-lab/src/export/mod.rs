@@ -86,7 +86,7 @@ impl Workflow for ExportPlan {
         Ok(())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<ExportResults, Error> {
+    fn perform(&self, monitor: &dyn Monitor) -> Result<ExportResults, Error> {
         // Before the first is read: an error in a foreign file would show a line of it.
         let journal = self.folder.join("journal.sqlite");
         for path in [self.folder.join(RUN_FILE), journal.clone()] {

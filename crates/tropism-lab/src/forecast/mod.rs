@@ -157,8 +157,7 @@ impl Workflow for ForecastPlan {
         self.outputs().iter().try_for_each(|output| files::check_free(output, self.replace))
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<ForecastResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<ForecastResults, Error> {
         let groups = self.groups()?;
         let models = || groups.iter().flat_map(|(_, models)| models);
         let first = models().next().expect("at least one model, as checked");

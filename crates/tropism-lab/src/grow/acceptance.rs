@@ -75,8 +75,7 @@ impl Workflow for AcceptancePlan {
         self.species.check().map_err(Error::in_plan("species"))
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<Vec<AcceptanceRow>, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<Vec<AcceptanceRow>, Error> {
         let seeds: Vec<u64> = (0..OPEN_LOOP_PLANTS + STEERED_PLANTS)
             .map(|plant| random::derive(self.seed, Purpose::Plant, plant.into()))
             .collect();

@@ -56,8 +56,7 @@ impl Workflow for KinematicsPlan {
         self.species.check().map_err(Error::in_plan("species"))
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<KinematicsResults, Error> {
-        self.check()?;
+    fn perform(&self, _monitor: &dyn Monitor) -> Result<KinematicsResults, Error> {
         files::make_folder(&self.out)?;
         let (figures, quantities) = report::kinematics(&self.species.average());
         let mut results = KinematicsResults { is_virtual: true, figures: Vec::new(), measured: Vec::new() };

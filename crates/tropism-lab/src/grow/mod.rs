@@ -131,11 +131,11 @@ impl Workflow for GrowPlan {
         (0..self.plants).try_for_each(|plant| files::check_free(&self.track_path(plant), self.replace))
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<GrowResults, Error> {
-        self.check()?;
-        if let Some(task) = sequences::drawn(&self.task, &self.greenhouse, self.period_min, self.seed)? {
-            return Self { task, ..self.clone() }.execute(monitor);
-        }
+    fn prepare(&mut self) -> Result<(), Error> {
+        sequences::draw(&mut self.task, &self.greenhouse, self.period_min, self.seed)
+    }
+
+    fn perform(&self, monitor: &dyn Monitor) -> Result<GrowResults, Error> {
         files::make_folder(&self.out)?;
         let plants = if self.photographs { self.photograph(monitor)? } else { self.grow(monitor)? };
         let count = plants.len() as f64;

@@ -364,8 +364,7 @@ impl Workflow for LaboratoriesPlan {
         self.config.check()
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<LaboratoriesResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<LaboratoriesResults, Error> {
         let tasks = self.tasks()?;
         let greenhouses = self.greenhouses(&tasks)?;
         let _lock = self.claim(&greenhouses, &tasks)?;
@@ -425,9 +424,9 @@ impl LaboratoriesPlan {
 
     /// The task of each world.
     fn tasks(&self) -> Result<Vec<TaskSpec>, Error> {
-        let drawn = |task: TaskSpec| -> Result<TaskSpec, Error> {
-            let drawn = sequences::drawn(&task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.config.seed)?;
-            Ok(drawn.unwrap_or(task))
+        let drawn = |mut task: TaskSpec| -> Result<TaskSpec, Error> {
+            sequences::draw(&mut task, &Greenhouse::default(), PAPER_PERIOD_MIN, self.config.seed)?;
+            Ok(task)
         };
         let task = |world: &World| {
             let Some(file) = &world.task else { return drawn(self.config.task.clone()) };

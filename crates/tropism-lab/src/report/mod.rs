@@ -84,8 +84,7 @@ impl Workflow for ReportPlan {
         })
     }
 
-    fn execute(&self, _monitor: &dyn Monitor) -> Result<ReportResults, Error> {
-        self.check()?;
+    fn perform(&self, _monitor: &dyn Monitor) -> Result<ReportResults, Error> {
         let (page, comparisons) = match self.sources.as_slice() {
             [folder] if is_study(folder) => (study::page(folder)?, Vec::new()),
             sources => Sources::read(sources)?.page(sources)?,

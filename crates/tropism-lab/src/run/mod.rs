@@ -244,15 +244,13 @@ impl Workflow for RunPlan {
         self.config.check()
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<RunResults, Error> {
-        self.check()?;
-        let RunConfig { task, rig, seed, .. } = &self.config;
+    fn prepare(&mut self) -> Result<(), Error> {
+        let RunConfig { task, rig, seed, .. } = &mut self.config;
         let tent = rig.greenhouse.clone().unwrap_or_default();
-        if let Some(task) = sequences::drawn(task, &tent, rig.period_min, *seed)? {
-            let mut plan = self.clone();
-            plan.config.task = task;
-            return plan.execute(monitor);
-        }
+        sequences::draw(task, &tent, rig.period_min, *seed)
+    }
+
+    fn perform(&self, monitor: &dyn Monitor) -> Result<RunResults, Error> {
         let folder = self.config.open_folder(&self.out, self.resume);
         // A folder that another program or another run has is left as it is, and no alert tells of it.
         if matches!(&folder, Err(Error::Folder(error)) if error.is_refusal()) {

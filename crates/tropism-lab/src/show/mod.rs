@@ -116,8 +116,7 @@ impl Workflow for ShowPlan {
         files::check_outputs_with(self.out.as_slice(), inputs)
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<ShowResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<ShowResults, Error> {
         let champion = ShownChampion::find(self, monitor)?;
         let mut results = ShowResults::new(&champion);
         results.drawing = champion.draw(self.drawing_format()?, &results)?;

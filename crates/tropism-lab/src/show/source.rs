@@ -41,17 +41,16 @@ impl ShownChampion {
             Some(record) if !file.exists() => best_so_far(record, &file, monitor)?,
             _ => champion::read(&file)?,
         };
-        let task = match (&plan.task, &champion.task, &record) {
+        let mut task = match (&plan.task, &champion.task, &record) {
             (Some(task), ..) | (None, Some(task), _) => task.clone(),
             (None, None, Some(record)) => record.task.clone(),
             (None, None, None) => TaskSpec::default(),
         };
         let seed = record.as_ref().map_or(1, |record| record.seed);
-        let drawn = match &plan.model {
-            Some(path) => sequences::drawn_for(&task, path, seed)?,
-            None => sequences::drawn(&task, &Greenhouse::default(), PAPER_PERIOD_MIN, seed)?,
-        };
-        let task = drawn.unwrap_or(task);
+        match &plan.model {
+            Some(path) => sequences::draw_for(&mut task, path, seed)?,
+            None => sequences::draw(&mut task, &Greenhouse::default(), PAPER_PERIOD_MIN, seed)?,
+        }
         let model = match &plan.model {
             Some(path) => Some(model::read_for(path, &task, monitor)?),
             None => own_model(folder, record.as_ref())?,

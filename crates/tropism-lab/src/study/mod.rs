@@ -79,13 +79,12 @@ impl Workflow for StudyPlan {
         self.config.check()
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<StudyResults, Error> {
-        self.check()?;
-        let StudyConfig { task, seed, .. } = &self.config;
-        if let Some(task) = sequences::drawn(task, &Greenhouse::default(), PAPER_PERIOD_MIN, *seed)? {
-            let config = StudyConfig { task, ..self.config.clone() };
-            return Self { config, ..self.clone() }.execute(monitor);
-        }
+    fn prepare(&mut self) -> Result<(), Error> {
+        let StudyConfig { task, seed, .. } = &mut self.config;
+        sequences::draw(task, &Greenhouse::default(), PAPER_PERIOD_MIN, *seed)
+    }
+
+    fn perform(&self, monitor: &dyn Monitor) -> Result<StudyResults, Error> {
         let _lock = self.claim()?;
         monitor.note("a study on virtual plants: nothing here is a measurement of a living plant");
         let mut study = StudyStages { plan: self, monitor, stage: 0, seconds: read_seconds(&self.out) };

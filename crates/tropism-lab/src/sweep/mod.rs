@@ -112,8 +112,7 @@ impl Workflow for SweepPlan {
         Ok(())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<SweepResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<SweepResults, Error> {
         let (sweep, _lock) = self.claim()?;
         let finished = sweep.execute_all(monitor).map_err(|error| error.of_part(&self.out))?;
         let results = SweepResults::new(Self::SCHEMA, self.config.seeds.list(), &sweep.settings, &finished);
@@ -138,8 +137,7 @@ impl Workflow for UnitPlan {
         Error::check_range("unit", self.unit as u64, units as u64)
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<UnitResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<UnitResults, Error> {
         let sweep = self.sweep.claim_beside_others()?;
         let unit = &sweep.units[self.unit - 1];
         let finished = sweep.execute_unit(unit, monitor);

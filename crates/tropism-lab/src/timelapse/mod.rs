@@ -115,8 +115,7 @@ impl Workflow for TimelapsePlan {
         files::check_outputs_with(&self.outputs()?, || self.inputs())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<TimelapseResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<TimelapseResults, Error> {
         let format = Format::of(&self.out)?;
         let mut source =
             Source::open(&self.folder, usize::from(self.width))?.cropped(self.crop, &self.folder)?;

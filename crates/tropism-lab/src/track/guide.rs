@@ -95,8 +95,7 @@ impl Workflow for GuidePlan {
         files::check_outputs_with(std::slice::from_ref(&self.page), photographs)
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<GuideResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<GuideResults, Error> {
         let found = files::list_photographs(&self.photographs)?;
         found.notes.iter().for_each(|note| monitor.note(note));
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;

@@ -60,8 +60,7 @@ impl Workflow for TrackPlan {
         self.check_inputs()
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
-        self.check()?;
+    fn perform(&self, monitor: &dyn Monitor) -> Result<TrackResults, Error> {
         let found = files::list_photographs(&self.photographs)?;
         found.notes.iter().for_each(|note| monitor.note(note));
         let series = Series::read(&found.files, self.time, self.period_min, self.default_period_min)?;

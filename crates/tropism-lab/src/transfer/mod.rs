@@ -172,12 +172,16 @@ impl Workflow for TransferPlan {
         files::check_outputs(&self.outputs(), self.model.as_slice())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<TransferResults, Error> {
-        self.check()?;
+    /// Random targets are drawn for each plant: those straight up stand for them in the plan.
+    fn prepare(&mut self) -> Result<(), Error> {
         if let TaskSpec::RandomTargets(task) = &self.task {
-            let plan = Self { task: task.straight_up().into(), random_targets: true, ..self.clone() };
-            return plan.execute(monitor);
+            self.task = task.straight_up().into();
+            self.random_targets = true;
         }
+        Ok(())
+    }
+
+    fn perform(&self, monitor: &dyn Monitor) -> Result<TransferResults, Error> {
         let model = self.model.as_deref().map(model::read).transpose()?;
         let _lock = self.claim()?;
         monitor.note("virtual plants: nothing here is a measurement of a living plant");
@@ -282,7 +286,7 @@ impl TransferPlan {
             if !monitor.may_go_on() {
                 return Err(self.interrupted());
             }
-            sequences::draw(&task, &self.trial(), self.seed, index as u64).map(TaskSpec::from)
+            sequences::sequence(&task, &self.trial(), self.seed, index as u64).map(TaskSpec::from)
         })
     }
 

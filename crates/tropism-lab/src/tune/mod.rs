@@ -114,15 +114,14 @@ impl Workflow for TunePlan {
         files::check_free(&self.out, self.replace || goes_on || self.out.is_dir())
     }
 
-    fn execute(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {
-        self.check()?;
-        let drawn = match &self.beans {
-            None => sequences::drawn_for(&self.task, &self.model, self.seed)?,
-            Some(beans) => sequences::drawn(&self.task, beans, self.period_min, self.seed)?,
-        };
-        if let Some(task) = drawn {
-            return Self { task, ..self.clone() }.execute(monitor);
+    fn prepare(&mut self) -> Result<(), Error> {
+        match &self.beans {
+            None => sequences::draw_for(&mut self.task, &self.model, self.seed),
+            Some(beans) => sequences::draw(&mut self.task, beans, self.period_min, self.seed),
         }
+    }
+
+    fn perform(&self, monitor: &dyn Monitor) -> Result<TuneResults, Error> {
         let species = self.beans.as_ref().map_or_else(Species::default, |beans| beans.bean.clone());
         note_out_of_reach(&self.task, &species, monitor);
         let stopwatch = Stopwatch::start();
