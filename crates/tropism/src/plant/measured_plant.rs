@@ -1,5 +1,6 @@
 //! What was observed of plants, as the models with memory keep it in their files.
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::tip::{ModelError, shared_layout_and_period};
@@ -12,7 +13,7 @@ use crate::random::StepNoise;
 use crate::track::{SAME_PERIOD, Sample, Track};
 
 /// Longest step of a model with memory, in minutes: with longer ones two windows of the light are the same step.
-pub(super) const MAX_PERIOD_MIN: f64 = 10.0;
+const MAX_PERIOD_MIN: f64 = 10.0;
 
 /// How much of each track is used at least, in minutes: 500 steps of five minutes. At 0.03 cm a step, eq. (4), a plant is taller
 /// than the paper's highest target by then.
@@ -45,7 +46,51 @@ pub(super) fn draw_plant(count: usize, noise: &mut StepNoise) -> (usize, f64, f6
 }
 
 /// Coordinates beyond this are no plant.
-pub(super) const FARTHEST_CM: f64 = 1000.0;
+const FARTHEST_CM: f64 = 1000.0;
+
+/// What was observed of one plant, in the plane of the front camera or in space.
+pub(super) trait PlantRecord: Clone {
+    /// Where a tip is, in cm.
+    type Place: Copy;
+
+    /// The plant as it stands in a file.
+    type Entry: Serialize + DeserializeOwned;
+
+    /// The steps of `track` that models use.
+    fn of_track(track: &Track) -> Self;
+
+    /// The tip at each step; `None` where it was not measured.
+    fn tips(&self) -> &[Option<Self::Place>];
+
+    /// Whether a stem was seen at any step.
+    fn has_stem(&self) -> bool;
+
+    /// The error where the track of this number, from 1, has no stem.
+    fn no_stem(track: usize) -> ModelError;
+
+    /// Checks that models can use the lamps of `layout`.
+    fn check_layout(layout: &Layout) -> Result<(), ModelError>;
+
+    /// Checks coordinates and lights; the plant is number `index`, from 0.
+    fn check(&self, index: usize, layout: &Layout) -> Result<(), ModelError>;
+
+    fn entry(&self) -> Self::Entry;
+
+    /// The plant of an entry, which is number `index`, from 0.
+    fn of_entry(entry: Self::Entry, index: usize) -> Result<Self, ModelError>;
+}
+
+/// Checks that no place of plant number `index`, from 0, is too far away for a plant.
+pub(super) fn check_places<const AXES: usize>(
+    mut places: impl Iterator<Item = [f64; AXES]>,
+    index: usize,
+) -> Result<(), ModelError> {
+    let is_far = |place: &[f64; AXES]| !place.iter().all(|axis| axis.abs() <= FARTHEST_CM);
+    match places.find(is_far) {
+        Some(place) => Err(ModelError::Shift { index, found: format!("{place:?}") }),
+        None => Ok(()),
+    }
+}
 
 /// A stem from the base up, in cm.
 pub(super) type Stem = [Point; STEM_POINTS];
@@ -62,11 +107,6 @@ pub(super) struct MeasuredPlant {
 }
 
 impl MeasuredPlant {
-    /// The steps of `track` that models use.
-    fn of_track(track: &Track) -> Self {
-        Self::of_samples(&track.samples, &track.layout, used_steps(track))
-    }
-
     /// The first `steps` steps of `samples` under the lamps of `layout`.
     pub(super) fn of_samples(samples: &[Sample], layout: &Layout, steps: usize) -> Self {
         let mut data = Self { tips: Vec::new(), stems: Vec::new(), sides: Vec::new() };
@@ -96,16 +136,91 @@ impl MeasuredPlant {
     }
 }
 
-/// Plants under the same two lamps, observed at the same period.
+impl PlantRecord for MeasuredPlant {
+    type Place = Point;
+    type Entry = FilePlant;
+
+    fn of_track(track: &Track) -> Self {
+        Self::of_samples(&track.samples, &track.layout, used_steps(track))
+    }
+
+    fn tips(&self) -> &[Option<Point>] {
+        &self.tips
+    }
+
+    fn has_stem(&self) -> bool {
+        self.stems.iter().any(Option::is_some)
+    }
+
+    fn no_stem(track: usize) -> ModelError {
+        ModelError::NoStem { track }
+    }
+
+    /// Two lamps that are mirror images of each other.
+    fn check_layout(layout: &Layout) -> Result<(), ModelError> {
+        let mut sides: Vec<f64> = layout.lights().map(|light| layout.side(light)).collect();
+        sides.sort_by(f64::total_cmp);
+        if sides == [-1.0, 1.0] && layout.is_symmetric() {
+            return Ok(());
+        }
+        let names: Vec<&str> = layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
+        Err(ModelError::Sides { found: names.join(", ") })
+    }
+
+    fn check(&self, index: usize, _layout: &Layout) -> Result<(), ModelError> {
+        let points = self.tips.iter().flatten().chain(self.stems.iter().flatten().flatten());
+        check_places(points.map(|point| [point.x, point.y]), index)
+    }
+
+    fn entry(&self) -> FilePlant {
+        let letter = |side: &Option<f64>| match side {
+            None => '?',
+            Some(side) if *side > 0.0 => 'r',
+            Some(side) if *side < 0.0 => 'l',
+            Some(_) => 'd',
+        };
+        let stem = |stem: &Option<Stem>| stem.map(|stem| stem.map(|point| [point.x, point.y]));
+        FilePlant {
+            x: self.tips.iter().map(|tip| tip.map(|tip| tip.x)).collect(),
+            y: self.tips.iter().map(|tip| tip.map(|tip| tip.y)).collect(),
+            stem: if self.has_stem() { self.stems.iter().map(stem).collect() } else { Vec::new() },
+            light: self.sides.iter().map(letter).collect(),
+        }
+    }
+
+    fn of_entry(entry: FilePlant, index: usize) -> Result<Self, ModelError> {
+        let FilePlant { x, y, stem, light } = entry;
+        let steps = x.len();
+        let stems = if stem.is_empty() { steps } else { stem.len() };
+        let lengths = [steps, y.len(), stems, light.len()];
+        if lengths.iter().any(|&length| length != steps) {
+            return Err(ModelError::Lengths { found: format!("{lengths:?}") });
+        }
+        let side = |letter| match letter {
+            'r' => Ok(Some(1.0)),
+            'l' => Ok(Some(-1.0)),
+            'd' => Ok(Some(0.0)),
+            '?' => Ok(None),
+            _ => Err(ModelError::Shift { index, found: format!("light {letter:?}") }),
+        };
+        let tips = x.iter().zip(&y).map(|(x, y)| Some(Point::new((*x)?, (*y)?))).collect();
+        let points = |stem: [[f64; 2]; STEM_POINTS]| stem.map(|[x, y]| Point::new(x, y));
+        let mut stems: Vec<Option<Stem>> = stem.into_iter().map(|stem| stem.map(points)).collect();
+        stems.resize(steps, None);
+        Ok(Self { tips, stems, sides: light.chars().map(side).collect::<Result<_, _>>()? })
+    }
+}
+
+/// Plants under the same lamps, observed at the same period.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct MeasuredPlants {
+pub(super) struct MeasuredPlants<P = MeasuredPlant> {
     pub(super) layout: Layout,
     pub(super) period_min: f64,
     pub(super) is_virtual: bool,
-    pub(super) plants: Vec<MeasuredPlant>,
+    pub(super) plants: Vec<P>,
 }
 
-impl MeasuredPlants {
+impl<P: PlantRecord> MeasuredPlants<P> {
     /// The plants of `tracks`.
     ///
     /// # Errors
@@ -113,59 +228,40 @@ impl MeasuredPlants {
     pub(super) fn of_tracks<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
         let tracks: Vec<&Track> = tracks.into_iter().collect();
         let (layout, period_min) = shared_layout_and_period(&tracks)?;
-        let plants = tracks.into_iter().map(MeasuredPlant::of_track).collect();
+        let plants = tracks.into_iter().map(P::of_track).collect();
         let measured = Self { layout, period_min, is_virtual: false, plants };
         measured.check()?;
         Ok(measured)
     }
 
-    /// The same without stems.
-    pub(super) fn without_stems(mut self) -> Self {
-        self.plants.iter_mut().for_each(|plant| plant.stems.fill(None));
-        self
-    }
-
-    /// Checks what models with memory need: two lamps that are mirror images of each other, and coordinates of plants.
+    /// Checks the lamps, the period and the plants.
     fn check(&self) -> Result<(), ModelError> {
         let Self { layout, period_min, plants, .. } = self;
-        let mut sides: Vec<f64> = layout.lights().map(|light| layout.side(light)).collect();
-        sides.sort_by(f64::total_cmp);
-        if sides != [-1.0, 1.0] || !layout.is_symmetric() {
-            let names: Vec<&str> = layout.lamps().iter().map(|lamp| lamp.name.as_str()).collect();
-            return Err(ModelError::Sides { found: names.join(", ") });
-        }
+        P::check_layout(layout)?;
         let is_period = *period_min > 0.0 && period_min.is_finite();
         ensure(is_period, "period_min", *period_min, "minutes above 0")?;
         if *period_min > MAX_PERIOD_MIN * (1.0 + SAME_PERIOD) {
             return Err(ModelError::Slow { found: *period_min, most: MAX_PERIOD_MIN });
         }
-        for (index, plant) in plants.iter().enumerate() {
-            let is_far = |point: &&Point| !(point.x.abs() <= FARTHEST_CM && point.y.abs() <= FARTHEST_CM);
-            let mut points = plant.tips.iter().flatten().chain(plant.stems.iter().flatten().flatten());
-            if let Some(point) = points.find(is_far) {
-                return Err(ModelError::Shift { index, found: format!("{:?}", [point.x, point.y]) });
-            }
-        }
-        Ok(())
-    }
-
-    /// The measured tips, in cm.
-    pub(super) fn tips(&self) -> impl Iterator<Item = Point> {
-        self.plants.iter().flat_map(|plant| plant.tips.iter().flatten().copied())
-    }
-
-    /// The same lamps and period with one plant alone.
-    pub(super) fn alone(&self, plant: &MeasuredPlant) -> Self {
-        Self { plants: vec![plant.clone()], layout: self.layout.clone(), ..*self }
+        plants.iter().enumerate().try_for_each(|(index, plant)| plant.check(index, layout))
     }
 
     /// Checks that each plant has stems.
     pub(super) fn check_stems(&self) -> Result<(), ModelError> {
-        let has_none = |plant: &MeasuredPlant| plant.stems.iter().all(Option::is_none);
-        match self.plants.iter().position(has_none) {
-            Some(track) => Err(ModelError::NoStem { track: track + 1 }),
+        match self.plants.iter().position(|plant| !plant.has_stem()) {
+            Some(index) => Err(P::no_stem(index + 1)),
             None => Ok(()),
         }
+    }
+
+    /// The measured tips, in cm.
+    pub(super) fn tips(&self) -> impl Iterator<Item = P::Place> {
+        self.plants.iter().flat_map(|plant| plant.tips().iter().flatten().copied())
+    }
+
+    /// The same lamps and period with one plant alone.
+    pub(super) fn alone(&self, plant: &P) -> Self {
+        Self { plants: vec![plant.clone()], layout: self.layout.clone(), ..*self }
     }
 
     /// JSON of this `schema`, with the `network` of a model that has one.
@@ -176,7 +272,7 @@ impl MeasuredPlants {
             layout: self.layout.clone(),
             period_min: self.period_min,
             is_virtual: self.is_virtual,
-            plants: self.plants.iter().map(FilePlant::of).collect(),
+            plants: self.plants.iter().map(P::entry).collect(),
         };
         serde_json::to_string(&file).expect("numbers and text are JSON")
     }
@@ -187,13 +283,20 @@ impl MeasuredPlants {
         if schema != wanted {
             return Err(ModelError::Schema { found: schema, wanted });
         }
-        let file: File = serde_json::from_str(text)?;
-        let plants = file.plants.iter().enumerate();
-        let plants = plants.map(|(index, plant)| plant.measured(index)).collect::<Result<_, _>>()?;
-        let File { layout, period_min, is_virtual, network, .. } = file;
+        let File { layout, period_min, is_virtual, plants, network, .. } = serde_json::from_str(text)?;
+        let plants = plants.into_iter().enumerate();
+        let plants = plants.map(|(index, plant)| P::of_entry(plant, index)).collect::<Result<_, _>>()?;
         let measured = Self { layout, period_min, is_virtual, plants };
         measured.check()?;
         Ok((measured, network))
+    }
+}
+
+impl MeasuredPlants {
+    /// The same without stems.
+    pub(super) fn without_stems(mut self) -> Self {
+        self.plants.iter_mut().for_each(|plant| plant.stems.fill(None));
+        self
     }
 }
 
@@ -248,12 +351,12 @@ pub(super) fn is_named_in(text: &str, schema: &str) -> bool {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct File<E> {
     schema: String,
     layout: Layout,
     period_min: f64,
     is_virtual: bool,
-    plants: Vec<FilePlant>,
+    plants: Vec<E>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     network: Option<Network>,
 }
@@ -284,7 +387,7 @@ impl Network {
 /// One entry a step from the first observation of a plant.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FilePlant {
+pub(super) struct FilePlant {
     /// Tip, in cm; null where it was not measured.
     x: Vec<Option<f64>>,
     y: Vec<Option<f64>>,
@@ -293,47 +396,6 @@ struct FilePlant {
     stem: Vec<Option<[[f64; 2]; STEM_POINTS]>>,
     /// The lamp that was lit to the next step: `l` or `r` for its side, `d` dark, `?` not known.
     light: String,
-}
-
-impl FilePlant {
-    fn of(data: &MeasuredPlant) -> Self {
-        let letter = |side: &Option<f64>| match side {
-            None => '?',
-            Some(side) if *side > 0.0 => 'r',
-            Some(side) if *side < 0.0 => 'l',
-            Some(_) => 'd',
-        };
-        let stem = |stem: &Option<Stem>| stem.map(|stem| stem.map(|point| [point.x, point.y]));
-        let has_stems = data.stems.iter().any(Option::is_some);
-        Self {
-            x: data.tips.iter().map(|tip| tip.map(|tip| tip.x)).collect(),
-            y: data.tips.iter().map(|tip| tip.map(|tip| tip.y)).collect(),
-            stem: if has_stems { data.stems.iter().map(stem).collect() } else { Vec::new() },
-            light: data.sides.iter().map(letter).collect(),
-        }
-    }
-
-    fn measured(&self, index: usize) -> Result<MeasuredPlant, ModelError> {
-        let steps = self.x.len();
-        let stems = if self.stem.is_empty() { steps } else { self.stem.len() };
-        let lengths = [steps, self.y.len(), stems, self.light.len()];
-        if lengths.iter().any(|&length| length != steps) {
-            return Err(ModelError::Lengths { found: format!("{lengths:?}") });
-        }
-        let side = |letter| match letter {
-            'r' => Ok(Some(1.0)),
-            'l' => Ok(Some(-1.0)),
-            'd' => Ok(Some(0.0)),
-            '?' => Ok(None),
-            _ => Err(ModelError::Shift { index, found: format!("light {letter:?}") }),
-        };
-        let tips = self.x.iter().zip(&self.y).map(|(x, y)| Some(Point::new((*x)?, (*y)?))).collect();
-        let stem =
-            |stem: &Option<[[f64; 2]; STEM_POINTS]>| stem.map(|stem| stem.map(|[x, y]| Point::new(x, y)));
-        let mut stems: Vec<Option<Stem>> = self.stem.iter().map(stem).collect();
-        stems.resize(steps, None);
-        Ok(MeasuredPlant { tips, stems, sides: self.light.chars().map(side).collect::<Result<_, _>>()? })
-    }
 }
 
 /// Where there are data. Beyond it plants answer as they do at its edge.

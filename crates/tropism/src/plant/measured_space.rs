@@ -2,15 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::measured_plant::{FARTHEST_CM, MAX_PERIOD_MIN, used_steps};
-use super::tip::{ModelError, shared_layout_and_period};
-use crate::check::ensure;
-use crate::file::schema_of;
+use super::measured_plant::{PlantRecord, check_places, used_steps};
+use super::tip::ModelError;
 use crate::geometry::STEM_POINTS;
 use crate::geometry::space::{SpacePoint, resampled};
 use crate::lamps::{Layout, Light};
 use crate::observation::Quality;
-use crate::track::{SAME_PERIOD, Sample, Track};
+use crate::track::{Sample, Track};
 
 /// A stem from the base up, in cm.
 pub(super) type SpaceStem = [SpacePoint; STEM_POINTS];
@@ -69,133 +67,61 @@ impl PlantInSpace {
     }
 }
 
-/// Plants under the same lamps, observed at the same period by two cameras.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct PlantsInSpace {
-    pub(super) layout: Layout,
-    pub(super) period_min: f64,
-    pub(super) is_virtual: bool,
-    pub(super) plants: Vec<PlantInSpace>,
-}
+impl PlantRecord for PlantInSpace {
+    type Place = SpacePoint;
+    type Entry = FilePlant;
 
-impl PlantsInSpace {
-    /// The plants of `tracks`.
-    ///
-    /// # Errors
-    /// [`ModelError`] where the tracks differ in lamps or period, or where one has no stem in space.
-    pub(super) fn of_tracks<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
-        let tracks: Vec<&Track> = tracks.into_iter().collect();
-        let (layout, period_min) = shared_layout_and_period(&tracks)?;
-        let plant = |track: &&Track| PlantInSpace::of_samples(&track.samples, used_steps(track));
-        let plants: Vec<PlantInSpace> = tracks.iter().map(plant).collect();
-        let has_none = |plant: &PlantInSpace| plant.stems.iter().all(Option::is_none);
-        if let Some(track) = plants.iter().position(has_none) {
-            return Err(ModelError::NoDepth { track: track + 1 });
-        }
-        let measured = Self { layout, period_min, is_virtual: false, plants };
-        measured.check()?;
-        Ok(measured)
+    fn of_track(track: &Track) -> Self {
+        Self::of_samples(&track.samples, used_steps(track))
     }
 
-    /// Checks the period, the lamps and the coordinates.
-    fn check(&self) -> Result<(), ModelError> {
-        let Self { layout, period_min, plants, .. } = self;
-        let is_period = *period_min > 0.0 && period_min.is_finite();
-        ensure(is_period, "period_min", *period_min, "minutes above 0")?;
-        if *period_min > MAX_PERIOD_MIN * (1.0 + SAME_PERIOD) {
-            return Err(ModelError::Slow { found: *period_min, most: MAX_PERIOD_MIN });
-        }
-        for (index, plant) in plants.iter().enumerate() {
-            let is_far = |point: &&SpacePoint| !point.iter().all(|axis| axis.abs() <= FARTHEST_CM);
-            let mut points = plant.tips.iter().flatten().chain(plant.stems.iter().flatten().flatten());
-            if let Some(point) = points.find(is_far) {
-                return Err(ModelError::Shift { index, found: format!("{point:?}") });
-            }
-            let is_other = |lit: &&Lit| matches!(lit, Lit::Lamp(light) if !layout.contains(*light));
-            if let Some(lit) = plant.lights.iter().find(is_other) {
-                let found = format!("{lit:?} of {} lamps", layout.len());
-                return Err(ModelError::Shift { index, found });
-            }
-        }
+    fn tips(&self) -> &[Option<SpacePoint>] {
+        &self.tips
+    }
+
+    fn has_stem(&self) -> bool {
+        self.stems.iter().any(Option::is_some)
+    }
+
+    fn no_stem(track: usize) -> ModelError {
+        ModelError::NoDepth { track }
+    }
+
+    /// Any lamps: each has its direction.
+    fn check_layout(_layout: &Layout) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// The tips that were measured in space, in cm.
-    pub(super) fn tips(&self) -> impl Iterator<Item = SpacePoint> {
-        self.plants.iter().flat_map(|plant| plant.tips.iter().flatten().copied())
-    }
-
-    /// The same lamps and period with one plant alone.
-    pub(super) fn alone(&self, plant: &PlantInSpace) -> Self {
-        Self { plants: vec![plant.clone()], layout: self.layout.clone(), ..*self }
-    }
-
-    /// JSON of this `schema`.
-    pub(super) fn to_json(&self, schema: &str) -> String {
-        let file = File {
-            schema: schema.to_owned(),
-            layout: self.layout.clone(),
-            period_min: self.period_min,
-            is_virtual: self.is_virtual,
-            plants: self.plants.iter().map(FilePlant::of).collect(),
-        };
-        serde_json::to_string(&file).expect("numbers and text are JSON")
-    }
-
-    /// Reads [`Self::to_json`] of the same schema.
-    pub(super) fn from_json(text: &str, wanted: &'static str) -> Result<Self, ModelError> {
-        let schema = schema_of(text)?;
-        if schema != wanted {
-            return Err(ModelError::Schema { found: schema, wanted });
+    fn check(&self, index: usize, layout: &Layout) -> Result<(), ModelError> {
+        let points = self.tips.iter().flatten().chain(self.stems.iter().flatten().flatten());
+        check_places(points.copied(), index)?;
+        let is_other = |lit: &&Lit| matches!(lit, Lit::Lamp(light) if !layout.contains(*light));
+        match self.lights.iter().find(is_other) {
+            Some(lit) => {
+                let found = format!("{lit:?} of {} lamps", layout.len());
+                Err(ModelError::Shift { index, found })
+            }
+            None => Ok(()),
         }
-        let File { layout, period_min, is_virtual, plants, .. } = serde_json::from_str(text)?;
-        let plants = plants.into_iter().enumerate();
-        let plants = plants.map(|(index, plant)| plant.measured(index)).collect::<Result<_, _>>()?;
-        let measured = Self { layout, period_min, is_virtual, plants };
-        measured.check()?;
-        Ok(measured)
     }
-}
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    schema: String,
-    layout: Layout,
-    period_min: f64,
-    is_virtual: bool,
-    plants: Vec<FilePlant>,
-}
-
-/// One entry a step from the first observation of a plant.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FilePlant {
-    /// Tip, x, y and z in cm; null where it was not measured in space.
-    tip: Vec<Option<SpacePoint>>,
-    /// Points of the stem from the base up, x, y and z in cm; null where none was seen in space.
-    stem: Vec<Option<SpaceStem>>,
-    /// The lamp that was lit to the next step: its number in the layout, from 0; `d` dark, `?` not known.
-    light: String,
-}
-
-impl FilePlant {
-    fn of(data: &PlantInSpace) -> Self {
+    fn entry(&self) -> FilePlant {
         let letter = |lit: &Lit| match lit {
             Lit::Unknown => '?',
             Lit::Dark => 'd',
             // A layout has at most eight lamps.
             Lit::Lamp(light) => char::from(b'0' + light.index() as u8),
         };
-        Self {
-            tip: data.tips.clone(),
-            stem: data.stems.clone(),
-            light: data.lights.iter().map(letter).collect(),
+        FilePlant {
+            tip: self.tips.clone(),
+            stem: self.stems.clone(),
+            light: self.lights.iter().map(letter).collect(),
         }
     }
 
-    fn measured(self, index: usize) -> Result<PlantInSpace, ModelError> {
-        let lengths = [self.tip.len(), self.stem.len(), self.light.len()];
+    fn of_entry(entry: FilePlant, index: usize) -> Result<Self, ModelError> {
+        let FilePlant { tip: tips, stem: stems, light } = entry;
+        let lengths = [tips.len(), stems.len(), light.len()];
         if lengths.iter().any(|&length| length != lengths[0]) {
             return Err(ModelError::Lengths { found: format!("{lengths:?}") });
         }
@@ -208,7 +134,18 @@ impl FilePlant {
                 number.map(Lit::Lamp).ok_or_else(refused)
             }
         };
-        let lights = self.light.chars().map(lit).collect::<Result<_, _>>()?;
-        Ok(PlantInSpace { tips: self.tip, stems: self.stem, lights })
+        Ok(Self { tips, stems, lights: light.chars().map(lit).collect::<Result<_, _>>()? })
     }
+}
+
+/// One entry a step from the first observation of a plant.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FilePlant {
+    /// Tip, x, y and z in cm; null where it was not measured in space.
+    tip: Vec<Option<SpacePoint>>,
+    /// Points of the stem from the base up, x, y and z in cm; null where none was seen in space.
+    stem: Vec<Option<SpaceStem>>,
+    /// The lamp that was lit to the next step: its number in the layout, from 0; `d` dark, `?` not known.
+    light: String,
 }

@@ -19,8 +19,10 @@ mod contact;
 use contact::Bent;
 
 use super::history::History;
-use super::measured_plant::{Extent, MAX_HEIGHT_CM, draw_plant, is_named_in, tell_of_measured_plants};
-use super::measured_space::{Lit, PlantInSpace, PlantsInSpace, SpaceStem};
+use super::measured_plant::{
+    Extent, MAX_HEIGHT_CM, MeasuredPlants, draw_plant, is_named_in, tell_of_measured_plants,
+};
+use super::measured_space::{Lit, PlantInSpace, SpaceStem};
 use super::regression::ridge_regression;
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
 use super::stem::{LIGHT_TERMS, MIDDLE_LENGTH_CM, MODES, PLANT_RIDGE, POOLED_RIDGE, TERMS, Windows, terms};
@@ -317,7 +319,7 @@ fn weights_of<'r>(
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpaceModel {
-    measured: PlantsInSpace,
+    measured: MeasuredPlants<PlantInSpace>,
     windows: Windows,
     /// Where each lamp shines from.
     directions: Vec<Axes<f64>>,
@@ -342,10 +344,12 @@ impl SpaceModel {
     /// # Errors
     /// [`ModelError`] where no step is usable, where a track has no stem in space, or where the tracks differ in lamps or period.
     pub fn fit<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
-        Self::of_measured(PlantsInSpace::of_tracks(tracks)?)
+        let measured = MeasuredPlants::of_tracks(tracks)?;
+        measured.check_stems()?;
+        Self::of_measured(measured)
     }
 
-    fn of_measured(measured: PlantsInSpace) -> Result<Self, ModelError> {
+    fn of_measured(measured: MeasuredPlants<PlantInSpace>) -> Result<Self, ModelError> {
         let period_min = measured.period_min;
         let windows = Windows::of(period_min);
         let directions: Vec<Axes<f64>> = measured.layout.lamps().iter().map(direction_of).collect();
@@ -407,7 +411,7 @@ impl SpaceModel {
     /// Readable JSON with all data, schema `tropism.space-model/1`; see `docs/formats.md`.
     #[must_use]
     pub fn to_json(&self) -> String {
-        self.measured.to_json(SCHEMA)
+        self.measured.to_json(SCHEMA, None)
     }
 
     /// Whether `text` calls itself a model of plants in space, of any version.
@@ -421,7 +425,7 @@ impl SpaceModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        Self::of_measured(PlantsInSpace::from_json(text, SCHEMA)?)
+        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?.0)
     }
 
     /// A straight stem of measured plant number `plant` from `base` to the tip at `start`.
@@ -482,7 +486,7 @@ impl Happened {
 }
 
 /// The stems below 16 cm.
-fn low_stems(measured: &PlantsInSpace) -> impl Iterator<Item = &SpaceStem> {
+fn low_stems(measured: &MeasuredPlants<PlantInSpace>) -> impl Iterator<Item = &SpaceStem> {
     let steps = measured.plants.iter().flat_map(|plant| plant.tips.iter().zip(&plant.stems));
     let low = steps.filter(|(tip, _)| tip.is_some_and(|tip| tip[1] < MAX_HEIGHT_CM));
     low.filter_map(|(_, stem)| stem.as_ref())
