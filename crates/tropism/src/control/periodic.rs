@@ -6,6 +6,15 @@ use crate::observation::Observation;
 
 /// Lights each lamp of a layout in turn for a fixed time, whatever the plant does. It goes by the clock: missed steps move
 /// no switch.
+///
+/// ```
+/// use tropism::control::Periodic;
+/// use tropism::prelude::*;
+/// let mut controller = Periodic::every(1.5, &Layout::default()).starting_with(Light::RIGHT);
+/// let seen = Observation::simulated(Point::new(0.0, 4.0));
+/// let lights: Vec<bool> = (0..6).map(|_| controller.decide(&seen) == Light::RIGHT).collect();
+/// assert_eq!(lights, [true, false, false, true, false, false]); // both lamps in three steps: no drift
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Periodic {
     lights: Vec<Light>,
@@ -35,7 +44,7 @@ impl Periodic {
         Self { lights: layout.lights().collect(), steps_each, step: 0 }
     }
 
-    /// The same turns, beginning with the lamp `first`.
+    /// The same turns, beginning with the lamp `first`; unchanged if the layout has no such lamp.
     #[must_use]
     pub fn starting_with(mut self, first: Light) -> Self {
         let place = self.lights.iter().position(|&light| light == first).unwrap_or(0);

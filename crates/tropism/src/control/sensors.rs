@@ -189,7 +189,22 @@ impl From<Sensors> for Vec<Sensor> {
     }
 }
 
-/// Sensors at work on one plant: what they remember from step to step.
+/// Sensors at work on one plant: what they remember from step to step. At each step [`sense`](Self::sense) comes first, then
+/// [`remember`](Self::remember) with the light that was decided upon.
+///
+/// ```
+/// use tropism::control::{Sensor, SensorState, Sensors};
+/// use tropism::prelude::*;
+/// let sensors = Sensors::new(vec![Sensor::LastShift, Sensor::LightMemory { steps: 2 }])?;
+/// let mut state = SensorState::new(&sensors, &Targets::default(), &Layout::default());
+/// let mut inputs = Vec::new();
+/// state.sense(&Observation::simulated(Point::new(0.0, 4.0)), &mut inputs);
+/// assert_eq!(inputs, [0.0, 0.0, 0.0]);
+/// state.remember(Light::RIGHT);
+/// state.sense(&Observation::simulated(Point::new(0.5, 4.25)), &mut inputs);
+/// assert_eq!(inputs, [0.5, 0.25, 0.5]); // the shift in x and y, and half of the way to the right lamp
+/// # Ok::<(), tropism::control::SensorsError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SensorState {
     sensors: Sensors,
@@ -228,7 +243,8 @@ impl SensorState {
         }
     }
 
-    /// Writes the inputs for what is `seen` now into `inputs`, which is cleared first.
+    /// Writes the inputs for what is `seen` now into `inputs`, which is cleared first: as many as [`Sensors::inputs`], in the
+    /// order of the sensors.
     pub fn sense(&mut self, seen: &Observation, inputs: &mut Vec<f64>) {
         inputs.clear();
         let tip = seen.tip;

@@ -6,7 +6,7 @@ use crate::geometry::Point;
 use crate::lamps::{Layout, Light};
 use crate::track::Track;
 
-/// One observed step: where the tip was, under which light, and how far it moved in five minutes.
+/// One observed step: where the tip was, under which light, and how far it moved until the next observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shift {
     /// Tip before the step, in cm.

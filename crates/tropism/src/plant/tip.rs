@@ -163,7 +163,7 @@ impl TipModel {
     /// A model of all usable steps of `tracks` and their mirror images.
     ///
     /// # Errors
-    /// [`ModelError`] where no step is usable or a setting is out of range.
+    /// [`ModelError`] where no step is usable, where the tracks differ in lamps or period, or where a setting is out of range.
     pub fn fit<'t>(
         tracks: impl IntoIterator<Item = &'t Track>,
         config: TipModelConfig,

@@ -42,21 +42,21 @@ const FREE_SHARE: f64 = 0.8;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Obstacles {
-    /// Tip of the seedling at the start of a simulated experiment, in cm. Paper: (0, 4).
+    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0. Paper: (0, 4).
     pub start: Point,
-    /// Targets in ascending height, in cm.
+    /// Targets in ascending height above the start, in cm; at least one.
     pub targets: Vec<Point>,
     /// What the stem must not touch.
     pub obstacles: Vec<Obstacle>,
     /// Points in ascending height, in cm, by which controllers steer on their way to the targets. They are worth nothing.
     pub way_points: Vec<Point>,
-    /// Distance from a target, at its height, within which the tip has reached it, in cm.
+    /// Distance from a target, at its height, within which the tip has reached it, in cm above 0.
     pub reach_cm: f64,
-    /// Radius of the stem, in cm: its midline must keep so far from each obstacle.
+    /// Radius of the stem, in cm above 0: its midline must keep so far from each obstacle.
     pub stem_radius_cm: f64,
     /// Height of the tip at which the experiment ends, in cm; that of the highest target or more.
     pub end_height_cm: f64,
-    /// Steps after which the experiment ends although the tip is lower.
+    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000.
     pub max_steps: u32,
 }
 

@@ -10,9 +10,9 @@ use crate::observation::Observation;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OpenLoop {
-    /// Tip of the seedling at the start of a simulated experiment, in cm. Paper: (0, 4).
+    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0. Paper: (0, 4).
     pub start: Point,
-    /// Steps of the experiment. Paper: 1000 (83.3 hours).
+    /// Steps of the experiment, 1 to 1000000. Paper: 1000 (83.3 hours).
     pub steps: u32,
 }
 

@@ -15,16 +15,16 @@ use crate::observation::Observation;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RandomTargets {
-    /// Tip of the seedling at the start of a simulated experiment, in cm.
+    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0.
     pub start: Point,
     /// Number of targets, 1 to 100.
     pub count: u32,
-    /// Height that no target is above, in cm.
+    /// Height that no target is above, in cm; itself above the start.
     pub highest_cm: f64,
     /// Height of the tip at which the experiment ends if the last target is as high as can be, in cm. It ends as far above the
     /// last target that is drawn.
     pub end_height_cm: f64,
-    /// Steps after which the experiment ends although the tip is lower.
+    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000.
     pub max_steps: u32,
 }
 
@@ -53,6 +53,13 @@ impl RandomTargets {
     }
 
     /// As many targets right above the start, as high at most: what stands for the task where each plant has its own.
+    ///
+    /// ```
+    /// use tropism::task::RandomTargets;
+    /// let heights = |task: &RandomTargets| task.straight_up().targets.iter().map(|target| target.y).collect::<Vec<_>>();
+    /// let task = RandomTargets { count: 2, highest_cm: 10.0, end_height_cm: 10.5, ..RandomTargets::default() };
+    /// assert_eq!(heights(&task), [7.0, 10.0]); // the start is at 4 cm
+    /// ```
     #[must_use]
     pub fn straight_up(&self) -> Targets {
         let band = (self.highest_cm - self.start.y) / f64::from(self.count);

@@ -9,6 +9,14 @@ use crate::geometry::Point;
 
 /// How far plants of one kind get, by height. Places are pairs of height and distance from the root to either side, in cm, in
 /// ascending height and distance.
+///
+/// ```
+/// use tropism::prelude::*;
+/// use tropism::task::Reach;
+/// let reach = Reach { tips: vec![[4.0, 1.0], [12.0, 5.0]], ..Reach::default() };
+/// assert_eq!(reach.misses_tip(Point::new(-4.5, 12.0)), None);
+/// assert_eq!(reach.misses_tip(Point::new(-3.0, 8.0)).unwrap(), "2.0 cm out of reach on the left");
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Reach {
     /// The farthest place at which a tip arrives at a height for the first time.

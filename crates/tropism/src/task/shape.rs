@@ -16,23 +16,23 @@ use crate::track::Track;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shape {
-    /// Tip of the seedling at the start of a simulated experiment, in cm.
+    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0.
     pub start: Point,
-    /// Line from the root upwards, in cm, on which the stem is to lie. Empty for none.
+    /// Line from the root upwards, in cm, on which the stem is to lie: two points or more. Empty for none.
     pub line: Vec<Point>,
     /// Where the apex of the stem's curve is to be, in cm: its point farthest from the straight line between its ends.
     pub apex: Option<Point>,
-    /// Radius of the circle through root, apex of the curve and tip, in cm: above 0 for a bow to the right.
+    /// Radius of the circle through root, apex of the curve and tip, in cm: above 0 for a bow to the right, below 0 to the left.
     pub radius_cm: Option<f64>,
     /// Where the curve of the stem is to change its side, in cm.
     pub inflection: Option<Point>,
-    /// Angle of the upper third of the stem to the vertical, in degrees: above 0 to the right.
+    /// Angle of the upper third of the stem to the vertical, in degrees, -90 to 90: above 0 to the right.
     pub lean_deg: Option<f64>,
-    /// Mean difference, in cm, within which the task is done.
+    /// Mean difference, in cm above 0, within which the task is done.
     pub within_cm: f64,
-    /// Height of the tip at which the experiment ends, in cm.
+    /// Height of the tip at which the experiment ends, in cm; that of the start or more.
     pub end_height_cm: f64,
-    /// Steps after which the experiment ends although the tip is lower.
+    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000.
     pub max_steps: u32,
 }
 

@@ -19,13 +19,13 @@ use crate::track::Track;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Space {
-    /// Tip of the seedling at the start of a simulated experiment, in cm.
+    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0.
     pub start: Point,
-    /// Targets in ascending height, in cm: x, y, z.
+    /// Targets in ascending height above the start, in cm: x, y, z. At least one.
     pub targets: Vec<SpacePoint>,
-    /// Height of the tip at which the experiment ends, in cm.
+    /// Height of the tip at which the experiment ends, in cm; that of the highest target or more.
     pub end_height_cm: f64,
-    /// Steps after which the experiment ends although the tip is lower.
+    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000.
     pub max_steps: u32,
 }
 

@@ -18,15 +18,15 @@ use crate::track::Track;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Spiral {
-    /// Tip of the seedling at the start of a simulated experiment, in cm.
+    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0.
     pub start: Point,
-    /// The pole.
+    /// The pole: of finite height, with the root outside of it.
     pub pole: Pole,
-    /// Turns, in either direction, with which the task is done.
+    /// Turns, in either direction, with which the task is done, 0.05 to 100.
     pub turns: f64,
-    /// Height of the tip at which the experiment ends, in cm.
+    /// Height of the tip at which the experiment ends, in cm; that of the start or more.
     pub end_height_cm: f64,
-    /// Steps after which the experiment ends although the tip is lower.
+    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000.
     pub max_steps: u32,
 }
 
@@ -63,7 +63,15 @@ impl Spiral {
         ensure(is_beside, "pole.at", format!("{:?}", self.pole.at), "a place that is not on the root")
     }
 
-    /// Turns of a stem round the pole's axis from its base to its tip: above 0 counter-clockwise, seen from above.
+    /// Turns of a stem (cm, from the base up) round the pole's axis: above 0 counter-clockwise, seen from above. Between two
+    /// points of the stem less than half a turn is taken for granted.
+    ///
+    /// ```
+    /// use tropism::task::Spiral;
+    /// let task = Spiral::default(); // the axis of the pole is at x = 1.3, z = 0
+    /// let stem = [[0.0, 0.0, 0.0], [1.3, 5.0, 1.3], [2.6, 10.0, 0.0]]; // from the left, in front, to the right
+    /// assert!((task.turns_of(&stem) - 0.5).abs() < 1e-12);
+    /// ```
     #[must_use]
     pub fn turns_of(&self, stem: &[SpacePoint]) -> f64 {
         let [x, z] = self.pole.at;

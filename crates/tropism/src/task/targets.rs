@@ -11,14 +11,14 @@ use crate::observation::Observation;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Targets {
-    /// Tip of the seedling at the start of a simulated experiment, in cm. Paper: (0, 4).
+    /// Tip of the seedling at the start of a simulated experiment, in cm, y above 0. Paper: (0, 4).
     pub start: Point,
-    /// Targets in ascending height, in cm. Paper: (3, 6), (-5, 9), (-1, 13.5).
+    /// Targets in ascending height above the start, in cm. Paper: (3, 6), (-5, 9), (-1, 13.5).
     pub targets: Vec<Point>,
-    /// Height of the tip at which the experiment ends, in cm. Paper: 13.8.
+    /// Height of the tip at which the experiment ends, in cm; that of the highest target or more. Paper: 13.8.
     pub end_height_cm: f64,
-    /// Steps after which the experiment ends although the tip is lower. The paper names no limit; its longest experiment
-    /// is 1000 steps.
+    /// Steps after which the experiment ends although the tip is lower, 1 to 1000000. The paper names no limit; its longest
+    /// experiment is 1000 steps.
     pub max_steps: u32,
 }
 
