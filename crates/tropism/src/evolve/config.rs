@@ -12,11 +12,11 @@ use crate::control::Sensors;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EvolutionConfig {
-    /// Independent runs. Paper: 20 (section 3.1).
+    /// Independent runs, 1 to 10000. Paper: 20 (section 3.1).
     pub runs: u32,
-    /// Generations of a run. Paper: 2000.
+    /// Generations of a run, 1 to 10000000. Paper: 2000.
     pub generations: u32,
-    /// Simulated plants that each genome steers; its fitness is their mean. Paper: 1, as far as it says.
+    /// Simulated plants that each genome steers, 1 to 10000; its fitness is their mean. Paper: 1, as far as it says.
     pub episodes: u32,
     /// What the networks see. Paper: x and y of the tip.
     #[serde(skip_serializing_if = "Sensors::is_tip")]
