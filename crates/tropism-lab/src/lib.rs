@@ -37,7 +37,7 @@ mod recorder;
 mod error;
 pub mod monitor;
 pub mod workflow;
-mod model;
+pub mod model;
 pub mod planner;
 pub mod controller;
 mod reach;

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 
 use tropism::control::{Controller, PredictiveRule, Sensors};
 use tropism::environment;
@@ -32,28 +33,33 @@ const MAX_GAP_CM: f64 = 2.0;
 /// Distance within which data count as around a place, in cm: half the height of the paper's window, eq. (1).
 const NEAR_CM: f64 = 1.0;
 
-/// Any model that a file may hold.
+/// Any model that a file may hold. Clones share its data.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Model {
+pub enum Model {
     /// The paper's tip-motion model.
-    Tip(Box<TipModel>),
+    Tip(Arc<TipModel>),
     /// The model with memory.
-    Memory(Box<MemoryModel>),
+    Memory(Arc<MemoryModel>),
     /// The linear model of the whole stem.
-    Stem(Box<StemModel>),
+    Stem(Arc<StemModel>),
     /// The LSTM of the whole stem.
-    Lstm(Box<LstmModel>),
+    Lstm(Arc<LstmModel>),
     /// The linear model of the whole stem in space.
-    Space(Box<SpaceModel>),
+    Space(Arc<SpaceModel>),
 }
 
 /// The state of one plant of a [`Model`].
 #[derive(Clone, Debug)]
-pub(crate) enum ModelState {
+pub enum ModelState {
+    /// Of the paper's tip-motion model.
     Tip(TipState),
+    /// Of the model with memory.
     Memory(MemoryState),
+    /// Of the linear model of the whole stem.
     Stem(StemState),
+    /// Of the LSTM of the whole stem.
     Lstm(Box<LstmState>),
+    /// Of the linear model of the whole stem in space.
     Space(Box<SpaceState>),
 }
 
@@ -107,7 +113,10 @@ macro_rules! of_any {
 
 impl Model {
     /// Reads any kind, told apart by the schema.
-    pub(crate) fn from_json(text: &str) -> Result<Self, ModelError> {
+    ///
+    /// # Errors
+    /// [`ModelError`] says what was found instead.
+    pub fn from_json(text: &str) -> Result<Self, ModelError> {
         if MemoryModel::is_named_in(text) {
             MemoryModel::from_json(text).map(Self::from)
         } else if StemModel::is_named_in(text) {
@@ -121,11 +130,15 @@ impl Model {
         }
     }
 
-    pub(crate) fn to_json(&self) -> String {
+    /// Readable JSON with all data; see `docs/formats.md`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
         of_any!(self, |model| model.to_json())
     }
 
-    pub(crate) fn is_virtual(&self) -> bool {
+    /// Whether it was made of virtual plants.
+    #[must_use]
+    pub fn is_virtual(&self) -> bool {
         of_any!(self, |model| model.is_virtual())
     }
 

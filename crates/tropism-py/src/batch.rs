@@ -26,9 +26,10 @@ use tropism::plant::PlantModel;
 use tropism::random::{self, NoiseStream, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{Sample, Track};
+use tropism_lab::model::Model as AnyModel;
 
 use crate::error::refused;
-use crate::model::{AnyModel, Model};
+use crate::model::Model;
 use crate::tent::{opened_for, task_of};
 use crate::threads::check_fork;
 
@@ -492,20 +493,19 @@ impl Batch {
     #[pyo3(signature = (model, task, count=1, has_stem=false))]
     fn of_model(model: &Model, task: &str, count: usize, has_stem: bool) -> PyResult<Self> {
         let (layout, period_min) = (model.0.layout().clone(), model.0.period_min());
-        if has_stem && !matches!(&*model.0, AnyModel::Stem(_) | AnyModel::Lstm(_) | AnyModel::Space(_)) {
+        if has_stem && !matches!(model.0, AnyModel::Stem(_) | AnyModel::Lstm(_) | AnyModel::Space(_)) {
             return Err(refused(
                 "found a model of the tip, wanted one of the stem: Model.of_virtual_beans(\"stem\")",
             ));
         }
         let task = task_of(task)?;
         let plants = |size| -> Box<dyn Plants> {
-            match &*model.0 {
+            match &model.0 {
                 AnyModel::Tip(model) => Box::new(Simulated::new(model, &task, size)),
                 AnyModel::Memory(model) => Box::new(Simulated::new(model, &task, size)),
                 AnyModel::Stem(model) => Box::new(Simulated::new(model, &task, size)),
                 AnyModel::Lstm(model) => Box::new(Simulated::new(model, &task, size)),
                 AnyModel::Space(model) => Box::new(Simulated::new(model, &task, size)),
-                AnyModel::Python(_) => unreachable!("models of Python are no `Model`"),
             }
         };
         let sight = if has_stem { Sight::Stem } else { Sight::Tip };

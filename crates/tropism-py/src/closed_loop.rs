@@ -16,7 +16,7 @@ use tropism::observation::{Depth, Observation};
 use tropism::plant::PlantModel;
 use tropism::random::{NoiseStream, Purpose};
 use tropism::rig::{Rig, SideView};
-use tropism::simulation::Simulation;
+use tropism::simulation::{BatchModel, Simulation};
 use tropism::task::TaskSpec;
 use tropism::track::Sample;
 use tropism::vision::camera::stereo::{CameraPose, Side, StereoPair};
@@ -24,7 +24,7 @@ use tropism::vision::{Calibration, TipTracker, VisionConfig};
 use tropism_lab::ControllerSpec;
 
 use crate::error::{TropismError, parsed, refused};
-use crate::model::{AnyModel, Model};
+use crate::model::Model;
 use crate::neat::Genome;
 use crate::parts::{AnyTask, Device, PythonController, PythonModel, Trouble};
 use crate::threads::check_fork;
@@ -82,17 +82,9 @@ fn finished(track: tropism::track::Track, task: &AnyTask, trouble: &Trouble) -> 
     Ok((Track(track), fitness))
 }
 
-fn model_of<T>(
-    value: &Bound<'_, PyAny>,
-    layout: &str,
-    trouble: &Trouble,
-    use_it: impl FnOnce(&AnyModel) -> PyResult<T>,
-) -> PyResult<T> {
-    if let Ok(model) = value.cast::<Model>() {
-        return use_it(&model.get().0);
-    }
-    let layout: Layout = parsed("layout", layout)?;
-    use_it(&AnyModel::Python(PythonModel::of(value, layout, trouble)?))
+/// The model that `value` is: an object of Python, under the lamps of `layout` (JSON).
+fn python_model(value: &Bound<'_, PyAny>, layout: &str, trouble: &Trouble) -> PyResult<PythonModel> {
+    PythonModel::of(value, parsed("layout", layout)?, trouble)
 }
 
 /// Steers plant number `episode` of a model under `seed`; returns the track and the fitness.
@@ -108,14 +100,30 @@ pub(crate) fn simulate_loop(
 ) -> PyResult<(Track, f64)> {
     let trouble = Trouble::default();
     let task = AnyTask::of(task, &trouble)?;
-    model_of(model, layout, &trouble, |model| {
-        let mut controller = controller_of(controller, &task, model.layout(), model.period_min(), &trouble)?;
-        let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
-        let mut world = Simulation::new(model, task.task(), noise);
-        let watch = &mut |_: &Sample| trouble.flow(py);
-        let Ok(track) = environment::run(&mut world, &mut *controller, task.task(), watch);
-        finished(track, &task, &trouble)
-    })
+    let noise = NoiseStream::new(seed, Purpose::Trial, [episode, 0, 0]);
+    match model.cast::<Model>() {
+        Ok(model) => simulated(py, &model.get().0, controller, &task, noise, &trouble),
+        Err(_) => {
+            let model = python_model(model, layout, &trouble)?;
+            simulated(py, &model, controller, &task, noise, &trouble)
+        }
+    }
+}
+
+/// The track and the fitness of a plant of `model`.
+fn simulated<M: PlantModel>(
+    py: Python<'_>,
+    model: &M,
+    controller: &Bound<'_, PyAny>,
+    task: &AnyTask,
+    noise: NoiseStream,
+    trouble: &Trouble,
+) -> PyResult<(Track, f64)> {
+    let mut controller = controller_of(controller, task, model.layout(), model.period_min(), trouble)?;
+    let mut world = Simulation::new(model, task.task(), noise);
+    let watch = &mut |_: &Sample| trouble.flow(py);
+    let Ok(track) = environment::run(&mut world, &mut *controller, task.task(), watch);
+    finished(track, task, trouble)
 }
 
 /// Steers the virtual bean of `seed` without photographs; returns the track and the fitness.
@@ -216,8 +224,10 @@ pub(crate) fn rig_loop<'py>(
     finished(track, &task, &trouble)
 }
 
-/// Evolves networks for a task on a model, either of which may be of Python. Returns the best genome of each run, its fitness
-/// and the statistics of its generations (JSON).
+/// The best genome of a run, its fitness and the statistics of its generations (JSON).
+type EvolvedRun = (Genome, f64, String);
+
+/// Evolves networks for a task on a model, either of which may be of Python.
 #[pyfunction]
 pub(crate) fn evolve_loop(
     py: Python<'_>,
@@ -226,34 +236,47 @@ pub(crate) fn evolve_loop(
     config: &str,
     layout: &str,
     seed: u64,
-) -> PyResult<Vec<(Genome, f64, String)>> {
+) -> PyResult<Vec<EvolvedRun>> {
     check_fork()?;
     let trouble = Trouble::default();
     let task = AnyTask::of(task, &trouble)?;
     let config: EvolutionConfig = parsed("config", config)?;
-    model_of(model, layout, &trouble, |model| {
-        let evolution = Evolution::new(model, task.task(), config, seed).map_err(refused)?;
-        let watch = |_, _: &_| {
-            if trouble.is_there() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        let runs = std::thread::scope(|scope| {
-            let worker = scope.spawn(|| evolution.evolve(&watch));
-            // Signals reach the thread that called, and only while it holds the lock.
-            while !worker.is_finished() {
-                let _ = trouble.flow(py);
-                py.detach(|| std::thread::sleep(LOOK));
-            }
-            worker.join()
-        });
-        let runs = runs.unwrap_or_else(|panic| std::panic::resume_unwind(panic)).map_err(refused)?;
-        trouble.take()?;
-        let runs = runs.ok_or_else(|| refused("found an evolution that was broken off"))?;
-        runs.into_iter()
-            .map(|run| {
-                let (genome, fitness) = run.champion().ok_or_else(|| refused("found no generation"))?;
-                let history = serde_json::to_string(&run.history).map_err(refused)?;
-                Ok((Genome(genome.clone()), fitness, history))
-            })
-            .collect()
-    })
+    match model.cast::<Model>() {
+        Ok(model) => evolved(py, &model.get().0, &task, config, seed, &trouble),
+        Err(_) => evolved(py, &python_model(model, layout, &trouble)?, &task, config, seed, &trouble),
+    }
+}
+
+/// The runs of an evolution on `model`.
+fn evolved<M: BatchModel>(
+    py: Python<'_>,
+    model: &M,
+    task: &AnyTask,
+    config: EvolutionConfig,
+    seed: u64,
+    trouble: &Trouble,
+) -> PyResult<Vec<EvolvedRun>> {
+    let evolution = Evolution::new(model, task.task(), config, seed).map_err(refused)?;
+    let watch = |_, _: &_| {
+        if trouble.is_there() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let runs = std::thread::scope(|scope| {
+        let worker = scope.spawn(|| evolution.evolve(&watch));
+        // Signals reach the thread that called, and only while it holds the lock.
+        while !worker.is_finished() {
+            let _ = trouble.flow(py);
+            py.detach(|| std::thread::sleep(LOOK));
+        }
+        worker.join()
+    });
+    let runs = runs.unwrap_or_else(|panic| std::panic::resume_unwind(panic)).map_err(refused)?;
+    trouble.take()?;
+    let runs = runs.ok_or_else(|| refused("found an evolution that was broken off"))?;
+    runs.into_iter()
+        .map(|run| {
+            let (genome, fitness) = run.champion().ok_or_else(|| refused("found no generation"))?;
+            let history = serde_json::to_string(&run.history).map_err(refused)?;
+            Ok((Genome(genome.clone()), fitness, history))
+        })
+        .collect()
 }

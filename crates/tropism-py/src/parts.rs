@@ -20,6 +20,7 @@ use tropism::photo::Photo;
 use tropism::plant::PlantModel;
 use tropism::random::StepNoise;
 use tropism::rig::{Camera, Clock, Flash, Lamps, RigError};
+use tropism::simulation::BatchModel;
 use tropism::task::{Targets, Task, TaskSpec};
 
 use crate::error::refused;
@@ -307,6 +308,8 @@ impl PlantModel for PythonModel {
         self.period_min
     }
 }
+
+impl BatchModel for PythonModel {}
 
 /// A controller in Python: a subclass of `tropism.loop.Controller`.
 pub(crate) struct PythonController {
