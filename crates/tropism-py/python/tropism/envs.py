@@ -249,6 +249,10 @@ class StemEnv(_PlantEnv):
 class BeanEnv(_PlantEnv):
     """A virtual bean without photographs. `tip`: "true", or "detector" with the grid and the noise of the paper's detector."""
 
+    # What is observed, and the task where none is given.
+    _observed: ClassVar[str] = "tip"
+    _task: ClassVar[Settings | None] = None
+
     def __init__(
         self,
         greenhouse: Settings | None = None,
@@ -258,25 +262,16 @@ class BeanEnv(_PlantEnv):
         plants: Series = "grow",
         render_mode: str | None = None,
     ) -> None:
-        batch = _core.Batch.of_beans(_json(greenhouse), _json(task), 1, period_min, tip, "tip", plants)
-        super().__init__(batch, render_mode)
+        task = self._task if task is None else task
+        settings = (_json(greenhouse), _json(task), 1, period_min, tip, self._observed, plants)
+        super().__init__(_core.Batch.of_beans(*settings), render_mode)
 
 
-class ObstaclesEnv(_PlantEnv):
+class ObstaclesEnv(BeanEnv):
     """A virtual bean among obstacles. With `tip="detector"` tip and stem have the noise of the paper's detector."""
 
-    def __init__(
-        self,
-        greenhouse: Settings | None = None,
-        task: Settings | None = None,
-        tip: str = "true",
-        period_min: float = 5.0,
-        plants: Series = "grow",
-        render_mode: str | None = None,
-    ) -> None:
-        task = DISC if task is None else task
-        batch = _core.Batch.of_beans(_json(greenhouse), _json(task), 1, period_min, tip, "obstacles", plants)
-        super().__init__(batch, render_mode)
+    _observed = "obstacles"
+    _task = DISC
 
     def _info(self) -> dict[str, Any]:
         info = _progress(self._batch)
@@ -284,21 +279,11 @@ class ObstaclesEnv(_PlantEnv):
         return {**super()._info(), **own, "contact_points": self._batch.contact_points()}
 
 
-class SpaceEnv(_PlantEnv):
+class SpaceEnv(BeanEnv):
     """A virtual bean among four lamps, seen by two cameras. With `tip="detector"` the tip is triangulated from two detectors'."""
 
-    def __init__(
-        self,
-        greenhouse: Settings | None = None,
-        task: Settings | None = None,
-        tip: str = "true",
-        period_min: float = 5.0,
-        plants: Series = "grow",
-        render_mode: str | None = None,
-    ) -> None:
-        task = SPACE if task is None else task
-        batch = _core.Batch.of_beans(_json(greenhouse), _json(task), 1, period_min, tip, "space", plants)
-        super().__init__(batch, render_mode)
+    _observed = "space"
+    _task = SPACE
 
     def _info(self) -> dict[str, Any]:
         distances = self._batch.progress()[3][0]
