@@ -395,6 +395,21 @@ mod tests {
     }
 
     #[test]
+    fn a_leaf_is_a_fork_and_a_thread_of_the_background_is_none() {
+        // A stem three samples wide with a branch of 14 samples to its right, as wide or a single sample wide.
+        let fork = |branch: usize| {
+            let mut rows = vec!["..###................"; 24];
+            rows[12..12 + branch].fill("..###################");
+            let grid = grid(&rows, 1);
+            let ends = [(3.0, 23.0), (3.0, 0.0)].map(|end| grid.nearest_sample(end).unwrap());
+            let [up, down] = ends.map(|end| grid.shortest_paths(end));
+            grid.fork(&up.path_to(ends[1]).unwrap(), &up, &down, 3.0, 8.0)
+        };
+        assert_eq!(fork(1), None);
+        assert!(fork(3).is_some_and(|at| at.abs_diff(10) <= 3), "{:?}", fork(3));
+    }
+
+    #[test]
     fn a_gap_is_crossed_within_reach_only() {
         let rows = ["#", "#", ".", ".", "#", "#"];
         assert_eq!(path(&grid(&rows, 3), (0.0, 5.0), (0.0, 0.0)).map(|path| path.len()), Some(6));
