@@ -605,7 +605,7 @@ impl LstmModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        let (measured, network) = MeasuredPlants::from_json(text, SCHEMA)?;
+        let (measured, network) = MeasuredPlants::from_json_with_network(text, SCHEMA)?;
         let network = network.unwrap_or_default();
         network.check(WEIGHTS, measured.plants.len())?;
         Self::of_network(measured, network)

@@ -277,8 +277,20 @@ impl<P: PlantRecord> MeasuredPlants<P> {
         serde_json::to_string(&file).expect("numbers and text are JSON")
     }
 
-    /// Reads [`Self::to_json`] of the same schema.
-    pub(super) fn from_json(text: &str, wanted: &'static str) -> Result<(Self, Option<Network>), ModelError> {
+    /// Reads [`Self::to_json`] of the same schema, whose models have no network.
+    pub(super) fn from_json(text: &str, schema: &'static str) -> Result<Self, ModelError> {
+        let (measured, network) = Self::from_json_with_network(text, schema)?;
+        if network.is_some() {
+            return Err(ModelError::Key { found: "network", schema });
+        }
+        Ok(measured)
+    }
+
+    /// Reads [`Self::to_json`] of the same schema, and the network.
+    pub(super) fn from_json_with_network(
+        text: &str,
+        wanted: &'static str,
+    ) -> Result<(Self, Option<Network>), ModelError> {
         let schema = schema_of(text)?;
         if schema != wanted {
             return Err(ModelError::Schema { found: schema, wanted });

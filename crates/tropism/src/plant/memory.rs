@@ -12,7 +12,8 @@
 
 use super::history::{History, LIGHT_WINDOWS_MIN, Window, steps_of_window};
 use super::measured_plant::{
-    Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, draw_plant, is_named_in, tell_of_measured_plants,
+    Extent, MAX_HEIGHT_CM, MeasuredPlant, MeasuredPlants, PlantRecord, draw_plant, is_named_in,
+    tell_of_measured_plants,
 };
 use super::regression::ridge_regression;
 use super::replay::{BLOCK_REACH_CM, Record, Replay};
@@ -248,7 +249,11 @@ impl MemoryModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?.0)
+        let measured = MeasuredPlants::from_json(text, SCHEMA)?;
+        if measured.plants.iter().any(MeasuredPlant::has_stem) {
+            return Err(ModelError::Key { found: "plants.stem", schema: SCHEMA });
+        }
+        Self::of_measured(measured)
     }
 }
 

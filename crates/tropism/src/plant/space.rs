@@ -425,7 +425,7 @@ impl SpaceModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?.0)
+        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?)
     }
 
     /// A straight stem of measured plant number `plant` from `base` to the tip at `start`.

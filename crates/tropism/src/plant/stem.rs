@@ -415,7 +415,7 @@ impl StemModel {
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
         let (schema, fits) =
             if is_named_in(text, ENSEMBLE_SCHEMA) { (ENSEMBLE_SCHEMA, BOTH_FITS) } else { (SCHEMA, ONE_FIT) };
-        Self::of_measured(MeasuredPlants::from_json(text, schema)?.0, fits)
+        Self::of_measured(MeasuredPlants::from_json(text, schema)?, fits)
     }
 }
 

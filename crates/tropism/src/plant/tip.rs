@@ -126,6 +126,14 @@ pub enum ModelError {
         /// The one that this version writes.
         wanted: &'static str,
     },
+    /// A key of another kind of model.
+    #[error("found a key `{found}`, wanted none in a model of schema {schema:?}")]
+    Key {
+        /// The key.
+        found: &'static str,
+        /// The schema of the file.
+        schema: &'static str,
+    },
     /// Lamps that are not two mirror images.
     #[error(
         "found lamps {found}, wanted two at mirrored places, one on each side of the plant: a model with memory knows a lamp \

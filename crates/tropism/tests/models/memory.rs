@@ -136,4 +136,9 @@ fn bad_models_are_refused() {
     assert!(error(&text.replacen("\"light\":\"r", "\"light\":\"rr", 1)).contains("lengths"));
     assert!(error(&text.replacen("\"x\":[0.0", "\"x\":[1e300", 1)).contains("1e300"));
     assert!(error(&text.replacen("\"period_min\":5.0", "\"period_min\":0.0", 1)).contains("period_min"));
+    let mut with_stems: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let plant = &mut with_stems["plants"][0];
+    let steps = plant["x"].as_array().unwrap().len();
+    plant["stem"] = vec![[[0.0; 2]; 10]; steps].into();
+    assert!(error(&with_stems.to_string()).contains("a key `plants.stem`, wanted none"));
 }

@@ -132,6 +132,15 @@ fn json_comes_back_and_damage_is_named() {
     assert!(error(&text.replacen("\"light\":\"0", "\"light\":\"00", 1)).contains("lengths"));
     assert!(error(&text.replacen("\"light\":\"0", "\"light\":\"7", 1)).contains("of 4 lamps"));
     assert!(error(&text.replacen("\"light\":\"0", "\"light\":\"x", 1)).contains("light 'x'"));
+    let with_network =
+        text.replacen("\"plants\":", "\"network\":{\"weights\":[],\"gains\":[]},\"plants\":", 1);
+    assert!(
+        error(&with_network)
+            .contains("a key `network`, wanted none in a model of schema \"tropism.space-model/1\"")
+    );
+    assert!(
+        error(&text.replacen("\"plants\":", "\"plant\":1,\"plants\":", 1)).contains("unknown field `plant`")
+    );
     let mut flat = grown(1);
     flat.samples.iter_mut().for_each(|sample| sample.depth = None);
     let error = SpaceModel::fit([&gap, &flat]).unwrap_err().to_string();

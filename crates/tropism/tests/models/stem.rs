@@ -101,5 +101,11 @@ fn json_comes_back_and_damage_is_named() {
     let newer = of_ensemble.replace("stem-ensemble/1", "stem-ensemble/9");
     assert!(error(&newer).contains("wanted \"tropism.stem-ensemble/1\""));
     assert!(error(&text.replacen("\"light\":\"l", "\"light\":\"ll", 1)).contains("lengths"));
+    let with_network =
+        text.replacen("\"plants\":", "\"network\":{\"weights\":[],\"gains\":[]},\"plants\":", 1);
+    assert!(
+        error(&with_network)
+            .contains("a key `network`, wanted none in a model of schema \"tropism.stem-model/1\"")
+    );
     assert!(error(&text.replacen("\"stem\":[[[0.0", "\"stem\":[[[1e300", 1)).contains("1e300"));
 }
