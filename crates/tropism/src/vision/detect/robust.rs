@@ -101,33 +101,30 @@ pub(super) fn detect(
     let tissue = occupancy(&score, bounds, is_plant);
     let silhouette = base.pixel.filter(|_| config.stem && is_silhouette(&luma, &levels));
     let is_silhouette = silhouette.is_some();
-    let mut beyond = Vec::new();
     let stem = match silhouette {
         Some(base) => trace_silhouette(image, crop, base, &tissue),
         None if config.stem => {
             let bright = with_brightness(&score, &luma, &levels, bounds, is_plant);
             let planes = midline::Planes { colour: &score, bright: &bright };
-            trace_stem(planes, bounds, is_plant, &base, tip, poles.as_ref()).map(|(stem, width, rest)| {
-                beyond = rest;
-                (stem, width)
-            })
+            trace_stem(planes, bounds, is_plant, &base, tip, poles.as_ref())
         }
         None => None,
     };
-    let (stem, stem_width) = stem.unzip();
+    let line = stem.as_ref().map(|stem| &*stem.line);
     let may_be_occluded = || {
         is_outshone
             || has_glare_above(&luma, &levels, tip)
             || is_in_shadow(&luma, tip)
-            || fades_towards_tip(&score, stem.as_deref(), tip)
-            || stem_exceeds_tip(stem.as_deref(), tip, step)
+            || fades_towards_tip(&score, line, tip)
+            || stem_exceeds_tip(line, tip, step)
     };
     let is_seen = |at: Pixel| score.bilinear(score.to_sample(at)) > config.threshold;
     let is_behind_pole = poles.is_some_and(|poles| {
-        let path = stem.as_deref().map(|stem| [stem, &beyond].concat());
+        let path = stem.as_ref().map(|stem| [&*stem.line, &stem.beyond].concat());
         poles.view.hides_end(path.as_deref(), tip, is_seen)
     });
     let is_occluded = !is_silhouette && may_be_occluded();
+    let (stem, stem_width) = stem.map(|stem| (stem.line, stem.width)).unzip();
     Some(Detection {
         tip,
         apex: stem.as_ref().and_then(|stem| stem.last().copied()),
@@ -161,8 +158,17 @@ fn with_brightness(
     bright
 }
 
-/// The midline in the photograph and its width, in pixels, extended straight down to the base where the crop clips the stem's
-/// foot, and where the plant is seen to go on from its end.
+/// A stem in the photograph.
+struct Stem {
+    /// Its midline from the base up.
+    line: Vec<Pixel>,
+    /// Its width, in pixels.
+    width: f64,
+    /// Where the plant is seen to go on from the stem's end.
+    beyond: Vec<Pixel>,
+}
+
+/// Traces the midline, extended straight down to the base where the crop clips the stem's foot.
 fn trace_stem(
     planes: midline::Planes<'_>,
     bounds: BoundingBox,
@@ -170,7 +176,7 @@ fn trace_stem(
     base: &StemBase,
     tip: Pixel,
     poles: Option<&PoleMask<'_>>,
-) -> Option<(Vec<Pixel>, f64, Vec<Pixel>)> {
+) -> Option<Stem> {
     let may_hide = |at: usize| poles.is_some_and(|poles| poles.is_hiding(at));
     let plane = planes.colour;
     let top = plane.to_sample(tip);
@@ -178,23 +184,23 @@ fn trace_stem(
         midline::trace_stem(planes, bounds, is_plant, may_hide, base.anchor, top, REACH)?;
     let pixels =
         |line: Vec<PlanePoint>| line.into_iter().map(|(x, y)| plane.to_pixel(x, y)).collect::<Vec<Pixel>>();
-    let mut stem = pixels(line);
-    stem.splice(0..0, base.pixel.filter(|base| base.y > stem[0].y + plane.step as f64));
-    Some((stem, width * plane.step as f64, pixels(beyond)))
+    let mut line = pixels(line);
+    line.splice(0..0, base.pixel.filter(|base| base.y > line[0].y + plane.step as f64));
+    Some(Stem { line, width: width * plane.step as f64, beyond: pixels(beyond) })
 }
 
-/// The midline of a silhouette in the photograph and its mean width, in pixels.
+/// Traces the midline of a silhouette; its width is the mean.
 fn trace_silhouette(
     image: &dyn PixelSource,
     crop: Region,
     base: Pixel,
     tissue: &OccupancyGrid,
-) -> Option<(Vec<Pixel>, f64)> {
+) -> Option<Stem> {
     let (x, y) = (crop.x as f64, crop.y as f64);
-    let mut stem = silhouette_midline(&image.crop(crop), Pixel::new(base.x - x, base.y - y))?;
-    stem.iter_mut().for_each(|at| *at = Pixel::new(at.x + x, at.y + y));
-    let length: f64 = stem.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-    Some((stem, tissue.area() / length.max(1.0)))
+    let mut line = silhouette_midline(&image.crop(crop), Pixel::new(base.x - x, base.y - y))?;
+    line.iter_mut().for_each(|at| *at = Pixel::new(at.x + x, at.y + y));
+    let length: f64 = line.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    Some(Stem { line, width: tissue.area() / length.max(1.0), beyond: Vec::new() })
 }
 
 /// The cells that a component occupies.
