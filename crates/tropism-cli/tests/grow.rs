@@ -90,7 +90,7 @@ fn photographs_are_those_of_a_run_and_survive_an_interruption() {
     assert!(refused.contains("beans/plant-0001: found a plant here already"), "{refused}");
     let refused = tropism(here, &[&grow[..], &["beans", "--resume", "--seed", "2"]].concat()).unwrap_err();
     assert!(
-        refused.contains("plant-0001/run.toml: found a plant that was grown with other options"),
+        refused.contains("plant-0001/run.toml: found a plant with other settings: --seed = "),
         "{refused}"
     );
     tropism(here, &[&grow[..], &["beans", "--resume"]].concat()).unwrap();

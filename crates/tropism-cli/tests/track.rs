@@ -133,10 +133,9 @@ fn a_track_taken_up_again_is_the_same() {
     assert!(read("one.csv") != track);
     // Other settings are another track.
     let (code, _, error) = tropism(folder.path(), &format!("{ONE} --resume --mode paper"));
-    assert!(
-        code == 1 && error.contains("one.frames.jsonl: found photographs that were judged with other"),
-        "{error}"
-    );
+    let refusal = "one.frames.jsonl: found photographs that were judged with other settings: \
+                   `vision.mode` = \"robust\", wanted \"paper\";";
+    assert!(code == 1 && error.contains(refusal), "{error}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ use tropism::parallel;
 use tropism::track::{Sample, Track};
 
 use super::{GrowPlan, GrownPlant};
+use crate::workflow::check_same;
 use crate::{Error, Monitor, files, lock};
 
 /// A camera of the virtual tent.
@@ -41,7 +42,8 @@ impl GrowPlan {
         monitor.stage("photograph", steps);
         // All folders are checked before the first plant grows.
         for plant in 0..self.plants {
-            self.check_folder(&self.folder(plant), self.seed_of(plant))?;
+            let record = self.folder(plant).join("run.toml");
+            check_same(&record, &self.config(self.seed_of(plant)).to_toml()?, self.resume, "a plant")?;
         }
         let grow = |plant: usize| {
             let plant = plant as u32;
@@ -52,27 +54,6 @@ impl GrowPlan {
         let plants: Vec<Option<GrownPlant>> = parallel::try_map(self.plants as usize, grow)?;
         let plants: Option<Vec<GrownPlant>> = plants.into_iter().collect();
         plants.ok_or_else(|| Error::Interrupted { folder: self.out.clone() })
-    }
-
-    /// Checks that the plant of `seed` may grow in `folder`.
-    fn check_folder(&self, folder: &Path, seed: u64) -> Result<(), Error> {
-        let file = folder.join("run.toml");
-        if !file.exists() {
-            return Ok(());
-        }
-        if !self.resume {
-            return Err(Error::Plan(format!(
-                "{}: found a plant here already, wanted a new folder (or `resume` to continue with it)",
-                folder.display()
-            )));
-        }
-        if files::read_text(&file)? != self.config(seed).to_toml()? {
-            return Err(Error::Plan(format!(
-                "{}: found a plant that was grown with other options, wanted the same ones; use another folder",
-                file.display()
-            )));
-        }
-        Ok(())
     }
 
     /// Grows the plant of `seed` in `folder`; `None` if it was interrupted.

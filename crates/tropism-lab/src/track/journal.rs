@@ -8,21 +8,23 @@ use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use tropism::geometry::Pixel;
 use tropism::lamps::Light;
 use tropism::vision::{Detection, FrameStatus};
 
 use crate::Error;
+use crate::difference::differences;
 use crate::files::disk;
 
-const SCHEMA: &str = "tropism.frames/1";
+const SCHEMA: &str = "tropism.frames/2";
 
 /// The first line.
-#[derive(PartialEq, Serialize, Deserialize)]
-struct Head {
-    schema: String,
-    /// Digest of the settings that decide what is detected in a photograph.
-    settings_sha256: String,
+#[derive(Serialize)]
+struct Head<'a, S> {
+    schema: &'static str,
+    /// What decides the detections.
+    settings: &'a S,
 }
 
 /// The detections in one photograph.
@@ -86,34 +88,37 @@ pub(super) struct FrameJournal {
 
 impl FrameJournal {
     /// Begins a journal at `path`, or with `is_resumed` opens the one there, if it has the same settings.
-    pub(super) fn open(path: &Path, settings_sha256: &str, is_resumed: bool) -> Result<Self, Error> {
-        let wanted = Head { schema: SCHEMA.to_owned(), settings_sha256: settings_sha256.to_owned() };
+    pub(super) fn open(path: &Path, settings: &impl Serialize, is_resumed: bool) -> Result<Self, Error> {
+        let head = serde_json::to_string(&Head { schema: SCHEMA, settings });
+        let head = head.map_err(Error::at(path.display()))? + "\n";
         let exists = is_resumed && path.exists();
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(!exists).open(path);
         let file = file.map_err(disk("write", path))?;
         let mut journal = Self { path: path.to_owned(), file, lines: BTreeMap::new() };
         if exists {
-            journal.index(&wanted)?;
+            journal.index(&head)?;
         } else {
-            let head = serde_json::to_string(&wanted).map_err(Error::at(path.display()))?;
-            journal.write(&(head + "\n"))?;
+            journal.write(&head)?;
         }
         Ok(journal)
     }
 
-    /// Finds the whole lines, and cuts off an incomplete one at the end.
-    fn index(&mut self, wanted: &Head) -> Result<(), Error> {
+    /// Finds the whole lines, of which the first must be `head`, and cuts off an incomplete one at the end.
+    fn index(&mut self, head: &str) -> Result<(), Error> {
         let refuse = |problem: &str| Error::Plan(format!("{}: {problem}", self.path.display()));
         let mut lines = BufReader::new(&self.file);
         let (mut line, mut end) = (String::new(), 0);
         while lines.read_line(&mut line).unwrap_or(0) > 0 && line.ends_with('\n') {
             if end == 0 {
-                if !serde_json::from_str::<Head>(&line).is_ok_and(|found| found == *wanted) {
-                    return Err(refuse(
-                        "found photographs that were judged with other settings or by another version, wanted the same \
-                         for `resume`; use another name, or `replace` to begin anew",
-                    ));
+                let Ok(found) = serde_json::from_str::<Value>(&line) else { break };
+                if line != head {
+                    let wanted: Value = serde_json::from_str(head).map_err(Error::at(self.path.display()))?;
+                    let differences = differences(&found, &wanted).replace("`settings.", "`");
+                    return Err(refuse(&format!(
+                        "found photographs that were judged with other settings{differences}; wanted the same for \
+                         `resume`; use another name, or `replace` to begin anew"
+                    )));
                 }
             } else {
                 let Ok(detections) = serde_json::from_str::<FrameDetections>(&line) else { break };
@@ -123,7 +128,7 @@ impl FrameJournal {
             line.clear();
         }
         if end == 0 {
-            return Err(refuse("found no line, wanted a journal of photographs; `replace` begins anew"));
+            return Err(refuse("found no journal of photographs, wanted one; `replace` begins anew"));
         }
         let cut = self.file.set_len(end).and_then(|()| self.file.seek(SeekFrom::End(0)));
         cut.map_err(disk("write", &self.path))?;
@@ -162,6 +167,8 @@ impl FrameJournal {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     fn detections(frame: &str) -> FrameDetections {
@@ -185,17 +192,17 @@ mod tests {
     fn what_was_written_is_found_again_and_half_a_line_is_not() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("track.frames.jsonl");
-        let mut journal = FrameJournal::open(&path, "settings", false).unwrap();
+        let mut journal = FrameJournal::open(&path, &"settings", false).unwrap();
         journal.add(&[&detections("a").line().unwrap(), &detections("b").line().unwrap()]).unwrap();
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, &whole[..whole.len() - 9]).unwrap();
-        let mut journal = FrameJournal::open(&path, "settings", true).unwrap();
+        let mut journal = FrameJournal::open(&path, &"settings", true).unwrap();
         assert_eq!(journal.find("a", "of a").unwrap(), Some(detections("a")));
         assert_eq!(journal.find("a", "of another").unwrap(), None);
         assert_eq!(journal.find("b", "of b").unwrap(), None);
         journal.add(&[&detections("b").line().unwrap()]).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), whole);
-        let mut journal = FrameJournal::open(&path, "settings", true).unwrap();
+        let mut journal = FrameJournal::open(&path, &"settings", true).unwrap();
         assert_eq!(journal.find("b", "of b").unwrap(), Some(detections("b")));
     }
 
@@ -203,12 +210,19 @@ mod tests {
     fn other_settings_and_other_files_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("track.frames.jsonl");
-        FrameJournal::open(&path, "settings", false).unwrap();
-        let error = |settings| FrameJournal::open(&path, settings, true).err().unwrap().to_string();
-        assert!(error("others").contains("other settings"));
-        std::fs::write(&path, "").unwrap();
-        assert!(error("settings").contains("found no line"));
-        std::fs::write(&path, "step,tip\n1,2\n").unwrap();
-        assert!(error("settings").contains("other settings"));
+        let settings = |sigma: f64| json!({ "vision": { "sigma": sigma }, "version": "0.1.0" });
+        FrameJournal::open(&path, &settings(1.0), false).unwrap();
+        let error = |sigma| FrameJournal::open(&path, &settings(sigma), true).err().unwrap().to_string();
+        assert!(
+            error(2.0).contains("with other settings: `vision.sigma` = 1.0, wanted 2.0;"),
+            "{}",
+            error(2.0)
+        );
+        for other in ["", "step,tip\n1,2\n"] {
+            std::fs::write(&path, other).unwrap();
+            assert!(error(1.0).contains("found no journal"));
+        }
+        std::fs::write(&path, "{\"schema\":\"tropism.frames/1\"}\n").unwrap();
+        assert!(error(1.0).contains("`schema` = \"tropism.frames/1\", wanted \"tropism.frames/2\";"));
     }
 }

@@ -81,7 +81,7 @@ impl TrackPlan {
             files::make_folder(folder)?;
         }
         let settings = TrackSettings::new(self, &plants);
-        let mut pipeline = Pipeline::new(self, series, &plants, lights, &settings.sha256()?)?;
+        let mut pipeline = Pipeline::new(self, series, &plants, lights, &settings)?;
         pipeline.run(monitor)?;
         pipeline.finish(settings)
     }

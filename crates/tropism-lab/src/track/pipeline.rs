@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde::Serialize;
 use tropism::lamps::Light;
 use tropism::photo::{Image, Photo};
 use tropism::vision::raster::source::PixelSource;
@@ -44,7 +45,7 @@ impl<'a> Pipeline<'a> {
         series: &'a Series,
         plants: &'a [Plant],
         lights: Option<Vec<Option<Light>>>,
-        settings_sha256: &str,
+        settings: &impl Serialize,
     ) -> Result<Self, Error> {
         let is_unrelated = plan.each || series.frames.len() == 1;
         let tracker = |plant: &Plant| -> Result<TipTracker, VisionError> {
@@ -54,7 +55,7 @@ impl<'a> Pipeline<'a> {
         };
         let mut trackers: Vec<TipTracker> =
             plants.iter().map(tracker).collect::<Result<_, VisionError>>().map_err(Error::at("vision"))?;
-        let journal = FrameJournal::open(&plan.journal_file(), settings_sha256, plan.resume)?;
+        let journal = FrameJournal::open(&plan.journal_file(), settings, plan.resume)?;
         // The background of the first pictures is the reference for the shift of the camera in all others.
         let readable =
             series.frames.iter().filter_map(|frame| files::read_photo(&frame.path, 0.0).ok()?.open().ok());

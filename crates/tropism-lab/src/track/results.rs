@@ -124,7 +124,7 @@ impl TrackSettings {
         }
     }
 
-    pub(super) fn sha256(&self) -> Result<String, Error> {
+    fn sha256(&self) -> Result<String, Error> {
         let json = serde_json::to_vec(self).map_err(Error::at("the settings"))?;
         Ok(files::sha256(&json))
     }
