@@ -185,6 +185,7 @@ fn turns_through_photographs_are_judged_by_the_true_stem() {
     let results = plan.execute(&Silent).unwrap();
     let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert!(html.contains("Median plant of chase") && html.contains("class=\"turnable\""));
+    assert!(!html.contains("Under 9") && !html.contains("plants under 9"));
     let path = folder.path().join("tracks/chase/plant-0001.csv");
     let track = Track::read_csv(std::fs::File::open(path).unwrap()).unwrap();
     let turns = track.numbers("true_turns").unwrap();

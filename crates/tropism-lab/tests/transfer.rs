@@ -164,7 +164,8 @@ fn a_score_is_that_of_the_plant_grown_alone_and_no_ceiling_lies_below_it() {
     assert!(results.controllers.iter().all(|one| one.share_of_ceiling.unwrap() <= 1.0), "{results:?}");
     let json = fs::read_to_string(plan.out.join("transfer.json")).unwrap();
     assert!(json.contains("\"schema\": \"tropism.transfer/1\"") && json.contains("\"is_virtual\": true"));
-    assert!(fs::read_to_string(plan.out.join("report.html")).unwrap().contains("Virtual plants"));
+    let html = fs::read_to_string(plan.out.join("report.html")).unwrap();
+    assert!(html.contains("Virtual plants") && html.contains("Under 9"));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use tropism::task::Task;
+use tropism_lab::task;
 use tropism_lab::transfer::{JUDGING_PLANTS, TransferPlan, TransferResults, read_controllers};
 use tropism_lab::units::plural;
 
@@ -136,13 +137,14 @@ fn parse_seeds(text: &str) -> Result<Range<u64>, String> {
 
 fn text(plan: &TransferPlan, results: &TransferResults) -> String {
     let longest = results.controllers.iter().map(|one| one.name.len()).max().unwrap_or(0).max(10);
-    // The shares under 9 and 6 cm are those of the paper's task.
-    let is_paper_like = plan.task.as_targets().is_some() || results.random_targets;
-    let unit = if is_paper_like { " in cm" } else { "" };
+    let has_low_shares = plan.has_low_shares();
+    let has_way = plan.task.pole().is_none();
+    let unit = task::unit(&plan.task);
     let best = results.best_possible.map(|best| format!(" of at most {best:.2}"));
-    let shares = if is_paper_like { "  under 9  under 6" } else { "" };
+    let shares = if has_low_shares { "  under 9  under 6" } else { "" };
+    let near = if has_way { "  at targets" } else { "" };
     let mut text = format!(
-        "{}, fitness{unit}{}\n{:<longest$}   mean   95 % interval     sd{shares}  kept  at targets\n",
+        "{}, fitness in {unit}{}\n{:<longest$}   mean   95 % interval     sd{shares}  kept{near}\n",
         plural(results.plants, "virtual plant"),
         best.unwrap_or_default(),
         "controller"
@@ -151,11 +153,12 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
         let [low, high] = one.interval;
         let kept =
             one.share_of_expected.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share));
-        let near = one.median_cm.map_or_else(|| "-".to_owned(), |median| format!("{median:.2} cm"));
+        let near = one.median_cm.map_or_else(|| "  -".to_owned(), |median| format!("  {median:.2} cm"));
+        let near = if has_way { near } else { String::new() };
         let shares = [one.under_9, one.under_6].map(|share| format!("  {:>5.0} %", 100.0 * share));
-        let shares = if is_paper_like { shares.concat() } else { String::new() };
+        let shares = if has_low_shares { shares.concat() } else { String::new() };
         text += &format!(
-            "{:<longest$}  {:>5.2}  {low:>5.2} to {high:>5.2}  {:>5.2}{shares}  {kept:>4}  {near}\n",
+            "{:<longest$}  {:>5.2}  {low:>5.2} to {high:>5.2}  {:>5.2}{shares}  {kept:>4}{near}\n",
             one.name, one.mean, one.sd,
         );
     }
@@ -181,7 +184,7 @@ fn text(plan: &TransferPlan, results: &TransferResults) -> String {
         });
         text += &format!("best schedules found with all noise known: {ceiling:.2} on average{done}\n");
     }
-    text += if plan.task.pole().is_some() {
+    text += if !has_way {
         "mean: turns of the stem round the pole\n"
     } else if plan.task.shape().is_empty() {
         "at targets: median distance between tip and target when the tip first reached its height\n"

@@ -206,6 +206,13 @@ impl TransferPlan {
         ["transfer.toml", "plants.csv", "transfer.json", "report.html"].map(|name| self.out.join(name)).into()
     }
 
+    /// Whether the task is such as the paper's: the shares of plants with a fitness under 9 and 6 cm mean nothing for others.
+    #[must_use]
+    pub fn has_low_shares(&self) -> bool {
+        let is_drawn = self.random_targets || matches!(self.task, TaskSpec::RandomTargets(_));
+        is_drawn || self.task.as_targets().is_some()
+    }
+
     /// The seeds of the plants, in order. They fit into TOML, so that `run` with such a seed grows the same plant.
     #[must_use]
     pub fn seeds(&self) -> Vec<u64> {

@@ -102,18 +102,11 @@ impl TransferPlan {
     }
 
     fn controller_table(&self, results: &TransferResults) -> Table {
-        let head = [
-            "Controller",
-            "Mean",
-            "95 % interval",
-            "sd",
-            "5, 25, 50, 75, 95 %",
-            "Under 9",
-            "Under 6",
-            "Expected",
-            "Kept",
-        ];
-        let mut head = head.map(str::to_owned).to_vec();
+        let mut head: Vec<String> =
+            ["Controller", "Mean", "95 % interval", "sd", "5, 25, 50, 75, 95 %"].map(str::to_owned).to_vec();
+        let has_low_shares = self.has_low_shares();
+        head.extend(["Under 9", "Under 6"].map(str::to_owned).into_iter().filter(|_| has_low_shares));
+        head.extend(["Expected", "Kept"].map(str::to_owned));
         let has_done = results.controllers.iter().any(|controller| controller.done.is_some());
         head.extend(has_done.then(|| "Whole task".to_owned()));
         let has_seen = results.controllers.iter().any(|controller| controller.by_photographs.is_some());
@@ -128,11 +121,11 @@ impl TransferPlan {
                 range(*interval),
                 format!("{sd:.2}"),
                 quantiles.map(|value| format!("{value:.1}")).join(", "),
-                percent(Some(*under_9)),
-                percent(Some(*under_6)),
-                cm(controller.expected),
-                percent(controller.share_of_expected),
             ];
+            row.extend(
+                [*under_9, *under_6].map(|share| percent(Some(share))).into_iter().filter(|_| has_low_shares),
+            );
+            row.extend([cm(controller.expected), percent(controller.share_of_expected)]);
             row.extend(controller.done.map(|done| {
                 let [low, high] = done.interval.map(|share| 100.0 * share);
                 format!("{:.0} % ({low:.0} to {high:.0})", 100.0 * done.share)
@@ -146,10 +139,11 @@ impl TransferPlan {
             row
         };
         let mut caption = format!(
-            "Virtual plants. Fitness in {} over {}; shares of plants under 9 and 6; the fitness that the model \
-             predicted, and the share of it that was kept. Intervals by bootstrap over the plants.",
+            "Virtual plants. Fitness in {} over {};{} the fitness that the model predicted, and the share of it that was \
+             kept. Intervals by bootstrap over the plants.",
             task::unit(&self.task),
-            plural(results.plants, "plant")
+            plural(results.plants, "plant"),
+            if has_low_shares { " shares of plants under 9 and 6;" } else { "" }
         );
         if has_done {
             caption += match self.task.pole() {
