@@ -169,6 +169,11 @@ fn a_region_that_is_too_small_is_named() {
 
 /// Twenty-four photographs of one stem, the picture of a white wall behind it from column `wall` on.
 fn before_a_wall(wall: usize) -> TempDir {
+    series(wall, |_, _| {})
+}
+
+/// The same with more that is drawn in each photograph.
+fn series(wall: usize, more: impl Fn(&mut Image, usize)) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("photos")).unwrap();
     for step in 0..24 {
@@ -177,6 +182,7 @@ fn before_a_wall(wall: usize) -> TempDir {
             image.rgb[3 * (row * WIDTH + wall)..3 * (row + 1) * WIDTH].fill(170);
         }
         stem(&mut image, 35 + step % 4, 60 - step);
+        more(&mut image, step);
         let name = format!("photos/cam_20240501_{:02}{:02}00.jpg", 12 + step / 12, 5 * (step % 12));
         fs::write(folder.path().join(name), image.to_jpeg(92).unwrap()).unwrap();
     }
@@ -199,14 +205,24 @@ fn wrong_regions_are_doubted_and_no_model_is_fitted_to_them_unasked() {
         assert!(!folder.path().join("model.json").exists());
     };
     let folder = before_a_wall(60);
+    // Another plant, whose leaf touches the stem.
+    let neighbour = series(90, |image, step| {
+        stem(image, 52 + step % 4, 62);
+        for row in 66..69 {
+            image.rgb[3 * (row * WIDTH + 35)..3 * (row * WIDTH + 53)].fill(150);
+        }
+    });
     let names = fs::read_dir(folder.path().join("photos")).unwrap();
     let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let table: String = names.map(|name| format!("{name},left\n")).collect();
-    fs::write(folder.path().join("left.csv"), format!("frame,light\n{table}")).unwrap();
+    for folder in [&folder, &neighbour] {
+        fs::write(folder.path().join("left.csv"), format!("frame,light\n{table}")).unwrap();
+    }
     let here = "--base 36,79 --scale 5";
     doubted(&folder, &format!("--roi 5,51,60,30 {here}"), &["few_measured", "tip_at_edge"], "less than half");
     doubted(&folder, "--roi 5,5,60,75 --base 45,79 --scale 5", &["root_elsewhere"], "stem begins at 3");
     doubted(&folder, "--roi 5,5,60,75 --base 36,79", &["scale_assumed"], "give --scale");
+    doubted(&neighbour, &format!("--roi 5,5,75,75 {here}"), &["plants_touch"], "end the --roi between them");
     // `--anyway` makes `fit` take the track. A good track needs no option.
     succeeds(&folder, "fit t.csv --anyway --out model.json");
     let words =

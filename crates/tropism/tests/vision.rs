@@ -543,6 +543,30 @@ fn a_tracker_holds_the_last_tip_and_gives_a_status() {
 }
 
 #[test]
+fn a_plant_that_another_touches_is_doubted() {
+    let drawing = |base: f64, tip: f64| Drawing {
+        base: Pixel::new(base, 150.0),
+        tip: Pixel::new(tip, 70.0),
+        exposure: 1.0,
+        seed: 1,
+    };
+    let (plant, other) = (drawing(108.0, 124.0), drawing(140.0, 100.0));
+    let mut image = plant.photo().decode().unwrap();
+    let both = image.rgb.iter_mut().zip(other.photo().decode().unwrap().rgb);
+    both.for_each(|(level, other)| *level = (*level).max(other));
+    let [alone, touched] = [plant.photo(), photo(image.to_jpeg(90).unwrap())].map(|photo| {
+        let mut tracker = tracker(plant.base, Mode::Robust);
+        let detection = tracker.detect(photo.decode().as_ref()).unwrap();
+        // Two that agree are accepted.
+        let tracked = [(); 2].map(|()| tracker.update_next(Ok(detection.clone())));
+        assert_eq!(tracked[1].status, FrameStatus::Ok);
+        (detection.has_second_foot, tracked[1].confidence)
+    });
+    assert!(!alone.0 && alone.1 > 0.85, "{alone:?}");
+    assert!(touched.0 && touched.1 <= 0.5, "{touched:?}");
+}
+
+#[test]
 fn letters_on_a_title_are_no_plant() {
     let drawing =
         Drawing { base: Pixel::new(108.0, 150.0), tip: Pixel::new(124.0, 70.0), exposure: 1.0, seed: 1 };

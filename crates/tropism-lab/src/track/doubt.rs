@@ -21,6 +21,9 @@ const LEAST_MEASURED: f64 = 0.5;
 /// Share of the photographs in which a plant may reach an edge of its region; chosen by hand.
 const MOST_CLIPPED: f64 = 0.1;
 
+/// Share of the photographs in which another plant may touch it; chosen by hand.
+const MOST_TOUCHED: f64 = 0.1;
+
 /// Largest distance of the stem's foot from the base, in cm, sideways and upwards. Chosen by hand: a foot often lies in the
 /// shade of the pot's rim.
 const MOST_ASIDE_CM: f64 = 1.0;
@@ -36,6 +39,8 @@ pub enum DoubtKind {
     RootElsewhere,
     /// The plant reaches an edge of its region in a tenth of the photographs or more.
     TipAtEdge,
+    /// Another plant touches it in a tenth of the photographs or more.
+    PlantsTouch,
     /// The scale is that of the paper's camera, because the plan gives none.
     ScaleAssumed,
     /// The photographs have nothing to do with each other, so their order is no motion.
@@ -70,6 +75,7 @@ impl Evidence<'_> {
             self.few_measured(),
             self.root_elsewhere(),
             self.tip_at_edge(),
+            self.plants_touch(),
             self.scale_assumed(),
             self.unrelated(),
         ];
@@ -129,6 +135,20 @@ impl Evidence<'_> {
                      outside: a `region` with more room there may help",
                     plural(self.counts.frames, "photograph"),
                     edges.join(", ")
+                ),
+            )
+        })
+    }
+
+    fn plants_touch(&self) -> Option<Doubt> {
+        let TrackCounts { frames, touched, .. } = *self.counts;
+        (touched as f64 >= MOST_TOUCHED * frames as f64 && touched > 0).then(|| {
+            Doubt::new(
+                DoubtKind::PlantsTouch,
+                format!(
+                    "in {touched} of {} another plant touches it, whose tip may be taken for its own where it is higher: end \
+                     the `region` between them",
+                    plural(frames, "photograph")
                 ),
             )
         })

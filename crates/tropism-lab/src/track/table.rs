@@ -73,6 +73,8 @@ pub struct TrackCounts {
     pub classes: BTreeMap<&'static str, usize>,
     /// Photographs in which the plant reaches an edge of its region, by edge.
     pub leaves_view_at: BTreeMap<&'static str, usize>,
+    /// Photographs in which another plant touches it.
+    pub touched: usize,
     /// The most photographs in a row without a measured tip.
     pub longest_gap: usize,
     /// The longest time in minutes from one measured tip to the next, or to an end of the series, with photographs without a
@@ -194,6 +196,7 @@ impl Table {
             if !self.is_unrelated {
                 counts.camera.add(&frame.name, sighting);
             }
+            counts.touched += usize::from(sighting.has_second_foot);
             if let Some(edge) = sighting.clipped_at {
                 *counts.leaves_view_at.entry(edge.name()).or_default() += 1;
             }

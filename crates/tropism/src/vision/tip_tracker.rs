@@ -39,6 +39,9 @@ const DOUBTFUL_ALONE: f64 = 0.8;
 /// and the first halves of the real sets of `benches/src/bin/accuracy` count how many answers of a confidence are right.
 const TRACK_DOUBT: f64 = 0.15;
 
+/// Most confidence where another plant touches the plant: either of both may be the higher.
+const TOUCHED: f64 = 0.5;
+
 /// Width of the blurred edge of an obstacle that is left out with it, in cm. Chosen by hand: half a pixel of the paper's crop.
 const OBSTACLE_EDGE_CM: f64 = 0.05;
 
@@ -410,9 +413,11 @@ impl TipTracker {
         let (stem, _) = self.stem.update(stem, rule);
         let quality = if accepted.is_some() { Quality::Measured } else { Quality::Held };
         self.confidence = match &accepted {
-            Some(Detection { contrast, .. }) => {
+            Some(Detection { contrast, has_second_foot, .. }) => {
                 let clarity = fit * (1.0 - math::exp(-contrast / (2.0 * self.config.contrast.max(1.0))));
-                if self.is_unrelated { clarity } else { 1.0 - TRACK_DOUBT * (1.0 - clarity) }
+                let confidence =
+                    if self.is_unrelated { clarity } else { 1.0 - TRACK_DOUBT * (1.0 - clarity) };
+                if *has_second_foot { confidence.min(TOUCHED) } else { confidence }
             }
             None => self.confidence / 2.0,
         };
@@ -460,7 +465,7 @@ impl TipTracker {
             tip_to_stem: detection.stem.as_deref().map(distance_to_tip),
             stem_width: detection.stem_width,
             stem_length: detection.stem.as_deref().map(length),
-            is_occluded: detection.is_occluded,
+            is_occluded: detection.is_occluded || detection.has_second_foot,
         }
     }
 }

@@ -69,6 +69,9 @@ pub struct Detection {
     /// Whether a pole hides the tip: the stem ends at its edge and leads behind it.
     #[serde(default, skip_serializing_if = "is_false")]
     pub is_behind_pole: bool,
+    /// Whether another plant touches it: a stem comes down to the soil elsewhere, too. The tip may be the other plant's.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub has_second_foot: bool,
     /// Whether registration failed although the reference has enough features: the camera may have been turned away.
     #[serde(rename = "is_lost")]
     pub is_unregistered: bool,

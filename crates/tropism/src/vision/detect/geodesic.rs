@@ -113,14 +113,37 @@ impl GeodesicGrid {
         (column as f64 - 1.0, row as f64 - 1.0)
     }
 
+    /// The samples of the component, the highest first.
+    pub(super) fn plant_samples(&self) -> impl Iterator<Item = usize> {
+        (0..self.is_plant.len()).filter(|&at| self.is_plant[at])
+    }
+
+    /// Height of a sample above another, in samples.
+    pub(super) fn height(&self, from: usize, at: usize) -> f64 {
+        self.point(from).1 - self.point(at).1
+    }
+
+    /// Width of the component at a sample in its middle, in samples.
+    pub(super) fn width(&self, at: usize) -> f64 {
+        (f64::from(2 * self.edge_distance[at]) / 3.0 - 1.0).max(1.0)
+    }
+
+    /// Takes what lies at some points from the component; no path leads through them.
+    pub(super) fn close(&mut self, is_closed: impl Fn(PlanePoint) -> bool) {
+        for at in 0..self.is_plant.len() {
+            if is_closed(self.point(at)) {
+                (self.is_plant[at], self.step_cost[at]) = (false, NONE);
+            }
+        }
+    }
+
     /// The plant sample nearest to a point.
     pub(super) fn nearest_sample(&self, point: PlanePoint) -> Option<usize> {
         let squared_distance = |at: usize| {
             let (x, y) = self.point(at);
             (x - point.0) * (x - point.0) + (y - point.1) * (y - point.1)
         };
-        let samples = (0..self.is_plant.len()).filter(|&at| self.is_plant[at]);
-        samples
+        self.plant_samples()
             .map(|at| (at, squared_distance(at)))
             .min_by(|one, other| one.1.total_cmp(&other.1))
             .map(|(at, _)| at)
@@ -330,6 +353,11 @@ impl ShortestPaths {
         Some(self.predecessor[at]).filter(|&before| before != NONE).map(|before| before as usize)
     }
 
+    /// Whether a path leads to a sample.
+    pub(super) fn leads_to(&self, at: usize) -> bool {
+        self.predecessor(at).is_some()
+    }
+
     /// The path from the start to `goal`; `None` where no path leads.
     pub(super) fn path_to(&self, goal: usize) -> Option<Vec<usize>> {
         let mut path = vec![goal];
@@ -342,6 +370,28 @@ impl ShortestPaths {
             }
             path.push(before);
         }
+    }
+
+    /// A value for each sample to which a path leads: the start's, changed by `step` from sample to sample along the path.
+    pub(super) fn along_paths<T: Copy>(&self, start: T, step: impl Fn(usize, T) -> T) -> Vec<Option<T>> {
+        let mut values: Vec<Option<T>> = vec![None; self.predecessor.len()];
+        let mut path = Vec::new();
+        for goal in 0..values.len() {
+            let mut at = goal;
+            while let Some(before) = self.predecessor(at).filter(|_| values[at].is_none()) {
+                path.push(at);
+                if before == at {
+                    break;
+                }
+                at = before;
+            }
+            while let Some(next) = path.pop() {
+                let before = self.predecessor(next).filter(|&before| before != next);
+                let value = before.map_or(Some(start), |before| values[before]);
+                values[next] = value.map(|value| if before.is_some() { step(next, value) } else { value });
+            }
+        }
+        values
     }
 
     /// The first sample on the path from `at` back to the start that is `wanted`; `None` where none is.

@@ -20,6 +20,7 @@ mod distance_transform;
 mod geodesic;
 mod cross_section;
 pub mod midline;
+mod second_foot;
 pub mod tip;
 pub mod stem;
 mod paper;

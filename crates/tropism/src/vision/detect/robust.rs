@@ -21,6 +21,7 @@ use crate::vision::detect::hysteresis::{Evidence, double_threshold};
 use crate::vision::detect::occlusion::{fades_towards_tip, has_glare_above, is_in_shadow, stem_exceeds_tip};
 use crate::vision::detect::occupancy::OccupancyGrid;
 use crate::vision::detect::pole::{PoleMask, PoleView};
+use crate::vision::detect::second_foot::has_second_foot;
 use crate::vision::detect::silhouette::{is_silhouette, silhouette_midline};
 use crate::vision::detect::{midline, tip};
 use crate::vision::raster::filter::sample_gaussian;
@@ -124,6 +125,9 @@ pub(super) fn detect(
         poles.view.hides_end(path.as_deref(), tip, is_seen)
     });
     let is_occluded = !is_silhouette && may_be_occluded();
+    // A silhouette is all stem, and may hang.
+    let may_have_others = base.pixel.is_some() && !is_silhouette;
+    let has_second_foot = may_have_others && has_second_foot(&score, bounds, is_plant, base.anchor, REACH);
     let (stem, stem_width) = stem.map(|stem| (stem.line, stem.width)).unzip();
     Some(Detection {
         tip,
@@ -135,6 +139,7 @@ pub(super) fn detect(
         clipped_at: clipped_edge(bounds, score.width),
         is_occluded,
         is_behind_pole,
+        has_second_foot,
         ..Detection::default()
     })
 }

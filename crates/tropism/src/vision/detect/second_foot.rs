@@ -1,0 +1,144 @@
+//! A second foot of what should be one plant: another plant touches it.
+//!
+//! In: one component, and where the plant's stem leaves the soil. Out: whether a stem comes down to the soil elsewhere. The
+//! one idea: a plant has one foot. Where a path from it climbs and comes down again, along a stem and farther than
+//! anything hangs, or where what rises elsewhere is joined to it along the soil, two plants are seen as one.
+//!
+//! The constants were chosen by hand on photographs of the bean's first half into which a second bean was drawn
+//! (`docs/vision.md`).
+
+use crate::math::statistics::quantile_nearest;
+use crate::vision::detect::connected_components::BoundingBox;
+use crate::vision::detect::curve::PlanePoint;
+use crate::vision::detect::geodesic::{GeodesicGrid, ShortestPaths};
+use crate::vision::raster::plane::Plane;
+
+/// Least height to which a path between two feet climbs, in widths of the stem.
+const MIN_CLIMB: f64 = 2.5;
+
+/// Least height by which it comes down again, as a share of its climb.
+const MIN_DESCENT: f64 = 0.6;
+
+/// Widths of a second stem, in widths of the first: the rim of a pot is narrower, a leaf wider.
+const WIDTHS: std::ops::RangeInclusive<f64> = 0.6..=1.4;
+
+/// Samples at most so high above the foot, and at least so far beside it, are soil, in widths of the stem.
+const SOIL: f64 = 2.0;
+const BESIDE: f64 = 5.0;
+
+/// Least height of what is joined to a plant by the soil, as a share of the component's: folds of the pot's cloth are lower.
+const MIN_HEIGHT: f64 = 0.5;
+
+/// Least distance between two feet, as a share of the component's height.
+const MIN_DISTANCE: f64 = 0.1;
+
+/// Whether a component has a foot besides the one at `base`. Samples within `bounds` that `is_plant` belong to it; gaps of up
+/// to `reach` - 1 samples are bridged.
+pub(super) fn has_second_foot(
+    plane: &Plane,
+    bounds: BoundingBox,
+    is_plant: impl Fn(usize) -> bool,
+    base: PlanePoint,
+    reach: usize,
+) -> bool {
+    if !is_low_elsewhere(plane, bounds, &is_plant, base) {
+        return false;
+    }
+    let mut grid = GeodesicGrid::new(plane, bounds, is_plant, |_| false, reach);
+    let (Some(foot), Some(top)) = (grid.nearest_sample(base), grid.plant_samples().next()) else {
+        return false;
+    };
+    let up = grid.shortest_paths(foot);
+    let Some(to_top) = up.path_to(top) else { return false };
+    let width = stem_width(&grid, &to_top[..to_top.len().div_ceil(2)]);
+    if comes_down(&grid, foot, &up, width) {
+        return true;
+    }
+    let foot_row = grid.point(foot).1;
+    grid.close(|(x, y)| (x - base.0).abs() >= BESIDE * width && foot_row - y <= SOIL * width);
+    let up = grid.shortest_paths(foot);
+    let is_beside =
+        |at: usize| !up.leads_to(at) && grid.height(foot, at) > MIN_HEIGHT * grid.height(foot, top);
+    grid.plant_samples().any(is_beside) || comes_down(&grid, foot, &up, width)
+}
+
+/// Whether a component has samples as low as a foot away from `base`: most have none, which is known without paths.
+fn is_low_elsewhere(
+    plane: &Plane,
+    bounds: BoundingBox,
+    is_plant: impl Fn(usize) -> bool,
+    base: PlanePoint,
+) -> bool {
+    let height = base.1 - bounds.top as f64;
+    let lowest = (base.1 - (1.0 - MIN_DESCENT) * height).max(0.0) as usize;
+    let is_away = |x: usize| (x as f64 - base.0).abs() > MIN_DISTANCE * height;
+    let columns = || (bounds.left..=bounds.right).filter(|&x| is_away(x));
+    (lowest..=bounds.bottom).any(|y| columns().any(|x| is_plant(y * plane.width + x)))
+}
+
+/// Whether one of the shortest paths from the foot comes down along a stem of about that width.
+fn comes_down(grid: &GeodesicGrid, foot: usize, up: &ShortestPaths, width: f64) -> bool {
+    let climbs = up.along_paths(0.0, |at, climb| grid.height(foot, at).max(climb));
+    let descent = |at: usize| climbs[at].map_or(0.0, |climb: f64| climb - grid.height(foot, at));
+    let is_second = |at: usize| {
+        climbs[at].is_some_and(|climb| climb > MIN_CLIMB * width && descent(at) > MIN_DESCENT * climb)
+    };
+    let feet = grid.plant_samples().filter(|&at| is_second(at));
+    let second = feet.max_by(|one, other| descent(*one).total_cmp(&descent(*other)));
+    second.and_then(|second| up.path_to(second)).is_some_and(|path| {
+        let height = |i: &usize| grid.height(foot, path[*i]);
+        let highest = (0..path.len()).max_by(|one, other| height(one).total_cmp(&height(other))).unwrap_or(0);
+        let fall = &path[highest..];
+        WIDTHS.contains(&(stem_width(grid, &fall[fall.len() / 2..]) / width))
+    })
+}
+
+/// Median width along the middle of a stem, in samples.
+fn stem_width(grid: &GeodesicGrid, path: &[usize]) -> f64 {
+    let widths: Vec<f64> = path.iter().map(|&at| grid.width(at)).collect();
+    quantile_nearest(&widths, 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vision::detect::curve::distance;
+
+    /// Whether branches, each from one point to another with a half width, have a second foot besides that at (20, 79).
+    fn second_foot(branches: &[(PlanePoint, PlanePoint, f64)]) -> bool {
+        let is_in = |at: PlanePoint, &(from, to, half): &(PlanePoint, PlanePoint, f64)| {
+            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+            let share = ((at.0 - from.0) * dx + (at.1 - from.1) * dy) / (dx * dx + dy * dy);
+            let share = share.clamp(0.0, 1.0);
+            distance(at, (from.0 + share * dx, from.1 + share * dy)) <= half
+        };
+        let values = (0..80 * 80).map(|at| {
+            let at = ((at % 80) as f64, (at / 80) as f64);
+            if branches.iter().any(|branch| is_in(at, branch)) { 1.0 } else { 0.0 }
+        });
+        let plane = Plane { width: 80, height: 80, values: values.collect(), origin: (0.0, 0.0), step: 1 };
+        let all = BoundingBox { left: 0, right: 79, top: 10, bottom: 79 };
+        has_second_foot(&plane, all, |at| plane.values[at] > 0.5, (20.0, 79.0), 3)
+    }
+
+    const STEM: (PlanePoint, PlanePoint, f64) = ((20.0, 79.0), (24.0, 20.0), 2.0);
+
+    #[test]
+    fn a_stem_that_crosses_touches_or_stands_on_the_same_soil_is_anothers() {
+        let other = ((60.0, 79.0), (56.0, 15.0), 2.0);
+        assert!(second_foot(&[STEM, ((40.0, 79.0), (8.0, 20.0), 2.0)]), "it crosses");
+        assert!(second_foot(&[STEM, other, ((24.0, 30.0), (58.0, 40.0), 3.5)]), "a leaf touches it");
+        assert!(second_foot(&[STEM, other, ((20.0, 79.0), (60.0, 79.0), 1.0)]), "on the same soil");
+        assert!(!second_foot(&[STEM, other]), "it stands apart");
+    }
+
+    #[test]
+    fn what_hangs_and_what_is_low_is_the_plants_own() {
+        assert!(!second_foot(&[STEM]));
+        assert!(
+            !second_foot(&[STEM, ((24.0, 20.0), (40.0, 22.0), 2.0), ((40.0, 22.0), (46.0, 52.0), 4.0)]),
+            "a leaf"
+        );
+        assert!(!second_foot(&[STEM, ((0.0, 76.0), (79.0, 76.0), 1.0)]), "the rim of the pot");
+    }
+}
