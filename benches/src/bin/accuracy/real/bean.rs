@@ -19,18 +19,20 @@ use crate::share::Share;
 const TOP: f64 = 4.0;
 const APEX: f64 = 6.0;
 
-const SIZE: (usize, usize) = (720, 480);
+pub(super) const SIZE: (usize, usize) = (720, 480);
 
 /// Regions that a user may choose, with the root: that of the README and its scale, then others without a scale.
 const REGIONS: [(&str, Region, Pixel, Option<f64>); 6] = [
-    ("README", README, Pixel::new(364.0, 336.0), Some(11.0)),
-    ("README, 5 px/cm", README, Pixel::new(364.0, 336.0), Some(5.0)),
-    ("README, 22 px/cm", README, Pixel::new(364.0, 336.0), Some(22.0)),
-    ("README, no scale", README, Pixel::new(364.0, 336.0), None),
-    ("narrow, no scale", Region { x: 290, y: 150, width: 150, height: 186 }, Pixel::new(362.0, 336.0), None),
+    ("README", README, ROOT, Some(11.0)),
+    ("README, 5 px/cm", README, ROOT, Some(5.0)),
+    ("README, 22 px/cm", README, ROOT, Some(22.0)),
+    ("README, no scale", README, ROOT, None),
+    ("narrow, no scale", NARROW, Pixel::new(362.0, 336.0), None),
     ("wide, no scale", Region { x: 190, y: 60, width: 340, height: 290 }, Pixel::new(362.0, 336.0), None),
 ];
-const README: Region = Region { x: 250, y: 150, width: 230, height: 175 };
+pub(super) const README: Region = Region { x: 250, y: 150, width: 230, height: 175 };
+pub(super) const NARROW: Region = Region { x: 290, y: 150, width: 150, height: 186 };
+pub(super) const ROOT: Pixel = Pixel::new(364.0, 336.0);
 
 pub(super) fn print(folder: &Path, suffix: &str, mode: Mode, reliability: &mut Reliability) {
     let marks = rows(&folder.join(format!("annotations/flora-robotica{suffix}.csv")));

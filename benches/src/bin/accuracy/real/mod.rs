@@ -7,6 +7,7 @@ mod bean;
 mod centerlines;
 mod silhouettes;
 mod sunflower;
+mod touching;
 
 use std::path::{Path, PathBuf};
 
@@ -31,8 +32,9 @@ const HALVES: [(&str, &str); 2] = [("old", ""), ("new", "-2")];
 
 pub(crate) fn print(folder: &Path, mode: Mode, has: impl Fn(&str) -> bool) {
     println!("\nreal photographs, pixels; shares with their 95 % intervals (Wilson)");
-    let rows: [(&str, Half); 4] = [
+    let rows: [(&str, Half); 5] = [
         ("real/bean", bean::print),
+        ("real/touching", touching::print),
         ("real/sunflower", sunflower::print),
         ("real/centerlines", centerlines::print),
         ("real/silhouettes", silhouettes::print),
@@ -84,8 +86,12 @@ impl Answer {
 
 /// Tracks photographs in order, as `tropism track` does: files with their times in seconds.
 fn track(files: &[(PathBuf, f64)], calibration: Calibration, config: VisionConfig) -> Vec<Answer> {
-    let mut tracker = TipTracker::new(calibration, config).expect("a region inside the picture");
     let frames: Vec<Frame> = files.iter().map(|(file, time_s)| frame(file, *time_s)).collect();
+    track_frames(&frames, calibration, config)
+}
+
+fn track_frames(frames: &[Frame], calibration: Calibration, config: VisionConfig) -> Vec<Answer> {
+    let mut tracker = TipTracker::new(calibration, config).expect("a region inside the picture");
     let pictures = frames.iter().filter_map(|frame| frame.picture().ok());
     pictures.take(TipTracker::REFERENCE_FRAMES).for_each(|picture| tracker.set_reference(picture));
     let detections: Vec<_> = frames.par_iter().map(|frame| tracker.detect(frame.picture())).collect();
