@@ -1,5 +1,6 @@
 // What the tests share: a folder, the program, a browser.
 import { spawn, spawnSync } from "node:child_process";
+import { once } from "node:events";
 import fs from "node:fs";
 import os from "node:os";
 import path from "node:path";
@@ -8,10 +9,20 @@ import { chromium } from "playwright-core";
 const PROGRAM = path.resolve(process.env.TROPISM ?? "../../target/debug/tropism");
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
 
-/** A new folder that is deleted at the end of `t`. */
+/** The programs that run in folders of tests. */
+const running = new Set();
+
+/** A new folder that is deleted at the end of `t`, when no program writes there any more. */
 export function folder(t) {
   const made = fs.mkdtempSync(path.join(os.tmpdir(), "tropism-studio-"));
-  t.after(() => fs.rmSync(made, { recursive: true, force: true, maxRetries: 5 }));
+  t.after(async () => {
+    for (const child of [...running].filter(({ cwd }) => cwd.startsWith(made))) {
+      const ended = once(child, "exit");
+      child.kill("SIGKILL");
+      await ended;
+    }
+    fs.rmSync(made, { recursive: true, force: true, maxRetries: 5 });
+  });
   return made;
 }
 
@@ -19,6 +30,9 @@ export function folder(t) {
 export function start(t, cwd, ...words) {
   const child = spawn(PROGRAM, words, { cwd, stdio: ["ignore", "pipe", "pipe"] });
   child.said = "";
+  child.cwd = cwd;
+  running.add(child);
+  child.on("exit", () => running.delete(child));
   for (const stream of [child.stdout, child.stderr]) stream.on("data", (data) => (child.said += data));
   t.after(() => child.kill("SIGKILL"));
   return child;
