@@ -79,7 +79,7 @@ def main():
         "--bin", "speed", cwd=ROOT,
     )
     speed = TARGET / "release" / "speed"
-    for width in (2592, 648):
+    for width in (4608, 2592, 1000, 648):
         folder = PHOTOS / str(width)
         folder.mkdir(parents=True, exist_ok=True)
         crop = json.loads(run(speed, "draw", folder, width, PHOTOGRAPHS))
