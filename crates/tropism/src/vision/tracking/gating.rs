@@ -117,9 +117,8 @@ const MEMORY: usize = CONFIRM_OCCLUSION;
 const DIMMED: f64 = 0.85;
 const STRONGLY_DIMMED: f64 = 0.7;
 
-/// Width of the stem, as a multiple of the least in memory, above which a photograph is blurred by mist. Chosen on condensed
-/// frames of the seeds from 5 000 000 and 8 000 000, where 1.75 and 2 gave the same tips; of the real photographs all are
-/// below 1.75.
+/// Width of the stem, as a multiple of that in the first accepted photographs, above which a photograph is blurred by mist.
+/// Chosen on condensed frames of the seeds from 5 000 000 and 8 000 000; no answer to a real photograph changes.
 const BLURRED: f64 = 2.0;
 
 /// Greatest change of a stem's length from the median of the latest accepted photographs, as a share per period, and the
@@ -162,7 +161,6 @@ struct Appearance {
     contrast: f64,
     light: Option<Light>,
     tip_to_stem: Option<f64>,
-    stem_width: Option<f64>,
     stem_length: Option<f64>,
 }
 
@@ -297,9 +295,8 @@ impl TrackGate {
                 let clearest = alike.map(|before| before.contrast).fold(0.0, f64::max);
                 let is_below = |share: f64| measurement.contrast < share * clearest;
                 // A lamp that was lit in mist has no clear photograph to compare with, but mist widens the stem as well.
-                let widths = self.appearances.iter().filter_map(|before| before.stem_width);
-                let narrowest = widths.fold(f64::INFINITY, f64::min);
-                let is_blurred = measurement.stem_width.is_some_and(|width| width > BLURRED * narrowest);
+                let is_wide = |width: f64| width > BLURRED * quantile_nearest(&self.widths, 0.5);
+                let is_blurred = !self.is_learning() && measurement.stem_width.is_some_and(is_wide);
                 let leaf_tips =
                     self.appearances.iter().filter(|before| is_leaf_tip(before.tip_to_stem, cm)).count();
                 // Where two leaves are of one height, now the one is higher, now the other: both were there before.
@@ -333,8 +330,8 @@ impl TrackGate {
     /// Adds the appearance of the latest accepted measurement.
     pub(in crate::vision) fn remember_appearance(&mut self, measurement: PlantMeasurement) {
         self.appearances.truncate(self.interval.memory() - 1);
-        let PlantMeasurement { contrast, light, tip_to_stem, stem_width, stem_length, .. } = measurement;
-        self.appearances.push_front(Appearance { contrast, light, tip_to_stem, stem_width, stem_length });
+        let PlantMeasurement { contrast, light, tip_to_stem, stem_length, .. } = measurement;
+        self.appearances.push_front(Appearance { contrast, light, tip_to_stem, stem_length });
         self.last = Some(measurement);
     }
 
