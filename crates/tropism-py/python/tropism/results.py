@@ -171,6 +171,8 @@ class PlantTrack(Results):
     classes: Mapping[str, int]
     leaves_view_at: Mapping[str, int]
     lights: Mapping[str, int]
+    #: Photographs in which another plant touches it.
+    touched: int
     #: The most photographs in a row without a measured tip, and the longest time between two measured ones.
     longest_gap: int
     longest_gap_min: float
