@@ -29,9 +29,6 @@ const BESIDE: f64 = 5.0;
 /// Least height of what is joined to a plant by the soil, as a share of the component's: folds of the pot's cloth are lower.
 const MIN_HEIGHT: f64 = 0.5;
 
-/// Least distance between two feet, as a share of the component's height.
-const MIN_DISTANCE: f64 = 0.1;
-
 /// Whether a component has a foot besides the one at `base`. Samples within `bounds` that `is_plant` belong to it; gaps of up
 /// to `reach` - 1 samples are bridged.
 pub(super) fn has_second_foot(
@@ -41,7 +38,7 @@ pub(super) fn has_second_foot(
     base: PlanePoint,
     reach: usize,
 ) -> bool {
-    if !is_low_elsewhere(plane, bounds, &is_plant, base) {
+    if !is_parted_below(plane, bounds, &is_plant, base, reach) {
         return false;
     }
     let mut grid = GeodesicGrid::new(plane, bounds, is_plant, |_| false, reach);
@@ -62,18 +59,24 @@ pub(super) fn has_second_foot(
     grid.plant_samples().any(is_beside) || comes_down(&grid, foot, &up, width)
 }
 
-/// Whether a component has samples as low as a foot away from `base`: most have none, which is known without paths.
-fn is_low_elsewhere(
+/// Whether some row as low as a foot has two parts: where each has one, there is one foot, which is known without paths.
+fn is_parted_below(
     plane: &Plane,
     bounds: BoundingBox,
     is_plant: impl Fn(usize) -> bool,
     base: PlanePoint,
+    reach: usize,
 ) -> bool {
     let height = base.1 - bounds.top as f64;
     let lowest = (base.1 - (1.0 - MIN_DESCENT) * height).max(0.0) as usize;
-    let is_away = |x: usize| (x as f64 - base.0).abs() > MIN_DISTANCE * height;
-    let columns = || (bounds.left..=bounds.right).filter(|&x| is_away(x));
-    (lowest..=bounds.bottom).any(|y| columns().any(|x| is_plant(y * plane.width + x)))
+    (lowest..=bounds.bottom).any(|y| {
+        let mut plant = (bounds.left..=bounds.right).filter(|x| is_plant(y * plane.width + x));
+        let first = plant.next();
+        first.is_some_and(|first| {
+            let mut last = first;
+            plant.any(|x| x - std::mem::replace(&mut last, x) > reach)
+        })
+    })
 }
 
 /// Whether one of the shortest paths from the foot comes down along a stem of about that width.
