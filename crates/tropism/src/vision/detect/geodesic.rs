@@ -378,17 +378,18 @@ impl ShortestPaths {
         let mut path = Vec::new();
         for goal in 0..values.len() {
             let mut at = goal;
-            while let Some(before) = self.predecessor(at).filter(|_| values[at].is_none()) {
-                path.push(at);
+            while values[at].is_none()
+                && let Some(before) = self.predecessor(at)
+            {
                 if before == at {
-                    break;
+                    values[at] = Some(start);
+                } else {
+                    path.push((before, at));
+                    at = before;
                 }
-                at = before;
             }
-            while let Some(next) = path.pop() {
-                let before = self.predecessor(next).filter(|&before| before != next);
-                let value = before.map_or(Some(start), |before| values[before]);
-                values[next] = value.map(|value| if before.is_some() { step(next, value) } else { value });
+            while let Some((before, next)) = path.pop() {
+                values[next] = values[before].map(|value| step(next, value));
             }
         }
         values

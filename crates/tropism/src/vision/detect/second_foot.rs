@@ -53,10 +53,13 @@ pub(super) fn has_second_foot(
     }
     let foot_row = grid.point(foot).1;
     grid.close(|(x, y)| (x - base.0).abs() >= BESIDE * width && foot_row - y <= SOIL * width);
-    let up = grid.shortest_paths(foot);
-    let is_beside =
-        |at: usize| !up.leads_to(at) && grid.height(foot, at) > MIN_HEIGHT * grid.height(foot, top);
-    grid.plant_samples().any(is_beside) || comes_down(&grid, foot, &up, width)
+    let up_above_soil = grid.shortest_paths(foot);
+    let is_joined_by_soil = |at: usize| {
+        up.leads_to(at)
+            && !up_above_soil.leads_to(at)
+            && grid.height(foot, at) > MIN_HEIGHT * grid.height(foot, top)
+    };
+    grid.plant_samples().any(is_joined_by_soil) || comes_down(&grid, foot, &up_above_soil, width)
 }
 
 /// Whether some row as low as a foot has two parts: where each has one, there is one foot, which is known without paths.
@@ -70,25 +73,21 @@ fn is_parted_below(
     let height = base.1 - bounds.top as f64;
     let lowest = (base.1 - (1.0 - MIN_DESCENT) * height).max(0.0) as usize;
     (lowest..=bounds.bottom).any(|y| {
-        let mut plant = (bounds.left..=bounds.right).filter(|x| is_plant(y * plane.width + x));
-        let first = plant.next();
-        first.is_some_and(|first| {
-            let mut last = first;
-            plant.any(|x| x - std::mem::replace(&mut last, x) > reach)
-        })
+        let plant = (bounds.left..=bounds.right).filter(|x| is_plant(y * plane.width + x));
+        plant.collect::<Vec<_>>().windows(2).any(|pair| pair[1] - pair[0] > reach)
     })
 }
 
 /// Whether one of the shortest paths from the foot comes down along a stem of about that width.
 fn comes_down(grid: &GeodesicGrid, foot: usize, up: &ShortestPaths, width: f64) -> bool {
     let climbs = up.along_paths(0.0, |at, climb| grid.height(foot, at).max(climb));
-    let descent = |at: usize| climbs[at].map_or(0.0, |climb: f64| climb - grid.height(foot, at));
-    let is_second = |at: usize| {
-        climbs[at].is_some_and(|climb| climb > MIN_CLIMB * width && descent(at) > MIN_DESCENT * climb)
-    };
-    let feet = grid.plant_samples().filter(|&at| is_second(at));
-    let second = feet.max_by(|one, other| descent(*one).total_cmp(&descent(*other)));
-    second.and_then(|second| up.path_to(second)).is_some_and(|path| {
+    let feet = grid.plant_samples().filter_map(|at| {
+        let climb = climbs[at]?;
+        let descent = climb - grid.height(foot, at);
+        (climb > MIN_CLIMB * width && descent > MIN_DESCENT * climb).then_some((at, descent))
+    });
+    let second = feet.max_by(|(_, one), (_, other)| one.total_cmp(other));
+    second.and_then(|(second, _)| up.path_to(second)).is_some_and(|path| {
         let height = |i: &usize| grid.height(foot, path[*i]);
         let highest = (0..path.len()).max_by(|one, other| height(one).total_cmp(&height(other))).unwrap_or(0);
         let fall = &path[highest..];
@@ -133,6 +132,7 @@ mod tests {
         assert!(second_foot(&[STEM, other, ((24.0, 30.0), (58.0, 40.0), 3.5)]), "a leaf touches it");
         assert!(second_foot(&[STEM, other, ((20.0, 79.0), (60.0, 79.0), 1.0)]), "on the same soil");
         assert!(!second_foot(&[STEM, other]), "it stands apart");
+        assert!(!second_foot(&[STEM, ((60.0, 79.0), (56.0, 40.0), 2.0)]), "it stands apart and is lower");
     }
 
     #[test]
