@@ -18,11 +18,8 @@ use crate::files;
 /// of docs/vision.md, leaves 85 % or more.
 const LEAST_MEASURED: f64 = 0.5;
 
-/// Share of the photographs in which a plant may reach an edge of its region; chosen by hand.
-const MOST_CLIPPED: f64 = 0.1;
-
-/// Share of the photographs in which another plant may touch it; chosen by hand.
-const MOST_TOUCHED: f64 = 0.1;
+/// Share of the photographs in which a plant may reach an edge of its region, or another plant may touch it; chosen by hand.
+const OFTEN: f64 = 0.1;
 
 /// Largest distance of the stem's foot from the base, in cm, sideways and upwards. Chosen by hand: a foot often lies in the
 /// shade of the pot's rim.
@@ -126,7 +123,7 @@ impl Evidence<'_> {
 
     fn tip_at_edge(&self) -> Option<Doubt> {
         let clipped: usize = self.counts.leaves_view_at.values().sum();
-        (clipped as f64 >= MOST_CLIPPED * self.counts.frames as f64 && clipped > 0).then(|| {
+        is_often(clipped, self.counts.frames).then(|| {
             let edges: Vec<&str> = self.counts.leaves_view_at.keys().copied().collect();
             Doubt::new(
                 DoubtKind::TipAtEdge,
@@ -142,7 +139,7 @@ impl Evidence<'_> {
 
     fn plants_touch(&self) -> Option<Doubt> {
         let TrackCounts { frames, touched, .. } = *self.counts;
-        (touched as f64 >= MOST_TOUCHED * frames as f64 && touched > 0).then(|| {
+        is_often(touched, frames).then(|| {
             Doubt::new(
                 DoubtKind::PlantsTouch,
                 format!(
@@ -177,6 +174,11 @@ impl Doubt {
     fn new(kind: DoubtKind, advice: String) -> Self {
         Self { kind, advice }
     }
+}
+
+/// Whether something is so in a tenth of the photographs or more.
+fn is_often(count: usize, frames: usize) -> bool {
+    count > 0 && count as f64 >= OFTEN * frames as f64
 }
 
 /// Whether a tip is measured in less than half of the photographs.
