@@ -72,6 +72,7 @@ pub(super) fn print(folder: &Path, suffix: &str, mode: Mode, _: &mut Reliability
     };
     let answers = |place: Option<Place>, every: usize| {
         let picture = |i: usize| {
+            // Where it is not in all, a track begins with four photographs of the bean alone.
             let drawn = place.filter(|_| (i + 2).is_multiple_of(every)).map(|place| {
                 let j = later(i, place.3);
                 draw(&images[i], &images[j], plants[j].as_ref(), place)
@@ -88,8 +89,8 @@ pub(super) fn print(folder: &Path, suffix: &str, mode: Mode, _: &mut Reliability
     for (name, every) in [("in all", 1), ("in every sixth", EVERY)] {
         let touched: Vec<Answer> = places.iter().flat_map(|&place| answers(Some(place), every)).collect();
         let is_wrong = |(answer, alone): (&Answer, &Answer)| {
-            let (Some(seen), Some(true_)) = (answer.measured(), alone.measured()) else { return None };
-            Some((answer.confidence >= HIGH, seen.tip.distance(true_.tip) > WRONG))
+            let (Some(seen), Some(truth)) = (answer.measured(), alone.measured()) else { return None };
+            Some((answer.confidence >= HIGH, seen.tip.distance(truth.tip) > WRONG))
         };
         let judged: Vec<(bool, bool)> =
             touched.iter().zip(alone.iter().cycle()).filter_map(is_wrong).collect();
