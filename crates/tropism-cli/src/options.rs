@@ -156,7 +156,6 @@ const OPTIONS_OF_KEYS: &[(&str, &str)] = &[
     ("crop", "--crop"),
     ("distance_cm", "--distance"),
     ("dry", "--dry"),
-    ("epochs", "--epochs"),
     ("every", "--every"),
     ("format", "--format"),
     ("fps", "--fps"),

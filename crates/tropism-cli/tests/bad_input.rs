@@ -121,8 +121,6 @@ fn options_that_would_do_nothing() {
     let folder = folder();
     let tune = ["tune", "--model", "model.json", "--out", "rule.json", "--scale", "0.5"];
     fails(&folder, &tune, &["--scale", "wanted --beans"]);
-    let fit = ["fit", "track.csv", "--out", "f.json", "--epochs", "3"];
-    fails(&folder, &fit, &["--epochs = 3", "--model lstm"]);
     fails(&folder, &["evolve", "--out", "e", "--resume"], &["e/evolution.toml: cannot read"]);
     fs::write(folder.path().join("recipes.toml"), "laboratories = 2\n[[worlds]]\nname = \"one\"\n").unwrap();
     fs::write(folder.path().join("space.toml"), "kind = \"space\"\ntargets = [[1.0, 6.0, 1.0]]\n").unwrap();

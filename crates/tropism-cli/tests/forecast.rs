@@ -1,4 +1,4 @@
-//! From tracks to models that are compared on plants that were left out, and an LSTM on the way.
+//! From tracks to models that are compared on plants that were left out.
 
 use std::fs;
 use std::path::Path;
@@ -108,28 +108,4 @@ fn a_model_in_space_is_judged_in_space_and_beside_one_of_the_plane_from_the_fron
     // The depth adds to each distance; the model in space foretells the plant better than standing still does.
     assert!((0..3).all(|at| of_space[at] > from_front[at]), "{of_space:?} {from_front:?}");
     assert!(of_space[1] < of_space[0], "{of_space:?}");
-}
-
-#[test]
-fn an_lstm_has_the_same_bytes_on_any_number_of_threads_and_serves_as_a_model() {
-    let folder = folder();
-    let here = folder.path();
-    for (threads, out) in [("1", "one.json"), ("2", "two.json")] {
-        let fit = ["fit", "beans", "--model", "lstm", "--epochs", "3", "--threads", threads, "--out", out];
-        let told = tropism(here, &fit).unwrap();
-        assert!(told.contains("trained for ") && told.contains("next: tropism tune"), "{told}");
-    }
-    let model = fs::read(here.join("one.json")).unwrap();
-    assert!(model == fs::read(here.join("two.json")).unwrap(), "models of one and two threads differ");
-    fs::write(here.join("task.toml"), "max_steps = 30\n").unwrap();
-    let tune = ["tune", "--model", "one.json", "--generations", "2", "--population", "4", "--episodes", "4"];
-    tropism(here, &[&tune[..], &["--task", "task.toml", "--out", "rule.json"]].concat()).unwrap();
-    let evolve =
-        ["evolve", "--model", "one.json", "--task", "task.toml", "--out", "evolution", "--runs", "1"];
-    tropism(here, &[&evolve[..], &["--generations", "2"]].concat()).unwrap();
-    let simulate = ["simulate", "--model", "one.json", "--controller", "rule.json", "--out", "simulated.csv"];
-    assert!(tropism(here, &simulate).unwrap().contains("simulated plant"));
-    let told =
-        tropism(here, &["forecast", "--models", "one.json", "--plants", "2", "--horizons", "5"]).unwrap();
-    assert!(told.contains("one "), "{told}");
 }

@@ -1,4 +1,4 @@
-//! From tracks to a tuned rule that steers: a model with memory, the search, and the commands that take both.
+//! From tracks to a tuned rule that steers: a model of the stem, the search, and the commands that take both.
 
 use std::fs;
 use std::path::Path;
@@ -14,16 +14,16 @@ fn tropism(folder: &Path, words: &[&str]) -> Result<String, String> {
 }
 
 const TUNE: [&str; 9] =
-    ["tune", "--model", "memory.json", "--generations", "8", "--population", "8", "--episodes", "8"];
+    ["tune", "--model", "stem.json", "--generations", "8", "--population", "8", "--episodes", "8"];
 
-/// A folder with a model with memory of three virtual beans.
+/// A folder with a model of the stems of three virtual beans.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     tropism(folder.path(), &["grow", "--plants", "3", "--steps", "400", "--out", "beans"]).unwrap();
     let tracks = ["beans/plant-0001.csv", "beans/plant-0002.csv", "beans/plant-0003.csv"];
-    let fit = [&["fit"], &tracks[..], &["--model", "memory", "--out", "memory.json"]].concat();
+    let fit = [&["fit"], &tracks[..], &["--model", "stem", "--out", "stem.json"]].concat();
     let told = tropism(folder.path(), &fit).unwrap();
-    assert!(told.contains("next: tropism tune --out rule.json --model memory.json"), "{told}");
+    assert!(told.contains("next: tropism tune --out rule.json --model stem.json"), "{told}");
     folder
 }
 
@@ -51,7 +51,7 @@ fn a_rule_steers_wherever_a_controller_does() {
     fs::write(here.join("task.toml"), "max_steps = 30\n").unwrap();
     tropism(here, &[&TUNE[..], &["--task", "task.toml", "--out", "rule.json"]].concat()).unwrap();
     let rule = ["--controller", "rule.json"];
-    let simulated = ["simulate", "--model", "memory.json", "--episodes", "5", "--out", "simulated.csv"];
+    let simulated = ["simulate", "--model", "stem.json", "--episodes", "5", "--out", "simulated.csv"];
     let told = tropism(here, &[&simulated[..], &rule].concat()).unwrap();
     assert!(told.contains("5 simulated plants"), "{told}");
     tropism(here, &[&["grow", "--plants", "1", "--out", "grown"], &rule[..]].concat()).unwrap();
@@ -71,29 +71,29 @@ fn a_rule_steers_wherever_a_controller_does() {
 }
 
 #[test]
-fn networks_evolve_on_a_model_with_memory() {
+fn networks_evolve_on_a_model_of_the_stem() {
     let folder = folder();
     let here = folder.path();
-    let evolve = ["evolve", "--model", "memory.json", "--out", "evolution", "--runs", "1"];
+    let evolve = ["evolve", "--model", "stem.json", "--out", "evolution", "--runs", "1"];
     tropism(here, &[&evolve[..], &["--generations", "2"]].concat()).unwrap();
     let champion = fs::read_to_string(here.join("evolution/champion.json")).unwrap();
     assert!(champion.contains("tropism.champion/1"), "{champion}");
     // The best fitness for targets that are still to be drawn is not known, and none is told.
     fs::write(here.join("random.toml"), "kind = \"random_targets\"\n").unwrap();
     let random =
-        ["evolve", "--model", "memory.json", "--task", "random.toml", "--runs", "1", "--generations", "1"];
+        ["evolve", "--model", "stem.json", "--task", "random.toml", "--runs", "1", "--generations", "1"];
     let told = tropism(here, &[&random[..], &["--out", "random"]].concat()).unwrap();
     assert!(told.contains("best fitness of a run") && !told.contains("best possible"), "{told}");
 }
 
 #[test]
-fn a_model_with_memory_refuses_settings_and_lamps_that_it_cannot_have() {
+fn a_model_of_the_stem_refuses_settings_and_lamps_that_it_cannot_have() {
     let folder = folder();
     let here = folder.path();
-    let fit = ["fit", "--model", "memory", "--out", "bad.json"];
+    let fit = ["fit", "--model", "stem", "--out", "bad.json"];
     let error =
         tropism(here, &[&fit[..], &["--window", "1,1", "beans/plant-0001.csv"]].concat()).unwrap_err();
-    assert!(error.contains("wanted none with --model memory"), "{error}");
+    assert!(error.contains("wanted none with --model stem"), "{error}");
     tropism(here, &["grow", "--plants", "1", "--steps", "400", "--lamps", "4", "--out", "four"]).unwrap();
     let error = tropism(here, &[&fit[..], &["four/plant-0001.csv"]].concat()).unwrap_err();
     assert!(error.contains("left, right, front, back"), "{error}");

@@ -1,5 +1,4 @@
-//! Models of tracks: the tip-motion model, eqs. (1)-(3), and the models with memory, of the tip and of the stem,
-//! linear and recurrent.
+//! Models of tracks: the tip-motion model, eqs. (1)-(3), and the linear model of the stem, in the plane and in space.
 
 use std::path::{Path, PathBuf};
 
@@ -7,8 +6,6 @@ use serde::{Deserialize, Serialize};
 use tropism::geometry::Point;
 use tropism::math::statistics::range;
 use tropism::observation::Quality;
-use tropism::plant::lstm::{LstmModel, Training, TrainingProgress};
-use tropism::plant::memory::MemoryModel;
 use tropism::plant::space::SpaceModel;
 use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
@@ -26,15 +23,8 @@ pub enum ModelKind {
     /// The paper's tip-motion model.
     #[default]
     Tip,
-    /// The model of the tip that remembers light and shifts.
-    Memory,
     /// The linear model of the whole stem. The tracks must have stems.
     Stem,
-    /// The same, fitted twice: to what was measured and to the same smoothed. Each simulated plant follows one of the fits.
-    #[serde(rename = "stem-ensemble")]
-    StemEnsemble,
-    /// The LSTM of the whole stem. The tracks must have stems.
-    Lstm,
     /// The linear model of the whole stem in space. The tracks must have stems in space.
     Space,
 }
@@ -44,10 +34,7 @@ impl ModelKind {
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Tip => "tip",
-            Self::Memory => "memory",
             Self::Stem => "stem",
-            Self::StemEnsemble => "stem-ensemble",
-            Self::Lstm => "lstm",
             Self::Space => "space",
         }
     }
@@ -63,10 +50,6 @@ pub struct FitPlan {
     pub kind: ModelKind,
     /// Window, growth and grid of a tip-motion model. The others have no such settings.
     pub model: TipModelConfig,
-    /// Most passes of an LSTM over the data, 1 to 10000; it ends before if a plant that is left out is predicted no better.
-    pub epochs: u32,
-    /// Seed of an LSTM. The other models have no random numbers.
-    pub seed: u64,
     /// Whether to take doubtful tracks too, of which [`doubts_of`] tells what speaks against them.
     pub anyway: bool,
     /// File for the model.
@@ -81,8 +64,6 @@ impl Default for FitPlan {
             tracks: Vec::new(),
             kind: ModelKind::default(),
             model: TipModelConfig::default(),
-            epochs: Training::default().max_epochs,
-            seed: Training::default().seed,
             anyway: false,
             out: "model.json".into(),
             replace: false,
@@ -105,18 +86,6 @@ pub struct FitResults {
     pub x_cm: [f64; 2],
     /// Least and greatest y of the tips, in cm.
     pub y_cm: [f64; 2],
-    /// How the training went; `None` for a model that is not trained, or whose tracks have no plant to leave out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub training: Option<TrainingResults>,
-}
-
-/// How the training of an LSTM went.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrainingResults {
-    /// Passes over the data.
-    pub epochs: u32,
-    /// Mean error of free runs of the plant that was left out to find this number, as a share of what is usual.
-    pub error: f64,
 }
 
 impl Workflow for FitPlan {
@@ -134,13 +103,6 @@ impl Workflow for FitPlan {
             let kind = self.kind.name();
             return Err(Error::Plan(format!(
                 "found settings of a tip-motion model, wanted none with `kind` {kind}, which has no settings"
-            )));
-        }
-        Error::check_range("epochs", self.epochs, 10_000)?;
-        if self.kind != ModelKind::Lstm && self.epochs != Training::default().max_epochs {
-            return Err(Error::Plan(format!(
-                "found `epochs` = {}, wanted `kind` lstm with it: no other model is trained",
-                self.epochs
             )));
         }
         files::check_outputs(std::slice::from_ref(&self.out), &self.tracks)?;
@@ -165,36 +127,20 @@ impl Workflow for FitPlan {
             refuse_doubtful(&paths, &tracks)?;
         }
         let is_virtual = paths.iter().zip(&tracks).any(|(path, track)| is_of_virtual_plant(path, track));
-        let mut training = None;
         let (json, shifts, tips) = match self.kind {
             ModelKind::Tip => {
                 let model = TipModel::fit(&tracks, self.model.clone())?.of_virtual_plants(is_virtual);
                 let tips: Vec<Point> = model.observed().iter().map(|shift| shift.tip).collect();
                 (model.to_json(), tips.len(), tips)
             }
-            ModelKind::Memory => {
-                let model = MemoryModel::fit(&tracks)?.of_virtual_plants(is_virtual);
-                (model.to_json(), model.steps(), model.tips().collect())
-            }
-            ModelKind::Stem | ModelKind::StemEnsemble => {
-                let model = if self.kind == ModelKind::Stem {
-                    StemModel::fit(&tracks)?
-                } else {
-                    StemModel::fit_ensemble(&tracks)?
-                };
-                let model = model.of_virtual_plants(is_virtual);
+            ModelKind::Stem => {
+                let model = StemModel::fit(&tracks)?.of_virtual_plants(is_virtual);
                 (model.to_json(), model.steps(), model.tips().collect())
             }
             ModelKind::Space => {
                 let model = SpaceModel::fit(&tracks)?.of_virtual_plants(is_virtual);
                 let in_front = model.tips().map(|[x, y, _]| Point::new(x, y)).collect();
                 (model.to_json(), model.steps(), in_front)
-            }
-            ModelKind::Lstm => {
-                let (model, how) = self.train(&tracks, monitor)?;
-                training = how;
-                let model = model.of_virtual_plants(is_virtual);
-                (model.to_json(), model.steps(), model.tips().collect())
             }
         };
         files::write(&self.out, json.as_bytes())?;
@@ -205,37 +151,7 @@ impl Workflow for FitPlan {
             shifts,
             x_cm: range(tips.iter().map(|tip| tip.x)),
             y_cm: range(tips.iter().map(|tip| tip.y)),
-            training,
         })
-    }
-}
-
-impl FitPlan {
-    /// Trains an LSTM, and tells of each epoch.
-    fn train(
-        &self,
-        tracks: &[Track],
-        monitor: &dyn Monitor,
-    ) -> Result<(LstmModel, Option<TrainingResults>), Error> {
-        let training = Training { max_epochs: self.epochs, seed: self.seed };
-        let mut before: Option<u32> = None;
-        let mut best: Option<TrainingResults> = None;
-        let watch = &mut |progress: &TrainingProgress| {
-            if before.is_none() {
-                monitor.stage("training", progress.of.into());
-            }
-            let TrainingProgress { epochs, error, .. } = *progress;
-            if progress.is_judged && best.is_none_or(|best| error < best.error) {
-                best = Some(TrainingResults { epochs, error });
-            }
-            monitor.advance((progress.epochs - before.unwrap_or(0)).into());
-            monitor.status(&format!("error {:.3}", progress.error));
-            before = Some(progress.epochs);
-            monitor.answer()
-        };
-        let model = LstmModel::fit(tracks, training, watch)?;
-        let model = model.ok_or_else(|| Error::Cancelled("no model was written".to_owned()))?;
-        Ok((model, best))
     }
 }
 

@@ -12,8 +12,6 @@ use tropism::math::hypot;
 use tropism::observation::Observation;
 use tropism::obstacle::Solid;
 use tropism::plant::PlantModel;
-use tropism::plant::lstm::{LstmModel, LstmState};
-use tropism::plant::memory::{MemoryModel, MemoryState};
 use tropism::plant::space::{SpaceModel, SpaceState};
 use tropism::plant::stem::{StemModel, StemState};
 use tropism::plant::tip::{ModelError, TipModel, TipState};
@@ -38,12 +36,8 @@ const NEAR_CM: f64 = 1.0;
 pub enum Model {
     /// The paper's tip-motion model.
     Tip(Arc<TipModel>),
-    /// The model with memory.
-    Memory(Arc<MemoryModel>),
     /// The linear model of the whole stem.
     Stem(Arc<StemModel>),
-    /// The LSTM of the whole stem.
-    Lstm(Arc<LstmModel>),
     /// The linear model of the whole stem in space.
     Space(Arc<SpaceModel>),
 }
@@ -53,12 +47,8 @@ pub enum Model {
 pub enum ModelState {
     /// Of the paper's tip-motion model.
     Tip(TipState),
-    /// Of the model with memory.
-    Memory(MemoryState),
     /// Of the linear model of the whole stem.
     Stem(StemState),
-    /// Of the LSTM of the whole stem.
-    Lstm(Box<LstmState>),
     /// Of the linear model of the whole stem in space.
     Space(Box<SpaceState>),
 }
@@ -80,31 +70,21 @@ macro_rules! kinds_of_models {
     )*};
 }
 
-kinds_of_models!(
-    Tip(TipModel, TipState),
-    Memory(MemoryModel, MemoryState),
-    Stem(StemModel, StemState),
-    Lstm(LstmModel, LstmState),
-    Space(SpaceModel, SpaceState)
-);
+kinds_of_models!(Tip(TipModel, TipState), Stem(StemModel, StemState), Space(SpaceModel, SpaceState));
 
 /// The same for a model of any kind, and for a plant of it.
 macro_rules! of_any {
     ($any:expr, |$model:ident| $what:expr) => {
         match $any {
             Self::Tip($model) => $what,
-            Self::Memory($model) => $what,
             Self::Stem($model) => $what,
-            Self::Lstm($model) => $what,
             Self::Space($model) => $what,
         }
     };
     ($any:expr, |$model:ident, $plant:ident| $what:expr) => {
         match ($any, $plant) {
             (Self::Tip($model), ModelState::Tip($plant)) => $what,
-            (Self::Memory($model), ModelState::Memory($plant)) => $what,
             (Self::Stem($model), ModelState::Stem($plant)) => $what,
-            (Self::Lstm($model), ModelState::Lstm($plant)) => $what,
             (Self::Space($model), ModelState::Space($plant)) => $what,
             _ => unreachable!("a plant of another model"),
         }
@@ -117,12 +97,8 @@ impl Model {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        if MemoryModel::is_named_in(text) {
-            MemoryModel::from_json(text).map(Self::from)
-        } else if StemModel::is_named_in(text) {
+        if StemModel::is_named_in(text) {
             StemModel::from_json(text).map(Self::from)
-        } else if LstmModel::is_named_in(text) {
-            LstmModel::from_json(text).map(Self::from)
         } else if SpaceModel::is_named_in(text) {
             SpaceModel::from_json(text).map(Self::from)
         } else {
@@ -151,9 +127,7 @@ impl Model {
     pub(crate) fn of_each_plant(&self, most: usize) -> Result<Vec<Self>, ModelError> {
         Ok(match self {
             Self::Tip(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
-            Self::Memory(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
             Self::Stem(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
-            Self::Lstm(model) => model.of_each_plant(most).into_iter().map(Self::from).collect(),
             Self::Space(model) => model.of_each_plant(most)?.into_iter().map(Self::from).collect(),
         })
     }
@@ -167,7 +141,7 @@ impl Model {
     fn has_data(&self, tip: Point) -> bool {
         match self {
             Self::Tip(model) => model.layout().lights().any(|light| model.mean_shift(tip, light).is_some()),
-            Self::Memory(_) | Self::Stem(_) | Self::Lstm(_) | Self::Space(_) => self.gap_cm(tip) <= NEAR_CM,
+            Self::Stem(_) | Self::Space(_) => self.gap_cm(tip) <= NEAR_CM,
         }
     }
 
@@ -177,9 +151,7 @@ impl Model {
             |least: f64, data: Point| least.min(data.distance(tip)).min(data.mirrored().distance(tip));
         match self {
             Self::Tip(model) => model.observed().iter().map(|shift| shift.tip).fold(f64::INFINITY, nearer),
-            Self::Memory(model) => model.tips().fold(f64::INFINITY, nearer),
             Self::Stem(model) => model.tips().fold(f64::INFINITY, nearer),
-            Self::Lstm(model) => model.tips().fold(f64::INFINITY, nearer),
             // Turned about the vertical, data are data.
             Self::Space(model) => {
                 model.tips().map(|[x, y, z]| Point::new(hypot(x, z), y)).fold(f64::INFINITY, nearer)
@@ -254,11 +226,7 @@ impl BatchModel for Model {
 
 /// Whether `text` calls itself a model of a plant.
 pub(crate) fn is_named_in(text: &str) -> bool {
-    MemoryModel::is_named_in(text)
-        || StemModel::is_named_in(text)
-        || LstmModel::is_named_in(text)
-        || SpaceModel::is_named_in(text)
-        || TipModel::is_named_in(text)
+    StemModel::is_named_in(text) || SpaceModel::is_named_in(text) || TipModel::is_named_in(text)
 }
 
 /// Reads the model in `path`.
@@ -300,9 +268,7 @@ pub(crate) fn read_for(path: &Path, task: &TaskSpec, monitor: &dyn Monitor) -> R
     }
     let over_gap = match model {
         Model::Tip(_) => "simulated plants grow straight over this gap",
-        Model::Memory(_) | Model::Stem(_) | Model::Lstm(_) | Model::Space(_) => {
-            "simulated plants move there as at the nearest data"
-        }
+        Model::Stem(_) | Model::Space(_) => "simulated plants move there as at the nearest data",
     };
     monitor.note(&format!("{found}; {over_gap}"));
     Ok(model)

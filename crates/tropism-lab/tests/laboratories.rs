@@ -54,7 +54,7 @@ fn plan(out: std::path::PathBuf) -> LaboratoriesPlan {
                 "weights",
                 Method::Evolve { model: ModelKind::Tip, from: Some("paper".to_owned()), evolution: weights },
             ),
-            recipe("rule", Method::Tune { model: ModelKind::StemEnsemble, search }),
+            recipe("rule", Method::Tune { model: ModelKind::Stem, search }),
             recipe("planner", Method::Plan { model: ModelKind::Stem, planner: Box::new(planner) }),
         ],
         worlds: vec![

@@ -104,10 +104,9 @@ fn a_value_out_of_range_is_named() {
     is_refused(&SimulatePlan { episodes: 0, ..SimulatePlan::default() }, "found episodes = 0");
     is_refused(&RecoveryPlan { plants: 1, ..RecoveryPlan::default() }, "found plants = 1, wanted 2 to");
     is_refused(&FitPlan::default(), "found no `tracks`");
-    let mut memory =
-        FitPlan { tracks: vec!["track.csv".into()], kind: ModelKind::Memory, ..FitPlan::default() };
-    memory.model.window.wx = 1.0;
-    is_refused(&memory, "wanted none with `kind` memory");
+    let mut stem = FitPlan { tracks: vec!["track.csv".into()], kind: ModelKind::Stem, ..FitPlan::default() };
+    stem.model.window.wx = 1.0;
+    is_refused(&stem, "wanted none with `kind` stem");
     let mut tune = TunePlan::default();
     tune.search.episodes = 0;
     is_refused(&tune, "search: found episodes = 0");

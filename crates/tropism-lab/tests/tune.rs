@@ -29,7 +29,7 @@ impl Monitor for Until {
 #[test]
 fn an_interrupted_search_goes_on_to_the_same_rule() {
     let folder = tempfile::tempdir().unwrap();
-    let (track, model, out) = ("track.csv", "memory.json", "rule.json");
+    let (track, model, out) = ("track.csv", "stem.json", "rule.json");
     let [track, model, out] = [track, model, out].map(|name| folder.path().join(name));
     let species = Species::default();
     let task = OpenLoop { steps: 300, ..OpenLoop::default() };
@@ -37,7 +37,7 @@ fn an_interrupted_search_goes_on_to_the_same_rule() {
     let grown = Trial::new(&species).grow(5_000_000, &mut periodic, &task, &mut unwatched);
     files::write_track(&track, &grown).unwrap();
     let fit =
-        FitPlan { tracks: vec![track], kind: ModelKind::Memory, out: model.clone(), ..FitPlan::default() };
+        FitPlan { tracks: vec![track], kind: ModelKind::Stem, out: model.clone(), ..FitPlan::default() };
     let fitted = fit.execute(&Silent).unwrap();
     assert_eq!((fitted.shifts, fitted.is_virtual), (300, true));
     let search = RuleSearch { generations: 6, population: 4, episodes: 2, starts: 2 };

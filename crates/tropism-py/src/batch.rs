@@ -493,7 +493,7 @@ impl Batch {
     #[pyo3(signature = (model, task, count=1, has_stem=false))]
     fn of_model(model: &Model, task: &str, count: usize, has_stem: bool) -> PyResult<Self> {
         let (layout, period_min) = (model.0.layout().clone(), model.0.period_min());
-        if has_stem && !matches!(model.0, AnyModel::Stem(_) | AnyModel::Lstm(_) | AnyModel::Space(_)) {
+        if has_stem && !matches!(model.0, AnyModel::Stem(_) | AnyModel::Space(_)) {
             return Err(refused(
                 "found a model of the tip, wanted one of the stem: Model.of_virtual_beans(\"stem\")",
             ));
@@ -502,9 +502,7 @@ impl Batch {
         let plants = |size| -> Box<dyn Plants> {
             match &model.0 {
                 AnyModel::Tip(model) => Box::new(Simulated::new(model, &task, size)),
-                AnyModel::Memory(model) => Box::new(Simulated::new(model, &task, size)),
                 AnyModel::Stem(model) => Box::new(Simulated::new(model, &task, size)),
-                AnyModel::Lstm(model) => Box::new(Simulated::new(model, &task, size)),
                 AnyModel::Space(model) => Box::new(Simulated::new(model, &task, size)),
             }
         };

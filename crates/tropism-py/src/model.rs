@@ -7,7 +7,6 @@ use tropism::control::Periodic;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::Layout;
 use tropism::plant::PlantModel;
-use tropism::plant::memory::MemoryModel;
 use tropism::plant::space::SpaceModel;
 use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
@@ -32,15 +31,10 @@ impl Model {
         let model = match kind {
             "tip" => TipModel::fit(tracks(), TipModelConfig::default())
                 .map(|model| model.of_virtual_plants(is_virtual).into()),
-            "memory" => MemoryModel::fit(tracks()).map(|model| model.of_virtual_plants(is_virtual).into()),
             "stem" => StemModel::fit(tracks()).map(|model| model.of_virtual_plants(is_virtual).into()),
-            "stem-ensemble" => {
-                StemModel::fit_ensemble(tracks()).map(|model| model.of_virtual_plants(is_virtual).into())
-            }
             "space" => SpaceModel::fit(tracks()).map(|model| model.of_virtual_plants(is_virtual).into()),
             _ => {
-                let wanted = "tip, memory, stem, stem-ensemble or space; `tropism.fit` trains an lstm";
-                return Err(refused(format!("found kind {kind:?}, wanted {wanted}")));
+                return Err(refused(format!("found kind {kind:?}, wanted tip, stem or space")));
             }
         };
         model.map(Self).map_err(refused)
@@ -49,7 +43,7 @@ impl Model {
 
 #[pymethods]
 impl Model {
-    /// A model of tracks: `kind` is tip (the paper's), memory, stem, stem-ensemble or space.
+    /// A model of tracks: `kind` is tip (the paper's), stem or space.
     #[staticmethod]
     #[pyo3(signature = (tracks, kind="tip", is_virtual=false))]
     fn fit(tracks: Vec<PyRef<'_, Track>>, kind: &str, is_virtual: bool) -> PyResult<Self> {
@@ -95,10 +89,7 @@ impl Model {
     fn kind(&self) -> &'static str {
         match &self.0 {
             AnyModel::Tip(_) => "tip",
-            AnyModel::Memory(_) => "memory",
-            AnyModel::Stem(model) if model.is_ensemble() => "stem-ensemble",
             AnyModel::Stem(_) => "stem",
-            AnyModel::Lstm(_) => "lstm",
             AnyModel::Space(_) => "space",
         }
     }

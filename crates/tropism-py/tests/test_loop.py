@@ -298,32 +298,11 @@ def test_an_exception_of_the_side_camera_is_raised() -> None:
         loop.run(rig, {"kind": "greedy"}, SPACE)
 
 
-def test_an_ensemble_comes_back_from_its_file(tmp_path: Path) -> None:
-    model = Model.of_virtual_beans("stem-ensemble", plants=1, steps=100)
+def test_a_model_comes_back_from_its_file(tmp_path: Path) -> None:
+    model = Model.of_virtual_beans("stem", plants=1, steps=100)
     (tmp_path / "stem.json").write_text(model.to_json())
     again = Model.read(tmp_path / "stem.json")
-    assert again.kind == "stem-ensemble"
+    assert again.kind == "stem"
     assert loop.simulate(again, seed=3) == loop.simulate(model, seed=3)
-
-
-def test_a_trained_lstm_is_a_model(beans: Path, tmp_path: Path) -> None:
-    fitted = tropism.fit(tracks=[beans], kind="lstm", epochs=1, out=tmp_path / "lstm.json", monitor=False)
-    model = Model.read(fitted.model)
-    assert (model.kind, model.is_virtual, model.lamps) == ("lstm", True, ["left", "right"])
-    track, fitness = loop.simulate(model, Greedy(), Paper(100), seed=3)
-    assert (track, fitness) == loop.simulate(model, {"kind": "greedy"}, {"max_steps": 100}, seed=3)
-    assert track.stems.shape == (101, 10, 2) and np.isfinite(track.stems).all()
-    results = tropism.simulate(
-        model=fitted.model,
-        controller={"kind": "greedy"},
-        task={"max_steps": 100},
-        seed=3,
-        episodes=1,
-        out=tmp_path / "track.csv",
-        monitor=False,
-    )
-    assert results.mean_fitness == fitness
-    (tmp_path / "again.json").write_text(model.to_json())
-    assert loop.simulate(Model.read(tmp_path / "again.json"), seed=3) == loop.simulate(model, seed=3)
-    with pytest.raises(tropism.PlanError, match=r"tropism\.fit. trains an lstm"):
+    with pytest.raises(tropism.PlanError, match="wanted tip, stem or space"):
         Model.of_virtual_beans("lstm", plants=1, steps=10)

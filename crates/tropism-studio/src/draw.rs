@@ -10,7 +10,6 @@ use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
-use tropism::plant::lstm::LstmModel;
 use tropism::plant::space::SpaceModel;
 use tropism::plant::stem::StemModel;
 use tropism::task::{Reach, Task, TaskSpec};
@@ -340,9 +339,7 @@ fn commands(name: &str, drawing: &Drawing) -> Vec<String> {
 
 /// Whether the file of a model is of one of the whole stem.
 pub(crate) fn knows_stem(path: &Path) -> bool {
-    files::read_text(path).is_ok_and(|text| {
-        StemModel::is_named_in(&text) || LstmModel::is_named_in(&text) || SpaceModel::is_named_in(&text)
-    })
+    files::read_text(path).is_ok_and(|text| StemModel::is_named_in(&text) || SpaceModel::is_named_in(&text))
 }
 
 /// Files of models in the folder of the studio: names of the usual ones that are there.

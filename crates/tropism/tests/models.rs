@@ -8,10 +8,6 @@ mod batch;
 mod champion;
 #[path = "models/cma_es.rs"]
 mod cma_es;
-#[path = "models/lstm.rs"]
-mod lstm;
-#[path = "models/memory.rs"]
-mod memory;
 #[path = "models/rule_search.rs"]
 mod rule_search;
 #[path = "models/saved.rs"]

@@ -4,32 +4,28 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use tropism::plant::lstm::Training;
 use tropism::plant::shifts::Window;
 use tropism::plant::tip::{Empty, Growth, TipModelConfig};
 use tropism_lab::files::shell_word;
-use tropism_lab::fit::{FitPlan, FitResults, ModelKind, TrainingResults};
+use tropism_lab::fit::{FitPlan, FitResults, ModelKind};
 use tropism_lab::units::plural;
 
-use crate::options::{SeedOption, parse_pair};
+use crate::options::parse_pair;
 use crate::progress::execute_and_print;
 use crate::shell::Shell;
 
-/// Fit a model to tracks: the tip-motion model, eqs. (1)-(3), or one with memory, of the tip or of the stem
+/// Fit a model to tracks: the tip-motion model, eqs. (1)-(3), or a linear one of the whole stem
 ///
 /// The data of the tip-motion model are all pairs of successive measured tips with a lit lamp between them, and their mirror
-/// images. The models with memory are not the paper's: each step depends on the light of the last hour and on the last steps,
-/// and each plant has a response of its own. They need two lamps, one on each side. The models of the stem predict best: a
-/// linear one in seconds, and an LSTM, which is trained for minutes. The linear one is also fitted twice, as an ensemble: for
-/// rules among obstacles. They need tracks with stems, such as those of `tropism track` and `tropism grow`. For targets in space
-/// there is a linear model of the stem in space: it needs tracks of two cameras, and takes 2 to 8 lamps. `tropism forecast`
-/// compares models on plants that were left out.
+/// images. The model of the stem is not the paper's: each step depends on the light of the last hour and on the last steps,
+/// and each plant has a response of its own. It needs tracks with stems, such as those of `tropism track` and `tropism grow`,
+/// and two lamps, one on each side. For targets in space the same model is fitted in space: it needs tracks of two cameras, and
+/// takes 2 to 8 lamps. `tropism forecast` compares models on plants that were left out.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     tropism fit tent --out model.json\n  \
     tropism fit tent/1/track.csv tent/2/track.csv --out model.json\n  \
     tropism fit grown --model stem --out stem.json\n  \
-    tropism fit grown --model lstm --out lstm.json\n  \
     tropism grow --lamps 4 --cameras 2 --out around\n  \
     tropism fit around --model space --out space.json")]
 pub(crate) struct Fit {
@@ -49,8 +45,7 @@ pub(crate) struct Fit {
     #[arg(long)]
     force: bool,
 
-    /// The paper's tip-motion model, the model of the tip with memory, or one of the whole stem: linear, an ensemble of two linear
-    /// ones, an LSTM, or linear in space
+    /// The paper's tip-motion model, or the linear model of the whole stem: in the plane, or in space
     #[arg(long, value_enum, default_value = "tip")]
     model: ModelName,
 
@@ -65,13 +60,6 @@ pub(crate) struct Fit {
     /// Motion of the tip where a window holds no data: straight up, or as at the nearest place with data
     #[arg(long, value_enum, default_value = "still")]
     empty: EmptyName,
-
-    /// Most passes of an LSTM over the data; it ends before if a plant that is left out is predicted no better
-    #[arg(long, value_name = "N", default_value_t = Training::default().max_epochs, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    epochs: u32,
-
-    #[command(flatten)]
-    seed: SeedOption,
 }
 
 type Pair = [f64; 2];
@@ -79,10 +67,7 @@ type Pair = [f64; 2];
 #[derive(Clone, Copy, ValueEnum)]
 enum ModelName {
     Tip,
-    Memory,
     Stem,
-    StemEnsemble,
-    Lstm,
     Space,
 }
 
@@ -105,18 +90,13 @@ impl Fit {
         };
         let (kind, next) = match self.model {
             ModelName::Tip => (ModelKind::Tip, "evolve --out evolution"),
-            ModelName::Memory => (ModelKind::Memory, "tune --out rule.json"),
             ModelName::Stem => (ModelKind::Stem, "tune --out rule.json"),
-            ModelName::StemEnsemble => (ModelKind::StemEnsemble, "tune --out rule.json"),
-            ModelName::Lstm => (ModelKind::Lstm, "tune --out rule.json"),
             ModelName::Space => (ModelKind::Space, "tune --task space.toml --out rule.json"),
         };
         let plan = FitPlan {
             tracks: self.tracks,
             kind,
             model,
-            epochs: self.epochs,
-            seed: self.seed.seed,
             anyway: self.anyway,
             out: self.out,
             replace: self.force,
@@ -128,16 +108,10 @@ impl Fit {
 /// `next` is the command that the model is for.
 fn text(results: &FitResults, next: &str) -> String {
     let FitResults { shifts, tracks, x_cm, y_cm, .. } = results;
-    let trained = results.training.map_or_else(String::new, |training| {
-        let TrainingResults { epochs, error } = training;
-        format!(
-            "trained for {epochs} epochs; error of the plant left out to find them: {error:.2} of the usual\n"
-        )
-    });
     let of_plants = if results.is_virtual { " of virtual plants" } else { "" };
     format!(
         "{} of {}{of_plants}, mirrored; tips at x {:.1} to {:.1} cm, y {:.1} to {:.1} cm\n\
-         {trained}wrote {out}\nnext: tropism {next} --model {word}",
+         wrote {out}\nnext: tropism {next} --model {word}",
         plural(*shifts, "shift"),
         plural(*tracks, "track"),
         x_cm[0],

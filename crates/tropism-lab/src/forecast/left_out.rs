@@ -21,13 +21,13 @@ use crate::fit::is_of_virtual_plant;
 use crate::simulate::without_gaps;
 use crate::{Error, Monitor, files};
 
-/// Forecasts start below this height, in cm: models with memory are made of data below it.
+/// Forecasts start below this height, in cm: models of the stem are made of data below it.
 pub(super) const HIGHEST_START_CM: f64 = 16.0;
 
-/// Minutes of observation before the first start: the longest memory of a linear model.
+/// Minutes of observation before the first start: the longest memory of the model of the stem.
 const MEMORY_MIN: f64 = 70.0;
 
-/// How long a virtual bean grows, in minutes: as much of a track as models with memory use.
+/// How long a virtual bean grows, in minutes: as much of a track as models of the stem use.
 const GROWN_MIN: f64 = 2500.0;
 
 /// Least and greatest time for which a random lamp is lit, in minutes.

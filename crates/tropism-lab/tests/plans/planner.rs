@@ -7,18 +7,18 @@ use tropism::geometry::Point;
 use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::Layout;
 use tropism::observation::Observation;
-use tropism::plant::memory::MemoryModel;
+use tropism::plant::stem::StemModel;
 use tropism::task::{OpenLoop, Task, TaskSpec};
 use tropism_lab::{ControllerSpec, files};
 
 /// A folder with `model.json`, the model of a virtual bean's tip.
-fn folder_of_model() -> (tempfile::TempDir, MemoryModel) {
+fn folder_of_model() -> (tempfile::TempDir, StemModel) {
     let species = Species::default();
     let trial = Trial::new(&species);
     let task = OpenLoop { steps: 300, ..OpenLoop::default() };
     let mut controller = ControllerSpec::periodic(90.0).build(&task.clone().into(), &trial.layout, 5.0);
     let tracks = [trial.grow(1, &mut controller, &task, &mut unwatched)];
-    let model = MemoryModel::fit(&tracks).unwrap();
+    let model = StemModel::fit(&tracks).unwrap();
     let folder = tempfile::tempdir().unwrap();
     files::write(&folder.path().join("model.json"), model.to_json().as_bytes()).unwrap();
     (folder, model)

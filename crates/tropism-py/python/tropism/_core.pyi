@@ -211,7 +211,7 @@ class Model:
 
     @staticmethod
     def fit(tracks: Sequence[Track], kind: str = "tip", is_virtual: bool = False) -> Model:
-        """A model of tracks: `kind` is tip (the paper's), memory, stem, stem-ensemble or space."""
+        """A model of tracks: `kind` is tip (the paper's), stem or space."""
     @staticmethod
     def of_virtual_beans(kind: str = "tip", seed: int = 1, plants: int = 6, steps: int = 1000) -> Model:
         """A model of virtual beans under periodic lamps, as in the paper's open-loop experiments."""

@@ -109,13 +109,6 @@ class RunResults(Results):
     track: str
 
 
-class TrainingResults(Results):
-    """How the training of an LSTM went."""
-
-    epochs: int
-    error: float
-
-
 class CameraMotion(Results):
     """Movement of the camera over a series of photographs."""
 
@@ -260,9 +253,6 @@ class FitResults(Results):
     #: Least and greatest x and y of the tips.
     x_cm: list[float]
     y_cm: list[float]
-    #: Of an LSTM.
-    training: TrainingResults | None
-    _kinds = {"training": TrainingResults}
 
 
 class ForecastError(Results):

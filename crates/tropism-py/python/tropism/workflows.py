@@ -152,15 +152,13 @@ class TrackPlan(Plan[TrackResults]):
 
 @dataclass(frozen=True, kw_only=True)
 class FitPlan(Plan[FitResults]):
-    """A model of tracks: `kind` is tip, memory, stem, stem-ensemble, lstm or space; `epochs` and `seed` are for lstm alone."""
+    """A model of tracks: `kind` is tip, stem or space."""
 
     workflow: ClassVar[str] = "fit"
     results = FitResults
     tracks: Sequence[PathLike] | None = None
-    kind: Literal["tip", "memory", "stem", "stem-ensemble", "lstm", "space"] | None = None
+    kind: Literal["tip", "stem", "space"] | None = None
     model: Settings | None = None
-    epochs: int | None = None
-    seed: int | None = None
     anyway: bool | None = None
     out: PathLike | None = None
     replace: bool | None = None

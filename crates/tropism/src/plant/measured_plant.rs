@@ -264,10 +264,9 @@ impl<P: PlantRecord> MeasuredPlants<P> {
         Self { plants: vec![plant.clone()], layout: self.layout.clone(), ..*self }
     }
 
-    /// JSON of this `schema`, with the `network` of a model that has one.
-    pub(super) fn to_json(&self, schema: &str, network: Option<&Network>) -> String {
+    /// JSON of this `schema`.
+    pub(super) fn to_json(&self, schema: &str) -> String {
         let file = File {
-            network: network.cloned(),
             schema: schema.to_owned(),
             layout: self.layout.clone(),
             period_min: self.period_min,
@@ -277,48 +276,25 @@ impl<P: PlantRecord> MeasuredPlants<P> {
         serde_json::to_string(&file).expect("numbers and text are JSON")
     }
 
-    /// Reads [`Self::to_json`] of the same schema, whose models have no network.
-    pub(super) fn from_json(text: &str, schema: &'static str) -> Result<Self, ModelError> {
-        let (measured, network) = Self::from_json_with_network(text, schema)?;
-        if network.is_some() {
-            return Err(ModelError::Key { found: "network", schema });
-        }
-        Ok(measured)
-    }
-
-    /// Reads [`Self::to_json`] of the same schema, and the network.
-    pub(super) fn from_json_with_network(
-        text: &str,
-        wanted: &'static str,
-    ) -> Result<(Self, Option<Network>), ModelError> {
+    /// Reads [`Self::to_json`] of the same schema.
+    pub(super) fn from_json(text: &str, wanted: &'static str) -> Result<Self, ModelError> {
         let schema = schema_of(text)?;
         if schema != wanted {
             return Err(ModelError::Schema { found: schema, wanted });
         }
-        let File { layout, period_min, is_virtual, plants, network, .. } = serde_json::from_str(text)?;
+        let File { layout, period_min, is_virtual, plants, .. } = serde_json::from_str(text)?;
         let plants = plants.into_iter().enumerate();
         let plants = plants.map(|(index, plant)| P::of_entry(plant, index)).collect::<Result<_, _>>()?;
         let measured = Self { layout, period_min, is_virtual, plants };
         measured.check()?;
-        Ok((measured, network))
-    }
-}
-
-impl MeasuredPlants {
-    /// The same without stems.
-    pub(super) fn without_stems(mut self) -> Self {
-        self.plants.iter_mut().for_each(|plant| plant.stems.fill(None));
-        self
+        Ok(measured)
     }
 }
 
 /// What models of measured plants tell of their data alike: a model has the fields `measured`, `plants` and `extent`. `$place`
-/// is the type of a measured tip, `$seen` where [`Extent`] knows the tip of a sample, and `$fits` how often each step is replayed.
+/// is the type of a measured tip, `$seen` where [`Extent`] knows the tip of a sample.
 macro_rules! tell_of_measured_plants {
-    ($model:ident) => {
-        tell_of_measured_plants!($model, Point, |sample| sample.tip, |_| 1);
-    };
-    ($model:ident, $place:ty, $seen:expr, $fits:expr) => {
+    ($model:ident, $place:ty, $seen:expr) => {
         impl $model {
             /// The same model, labelled as made of virtual plants or not. Results of evolution carry the label.
             #[must_use]
@@ -336,8 +312,7 @@ macro_rules! tell_of_measured_plants {
             /// How many measured steps are replayed, without their mirror images.
             #[must_use]
             pub fn steps(&self) -> usize {
-                let fits: fn(&Self) -> usize = $fits;
-                self.plants.iter().map(|plant| plant.replay.records.len()).sum::<usize>() / fits(self)
+                self.plants.iter().map(|plant| plant.replay.records.len()).sum()
             }
 
             /// The measured tips that it is made of, in cm.
@@ -369,31 +344,6 @@ struct File<E> {
     period_min: f64,
     is_virtual: bool,
     plants: Vec<E>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    network: Option<Network>,
-}
-
-/// What was learnt of plants, as it stands in a file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Network {
-    /// Weights of the network.
-    pub(super) weights: Vec<f64>,
-    /// Gain of each plant, above 0.
-    pub(super) gains: Vec<f64>,
-}
-
-impl Network {
-    /// Checks the numbers of weights and plants, and that all are finite.
-    pub(super) fn check(&self, weights: usize, plants: usize) -> Result<(), ModelError> {
-        let found = [self.weights.len(), self.gains.len()];
-        let is_known = self.weights.iter().all(|weight| weight.is_finite())
-            && self.gains.iter().all(|gain| gain.is_finite() && *gain > 0.0);
-        if found == [weights, plants] && is_known {
-            return Ok(());
-        }
-        Err(ModelError::Network { found, wanted: [weights, plants] })
-    }
 }
 
 /// One entry a step from the first observation of a plant.

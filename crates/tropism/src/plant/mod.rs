@@ -2,9 +2,8 @@
 //!
 //! Tracks come in; a [`PlantModel`] comes out: given the state of a plant and the lit lamp, what is its state one step
 //! later? [`tip`] is the paper's tip-motion model, eqs. (1)-(8), with a look-up table of constant cost; [`window`] is the
-//! same model written straight from the equations, its reference. [`shifts`] is the data of both. [`memory`] is a model of
-//! ours that remembers the light and differs from plant to plant, [`stem`] one of the whole stem,
-//! [`lstm`] another one, which is a recurrent network, and [`space`] one of the whole stem in space.
+//! same model written straight from the equations, its reference. [`shifts`] is the data of both. [`stem`] is a model of ours
+//! of the whole stem, which remembers the light and differs from plant to plant; [`space`] is the same in space.
 //!
 //! A model of one's own implements [`PlantModel`]; evolution, simulation and figures take it as they take these.
 //!
@@ -22,10 +21,7 @@ mod measured_plant;
 mod regression;
 mod replay;
 mod stem_shape;
-pub mod memory;
 pub mod stem;
-mod recurrent;
-pub mod lstm;
 mod measured_space;
 pub mod space;
 

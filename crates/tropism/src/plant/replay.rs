@@ -5,8 +5,7 @@
 
 use crate::random::StepNoise;
 
-/// Mean length of a replayed block, in minutes: 24 steps of five minutes. This and the next constant stood in the first
-/// version of the models with memory. Blocks of 6 and of 72 steps changed the predicted fitness by less than 0.1 cm.
+/// Mean length of a replayed block, in minutes: 24 steps of five minutes. Chosen. Blocks of 6 and of 72 steps changed the predicted fitness by less than 0.1 cm.
 const BLOCK_MIN: f64 = 120.0;
 
 /// A block begins at data of a plant whose size was within this of the size now, in cm.
@@ -41,19 +40,6 @@ impl<R> Replay<R> {
         let mut by_size: Vec<usize> = (0..records.len()).collect();
         by_size.sort_by(|&one, &other| records[one].size_cm.total_cmp(&records[other].size_cm));
         Self { records, by_size }
-    }
-
-    /// The place of the record to replay now: the one after `last`, or the beginning of another block.
-    pub(super) fn next(
-        &self,
-        last: Option<usize>,
-        size_cm: f64,
-        period_min: f64,
-        noise: &mut StepNoise,
-    ) -> usize {
-        let goes_on = noise.uniform() >= period_min / BLOCK_MIN;
-        let next = last.filter(|_| goes_on).and_then(|place| self.successor(place));
-        next.unwrap_or_else(|| self.draw(size_cm, noise.uniform()))
     }
 
     /// The place of the record to replay now, and which of `kinds` images of it, by number: the one after `last`, or the
@@ -153,14 +139,15 @@ mod tests {
         let (mut last, mut begun) = (None, 0_u32);
         for step in 0..10_000 {
             let size_cm = 9.0 + 4.0 * crate::math::sin(f64::from(step) / 100.0);
-            let place = replay.next(last, size_cm, 5.0, &mut noise.at(step));
-            if last.is_none_or(|last| place != last + 1) {
+            let drawn = replay.next_like(last, size_cm, 5.0, 1, |(), _| 0.0, &mut noise.at(step));
+            let (place, _) = drawn;
+            if last.is_none_or(|(last, _)| place != last + 1) {
                 begun += 1;
                 assert!((replay.records[place].size_cm - size_cm).abs() <= BLOCK_REACH_CM);
             } else {
                 assert_ne!(replay.records[place].step, 201, "across the missing step");
             }
-            last = Some(place);
+            last = Some(drawn);
         }
         let length = 10_000.0 / f64::from(begun);
         assert!((20.0..26.0).contains(&length), "{length}");

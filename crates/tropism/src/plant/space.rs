@@ -335,7 +335,7 @@ pub struct SpaceModel {
     lengths_cm: [f64; 2],
 }
 
-tell_of_measured_plants!(SpaceModel, SpacePoint, aside_of, |_| 1);
+tell_of_measured_plants!(SpaceModel, SpacePoint, aside_of);
 
 impl SpaceModel {
     /// A model of `tracks` with stems in space, below 16 cm: of their first 2500 minutes, and of plants that grow more slowly until
@@ -411,7 +411,7 @@ impl SpaceModel {
     /// Readable JSON with all data, schema `tropism.space-model/1`; see `docs/formats.md`.
     #[must_use]
     pub fn to_json(&self) -> String {
-        self.measured.to_json(SCHEMA, None)
+        self.measured.to_json(SCHEMA)
     }
 
     /// Whether `text` calls itself a model of plants in space, of any version.

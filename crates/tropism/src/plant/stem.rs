@@ -7,9 +7,6 @@
 //! about as far and had about as much light from either side. Each simulated plant is one of the measured plants, and answers
 //! the light with a gain of its own.
 //!
-//! An [ensemble](StemModel::fit_ensemble) is fitted twice, to the scores as they are and to smoothed ones. A rule that is tuned
-//! on it cannot live on the errors of one fit.
-//!
 //! A model of the tip alone takes for speed what is lean: a lean tip moves on as it grows. Here the lean is part of the
 //! state, so a simulated plant does not run away, and its fitness is nearly that of a plant.
 //!
@@ -29,7 +26,7 @@ use super::replay::{BLOCK_REACH_CM, Record, Replay};
 pub use super::stem_shape::MODES;
 use super::stem_shape::{
     Body, Errors, Happened, LIKE_LIGHT_MIN, Modes, Past, Scores, is_beyond, low_angles, smooth_lengths,
-    smooth_scores, stem_of, top_of,
+    stem_of, top_of,
 };
 use super::tip::ModelError;
 use super::{PlantModel, evenly};
@@ -43,9 +40,6 @@ use crate::track::{Sample, Track};
 
 /// The schema of the file.
 const SCHEMA: &str = "tropism.stem-model/1";
-
-/// The schema of the file of an ensemble.
-const ENSEMBLE_SCHEMA: &str = "tropism.stem-ensemble/1";
 
 /// Places of the terms of the line: five of light, these times the length and times its square, the scores, these times the
 /// length and times its square, their cubes, and past changes of the scores. Some places stay empty.
@@ -65,9 +59,6 @@ const LENGTH_SCALE_CM: f64 = 5.0;
 /// Ridge of the weights of all plants together, which are drawn to 0; of terms scaled to a mean square of 1. At 100 the
 /// predicted fitness was the same within 0.1 cm.
 pub(super) const POOLED_RIDGE: f64 = 30.0;
-
-/// The same where scores are smoothed: their changes are smaller and follow each other.
-const SMOOTH_RIDGE: f64 = 300.0;
 
 /// Ridge of the weights of one plant, which are drawn to those of all. Of 30, 100 and infinity, 100 predicted the fitness of
 /// the greedy rule best in five laboratories of virtual beans.
@@ -145,38 +136,15 @@ impl Windows {
     }
 }
 
-/// The scores of a plant from which a model is fitted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fitted {
-    /// As they are measured.
-    Measured,
-    /// Smoothed by a parabola through seven steps.
-    Smoothed,
-}
-
-/// The fits of a model, and those of an ensemble.
-const ONE_FIT: &[Fitted] = &[Fitted::Measured];
-const BOTH_FITS: &[Fitted] = &[Fitted::Measured, Fitted::Smoothed];
-
 /// The usable steps of a plant: all that enters the terms is known, and stem and tip are measured before and after.
-fn rows(
-    plant: &MeasuredPlant,
-    fitted: Fitted,
-    modes: &Modes,
-    windows: &Windows,
-    period_min: f64,
-) -> Vec<Row> {
+fn rows(plant: &MeasuredPlant, modes: &Modes, windows: &Windows, period_min: f64) -> Vec<Row> {
     let light_memory = windows.light[windows.light.len() - 1][1];
     let change_memory = windows.changes[windows.changes.len() - 1][1];
     // Steps until what is not known has left the memory.
     let (mut light_gap, mut change_gap) = (0, 0_usize);
     let (mut light, mut changes) = (History::<1>::new(), History::<MODES>::new());
     let lengths = smooth_lengths(&plant.lengths(modes), period_min);
-    let measured = plant.scores(modes);
-    let scores = match fitted {
-        Fitted::Measured => measured,
-        Fitted::Smoothed => smooth_scores(&measured),
-    };
+    let scores = plant.scores(modes);
     let mut rows = Vec::new();
     for step in 0..plant.tips.len().saturating_sub(1) {
         light.add([plant.sides[step].unwrap_or(0.0)]);
@@ -257,28 +225,23 @@ impl Response {
 /// The responses of all plants with a usable step.
 fn responses(
     measured: &MeasuredPlants,
-    fitted: Fitted,
     modes: &Modes,
     windows: &Windows,
 ) -> Result<Vec<Response>, ModelError> {
     let of_plants = measured.plants.iter();
     let of_plants: Vec<(&MeasuredPlant, Vec<Row>)> = of_plants
-        .map(|plant| (plant, rows(plant, fitted, modes, windows, measured.period_min)))
+        .map(|plant| (plant, rows(plant, modes, windows, measured.period_min)))
         .filter(|(_, rows)| !rows.is_empty())
         .collect();
     if of_plants.is_empty() {
         return Err(ModelError::NoShifts { tracks: measured.plants.len() });
     }
-    let ridge = match fitted {
-        Fitted::Measured => POOLED_RIDGE,
-        Fitted::Smoothed => SMOOTH_RIDGE,
-    };
     let rows = || of_plants.iter().flat_map(|(_, rows)| rows);
     let scale: [f64; TERMS] = core::array::from_fn(|term| {
         // A term that is 0 throughout gets a weight of 0, whatever its ridge.
         math::statistics::mean(rows().map(|row| row.terms[term] * row.terms[term])).max(f64::MIN_POSITIVE)
     });
-    let pooled = weights_of(rows(), &[[0.0; TERMS]; MODES], &scale.map(|scale| ridge * scale));
+    let pooled = weights_of(rows(), &[[0.0; TERMS]; MODES], &scale.map(|scale| POOLED_RIDGE * scale));
     Ok(of_plants.into_iter().map(|(plant, rows)| Response::new(plant, rows, &pooled, &scale)).collect())
 }
 
@@ -319,8 +282,6 @@ pub struct StemModel {
     windows: Windows,
     modes: Modes,
     errors: Errors,
-    fits: &'static [Fitted],
-    /// The response of each plant, of one fit after the other.
     plants: Vec<Response>,
     extent: Extent,
     /// Greatest size of each score in the data. Beyond it the plant answers as it does there.
@@ -329,7 +290,7 @@ pub struct StemModel {
     lengths_cm: [f64; 2],
 }
 
-tell_of_measured_plants!(StemModel, Point, |sample| sample.tip, |model| model.fits.len());
+tell_of_measured_plants!(StemModel, Point, |sample| sample.tip);
 
 impl StemModel {
     /// A model of `tracks` with stems and of their mirror images, below 16 cm: of their first 2500 minutes, and of plants that grow
@@ -339,31 +300,15 @@ impl StemModel {
     /// [`ModelError`] where no step is usable or no track has stems, where the tracks differ in lamps or period, or where
     /// the lamps are not two mirror images.
     pub fn fit<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
-        Self::of_measured(Self::measured(tracks)?, ONE_FIT)
-    }
-
-    /// The same, fitted twice: to the scores as they are measured, and to scores that are smoothed by a parabola through seven
-    /// steps. Each simulated plant follows one of the two fits.
-    ///
-    /// # Errors
-    /// Those of [`Self::fit`].
-    pub fn fit_ensemble<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<Self, ModelError> {
-        Self::of_measured(Self::measured(tracks)?, BOTH_FITS)
-    }
-
-    fn measured<'t>(tracks: impl IntoIterator<Item = &'t Track>) -> Result<MeasuredPlants, ModelError> {
         let measured = MeasuredPlants::of_tracks(tracks)?;
         measured.check_stems()?;
-        Ok(measured)
+        Self::of_measured(measured)
     }
 
-    fn of_measured(measured: MeasuredPlants, fits: &'static [Fitted]) -> Result<Self, ModelError> {
+    fn of_measured(measured: MeasuredPlants) -> Result<Self, ModelError> {
         let windows = Windows::of(measured.period_min);
         let modes = Modes::of_low(&measured);
-        let mut plants = Vec::new();
-        for &fitted in fits {
-            plants.extend(responses(&measured, fitted, &modes, &windows)?);
-        }
+        let plants = responses(&measured, &modes, &windows)?;
         let records = plants.iter().flat_map(|plant: &Response| &plant.replay.records);
         let lengths_cm = math::statistics::range(records.map(|record| record.size_cm));
         let most_scores = core::array::from_fn(|mode| {
@@ -373,7 +318,7 @@ impl StemModel {
         let low_tips = measured.tips().filter(|tip| tip.y < MAX_HEIGHT_CM);
         let extent = Extent::of(low_tips);
         let errors = Errors::of(&measured.plants, &modes);
-        Ok(Self { windows, modes, errors, fits, plants, extent, most_scores, lengths_cm, measured })
+        Ok(Self { windows, modes, errors, plants, extent, most_scores, lengths_cm, measured })
     }
 
     /// One model for each plant, made of its steps alone. Plants without a usable step are left out. Of more than `most`
@@ -382,30 +327,22 @@ impl StemModel {
     /// # Errors
     /// None that [`Self::fit`] would not have given for the same data.
     pub fn of_each_plant(&self, most: usize) -> Result<Vec<Self>, ModelError> {
-        let Self { measured, modes, windows, fits, .. } = self;
-        let is_usable =
-            |plant: &&MeasuredPlant| !rows(plant, fits[0], modes, windows, measured.period_min).is_empty();
+        let Self { measured, modes, windows, .. } = self;
+        let is_usable = |plant: &&MeasuredPlant| !rows(plant, modes, windows, measured.period_min).is_empty();
         let usable: Vec<&MeasuredPlant> = measured.plants.iter().filter(is_usable).collect();
-        evenly(&usable, most).map(|plant| Self::of_measured(measured.alone(plant), fits)).collect()
+        evenly(&usable, most).map(|plant| Self::of_measured(measured.alone(plant))).collect()
     }
 
-    /// Whether it is an ensemble of two fits.
-    #[must_use]
-    pub const fn is_ensemble(&self) -> bool {
-        self.fits.len() > 1
-    }
-
-    /// Readable JSON with all data, schema `tropism.stem-model/1`, of an ensemble `tropism.stem-ensemble/1`; see
-    /// `docs/formats.md`.
+    /// Readable JSON with all data, schema `tropism.stem-model/1`; see `docs/formats.md`.
     #[must_use]
     pub fn to_json(&self) -> String {
-        self.measured.to_json(if self.is_ensemble() { ENSEMBLE_SCHEMA } else { SCHEMA }, None)
+        self.measured.to_json(SCHEMA)
     }
 
     /// Whether `text` calls itself a model of stems, of any version.
     #[must_use]
     pub fn is_named_in(text: &str) -> bool {
-        is_named_in(text, SCHEMA) || is_named_in(text, ENSEMBLE_SCHEMA)
+        is_named_in(text, SCHEMA)
     }
 
     /// Reads [`Self::to_json`].
@@ -413,9 +350,7 @@ impl StemModel {
     /// # Errors
     /// [`ModelError`] says what was found instead.
     pub fn from_json(text: &str) -> Result<Self, ModelError> {
-        let (schema, fits) =
-            if is_named_in(text, ENSEMBLE_SCHEMA) { (ENSEMBLE_SCHEMA, BOTH_FITS) } else { (SCHEMA, ONE_FIT) };
-        Self::of_measured(MeasuredPlants::from_json(text, schema)?, fits)
+        Self::of_measured(MeasuredPlants::from_json(text, SCHEMA)?)
     }
 }
 

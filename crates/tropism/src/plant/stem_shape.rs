@@ -403,21 +403,6 @@ impl Errors {
 const PARABOLA: [f64; 7] =
     [-2.0 / 21.0, 3.0 / 21.0, 6.0 / 21.0, 7.0 / 21.0, 6.0 / 21.0, 3.0 / 21.0, -2.0 / 21.0];
 
-/// The scores of a plant, each that of a parabola through seven successive ones; as they are where seven are not known.
-pub(super) fn smooth_scores(scores: &[Option<Scores>]) -> Vec<Option<Scores>> {
-    let smooth = |step: usize| {
-        let around = step.checked_sub(3).and_then(|from| scores.get(from..from + PARABOLA.len()));
-        let around: Option<Vec<Scores>> = around.and_then(|around| around.iter().copied().collect());
-        let smoothed = around.map(|around| {
-            core::array::from_fn(|mode| {
-                around.iter().zip(PARABOLA).map(|(scores, weight)| scores[mode] * weight).sum()
-            })
-        });
-        smoothed.or(scores[step])
-    };
-    (0..scores.len()).map(smooth).collect()
-}
-
 /// The standard deviation of the errors of values that change smoothly; 0 without seven successive ones.
 fn rough(series: &[Vec<Option<f64>>]) -> f64 {
     let left = |window: &[Option<f64>]| {
@@ -435,21 +420,6 @@ fn rough(series: &[Vec<Option<f64>>]) -> f64 {
 mod tests {
     use super::*;
     use crate::random::{NoiseStream, Purpose};
-
-    #[test]
-    fn smoothed_scores_keep_parabolas_and_gaps() {
-        let parabola = |step: i32| core::array::from_fn(|mode| f64::from(step * step) - mode as f64);
-        let mut scores: Vec<Option<Scores>> = (0..30).map(|step| Some(parabola(step))).collect();
-        scores[15] = None;
-        let smoothed = smooth_scores(&scores);
-        assert_eq!(smoothed[15], None);
-        for (one, other) in smoothed.iter().flatten().flatten().zip(scores.iter().flatten().flatten()) {
-            assert!((one - other).abs() < 1e-9, "{one} for {other}");
-        }
-        scores[7].as_mut().unwrap()[0] += 21.0;
-        let far = smooth_scores(&scores)[7].unwrap()[0] - smoothed[7].unwrap()[0];
-        assert!((far - 7.0).abs() < 1e-9, "{far}");
-    }
 
     #[test]
     fn errors_are_told_from_smooth_changes() {

@@ -51,22 +51,6 @@ pub enum ModelError {
         /// Position of the track, from 1.
         track: usize,
     },
-    /// Tracks without a stretch that is long enough for an LSTM.
-    #[error(
-        "found no stretch of eight hours in {tracks} tracks, wanted successive measured stems below 16 cm for as long"
-    )]
-    NoStretch {
-        /// How many tracks were read.
-        tracks: usize,
-    },
-    /// The network in the file is not the one of this version.
-    #[error("found {found:?} weights and gains of plants, wanted {wanted:?}, all finite")]
-    Network {
-        /// Number of weights and gains.
-        found: [usize; 2],
-        /// What they should be.
-        wanted: [usize; 2],
-    },
     /// Tracks of different intervals: a shift of one is no shift of the other.
     #[error("track {track}: found {found} minutes between steps, wanted {wanted} as in the first track")]
     Period {
@@ -77,9 +61,9 @@ pub enum ModelError {
         /// The period of the first track, in minutes.
         wanted: f64,
     },
-    /// Steps that are too long for a model with memory.
+    /// Steps that are too long for a model of the stem.
     #[error(
-        "found {found} minutes between steps, wanted at most {most} for a model with memory: it tells the last five minutes of \
+        "found {found} minutes between steps, wanted at most {most} for a model of the stem: it tells the last five minutes of \
          light from those before"
     )]
     Slow {
@@ -126,17 +110,9 @@ pub enum ModelError {
         /// The one that this version writes.
         wanted: &'static str,
     },
-    /// A key of another kind of model.
-    #[error("found a key `{found}`, wanted none in a model of schema {schema:?}")]
-    Key {
-        /// The key.
-        found: &'static str,
-        /// The schema of the file.
-        schema: &'static str,
-    },
     /// Lamps that are not two mirror images.
     #[error(
-        "found lamps {found}, wanted two at mirrored places, one on each side of the plant: a model with memory knows a lamp \
+        "found lamps {found}, wanted two at mirrored places, one on each side of the plant: a model of the stem knows a lamp \
          by its side"
     )]
     Sides {

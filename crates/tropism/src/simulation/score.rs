@@ -6,8 +6,6 @@ use super::batch::{self, LinearController};
 use super::{cautious_fitness_of, fitness_of};
 use crate::control::{NetworkController, PredictiveGreedy, PredictiveRule, Sensors};
 use crate::plant::PlantModel;
-use crate::plant::lstm::LstmModel;
-use crate::plant::memory::MemoryModel;
 use crate::plant::space::SpaceModel;
 use crate::plant::stem::StemModel;
 use crate::plant::tip::TipModel;
@@ -120,8 +118,6 @@ impl BatchModel for TipModel {
 
 impl BatchModel for WindowModel {}
 
-impl BatchModel for MemoryModel {}
-
 impl BatchModel for StemModel {
     /// Side by side in vectors for targets in the plane, with and without obstacles.
     fn score_rules<T: Task + ?Sized>(
@@ -135,7 +131,5 @@ impl BatchModel for StemModel {
             .unwrap_or_else(|| rules_one_by_one(self, task, beyond_cost_cm, episodes))
     }
 }
-
-impl BatchModel for LstmModel {}
 
 impl BatchModel for SpaceModel {}

@@ -17,8 +17,6 @@ fn mirrored_plants_make_the_model_of_the_mirror() {
     let tracks = [grown(1, 300, 5.0), grown(2, 300, 5.0)];
     let images = tracks.each_ref().map(|track| track.mirrored().unwrap());
     assert_mirror(&StemModel::fit(&tracks).unwrap(), &StemModel::fit(&images).unwrap(), 5.0);
-    let ensemble = |tracks| StemModel::fit_ensemble(tracks).unwrap();
-    assert_mirror(&ensemble(&tracks), &ensemble(&images), 5.0);
 }
 
 #[test]
@@ -42,23 +40,6 @@ fn a_period_of_ten_minutes_has_half_as_many_steps() {
     let ten = StemModel::fit(&[grown(1, 150, 10.0)]).unwrap();
     assert_eq!((ten.period_min(), ten.steps()), (10.0, 150));
     assert_eq!(StemModel::fit(&[grown(1, 300, 5.0)]).unwrap().steps(), 300);
-}
-
-#[test]
-fn plants_of_an_ensemble_follow_one_fit_or_the_other() {
-    let tracks = [grown(1, 300, 5.0)];
-    let ensemble = StemModel::fit_ensemble(&tracks).unwrap();
-    assert_eq!((ensemble.steps(), ensemble.of_each_plant(2).unwrap()), (300, vec![ensemble.clone()]));
-    let tip = |model: &StemModel, episode| {
-        let noise = NoiseStream::new(3, Purpose::Trial, [episode, 0, 0]);
-        let mut plant = model.seedling(Point::new(0.0, 4.0), &mut noise.of_seedling());
-        (0..30).for_each(|step| model.step(&mut plant, Light::RIGHT, &mut noise.at(step)));
-        model.observe(&plant).tip
-    };
-    // Those that follow the first fit are plants of a model that was fitted once.
-    let once = StemModel::fit(&tracks).unwrap();
-    let same = (0..40).filter(|&episode| tip(&ensemble, episode) == tip(&once, episode)).count();
-    assert!((10..=30).contains(&same), "{same} of 40");
 }
 
 #[test]
@@ -94,18 +75,6 @@ fn json_comes_back_and_damage_is_named() {
     assert_eq!(StemModel::from_json(&text).unwrap(), model);
     let error = |text: &str| StemModel::from_json(text).unwrap_err().to_string();
     assert!(error(&text.replace("stem-model/1", "stem-model/9")).contains("wanted \"tropism.stem-model/1\""));
-    let ensemble = StemModel::fit_ensemble(&[grown(1, 300, 5.0), grown(2, 300, 5.0)]).unwrap();
-    let of_ensemble = ensemble.to_json();
-    assert!(StemModel::is_named_in(&of_ensemble));
-    assert_eq!(StemModel::from_json(&of_ensemble).unwrap(), ensemble);
-    let newer = of_ensemble.replace("stem-ensemble/1", "stem-ensemble/9");
-    assert!(error(&newer).contains("wanted \"tropism.stem-ensemble/1\""));
     assert!(error(&text.replacen("\"light\":\"l", "\"light\":\"ll", 1)).contains("lengths"));
-    let with_network =
-        text.replacen("\"plants\":", "\"network\":{\"weights\":[],\"gains\":[]},\"plants\":", 1);
-    assert!(
-        error(&with_network)
-            .contains("a key `network`, wanted none in a model of schema \"tropism.stem-model/1\"")
-    );
     assert!(error(&text.replacen("\"stem\":[[[0.0", "\"stem\":[[[1e300", 1)).contains("1e300"));
 }
