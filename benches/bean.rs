@@ -8,11 +8,11 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use tropism::control::{Greedy, Periodic};
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::{Bean, Population, Species, Trial, acceptance, lamp_powers};
 use tropism::lamps::Light;
 use tropism::obstacle::{Obstacle, Solid};
 use tropism::task::{Obstacles, OpenLoop, Targets, Task};
 use tropism::track::{Sample, Track};
+use tropism_bean::{Bean, Population, Species, Trial, acceptance, lamp_powers};
 
 // As in the program `tropism`.
 #[global_allocator]

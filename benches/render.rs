@@ -3,10 +3,10 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tropism::greenhouse::pose::{Leaf, Node, Pose};
-use tropism::greenhouse::render::Renderer;
-use tropism::greenhouse::scene::Scene;
 use tropism::lamps::Light;
+use tropism_bean::pose::{Leaf, Node, Pose};
+use tropism_bean::render::Renderer;
+use tropism_bean::scene::Scene;
 
 /// A bean of 25 cm that leans to one side, its leaves half open.
 fn bean() -> Pose {

@@ -10,16 +10,16 @@ use rayon::prelude::*;
 use tropism::control::{Controller, Greedy};
 use tropism::environment::Environment;
 use tropism::geometry::{Point, Polyline};
-use tropism::greenhouse::bean::{Bean, Species, Trial, lamp_powers};
-use tropism::greenhouse::render::Renderer;
-use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::Greenhouse;
-use tropism::greenhouse::view::View;
 use tropism::lamps::Light;
 use tropism::obstacle::{Obstacle, Pole, Solid};
 use tropism::photo::Photo;
 use tropism::task::{Obstacles, Task};
 use tropism::vision::{Frame, TipTracker, VisionConfig};
+use tropism_bean::render::Renderer;
+use tropism_bean::scene::Scene;
+use tropism_bean::tent::Greenhouse;
+use tropism_bean::view::View;
+use tropism_bean::{Bean, Species, Trial, lamp_powers};
 use tropism_benches::tasks;
 
 /// Steps between two photographs.

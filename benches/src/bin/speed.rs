@@ -9,14 +9,14 @@ use std::hint::black_box;
 use std::path::Path;
 
 use cpu_time::ThreadTime;
-use tropism::greenhouse::bean::{Bean, Species};
-use tropism::greenhouse::render::Renderer;
-use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Light;
 use tropism::photo::Photo;
 use tropism::photo::jpeg::Jpeg;
 use tropism::vision::{Frame, Mode, TipTracker, VisionConfig, lamp_state};
+use tropism_bean::render::Renderer;
+use tropism_bean::scene::Scene;
+use tropism_bean::tent::Greenhouse;
+use tropism_bean::{Bean, Species};
 
 // As in the program `tropism`.
 #[global_allocator]

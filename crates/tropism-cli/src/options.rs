@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use tropism::geometry::{Pixel, Region};
-use tropism::greenhouse::bean::Species;
-use tropism::greenhouse::fault::Faults;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Layout;
 use tropism::task::{Task, TaskSpec};
 use tropism::vision::Calibration;
+use tropism_bean::Species;
+use tropism_bean::fault::Faults;
+use tropism_bean::tent::Greenhouse;
 use tropism_lab::calibrate_camera::{Mark, ScaleSource};
 use tropism_lab::{files, task};
 

@@ -9,11 +9,11 @@ use std::sync::LazyLock;
 use std::time::Duration;
 
 use serde_json::Value;
-use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Light;
 use tropism::rig::{Camera, Clock, Flash, Lamps};
 use tropism::vision::VisionConfig;
+use tropism_bean::scene::Scene;
+use tropism_bean::tent::Greenhouse;
 
 /// Exit code, and all lines as `verdict group found`.
 fn check(folder: &Path, words: &[&str]) -> (i32, Vec<String>) {

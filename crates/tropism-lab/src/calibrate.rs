@@ -6,12 +6,12 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
-use tropism::greenhouse::bean::{Individual, Species, acceptance};
 use tropism::math;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::track::PAPER_PERIOD_MIN;
+use tropism_bean::calibrate::{BeanCalibration, Estimate, PARAMETERS, calibrate};
+use tropism_bean::{Individual, Species, acceptance};
 
 use crate::{Error, Monitor, Workflow, files};
 
@@ -346,9 +346,9 @@ mod tests {
 
     use tropism::control::Periodic;
     use tropism::environment::unwatched;
-    use tropism::greenhouse::bean::Trial;
     use tropism::lamps::Layout;
     use tropism::task::OpenLoop;
+    use tropism_bean::Trial;
 
     use super::*;
 

@@ -19,7 +19,7 @@ use crate::{Error, Monitor, Workflow};
 /// The photograph to calibrate from, and what gives its scale.
 ///
 /// The default is the paper's camera: 74 cm in front of the plant (section 2.1), with the lens of
-/// [`Frame::WIDTH_CM`](tropism::greenhouse::view::Frame::WIDTH_CM).
+/// [`Frame::WIDTH_CM`](tropism_bean::view::Frame::WIDTH_CM).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CalibrateCameraPlan {

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use tropism::geometry::Region;
-use tropism::greenhouse::{scene, view};
 use tropism::parallel;
 use tropism::task::Task;
 use tropism::track::Track;
+use tropism_bean::{scene, view};
 use tropism_report::{
     self as report, Composite, Figure, Goals, LeftOut, LitStem, Plants, SetUp, Surroundings, Table,
 };

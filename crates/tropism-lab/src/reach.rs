@@ -1,8 +1,8 @@
 //! What of a task is out of reach, told before long work begins.
 
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::Species;
 use tropism::task::{Reach, Targets, Task, TaskSpec};
+use tropism_bean::Species;
 
 use crate::Monitor;
 

@@ -10,14 +10,14 @@ use std::path::Path;
 use tropism::control::Controller;
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::Trial;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Observation;
 use tropism::plant::PlantModel;
 use tropism::random::{self, Purpose};
 use tropism::task::{RandomTargets, Targets, TaskSpec};
 use tropism::track::Track;
+use tropism_bean::Trial;
+use tropism_bean::tent::Greenhouse;
 
 use crate::{Error, model};
 
@@ -138,7 +138,7 @@ fn place_at(track: &Track, height: f64) -> Option<Point> {
 
 #[cfg(test)]
 mod tests {
-    use tropism::greenhouse::bean::Species;
+    use tropism_bean::Species;
 
     use super::*;
 

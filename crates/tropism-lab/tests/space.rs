@@ -6,14 +6,14 @@ mod small_tent;
 use std::path::Path;
 
 use small_tent::small_tent;
-use tropism::greenhouse::fault::Faults;
-use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
-use tropism::greenhouse::view::{STEREO, View};
 use tropism::math::vector::distance;
 use tropism::observation::Quality;
 use tropism::task::{Obstacles, Space, Spiral, Task, TaskSpec};
 use tropism::track::{Sample, Track};
 use tropism::vision::{FrameStatus, VisionConfig};
+use tropism_bean::fault::Faults;
+use tropism_bean::tent::{Greenhouse, GroundTruth};
+use tropism_bean::view::{STEREO, View};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::report::ReportPlan;
 use tropism_lab::run::{RunConfig, RunPlan};

@@ -13,9 +13,6 @@ use small_tent::small_tent;
 use tropism::control::Periodic;
 use tropism::environment::run;
 use tropism::geometry::Point;
-use tropism::greenhouse::fault::Faults;
-use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::Quality;
 use tropism::photo::Photo;
@@ -26,6 +23,9 @@ use tropism::rig::{Clock, Lamps, Rig};
 use tropism::task::Targets;
 use tropism::track::Track;
 use tropism::vision::VisionConfig;
+use tropism_bean::fault::Faults;
+use tropism_bean::scene::Scene;
+use tropism_bean::tent::{Greenhouse, GroundTruth};
 use tropism_lab::fit::{FitPlan, ModelKind};
 use tropism_lab::{
     ControllerSpec, Recorder, RunConfig, RunFolder, RunPlan, Silent, Supervision, Workflow, files,

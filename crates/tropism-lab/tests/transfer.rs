@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use small_tent::small_tent;
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::Trial;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::observation::Quality;
 use tropism::obstacle::Obstacle;
 use tropism::task::{Obstacles, OpenLoop, RandomTargets, Targets, Task, TaskSpec};
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
+use tropism_bean::Trial;
+use tropism_bean::tent::Greenhouse;
 use tropism_lab::fit::FitPlan;
 use tropism_lab::report::ReportPlan;
 use tropism_lab::score::ScorePlan;

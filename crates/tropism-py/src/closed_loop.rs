@@ -10,7 +10,6 @@ use tropism::control::Controller;
 use tropism::environment;
 use tropism::evolve::{Evolution, EvolutionConfig};
 use tropism::geometry::{Point, Polyline};
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Layout;
 use tropism::observation::{Depth, Observation};
 use tropism::plant::PlantModel;
@@ -21,6 +20,7 @@ use tropism::task::TaskSpec;
 use tropism::track::Sample;
 use tropism::vision::camera::stereo::{CameraPose, Side, StereoPair};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
+use tropism_bean::tent::Greenhouse;
 use tropism_lab::ControllerSpec;
 
 use crate::error::{TropismError, parsed, refused};

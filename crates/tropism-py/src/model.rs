@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use tropism::control::Periodic;
-use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::Layout;
 use tropism::plant::PlantModel;
 use tropism::plant::space::SpaceModel;
@@ -12,6 +11,7 @@ use tropism::plant::stem::StemModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
 use tropism::task::OpenLoop;
+use tropism_bean::{Species, Trial};
 use tropism_lab::model::Model as AnyModel;
 
 use crate::error::{refused, with_causes};

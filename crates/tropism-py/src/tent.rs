@@ -7,14 +7,14 @@ use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use tropism::greenhouse::tent::{Greenhouse, TentHandle};
-use tropism::greenhouse::view::CAMERA;
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::photo::{Image, Photo};
 use tropism::rig::{Camera, Clock, Flash, Lamps, Rig, RigError};
 use tropism::task::{Task, TaskSpec};
 use tropism::vision::VisionConfig;
+use tropism_bean::tent::{Greenhouse, TentHandle};
+use tropism_bean::view::CAMERA;
 
 use crate::error::{TropismError, parsed, refused};
 use crate::parts::light_of;

@@ -368,7 +368,7 @@ pub(crate) fn read_controller(path: PathBuf) -> PyResult<String> {
 /// The plants of a bean file, such as `beans/sunflower.toml`, as the JSON of a greenhouse's `bean`.
 #[pyfunction]
 pub(crate) fn read_species(path: PathBuf) -> PyResult<String> {
-    let species: tropism::greenhouse::bean::Species =
+    let species: tropism_bean::Species =
         tropism_lab::files::read_toml(&path).map_err(|error| refused(with_causes(&error)))?;
     Ok(json(&species))
 }

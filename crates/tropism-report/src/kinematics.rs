@@ -5,9 +5,9 @@
 
 use super::plot::{Axis, Plot};
 use super::{Body, Figure, Plants};
-use tropism::greenhouse::bean::Individual;
-use tropism::greenhouse::bean::experiments::{self, Circumnutation, Response};
 use tropism::math::statistics::mean;
+use tropism_bean::Individual;
+use tropism_bean::experiments::{self, Circumnutation, Response};
 
 /// Lengths of the stem in the experiments, in cm: a seedling, and the paper's plants half and fully grown.
 const LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];

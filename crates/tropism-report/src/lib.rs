@@ -10,6 +10,7 @@
 mod stroke_font;
 mod lamp;
 mod picture;
+mod overlay;
 mod animation;
 mod colour;
 mod csv;
@@ -50,6 +51,7 @@ pub use kinematics::{KinematicValue, kinematics};
 pub use network::{network, network_dot, too_large_to_draw};
 pub use orthographic::{Surroundings, in_space};
 pub use over_time::over_time;
+pub use overlay::{OverlayMarks, contact_sheet, draw_overlay};
 pub use page::{LeftOut, NumberRow, Page, Table};
 pub use picture::{cropped, scaled};
 pub use setup::{SetUp, setup};

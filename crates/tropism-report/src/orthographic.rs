@@ -460,7 +460,7 @@ mod tests {
         fn turns_by_right_angles_are_the_views_along_the_axes(x in -9.0..9.0, y in 0.0..30.0, z in -9.0..9.0) {
             let is_near = |one: [f64; 3], other: [f64; 3]| distance(one, other) < 1e-12;
             prop_assert_eq!(View::FRONT.project([x, y, z]), [x, y, z]);
-            let side = tropism::greenhouse::view::View::Side.to_camera([x, y, z]);
+            let side = tropism_bean::view::View::Side.to_camera([x, y, z]);
             prop_assert!(is_near(View::SIDE.project([x, y, z]), side));
             prop_assert!(is_near(View::ABOVE.project([x, y, z]), [x, -z, y]));
         }

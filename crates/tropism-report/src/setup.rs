@@ -122,7 +122,7 @@ fn from_above(setup: &SetUp<'_>, top: f64) -> Plot {
 
 /// The camera, with two lines to the edges of what it sees at the plant.
 fn draw_camera(plot: &mut Plot, x: f64, depth: f64) {
-    let wide = tropism::greenhouse::view::Frame::WIDTH_CM / 2.0;
+    let wide = tropism_bean::view::Frame::WIDTH_CM / 2.0;
     for side in [-wide, wide] {
         plot.line("grid dotted", [(x, depth), (x + side, 0.0)].into_iter());
     }

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use tropism::geometry::Region;
-use tropism::photo::{Image, LazyImage, Photo, PhotoError};
+use tropism::photo::{Image, LazyImage, Photo, PhotoError, jpeg};
 use tropism::task::Task;
 use tropism_lab::evolve::EvolutionRecord;
 use tropism_lab::safe_state::SafeStatePlan;
@@ -350,7 +350,7 @@ fn shrunk(photo: &Photo) -> Result<Image, PhotoError> {
     Ok(match photo.open()? {
         LazyImage::Jpeg(jpeg) if let Some(factor) = factor(jpeg.width) => {
             let whole = Region { x: 0, y: 0, width: jpeg.width, height: jpeg.height };
-            jpeg.decode_scaled(whole, factor)
+            jpeg::decode_scaled(&jpeg, whole, factor)
         }
         other => other.into_image(),
     })

@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 use tropism::control::Controller;
 use tropism::environment::Environment;
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::plant::space::SpaceModel;
 use tropism::plant::stem::StemModel;
 use tropism::task::{Reach, Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
+use tropism_bean::{Species, Trial};
 use tropism_lab::controller::ControllerSpec;
 use tropism_lab::files;
 

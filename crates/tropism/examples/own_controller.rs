@@ -5,8 +5,8 @@
 //! The controller here predicts: it lights the lamp on the side of the next target as seen from where the tip will be an
 //! hour from now if it keeps its speed. Judged on virtual beans beside the greedy rule.
 
-use tropism::greenhouse::bean::{Species, grow};
 use tropism::prelude::*;
+use tropism_bean::{Species, grow};
 
 /// Greedy from where the tip will be `ahead` steps from now.
 struct Predicting {

@@ -7,8 +7,8 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use tropism::greenhouse::bean::{Species, grow};
 use tropism::prelude::*;
+use tropism_bean::{Species, grow};
 
 /// Grow upright: each step beyond 1 cm from the vertical costs the distance beyond it, in cm.
 struct Upright;

@@ -7,8 +7,8 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use tropism::greenhouse::bean::{Species, grow};
 use tropism::prelude::*;
+use tropism_bean::{Species, grow};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Fit: open-loop experiments (section 2.2.1) give tracks, tracks give the tip-motion model (section 2.2.3).

@@ -67,9 +67,9 @@ pub fn run<W: Environment>(
 }
 
 /// A run in progress: everything that [`run`] does but observing and stepping the world.
-pub(crate) struct Recording {
+pub struct Recording {
     /// The track so far.
-    pub(crate) track: Track,
+    pub track: Track,
     /// Steps taken.
     taken: u32,
     /// Missed steps of which the controller was told.
@@ -77,12 +77,14 @@ pub(crate) struct Recording {
 }
 
 impl Recording {
-    pub(crate) fn new(layout: Layout, period_min: f64) -> Self {
+    /// A run that begins: no sample yet.
+    #[must_use]
+    pub fn new(layout: Layout, period_min: f64) -> Self {
         Self { track: Track { layout, period_min, ..Track::default() }, taken: 0, missed: 0 }
     }
 
     /// Records what is `seen` and the light decided for it; `None` if the task is over or `watch` breaks off.
-    pub(crate) fn decide(
+    pub fn decide(
         &mut self,
         seen: Observation,
         missed: u32,

@@ -3,7 +3,7 @@
 //! A bean stands between lamps and a camera. Photographs give the path of its tip ([`vision`], [`track`]). Paths give a
 //! model of how the tip moves ([`plant`]). Evolution on the model ([`evolve`]) gives a small network that decides which
 //! lamp is lit ([`control`]). The network steers an unseen plant through targets ([`task`]), in a real tent ([`rig`]) or
-//! in the virtual one ([`greenhouse`]).
+//! in the virtual one of the crate `tropism-bean`.
 //!
 //! # A tour
 //!
@@ -69,7 +69,6 @@ pub mod control;
 pub mod environment;
 pub mod simulation;
 pub mod rig;
-pub mod greenhouse;
 pub mod evolve;
 pub mod prelude;
 

@@ -3,7 +3,7 @@
 //! A stream is named by what it is for and for whom (which plant, which genome), never by when it is opened: neither the
 //! number of threads nor the order of work can change a result.
 
-pub(crate) mod lanes;
+pub mod lanes;
 
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;

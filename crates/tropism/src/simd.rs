@@ -3,7 +3,7 @@
 //! The variants give the same bits as the plain code: nothing is fused, and no sum is reordered.
 
 /// A piece of work that is compiled for several instruction sets.
-pub(crate) trait Kernel {
+pub trait Kernel {
     /// The result.
     type Result;
 
@@ -59,7 +59,7 @@ impl std::fmt::Display for VectorUnit {
     unsafe_code,
     reason = "calling a function that is compiled for an instruction set which was detected at run time"
 )]
-pub(crate) fn dispatch<K: Kernel>(kernel: K) -> K::Result {
+pub fn dispatch<K: Kernel>(kernel: K) -> K::Result {
     match VectorUnit::detect() {
         // SAFETY: the processor has the features that the function is compiled for.
         #[cfg(target_arch = "x86_64")]

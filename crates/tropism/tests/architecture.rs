@@ -1,4 +1,5 @@
-//! The structure that `ARCHITECTURE.md` promises: modules in the order of the data at every depth, and paths that exist.
+//! The structure that `ARCHITECTURE.md` promises: which crate uses which, modules in the order of the data at every depth, and
+//! paths that exist.
 //!
 //! A module may use the modules that stand above it in the file that declares both, its own children, and its parents.
 
@@ -158,7 +159,9 @@ fn every_module_uses_only_those_above_it() {
     let mut violations = Vec::new();
     for (name, root) in [
         ("tropism-neat", "lib.rs"),
+        ("jpeg-regions", "lib.rs"),
         ("tropism", "lib.rs"),
+        ("tropism-bean", "lib.rs"),
         ("tropism-report", "lib.rs"),
         ("tropism-rig", "lib.rs"),
         ("tropism-lab", "lib.rs"),
@@ -179,11 +182,76 @@ fn every_module_uses_only_those_above_it() {
     assert!(violations.is_empty(), "{} violations:\n{}", violations.len(), violations.join("\n"));
 }
 
+/// The words in backticks of a text.
+fn quoted(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+/// The rows of the table of crates in `ARCHITECTURE.md`: the name of each crate, and of those that it may use.
+fn crates_by_table() -> Vec<(String, BTreeSet<String>)> {
+    let text = fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap();
+    text.lines()
+        .filter_map(|line| {
+            let (name, row) = line.strip_prefix("| `crates/")?.split_once('`')?;
+            let uses = row.trim_end_matches([' ', '|']).rsplit('|').next()?;
+            Some((name.to_owned(), quoted(uses).map(str::to_owned).collect()))
+        })
+        .take_while(|(name, _)| !name.contains('/'))
+        .collect()
+}
+
+#[test]
+fn crates_use_those_of_the_table() {
+    let table = crates_by_table();
+    let folders = fs::read_dir(workspace().join("crates")).unwrap();
+    let found: BTreeSet<String> =
+        folders.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    let named: BTreeSet<String> = table.iter().map(|(name, _)| name.clone()).collect();
+    assert_eq!(named, found, "crates in the table of ARCHITECTURE.md, and in crates/");
+    let mut above = BTreeSet::new();
+    for (name, uses) in &table {
+        let path = workspace().join("crates").join(name).join("Cargo.toml");
+        let manifest: toml::Table = fs::read_to_string(path).unwrap().parse().unwrap();
+        let dependencies = manifest.get("dependencies").and_then(toml::Value::as_table);
+        let used: BTreeSet<String> = dependencies
+            .into_iter()
+            .flat_map(toml::Table::keys)
+            .filter(|key| found.contains(*key))
+            .cloned()
+            .collect();
+        assert_eq!(*uses, used, "{name}: crates in ARCHITECTURE.md, and in its Cargo.toml");
+        assert!(used.is_subset(&above), "{name} uses a crate below it in the table");
+        above.insert(name.clone());
+    }
+}
+
+/// The reality gap is a gap only if the bean is not made of the model that is fitted to its photographs.
+#[test]
+fn the_bean_names_no_model() {
+    let tree = Tree::of(&workspace().join("crates/tropism-bean/src/lib.rs"));
+    for (module, file) in &tree.files {
+        for used in paths_after(&code_of(file), "tropism::") {
+            let is_model = [
+                "plant",
+                "simulation",
+                "evolve",
+                "prelude",
+                "PlantModel",
+                "simulate",
+                "Evolution",
+                "Champion",
+            ]
+            .contains(&used[0].as_str());
+            assert!(!is_model, "{} uses tropism::{}", module.join("::"), used.join("::"));
+        }
+    }
+}
+
 #[test]
 fn paths_in_the_architecture_exist() {
     let text = fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap();
     let mut named = 0;
-    for word in text.split('`').skip(1).step_by(2) {
+    for word in quoted(&text) {
         let is_path =
             word.contains('/') && !word.contains(' ') && !word.contains("::") && !word.contains('<');
         if is_path {
@@ -213,7 +281,7 @@ fn items_that_the_page_of_the_paper_names_exist() {
     identifiers(&workspace().join("crates"), &mut known);
     let text = fs::read_to_string(workspace().join("docs/paper.md")).unwrap();
     let mut named = 0;
-    for item in text.split('`').skip(1).step_by(2) {
+    for item in quoted(&text) {
         let is_name =
             |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         // Paths of items and names of tests; other code is files, commands and values.

@@ -24,13 +24,13 @@ mod tuned_rule;
 use tropism::control::Periodic;
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::Light;
 use tropism::plant::PlantModel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{NoiseStream, Purpose, StepNoise};
 use tropism::task::OpenLoop;
 use tropism::track::Track;
+use tropism_bean::{Species, Trial};
 
 /// A plant that leans towards the light, from 4 to 24 cm.
 fn leaning() -> TipModel {

@@ -23,11 +23,6 @@ use marks::{Row, rows};
 use proptest::prelude::*;
 use published::{Shoot, StemErrors, WRONG, open};
 use tropism::geometry::{Pixel, Point, Region};
-use tropism::greenhouse::bean::{Bean, Species, lamp_powers};
-use tropism::greenhouse::fault::{self, Fault, FaultEvent, Faults};
-use tropism::greenhouse::render::{Renderer, truth};
-use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{self, Light};
 use tropism::math::{self, statistics::quantile_nearest};
 use tropism::observation::{Observation, Quality};
@@ -40,6 +35,11 @@ use tropism::vision::{
     Calibration, Direction, Edge, Frame, FrameStatus, Mode, TipTracker, TrackedFrame, VisionConfig,
     VisionError, detect, detect_from_base, lamp_state,
 };
+use tropism_bean::fault::{self, Fault, FaultEvent, Faults};
+use tropism_bean::render::{Renderer, truth};
+use tropism_bean::scene::Scene;
+use tropism_bean::tent::Greenhouse;
+use tropism_bean::{Bean, Species, lamp_powers};
 
 const MODES: [Mode; 2] = [Mode::Paper, Mode::Robust];
 

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use tropism::greenhouse::render::Truth;
 use tropism::math::statistics::quantile_nearest;
 use tropism::observation::Quality;
 use tropism::vision::{FrameStatus, TrackedFrame};
+use tropism_bean::render::Truth;
 
 use crate::published::off;
 

@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use tropism::greenhouse::bean::{Bean, Species, lamp_powers};
-use tropism::greenhouse::fault::{self, Faults};
-use tropism::greenhouse::pose::{Leaf, Pose};
-use tropism::greenhouse::render::{Renderer, Truth, truth};
-use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Light;
 use tropism::math;
 use tropism::photo::{Image, Photo};
 use tropism::random::{self, Purpose};
 use tropism::vision::{Frame, FrameStatus, Mode, TipTracker, VisionConfig};
+use tropism_bean::fault::{self, Faults};
+use tropism_bean::pose::{Leaf, Pose};
+use tropism_bean::render::{Renderer, Truth, truth};
+use tropism_bean::scene::Scene;
+use tropism_bean::tent::Greenhouse;
+use tropism_bean::{Bean, Species, lamp_powers};
 
 use crate::score::Score;
 

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tropism::greenhouse::bean::calibrate::PARAMETERS;
 use tropism::track::PAPER_PERIOD_MIN;
+use tropism_bean::calibrate::PARAMETERS;
 use tropism_lab::calibrate::{
     CalibratePlan, ParameterRecovery, PlantEstimates, PooledEstimate, RecoveryPlan, pool,
 };

@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use tropism::control::Avoidance;
 use tropism::evolve::RuleSearch;
-use tropism::greenhouse::tent::Greenhouse;
+use tropism_bean::tent::Greenhouse;
 use tropism_lab::files::shell_word;
 use tropism_lab::task::score_in_words;
 use tropism_lab::tune::{TunePlan, TuneResults};

@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::{Layout, Light};
 use tropism::photo::Photo;
 use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, RigError};
 use tropism::vision::{Calibration, TipTracker};
+use tropism_bean::tent::Greenhouse;
 use tropism_rig::file::RigFile;
 
 use super::judgement::{judge_camera, judge_flash, judge_lamp, judge_plant, judge_sides};

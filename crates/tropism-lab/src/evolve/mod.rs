@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::{self, Champion, Choice, Evolution, EvolutionConfig, EvolutionRun, Start, Trial};
-use tropism::greenhouse::bean::Species;
 use tropism::parallel;
 use tropism::task::TaskSpec;
+use tropism_bean::Species;
 use tropism_neat::Genome;
 
 pub use self::config::EvolveConfig;

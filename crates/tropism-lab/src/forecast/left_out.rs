@@ -7,13 +7,13 @@ use tropism::control::{Controller, Periodic};
 use tropism::environment::{self, Environment};
 use tropism::geometry::space::{self, SpacePoint};
 use tropism::geometry::{Point, STEM_POINTS};
-use tropism::greenhouse::bean::{Specimen, Trial};
 use tropism::lamps::{Layout, Light};
 use tropism::observation::{Observation, Quality};
 use tropism::parallel;
 use tropism::random::{self, NoiseStream, Purpose};
 use tropism::task::OpenLoop;
 use tropism::track::Track;
+use tropism_bean::{Specimen, Trial};
 
 use super::ForecastPlan;
 use crate::controller::PAPER_SWITCH_MIN;

@@ -10,11 +10,11 @@ mod score;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::math::statistics::{mean, standard_deviation};
 use tropism::parallel;
 use tropism::plant::PlantModel;
 use tropism::track::SAME_PERIOD;
+use tropism_bean::tent::Greenhouse;
 use tropism_report::{self as report, ForecastErrors, ForecastPanel, Plants};
 
 use self::left_out::{LeftOut, View, grown, measured};

@@ -1,12 +1,12 @@
 //! Virtual beans beside the paper and the literature: each statistic with its accepted range.
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::bean::{Species, acceptance};
 use tropism::parallel;
 use tropism::plant::tip::{TipModel, TipModelConfig};
 use tropism::random::{self, Purpose};
 use tropism::task::TaskSpec;
 use tropism::track::Track;
+use tropism_bean::{Species, acceptance};
 
 use super::tuning::{self, TunedController};
 use crate::{Error, Monitor, Workflow};

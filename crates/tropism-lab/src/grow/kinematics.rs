@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::bean::Species;
+use tropism_bean::Species;
 use tropism_report as report;
 
 use crate::{Error, Monitor, Workflow, files};

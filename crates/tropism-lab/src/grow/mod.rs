@@ -13,14 +13,14 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::bean::Trial;
-use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Sample, Track};
 use tropism::vision::VisionConfig;
+use tropism_bean::Trial;
+use tropism_bean::scene::Scene;
+use tropism_bean::tent::Greenhouse;
 use tropism_rig::file::RigFile;
 
 pub use self::acceptance::{AcceptancePlan, AcceptanceRow, OPEN_LOOP_PLANTS, STEERED_PLANTS};

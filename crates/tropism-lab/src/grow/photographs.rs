@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use tropism::greenhouse::tent::TentHandle;
 use tropism::parallel;
 use tropism::track::{Sample, Track};
+use tropism_bean::tent::TentHandle;
 
 use super::{GrowPlan, GrownPlant};
 use crate::workflow::check_same;

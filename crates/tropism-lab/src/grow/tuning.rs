@@ -119,9 +119,9 @@ mod tests {
 
     use tropism::control::Periodic;
     use tropism::environment::unwatched;
-    use tropism::greenhouse::bean::{Species, grow};
     use tropism::lamps::Light;
     use tropism::plant::tip::TipModelConfig;
+    use tropism_bean::{Species, grow};
 
     use super::*;
 

@@ -15,12 +15,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use tropism::control::PlannerConfig;
 use tropism::evolve::{EvolutionConfig, RuleSearch};
-use tropism::greenhouse::bean::Species;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Light;
 use tropism::random::{self, Purpose};
 use tropism::task::{OpenLoop, Task, TaskSpec};
 use tropism::track::PAPER_PERIOD_MIN;
+use tropism_bean::Species;
+use tropism_bean::tent::Greenhouse;
 
 pub use self::results::{
     BaselineResults, LaboratoriesResults, LaboratoryResults, MeanAndInterval, RecipeResults, WorldResults,

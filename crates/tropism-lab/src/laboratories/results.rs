@@ -1,9 +1,9 @@
 //! What a comparison of recipes found: the content of `laboratories.json`.
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::math::statistics::mean;
 use tropism::task::{Task, TaskSpec};
+use tropism_bean::tent::Greenhouse;
 
 use super::{BOUND, CHASE, CONSTANT, LaboratoriesConfig, LaboratoriesPlan, World, controller_name};
 use crate::Workflow;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::Champion;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::{Task, TaskSpec};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
+use tropism_bean::tent::Greenhouse;
 use tropism_neat::Genome;
 use tropism_report::Plants;
 use tropism_rig::file::RigFile;

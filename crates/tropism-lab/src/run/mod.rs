@@ -17,12 +17,12 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use tropism::environment::{self, Environment};
-use tropism::greenhouse::tent::TentHandle;
 use tropism::observation::Quality;
 use tropism::rig::{Camera, Clock, EventKind, Flash, Lamps, RunMonitor};
 use tropism::task::Task;
 use tropism::text::plural;
 use tropism::track::{Sample, Track};
+use tropism_bean::tent::TentHandle;
 
 use crate::error::Error;
 use crate::files;

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use tropism::control::ShapeError;
 use tropism::evolve::Champion;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::task::TaskSpec;
 use tropism::text::plural;
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism::track::Track;
+use tropism_bean::tent::Greenhouse;
 use tropism_report::Plants;
 
 use super::ShowPlan;

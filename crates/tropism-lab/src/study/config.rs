@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 use tropism::evolve::EvolutionConfig;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::plant::tip::TipModelConfig;
 use tropism::random::{self, Purpose};
 use tropism::task::TaskSpec;
 use tropism::vision::VisionConfig;
+use tropism_bean::tent::Greenhouse;
 use tropism_rig::file::RigFile;
 
 use crate::Error;

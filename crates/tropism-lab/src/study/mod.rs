@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::parallel;
 use tropism::task::{OpenLoop, TaskSpec};
 use tropism::track::PAPER_PERIOD_MIN;
+use tropism_bean::tent::Greenhouse;
 
 use self::config::CONTROLLERS;
 pub use self::config::StudyConfig;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use tropism::geometry::{Pixel, Region};
 use tropism::lamps::Light;
 use tropism::photo::Image;
-use tropism::vision::overlay::{OverlayMarks, contact_sheet, draw_overlay};
 use tropism::vision::raster::filter;
 use tropism::vision::{Detection, TrackedFrame};
+use tropism_report::{OverlayMarks, contact_sheet, draw_overlay};
 
 use super::plants::Plant;
 use crate::{Error, files};

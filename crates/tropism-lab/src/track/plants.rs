@@ -11,7 +11,7 @@ use super::series::Frame;
 use crate::{Error, files};
 
 /// Width of the picture of the paper's camera in the plane of the stem, in cm.
-pub(super) const PAPER_WIDTH_CM: f64 = tropism::greenhouse::view::Frame::WIDTH_CM;
+pub(super) const PAPER_WIDTH_CM: f64 = tropism_bean::view::Frame::WIDTH_CM;
 
 /// One plant to track.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

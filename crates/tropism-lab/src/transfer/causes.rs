@@ -6,11 +6,11 @@
 //! the same findings are also counted for targets that were reached: without that, a common finding looks like a cause.
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::bean::{Species, response_history};
 use tropism::math::statistics::quantile_linear;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::track::Track;
+use tropism_bean::{Species, response_history};
 
 use super::steer::TOP_COLUMNS;
 use crate::model::Model;

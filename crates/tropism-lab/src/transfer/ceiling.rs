@@ -10,10 +10,10 @@
 
 use tropism::control::{Controller, Greedy};
 use tropism::environment::Environment;
-use tropism::greenhouse::bean::Specimen;
 use tropism::lamps::Light;
 use tropism::observation::Observation;
 use tropism::task::{Task, TaskSpec};
+use tropism_bean::Specimen;
 
 /// Length of a block, in min. Chosen by hand: an experiment then has some sixty blocks, few enough for a search.
 const BLOCK_MIN: f64 = 30.0;
@@ -228,8 +228,8 @@ impl Search<'_> {
 mod tests {
     use tropism::control::Periodic;
     use tropism::environment::unwatched;
-    use tropism::greenhouse::bean::{Species, Trial};
     use tropism::task::Targets;
+    use tropism_bean::{Species, Trial};
 
     use super::*;
 

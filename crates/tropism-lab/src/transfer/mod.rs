@@ -18,11 +18,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tropism::environment::unwatched;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::{RandomTargets, Task, TaskSpec};
 use tropism::track::{PAPER_PERIOD_MIN, Track};
+use tropism_bean::tent::Greenhouse;
 
 pub use self::causes::{Cause, MISS_CM};
 use self::causes::{Reference, Response};

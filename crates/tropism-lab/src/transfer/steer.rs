@@ -11,11 +11,11 @@ use std::time::Duration;
 
 use serde::Serialize;
 use tropism::environment;
-use tropism::greenhouse::bean::Trial;
-use tropism::greenhouse::tent::{Greenhouse, GroundTruth};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::{Sample, Track};
 use tropism::vision::VisionConfig;
+use tropism_bean::Trial;
+use tropism_bean::tent::{Greenhouse, GroundTruth};
 use tropism_rig::file::RigFile;
 
 use super::TransferPlan;

@@ -13,12 +13,12 @@ use serde::{Deserialize, Serialize};
 use tropism::control::{PredictiveGreedy, PredictiveRule};
 use tropism::environment;
 use tropism::evolve::{RuleGeneration, RuleSearch, RuleSearchResult, RuleTrial, Trial, TunedRule};
-use tropism::greenhouse::bean::Species;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::parallel;
 use tropism::random::{self, Purpose};
 use tropism::task::{Task, TaskSpec};
 use tropism::track::PAPER_PERIOD_MIN;
+use tropism_bean::Species;
+use tropism_bean::tent::Greenhouse;
 
 use self::saved::SavedSearch;
 pub use self::status::TuneStatus;

@@ -4,11 +4,11 @@ use tropism::control::{Controller, PredictiveRule};
 use tropism::environment::unwatched;
 use tropism::evolve::TunedRule;
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::Layout;
 use tropism::observation::Observation;
 use tropism::plant::stem::StemModel;
 use tropism::task::{OpenLoop, Task, TaskSpec};
+use tropism_bean::{Species, Trial};
 use tropism_lab::{ControllerSpec, files};
 
 /// A folder with `model.json`, the model of a virtual bean's tip.

@@ -6,8 +6,8 @@ use tropism::environment::Environment;
 use tropism::lamps::{Layout, Light};
 use tropism::rig::OnExit;
 
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::vision::VisionConfig;
+use tropism_bean::tent::Greenhouse;
 use tropism_rig::file::RigFile;
 
 /// The required part of a rig file beside its devices.

@@ -5,14 +5,14 @@ use std::fmt::Debug;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tropism::geometry::{Pixel, Point};
-use tropism::greenhouse::fault::Faults;
-use tropism::greenhouse::scene::Scene;
-use tropism::greenhouse::tent::Greenhouse;
 use tropism::lamps::Layout;
 use tropism::obstacle::{Obstacle, Pole, Solid};
 use tropism::task::{Obstacles, OpenLoop, RandomTargets, Shape, Space, Spiral, Targets, TaskSpec};
 use tropism::vision::camera::calibration::Calibration;
 use tropism::vision::{Mode, VisionConfig};
+use tropism_bean::fault::Faults;
+use tropism_bean::scene::Scene;
+use tropism_bean::tent::Greenhouse;
 
 #[track_caller]
 fn error<T: DeserializeOwned + Debug>(text: &str) -> String {

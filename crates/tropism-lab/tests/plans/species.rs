@@ -1,6 +1,6 @@
 //! Species as files.
 
-use tropism::greenhouse::bean::{Internodal, Species, experiments};
+use tropism_bean::{Internodal, Species, experiments};
 
 #[test]
 fn the_common_bean_written_out_is_the_default() {

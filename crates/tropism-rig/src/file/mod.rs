@@ -5,13 +5,13 @@ mod lamps;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use tropism::greenhouse::tent::{Greenhouse, TentHandle};
 use tropism::lamps::{Layout, Light};
 use tropism::rig::{Camera, Clock, Flash, Lamps, NoFlash, Rig, RigError, SideView};
 use tropism::rig::{Durability, FaultPolicy, LampsInView};
 use tropism::track::PAPER_PERIOD_MIN;
 use tropism::vision::camera::stereo::{CameraPose, Side, StereoPair};
 use tropism::vision::{Calibration, TipTracker, VisionConfig};
+use tropism_bean::tent::{Greenhouse, TentHandle};
 
 use crate::alert::Alerts;
 use crate::clock::TentClock;

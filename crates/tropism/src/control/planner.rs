@@ -99,7 +99,7 @@ enum Choice {
 /// use tropism::control::{Planner, PlannerConfig};
 /// use tropism::plant::tip::{TipModel, TipModelConfig};
 /// use tropism::prelude::*;
-/// # use tropism::greenhouse::bean::{Species, Trial};
+/// # use tropism_bean::{Species, Trial};
 /// # use tropism::task::OpenLoop;
 /// # use tropism::environment::unwatched;
 /// # let species = Species::default();

@@ -5,21 +5,21 @@
 use super::branchless;
 
 /// Numbers side by side: two vectors of AVX2, one of AVX-512.
-pub(crate) const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// One number for each lane.
-pub(crate) type Row = [f64; LANES];
+pub type Row = [f64; LANES];
 
 /// `x` within bounds, as [`f64::clamp`].
 #[inline(always)]
-pub(crate) fn clamped(x: f64, [least, most]: [f64; 2]) -> f64 {
+pub fn clamped(x: f64, [least, most]: [f64; 2]) -> f64 {
     let x = if x < least { least } else { x };
     if x > most { most } else { x }
 }
 
 /// [`math::exp`](super::exp) of all lanes.
 #[inline(always)]
-pub(crate) fn exp(x: &Row) -> Row {
+pub fn exp(x: &Row) -> Row {
     if !all(x, |x| x.abs() <= branchless::EXP_LIMIT) {
         return x.map(super::exp);
     }
@@ -32,7 +32,7 @@ pub(crate) fn exp(x: &Row) -> Row {
 
 /// [`math::pow`](super::pow) of all lanes.
 #[inline(always)]
-pub(crate) fn pow(x: &Row, y: &Row) -> Row {
+pub fn pow(x: &Row, y: &Row) -> Row {
     let mut result = [0.0; LANES];
     if !all(x, branchless::is_pow_base) || !all(y, branchless::is_pow_exponent) {
         for lane in 0..LANES {
@@ -48,7 +48,7 @@ pub(crate) fn pow(x: &Row, y: &Row) -> Row {
 
 /// [`math::cos`](super::cos) of all lanes, each from 0 to a full turn.
 #[inline(always)]
-pub(crate) fn cos(x: &Row) -> Row {
+pub fn cos(x: &Row) -> Row {
     if !all(x, branchless::is_between_zeros) {
         return x.map(super::cos);
     }

@@ -11,7 +11,7 @@ pub mod statistics;
 pub mod rank_test;
 pub mod simplex;
 pub(crate) mod branchless;
-pub(crate) mod lanes;
+pub mod lanes;
 
 pub use libm::{atan2, cos, erfc, exp, hypot, log as ln, pow, sin, sincos as sin_cos, tan, tanh};
 

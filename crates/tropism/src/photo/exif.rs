@@ -15,7 +15,7 @@ use super::timestamp::unix_seconds;
 const VIRTUAL: &str = "virtual plant";
 
 /// The TIFF bytes of an Exif header with one field: the description of a photograph of the virtual tent.
-pub(crate) fn header_of_virtual_plant() -> Vec<u8> {
+pub fn header_of_virtual_plant() -> Vec<u8> {
     // Little-endian, a directory at 8 with one entry: the description, text, of this length, behind the directory at 26.
     let length = VIRTUAL.len() as u8 + 1;
     let mut bytes = b"II*\0\x08\0\0\0\x01\0\x0e\x01\x02\0".to_vec();

@@ -18,7 +18,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-pub(crate) use self::exif::header_of_virtual_plant;
+pub use self::exif::header_of_virtual_plant;
 pub use self::exif::{ExifHeader, Orientation};
 pub use self::image::Image;
 pub use self::name_order::natural_order;
@@ -28,7 +28,7 @@ use crate::geometry::Region;
 use jpeg::Jpeg;
 
 /// The largest image that is decoded, in pixels. It bounds the memory that a file from elsewhere can claim: 192 MiB.
-pub const MAX_PIXELS: usize = 64 << 20;
+pub const MAX_PIXELS: usize = jpeg_regions::MAX_PIXELS;
 
 /// A photograph as the camera gave it.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,7 +129,8 @@ impl LazyImage {
     pub fn into_image(self) -> Image {
         match self {
             Self::Jpeg(jpeg) => {
-                jpeg.decode_region(Region { x: 0, y: 0, width: jpeg.width, height: jpeg.height })
+                let whole = Region { x: 0, y: 0, width: jpeg.width, height: jpeg.height };
+                jpeg::decode_region(&jpeg, whole)
             }
             Self::Decoded(image) => image,
         }

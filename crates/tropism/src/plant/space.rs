@@ -301,7 +301,7 @@ fn weights_of<'r>(
 /// ```
 /// use tropism::control::Periodic;
 /// use tropism::environment::unwatched;
-/// use tropism::greenhouse::bean::{Species, Trial};
+/// use tropism_bean::{Species, Trial};
 /// use tropism::lamps::Layout;
 /// use tropism::plant::space::SpaceModel;
 /// use tropism::prelude::*;

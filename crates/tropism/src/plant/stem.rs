@@ -260,7 +260,7 @@ fn weights_of<'r>(
 /// ```
 /// use tropism::control::Periodic;
 /// use tropism::environment::unwatched;
-/// use tropism::greenhouse::bean::{Species, Trial};
+/// use tropism_bean::{Species, Trial};
 /// use tropism::lamps::Layout;
 /// use tropism::plant::stem::StemModel;
 /// use tropism::prelude::*;
@@ -439,22 +439,41 @@ impl PlantModel for StemModel {
 mod tests {
     use super::super::stem_shape::angles;
     use super::*;
-    use crate::control::Periodic;
-    use crate::environment::unwatched;
-    use crate::greenhouse::bean::{Species, Trial};
-    use crate::task::OpenLoop;
+    use crate::geometry::Polyline;
+    use crate::lamps::Light;
+    use crate::observation::{Observation, Quality};
+    use crate::track::Sample;
 
-    /// A virtual bean under lamps that are switched every three hours.
-    fn grown(seed: u64) -> Track {
-        let species = Species::default();
-        let trial = Trial::new(&species);
-        let mut controller = Periodic::new(36, &trial.layout);
-        trial.grow(seed, &mut controller, &OpenLoop { steps: 300, ..OpenLoop::default() }, &mut unwatched)
+    /// A growing arc that bends towards the lamp that is lit, which changes every three hours.
+    fn swaying(gain: f64) -> Track {
+        let mut bend = 0.0;
+        let samples = (0..300_u32).map(|step| {
+            let light = if (step / 36) % 2 == 0 { Light::LEFT } else { Light::RIGHT };
+            let pull = if light == Light::LEFT { -1.0 } else { 1.0 };
+            bend += gain * (pull - bend);
+            let length_cm = 5.0 + 0.02 * f64::from(step);
+            let mut stem = vec![Point::new(0.0, 0.0)];
+            for part in 0..20 {
+                let (last, angle) = (stem[part], bend * (part as f64 + 0.5) / 20.0);
+                stem.push(Point::new(
+                    last.x + length_cm / 20.0 * math::sin(angle),
+                    last.y + length_cm / 20.0 * math::cos(angle),
+                ));
+            }
+            let seen = Observation {
+                tip: stem[20],
+                stem: Some(Polyline(stem)),
+                depth: None,
+                quality: Quality::Simulated,
+            };
+            Sample::of(seen, step, 300.0 * f64::from(step), Some(light))
+        });
+        Track { samples: samples.collect(), ..Track::default() }
     }
 
     #[test]
     fn few_modes_make_the_stem_again() {
-        let measured = MeasuredPlants::of_tracks(&[grown(1), grown(2)]).unwrap();
+        let measured = MeasuredPlants::of_tracks(&[swaying(0.02), swaying(0.03)]).unwrap();
         let modes = Modes::of_low(&measured);
         for plant in &measured.plants {
             for stem in plant.stems.iter().flatten() {

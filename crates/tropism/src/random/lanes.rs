@@ -19,14 +19,14 @@ use crate::simd::{Kernel, dispatch};
 /// Words of a block of ChaCha.
 const WORDS: usize = 16;
 /// Uniform draws of half a block, of two words each: what [`Streams`] gives at a time.
-pub(crate) const DRAWS: usize = 4;
+pub const DRAWS: usize = 4;
 /// Blocks that are computed at a time: with as many lanes of 32 bits a vector of AVX-512 is full.
 const BLOCKS: usize = 2;
 /// Half blocks of these.
 const HALVES: usize = 2 * BLOCKS;
 
 /// The streams of some plants, which are read half a block at a time.
-pub(crate) struct Streams {
+pub struct Streams {
     /// First words of the blocks: constants, keys, counters and stream numbers.
     words: [[u32; LANES]; WORDS],
     counters: [u64; LANES],
@@ -36,7 +36,7 @@ pub(crate) struct Streams {
 
 impl Streams {
     /// No streams yet.
-    pub(crate) fn new() -> Self {
+    pub fn new() -> Self {
         /// "expand 32-byte k".
         const CONSTANTS: [u32; 4] = [0x6170_7865, 0x3320_646e, 0x7962_2d32, 0x6b20_6574];
         let mut words = [[0; LANES]; WORDS];
@@ -51,7 +51,7 @@ impl Streams {
     ///
     /// # Panics
     /// Unless `rng` is at the beginning or in the middle of a block.
-    pub(crate) fn take(&mut self, lane: usize, rng: &mut ChaCha8Rng, halves: usize) {
+    pub fn take(&mut self, lane: usize, rng: &mut ChaCha8Rng, halves: usize) {
         const HALF: u128 = WORDS as u128 / 2;
         let position = rng.get_word_pos();
         assert!(position.is_multiple_of(HALF), "found word {position}, wanted the beginning of half a block");
@@ -67,7 +67,7 @@ impl Streams {
 
     /// The next uniform draws of all lanes, half a block after the other.
     #[inline(always)]
-    pub(crate) fn draw(&self, halves: &mut [[Row; DRAWS]]) {
+    pub fn draw(&self, halves: &mut [[Row; DRAWS]]) {
         let mut before = [[0.0; LANES]; DRAWS];
         for first in (0..=halves.len()).step_by(HALVES) {
             let blocks = self.blocks((first / 2) as u64);
@@ -165,7 +165,7 @@ fn uniforms(blocks: &[[u32; BLOCKS * LANES]; WORDS], half: usize) -> [Row; DRAWS
 }
 
 /// Fills `draws` with what as many calls of [`normal`](super::normal) give.
-pub(crate) fn fill_normal(draws: &mut [f64], rng: &mut impl Rng) {
+pub fn fill_normal(draws: &mut [f64], rng: &mut impl Rng) {
     for draws in draws.chunks_mut(LANES) {
         let [mut of_radius, mut of_angle] = [[0.0; LANES]; 2];
         for lane in 0..draws.len() {
@@ -192,7 +192,7 @@ impl Kernel for Normal {
 
 /// [`normal`](super::normal) of all lanes, from its two uniform draws.
 #[inline(always)]
-pub(crate) fn normal(of_radius: &Row, of_angle: &Row) -> Row {
+pub fn normal(of_radius: &Row, of_angle: &Row) -> Row {
     let mut angle = [0.0; LANES];
     for lane in 0..LANES {
         angle[lane] = TAU * of_angle[lane];

@@ -1,7 +1,7 @@
 //! A tent as the loop sees it: camera, lamps, flash and clock.
 //!
 //! Drivers implement four small traits; [`Rig`] makes an [`Environment`] of them and a [`TipTracker`]. The virtual tent
-//! ([`crate::greenhouse`]) is a rig like any other, so it exercises all of this.
+//! (`tropism_bean::tent`) is a rig like any other, so it exercises all of this.
 
 pub mod event;
 pub mod fault_policy;

@@ -21,7 +21,6 @@ pub mod detect;
 pub mod tracking;
 pub mod tip_tracker;
 pub mod location;
-pub mod overlay;
 
 pub use camera::calibration::Calibration;
 pub use config::{Direction, Mode, VisionConfig};

@@ -4,7 +4,6 @@ use super::step_noise;
 use tropism::control::{Greedy, Periodic};
 use tropism::environment::unwatched;
 use tropism::geometry::Point;
-use tropism::greenhouse::bean::{Species, Trial};
 use tropism::lamps::{Layout, Light};
 use tropism::math::{
     self,
@@ -17,6 +16,7 @@ use tropism::random::{NoiseStream, Purpose};
 use tropism::simulation::simulate;
 use tropism::task::{OpenLoop, Spiral, Task};
 use tropism::track::{Sample, Track};
+use tropism_bean::{Species, Trial};
 
 /// A virtual bean under four lamps that are switched every two hours.
 fn grown(seed: u64) -> Track {

@@ -1,7 +1,7 @@
 //! `tropism grow --check`: virtual beans beside published values.
 
 use anyhow::{Result, ensure};
-use tropism::greenhouse::bean::Species;
+use tropism_bean::Species;
 use tropism_lab::grow::{AcceptancePlan, AcceptanceRow, OPEN_LOOP_PLANTS, STEERED_PLANTS};
 
 use crate::progress;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use tropism::greenhouse::bean::Species;
+use tropism_bean::Species;
 use tropism_lab::grow::{KinematicsPlan, MeasuredQuantity};
 
 use crate::progress::execute_and_print;

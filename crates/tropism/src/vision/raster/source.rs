@@ -7,8 +7,7 @@
 use std::borrow::Cow;
 
 use crate::geometry::{Pixel, Region};
-use crate::photo::jpeg::Jpeg;
-use crate::photo::{Image, LazyImage};
+use crate::photo::{Image, LazyImage, jpeg};
 use crate::vision::raster::filter;
 use crate::vision::raster::plane::{LUMA, Plane};
 
@@ -157,14 +156,16 @@ impl PixelSource for LazyImage {
 
     fn crop(&self, region: Region) -> Cow<'_, Image> {
         match self {
-            Self::Jpeg(jpeg) => Cow::Owned(jpeg.decode_region(region)),
+            Self::Jpeg(jpeg) => Cow::Owned(jpeg::decode_region(jpeg, region)),
             Self::Decoded(image) => image.crop(region),
         }
     }
 
     fn downscale(&self, region: Region, factor: usize) -> Image {
         match self {
-            Self::Jpeg(jpeg) if Jpeg::can_decode_scaled(region, factor) => jpeg.decode_scaled(region, factor),
+            Self::Jpeg(jpeg) if jpeg::can_decode_scaled(region, factor) => {
+                jpeg::decode_scaled(jpeg, region, factor)
+            }
             Self::Jpeg(_) => {
                 filter::downscale(&self.crop(region), full_region((region.width, region.height)), factor)
             }
@@ -174,11 +175,11 @@ impl PixelSource for LazyImage {
 
     fn downscale_luma(&self, region: Region, factor: usize) -> Cow<'_, [f32]> {
         match self {
-            Self::Jpeg(jpeg) if Jpeg::can_decode_scaled(region, factor) => {
-                Cow::Owned(jpeg.decode_scaled_luma(region, factor))
+            Self::Jpeg(jpeg) if jpeg::can_decode_scaled(region, factor) => {
+                Cow::Owned(jpeg::decode_scaled_luma(jpeg, region, factor))
             }
             Self::Jpeg(jpeg) => {
-                let pixels = jpeg.decode_region(region);
+                let pixels = jpeg::decode_region(jpeg, region);
                 let luma = pixels.downscale_luma(full_region((region.width, region.height)), factor);
                 Cow::Owned(luma.into_owned())
             }

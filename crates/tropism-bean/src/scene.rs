@@ -1,0 +1,277 @@
+//! Scene of the virtual tent: sizes, colours, light sources, and the settings of the photographs.
+//!
+//! Radiance is linear: 1 is the light of the flash on the plant at a height of 20 cm. Sources add up before the tone curve of
+//! the camera is applied. Surfaces are Lambertian; glossy ones add a Blinn-Phong highlight.
+//!
+//! # References
+//! Blinn 1977, doi:10.1145/563858.563893.
+
+use serde::{Deserialize, Serialize};
+use tropism::check::{OutOfRange, within};
+use tropism::lamps::{Layout, Light};
+use tropism::math;
+use tropism::math::vector::{Vec3, add, dot, norm, normalize_or, scale, sub};
+
+use super::view::{CAMERA, Frame, View};
+
+/// The flash: a warm bulb above the pot, 68 cm above the soil (section 2.1).
+pub const FLASH: Vec3 = [0.0, 68.0, 0.0];
+
+/// Radius of the flash with its shade, in cm: it softens the inverse-square law nearby. Chosen by hand on photographs.
+const FLASH_REACH: f64 = 20.0;
+
+/// Radius of the pot's mouth, in cm (section 2.1: 15 cm across).
+pub const POT_RADIUS: f64 = 7.5;
+
+/// Height of the pot below the soil's surface, in cm (section 2.1).
+pub const POT_DEPTH: f64 = 12.0;
+
+/// Radius of the cylinder around which the strip of 144 diodes of each lamp is coiled, in cm. Chosen by hand on Fig. 2.
+pub const LAMP_RADIUS: f64 = 3.2;
+
+/// Height of that cylinder, in cm. Chosen by hand on Fig. 2.
+pub const LAMP_HEIGHT: f64 = 10.0;
+
+/// Red, green and blue as linear light, 0 to 1 where nothing is clipped.
+pub type Rgb = [f64; 3];
+
+/// Colour of the flash after white balance: a bulb of 2700 K (section 2.1). Chosen by hand on photographs.
+const FLASH_TINT: Rgb = [1.0, 0.89, 0.70];
+
+/// Colour of a lamp with all three diodes on (630, 530 and 475 nm) after white balance. Chosen by hand on photographs.
+const LAMP_TINT: Rgb = [0.13, 0.52, 1.45];
+
+/// Ambient share of the flash: light after many reflections. Chosen by hand on photographs.
+const BOUNCE: f64 = 0.35;
+
+/// The scene's settings; `Default` is the paper's tent (section 2.1) at a size at which a photograph costs little.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scene {
+    /// Columns of the photograph, 64 to 8192.
+    pub width: u32,
+    /// Rows of the photograph, 48 to 8192.
+    pub height: u32,
+    /// JPEG quality, 1 to 100.
+    pub jpeg_quality: u8,
+    /// Standard deviation of the sensor's noise in grey levels of 0 to 255, 0 to 20.
+    pub noise: f64,
+    /// Standard deviation of the lens's blur at the plane of the pot's axis, in cm, 0 to 0.5.
+    pub blur: f64,
+    /// Strength of the halo around the lit lamp, 0 to 4.
+    pub glow: f64,
+    /// Factor on all light, 0.01 to 10.
+    pub exposure: f64,
+    /// Brightness of the flash, 0 to 4.
+    pub flash: f64,
+    /// Brightness of a lit lamp at 35 cm, as a share of the flash at the plant, 0 to 4.
+    pub lamp: f64,
+    /// Depth of the folds in the black cloth, 0 (taut) to 3.
+    pub folds: f64,
+    /// Cameras: 1, the paper's, or 2, with one that sees the plant from the right.
+    pub cameras: u8,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            width: 648,
+            height: 486,
+            jpeg_quality: 90,
+            noise: 1.6,
+            blur: 0.04,
+            glow: 1.0,
+            exposure: 1.0,
+            flash: 1.0,
+            lamp: 0.22,
+            folds: 1.0,
+            cameras: 1,
+        }
+    }
+}
+
+impl Scene {
+    /// Checks that every setting lies in its range.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] names the first that does not.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let ranges = [
+            ("width", f64::from(self.width), 64.0, 8192.0),
+            ("height", f64::from(self.height), 48.0, 8192.0),
+            ("jpeg_quality", f64::from(self.jpeg_quality), 1.0, 100.0),
+            ("noise", self.noise, 0.0, 20.0),
+            ("blur", self.blur, 0.0, 0.5),
+            ("glow", self.glow, 0.0, 4.0),
+            ("exposure", self.exposure, 0.01, 10.0),
+            ("flash", self.flash, 0.0, 4.0),
+            ("lamp", self.lamp, 0.0, 4.0),
+            ("folds", self.folds, 0.0, 3.0),
+            ("cameras", f64::from(self.cameras), 1.0, 2.0),
+        ];
+        ranges.into_iter().try_for_each(|(key, value, low, high)| {
+            within(key, value, low..=high).map_err(|error| error.in_table("scene"))
+        })
+    }
+
+    /// How this scene's photographs map the plane of the pot's axis to pixels.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        Frame::new(self.width, self.height)
+    }
+}
+
+/// Light sources that are on, in the coordinates of a camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lighting {
+    flash: f64,
+    lamp: f64,
+    glow: f64,
+    lit: Option<Lit>,
+}
+
+/// A lit lamp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Lit {
+    light: Light,
+    /// Where its light comes from, in the camera's coordinates, in cm.
+    bulb: Vec3,
+}
+
+impl Lighting {
+    /// `lit` is dark where `layout` has no such lamp.
+    pub(super) fn new(scene: &Scene, layout: &Layout, lit: Option<Light>, flash: bool, view: View) -> Self {
+        let lit = lit.and_then(|light| {
+            let lamp = layout.lamps().get(light.index())?;
+            Some(Lit { light, bulb: view.to_camera(bulb(lamp.at)) })
+        });
+        Self {
+            flash: if flash { scene.flash * scene.exposure } else { 0.0 },
+            lamp: scene.lamp * scene.exposure,
+            glow: scene.glow,
+            lit,
+        }
+    }
+
+    /// Irradiance of a surface at `place` with unit `normal`. `wrap` is 0 for a Lambertian surface and larger for translucent
+    /// ones (wrapped diffuse lighting).
+    pub(super) fn at(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
+        let direct = add(self.by_flash(place, normal, wrap), self.by_lamp(place, normal, wrap));
+        add(self.bounced(), direct)
+    }
+
+    /// Ambient light of the flash.
+    pub(super) fn bounced(&self) -> Rgb {
+        scale(FLASH_TINT, self.flash * BOUNCE)
+    }
+
+    /// Direct irradiance from the flash.
+    pub(super) fn by_flash(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
+        let to_flash = sub(FLASH, place);
+        let far = norm(to_flash);
+        let spread = FLASH_REACH * FLASH_REACH;
+        let direct =
+            (48.0 * 48.0 + spread) / (far * far + spread) * lambert(dot(to_flash, normal) / far, wrap);
+        scale(FLASH_TINT, self.flash * (1.0 - BOUNCE) * direct)
+    }
+
+    /// Direct irradiance from the lit lamp.
+    pub(super) fn by_lamp(&self, place: Vec3, normal: Vec3, wrap: f64) -> Rgb {
+        let Some(lit) = self.lit else { return [0.0; 3] };
+        let to_lamp = sub(lit.bulb, place);
+        let far = norm(to_lamp).max(LAMP_RADIUS);
+        let direct = (35.0 / far) * (35.0 / far) * lambert(dot(to_lamp, normal) / far, wrap);
+        scale(LAMP_TINT, self.lamp * direct)
+    }
+
+    /// Blinn-Phong highlights of the lights on a glossy surface at `place`.
+    pub(super) fn gloss(&self, place: Vec3, normal: Vec3) -> Rgb {
+        let to_camera = normalize_or(sub(CAMERA, place), normal);
+        let spot = |light: Vec3| {
+            let half = normalize_or(add(normalize_or(sub(light, place), normal), to_camera), normal);
+            math::pow(dot(half, normal).max(0.0), 30.0)
+        };
+        let flash = scale(FLASH_TINT, self.flash * spot(FLASH));
+        let lamp = |lit: Lit| scale(LAMP_TINT, 2.0 * self.lamp * spot(lit.bulb));
+        add(flash, self.lit.map_or([0.0; 3], lamp))
+    }
+
+    /// Veiling glare of the lit lamp at `far` cm from its coil in the plane of the pot's axis: a steep core and a faint wide
+    /// skirt. Amplitudes and widths chosen by hand on photographs.
+    pub(super) fn veil(&self, far: f64) -> Rgb {
+        let falloff = 6.0 * math::exp(-far / 0.9) + 0.10 * math::exp(-far / 4.5);
+        scale(LAMP_TINT, self.lamp * self.glow / 0.20 * falloff)
+    }
+
+    /// Where the light of the lit lamp comes from, in the camera's coordinates, in cm.
+    pub(super) fn bulb(&self) -> Option<Vec3> {
+        self.lit.map(|lit| lit.bulb)
+    }
+
+    pub(super) fn lit(&self) -> Option<Light> {
+        self.lit.map(|lit| lit.light)
+    }
+}
+
+/// Wrapped Lambert's cosine law.
+fn lambert(cosine: f64, wrap: f64) -> f64 {
+    ((cosine + wrap) / (1.0 + wrap)).max(0.0)
+}
+
+/// The place from which a lamp at `centre` shines: the side of its coil that faces the plant along z.
+fn bulb([x, y, z]: Vec3) -> Vec3 {
+    [
+        x,
+        y,
+        if z < 0.0 {
+            z + LAMP_RADIUS
+        } else if z > 0.0 {
+            z - LAMP_RADIUS
+        } else {
+            z
+        },
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_tent_passes_and_bad_settings_are_named() {
+        Scene::default().check().unwrap();
+        for (scene, named) in [
+            (Scene { blur: f64::NAN, ..Scene::default() }, "scene.blur = NaN"),
+            (Scene { width: 7, ..Scene::default() }, "scene.width = 7, wanted 64 to 8192"),
+            (Scene { noise: -1.0, ..Scene::default() }, "scene.noise = -1"),
+        ] {
+            let error = scene.check().unwrap_err().to_string();
+            assert!(error.contains(named), "{error}");
+        }
+    }
+
+    #[test]
+    fn light_falls_off_and_adds_up() {
+        let scene = Scene::default();
+        let (paper, up) = (Layout::wahby2016(), [0.0, 1.0, 0.0]);
+        let low = Lighting::new(&scene, &paper, None, true, View::Front).at([0.0, 2.0, 0.0], up, 0.0);
+        let high = Lighting::new(&scene, &paper, None, true, View::Front).at([0.0, 25.0, 0.0], up, 0.0);
+        assert!(high[1] > 1.4 * low[1], "{high:?} {low:?}");
+        let place = [3.0, 15.0, 0.0];
+        let lamp = Lighting::new(&scene, &paper, Some(Light::RIGHT), false, View::Front).at(
+            place,
+            [1.0, 0.0, 0.0],
+            0.0,
+        );
+        let flash = Lighting::new(&scene, &paper, None, true, View::Front).at(place, [1.0, 0.0, 0.0], 0.0);
+        let both = Lighting::new(&scene, &paper, Some(Light::RIGHT), true, View::Front).at(
+            place,
+            [1.0, 0.0, 0.0],
+            0.0,
+        );
+        for band in 0..3 {
+            assert!((lamp[band] + flash[band] - both[band]).abs() < 1e-12);
+        }
+        assert!(lamp[2] > lamp[0]);
+    }
+}
