@@ -6,8 +6,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::math;
 use crate::math::interpolate::lerp;
-use crate::math::{self, branchless};
 use crate::simd::{Kernel, dispatch};
 
 /// Points of a stem where it is described by few, at equal distances from the base to the apex. Paper: 10 (section 4).
@@ -214,14 +214,8 @@ impl Kernel for SegmentLengths<'_> {
     fn run(self) -> Vec<f64> {
         let pairs = self.vertices.windows(2);
         let mut lengths = vec![0.0; pairs.len()];
-        let mut uncommon = 0;
-        for (length, pair) in lengths.iter_mut().zip(pairs.clone()) {
-            let found = branchless::hypot(pair[0].x - pair[1].x, pair[0].y - pair[1].y);
-            uncommon += u64::from(!branchless::is_hypot(found));
-            *length = found;
-        }
-        if uncommon > 0 {
-            lengths = pairs.map(|pair| pair[0].distance(pair[1])).collect();
+        for (length, pair) in lengths.iter_mut().zip(pairs) {
+            *length = math::hypot(pair[0].x - pair[1].x, pair[0].y - pair[1].y);
         }
         lengths
     }

@@ -19,8 +19,9 @@ use core::ops::Range;
 use rand_chacha::ChaCha8Rng;
 use tropism::lamps::MAX_LAMPS;
 pub(crate) use tropism::math::lanes::LANES;
-use tropism::math::lanes::{Row as PerPlant, exp, pow};
+use tropism::math::lanes::Row as PerPlant;
 use tropism::math::vector::{Vec3, cross};
+use tropism::math::{self, Lanes};
 use tropism::random::lanes::{DRAWS, Streams, normal};
 use tropism::simd::{Kernel, dispatch};
 
@@ -552,9 +553,9 @@ impl Row {
             motility[lane] = (from_apex - of.motile_zone[lane]) / of.edge[lane];
             modulus[lane] = from_apex / of.modulus_length[lane];
         }
-        self.growth_exp = exp(&growth);
-        self.motility_exp = exp(&motility);
-        self.modulus_ratio = exp(&modulus);
+        self.growth_exp = math::exp(Lanes(growth)).0;
+        self.motility_exp = math::exp(Lanes(motility)).0;
+        self.modulus_ratio = math::exp(Lanes(modulus)).0;
         for lane in 0..LANES {
             self.modulus_ratio[lane] *= of.modulus[lane];
         }
@@ -577,7 +578,7 @@ impl Row {
     /// Computes the response per unit of irradiance anew where it is stale.
     #[inline(always)]
     fn respond_anew(&mut self, exponents: &PerPlant, is_stale: &[bool; LANES]) {
-        let fresh = pow(&self.intensity2, exponents);
+        let fresh = math::pow(Lanes(self.intensity2), Lanes(*exponents)).0;
         for lane in 0..LANES {
             let fresh = if self.intensity2[lane] > 0.0 { fresh[lane] } else { 0.0 };
             self.response[lane] = if is_stale[lane] { fresh } else { self.response[lane] };

@@ -8,7 +8,7 @@
 
 use super::{Obstacle, ROUNDING_CM};
 use crate::geometry::Point;
-use crate::math::branchless;
+use crate::math;
 use crate::math::interpolate::lerp;
 use crate::math::lanes::{LANES, Row, clamped};
 
@@ -93,7 +93,7 @@ impl ClearanceRow {
                 let (start, end) = ([from[0][lane], from[1][lane]], [to[0][lane], to[1][lane]]);
                 let share = share_nearest(start, end, [centre.x, centre.y]);
                 let (x, y) = (lerp(start[0], end[0], share), lerp(start[1], end[1], share));
-                let distance_cm = branchless::hypot(x - centre.x, y - centre.y) - radius_cm;
+                let distance_cm = math::hypot(x - centre.x, y - centre.y) - radius_cm;
                 let (distance_before, x_before) = (self.distance_cm[lane], self.stem_x[lane]);
                 let segment_before = self.segment[lane];
                 let is_nearer = distance_cm < distance_before;
@@ -161,7 +161,7 @@ impl ClearanceRow {
             let (x, y) = (lerp(start[0], end[0], share), lerp(start[1], end[1], share));
             let share = share_nearest(first, last, [x, y]);
             let (near_x, near_y) = (lerp(first[0], last[0], share), lerp(first[1], last[1], share));
-            let distance_cm = branchless::hypot(x - near_x, y - near_y);
+            let distance_cm = math::hypot(x - near_x, y - near_y);
             let (distance_before, segment_before) = (self.distance_cm[lane], self.segment[lane]);
             let (x_before, near_before) = (self.stem_x[lane], self.obstacle_x[lane]);
             let is_nearer = distance_cm < distance_before;

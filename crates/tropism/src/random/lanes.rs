@@ -12,8 +12,8 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::uniform;
-use crate::math::branchless;
-use crate::math::lanes::{LANES, Row, cos};
+use crate::math::lanes::{LANES, Row};
+use crate::math::{self, Lanes};
 use crate::simd::{Kernel, dispatch};
 
 /// Words of a block of ChaCha.
@@ -197,10 +197,11 @@ pub fn normal(of_radius: &Row, of_angle: &Row) -> Row {
     for lane in 0..LANES {
         angle[lane] = TAU * of_angle[lane];
     }
-    let cos = cos(&angle);
+    let cos = math::cos(Lanes(angle)).0;
+    let ln = math::ln(Lanes(of_radius.map(|share| 1.0 - share))).0;
     let mut result = [0.0; LANES];
     for lane in 0..LANES {
-        result[lane] = (-2.0 * branchless::ln(1.0 - of_radius[lane])).sqrt() * cos[lane];
+        result[lane] = (-2.0 * ln[lane]).sqrt() * cos[lane];
     }
     result
 }

@@ -6,7 +6,7 @@ use super::{Avoidance, LIGHT_WEIGHT, PredictiveGreedy, PredictiveRule, VELOCITY_
 use crate::control::steering::Steering;
 use crate::geometry::STEM_POINTS;
 use crate::lamps::Layout;
-use crate::math::branchless;
+use crate::math;
 use crate::math::interpolate::lerp;
 use crate::math::lanes::{LANES, Row, clamped};
 use crate::obstacle::lanes::{ClearanceRow, PointRow};
@@ -162,7 +162,7 @@ impl Rules {
                 for point in first..first + 3 {
                     let x = stems[point - 1][0][lane] - stems[point][0][lane];
                     let y = stems[point - 1][1][lane] - stems[point][1][lane];
-                    let length = branchless::hypot(x, y);
+                    let length = math::hypot(x, y);
                     total[lane] += length;
                     (lengths[point][lane], walked[point][lane]) = (length, total[lane]);
                 }

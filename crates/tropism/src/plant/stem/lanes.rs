@@ -6,11 +6,11 @@
 
 #![allow(clippy::needless_range_loop, reason = "a lane is an index into many arrays at once")]
 
-use super::super::stem_shape::{IMAGES, OFFSET_MIN, SEGMENTS, Scores, draw_like, is_beyond, stem_of, top_of};
+use super::super::stem_shape::{IMAGES, OFFSET_MIN, SEGMENTS, Scores, draw_like, is_beyond, top_of};
 use super::{LENGTH_SCALE_CM, LIGHT_TERMS, MIDDLE_LENGTH_CM, MODES, StemModel, StemState, TERMS, place};
 use crate::geometry::{Point, STEM_POINTS};
 use crate::math::lanes::{LANES, Row, clamped};
-use crate::math::{self, branchless};
+use crate::math::{self, Lanes};
 use crate::obstacle::lanes::PointRow;
 use crate::plant::PlantModel;
 use crate::plant::history::Window;
@@ -281,55 +281,35 @@ impl<'m> Stems<'m> {
     /// The stems of the present scores and lengths, and their highest points.
     #[inline(always)]
     fn bend(&mut self) {
-        let is_common;
-        (self.points, self.tops, is_common) =
-            bent(&self.model.modes.0, self.scores, self.length_cm, self.points[0]);
-        if !is_common {
-            self.bend_by_libm();
-        }
-    }
-
-    /// [`Self::bend`] plant by plant.
-    #[cold]
-    fn bend_by_libm(&mut self) {
-        for lane in 0..LANES {
-            let angles =
-                self.model.modes.angles(self.scores.map(|scores| scores[lane])).map(|angle| angle + 0.0);
-            let base = Point::new(self.points[0][0][lane], self.points[0][1][lane]);
-            let stem = stem_of(base, &angles, self.length_cm[lane]);
-            for (row, point) in self.points.iter_mut().zip(stem) {
-                (row[0][lane], row[1][lane]) = (point.x, point.y);
-            }
-            let top = top_of(&stem);
-            (self.tops[0][lane], self.tops[1][lane]) = (top.x, top.y);
-        }
+        (self.points, self.tops) = bent(&self.model.modes.0, self.scores, self.length_cm, self.points[0]);
     }
 }
 
-/// Stems of these scores and lengths from their bases on, their highest points, and whether they are to the bit those of
-/// `libm`. Arguments are values: a compiler must know that nothing else stands where is written to.
+/// Stems of these scores and lengths from their bases on, and their highest points. Arguments are values: a compiler must know that nothing else stands where is written to.
 #[inline(always)]
 fn bent(
     modes: &[[f64; SEGMENTS]; MODES],
     scores: [Row; MODES],
     length_cm: Row,
     base: PointRow,
-) -> ([PointRow; STEM_POINTS], PointRow, bool) {
+) -> ([PointRow; STEM_POINTS], PointRow) {
     let modes = *modes;
     let mut points = [base; STEM_POINTS];
-    let (mut at, mut top, mut uncommon) = (base, base, [0.0; LANES]);
+    let (mut at, mut top) = (base, base);
     for segment in 0..SEGMENTS {
+        let mut angles = Lanes([0.0; LANES]);
         for lane in 0..LANES {
             let mut angle = modes[0][segment] * scores[0][lane];
             for mode in 1..MODES {
                 angle += modes[mode][segment] * scores[mode][lane];
             }
             // The rest of a seedling is 0: this decides the sign of an angle of 0.
-            angle += 0.0;
+            angles.0[lane] = angle + 0.0;
+        }
+        let (sine, cosine) = math::sin_cos(angles);
+        for lane in 0..LANES {
             let segment_cm = length_cm[lane] / SEGMENTS as f64;
-            let (sine, cosine) = branchless::sin_cos(angle);
-            uncommon[lane] += if branchless::is_sin_cos_angle(angle) { 0.0 } else { 1.0 };
-            let (x, y) = (at[0][lane] + segment_cm * sine, at[1][lane] + segment_cm * cosine);
+            let (x, y) = (at[0][lane] + segment_cm * sine.0[lane], at[1][lane] + segment_cm * cosine.0[lane]);
             (at[0][lane], at[1][lane]) = (x, y);
             let (top_x, top_y) = (top[0][lane], top[1][lane]);
             top[0][lane] = if y > top_y { x } else { top_x };
@@ -337,11 +317,7 @@ fn bent(
         }
         points[segment + 1] = at;
     }
-    let mut sum = 0.0;
-    for lane in 0..LANES {
-        sum += uncommon[lane];
-    }
-    (points, top, sum == 0.0)
+    (points, top)
 }
 
 /// The products of weights and terms, of which those of the light apply with a gain.
